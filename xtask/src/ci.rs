@@ -1,10 +1,11 @@
 //! What continuous integration runs, cheapest first.
 
-use crate::{arrows, circles, command::cargo, words};
+use crate::{arrows, circles, command::cargo, licences, readme, wheel, words};
 use anyhow::Result;
 use std::time::Instant;
 
-/// Format, dependency arrows, circles of imports, words, tests, lints, a build without networks, documentation.
+/// Format, dependency arrows, circles of imports, words, READMEs, licences, tests, lints, a build without networks, documentation, and
+/// the Python wheel where Python is installed.
 pub(crate) fn run() -> Result<()> {
     let start = Instant::now();
     let done =
@@ -17,6 +18,9 @@ pub(crate) fn run() -> Result<()> {
     done("circles of imports");
     words::check()?;
     done("words");
+    readme::check()?;
+    licences::check()?;
+    done("READMEs and licences");
     cargo(&["test", "--workspace"], &[])?;
     done("tests");
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
@@ -25,5 +29,7 @@ pub(crate) fn run() -> Result<()> {
     done("without networks");
     cargo(&["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")])?;
     done("documentation");
+    wheel::run(true)?;
+    done("Python wheel");
     Ok(())
 }

@@ -4,12 +4,18 @@
 //! that `cargo xtask ci` needs none of their dependencies.
 
 mod arrows;
+mod browser;
 mod ci;
 mod circles;
 mod command;
 mod imports;
+mod licences;
 mod miri;
+mod package;
 mod page;
+mod readme;
+mod viewer;
+mod wheel;
 mod words;
 
 use anyhow::Result;
@@ -45,6 +51,8 @@ enum Task {
     /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
     /// conditions exactly, beside the figures it prints
     ReproduceGp(Options),
+    /// Calibrate synthetic patients: how often intervals hold the truth, and how far posteriors are from brute force
+    ReproduceCalibration(Options),
     /// How often 95 % intervals of Gaussian processes hold the truth, on eighteen problems that are not the thesis': sets of
     /// data, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
     Coverage(Options),
@@ -60,9 +68,22 @@ enum Task {
     Words,
     /// Find circles of imports of more than two files inside a crate
     Circles,
+    /// Build the Python wheel into target/wheel; skipped with a word where Python or its packages are missing
+    Wheel {
+        /// Try it: the README's program in a clean virtual environment, then the Python tests
+        #[arg(long)]
+        test: bool,
+    },
+    /// Pack all published crates, and build and test sinew-mesh and sinew-fem from their packages outside of the repository
+    Package,
+    /// Print the licences of what is linked; fails on one that is not on the list
+    Licences,
+    /// Write the README of every published crate: the beginning of its documentation
+    Readmes,
     /// Run the tests of the matrix product, whose code is unsafe, under Miri on the nightly toolchain
     Miri,
-    /// Open reports in a headless Chromium: errors, overlapping labels, contrast, in light and dark
+    /// Open reports and pages of emulators in a headless Chromium: errors, overlapping labels, contrast, in light and dark; sliders, keys and
+    /// times of emulators
     Page {
         /// Files such as out/reproduce-beam/report.html
         pages: Vec<std::path::PathBuf>,
@@ -84,6 +105,9 @@ fn main() -> Result<()> {
             study("sinew-populations", "reproduce-populations", options)
         }
         Task::ReproduceGp(options) => study("sinew-study-gp", "reproduce-gp", options),
+        Task::ReproduceCalibration(options) => {
+            study("sinew-study-calibrate", "reproduce-calibration", options)
+        }
         Task::Coverage(Options { options }) => command::coverage(&options),
         Task::CoverageEstimates(options) => study("sinew-coverage", "coverage-estimates", options),
         Task::Verify(Options { options }) => command::verify(&options),
@@ -91,6 +115,10 @@ fn main() -> Result<()> {
         Task::Arrows => arrows::check(),
         Task::Words => words::check(),
         Task::Circles => circles::check(),
+        Task::Wheel { test } => wheel::run(test),
+        Task::Package => package::run(),
+        Task::Licences => licences::check(),
+        Task::Readmes => readme::write(),
         Task::Miri => miri::run(),
         Task::Page { pages } => page::check(&pages),
         Task::Bench { options } => command::benches(&options),

@@ -1,28 +1,22 @@
 //! Answers to an accuracy: a prediction, moved by Newton steps until the checked estimate of its error is below a tolerance.
 
 use crate::evaluate::share;
-use crate::parameters::extrapolation;
-use crate::{Body, Emulator, Error, Result, Warning};
-use serde::{Deserialize, Serialize};
+use crate::{Answers, Body, Emulator, Error, Method, Result, Warning};
 use sinew_energy::metrics::displacement_error;
-use sinew_fem::{Options, Solution, Solver};
-use std::time::Instant;
+use sinew_fem::{Solution, Solver};
 
 /// Newton steps with contraction checks that are taken before the solver starts from rest: each about squares the error.
 const MOST_ROUNDS: usize = 3;
 
+/// Newton steps of a round that may not contract.
+pub(crate) const MOST_STEPS: usize = 4;
+
+/// Slope of the energy along a prediction relative to that at rest, from which on the solver takes fewer steps from rest: it is the share by which its
+/// size is off, for a linear body.
+const FAR: f64 = 1.0 / 3.0;
+
 /// Quasi-Newton steps with a neighbour's stiffness before a Newton step of its own: they cost about as much as one.
 const QUASI_NEWTON: usize = 6;
-
-/// Method that an answer came by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Source {
-    /// A prediction, and Newton steps from it that contract.
-    Predicted,
-    /// The solver from rest.
-    Solved,
-}
 
 /// Displacement of a body at one parameter set, with a checked estimate of its error.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,8 +28,8 @@ pub struct Answer {
     pub error: f64,
     /// Newton steps behind it, a factorisation each; none where quasi-Newton steps with a neighbour's stiffness were enough.
     pub steps: usize,
-    /// Method that it came by.
-    pub source: Source,
+    /// Method that gave the prediction, or the solver.
+    pub method: Method,
     /// Wall-clock time \[s\].
     pub seconds: f64,
     /// Reasons not to trust it.
@@ -60,10 +54,11 @@ pub(crate) fn check_accuracy(accuracy: f64) -> Result<()> {
 }
 
 impl Emulator<'_> {
-    /// The displacement at `theta` to a relative accuracy.
+    /// The displacement at `theta` to a relative accuracy: [`Answers::to`] for one parameter set.
     ///
     /// The prediction is moved by Newton steps until two simplified steps after one contract and what they leave open is below the
-    /// tolerance. Where they do not contract the solver starts from rest. An answer above the tolerance says so: [`Answer::is_within`].
+    /// tolerance. Where the first does not contract, or the prediction is far, the solver starts from rest: a Newton step more than its own at most. An answer above the
+    /// tolerance says so: [`Answer::is_within`].
     ///
     /// ```
     /// # use sinew_emulate::Emulator;
@@ -81,19 +76,10 @@ impl Emulator<'_> {
     /// ```
     ///
     /// # Errors
-    /// As [`Emulator::predict`], an accuracy outside 1e-10 to 0.5, no equilibrium.
+    /// θ of the wrong length, an accuracy outside 1e-10 to 0.5, no equilibrium.
     pub fn answer(&self, theta: &[f64], accuracy: f64) -> Result<Answer> {
-        check_accuracy(accuracy)?;
-        let start = Instant::now();
-        let predicted = self.predict(&[theta.to_vec()])?.displacement;
-        let mut answer =
-            self.with_solver(|solver| match confirmed(solver, &predicted, theta, accuracy)? {
-                Some(answer) => Ok(answer),
-                None => Ok(solver.solve(theta, &Options::default())?.into()),
-            })?;
-        answer.warnings.extend(extrapolation(self.body, theta));
-        answer.seconds = start.elapsed().as_secs_f64();
-        Ok(answer)
+        let found = Answers::to(self.body, &[theta.to_vec()], accuracy, Some(self), &mut ())?;
+        found.answers.into_iter().next().unwrap_or(Err(Error::Unanswered))
     }
 }
 
@@ -104,35 +90,59 @@ pub(crate) fn converged(
     theta: &[f64],
     accuracy: f64,
 ) -> Result<Option<Answer>> {
-    let start = Instant::now();
     let found = solver.converge(predicted, theta, accuracy, QUASI_NEWTON)?;
-    Ok(found.map(|found| Answer {
-        displacement: found.displacement,
-        error: found.error,
-        steps: 0,
-        source: Source::Predicted,
-        seconds: start.elapsed().as_secs_f64(),
-        warnings: Vec::new(),
-    }))
+    Ok(found.map(|found| Answer::predicted(found.displacement, found.error, 0)))
 }
 
-/// An answer from a prediction by Newton steps; `None` where they do not contract.
+/// An answer from a prediction by Newton steps until what their contraction leaves open is below the tolerance, `None` where they do not
+/// contract; and how many were taken.
 pub(crate) fn confirmed(
     solver: &mut Solver<'_>,
     predicted: &[f64],
     theta: &[f64],
-    accuracy: f64,
-) -> Result<Option<Answer>> {
-    let (start, mut steps) = (Instant::now(), 0);
-    let found = contract(solver, predicted, theta, accuracy, &mut steps)?;
-    Ok(found.map(|(displacement, error)| Answer {
-        displacement,
-        error,
-        steps,
-        source: Source::Predicted,
-        seconds: start.elapsed().as_secs_f64(),
-        warnings: Vec::new(),
-    }))
+    (accuracy, most): (f64, usize),
+) -> Result<(Option<Answer>, usize)> {
+    let mut answer = Answer::predicted(predicted.to_vec(), f64::INFINITY, 0);
+    for _ in 0..MOST_ROUNDS {
+        let estimate = solver.error_estimate_within(&answer.displacement, theta, most)?;
+        answer.steps += estimate.newton_steps;
+        let Ok(distance) = estimate.distance else {
+            return Ok((None, answer.steps));
+        };
+        answer.error = relative(solver.body(), distance.left_open, &distance.equilibrium);
+        answer.displacement = distance.equilibrium;
+        if answer.is_within(accuracy) {
+            break;
+        }
+    }
+    let taken = answer.steps;
+    Ok((Some(answer), taken))
+}
+
+/// Whether a solve from rest is likely to take fewer steps than Newton's method from a displacement: its energy is not below that at rest, or has a slope
+/// along it that an equilibrium nearby would not have.
+pub(crate) fn is_far(body: &Body, displacement: &[f64], theta: &[f64]) -> bool {
+    let mut gradient = vec![0.0; displacement.len()];
+    let mut at = |u: &[f64]| {
+        gradient.fill(0.0);
+        let energy = body.value_and_gradient(u, theta, &mut gradient);
+        let slope: f64 = gradient.iter().zip(displacement).map(|(g, u)| g * u).sum();
+        (energy, slope)
+    };
+    let (energy, slope) = at(displacement);
+    if !body.prescribed.iter().all(|u| u.is_none_or(|u| u == 0.0)) {
+        return !energy.is_finite();
+    }
+    let (rest, steepest) = at(&vec![0.0; displacement.len()]);
+    !(energy < rest && slope.abs() <= FAR * steepest.abs())
+}
+
+impl Answer {
+    fn predicted(displacement: Vec<f64>, error: f64, steps: usize) -> Self {
+        // The caller says which method and when.
+        let (method, seconds, warnings) = (Method::Emulator, 0.0, Vec::new());
+        Self { displacement, error, steps, method, seconds, warnings }
+    }
 }
 
 impl From<Solution> for Answer {
@@ -140,37 +150,12 @@ impl From<Solution> for Answer {
         Self {
             error: share(solution.residual, solution.force_scale),
             steps: solution.iterations(),
-            source: Source::Solved,
+            method: Method::Solver,
             seconds: solution.seconds,
             displacement: solution.displacement,
             warnings: if solution.jumped { vec![Warning::Jumped] } else { Vec::new() },
         }
     }
-}
-
-/// Newton steps from a displacement until what their contraction leaves open is below the tolerance, with that error; `None` where they do
-/// not contract.
-fn contract(
-    solver: &mut Solver<'_>,
-    from: &[f64],
-    theta: &[f64],
-    accuracy: f64,
-    steps: &mut usize,
-) -> Result<Option<(Vec<f64>, f64)>> {
-    let mut found: Option<(Vec<f64>, f64)> = None;
-    for _ in 0..MOST_ROUNDS {
-        let from = found.as_ref().map_or(from, |(displacement, _)| displacement);
-        let estimate = solver.error_estimate(from, theta)?;
-        *steps += estimate.newton_steps;
-        let Ok(distance) = estimate.distance else { return Ok(None) };
-        let error = relative(solver.body(), distance.left_open, &distance.equilibrium);
-        let reached = error <= accuracy;
-        found = Some((distance.equilibrium, error));
-        if reached {
-            break;
-        }
-    }
-    Ok(found)
 }
 
 /// A mean nodal distance relative to the mean nodal displacement; zero of nothing.

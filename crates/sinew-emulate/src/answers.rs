@@ -1,14 +1,14 @@
 //! Answers at many parameter sets: predictions and Newton steps that contract, a regression of these answers where they do not, the solver
 //! for the rest.
 
-use crate::answer::{Answer, confirmed, converged};
+use crate::answer::{Answer, MOST_STEPS, confirmed, converged, is_far};
 use crate::parameters::extrapolation;
-use crate::plan::{Centre, Method, Plan};
+use crate::plan::{Centre, FEW, Method, Plan};
 use crate::progress::{Counter, Observer};
 use crate::sampling::share_of;
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
-use sinew_fem::{CHAIN, Options, SolveError, neighbours, sweep};
+use sinew_fem::{CHAIN, Options, Solver, neighbours, sweep};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -21,19 +21,22 @@ const FEWEST_OPEN: usize = 10;
 /// Predictions of which a smaller part contracts are given up: those that do not cost some Newton steps, as a solve does.
 const WORTH_IT: f64 = 0.5;
 
-/// Answers to all parameter sets, and how they were come by.
+/// Answers to all parameter sets, with the plan that they were made by.
 #[derive(Debug)]
 pub struct Answers {
     /// Expected costs.
     pub plan: Plan,
     /// Answers in the order of the parameter sets, or why there is none.
-    pub answers: Vec<std::result::Result<Answer, String>>,
+    pub answers: Vec<Result<Answer>>,
     /// Wall time of plan, preparation and answers \[s\].
     pub seconds: f64,
 }
 
 impl Answers {
     /// Displacements of a body at each of `thetas` to a relative `accuracy`, by the method that costs least; every answer is checked.
+    ///
+    /// An `emulator` of the body is one of the methods, and may give the start of the solve that an expansion is about: that of
+    /// [`FrozenStiffness::on`](crate::FrozenStiffness::on) answers for a body that nothing was solved or trained on.
     ///
     /// ```
     /// # use sinew_emulate::{Answers, Design};
@@ -56,22 +59,11 @@ impl Answers {
         body: &'b Body,
         thetas: &[Vec<f64>],
         accuracy: f64,
-        trained: Option<&Emulator<'b>>,
+        emulator: Option<&Emulator<'b>>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let start = Instant::now();
-        let planned = Plan::quick(body, thetas, accuracy, trained)?;
-        Self::by(planned, body, thetas, trained, observer, start)
-    }
-
-    fn by<'b>(
-        (plan, centre): (Plan, Option<Centre<'b>>),
-        body: &'b Body,
-        thetas: &[Vec<f64>],
-        trained: Option<&Emulator<'b>>,
-        observer: &mut dyn Observer,
-        start: Instant,
-    ) -> Result<Self> {
+        let (plan, centre) = Plan::quick(body, thetas, accuracy, emulator)?;
         let expansion = match (plan.method(), centre) {
             (Method::Expansion, Some(Centre { solver, displacement })) => {
                 Some(Emulator::series_about(solver, body, &displacement, 1)?)
@@ -79,20 +71,16 @@ impl Answers {
             _ => None,
         };
         let emulator = match plan.method() {
-            Method::Emulator => trained,
-            Method::Expansion | Method::Solver => expansion.as_ref(),
+            Method::Emulator => emulator,
+            _ => expansion.as_ref(),
         };
-        let mut found = Found {
-            body,
-            thetas,
-            accuracy: plan.accuracy,
-            answers: thetas.iter().map(|_| None).collect(),
-        };
+        let answers = thetas.iter().map(|_| None).collect();
+        let mut found = Found { body, thetas, accuracy, answers };
         let mut counter = Counter::new(observer, "answer", 0, thetas.len());
         if let Some(emulator) = emulator {
             let predict =
                 |theta: &Vec<f64>| Ok(emulator.predict(std::slice::from_ref(theta))?.displacement);
-            found.confirm(emulator, predict, &mut counter)?;
+            found.confirm(emulator, (plan.method(), &predict), &mut counter)?;
             found.learn(emulator, &mut counter)?;
             if found.open().len() > 2 * AT_ONCE {
                 found.solve(AT_ONCE, &mut counter)?;
@@ -100,7 +88,7 @@ impl Answers {
             }
         }
         found.solve(usize::MAX, &mut counter)?;
-        let none = || Err("no answer".to_string());
+        let none = || Err(Error::Unanswered);
         let answers = found.answers.into_iter().map(|answer| answer.unwrap_or_else(none)).collect();
         Ok(Self { plan, answers, seconds: start.elapsed().as_secs_f64() })
     }
@@ -111,8 +99,11 @@ struct Found<'a> {
     body: &'a Body,
     thetas: &'a [Vec<f64>],
     accuracy: f64,
-    answers: Vec<Option<std::result::Result<Answer, String>>>,
+    answers: Vec<Option<Result<Answer>>>,
 }
+
+/// A method and its predictions.
+type Predictions<'a> = (Method, &'a (dyn Fn(&Vec<f64>) -> Result<Vec<f64>> + Sync));
 
 impl Found<'_> {
     /// Parameter sets without an answer.
@@ -125,7 +116,7 @@ impl Found<'_> {
     fn confirm(
         &mut self,
         emulator: &Emulator<'_>,
-        predict: impl Fn(&Vec<f64>) -> Result<Vec<f64>> + Sync,
+        predictions: Predictions<'_>,
         counter: &mut Counter<'_>,
     ) -> Result<()> {
         let open = self.open();
@@ -135,12 +126,12 @@ impl Found<'_> {
         // Few at first: where these do not contract, others would not either.
         let (first, rest) = ordered.split_at(CHAIN.min(ordered.len()));
         for cases in std::iter::once(first).chain(rest.chunks(AT_ONCE)) {
-            let chain = |cases: &[usize]| self.chain(cases, emulator, &predict);
+            let chain = |cases: &[usize]| self.chain(cases, emulator, predictions);
             let found: Vec<_> = cases.par_chunks(CHAIN).map(chain).collect::<Result<_>>()?;
             let mut count = 0;
             for (case, answer) in found.into_iter().flatten() {
                 count += usize::from(answer.is_some());
-                self.answers[case] = answer.map(Ok);
+                self.answers[case] = answer;
             }
             step(counter, count)?;
             if (count as f64) < WORTH_IT * cases.len() as f64 {
@@ -150,52 +141,76 @@ impl Found<'_> {
         Ok(())
     }
 
-    /// Answers to neighbours, one after the other.
+    /// Answers to neighbours, one after the other; `None` where steps do not contract.
     fn chain(
         &self,
         cases: &[usize],
         emulator: &Emulator<'_>,
-        predict: impl Fn(&Vec<f64>) -> Result<Vec<f64>>,
-    ) -> Result<Vec<(usize, Option<Answer>)>> {
+        (method, predict): Predictions<'_>,
+    ) -> Result<Vec<(usize, Option<Result<Answer>>)>> {
         emulator.with_solver(|solver| {
+            let descends = emulator.predictor.newton_steps() > 0.0;
             let (mut held, mut found) = (false, Vec::with_capacity(cases.len()));
             for &case in cases {
                 let (start, theta) = (Instant::now(), &self.thetas[case]);
                 // A prediction that is not finite is one that does not contract.
-                let Ok(predicted) = predict(theta) else {
-                    found.push((case, None));
-                    continue;
-                };
-                let near = match held {
-                    true => converged(solver, &predicted, theta, self.accuracy)?,
-                    false => None,
-                };
-                let answer = match near {
-                    Some(answer) => Some(answer),
-                    None => {
-                        let own = confirmed(solver, &predicted, theta, self.accuracy)?;
-                        held = own.is_some();
-                        own
+                let answer = match predict(theta) {
+                    Ok(predicted) => {
+                        self.stepped(solver, &predicted, theta, (&mut held, descends))?
                     }
+                    Err(_) => None,
                 };
-                found.push((
-                    case,
-                    answer.map(|mut answer| {
+                let told = |mut answer: Answer| {
+                    if answer.method != Method::Solver {
+                        answer.method = method;
                         answer.warnings = extrapolation(self.body, theta);
-                        answer.seconds = start.elapsed().as_secs_f64();
-                        answer
-                    }),
-                ));
+                    }
+                    answer.seconds = start.elapsed().as_secs_f64();
+                    answer
+                };
+                found.push((case, answer.map(|answer| answer.map(told))));
             }
             Ok(found)
         })
+    }
+
+    /// An answer by steps from a prediction: quasi-Newton steps where a neighbour's stiffness is held, or Newton steps. One of a few sets that these do
+    /// not contract for is solved from rest, at once where its prediction is far; from the prediction where it came from a descent.
+    fn stepped(
+        &self,
+        solver: &mut Solver<'_>,
+        predicted: &[f64],
+        theta: &[f64],
+        (held, descends): (&mut bool, bool),
+    ) -> Result<Option<Result<Answer>>> {
+        if *held && let Some(answer) = converged(solver, predicted, theta, self.accuracy)? {
+            return Ok(Some(Ok(answer)));
+        }
+        let few = self.thetas.len() < FEW;
+        let (mut taken, mut start) = (0, vec![0.0; predicted.len()]);
+        if !(few && is_far(self.body, predicted, theta)) {
+            let within = (self.accuracy, if few { 1 } else { MOST_STEPS });
+            let (answer, steps) = confirmed(solver, predicted, theta, within)?;
+            (*held, taken) = (answer.is_some(), steps);
+            if answer.is_some() || !few {
+                return Ok(answer.map(Ok));
+            }
+            // Steps that lowered the energy of this very body led there.
+            if descends {
+                start.copy_from_slice(predicted);
+            }
+        }
+        let solved = solver.solve_from(&start, theta, &Options::default()).map(Answer::from);
+        let solved = solved.map(|answer| Answer { steps: answer.steps + taken, ..answer });
+        Ok(Some(solved.map_err(Error::from)))
     }
 
     /// Answers from regressions of answers, each round's one of those to the rounds before, while a round answers enough of what is open.
     fn learn(&mut self, emulator: &Emulator<'_>, counter: &mut Counter<'_>) -> Result<()> {
         while let Some(regression) = self.regression() {
             let open = self.open().len();
-            self.confirm(emulator, |theta| Ok(regression.predict(theta)?), counter)?;
+            let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
+            self.confirm(emulator, (Method::Regression, &predict), counter)?;
             if ((open - self.open().len()) as f64) < WORTH_IT * open as f64 {
                 break;
             }
@@ -240,8 +255,7 @@ impl Found<'_> {
             let thetas: Vec<_> = cases.iter().map(|&case| self.thetas[case].clone()).collect();
             let solved = sweep(self.body, &thetas, &Options::default(), || ())?.results;
             for (&case, solution) in cases.iter().zip(solved) {
-                let told = |error: SolveError| error.to_string();
-                self.answers[case] = Some(solution.map(Answer::from).map_err(told));
+                self.answers[case] = Some(solution.map(Answer::from).map_err(Error::from));
             }
             step(counter, cases.len())?;
         }

@@ -8,7 +8,7 @@ use crate::record::Record;
 use crate::regressed::{self, Regressed};
 use crate::store::{content, read_json, write_json};
 use crate::taylor::{self, TaylorExpansion};
-use crate::{Body, Error, Result, Warning};
+use crate::{Body, Error, PodRegression, Result, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{HeldStiffness, Solver};
 use std::path::Path;
@@ -19,7 +19,7 @@ use std::time::Instant;
 #[doc(alias("surrogate", "metamodel", "ROM"))]
 pub struct Emulator<'b> {
     pub(crate) body: &'b Body,
-    pub(crate) predictor: Box<dyn Predictor>,
+    pub(crate) predictor: Box<dyn Predictor + 'b>,
     /// How it was made, and how far it is to be trusted.
     pub record: Record,
     /// Solvers that are not at work, prepared when they are first needed.
@@ -121,13 +121,18 @@ impl<'b> Emulator<'b> {
     }
 
     /// Emulator of a predictor of `body`.
-    pub fn new(body: &'b Body, predictor: Box<dyn Predictor>, record: Record) -> Self {
+    pub fn new(body: &'b Body, predictor: Box<dyn Predictor + 'b>, record: Record) -> Self {
         Self { body, predictor, record, solvers: Mutex::default(), held: Mutex::new(None) }
     }
 
     /// Its predictor and how that was made.
     pub fn into_parts(self) -> (Box<dyn Predictor>, Record) {
         (self.predictor, self.record)
+    }
+
+    /// The regression that predicts alone, see [`Predictor::regression`].
+    pub fn regression(&self) -> Option<&PodRegression> {
+        self.predictor.regression()
     }
 
     /// The body.

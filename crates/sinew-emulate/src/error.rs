@@ -107,6 +107,14 @@ pub enum Error {
         folder.display()
     )]
     UnknownKind { folder: PathBuf, kind: String },
+    /// A parameter set that nothing answered.
+    #[error("no answer was found; solve it from rest (sinew solve)")]
+    Unanswered,
+    /// An emulator that is not stored.
+    #[error(
+        "an emulator of the kind `{kind}` is not stored: it needs another body's stiffness; keep that body and make it again"
+    )]
+    NotStored { kind: &'static str },
     /// A folder without an emulator.
     #[error("{} holds no emulator; train one first", folder.display())]
     NoEmulator { folder: PathBuf },

@@ -3,6 +3,7 @@
 use crate::calibration::{ratios, within_two};
 use crate::evaluate::{Errors, TestSet};
 use crate::quantiles::Quantiles;
+use crate::stages::Stage;
 use crate::timing::{median, median_seconds};
 use crate::{Emulator, Error, Result};
 use serde::{Deserialize, Serialize};
@@ -11,7 +12,7 @@ use sinew_fem::{NewtonStep, Options, SolveError, Solver};
 /// Repetitions behind every prediction time.
 const REPEATS: usize = 15;
 /// Parameter sets in a batch whose time per set is measured.
-const BATCH: usize = 200;
+pub(crate) const BATCH: usize = 200;
 /// Cold solves behind the solver's time.
 const COLD_SOLVES: usize = 5;
 
@@ -26,6 +27,9 @@ pub struct Evaluation {
     pub raw: Errors,
     /// After one Newton step, two, and so on.
     pub corrected: Vec<Corrected>,
+    /// Cost and errors of predictions as they are and after steps, from which [`Evaluation::seconds_to`] is derived.
+    #[serde(default)]
+    pub stages: Vec<Stage>,
     /// True error over its [`Estimate`](crate::Estimate) in the energy norm, where there is one.
     pub estimates: Option<Quantiles>,
     /// True mean nodal distance over its estimate.
@@ -98,19 +102,29 @@ impl Emulator<'_> {
             let ratios = estimated.iter().map(|ratios| ratios[which]);
             (!estimated.is_empty()).then(|| Quantiles::of(ratios))
         };
-        let corrected = (1..=corrections).map(|count| {
-            let moved = fields.iter().zip(&steps).map(|(field, steps)| {
+        let after = |count: usize| -> Vec<Vec<f64>> {
+            let moved = |(field, steps): (&Vec<f64>, &Vec<NewtonStep>)| {
                 let last = steps[..count.min(steps.len())].last();
                 last.map_or(field, |step| &step.displacement).clone()
-            });
-            let cases = test.cases(&moved.collect::<Vec<_>>())?;
+            };
+            fields.iter().zip(&steps).map(moved).collect()
+        };
+        let corrected = (1..=corrections).map(|count| {
+            let cases = test.cases(&after(count))?;
             let hurt =
                 cases.iter().zip(&raw).filter(|(after, before)| after.relative > before.relative);
             Ok(Corrected { steps: count, errors: Errors::of(&cases), hurt: hurt.count() })
         });
         let seconds: Vec<f64> = steps.iter().flatten().map(|step| step.seconds).collect();
         let step_s = if seconds.is_empty() { 0.0 } else { median(&seconds) };
+        let mut stages = vec![Stage::new(String::new(), [0.0; 2], test, &fields)];
+        stages.extend(Stage::refined(self, test, step_s)?);
+        stages.extend((1..=corrections.max(1)).map(|count| {
+            let name = format!("{count} Newton step{}", if count == 1 { "" } else { "s" });
+            Stage::new(name, [0.0, count as f64 * step_s], test, &after(count))
+        }));
         Ok(Evaluation {
+            stages,
             recipe: self.record.recipe.clone(),
             cases: raw.len(),
             corrected: corrected.collect::<Result<_>>()?,

@@ -37,7 +37,7 @@
 //!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
 //!   ([`Evaluation`]).
 //! - [`Answers`]: displacements to an accuracy that is asked for, by the method that costs least.
-//! - [`OneStiffness`]: unseen bodies.
+//! - [`FrozenStiffness`]: unseen bodies, by the solution and the stiffness of another one.
 //! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
 //!   result less trustworthy is a [`Warning`] in it.
 //!
@@ -77,9 +77,9 @@ mod error;
 mod estimate;
 mod evaluate;
 mod evaluation;
+mod frozen_stiffness;
 mod graph;
 mod identity;
-mod one_stiffness;
 mod options;
 mod parameters;
 mod plan;
@@ -95,6 +95,7 @@ mod sensitivity;
 mod session;
 mod shared;
 mod simulate;
+mod stages;
 pub mod store;
 mod taylor;
 #[cfg(feature = "terminal")]
@@ -102,7 +103,7 @@ mod terminal;
 mod timing;
 mod warning;
 
-pub use answer::{Answer, Source};
+pub use answer::Answer;
 pub use answers::Answers;
 pub use campaign::{Shard, merge, simulate_shard};
 pub use correction::Correction;
@@ -111,7 +112,7 @@ pub use error::{Error, Result};
 pub use estimate::{Distance, Estimate};
 pub use evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
 pub use evaluation::{Corrected, Evaluation, Times};
-pub use one_stiffness::OneStiffness;
+pub use frozen_stiffness::FrozenStiffness;
 pub use options::{Budget, TrainingOptions};
 pub use plan::{Cost, Method, Plan};
 pub use predictor::Predictor;
@@ -119,10 +120,11 @@ pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;
 pub use recipe::{Train, train};
 pub use record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record};
-pub use regression::{Interpolation, PodRegression, RegressionError};
+pub use regression::{Interpolation, PodRegression, RegressionError, RegressionParts};
 pub use sampling::{Design, share_of, split_seed};
 pub use simulate::{Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by};
 pub use sinew_energy::Body;
+pub use stages::Stage;
 pub use taylor::TaylorExpansion;
 #[cfg(feature = "terminal")]
 pub use terminal::Terminal;

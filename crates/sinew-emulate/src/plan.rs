@@ -1,17 +1,20 @@
 //! The planner: many parameter sets to an accuracy, by the method that costs least.
 
-use crate::answer::check_accuracy;
+use crate::answer::{MOST_STEPS, check_accuracy, confirmed};
 use crate::parameters::check_length;
 use crate::{Body, Emulator, Result};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{Options, Solver};
 
-/// Parameter sets below which the solver answers without a look at the alternatives: measuring them takes two solves.
-const FEW: usize = 4;
+/// Parameter sets below which nothing is measured: an emulator answers where there is one, or the solver. Measuring takes two solves.
+pub(crate) const FEW: usize = 4;
 
 /// Newton steps that an answer from a prediction costs as much as: three quasi-Newton steps with a neighbour's stiffness, and a Newton step for
 /// the sets at which these do not contract (measured: 0.3 for a left ventricle, 0.5 over a decade of stiffness).
 const ANSWER: f64 = 0.5;
+
+/// Accuracy of the solution that an expansion is about, where an emulator predicts it first: far below the error of the expansion.
+const CENTRE: f64 = 1e-8;
 
 /// A method that can answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -19,9 +22,11 @@ const ANSWER: f64 = 0.5;
 pub enum Method {
     /// The solver, each set on its own.
     Solver,
-    /// A Taylor expansion about one solve at the centre of the ranges, and Newton steps.
+    /// A Taylor expansion about one solve at the centre of the ranges, and steps that contract.
     Expansion,
-    /// An emulator that is trained already, and Newton steps.
+    /// A regression of other answers, and steps that contract.
+    Regression,
+    /// An emulator that is there already, and steps that contract.
     Emulator,
 }
 
@@ -31,43 +36,43 @@ impl Method {
         match self {
             Self::Solver => "solver",
             Self::Expansion => "expansion + Newton steps",
-            Self::Emulator => "trained emulator + Newton steps",
+            Self::Regression => "regression + Newton steps",
+            Self::Emulator => "emulator + Newton steps",
         }
     }
 }
 
-/// Cost of a method.
+/// Expected cost of a method in Newton steps, a factorisation each; not a number where nothing was measured.
+///
+/// The choice is made by these, so that it depends neither on the machine nor on its threads.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// The method.
     pub method: Method,
-    /// Time before the first answer \[s\].
-    pub prepare_s: f64,
-    /// Time of an answer on one thread \[s\].
-    pub each_s: f64,
-    /// Expected wall time of all answers on the threads there are \[s\].
-    pub total_s: f64,
-    /// Expected Newton steps of preparation and all answers, a factorisation each: the choice is made by them, so that it depends neither
-    /// on the machine nor on its threads.
-    pub newton_steps: f64,
+    /// Newton steps before the first answer.
+    pub prepare: f64,
+    /// Newton steps of an answer.
+    pub each: f64,
 }
 
-/// Costs of the methods for a number of parameter sets, from two solves and a Newton step that were counted and timed.
+/// Costs of the methods for a number of parameter sets, from two solves whose Newton steps were counted and one step that was timed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Parameter sets.
     pub sets: usize,
     /// Tolerance: mean nodal error relative to the mean nodal displacement.
     pub accuracy: f64,
+    /// Wall time of a Newton step with its check on one thread \[s\]; `None` where nothing was measured.
+    pub step_s: Option<f64>,
     /// Methods, the one with the fewest expected Newton steps first.
     pub costs: Vec<Cost>,
 }
 
 impl Plan {
-    /// Counts the Newton steps of a solve from rest at the centre of the ranges and of one from there to the first parameter set, and times a
+    /// Counts the Newton steps of a solve at the centre of the ranges and of one from there to the first parameter set, and times a
     /// checked Newton step.
     ///
-    /// A `trained` emulator's own costs are steps alone.
+    /// The solve at the centre begins with the prediction of an `emulator` where there is one. An emulator's own costs are steps alone.
     ///
     /// # Errors
     /// An accuracy outside 1e-10 to 0.5, θ of the wrong length.
@@ -75,9 +80,9 @@ impl Plan {
         body: &Body,
         thetas: &[Vec<f64>],
         accuracy: f64,
-        trained: Option<&Emulator<'_>>,
+        emulator: Option<&Emulator<'_>>,
     ) -> Result<Self> {
-        Ok(Self::measured(body, thetas, accuracy, trained, 1)?.0)
+        Ok(Self::measured(body, thetas, accuracy, emulator, 1)?.0)
     }
 
     /// For answers: below four sets nothing is measured. With the solution at the centre of the ranges where one was needed.
@@ -85,56 +90,68 @@ impl Plan {
         body: &'b Body,
         thetas: &[Vec<f64>],
         accuracy: f64,
-        trained: Option<&Emulator<'_>>,
+        emulator: Option<&Emulator<'_>>,
     ) -> Result<(Self, Option<Centre<'b>>)> {
-        Self::measured(body, thetas, accuracy, trained, FEW)
+        Self::measured(body, thetas, accuracy, emulator, FEW)
     }
 
     fn measured<'b>(
         body: &'b Body,
         thetas: &[Vec<f64>],
         accuracy: f64,
-        trained: Option<&Emulator<'_>>,
+        emulator: Option<&Emulator<'_>>,
         fewest: usize,
     ) -> Result<(Self, Option<Centre<'b>>)> {
         check_accuracy(accuracy)?;
         thetas.iter().try_for_each(|theta| check_length(body, theta))?;
-        let sets = thetas.len();
-        let plan = |costs, centre| Ok((Self { sets, accuracy, costs }, centre));
-        let alone = |method| Cost {
-            method,
-            prepare_s: 0.0,
-            each_s: f64::NAN,
-            total_s: f64::NAN,
-            newton_steps: f64::NAN,
+        let mut plan = Self { sets: thetas.len(), accuracy, step_s: None, costs: Vec::new() };
+        let counted = match thetas.len() < fewest {
+            true => None,
+            false => Counted::measure(body, &thetas[0], emulator)?,
         };
-        if sets < fewest {
-            let method = if trained.is_some() { Method::Emulator } else { Method::Solver };
-            return plan(vec![alone(method)], None);
-        }
-        let Some((timed, centre)) = Timed::measure(body, &thetas[0])? else {
-            return plan(vec![alone(Method::Solver)], None);
+        let Some((counted, centre)) = counted else {
+            let method = match emulator {
+                Some(_) if thetas.len() < fewest => Method::Emulator,
+                _ => Method::Solver,
+            };
+            plan.costs.push(Cost { method, prepare: f64::NAN, each: f64::NAN });
+            return Ok((plan, None));
         };
-        let threads = rayon::current_num_threads() as f64;
-        let cost = |method, prepare: f64, each: f64| {
-            let (prepare_s, each_s) = (prepare * timed.step_s, each * timed.step_s);
-            let total_s = prepare_s + each_s * sets as f64 / threads.min(sets as f64);
-            Cost { method, prepare_s, each_s, total_s, newton_steps: prepare + each * sets as f64 }
-        };
-        let mut costs = vec![cost(Method::Solver, 0.0, timed.near)];
+        plan.step_s = Some(counted.step_s);
+        plan.costs.push(Cost { method: Method::Solver, prepare: 0.0, each: counted.near });
         if !body.parameters.is_empty() {
-            costs.push(cost(Method::Expansion, timed.expansion(body), ANSWER));
+            let prepare = counted.expansion(body);
+            plan.costs.push(Cost { method: Method::Expansion, prepare, each: ANSWER });
         }
-        if trained.is_some() {
-            costs.push(cost(Method::Emulator, 0.0, ANSWER));
+        if let Some(emulator) = emulator {
+            let each = ANSWER + emulator.predictor.newton_steps();
+            plan.costs.push(Cost { method: Method::Emulator, prepare: 0.0, each });
         }
-        costs.sort_by(|a, b| a.newton_steps.total_cmp(&b.newton_steps));
-        plan(costs, Some(centre))
+        plan.costs.sort_by(|a, b| a.newton_steps(plan.sets).total_cmp(&b.newton_steps(plan.sets)));
+        Ok((plan, Some(centre)))
     }
 
     /// The method that is taken.
     pub fn method(&self) -> Method {
         self.costs[0].method
+    }
+
+    /// Expected wall time of so many Newton steps \[s\]; `None` where nothing was measured.
+    pub fn seconds(&self, newton_steps: f64) -> Option<f64> {
+        self.step_s.map(|step_s| step_s * newton_steps)
+    }
+
+    /// Expected wall time of all answers by a method on the threads there are \[s\]; `None` where nothing was measured.
+    pub fn total_s(&self, cost: &Cost) -> Option<f64> {
+        let threads = rayon::current_num_threads().min(self.sets.max(1)) as f64;
+        self.seconds(cost.prepare + cost.each * self.sets as f64 / threads)
+    }
+}
+
+impl Cost {
+    /// Expected Newton steps of preparation and so many answers.
+    pub fn newton_steps(&self, sets: usize) -> f64 {
+        self.prepare + self.each * sets as f64
     }
 }
 
@@ -146,33 +163,64 @@ pub(crate) struct Centre<'b> {
 }
 
 /// Newton steps and seconds that a plan is made of.
-struct Timed {
+struct Counted {
     /// Newton steps of a solve near to another one.
     near: f64,
-    /// Newton steps of a solve from rest.
-    rest: f64,
+    /// Newton steps of the solve at the centre.
+    centre: f64,
     /// A Newton step with its check \[s\].
     step_s: f64,
 }
 
-impl Timed {
+impl Counted {
     /// `None` where the body has no equilibrium at the centre or at `theta`.
-    fn measure<'b>(body: &'b Body, theta: &[f64]) -> Result<Option<(Self, Centre<'b>)>> {
+    fn measure<'b>(
+        body: &'b Body,
+        theta: &[f64],
+        emulator: Option<&Emulator<'_>>,
+    ) -> Result<Option<(Self, Centre<'b>)>> {
         let (mut solver, options) = (Solver::new(body)?, Options::default());
-        let Ok(centre) = solver.solve(&body.centre(), &options) else { return Ok(None) };
-        let Ok(near) = solver.solve_from(&centre.displacement, theta, &options) else {
+        let Some((displacement, centre)) = at_centre(&mut solver, emulator)? else {
             return Ok(None);
         };
+        let Ok(near) = solver.solve_from(&displacement, theta, &options) else { return Ok(None) };
         let checked = solver.error_estimate(&near.displacement, theta)?;
-        let [rest, near] = [&centre, &near].map(|found| found.iterations() as f64);
         let step_s = checked.seconds / checked.newton_steps.max(1) as f64;
-        let timed = Self { near: near.min(rest), rest, step_s };
-        Ok(Some((timed, Centre { solver, displacement: centre.displacement })))
+        let near = near.iterations() as f64;
+        // A solve from rest may take fewer.
+        let near = if emulator.is_none() { near.min(centre) } else { near };
+        Ok(Some((Self { near, centre, step_s }, Centre { solver, displacement })))
     }
 
     /// Newton steps that a Taylor expansion of second order costs as much as: a solve, and a state for the derivatives by each parameter and each two of them.
     fn expansion(&self, body: &Body) -> f64 {
         let count = body.parameters.len() as f64;
-        self.rest + 1.0 + count + count * (count + 1.0)
+        self.centre + 1.0 + count + count * (count + 1.0)
     }
+}
+
+/// Displacement at the centre of the ranges and the Newton steps that it took, from the prediction of an emulator where steps from there
+/// contract, or from rest; `None` where there is no equilibrium.
+fn at_centre(
+    solver: &mut Solver<'_>,
+    emulator: Option<&Emulator<'_>>,
+) -> Result<Option<(Vec<f64>, f64)>> {
+    let centre = solver.body().centre();
+    let mut steps = 0.0;
+    if let Some(emulator) = emulator {
+        steps = emulator.predictor.newton_steps();
+        if let Ok(predicted) = emulator.predict(std::slice::from_ref(&centre)) {
+            let within = (CENTRE, MOST_STEPS);
+            let (found, taken) = confirmed(solver, &predicted.displacement, &centre, within)?;
+            steps += taken as f64;
+            if let Some(found) = found {
+                return Ok(Some((found.displacement, steps)));
+            }
+        }
+    }
+    let solved = solver.solve(&centre, &Options::default()).ok();
+    Ok(solved.map(|solved| {
+        let steps = steps + solved.iterations() as f64;
+        (solved.displacement, steps)
+    }))
 }

@@ -1,7 +1,7 @@
 //! Predictors: displacements of one body at parameter sets, by any method.
 
 use crate::parameters::check_length;
-use crate::{Body, Result};
+use crate::{Body, PodRegression, Result};
 use std::fmt::Debug;
 use std::path::Path;
 
@@ -62,6 +62,11 @@ pub trait Predictor: Debug + Send + Sync {
         self.predict(body, thetas)
     }
 
+    /// Cost of a prediction in Newton steps of the body, by which [`Plan`](crate::Plan) weighs it: about none unless it takes steps itself.
+    fn newton_steps(&self) -> f64 {
+        0.0
+    }
+
     /// `∂û/∂θ` at θ: a field for every parameter, node by node [length per unit of the parameter]; by central differences unless the
     /// predictor knows better.
     ///
@@ -81,6 +86,11 @@ pub trait Predictor: Debug + Send + Sync {
             Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * step)).collect())
         };
         (0..theta.len()).map(derivative).collect()
+    }
+
+    /// The regression that predicts alone, without an expansion or network beside it; `None` for other predictors.
+    fn regression(&self) -> Option<&PodRegression> {
+        None
     }
 
     /// Writes its files into a folder of its own.

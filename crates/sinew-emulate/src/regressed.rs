@@ -97,6 +97,10 @@ impl Predictor for Regressed {
         Ok(fields?.concat())
     }
 
+    fn regression(&self) -> Option<&PodRegression> {
+        self.regression.as_ref().filter(|_| self.series.is_none())
+    }
+
     fn save(&self, folder: &Path) -> Result<()> {
         if let Some(series) = &self.series {
             write_json(&folder.join(FILE), series)?;

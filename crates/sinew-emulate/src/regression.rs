@@ -14,6 +14,7 @@
 mod decomposition;
 mod error;
 mod interpolation;
+mod parts;
 mod process;
 mod storage;
 
@@ -23,6 +24,7 @@ pub use error::RegressionError;
 pub use interpolation::Interpolation;
 use interpolation::{Fitted, fit_polynomial};
 use nalgebra::{DMatrix, DVector, RowDVector};
+pub use parts::RegressionParts;
 use process::fit_process;
 use sinew_energy::Parameter;
 
@@ -69,17 +71,42 @@ impl PodRegression {
         thetas: &[Vec<f64>],
         fields: &[Vec<f64>],
     ) -> Result<Self, RegressionError> {
+        Self::fit_by(parameters, thetas, fields, |points, coefficients| {
+            let polynomial = fit_polynomial(points, coefficients, HIGHEST_DEGREE);
+            match fit_process(points, coefficients) {
+                Some(process) if process.leave_one_out < polynomial.leave_one_out => process,
+                _ => polynomial,
+            }
+        })
+    }
+
+    /// As [`PodRegression::fit`] by a polynomial alone, of a total degree up to `degree`: for hundreds of samples, where a Gaussian
+    /// process takes minutes to fit.
+    ///
+    /// # Errors
+    /// As [`PodRegression::fit`].
+    pub fn fit_polynomial(
+        parameters: &[Parameter],
+        thetas: &[Vec<f64>],
+        fields: &[Vec<f64>],
+        degree: usize,
+    ) -> Result<Self, RegressionError> {
+        Self::fit_by(parameters, thetas, fields, |points, coefficients| {
+            fit_polynomial(points, coefficients, degree)
+        })
+    }
+
+    fn fit_by(
+        parameters: &[Parameter],
+        thetas: &[Vec<f64>],
+        fields: &[Vec<f64>],
+        fit: impl FnOnce(&DMatrix<f64>, &DMatrix<f64>) -> Fitted,
+    ) -> Result<Self, RegressionError> {
         check_samples(parameters, thetas, fields)?;
         let snapshots = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
         let Decomposition { mean, modes, coefficients } = decompose(&snapshots, DROPPED_ENERGY)?;
         let rows: Vec<_> = thetas.iter().map(|theta| inputs(parameters, theta)).collect();
-        let points = DMatrix::from_rows(&rows);
-        let polynomial = fit_polynomial(&points, &coefficients, HIGHEST_DEGREE);
-        let process = fit_process(&points, &coefficients);
-        let fitted = match process {
-            Some(process) if process.leave_one_out < polynomial.leave_one_out => process,
-            _ => polynomial,
-        };
+        let fitted = fit(&DMatrix::from_rows(&rows), &coefficients);
         let (error, size) = (fitted.leave_one_out, snapshots.norm_squared());
         let leave_one_out = if size > 0.0 { (error / size).sqrt() } else { 0.0 };
         let parameters = parameters.to_vec();

@@ -27,6 +27,24 @@ impl ForceBalance {
         let material = &*self.body.material;
         check_theta(material, theta, theta_len(material, followers).max(self.body.theta_len()))
     }
+
+    /// Pressures \[stress\] at all nodes of the mesh from those at the nodes of the field, which is linear in each cell; `None` without a
+    /// field, or with pressures of another.
+    pub fn nodal_pressure(&self, pressure: &[f64]) -> Option<Vec<f64>> {
+        let field =
+            self.pressure_field.as_ref().filter(|field| field.unknowns == pressure.len())?;
+        let edges = self.body.element().edges;
+        let mut of_nodes = vec![0.0; self.body.nodes];
+        field.nodes.iter().zip(pressure).for_each(|(&node, &p)| of_nodes[node] = p);
+        for cell in self.body.cell_nodes() {
+            for edge in edges {
+                if let [a, b, middle] = **edge {
+                    of_nodes[cell[middle]] = 0.5 * (of_nodes[cell[a]] + of_nodes[cell[b]]);
+                }
+            }
+        }
+        Some(of_nodes)
+    }
 }
 
 /// A continuous linear pressure `p`: adds `∫ p (J − 1) − ½ p²/κ dV` to the potential, stationary in p.

@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// `value + ε derivative` with `ε² = 0`. Over a [`sinew_num::Slope`] it gives the mixed derivatives of an
 /// energy in the strain and one parameter.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Dual<S> {
     pub value: S,
     pub derivative: S,

@@ -21,12 +21,12 @@ pub enum SceneError {
     /// The mesh breaks its own rules.
     #[error(transparent)]
     Mesh(#[from] Defect),
-    /// A field of stiffness that is not one.
+    /// Factors from place to place that cannot be used.
     #[error(
-        "a field of stiffness has one finite, positive factor for each of {nodes} nodes; {found} were given, and that of node {node} \
-         is missing or none"
+        "a field of factors has one finite number for each {place}, {count} in all, above zero for a stiffness and not below for other \
+         parameters; {found} were given, and that of {place} {at} is missing or unfit"
     )]
-    Factors { nodes: usize, found: usize, node: usize },
+    Factors { place: &'static str, count: usize, found: usize, at: usize },
     /// A tetrahedron without positive volume \[length³\].
     #[error(
         "cell {cell} has volume {volume:e}; turn inverted cells with sinew_mesh::repair_orientation \

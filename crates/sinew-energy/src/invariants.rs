@@ -4,6 +4,7 @@
 //! rule: Taylor numbers in the arguments (2 for an isotropic law, 3 with fibres, 8 with a whole
 //! frame) instead of the nine entries of ∇u, times the arguments' own derivatives in closed form.
 
+use crate::dual::Dual;
 use crate::law::finite_or_infinite;
 use crate::lower::geometry::dot3;
 use crate::{Guard, Law, Response};
@@ -151,6 +152,22 @@ impl<L: InvariantLaw<D>, const D: usize> Law<D> for L {
             _ => response::<L, D, 8>(self, parameters, &state),
         }
     }
+
+    fn stress_rate(
+        &self,
+        parameters: &[f64],
+        rates: &[f64],
+        displacement_gradient: &Mat3<f64>,
+        directions: &[[f64; 3]; D],
+    ) -> Mat3<f64> {
+        let state = State::new(displacement_gradient, directions);
+        match const { arguments(D) } {
+            2 => stress_rate::<L, D, 2>(self, parameters, rates, &state),
+            3 => stress_rate::<L, D, 3>(self, parameters, rates, &state),
+            5 => stress_rate::<L, D, 5>(self, parameters, rates, &state),
+            _ => stress_rate::<L, D, 8>(self, parameters, rates, &state),
+        }
+    }
 }
 
 /// Number of arguments of a law that reads `directions` directions.
@@ -261,6 +278,25 @@ fn stress<L: InvariantLaw<D>, G: Guard, const D: usize, const K: usize>(
     (finite_or_infinite(slope.value), stress)
 }
 
+fn stress_rate<L: InvariantLaw<D>, const D: usize, const K: usize>(
+    law: &L,
+    parameters: &[f64],
+    rates: &[f64],
+    state: &State<D>,
+) -> Mat3<f64> {
+    let mut moving = constants::<L, _, D>(parameters, |value| Dual {
+        value: Slope::<K>::constant(value),
+        derivative: Slope::constant(0.0),
+    });
+    moving.iter_mut().zip(rates).for_each(|(p, rate)| p.derivative = Slope::constant(*rate));
+    let arguments = state.seeded(|value, index| Dual {
+        value: Slope::<K>::variable(value, index),
+        derivative: Slope::constant(0.0),
+    });
+    let density = law.density_of(&moving[..L::PARAMETERS.len()], &arguments, &crate::Exact);
+    state.pull_back(&density.derivative.gradient)
+}
+
 fn response<L: InvariantLaw<D>, const D: usize, const K: usize>(
     law: &L,
     parameters: &[f64],
@@ -340,4 +376,35 @@ fn constants<L: InvariantLaw<D>, S: Copy, const D: usize>(
 
 fn delta(i: usize, j: usize) -> f64 {
     if i == j { 1.0 } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::rate_by_slopes;
+    use crate::laws::{ActiveTension, Guccione, HolzapfelOgden, NeoHookean};
+
+    /// The rate in the invariants against that in the strain, which differ by rounding alone.
+    fn check<L: InvariantLaw<D>, const D: usize>(law: L, parameters: &[f64], frame: [[f64; 3]; D]) {
+        let h = Mat3([[0.1, 0.02, -0.05], [0.03, -0.08, 0.04], [0.06, -0.01, 0.07]]);
+        for index in 0..parameters.len() {
+            let rates: Vec<_> =
+                (0..parameters.len()).map(|i| f64::from(u8::from(i == index))).collect();
+            let found = Law::stress_rate(&law, parameters, &rates, &h, &frame);
+            let expected = rate_by_slopes(&law, parameters, &rates, &h, &frame);
+            let size = expected.squared_norm().sqrt();
+            let off = Mat3::from_fn(|i, j| found[i][j] - expected[i][j]).squared_norm().sqrt();
+            assert!(size > 0.0 && off <= 1e-13 * size, "{} {index}: {off:e} of {size}", L::NAME);
+        }
+    }
+
+    #[test]
+    fn rates_of_stress_are_the_same_by_invariants_and_by_the_strain() {
+        check(NeoHookean, &[3.0, 5.0], []);
+        let fibre = [0.6, 0.0, 0.8];
+        let active = HolzapfelOgden.nearly_incompressible(25.0).with_active(ActiveTension);
+        check(active, &[0.2, 2.0, 2.8, 2.1, 30.0], [fibre]);
+        let guccione = Guccione.nearly_incompressible(25.0);
+        check(guccione, &[2.0, 8.0, 2.0, 4.0], [fibre, [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]);
+    }
 }

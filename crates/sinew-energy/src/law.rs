@@ -1,5 +1,6 @@
 //! What a strain-energy law is.
 
+use crate::dual::Dual;
 use crate::{Exact, Guard};
 use sinew_num::{Jet, Mat3, Scalar, Slope};
 use std::fmt::Debug;
@@ -133,6 +134,37 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
         }
         response_by_jets(self, parameters, displacement_gradient, directions)
     }
+
+    /// Change of the stress with the parameters along `rates`, one per parameter: `∂²Ψ/∂H∂θ · rates`. J must be positive.
+    fn stress_rate(
+        &self,
+        parameters: &[f64],
+        rates: &[f64],
+        displacement_gradient: &Mat3<f64>,
+        directions: &[[f64; 3]; D],
+    ) -> Mat3<f64> {
+        rate_by_slopes(self, parameters, rates, displacement_gradient, directions)
+    }
+}
+
+/// [`Law::stress_rate`] by first-order Taylor numbers in the strain and along the rates.
+pub(crate) fn rate_by_slopes<L: Law<D>, const D: usize>(
+    law: &L,
+    parameters: &[f64],
+    rates: &[f64],
+    displacement_gradient: &Mat3<f64>,
+    directions: &[[f64; 3]; D],
+) -> Mat3<f64> {
+    let still = |value: Slope<9>| Dual { value, derivative: Slope::constant(0.0) };
+    let moving = |(&value, &rate): (&f64, &f64)| Dual {
+        value: Slope::<9>::constant(value),
+        derivative: Slope::constant(rate),
+    };
+    let parameters: Vec<_> = parameters.iter().zip(rates).map(moving).collect();
+    let h = displacement_gradient.seeded(|value, index| still(Slope::variable(value, index)));
+    let directions = directions.map(|d| d.map(|x| still(Slope::constant(x))));
+    let change = law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
+    Mat3::from_fn(|i, j| change[3 * i + j])
 }
 
 /// [`Law::stress`] by first-order Taylor numbers whatever the law overrides: the reference of closed

@@ -80,6 +80,7 @@ mod patches;
 mod pressure;
 mod reference_loads;
 mod rim;
+mod scaled;
 mod scene;
 mod solid;
 mod spring;

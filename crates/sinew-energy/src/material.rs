@@ -1,9 +1,8 @@
 //! A law at the quadrature points of a body, whatever the law is.
 
-use crate::dual::Dual;
 use crate::lower::geometry::dot3;
 use crate::{Barriers, Exact, Law, Response};
-use sinew_num::{Mat3, Slope};
+use sinew_num::Mat3;
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -197,23 +196,8 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         rates: &[f64],
         h: &Mat3<f64>,
     ) -> Mat3<f64> {
-        let constant = |value: f64| Dual {
-            value: Slope::<9>::constant(value),
-            derivative: Slope::constant(0.0),
-        };
-        let moving = |(&value, &rate): (&f64, &f64)| Dual {
-            value: Slope::<9>::constant(value),
-            derivative: Slope::constant(rate),
-        };
-        let parameters: Vec<_> = parameters.iter().zip(rates).map(moving).collect();
-        let h = h.seeded(|value, index| Dual {
-            value: Slope::variable(value, index),
-            derivative: Slope::constant(0.0),
-        });
         let Some(directions) = self.at(point) else { return Mat3([[f64::NAN; 3]; 3]) };
-        let directions = directions.map(|d| d.map(constant));
-        let change = self.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
-        times(self.factor(point), &Mat3::from_fn(|i, j| change[3 * i + j]))
+        times(self.factor(point), &self.law.stress_rate(parameters, rates, h, directions))
     }
 }
 

@@ -64,17 +64,30 @@ impl Body {
         let cavities = self.cavities.iter().map(|cavity| cavity.among(&positions)).collect();
         let pressures = self.pressures.iter().map(|surface| surface.placed(motion)).collect();
         let loads = &self.reference_loads;
+        // Field by field: a clone would copy the largest arrays to throw them away.
         Some(Self {
-            nodal_force: loads.nodal_force(&self.cells, &volumes, &positions),
-            springs: loads.springs(&positions),
+            name: self.name.clone(),
+            units: self.units.clone(),
+            parameters: self.parameters.clone(),
+            known: self.known.clone(),
             mesh: Arc::new(mesh),
             material,
+            barriers: self.barriers,
+            nodes: self.nodes,
+            nodal_force: loads.nodal_force(&self.cells, &volumes, &positions),
+            springs: loads.springs(&positions),
             positions,
+            nodes_per_cell: self.nodes_per_cell,
+            cells: self.cells.clone(),
+            points_per_cell: self.points_per_cell,
             shape_gradients,
             volumes,
-            cavities,
+            patches: self.patches.clone(),
+            reference_loads: loads.clone(),
             pressures,
-            ..self.clone()
+            cavities,
+            prescribed: self.prescribed.clone(),
+            frames: self.frames.clone(),
         })
     }
 

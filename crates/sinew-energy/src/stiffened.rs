@@ -26,21 +26,56 @@ impl Body {
     /// # Errors
     /// [`SceneError::Factors`] unless there is one finite, positive factor for every node.
     pub fn stiffened(self, factors: &[f64]) -> Result<Self, SceneError> {
-        let unfit =
-            |node: usize| SceneError::Factors { nodes: self.nodes, found: factors.len(), node };
-        if factors.len() != self.nodes {
-            return Err(unfit(factors.len().min(self.nodes)));
-        }
-        let wrong = |factor: &f64| !(factor.is_finite() && *factor > 0.0);
-        if let Some(node) = factors.iter().position(wrong) {
-            return Err(unfit(node));
-        }
+        check(factors, self.nodes, "node", |factor| factor > 0.0)?;
+        let of_cells = self.cell_factors(factors)?;
+        self.stiffened_cells(&of_cells)
+    }
+
+    /// Means over the nodes of each cell of one finite factor per node, none of them negative: what [`Body::stiffened_cells`] and
+    /// [`Body::with_parameter_field`] take.
+    ///
+    /// # Errors
+    /// [`SceneError::Factors`] unless there is one for every node.
+    pub fn cell_factors(&self, of_nodes: &[f64]) -> Result<Vec<f64>, SceneError> {
+        check(of_nodes, self.nodes, "node", |factor| factor >= 0.0)?;
         let mean = |cell: &[usize]| {
-            cell.iter().map(|&node| factors[node]).sum::<f64>() / cell.len() as f64
+            cell.iter().map(|&node| of_nodes[node]).sum::<f64>() / cell.len() as f64
         };
-        let per_point = self
-            .cell_nodes()
-            .flat_map(|cell| std::iter::repeat_n(mean(cell), self.points_per_cell));
-        Ok(Self { material: self.material.stiffened(per_point.collect()), ..self })
+        Ok(self.cell_nodes().map(mean).collect())
+    }
+
+    /// [`Body::stiffened`] by one factor per cell.
+    ///
+    /// # Errors
+    /// [`SceneError::Factors`] unless there is one finite, positive factor for every cell.
+    pub fn stiffened_cells(self, factors: &[f64]) -> Result<Self, SceneError> {
+        check(factors, self.cell_count(), "cell", |factor| factor > 0.0)?;
+        let per_point = self.per_point(factors);
+        Ok(Self { material: self.material.stiffened(per_point), ..self })
+    }
+
+    /// Values of cells at their quadrature points.
+    pub(crate) fn per_point(&self, of_cells: &[f64]) -> Vec<f64> {
+        let points = self.points_per_cell;
+        of_cells.iter().flat_map(|&factor| std::iter::repeat_n(factor, points)).collect()
+    }
+}
+
+/// Requires one finite factor for each of `count` places.
+pub(crate) fn check(
+    factors: &[f64],
+    count: usize,
+    place: &'static str,
+    fits: impl Fn(f64) -> bool,
+) -> Result<(), SceneError> {
+    let found = factors.len();
+    let wrong = |factor: &f64| !(factor.is_finite() && fits(*factor));
+    let at = match found == count {
+        true => factors.iter().position(wrong),
+        false => Some(found.min(count)),
+    };
+    match at {
+        None => Ok(()),
+        Some(at) => Err(SceneError::Factors { place, count, found, at }),
     }
 }

@@ -1,6 +1,6 @@
 //! Meshes the left ventricle of a real heart over one beat from its surfaces, and loads it to 8 mmHg.
 
-#[path = "../tests/support/ventricle.rs"]
+#[path = "../tests/fem/support/ventricle.rs"]
 mod ventricle;
 
 use sinew_energy::metrics::deformed_volume;

@@ -1,6 +1,6 @@
 //! Writes the ventricle of `fixtures/organ`, by default over itself: `small_ventricle [FILE]`.
 
-#[path = "../tests/support/organ.rs"]
+#[path = "../tests/fem/support/organ.rs"]
 mod organ;
 
 fn main() -> std::io::Result<()> {

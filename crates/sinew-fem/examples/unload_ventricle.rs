@@ -1,6 +1,6 @@
 //! Unloads the thesis' left ventricle by Newton's method and by the usual fixed points, and prints error against effort.
 
-#[path = "../tests/support/ventricle.rs"]
+#[path = "../tests/fem/support/ventricle.rs"]
 mod ventricle;
 #[path = "../../../fixtures/organ/ventricles.rs"]
 mod ventricles;

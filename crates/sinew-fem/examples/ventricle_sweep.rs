@@ -1,7 +1,7 @@
 //! Solves the thesis' left ventricle cold, on one core, for its softest corner and Sobol points of its
 //! parameter box, and writes a table.
 
-#[path = "../tests/support/ventricle.rs"]
+#[path = "../tests/fem/support/ventricle.rs"]
 mod ventricle;
 #[path = "../../../fixtures/organ/ventricles.rs"]
 mod ventricles;

@@ -33,6 +33,7 @@
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
+//! - [`Solver::trace`] and [`BalanceSolver::trace`] give the equilibria at parameters in their order, each from the one before.
 //! - [`HeldStiffness`] descends at many θ with a stiffness that is factorised once.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
@@ -78,88 +79,40 @@
 //! \|u - u^*\| \lesssim \frac{4}{1-\kappa}\,\|\Delta u\|, \qquad \kappa = \frac{\|\Delta u\|}{\|\Delta u_{\text{before}}\|} \le \tfrac12, \qquad \|v\|_K = \sqrt{v^{\mathsf T} K v}
 //! ```
 
-mod around;
-mod assembly;
-mod balance;
-mod buckling;
-mod cell;
-mod cells;
-mod check;
-mod continuation;
-mod control;
-mod converge;
+mod diagnose;
+mod elements;
 mod error;
-mod error_estimate;
-mod factor;
 pub mod fibres;
-mod followers;
-mod gmres;
-mod held;
-mod hinges;
-mod history;
-mod line;
-mod line_search;
 mod linear;
-mod loading;
-mod locking;
-mod matrix;
-mod named;
-mod nested;
-mod newton;
-mod newton_step;
-mod options;
-mod order;
-mod ordering;
-mod outlook;
-mod patch;
-mod path;
-mod predictor;
-mod pressure_field;
-mod report;
-mod rigid;
-mod search;
-mod sensitivity;
-mod series;
-mod softer;
-mod solution;
-mod solver;
-mod sparsity;
-mod state;
-mod stress;
-mod supports;
-mod sweep;
-mod system;
-mod turn;
+mod solve;
 mod unload;
-mod vector;
-mod volume;
-mod watch;
 
-pub use balance::{BalanceSolution, BalanceSolver};
-pub use buckling::SoftestMode;
-pub use continuation::{Curve, CurvePoint};
-pub use converge::Converged;
-pub use error::{Advice, NotConverged, SolveError};
-pub use error_estimate::{Distance, ErrorEstimate, NotNearEquilibrium};
-pub use held::{Descent, HeldStiffness};
-pub use history::{History, Iteration};
-pub use line::Line;
-pub use locking::{
+pub use diagnose::error_estimate::{Distance, ErrorEstimate, NotNearEquilibrium};
+pub use diagnose::locking::{
     FormulationDifference, FormulationError, LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions,
     compare_formulations, locking, locking_over_ranges,
 };
-pub use matrix::Stiffness;
-pub use named::{CellValue, RigidMode};
-pub use nested::coarse_displacement;
-pub use newton_step::NewtonStep;
-pub use options::{LoadSteps, Options};
-pub use order::neighbours;
-pub use report::{Reaction, SolutionReport, Warning, report, report_balance};
-pub use series::IterationSeries;
-pub use solution::Solution;
-pub use solver::Solver;
-pub use stress::{CellStress, Fibre, cell_stresses};
-pub use sweep::{CHAIN, Sweep, SweepError, sweep, sweep_balances};
-pub use unload::{Loading, Unload, UnloadError, UnloadOptions, Unloaded};
-pub use volume::VolumeStep;
-pub use watch::{Progress, print_progress};
+pub use diagnose::named::{CellValue, RigidMode};
+pub use diagnose::report::{Reaction, SolutionReport, Warning, report, report_balance};
+pub use diagnose::stress::{CellStress, Fibre, balance_stresses, cell_stresses};
+pub use error::{Advice, NotConverged, SolveError};
+pub use linear::matrix::Stiffness;
+pub use solve::balance::{BalanceSolution, BalanceSolver};
+pub use solve::buckling::SoftestMode;
+pub use solve::continuation::{Curve, CurvePoint};
+pub use solve::converge::Converged;
+pub use solve::held::{Descent, HeldStiffness};
+pub use solve::history::{History, Iteration};
+pub use solve::line::Line;
+pub use solve::nested::coarse_displacement;
+pub use solve::newton_step::NewtonStep;
+pub use solve::options::{LoadSteps, Options};
+pub use solve::order::neighbours;
+pub use solve::series::IterationSeries;
+pub use solve::solution::Solution;
+pub use solve::solver::Solver;
+pub use solve::sweep::{CHAIN, Sweep, SweepError, sweep, sweep_balances};
+pub use solve::trace::{Trace, TraceEnd};
+pub use solve::volume::VolumeStep;
+pub use solve::watch::{Progress, print_progress};
+pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};

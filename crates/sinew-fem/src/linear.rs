@@ -1,81 +1,9 @@
-//! The linear systems of Newton's method: by a factor where the stiffness is all there is, else by iteration that the
-//! factor preconditions.
+//! Sparse matrices, orders, factors and iterations of the linear systems.
 
-use crate::SolveError;
-use crate::gmres::{LinearOutcome, gmres};
-use crate::state::load_gradient;
-use crate::system::System;
-
-/// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and what is
-/// left of volumes in a balance that one step reaches stays below what is asked for.
-const TOLERANCE: f64 = 1e-10;
-/// Most iterations of one linear system.
-const MOST_ITERATIONS: usize = 400;
-
-impl System<'_> {
-    /// Factorises the stiffness that was assembled last: the shift of its diagonal [relative to the mean] and the number
-    /// of its negative pivots. An indefinite one is shifted if it is to be `definite`, and else where that fails.
-    pub(crate) fn factorise(&mut self, definite: bool) -> Option<(f64, usize)> {
-        let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
-        if let Some(coupling) = &mut self.coupling {
-            coupling.factorise(self.body)?;
-        }
-        if self.factor.positive_definite(sparsity, matrix) {
-            return Some((0.0, 0));
-        }
-        let negative = self.factor.indefinite(sparsity, matrix);
-        match negative {
-            Some(negative) if !definite => Some((0.0, negative)),
-            _ => {
-                let shift = self.factor.shifted(sparsity, matrix)?;
-                Some((shift, negative.unwrap_or(1).max(1)))
-            }
-        }
-    }
-
-    /// Solves for a change of the unknowns (free displacements, then pressures) by the whole derivative of the balance;
-    /// `shift` is that of the factor. Says how the iteration ended as well: steps of Newton's method may be rough.
-    pub(crate) fn solve(
-        &self,
-        mut right: Vec<f64>,
-        shift: f64,
-    ) -> Result<(Vec<f64>, LinearOutcome), SolveError> {
-        if self.has_potential() && shift == 0.0 {
-            self.factor.solve(&mut right);
-            return Ok((right, LinearOutcome { iterations: 0, relative_residual: 0.0 }));
-        }
-        let free = self.sparsity.unknowns();
-        let mut change = vec![0.0; right.len()];
-        let precondition = |from: &[f64], to: &mut [f64]| {
-            to.copy_from_slice(from);
-            let (forces, pressures) = to.split_at_mut(free);
-            if let Some(coupling) = &self.coupling {
-                coupling.solve_schur(pressures);
-                let mut full = vec![0.0; self.body.prescribed.len()];
-                coupling.add_forces(self.body, pressures, &mut full);
-                let gathered = self.sparsity.gather(&full);
-                forces.iter_mut().zip(gathered).for_each(|(force, more)| *force -= more);
-            }
-            self.factor.solve(forces);
-        };
-        let apply = |from: &[f64], to: &mut [f64]| self.apply(from, to);
-        let outcome = gmres(apply, precondition, &right, &mut change, TOLERANCE, MOST_ITERATIONS);
-        let solved = change.iter().all(|c| c.is_finite());
-        if solved { Ok((change, outcome)) } else { Err(SolveError::Singular) }
-    }
-
-    /// Adds `−K⁻¹ forces` to the free degrees of freedom, with the last factor.
-    pub(crate) fn add_newton_step(&self, forces: &[f64], displacement: &mut [f64]) {
-        let mut right: Vec<_> = self.sparsity.gather(forces).map(|f| -f).collect();
-        self.factor.solve(&mut right);
-        self.sparsity.scatter(right, displacement);
-    }
-
-    /// Derivative of the balance in the load factor.
-    pub(crate) fn load_derivative(&self, displacement: &[f64], theta: &[f64]) -> Vec<f64> {
-        let mut forces = load_gradient(self.body, displacement, theta);
-        self.followers.add_forces(displacement, theta, &mut forces);
-        let free = self.sparsity.gather(&forces);
-        free.chain(std::iter::repeat_n(0.0, self.pressures())).collect()
-    }
-}
+pub(crate) mod factor;
+pub(crate) mod gmres;
+pub(crate) mod matrix;
+pub(crate) mod ordering;
+pub(crate) mod sparsity;
+pub(crate) mod systems;
+pub(crate) mod vector;

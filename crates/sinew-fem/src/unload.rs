@@ -3,6 +3,7 @@
 mod entries;
 mod error;
 mod image;
+mod loaded;
 mod multifrontal;
 mod newton;
 mod options;
@@ -10,19 +11,21 @@ mod point;
 mod sensitivity;
 mod state;
 mod tangent;
+mod thin;
 mod unloaded;
 mod verdict;
 
 pub use error::UnloadError;
 pub use options::UnloadOptions;
+pub use thin::ThinWall;
 pub use unloaded::{Loading, Unloaded};
 
-use crate::SolveError;
-use crate::check::check_displacement;
-use crate::system::System;
+use crate::elements::check::{check_displacement, check_length};
+use crate::elements::system::System;
+use crate::{BalanceSolution, Options, SolveError};
 use image::Image;
 use newton::Search;
-use sinew_energy::{Body, Fibres, ForceBalance};
+use sinew_energy::{Body, Fibres, ForceBalance, ThetaError};
 use std::time::Instant;
 
 /// Finds the body at rest whose loaded state is an image.
@@ -96,6 +99,19 @@ impl<'p> Unload<'p> {
         self
     }
 
+    /// Whether the wall under a pressure has one layer of linear tetrahedra.
+    pub fn thin_wall(&self) -> Option<ThinWall> {
+        ThinWall::of(&self.search.image.system)
+    }
+
+    /// Checks that θ is one of the image.
+    ///
+    /// # Errors
+    /// The first entry that makes no sense.
+    pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
+        self.search.image.system.check_theta(theta)
+    }
+
     /// The body at rest for θ, starting from the image itself; under a load that rises step by step where that fails.
     ///
     /// # Errors
@@ -145,6 +161,27 @@ impl<'p> Unload<'p> {
         Ok(Unloaded::new(&self.search.image, found, theta, loading, start))
     }
 
+    /// Starts from a motion from the image to the body at rest \[length\], such as one that is extrapolated.
+    ///
+    /// # Errors
+    /// As for [`Unload::solve`], and a motion of the wrong length or that is not finite.
+    pub fn solve_near(
+        &mut self,
+        motion: &[f64],
+        theta: &[f64],
+        options: &UnloadOptions,
+    ) -> Result<Unloaded, UnloadError> {
+        self.solve_from_motion(motion.to_vec(), theta, options)
+    }
+
+    /// Another one of the same image with nothing factorised, for another thread; it shares what is prepared.
+    ///
+    /// # Errors
+    /// [`SolveError::OutOfMemory`].
+    pub fn fresh(&self) -> Result<Self, SolveError> {
+        Ok(Self { search: self.search.fresh()? })
+    }
+
     /// Derivative ∂X/∂θ of the positions at rest: one vector like [`Unloaded::motion`] per entry of θ.
     ///
     /// By the implicit function theorem, with exact derivatives throughout and one factorisation for all entries.
@@ -152,9 +189,71 @@ impl<'p> Unload<'p> {
     /// # Errors
     /// The body of another image, or [`UnloadError::Singular`].
     pub fn sensitivity(&mut self, unloaded: &Unloaded) -> Result<Vec<Vec<f64>>, UnloadError> {
+        let entries = unloaded.theta.len();
+        let unit = |index: usize| (0..entries).map(|i| f64::from(u8::from(i == index))).collect();
+        self.sensitivity_along(unloaded, &(0..entries).map(unit).collect::<Vec<_>>())
+    }
+
+    /// Change of the positions at rest along directions in θ, one vector like [`Unloaded::motion`] each.
+    ///
+    /// # Errors
+    /// As for [`Unload::sensitivity`], and directions that are not as long as θ.
+    pub fn sensitivity_along(
+        &mut self,
+        unloaded: &Unloaded,
+        directions: &[Vec<f64>],
+    ) -> Result<Vec<Vec<f64>>, UnloadError> {
         let Unloaded { motion, theta, .. } = unloaded;
         self.search.image.system.check_theta(theta).map_err(SolveError::from)?;
         check_displacement(self.search.image.system.body, motion)?;
-        self.search.sensitivity(motion, theta)
+        check_directions(theta, directions)?;
+        self.search.sensitivity(motion, theta, directions)
     }
+
+    /// The image taken as the body at rest, for images without load.
+    ///
+    /// # Errors
+    /// A cell of the image that is inverted.
+    pub fn image_at_rest(&self) -> Result<ForceBalance, SolveError> {
+        let motion = vec![0.0; self.search.image.system.body.prescribed.len()];
+        self.search.image.moved(&motion).ok_or(SolveError::Inadmissible { cell: 0 })
+    }
+
+    /// Another loaded state of a body at rest: the equilibrium for other loads and tensions in θ, from a displacement near it \[length\],
+    /// counted from rest.
+    ///
+    /// # Errors
+    /// As for [`crate::Solver::solve_from`].
+    pub fn loaded(
+        &self,
+        rest: &ForceBalance,
+        near: &[f64],
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<BalanceSolution, SolveError> {
+        self.search.image.loaded(rest, near, theta, options)
+    }
+
+    /// Changes of the places x of a loaded state, one vector like its displacement for each direction in θ, while the
+    /// body at rest changes along `rest_directions`, one for each of these or none where it is held:
+    /// `K δx = −(∂r/∂θ δθ + ∂r/∂X δX + ∂r/∂d ∂d/∂X δX)`, with exact derivatives throughout and one factorisation.
+    ///
+    /// # Errors
+    /// A state or directions that do not fit the body, and a stiffness that is singular.
+    pub fn loaded_slopes(
+        &self,
+        rest: &ForceBalance,
+        state: &BalanceSolution,
+        theta_directions: &[Vec<f64>],
+        rest_directions: &[Vec<f64>],
+    ) -> Result<Vec<Vec<f64>>, UnloadError> {
+        check_directions(&state.theta, theta_directions)?;
+        self.search.image.loaded_slopes(rest, state, theta_directions, rest_directions)
+    }
+}
+
+/// Checks that directions in θ are as long as θ.
+fn check_directions(theta: &[f64], directions: &[Vec<f64>]) -> Result<(), UnloadError> {
+    directions.iter().try_for_each(|along| check_length(theta.len(), along))?;
+    Ok(())
 }

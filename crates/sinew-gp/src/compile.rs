@@ -62,24 +62,21 @@ impl<const D: usize> Compiled<D> {
         largest(&residual) <= AGREEMENT * size
     }
 
-    /// Size of u that the values suggest.
-    pub(crate) fn amplitude(&self, theta: &[f64]) -> f64 {
+    /// Root mean square of what values differ from the prior mean by.
+    pub(crate) fn residual_size(&self, theta: &[f64]) -> f64 {
         let count = self.values.len().max(1) as f64;
         let mut residual = self.values.clone();
         self.legs.iter().for_each(|leg| leg.add_mean(&leg.factors(theta), -1.0, &mut residual));
-        let size = (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
-        let operator = self.operator_size(theta);
-        if operator > 0.0 { size / operator } else { 0.0 }
+        (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt()
     }
 
-    /// Size of the operator on functions of size one that vary over the whole domain: a derivative is
+    /// Size of the operator on functions of size one of each part that vary over the whole domain: a derivative is
     /// of the size of one over the extent, whatever the unit of length.
-    pub(crate) fn operator_size(&self, theta: &[f64]) -> f64 {
+    pub(crate) fn operator_sizes(&self, theta: &[f64]) -> Vec<f64> {
         let count = self.values.len().max(1) as f64;
-        self.legs
-            .iter()
-            .flat_map(|leg| leg.parts.iter().map(move |part| (leg, part)))
-            .map(|(leg, part)| {
+        let of_part = |number: usize| {
+            let of_leg = |leg: &PointCoefficients<D>| {
+                let part = &leg.parts[number];
                 let of_order = |orders: &[usize; D]| -> f64 {
                     let shrink = |(extent, n): (&f64, &usize)| extent.powi(-(*n as i32));
                     leg.extents.iter().zip(orders).map(shrink).product()
@@ -98,8 +95,15 @@ impl<const D: usize> Compiled<D> {
                     .map(|entry| entry * entry)
                     .sum();
                 (square / count).sqrt()
-            })
-            .fold(0.0, f64::max)
+            };
+            self.legs.iter().map(of_leg).fold(0.0, f64::max)
+        };
+        (0..self.legs[0].parts.len()).map(of_part).collect()
+    }
+
+    /// The largest of these.
+    pub(crate) fn operator_size(&self, theta: &[f64]) -> f64 {
+        self.operator_sizes(theta).into_iter().fold(0.0, f64::max)
     }
 }
 
@@ -181,7 +185,7 @@ fn informative<const D: usize>(
             _ => continue,
         };
         let residual = value - prescribed;
-        if residual.abs() > AGREEMENT * value.abs().max(1.0) {
+        if residual.abs() > AGREEMENT * largest(values).max(largest(&built.mean[0])) {
             return Err(GpError::Data(format!(
                 "value {index} of observation group {group} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
             )));

@@ -206,14 +206,14 @@ impl<const D: usize> Model<D> {
 
     fn lay_out_parameters(&mut self) {
         let middle = self.middle();
-        let scale = self.amplitude_scale(&middle);
+        let scales = self.amplitude_scales(&middle);
         let mut parameters = Vec::new();
-        for (number, part) in self.prior.parts.iter().enumerate() {
+        for (number, (part, scale)) in self.prior.parts.iter().zip(&scales).enumerate() {
             self.part_offsets.push(parameters.len());
             let number = number + 1;
             let name = format!("amplitude {number}");
             let ends = [AMPLITUDE_BOUNDS, AMPLITUDE_START];
-            parameters.push(positive(name, scale, ends, about(scale)));
+            parameters.push(positive(name, *scale, ends, about(*scale)));
             for hyperparameter in part.kernel.hyperparameters() {
                 let free = of_kernel(&hyperparameter, number, &self.prior.domain);
                 parameters.push(FreeParameter { name: distinct(free.name, &parameters), ..free });
@@ -230,6 +230,7 @@ impl<const D: usize> Model<D> {
                 hyperprior: Hyperprior::Flat,
             });
         }
+        let scale = scales.iter().copied().fold(0.0, f64::max);
         for group in &mut self.groups {
             if let Variance::Learned(position) = &mut group.variance {
                 *position = parameters.len();
@@ -250,20 +251,32 @@ impl<const D: usize> Model<D> {
         self.parameters = parameters;
     }
 
-    /// Size of u as the data suggest it: what they differ from the prior mean by, over the size of
-    /// their operator on functions that vary over the whole domain.
-    fn amplitude_scale(&self, middle: &[f64]) -> f64 {
+    /// Sizes of the parts of u as the data suggest them: what these differ from the prior mean by, over the size of their
+    /// operator on functions that vary over the whole domain. Measured values tell the size of u, a load that of each part
+    /// by what the equation makes of it: features that vanish at many derivatives are steep, and a load tells little of them.
+    fn amplitude_scales(&self, middle: &[f64]) -> Vec<f64> {
+        let largest = |sizes: &[f64]| sizes.iter().copied().fold(0.0, f64::max);
         let of = |role: Role| {
-            self.groups
-                .iter()
-                .filter(|group| group.role == role)
-                .map(|group| group.amplitude(middle))
-                .fold(0.0, f64::max)
+            let mut scales = vec![0.0_f64; self.prior.parts.len()];
+            for group in self.groups.iter().filter(|group| group.role == role) {
+                let (size, sizes) = (group.residual_size(middle), group.operator_sizes(middle));
+                let most = largest(&sizes);
+                for (scale, own) in scales.iter_mut().zip(&sizes) {
+                    let own = if role == Role::Observed { most } else { *own };
+                    if own > NOTHING * most {
+                        *scale = scale.max(size / own);
+                    }
+                }
+            }
+            // Where the operators make nothing of a part, it is of the size of the others.
+            let most = largest(&scales);
+            scales.iter_mut().filter(|scale| **scale == 0.0).for_each(|scale| *scale = most);
+            scales
         };
-        [of(Role::Observed), of(Role::Imposed)]
-            .into_iter()
-            .find(|scale| *scale > 0.0)
-            .unwrap_or(1.0)
+        let told = |scales: &Vec<f64>| scales.iter().any(|scale| *scale > 0.0);
+        let roles = [Role::Observed, Role::Imposed];
+        let nothing = || vec![1.0; self.prior.parts.len()];
+        roles.into_iter().map(of).find(told).unwrap_or_else(nothing)
     }
 
     /// The operators' parameters in the middle of their bounds.
@@ -285,6 +298,8 @@ impl<const D: usize> Model<D> {
 /// Bounds of amplitudes and lengths in units of the data's size and the axes' extents: wide enough
 /// for functions close to polynomials, narrow enough to keep covariances representable.
 const AMPLITUDE_BOUNDS: [f64; 2] = [1e-2, 1e3];
+/// Share of an operator's size on the part that it makes most of, below which it says nothing of another part's size.
+const NOTHING: f64 = 1e-3;
 const AMPLITUDE_START: [f64; 2] = [0.3, 3.0];
 const LENGTH_BOUNDS: [f64; 2] = [0.03, 30.0];
 const LENGTH_START: [f64; 2] = [0.3, 1.5];

@@ -28,12 +28,6 @@ impl Shape {
         self
     }
 
-    fn plus(mut self, other: &Self) -> Self {
-        self.coefficients.resize(self.coefficients.len().max(other.coefficients.len()), 0.0);
-        self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(c, o)| *c += o);
-        self
-    }
-
     /// Scaled to largest magnitude one on the axis, by sampling.
     fn normalised(self) -> Self {
         const SAMPLES: usize = 100;
@@ -112,6 +106,18 @@ impl<const D: usize> Lift<D> {
             None => slope,
             Some(value) => value.clone() * Derivative::identity() + slope,
         }
+    }
+
+    /// What a derivative alone makes of the powers of s below `degrees`.
+    fn on_powers(&self, degrees: usize) -> Vec<f64> {
+        let falling = |k: usize| (0..self.order).map(|j| k as f64 - j as f64).product::<f64>();
+        let lower = |k: usize| if k == self.order { falling(k) } else { 0.0 };
+        let of = |k: usize| match self.at {
+            Some(Side::Lower) => lower(k),
+            Some(Side::Upper) => falling(k),
+            None => falling(k) - lower(k),
+        };
+        (0..degrees).map(of).collect()
     }
 
     /// Applied to `function`, as a function of the other coordinates of `x`.
@@ -231,6 +237,50 @@ impl Basis {
     }
 }
 
+/// Polynomials of a degree below `degrees` that all of the rows annihilate: a basis by ascending degree, each at right angles to
+/// those before over [0, 1].
+fn annihilated(mut rows: Vec<Vec<f64>>, degrees: usize) -> Vec<Vec<f64>> {
+    // Reduced echelon form, the lowest power first; a power without a pivot is the leading one of a polynomial.
+    let mut pivots: Vec<usize> = Vec::new();
+    let mut found: Vec<Vec<f64>> = Vec::new();
+    for power in 0..degrees {
+        let size = |row: usize| rows[row][power].abs();
+        let best = (pivots.len()..rows.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
+        let Some(best) = best.filter(|row| size(*row) > 1e-9) else {
+            let mut polynomial = vec![0.0; degrees];
+            polynomial[power] = 1.0;
+            for (row, pivot) in pivots.iter().enumerate() {
+                polynomial[*pivot] = -rows[row][power];
+            }
+            found.push(polynomial);
+            continue;
+        };
+        rows.swap(pivots.len(), best);
+        let own = pivots.len();
+        let scaled: Vec<f64> = rows[own].iter().map(|entry| entry / rows[own][power]).collect();
+        for (number, row) in rows.iter_mut().enumerate() {
+            let factor = if number == own { 0.0 } else { row[power] };
+            row.iter_mut().zip(&scaled).for_each(|(entry, own)| *entry -= factor * own);
+        }
+        rows[own] = scaled;
+        pivots.push(power);
+    }
+    let product = |a: &[f64], b: &[f64]| -> f64 {
+        let of = |(i, a): (usize, &f64)| -> f64 {
+            b.iter().enumerate().map(|(j, b)| a * b / (i + j + 1) as f64).sum()
+        };
+        a.iter().enumerate().map(of).sum()
+    };
+    for later in 1..found.len() {
+        let (before, rest) = found.split_at_mut(later);
+        for lower in before.iter() {
+            let share = product(&rest[0], lower) / product(lower, lower);
+            rest[0].iter_mut().zip(lower).for_each(|(own, lower)| *own -= share * lower);
+        }
+    }
+    found
+}
+
 /// The coefficients of p(1 − s).
 fn mirrored(coefficients: &[f64]) -> Vec<f64> {
     let (last, lower) = coefficients.split_last().expect("at least a constant");
@@ -263,6 +313,12 @@ impl<const D: usize> AxisStructure<D> {
         if let Some(periodicity) = problem.periodic[axis] {
             structure.join(&basis, periodicity);
         }
+        let sprung =
+            |condition: &Option<Condition<D>>| matches!(condition, Some(Condition::Robin { .. }));
+        match conditions.iter().any(sprung) {
+            true => structure.add_nodal_traces(conditions, &basis),
+            false => structure.add_graded_traces(&basis),
+        }
         structure
     }
 
@@ -287,35 +343,58 @@ impl<const D: usize> AxisStructure<D> {
         let shape = |order: usize| basis.shape_of(side, order).scaled(outwards(order));
         if let Condition::Robin { value_factor, slope_factor, data } = condition {
             let slope = shape(1).scaled(1.0 / slope_factor);
-            let (plain, turned) = (shape(0), slope.clone().scaled(-1.0));
-            let (axis, factor) = (basis.axis, value_factor.clone());
-            let trace = field(move |x: [Series; D]| {
-                plain.at(&x[axis]) + turned.at(&x[axis]) * factor.at(x)
-            });
-            self.factors.push(Factor { field: Some(trace), free: false, varies: true });
             let (value, factor) = (value_factor.clone(), outwards(1) * slope_factor);
             let lift = basis.lift(Some(side), 1, slope);
             self.lifts.push(Lift { value, factor, data: data.clone(), ..lift });
             return;
         }
-        let given = condition.derivatives();
-        for (order, data) in &given {
-            let lift = basis.lift(Some(side), *order, shape(*order));
-            self.lifts.push(Lift { factor: outwards(*order), data: (*data).clone(), ..lift });
+        for (order, data) in condition.derivatives() {
+            let lift = basis.lift(Some(side), order, shape(order));
+            self.lifts.push(Lift { factor: outwards(order), data: data.clone(), ..lift });
         }
-        let free = |order: &usize| given.iter().all(|(known, _)| known != order);
-        let orders = (0..condition.contact()).filter(free);
-        self.factors.extend(orders.map(|order| trace(basis.axis, shape(order).normalised())));
+    }
+
+    /// Traces of derivatives that conditions leave free: all polynomials of the degree of the blends that satisfy the conditions,
+    /// those of low degree first and each at right angles to those before. Whatever a solution has on the faces, such a
+    /// function has too, and the equation makes as little of it as can be; Hermite's polynomials for one free derivative each
+    /// have derivatives hundreds of times as large, which the prior would have to cancel.
+    fn add_graded_traces(&mut self, basis: &Basis) {
+        let degrees = basis.contacts[0] + basis.contacts[1];
+        let conditions = self.lifts.iter().map(|lift| lift.on_powers(degrees)).collect();
+        for coefficients in annihilated(conditions, degrees) {
+            self.factors.push(trace(basis.axis, basis.shape(&coefficients).normalised()));
+        }
+    }
+
+    /// Traces where an end has a spring, one for each free derivative: the spring's factor may vary over the face.
+    fn add_nodal_traces(&mut self, conditions: &[Option<Condition<D>>; 2], basis: &Basis) {
+        for (side, condition) in Side::BOTH.into_iter().zip(conditions) {
+            let Some(condition) = condition else { continue };
+            if let Condition::Robin { value_factor, slope_factor, .. } = condition {
+                let turned = if side == Side::Lower { 1.0 } else { -1.0 } / slope_factor;
+                let (plain, turned) =
+                    (basis.shape_of(side, 0), basis.shape_of(side, 1).scaled(turned));
+                let (axis, factor) = (basis.axis, value_factor.clone());
+                let trace = field(move |x: [Series; D]| {
+                    plain.at(&x[axis]) + turned.at(&x[axis]) * factor.at(x)
+                });
+                self.factors.push(Factor { field: Some(trace), free: false, varies: true });
+                continue;
+            }
+            let given = condition.derivatives();
+            let free = |order: &usize| given.iter().all(|(known, _)| known != order);
+            for order in (0..condition.contact()).filter(free) {
+                let shape = basis.shape_of(side, order).normalised();
+                self.factors.push(trace(basis.axis, shape));
+            }
+        }
     }
 
     /// Structure of a periodic axis.
     fn join(&mut self, basis: &Basis, periodicity: Periodicity) {
-        self.factors.push(trace(basis.axis, basis.shape(&[1.0])));
         self.lifts.push(basis.lift(None, 0, basis.shape_of(Side::Upper, 0)));
         if periodicity == Periodicity::ValueAndSlope {
-            let (lower, upper) = (basis.shape_of(Side::Lower, 1), basis.shape_of(Side::Upper, 1));
-            self.factors.push(trace(basis.axis, lower.plus(&upper).normalised()));
-            self.lifts.push(basis.lift(None, 1, upper));
+            self.lifts.push(basis.lift(None, 1, basis.shape_of(Side::Upper, 1)));
         }
     }
 }

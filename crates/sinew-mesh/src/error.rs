@@ -13,6 +13,9 @@ pub enum MeshError {
     /// The file's content is not a mesh that can be read.
     #[error("{file}, {place}: {problem}")]
     Content { file: String, place: Place, problem: Box<Problem> },
+    /// Cells in memory that no mesh can be made of.
+    #[error(transparent)]
+    Cells(Box<Problem>),
     /// A mesh in memory breaks its own rules.
     #[error(transparent)]
     Defect(#[from] Defect),

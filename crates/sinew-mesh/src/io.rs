@@ -12,6 +12,7 @@ mod inp_elements;
 mod inp_lines;
 mod inp_sets;
 mod inp_surfaces;
+mod mixed;
 mod npy;
 mod number;
 mod obj;
@@ -28,12 +29,13 @@ mod vtu_write;
 use std::path::Path;
 
 pub use convert::ReadReport;
+pub use mixed::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy};
 pub use surface_write::{to_obj, to_stl, to_vtk_surface, to_vtp};
 pub use vtk_write::{VtkEncoding, to_vtk};
 pub use vtu_write::{to_pvd, to_vtu, to_vtu_with};
 
-use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
+use crate::{AnyMesh, Mesh, MeshError, Place, Problem, TriangleMesh};
 use cursor::Fault;
 use grid::UnstructuredGrid;
 
@@ -71,24 +73,9 @@ pub fn read_mesh<const N: usize>(
 /// # Errors
 /// [`MeshError::Content`] with the place and the reason.
 pub fn parse(file: &str, bytes: &[u8]) -> Result<(AnyMesh, ReadReport), MeshError> {
-    fn of<const N: usize>(grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault>
-    where
-        AnyMesh: From<Mesh<N>>,
-    {
-        convert::to_mesh::<N>(grid).map(|(mesh, report)| (mesh.into(), report))
-    }
-    let convert = |grid: UnstructuredGrid| {
-        let has = |nodes| grid.types.contains(&Element::with_nodes(nodes).vtk_type);
-        // A file without any of them is refused as one of tetrahedra.
-        match [10, 8, 4, 6, 3].into_iter().find(|&nodes| has(nodes)) {
-            Some(10) => of::<10>(grid),
-            Some(8) => of::<8>(grid),
-            Some(6) => of::<6>(grid),
-            Some(3) => of::<3>(grid),
-            _ => of::<4>(grid),
-        }
-    };
-    parse_grid(file, bytes).and_then(convert).map_err(|fault| MeshError::in_file(file, fault))
+    parse_grid(file, bytes)
+        .and_then(convert::to_any)
+        .map_err(|fault| MeshError::in_file(file, fault))
 }
 
 /// Reads the bytes of a mesh file with a known kind of cell; see [`read_mesh`].

@@ -106,9 +106,9 @@ pub use generate::{
 };
 pub use geometry::repair_orientation;
 pub use io::{
-    NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_mesh, read_npy,
-    to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu, to_vtu_with, write_pvd,
-    write_surface, write_vtu,
+    MixedMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_mesh,
+    read_npy, to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu, to_vtu_with,
+    write_pvd, write_surface, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,

@@ -42,6 +42,7 @@ mod report;
 mod summary;
 mod surface;
 mod table;
+mod viewer;
 
 pub use distribution::{Distribution, density};
 pub use error::ReportError;
@@ -50,3 +51,7 @@ pub use provenance::Provenance;
 pub use report::{Block, Report, SCHEMA, Section};
 pub use surface::{SurfaceCase, Surfaces};
 pub use table::{Cell, Column, Row, Table, Value, Verdict};
+pub use viewer::{
+    Model, Packed, PackedRows, Quantity, Rows, Slider, Source, Strokes, Viewer, ViewerCase,
+    ViewerCavity, ViewerEmulator,
+};

@@ -1,14 +1,12 @@
-//! The thesis' beams: the comparison of emulators with the solver, and the report; and what the programs of all studies share.
+//! Studies of the thesis' mechanics: beams, organs, populations, coverage of error estimates.
 //!
-//! The program `sinew-study` runs them (`cargo xtask reproduce-beam`): [`scenes`] are lowered to bodies, `recipes` says how
-//! `sinew-emulate` makes emulators of them, `sinew` compares them, `fenics` says how good the solver is that they are judged by.
+//! Each is a list of scenes and a report: [`beams`] (`cargo xtask reproduce-beam`), [`organs`] (`reproduce-organs`), [`populations`]
+//! (`reproduce-populations`), [`coverage`] (`coverage-estimates`). [`program`], [`manifest`] and [`timing`] are what they share.
 
-mod fenics;
+pub mod beams;
+pub mod coverage;
 pub mod manifest;
-pub mod options;
+pub mod organs;
+pub mod populations;
 pub mod program;
-mod recipes;
-pub mod run;
-pub mod samples;
-pub mod scenes;
 pub mod timing;

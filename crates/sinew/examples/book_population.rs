@@ -3,7 +3,7 @@
 //! `cargo run -p sinew --example book_population`
 
 use sinew::laws::HolzapfelOgden;
-use sinew::{Body, Emulator, Load, OneStiffness, Options, Parameter, Scene, Solver, Support};
+use sinew::{Body, Emulator, FrozenStiffness, Load, Options, Parameter, Scene, Solver, Support};
 use sinew_energy::Magnitude;
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_mesh::VentricleShape;
@@ -41,7 +41,7 @@ fn distance(found: &[f64], truth: &[f64]) -> f64 {
 fn main() -> Result<(), Box<dyn Error>> {
     // Before anybody comes: the mean ventricle, one solution of it and one factorised stiffness.
     let mean = ventricle(&[])?;
-    let known = OneStiffness::new(&mean)?;
+    let known = FrozenStiffness::new(&mean)?;
 
     // A patient: larger and thinner than the mean, skewed, with a scar of ten times the stiffness on one side.
     let patient = ventricle(&[1.2, -0.4, -0.8, 0.5, -0.7, 0.9, 0.3])?;
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let theta = vec![0.2, 1.8, 2.5, 2.0, 9.0 * MMHG];
 
     // The first answer: steps with the mean's stiffness, which knows neither shape nor scar.
-    let first = known.predict(&patient, std::slice::from_ref(&theta), 30)?.remove(0);
+    let first = known.descend(&patient, std::slice::from_ref(&theta), 30)?.remove(0);
     println!(
         "{} steps, {:.0} ms, {:.1e} of the unbalanced forces are left",
         first.steps,

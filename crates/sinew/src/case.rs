@@ -3,10 +3,13 @@
 //! Every key is described in `docs/case-file.md`. Lengths are in mm and stresses in kPa throughout; meshes, ranges and
 //! pressures may be given in other units, which are converted when the file is read.
 
+mod ellipsoid_fibres;
 mod error;
+mod factors;
 mod fibres;
 pub mod laws;
 mod loads;
+mod lowered;
 mod mesh;
 mod parameters;
 mod sanity;
@@ -16,10 +19,13 @@ mod supports;
 mod training;
 mod units;
 
+pub use ellipsoid_fibres::EllipsoidRule;
 pub use error::CaseError;
+pub use factors::{Active, Factors};
 pub use fibres::{FibreRule, Fibres};
 pub use laws::Law;
-pub use loads::{FoundationLoad, Load, Pressure};
+pub use loads::{FoundationLoad, Load, Pressure, Rim};
+pub use lowered::Lowered;
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, MeshSource};
 pub use parameters::Range;
 pub use sanity::hardly_moves;
@@ -32,11 +38,13 @@ pub use units::stress_in_kpa;
 pub(crate) use units::{number_and_unit, stress};
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use sinew_energy::{Body, Magnitude, SceneError};
 use source::Source;
 pub(crate) use source::advise;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Content of a case file.
 ///
@@ -78,6 +86,11 @@ pub struct Case {
     /// How volumes are integrated.
     #[serde(default)]
     pub formulation: Formulation,
+    /// Whether the body contracts along its fibres, with its tension `T_a` in θ, and where.
+    #[serde(default)]
+    pub active: Active,
+    /// How many times as stiff it is from place to place; the tension of `active` is not meant.
+    pub stiffness: Option<Factors>,
     /// Ranges of θ by name, in any order: the law's parameters and those that loads name.
     pub parameters: BTreeMap<String, Range>,
     /// Directions of fibres, for laws that read them.
@@ -93,6 +106,15 @@ pub struct Case {
     /// How an emulator is trained.
     #[serde(default)]
     pub training: Training,
+    /// States of a patient, which [`crate::PatientFile`] reads.
+    #[serde(default)]
+    phases: IgnoredAny,
+    /// Measurements of a patient.
+    #[serde(default)]
+    data: IgnoredAny,
+    /// Settings of a calibration.
+    #[serde(default)]
+    calibration: IgnoredAny,
     #[serde(skip)]
     pub(crate) source: Source,
 }
@@ -108,6 +130,9 @@ pub enum Formulation {
     Averaged,
     /// Quadratic cells made of linear tetrahedra or triangles.
     Quadratic,
+    /// Quadratic cells with a linear field of pressure (Taylor and Hood): incompressible, and without a potential, so that it is solved and
+    /// nothing is trained on it.
+    Mixed,
     /// The first of plain, averaged and quadratic cells that is expected to lose at most a tenth of the displacement
     /// anywhere in the ranges ([`sinew_fem::locking_over_ranges`]); hexahedra are averaged at most.
     Auto,
@@ -166,6 +191,28 @@ impl Case {
         self
     }
 
+    /// Case on a mesh in memory, in the unit of length that its `mesh` names.
+    ///
+    /// ```
+    /// use sinew::Case;
+    ///
+    /// let text = r#"
+    ///     law = "neo-hookean"
+    ///     supports = [{ clamped = "x_min" }]
+    ///     mesh.unit = "cm"
+    ///     parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0] }
+    /// "#;
+    /// let mesh = sinew_mesh::box_tetrahedra([3.0, 1.0, 1.0], [3, 1, 1]);
+    /// let body = Case::parse(text, "bar.toml")?.on(mesh.into()).body()?;
+    /// assert_eq!(body.positions.iter().map(|x| x[0]).fold(0.0, f64::max), 30.0);
+    /// # Ok::<(), sinew::CaseError>(())
+    /// ```
+    pub fn on(mut self, mesh: sinew_mesh::AnyMesh) -> Self {
+        let given = Some(Arc::new(mesh));
+        self.mesh = MeshSource { given, unit: self.mesh.unit, ..MeshSource::default() };
+        self
+    }
+
     /// Case in another formulation.
     pub fn with_formulation(self, formulation: Formulation) -> Self {
         Self { formulation, ..self }
@@ -180,19 +227,38 @@ impl Case {
     ///
     /// # Errors
     /// A mesh that cannot be read or made; names that mesh or law lack; ranges, units and loads that make no sense: each
-    /// with file, line and key.
+    /// with file, line and key. A case without a potential, which [`Case::lowered`] takes.
     pub fn body(&self) -> Result<Body, CaseError> {
-        // Names and ranges are looked at before a mesh is.
-        self.lower_parameters(self.law.row(&self.source)?)?;
-        self.check_selections()?;
-        self.body_on(self.mesh.make(&self.source)?)
+        self.potential(self.lowered()?)
     }
 
     /// The body on another mesh than its own, in mm, with the sets that fibres, loads and supports name.
     ///
     /// # Errors
     /// As [`Case::body`].
-    pub fn body_on(&self, mut mesh: sinew_mesh::AnyMesh) -> Result<Body, CaseError> {
+    pub fn body_on(&self, mesh: sinew_mesh::AnyMesh) -> Result<Body, CaseError> {
+        self.potential(self.lowered_on(mesh)?)
+    }
+
+    /// The body with its potential, or the balance of forces of a case that has none: mixed elements, and pressures whose
+    /// rim moves freely.
+    ///
+    /// # Errors
+    /// As [`Case::body`], but for a case without a potential.
+    pub fn lowered(&self) -> Result<Lowered, CaseError> {
+        // Names and ranges are looked at before a mesh is.
+        let law = self.law.row(&self.source)?;
+        self.check_active(law)?;
+        self.lower_parameters(law)?;
+        self.check_selections()?;
+        self.lowered_on(self.mesh.make(&self.source)?)
+    }
+
+    /// As [`Case::lowered`], on another mesh than its own.
+    ///
+    /// # Errors
+    /// As [`Case::lowered`].
+    pub fn lowered_on(&self, mut mesh: sinew_mesh::AnyMesh) -> Result<Lowered, CaseError> {
         self.mesh.check_filled(&mesh, &self.source)?;
         self.lower_selections(&mut mesh)?;
         if let Some(fibres) = &self.fibres {
@@ -207,12 +273,12 @@ impl Case {
             Formulation::Quadratic
         };
         for formulation in [Formulation::Plain, Formulation::Averaged] {
-            let body = self.lower(mesh.clone(), formulation)?;
+            let lowered = self.lower(mesh.clone(), formulation)?;
             // Values outside the law's bounds are an error of the ranges, which all commands tell.
-            let locking = sinew_fem::locking_over_ranges(&body).ok().flatten();
+            let locking = sinew_fem::locking_over_ranges(lowered.body()).ok().flatten();
             if formulation == last || locking.is_none_or(|found| found.expected_share <= MOST_LOST)
             {
-                return Ok(body);
+                return Ok(lowered);
             }
         }
         self.lower(mesh, last)
@@ -223,10 +289,11 @@ impl Case {
         &self,
         mut mesh: sinew_mesh::AnyMesh,
         formulation: Formulation,
-    ) -> Result<Body, CaseError> {
+    ) -> Result<Lowered, CaseError> {
         let law = self.law.row(&self.source)?;
+        self.check_active(law)?;
         let parameters = self.lower_parameters(law)?;
-        if formulation == Formulation::Quadratic {
+        if matches!(formulation, Formulation::Quadratic | Formulation::Mixed) {
             mesh = mesh::quadratic(mesh).map_err(|element| {
                 self.source.error(
                     &["formulation"],
@@ -236,24 +303,41 @@ impl Case {
         }
         let loads = self.lower_loads(&mesh, law)?;
         let supports = self.lower_supports(&mut mesh)?;
-        let directions = fibres::directions(self.fibres.as_ref(), law, &mesh, &self.source)?;
+        self.prepare_factors(&mut mesh)?;
+        let form = laws::Form {
+            averaged: formulation == Formulation::Averaged,
+            mixed: formulation == Formulation::Mixed,
+            loose_rims: self.allows_loose_rims(formulation),
+        };
+        let directions = match self.fibres.as_ref().and_then(|fibres| fibres.ellipsoid) {
+            Some(rule) if law.directions > 0 => {
+                rule.directions(law, (&self.mesh, &mesh, form.mixed), &self.source)?
+            }
+            _ => fibres::directions(self.fibres.as_ref(), law, &mesh, &self.source)?,
+        };
         let parts = laws::Parts {
             name: self.name.clone(),
             directions,
             parameters,
             loads,
             supports,
-            averaged: formulation == Formulation::Averaged,
+            form,
+            active: self.active.contracts(),
+            strain: self.law.strain.unwrap_or_default(),
         };
-        let body = self.law.lower(law, mesh, parts).map_err(|error| self.place(error))?;
-        self.check_bounds(&body)?;
+        let balance = self.law.lower(law, mesh, parts).map_err(|error| self.place(error))?;
+        self.check_rims(&balance)?;
+        self.check_bounds(&balance.body)?;
+        let body = self.with_factors(balance.body)?;
         // In kPa and the law's units by now.
         let known = |p: &sinew_energy::Parameter| {
             self.parameters[&p.name].value.map(|_| (p.name.clone(), p.range[0]))
         };
         let known: Vec<_> = body.parameters.iter().filter_map(known).collect();
         let known: Vec<_> = known.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        body.with_known(&known).map_err(|error| self.place(error))
+        let balance = sinew_energy::ForceBalance { body, ..balance };
+        let balance = balance.with_known(&known).map_err(|error| self.place(error))?;
+        Ok(Lowered::new(balance))
     }
 
     /// Doubts about a case that can be solved: fibres that disagree, sizes and stiffnesses that no tissue has,
@@ -282,7 +366,7 @@ impl Case {
         let names = self.load_parameters();
         let index = |name: &str| {
             let at = names.iter().position(|known| *known == name).unwrap_or_default();
-            Magnitude::Theta(law.parameters.len() + at)
+            Magnitude::Theta(self.law_parameters(law).count() + at)
         };
         let lower = |(number, load): (usize, &Load)| load.lower(number, mesh, index, &self.source);
         self.loads.iter().enumerate().map(lower).collect()
@@ -336,6 +420,8 @@ impl Case {
             SceneError::Constant { .. } | SceneError::PlaneLaw { .. } => &["law"],
             _ => &["mesh"],
         };
-        self.source.error(key, error.to_string())
+        let loose = matches!(error, SceneError::LooseRim { .. } | SceneError::UnevenRim { .. });
+        let advice = if loose { format!("; or {}", lowered::LOOSE) } else { String::new() };
+        self.source.error(key, format!("{error}{advice}"))
     }
 }

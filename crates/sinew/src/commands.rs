@@ -1,6 +1,9 @@
 //! The commands, one file each, and what they share.
 
+mod along;
 mod batch;
+pub(crate) mod calibrate;
+mod equilibria;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 pub(crate) mod mesh;
@@ -9,15 +12,20 @@ pub(crate) mod predict;
 pub(crate) mod report;
 pub(crate) mod sample;
 pub(crate) mod scenes;
+pub(crate) mod serve;
 pub(crate) mod solve;
+pub(crate) mod synthesise;
 pub(crate) mod train;
 pub(crate) mod unload;
 
 use anyhow::{Context, Result};
 use batch::{Answer, Batch, ThetaArguments, Written};
 use clap::Args;
-use sinew::case::Formulation;
-use sinew::{Body, Case, CaseError, EmulatorError, Simulations, ThetaText, theta_in_words};
+use sinew::case::{Formulation, Lowered};
+use sinew::{
+    Body, Case, CaseError, Emulator, EmulatorError, FrozenStiffness, Simulations, ThetaText,
+    theta_in_words,
+};
 use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::Options;
 use std::path::{Path, PathBuf};
@@ -47,16 +55,20 @@ impl CaseArguments {
         Ok((case, folder))
     }
 
-    /// Case, body and folder; warnings of the body are told on standard error.
+    /// Case, body and folder; warnings of the body are told on standard error. A case without a potential is refused.
     pub(crate) fn open(&self) -> Result<(Case, Body, PathBuf)> {
         let (case, folder) = self.read()?;
         let body = case.body()?;
-        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
-        if case.formulation == Formulation::Auto {
-            let averaged = if body.patches.is_empty() { "" } else { ", volume ratios averaged" };
-            eprintln!("formulation auto: {}{averaged}", body.element().plural);
-        }
+        tell_doubts(&case, &body);
         Ok((case, body, folder))
+    }
+
+    /// [`CaseArguments::open`] for what can do without a potential.
+    pub(crate) fn open_lowered(&self) -> Result<(Case, Lowered, PathBuf)> {
+        let (case, folder) = self.read()?;
+        let lowered = case.lowered()?;
+        tell_doubts(&case, lowered.body());
+        Ok((case, lowered, folder))
     }
 
     fn folder(&self, case: &Case) -> PathBuf {
@@ -64,6 +76,51 @@ impl CaseArguments {
         let kept = |c: char| if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' };
         let name: String = case.name.chars().map(kept).collect();
         self.out.clone().unwrap_or_else(|| Path::new("out").join(name))
+    }
+}
+
+/// Tells warnings of a body on standard error, and the formulation that was chosen for it.
+fn tell_doubts(case: &Case, body: &Body) {
+    case.warnings(body).iter().for_each(|warning| eprintln!("warning: {warning}"));
+    if case.formulation == Formulation::Auto {
+        let averaged = if body.patches.is_empty() { "" } else { ", volume ratios averaged" };
+        eprintln!("formulation auto: {}{averaged}", body.element().plural);
+    }
+}
+
+/// Another body whose solution and stiffness are known.
+#[derive(Debug, Args)]
+pub(crate) struct Neighbour {
+    /// Case file or built-in scene of another body with the same cells between its nodes and the same supports: its solution and its stiffness
+    /// give the predictions for an unseen body
+    #[arg(long, value_name = "CASE")]
+    from: Option<PathBuf>,
+}
+
+impl Neighbour {
+    /// The other body, where one was named.
+    ///
+    /// # Errors
+    /// A case that cannot be read.
+    pub(crate) fn body(&self) -> Result<Option<Body>> {
+        self.from.as_ref().map(|path| Ok(Case::read(path)?.body()?)).transpose()
+    }
+
+    /// Emulator of `body` by the solution and the stiffness of the other body.
+    ///
+    /// # Errors
+    /// Bodies whose cells or supports differ, another body that has no equilibrium.
+    pub(crate) fn emulator<'b>(&self, other: &'b Body, body: &'b Body) -> Result<Emulator<'b>> {
+        let unlike = |error: EmulatorError| {
+            let name = self.from.as_deref().unwrap_or(Path::new("")).display();
+            match error {
+                EmulatorError::Solve(sinew_fem::SolveError::OtherBody { .. }) => {
+                    Usage(format!("--from {name}: {error}")).into()
+                }
+                error => anyhow::anyhow!("--from {name}: {error}"),
+            }
+        };
+        FrozenStiffness::new(other).and_then(|known| known.on(body)).map_err(unlike)
     }
 }
 
@@ -96,6 +153,33 @@ pub(crate) fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     // regression-25 before regression-100.
     found.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));
     Ok(found)
+}
+
+/// Name and folder of the emulator that is asked for by its name, or of the only one, or of the one that the case's recipe makes.
+pub(crate) fn chosen(
+    wanted: Option<&str>,
+    case: &Case,
+    folder: &Path,
+) -> Result<(String, PathBuf)> {
+    let mut found = trained(folder)?;
+    let own = case.training.recipe;
+    let place = match (wanted, &found[..]) {
+        (None, [_]) => Some(0),
+        _ => found.iter().position(|(name, _)| name == wanted.unwrap_or(own.key())),
+    };
+    if let Some(place) = place {
+        return Ok(found.swap_remove(place));
+    }
+    let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
+    let (folder, names) = (folder.display(), names.join(", "));
+    match wanted {
+        Some(wanted) => refuse(format!(
+            "--emulator {wanted}: there is no emulator of that name in {folder}; there are: {names}"
+        )),
+        None => refuse(format!(
+            "{folder} holds several emulators; choose one with --emulator NAME: {names}"
+        )),
+    }
 }
 
 /// Solves with a bar on the terminal; what has no equilibrium is told on standard error.

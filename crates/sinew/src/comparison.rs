@@ -173,6 +173,23 @@ impl Comparison {
     }
 }
 
+impl Comparison {
+    /// Wall time on one thread of each emulator, and of the solver last, for each of [`Evaluation::SETS`] to each of [`Evaluation::ACCURACIES`] \[s\], as
+    /// [`Evaluation::seconds_to`] derives it.
+    pub fn seconds(&self) -> Vec<(&str, usize, [f64; Evaluation::ACCURACIES.len()])> {
+        let of = |sets: usize| {
+            let method = move |method: &'_ Method| {
+                Evaluation::ACCURACIES.map(|accuracy| method.evaluation.seconds_to(accuracy, sets))
+            };
+            let solver = self.methods.first().map(|method| method.evaluation.times.solver_s(sets));
+            let methods = self.methods.iter().map(move |m| (m.name.as_str(), sets, method(m)));
+            let solver = solver.map(|s| (SOLVER, sets, [s; Evaluation::ACCURACIES.len()]));
+            methods.chain(solver)
+        };
+        Evaluation::SETS.into_iter().flat_map(of).collect()
+    }
+}
+
 /// Draws the solver's solutions of the test cases that move the body in the middle and the most, by their mean.
 fn draw_motion(surfaces: &mut Surfaces, test: &TestSet<'_>) -> Result<(), ReportError> {
     let mean = |case: &usize| crate::output::mean_and_largest(&test.fields[*case])[0];
@@ -229,7 +246,15 @@ impl fmt::Display for Comparison {
             head.join(" "),
             "time"
         )?;
-        self.methods.iter().try_for_each(|method| write!(f, "{method}"))
+        self.methods.iter().try_for_each(|method| write!(f, "{method}"))?;
+        let head =
+            Evaluation::ACCURACIES.map(|accuracy| format!("{:>10}", format!("to {accuracy:e}")));
+        writeln!(f, "{:<22} {:>6} {}", "seconds, derived", "sets", head.join(" "))?;
+        for (name, sets, seconds) in self.seconds() {
+            let seconds = seconds.map(|seconds| format!("{:>10}", duration(seconds)));
+            writeln!(f, "{name:<22} {sets:>6} {}", seconds.join(" "))?;
+        }
+        Ok(())
     }
 }
 

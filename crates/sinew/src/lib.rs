@@ -46,6 +46,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod at_rest;
+pub mod calibration;
 pub mod case;
 mod comparison;
 mod inflation;
@@ -53,20 +55,26 @@ mod locking;
 pub mod npz;
 pub mod output;
 mod page;
+mod patient;
 pub mod scenes;
+pub mod serve;
+pub mod stresses;
 mod theta;
+mod viewer;
 mod wall;
 
+pub use at_rest::mesh_at_rest;
 pub use case::{Case, CaseError};
 pub use comparison::{Comparison, ComparisonError, Method, Origin};
 pub use inflation::Inflation;
 pub use locking::locking_in_words;
 pub use page::Published;
+pub use patient::{PatientFile, Prepared, Seen};
 #[cfg(not(feature = "networks"))]
 pub use sinew_emulate::recipe;
 pub use sinew_emulate::{
     Answer, Answers, Correction, Design, Emulator, Error as EmulatorError, Estimate, Evaluation,
-    OneStiffness, Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning,
+    FrozenStiffness, Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning,
     simulate,
 };
 pub use sinew_energy::{
@@ -80,9 +88,10 @@ pub use sinew_mesh::MeshError;
 pub use sinew_networks::{Backend, Recipe, load, recipe};
 pub use sinew_report::ReportError;
 pub use theta::{
-    TableRow, ThetaText, admissible, outside, parse_theta, range_in_words, read_rows, read_thetas,
-    theta_in_words,
+    TableRow, ThetaText, admissible, outside, parse_theta, parse_way, range_in_words, read_rows,
+    read_thetas, theta_in_words, theta_of,
 };
+pub use viewer::{ViewerError, viewer};
 pub use wall::ventricle;
 
 /// Reads an emulator of `body`; networks need the feature `networks`.

@@ -6,7 +6,8 @@ mod commands;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use commands::{
-    evaluate, export, mesh, plan, predict, report, sample, scenes, solve, train, unload,
+    calibrate, evaluate, export, mesh, plan, predict, report, sample, scenes, serve, solve,
+    synthesise, train, unload,
 };
 use std::process::ExitCode;
 
@@ -15,15 +16,19 @@ From a mesh to predictions:
   sinew scenes                                    list built-in scenes
   sinew new OnceClampedBeam > beam.toml           a case file, to be edited: docs/case-file.md explains every key
   sinew solve beam.toml --theta mu=75,lambda=80   one equilibrium, for ParaView
+  sinew solve IdealVentricle --along p=0..8mmHg   a body while its pressure rises, frame by frame
   sinew unload heart.toml --theta p=8mmHg -o rest.vtu   the reference configuration of a loaded mesh
   sinew train beam.toml                           an emulator; --recipe and --minutes say how
   sinew predict beam.toml --theta thetas.csv      displacements for every row of a table, with error estimates
   sinew correct beam.toml --theta mu=75,lambda=80 --steps 2
   sinew evaluate beam.toml                        errors and times of all emulators trained so far
   sinew report beam.toml                          the same as a page
+  sinew export beam.toml --page                   the emulator as one file for a browser: a slider for every parameter
+  sinew serve beam.toml                           models for samplers in Python, R, Julia, MATLAB and C++, by UM-Bridge
 Your own heart:
   sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
   sinew train LeftVentricle --mesh wall.vtu
+  sinew calibrate patient.toml --check            what measurements of a patient can decide; without --check the posterior
 
 CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa; parameters
 are in the units that the case file gives them in, unless a value names its own (p=7mmHg).
@@ -47,6 +52,10 @@ enum Command {
     Solve(solve::Solve),
     /// Find the reference configuration of a body whose mesh shows the loaded state.
     Unload(unload::UnloadCommand),
+    /// Infer a patient's parameters from an image, pressures and measurements.
+    Calibrate(calibrate::Calibrate),
+    /// Make the data of a patient file from parameters, with noise.
+    Synthesise(synthesise::Synthesise),
     /// Sample parameter sets from their ranges, and solve them if wanted.
     Sample(sample::Sample),
     /// Merge the shards of a campaign.
@@ -63,8 +72,10 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     /// Write the last evaluation as a page.
     Report(report::Report),
-    /// Write the body as mesh, arrays and numbers for other programs.
+    /// Write the body as mesh, arrays and numbers for other programs, or the emulator as a page for a browser.
     Export(export::Export),
+    /// Answer samplers and other programs over HTTP, by UM-Bridge.
+    Serve(serve::Serve),
     /// List built-in scenes and laws.
     Scenes,
     /// Print the case file of a built-in scene.
@@ -80,6 +91,8 @@ fn main() -> ExitCode {
         Command::Mesh(command) => command.run(),
         Command::Solve(command) => command.run(),
         Command::Unload(command) => command.run(),
+        Command::Calibrate(command) => command.run(),
+        Command::Synthesise(command) => command.run(),
         Command::Sample(command) => command.run(),
         Command::Merge(command) => command.run(),
         Command::Train(command) => command.run(),
@@ -89,6 +102,7 @@ fn main() -> ExitCode {
         Command::Evaluate(command) => command.run(),
         Command::Report(command) => command.run(),
         Command::Export(command) => command.run(),
+        Command::Serve(command) => command.run(),
         Command::Scenes => scenes::list(),
         Command::New(command) => command.run(),
     };

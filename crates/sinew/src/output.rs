@@ -1,12 +1,13 @@
 //! What the program writes: fields for ParaView, tables and arrays.
 
 use crate::npz;
+use crate::stresses::{add_stresses, stress_fields};
 use crate::theta::outside;
 use rayon::prelude::*;
-use sinew_energy::Body;
 pub use sinew_energy::metrics::mean_and_largest;
-use sinew_fem::{CellStress, Fibre, cell_stresses};
-use sinew_mesh::{Field, FieldValues, MeshError};
+use sinew_energy::{Body, ForceBalance};
+use sinew_fem::{CellStress, balance_stresses, cell_stresses};
+use sinew_mesh::{Field, MeshError};
 use sinew_report::format::digits;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -48,12 +49,23 @@ pub struct Row<'a> {
     pub theta: Vec<f64>,
     /// Displacements node by node \[length\], one by each name of [`Results`]; empty where there is none.
     pub fields: Vec<&'a [f64]>,
+    /// The balance that the first of them is an equilibrium of, where there is no potential.
+    pub balance: Option<Balanced<'a>>,
     /// How good they are, where that was asked for.
     pub quality: Option<Quality>,
     /// Other reasons for mistrust.
     pub warnings: Vec<String>,
     /// Why there is no displacement.
     pub failure: Option<String>,
+}
+
+/// Equilibrium of a body without a potential.
+#[derive(Clone, Copy, Debug)]
+pub struct Balanced<'a> {
+    /// Its balance of forces.
+    pub balance: &'a ForceBalance,
+    /// Pressures of mixed elements at [`sinew_energy::PressureField::nodes`] \[stress\]; empty without such a field.
+    pub pressure: &'a [f64],
 }
 
 /// How good an answer is.
@@ -80,7 +92,7 @@ pub struct Results<'a> {
     pub names: Vec<&'a str>,
     /// The rows.
     pub rows: Vec<Row<'a>>,
-    /// Whether pictures hold stress, strain and fibres of the first of these displacements.
+    /// Whether pictures and arrays hold stress, strain and fibres of the first of these displacements.
     pub stresses: bool,
 }
 
@@ -101,20 +113,73 @@ impl Results<'_> {
         pictures: usize,
         arrays: bool,
     ) -> Result<Option<usize>, MeshError> {
-        let error = |path: &Path| {
-            let path = path.to_path_buf();
-            move |source| MeshError::File { path, source }
-        };
-        std::fs::create_dir_all(folder).map_err(error(folder))?;
-        clear(folder).map_err(error(folder))?;
+        let left_out = self.write_tables(folder, arrays)?;
+        self.write_pictures(folder, pictures, |case| case as f64)?;
+        Ok(left_out)
+    }
+
+    /// As [`Results::write`], of states along a parameter by its place in θ, all with pictures: the time of `cases.pvd` is its
+    /// value, and `curve.csv` has displacements and volumes of cavities against it. `values` has one number per row.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write_along(
+        &self,
+        folder: &Path,
+        parameter: usize,
+        values: &[f64],
+    ) -> Result<(), MeshError> {
+        self.write_tables(folder, true)?;
+        let curve = folder.join(CURVE);
+        std::fs::write(&curve, self.curve(parameter, values)).map_err(failed(&curve))?;
+        self.write_pictures(folder, self.rows.len(), |case| values[case])
+    }
+
+    /// Displacements and volumes of cavities against a parameter.
+    fn curve(&self, parameter: usize, values: &[f64]) -> String {
+        let (body, length) = (self.body, &self.body.units.length);
+        let mut heads =
+            vec![body.parameters[parameter].unit.head(&body.parameters[parameter].name)];
+        heads.extend(["mean", "largest"].map(|of| format!("{of} u [{length}]")));
+        let volume =
+            |cavity: &sinew_energy::Cavity| format!("volume of {} [{length}3]", cavity.name);
+        heads.extend(body.cavities.iter().map(volume));
+        let heads: Vec<String> = heads.iter().map(|head| quoted(head)).collect();
+        let mut lines = vec![heads.join(",")];
+        for (row, value) in self.rows.iter().zip(values) {
+            let Some(field) = row.fields.first() else { continue };
+            let mut cells = vec![*value];
+            cells.extend(mean_and_largest(field));
+            cells.extend(body.cavity_volumes(field));
+            lines.push(cells.iter().map(f64::to_string).collect::<Vec<_>>().join(","));
+        }
+        lines.join("\n") + "\n"
+    }
+
+    /// Makes the folder, removes an earlier run's files and writes the table and, unless they are too large, the arrays; returns
+    /// their size in bytes where they were left out.
+    fn write_tables(&self, folder: &Path, arrays: bool) -> Result<Option<usize>, MeshError> {
+        std::fs::create_dir_all(folder).map_err(failed(folder))?;
+        clear(folder).map_err(failed(folder))?;
         let table = folder.join("cases.csv");
-        std::fs::write(&table, self.table()).map_err(error(&table))?;
-        let bytes = size_of::<f64>() * self.rows.len() * self.names.len() * 3 * self.body.nodes;
+        std::fs::write(&table, self.table()).map_err(failed(&table))?;
+        let of_row = 3 * self.names.len() * self.body.nodes + self.stress_numbers();
+        let bytes = size_of::<f64>() * self.rows.len() * of_row;
         let left_out = (!arrays && bytes > MOST_BYTES).then_some(bytes);
         if left_out.is_none() {
             let archive = folder.join("cases.npz");
-            self.write_arrays(&archive).map_err(error(&archive))?;
+            self.write_arrays(&archive).map_err(failed(&archive))?;
         }
+        Ok(left_out)
+    }
+
+    /// Writes the first pictures and the list of them, each with its time.
+    fn write_pictures(
+        &self,
+        folder: &Path,
+        pictures: usize,
+        time: impl Fn(usize) -> f64,
+    ) -> Result<(), MeshError> {
         let mut series = Vec::new();
         let shown = (0..self.rows.len()).filter(|&case| !self.rows[case].fields.is_empty());
         for case in shown.take(pictures) {
@@ -123,14 +188,14 @@ impl Results<'_> {
             let numbers: Vec<_> =
                 theta.map(|(p, &value)| (p.unit.head(&p.name), p.unit.shown(value))).collect();
             self.picture(case).write_vtu_with(folder.join(&name), &numbers)?;
-            series.push((case as f64, PathBuf::from(name)));
+            series.push((time(case), PathBuf::from(name)));
         }
         if !series.is_empty() {
             let series: Vec<_> =
                 series.iter().map(|(time, file)| (*time, file.as_path())).collect();
             sinew_mesh::write_pvd(folder.join("cases.pvd"), &series)?;
         }
-        Ok(left_out)
+        Ok(())
     }
 
     fn write_arrays(&self, path: &Path) -> io::Result<()> {
@@ -156,7 +221,57 @@ impl Results<'_> {
         ];
         let named = self.names.iter().zip(&fields);
         arrays.extend(named.map(|(name, values)| (*name, &shapes.1[..], &values[..])));
+        let stresses = self.stress_arrays();
+        arrays
+            .extend(stresses.iter().map(|(name, shape, values)| (*name, &shape[..], &values[..])));
         npz::write(path, &arrays)
+    }
+
+    /// Numbers of stress, strain and fibres in a row of the arrays.
+    fn stress_numbers(&self) -> usize {
+        // Two tensors, two triples, two numbers, and a direction with two more.
+        const MOST: usize = 31;
+        if self.stresses { MOST * self.body.cell_count() } else { 0 }
+    }
+
+    /// Stress and strain of cells for the arrays: name, shape, and numbers, NaN where a row has none.
+    fn stress_arrays(&self) -> Vec<(&'static str, Vec<usize>, Vec<f64>)> {
+        if !self.stresses {
+            return Vec::new();
+        }
+        let cases = || 0..self.rows.len();
+        let found: Vec<_> = cases().map(|case| self.cell_stresses(case)).collect();
+        let Some(like) = found.iter().flatten().next() else { return Vec::new() };
+        let (cells, like) = (self.body.cell_count(), stress_fields(self.body, like));
+        let shapes = like.iter().map(|field| match field.components {
+            1 => vec![found.len(), cells],
+            9 => vec![found.len(), cells, 3, 3],
+            count => vec![found.len(), cells, count],
+        });
+        let mut arrays: Vec<_> =
+            like.iter().zip(shapes).map(|(field, shape)| (field.name, shape, Vec::new())).collect();
+        for stresses in &found {
+            let fields = stresses.as_ref().map(|cells| stress_fields(self.body, cells));
+            for (index, (_, _, values)) in arrays.iter_mut().enumerate() {
+                match &fields {
+                    Some(fields) => values.extend_from_slice(&fields[index].values),
+                    None => values.extend(vec![f64::NAN; like[index].values.len()]),
+                }
+            }
+        }
+        arrays
+    }
+
+    /// Stress and strain of the cells of a row; `None` where there is no displacement, or one that inverts a cell.
+    fn cell_stresses(&self, case: usize) -> Option<Vec<CellStress>> {
+        let Row { theta, fields, balance, .. } = &self.rows[case];
+        let field = fields.first()?;
+        match balance {
+            None => cell_stresses(self.body, field, theta).ok(),
+            Some(Balanced { balance, pressure }) => {
+                balance_stresses(balance, field, pressure, theta).ok()
+            }
+        }
     }
 
     /// One case on its mesh.
@@ -171,18 +286,19 @@ impl Results<'_> {
             let apart = sinew_energy::metrics::displacement_error(fields[0], field);
             mesh.point_fields_mut().insert(format!("difference_{name}"), Field::scalars(apart));
         }
-        if self.stresses {
-            let (theta, field) = (&self.rows[case].theta, fields[0]);
-            // A displacement that inverts a cell has no stress.
-            if let Ok(cells) = cell_stresses(self.body, field, theta) {
-                add_stresses(&mut mesh, self.body, &cells);
-            }
+        if let Some(Balanced { balance, pressure }) = self.rows[case].balance
+            && let Some(of_nodes) = balance.nodal_pressure(pressure)
+        {
+            mesh.point_fields_mut().insert("pressure".into(), Field::scalars(of_nodes));
+        }
+        if let Some(cells) = self.stresses.then(|| self.cell_stresses(case)).flatten() {
+            add_stresses(&mut mesh, self.body, &cells);
         }
         mesh
     }
 
     /// A row per case: its number, θ, then for each way to find it the mean and the largest nodal displacement, the total
-    /// potential energy and the volumes of cavities; how good it is; parameters outside their ranges; warnings; why it failed.
+    /// potential energy, empty where there is no potential, and the volumes of cavities; how good it is; parameters outside their ranges; warnings; why it failed.
     fn table(&self) -> String {
         let judged = self.rows.iter().any(|row| row.quality.is_some());
         let row = |(case, row): (usize, &Row<'_>)| self.line(case, row, judged);
@@ -222,8 +338,9 @@ impl Results<'_> {
             false => shown(body, &row.theta).iter().map(f64::to_string).collect(),
         });
         for field in &row.fields {
-            let [mean, largest] = mean_and_largest(field);
-            cells.extend([mean, largest, body.value(field, &row.theta)].map(|x| x.to_string()));
+            cells.extend(mean_and_largest(field).map(|x| x.to_string()));
+            let energy = row.balance.is_none().then(|| body.value(field, &row.theta));
+            cells.push(energy.map_or(String::new(), |energy| energy.to_string()));
             cells.extend(body.cavity_volumes(field).iter().map(f64::to_string));
         }
         if row.fields.is_empty() {
@@ -258,6 +375,15 @@ fn quoted(text: &str) -> String {
     }
 }
 
+/// Table of a path along a parameter.
+const CURVE: &str = "curve.csv";
+
+/// Names the file of an error.
+fn failed(path: &Path) -> impl FnOnce(io::Error) -> MeshError {
+    let path = path.to_path_buf();
+    move |source| MeshError::File { path, source }
+}
+
 /// Removes what an earlier run wrote, and nothing else.
 fn clear(folder: &Path) -> io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
@@ -266,7 +392,7 @@ fn clear(folder: &Path) -> io::Result<()> {
         let picture = name.strip_suffix(".vtu").is_some_and(|number| {
             number.len() >= 4 && number.bytes().all(|digit| digit.is_ascii_digit())
         });
-        if picture || ["cases.csv", "cases.npz", "cases.pvd"].contains(&&*name) {
+        if picture || ["cases.csv", "cases.npz", "cases.pvd", CURVE].contains(&&*name) {
             std::fs::remove_file(path)?;
         }
     }
@@ -277,54 +403,4 @@ fn clear(folder: &Path) -> io::Result<()> {
 pub fn displacement_in_words(displacement: &[f64], unit: &str) -> String {
     let [mean, largest] = mean_and_largest(displacement).map(|length| digits(length, 4));
     format!("mean {mean} {unit}, largest {largest} {unit}")
-}
-
-/// Adds stress, strain and fibres to a mesh, at its cells and averaged to its nodes by volume.
-fn add_stresses(mesh: &mut sinew_mesh::AnyMesh, body: &Body, cells: &[CellStress]) {
-    let fibres: Option<Vec<Fibre>> = cells.iter().map(|cell| cell.fibre).collect();
-    let fibres = fibres.unwrap_or_default();
-    let tensor = |of: fn(&CellStress) -> &[[f64; 3]; 3]| -> (usize, Vec<f64>) {
-        (9, cells.iter().flat_map(|cell| of(cell).as_flattened().to_vec()).collect())
-    };
-    let triple = |of: fn(&CellStress) -> [f64; 3]| (3, cells.iter().flat_map(of).collect());
-    let fibre = |of: fn(&Fibre) -> f64| (1, fibres.iter().map(of).collect());
-    let fields: [(&str, (usize, Vec<f64>)); 8] = [
-        ("cauchy_stress", tensor(|cell| &cell.cauchy)),
-        ("green_lagrange_strain", tensor(|cell| &cell.green_lagrange)),
-        ("principal_stresses", triple(|cell| cell.principal_stresses)),
-        ("principal_stretches", triple(|cell| cell.principal_stretches)),
-        ("volume_ratio", (1, cells.iter().map(|cell| cell.volume_ratio).collect())),
-        ("fibre", (3, fibres.iter().flat_map(|fibre| fibre.direction).collect())),
-        ("fibre_stretch", fibre(|fibre| fibre.stretch)),
-        ("fibre_stress", fibre(|fibre| fibre.stress)),
-    ];
-    for (name, (components, values)) in fields {
-        if values.is_empty() {
-            continue;
-        }
-        // A direction and its opposite are one fibre, and have no mean.
-        if name != "fibre" {
-            let values = FieldValues::Float(at_nodes(body, components, &values));
-            mesh.point_fields_mut().insert(name.into(), Field { components, values });
-        }
-        let values = FieldValues::Float(values);
-        mesh.cell_fields_mut().insert(name.into(), Field { components, values });
-    }
-}
-
-/// Values of cells averaged to nodes by the volumes of the cells.
-fn at_nodes(body: &Body, components: usize, values: &[f64]) -> Vec<f64> {
-    let (mut sums, mut weights) = (vec![0.0; components * body.nodes], vec![0.0; body.nodes]);
-    let volumes = body.volumes.chunks(body.points_per_cell).map(|of| of.iter().sum::<f64>());
-    for ((nodes, volume), row) in body.cell_nodes().zip(volumes).zip(values.chunks(components)) {
-        for &node in nodes {
-            weights[node] += volume;
-            let sums = &mut sums[components * node..][..components];
-            sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += volume * value);
-        }
-    }
-    sums.chunks_mut(components).zip(&weights).for_each(|(row, weight)| {
-        row.iter_mut().for_each(|value| *value /= weight.max(f64::MIN_POSITIVE));
-    });
-    sums
 }

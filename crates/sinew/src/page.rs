@@ -3,7 +3,7 @@
 use crate::Inflation;
 use crate::comparison::{Comparison, Method, SOLVER};
 use sinew_emulate::{CurvePoint, Errors, Evaluation, METRICS, Metric, Quantiles};
-use sinew_report::format::{count as spaced, digits, rounded};
+use sinew_report::format::{count as spaced, digits, rounded, seconds as duration};
 use sinew_report::{
     Block, Cell, Chart, Column, Level, Provenance, Report, ReportError, Row, Section, Series,
     Style, Table,
@@ -135,6 +135,7 @@ impl Comparison {
             blocks.insert(0, Block::List(self.doubts.clone()));
         }
         blocks.extend(self.inflation.as_ref().map(|inflation| self.inflations(inflation)));
+        blocks.push(self.times_to_accuracies());
         blocks.push(self.sensitivities());
         blocks.push(Block::Surfaces(self.motion.clone()));
         blocks.push(Block::Surfaces(self.surfaces.clone()));
@@ -215,6 +216,25 @@ impl Comparison {
             fact("displacement", size + &printed.unwrap_or_default()),
             fact("test cases", self.methods.first().map_or(0, |m| m.evaluation.cases).to_string()),
         ]
+    }
+
+    /// Seconds to some accuracies for some numbers of parameter sets.
+    fn times_to_accuracies(&self) -> Block {
+        let head = Evaluation::ACCURACIES.map(|accuracy| format!("to {accuracy:e}"));
+        let row = |(name, sets, seconds): (&str, usize, [f64; Evaluation::ACCURACIES.len()])| {
+            let seconds = seconds.map(|seconds| Cell::from(duration(seconds)));
+            let named = [Cell::from(spaced(sets as u64)), Cell::from(name)];
+            named.into_iter().chain(seconds).collect()
+        };
+        Block::Listing {
+            title: "Time to an accuracy (mean nodal error relative to the mean nodal displacement), one thread. Derived: simulations, \
+                    preparation and training, and for each parameter set a prediction and the cheapest of no steps, quasi-Newton steps and \
+                    Newton steps after which the true error of a test case was within the accuracy; where none was, the dearest of them \
+                    and a solve. The solver: one solve from rest, the others from a neighbour's solution. Checks of the error are not in it."
+                .into(),
+            head: ["parameter sets", "method"].map(String::from).into_iter().chain(head).collect(),
+            rows: self.seconds().into_iter().map(row).collect(),
+        }
     }
 
     /// How far derivatives in the parameters are off.

@@ -66,11 +66,74 @@ pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, The
         names.push(name.trim());
         values.push(value.trim());
     }
-    let columns = columns(&names, parameters).map_err(error)?;
+    named(&names, &values, parameters).map_err(error)
+}
+
+/// θ from names and texts such as `("p", "7 mmHg")`, in any order, as [`parse_theta`].
+///
+/// # Errors
+/// As [`parse_theta`].
+///
+/// ```
+/// use sinew::{Parameter, theta_of};
+/// let parameters = ["mu", "lambda"].map(|name| Parameter::log(name, "kPa", 1.0..=2.0));
+/// assert_eq!(theta_of(&[("lambda", "1.5"), ("mu", "2000 Pa")], &parameters).unwrap(), [2.0, 1.5]);
+/// ```
+pub fn theta_of(pairs: &[(&str, &str)], parameters: &[Parameter]) -> Result<Vec<f64>, ThetaText> {
+    let (names, values): (Vec<&str>, Vec<&str>) =
+        pairs.iter().map(|(name, value)| (name.trim(), value.trim())).unzip();
+    let error = |reason| ThetaText { place: "theta".into(), reason };
+    named(&names, &values, parameters).map_err(error)
+}
+
+/// Values by name, each in its parameter's unit unless it names its own.
+fn named(names: &[&str], values: &[&str], parameters: &[Parameter]) -> Result<Vec<f64>, String> {
+    let columns = columns(names, parameters)?;
     let read = |(parameter, &column): (&Parameter, &usize)| {
         number(values[column], &parameter.unit, parameter)
     };
-    parameters.iter().zip(&columns).map(read).collect::<Result<_, _>>().map_err(error)
+    parameters.iter().zip(&columns).map(read).collect()
+}
+
+/// A parameter, by its place in θ, with the ends of a way along it, from `name=START..END` such as `p=0..8mmHg`. A unit after the
+/// second end is that of both, unless the first names its own.
+///
+/// # Errors
+/// A text of another form, a name that is not a parameter, an end that is not a number or has another unit, ends that are the same.
+///
+/// ```
+/// use sinew::{Parameter, parse_way};
+/// let parameters = ["mu", "p"].map(|name| Parameter::linear(name, "kPa", 1.0..=2.0));
+/// assert_eq!(parse_way("p=0..2000 Pa", &parameters).unwrap(), (1, [0.0, 2.0]));
+/// let error = parse_way("q=0..2", &parameters).unwrap_err().to_string();
+/// assert!(error.contains("`q` is not a parameter"), "{error}");
+/// ```
+pub fn parse_way(text: &str, parameters: &[Parameter]) -> Result<(usize, [f64; 2]), ThetaText> {
+    let error = |reason| ThetaText { place: format!("--along {text}"), reason };
+    let ends = text.split_once('=').and_then(|(name, ends)| Some((name, ends.split_once("..")?)));
+    let Some((name, (start, end))) = ends else {
+        return Err(error("give a parameter and two ends, such as p=0..8mmHg".into()));
+    };
+    let name = name.trim();
+    let Some(index) = parameters.iter().position(|parameter| parameter.name == name) else {
+        let known = parameters.iter().map(|parameter| parameter.name.as_str());
+        let advice = advise(name, known, "parameters");
+        return Err(error(format!("`{name}` is not a parameter{advice}")));
+    };
+    let parameter = &parameters[index];
+    let (start, end) = (start.trim(), end.trim());
+    let unit = match number_and_unit(end).1 {
+        "" => parameter.unit.clone(),
+        given => unit_of(given, parameter).map_err(error)?,
+    };
+    let read = |text| number(text, &unit, parameter).map_err(error);
+    let ends = [read(start)?, read(end)?];
+    match ends[0] == ends[1] {
+        true => {
+            Err(error(format!("both ends are {}; give two values", parameter.unit.said(ends[0]))))
+        }
+        false => Ok((index, ends)),
+    }
 }
 
 /// θ from a CSV table, as [`read_rows`]; every row must be one.

@@ -1,6 +1,6 @@
 //! Damaged case files: each is a body or an error that names the file, never a panic.
 
-#[path = "../../sinew-mesh/tests/damage/mod.rs"]
+#[path = "../../sinew-mesh/tests/mesh/damage.rs"]
 mod damage;
 
 use damage::damaged;
@@ -146,8 +146,11 @@ fn read_safely(text: &str) -> bool {
     if case.mesh.biventricle.is_some() || cells.into_iter().flatten().any(large) {
         return false;
     }
-    match case.body() {
-        Ok(body) => assert!(body.nodes > 0 && body.volumes.iter().all(|volume| volume.is_finite())),
+    match case.lowered() {
+        Ok(lowered) => {
+            let body = lowered.body();
+            assert!(body.nodes > 0 && body.volumes.iter().all(|volume| volume.is_finite()));
+        }
         Err(error) => assert!(error.to_string().starts_with("damaged.toml"), "{error}"),
     }
     true
@@ -174,10 +177,11 @@ fn most_of_the_cases_lower() {
         if let Some(file) = &mut case.mesh.file {
             *file = ORGAN.path().join(&*file);
         }
-        case.mesh.biventricle.is_none() && case.body().is_ok()
+        case.mesh.biventricle.is_none() && case.lowered().is_ok()
     };
     let bases = bases();
     let lowered = bases.iter().filter(lowers).count();
+    println!("{lowered} of {}", bases.len());
     assert!(2 * lowered > bases.len(), "{lowered} of {}", bases.len());
 }
 

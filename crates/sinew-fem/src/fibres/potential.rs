@@ -1,7 +1,7 @@
 //! Potentials on a tetrahedral mesh: `−∇·(k ∇φ) = source` with prescribed values at some nodes.
 
 use super::FibreError;
-use crate::factor::Factor;
+use crate::linear::factor::Factor;
 use faer::Side;
 use faer::sparse::Triplet;
 use nalgebra::{Matrix3, Vector3};

@@ -32,6 +32,8 @@ pub struct VentricleCoordinates {
     pub thickness: Vec<f64>,
     /// The harmonic function that is 0 at the apexes and 1 on the base, at each node.
     pub longitudinal: Vec<f64>,
+    /// The nodes of the apexes, on the endocardium and the epicardium.
+    pub apexes: [usize; 2],
     cells: Vec<[usize; 4]>,
     layers_of_cells: Vec<Layer>,
     layers_of_nodes: Vec<Layer>,
@@ -77,7 +79,15 @@ impl VentricleCoordinates {
         let layers_of_cells = layers_of_cells(mesh, &outward, &to_base)?;
         let layers_of_nodes = layers_of_nodes(mesh, &outward, &to_base, &layers_of_cells);
         let cells = mesh.cells.clone();
-        Ok(Self { potential, thickness, longitudinal, cells, layers_of_cells, layers_of_nodes })
+        Ok(Self {
+            potential,
+            thickness,
+            longitudinal,
+            apexes,
+            cells,
+            layers_of_cells,
+            layers_of_nodes,
+        })
     }
 
     /// The frame at the centre of each cell.

@@ -1,7 +1,7 @@
 //! Small matrices that are not symmetric, added to a large one.
 
 use super::multifrontal::Entries;
-use crate::sparsity::Sparsity;
+use crate::linear::sparsity::Sparsity;
 
 /// Marks a degree of freedom that is prescribed.
 const PRESCRIBED: usize = usize::MAX;

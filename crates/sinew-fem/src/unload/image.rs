@@ -3,17 +3,18 @@
 use super::entries::Places;
 use super::error::UnloadError;
 use crate::SolveError;
-use crate::sparsity::patch_nodes_of;
-use crate::supports::is_moved_rim;
-use crate::system::System;
+use crate::elements::supports::is_moved_rim;
+use crate::elements::system::System;
+use crate::linear::sparsity::patch_nodes_of;
 use sinew_energy::{Fibres, ForceBalance, PressureSurface};
+use std::sync::Arc;
 
 /// The image with what is prepared once.
 pub(super) struct Image<'p> {
     pub system: System<'p>,
-    pub places: Places,
+    pub places: Arc<Places>,
     /// Nodes of each patch, ascending.
-    pub patch_nodes: Vec<Vec<usize>>,
+    pub patch_nodes: Arc<Vec<Vec<usize>>>,
     pub fibres: Fibres,
 }
 
@@ -28,13 +29,37 @@ impl<'p> Image<'p> {
         if let Some(node) = is_moved_rim(body) {
             return Err(UnloadError::MovedRim { node });
         }
-        let places = Places::new(&system.sparsity, body.prescribed.len());
-        let patch_nodes = body.patches.iter().map(|points| patch_nodes_of(body, points)).collect();
+        let places = Arc::new(Places::new(&system.sparsity, body.prescribed.len()));
+        let patch_nodes = body.patches.iter().map(|points| patch_nodes_of(body, points));
+        let patch_nodes = Arc::new(patch_nodes.collect());
         Ok(Self { system, places, patch_nodes, fibres: Fibres::default() })
     }
 }
 
+impl<'p> Image<'p> {
+    /// Another one, for another thread; it shares what is prepared.
+    pub(super) fn fresh(&self) -> Result<Self, SolveError> {
+        Ok(self.with(self.system.fresh()?))
+    }
+
+    /// A loaded state of the body at rest as an image of its own.
+    pub(super) fn of_state<'q>(&self, seen: &'q ForceBalance) -> Result<Image<'q>, SolveError> {
+        Ok(self.with(self.system_of(seen)?))
+    }
+
+    fn with<'q>(&self, system: System<'q>) -> Image<'q> {
+        let (places, patch_nodes) = (self.places.clone(), self.patch_nodes.clone());
+        Image { system, places, patch_nodes, fibres: self.fibres }
+    }
+}
+
 impl Image<'_> {
+    /// The system of a body at rest.
+    pub(super) fn system_of<'q>(&self, rest: &'q ForceBalance) -> Result<System<'q>, SolveError> {
+        let balance = (!self.system.has_potential()).then_some(rest);
+        self.system.like(&rest.body, balance)
+    }
+
     /// The body at rest; `None` where a cell is inverted.
     pub(super) fn moved(&self, motion: &[f64]) -> Option<ForceBalance> {
         let moved = |surface: &PressureSurface| surface.placed(motion);

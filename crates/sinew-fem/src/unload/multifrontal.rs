@@ -4,12 +4,13 @@
 //! with partial pivoting among their rows; what is left of the front is added to that of the parent. The order is that of the
 //! stiffness, so that fill is that of its Cholesky factor.
 
-use crate::sparsity::Sparsity;
+use crate::linear::sparsity::Sparsity;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, Mat, MatRef, Par};
+use std::sync::Arc;
 
 /// Columns that join those of their parent although the front grows, by at most this part of its entries.
 const PADDING: f64 = 0.2;
@@ -67,7 +68,7 @@ struct Block {
 /// A factor of an unsymmetric matrix.
 #[derive(Debug)]
 pub(super) struct Multifrontal {
-    fronts: Vec<Front>,
+    fronts: Arc<Vec<Front>>,
     blocks: Vec<Block>,
 }
 
@@ -107,7 +108,12 @@ impl Multifrontal {
                 waiting[parent].push(at);
             }
         }
-        Self { fronts: in_order(fronts), blocks: Vec::new() }
+        Self { fronts: Arc::new(in_order(fronts)), blocks: Vec::new() }
+    }
+
+    /// Another one of the same sparsity, with nothing factorised.
+    pub(super) fn fresh(&self) -> Self {
+        Self { fronts: self.fronts.clone(), blocks: Vec::new() }
     }
 
     /// Whether something was factorised.
@@ -120,7 +126,7 @@ impl Multifrontal {
         self.blocks.clear();
         let mut left: Vec<Option<Mat<f64>>> = Vec::with_capacity(self.fronts.len());
         let mut local = vec![usize::MAX; sparsity.unknowns()];
-        for front in &self.fronts {
+        for front in self.fronts.iter() {
             front.rows.iter().enumerate().for_each(|(at, &row)| local[row] = at);
             let mut dense = Mat::<f64>::zeros(front.rows.len(), front.rows.len());
             scatter(sparsity, entries, front, &local, &mut dense);

@@ -6,10 +6,10 @@ use super::multifrontal::{Entries, Multifrontal};
 use super::options::UnloadOptions;
 use super::state::{Level, Trial};
 use super::unloaded::volume_ratios;
-use crate::CellValue;
-use crate::gmres::gmres;
-use crate::supports::place;
-use crate::vector::norm;
+use crate::elements::supports::place;
+use crate::linear::gmres::gmres;
+use crate::linear::vector::norm;
+use crate::{CellValue, SolveError};
 
 /// Unbalanced forces \[relative to loads and reactions\] that are at their floor.
 const BALANCED: f64 = 1e-14;
@@ -49,6 +49,11 @@ impl<'p> Search<'p> {
     pub(super) fn new(image: Image<'p>) -> Self {
         let factor = Multifrontal::new(&image.system.sparsity);
         Self { image, factor }
+    }
+
+    /// Another one, for another thread; it shares what is prepared.
+    pub(super) fn fresh(&self) -> Result<Self, SolveError> {
+        Ok(Self { image: self.image.fresh()?, factor: self.factor.fresh() })
     }
 
     /// The trial that is balanced under the whole load at once.

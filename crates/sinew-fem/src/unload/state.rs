@@ -1,9 +1,9 @@
 //! The image under a load, seen from a body at rest that is tried.
 
 use super::image::Image;
-use crate::followers::Followers;
-use crate::state::load_gradient;
-use crate::vector::{Norm, norm};
+use crate::elements::followers::Followers;
+use crate::elements::state::load_gradient;
+use crate::linear::vector::{Norm, norm};
 use rayon::prelude::*;
 use sinew_energy::{Body, ForceBalance};
 
@@ -52,6 +52,12 @@ impl Trial {
         let scale = size.value();
         let finite = force.is_finite() && scale.is_finite();
         finite.then_some(Self { motion, rest, displacement, residual, force, scale, least })
+    }
+
+    /// A body at rest whose image, itself for now, is in balance.
+    pub(super) fn balanced(rest: ForceBalance) -> Self {
+        let (motion, displacement, residual) = (Vec::new(), Vec::new(), Vec::new());
+        Self { motion, rest, displacement, residual, force: 0.0, scale: 0.0, least: 1.0 }
     }
 
     /// Unbalanced forces relative to loads and reactions.

@@ -2,7 +2,7 @@
 
 use super::image::Image;
 use super::state::Trial;
-use crate::cells::{largest, least, per_cell};
+use crate::elements::cells::{largest, least, per_cell};
 use crate::{CellValue, LockingWarning};
 use sinew_energy::{Body, Fibres, ForceBalance};
 use std::time::Instant;

@@ -5,7 +5,7 @@ use super::image::Image;
 use super::options::UnloadOptions;
 use super::state::Trial;
 use super::unloaded::Loading;
-use crate::system::{System, Unknowns};
+use crate::elements::system::{System, Unknowns};
 use crate::{BalanceSolver, LoadSteps, Options, SolveError, Solver};
 use sinew_mesh::{AnyMesh, TriangleMesh, self_intersections};
 use std::time::Instant;
@@ -24,8 +24,7 @@ impl Image<'_> {
     ) -> Result<Option<Loading>, UnloadError> {
         self.check_crossings(trial)?;
         let rest = &trial.rest;
-        let balance = (!self.system.has_potential()).then_some(rest);
-        let mut system = self.system.like(&rest.body, balance)?;
+        let mut system = self.system_of(rest)?;
         system.assemble(&Unknowns::of(&trial.displacement), theta, 1.0, None);
         let (_, negative_pivots) = system.factorise(false).ok_or(SolveError::Singular)?;
         if negative_pivots > 0 {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 /// The content of a mesh file before it becomes a [`crate::Mesh`]. Readers only
 /// guarantee that `offsets` ascends within `connectivity`; the rest is checked in one place.
+#[derive(Debug)]
 pub(crate) struct UnstructuredGrid {
     pub points: Vec<[f64; 3]>,
     /// VTK cell type of each cell.

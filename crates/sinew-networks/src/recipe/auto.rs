@@ -2,10 +2,8 @@
 
 use super::{Hybrid, Recipe, Regression};
 use serde::{Deserialize, Serialize};
-use sinew_emulate::parts::{Session, root_mean_square};
-use sinew_emulate::{
-    Candidate, Emulator, Errors, Predictor, Record, Result, TestSet, Train, Warning,
-};
+use sinew_emulate::parts::{Session, require_finite, root_mean_square};
+use sinew_emulate::{Candidate, Errors, Predictor, Record, Result, TestSet, Train, Warning};
 
 /// Tries regression on more and more simulations, and networks only where its error on the held-out cases misses the target;
 /// the recipe with the least error there is kept.
@@ -39,20 +37,21 @@ impl Auto {
             let mut own = Record::new(rival.key());
             let (spent, solved) = (session.simulate_s, session.simulations);
             let model = rival.predictor(session, held_out, &mut own)?;
-            let emulator = Emulator::new(session.body, model, own);
-            let fields = emulator.predict(&held_out.thetas)?.fields();
+            let predicted = model.predict(session.body, &held_out.thetas)?;
+            require_finite(session.body, &held_out.thetas, &predicted)?;
+            let length = predicted.len() / held_out.thetas.len().max(1);
+            let fields: Vec<_> = predicted.chunks(length.max(1)).map(<[f64]>::to_vec).collect();
             let cases = held_out.cases(&fields)?;
             let error = root_mean_square(&cases);
-            let seconds = session.simulate_s - spent + emulator.record.train_s;
+            let seconds = session.simulate_s - spent + own.train_s;
             let median = Errors::of(&cases).relative.q50;
             choice.candidates.push(Candidate {
                 recipe: rival.key().into(),
                 simulations: session.simulations,
                 error,
                 seconds,
-                detail: format!("{} steps, median {median:.1e}", emulator.record.steps),
+                detail: format!("{} steps, median {median:.1e}", own.steps),
             });
-            let (model, own) = emulator.into_parts();
             if error < best.1 {
                 choice.taken = choice.candidates.len() - 1;
                 best = (model, error);

@@ -1,6 +1,7 @@
 //! Directions of fibres.
 
 use super::CaseError;
+use super::ellipsoid_fibres::EllipsoidRule;
 use super::laws::Row;
 use super::source::{Source, advise, exactly, exactly_if_any};
 use nalgebra::Vector3;
@@ -25,6 +26,8 @@ pub struct Fibres {
     pub direction: Option<[f64; 3]>,
     /// A rule for ventricles.
     pub rule: Option<FibreRule>,
+    /// A rule in closed form, for walls that `mesh.ellipsoid` makes.
+    pub ellipsoid: Option<EllipsoidRule>,
 }
 
 /// Fibres that turn linearly through the wall of a ventricle.
@@ -52,19 +55,21 @@ const WRITTEN: [&str; 3] = ["fibre", "sheet", "normal"];
 impl Fibres {
     /// Writes directions that no field holds into the mesh.
     pub(super) fn lay(&self, mesh: &mut AnyMesh, source: &Source) -> Result<(), CaseError> {
-        let rows: Vec<[[f64; 3]; 3]> = match (&self.field, &self.direction, &self.rule) {
-            (Some(_), None, None) => return Ok(()),
-            (None, Some(direction), None) => {
+        let Self { field, direction, rule, ellipsoid, .. } = self;
+        let rows: Vec<[[f64; 3]; 3]> = match (field, direction, rule, ellipsoid) {
+            // At quadrature points, which are not known yet.
+            (Some(_), None, None, None) | (None, None, None, Some(_)) => return Ok(()),
+            (None, Some(direction), None, None) => {
                 let frame = completed(&[*direction])
                     .map_err(|reason| source.error(&["fibres", "direction"], reason.to_string()))?;
                 vec![frame; mesh.cell_count()]
             }
-            (None, None, Some(rule)) => {
+            (None, None, Some(rule), None) => {
                 let frames = rule.frames(mesh);
                 frames.map_err(|reason| source.error(&["fibres", "rule"], reason))?
             }
             _ => {
-                let reason = "give one of `field`, `direction` and `rule`".into();
+                let reason = "give one of `field`, `direction`, `rule` and `ellipsoid`".into();
                 return Err(source.error(&["fibres"], reason));
             }
         };

@@ -5,11 +5,12 @@ use super::source::{Source, advise};
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
 use sinew_energy::laws::{
-    ByYoungPoisson, Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009,
+    ActiveTension, ByYoungPoisson, Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009,
     HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
 };
 use sinew_energy::{
-    Body, Load, NearlyIncompressible, Parameter, Scene, SceneError, Solid, Support,
+    ActiveStress, ForceBalance, Load, NearlyIncompressible, Parameter, Scene, SceneError,
+    ShapeEnergy, Solid, Strain, Support, VolumeEnergy,
 };
 use sinew_mesh::{AnyMesh, Mesh};
 use std::fmt;
@@ -22,6 +23,21 @@ pub struct Law {
     pub name: String,
     /// Penalty on changes of volume \[kPa\], for laws that have one.
     pub bulk_modulus: Option<f64>,
+    /// Which strain its resistance to changes of shape reads; the isochoric part where nothing is said.
+    #[serde(default, deserialize_with = "strain")]
+    pub strain: Option<Strain>,
+}
+
+/// [`Strain`] as files name it.
+#[derive(Deserialize)]
+#[serde(remote = "Strain", rename_all = "kebab-case")]
+enum StrainName {
+    Isochoric,
+    Whole,
+}
+
+fn strain<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Strain>, D::Error> {
+    StrainName::deserialize(deserializer).map(Some)
 }
 
 /// A law that a case file can name.
@@ -41,8 +57,11 @@ pub struct Row {
     pub directions: usize,
     /// How many of them matter; any others perpendicular to these serve.
     pub needed: usize,
-    lower: fn(f64, AnyMesh, Parts) -> Result<Body, SceneError>,
+    lower: fn(f64, AnyMesh, Parts) -> Result<ForceBalance, SceneError>,
 }
+
+/// Name of the tension that `active = true` adds to θ.
+pub const TENSION: &str = "T_a";
 
 const STRESS: &str = "kPa";
 const NUMBER: &str = "1";
@@ -69,7 +88,7 @@ pub static LAWS: &[Row] = &[
         "holzapfel-ogden",
         &[STRESS, NUMBER, STRESS, NUMBER],
         |bulk_modulus, mesh, parts| {
-            parts.lower(mesh, HolzapfelOgden.nearly_incompressible(bulk_modulus))
+            parts.lower_solid(mesh, HolzapfelOgden.nearly_incompressible(bulk_modulus))
         },
     )
     .with_bulk_modulus(),
@@ -77,7 +96,7 @@ pub static LAWS: &[Row] = &[
         "holzapfel-ogden-thesis",
         &[STRESS, NUMBER, STRESS, NUMBER],
         |kappa, mesh, parts| {
-            parts.lower(mesh, Solid::new(HolzapfelOgdenCompressible, Compressible { kappa }))
+            parts.lower_solid(mesh, Solid::new(HolzapfelOgdenCompressible, Compressible { kappa }))
         },
     )
     .with_bulk_modulus(),
@@ -85,14 +104,16 @@ pub static LAWS: &[Row] = &[
         "holzapfel-ogden-orthotropic",
         &[STRESS, NUMBER, STRESS, NUMBER, STRESS, NUMBER, STRESS, NUMBER],
         |bulk_modulus, mesh, parts| {
-            parts.lower(mesh, HolzapfelOgden2009.nearly_incompressible(bulk_modulus))
+            parts.lower_solid(mesh, HolzapfelOgden2009.nearly_incompressible(bulk_modulus))
         },
     )
     .with_bulk_modulus(),
     row::<NearlyIncompressible<Guccione>, 3>(
         "guccione",
         &[STRESS, NUMBER, NUMBER, NUMBER],
-        |bulk_modulus, mesh, parts| parts.lower(mesh, Guccione.nearly_incompressible(bulk_modulus)),
+        |bulk_modulus, mesh, parts| {
+            parts.lower_solid(mesh, Guccione.nearly_incompressible(bulk_modulus))
+        },
     )
     .with_bulk_modulus()
     .about_one_axis(),
@@ -107,7 +128,7 @@ pub static LAWS: &[Row] = &[
 const fn row<L: sinew_energy::Law<D>, const D: usize>(
     name: &'static str,
     units: &'static [&'static str],
-    lower: fn(f64, AnyMesh, Parts) -> Result<Body, SceneError>,
+    lower: fn(f64, AnyMesh, Parts) -> Result<ForceBalance, SceneError>,
 ) -> Row {
     let (about, parameters) = (L::NAME, L::PARAMETERS);
     Row { name, about, parameters, units, bulk_modulus: false, directions: D, needed: D, lower }
@@ -116,6 +137,11 @@ const fn row<L: sinew_energy::Law<D>, const D: usize>(
 impl Row {
     const fn with_bulk_modulus(self) -> Self {
         Self { bulk_modulus: true, ..self }
+    }
+
+    /// Whether it is put together from shape energy, volume response and fibres, so that it can contract.
+    pub(super) const fn is_fibrous_solid(&self) -> bool {
+        self.bulk_modulus && self.directions > 0
     }
 
     /// Transversely isotropic: independent of the directions across the first one.
@@ -139,11 +165,20 @@ impl Law {
             (false, Some(_)) => {
                 Err(source.error(&["law", "bulk_modulus"], format!("`{}` has no bulk modulus of its own; leave it out", row.name)))
             }
+            _ if self.strain.is_some() && !row.is_fibrous_solid() => {
+                let reason = format!("`{}` reads one strain only; leave it out", row.name);
+                Err(source.error(&["law", "strain"], reason))
+            }
             _ => Ok(row),
         }
     }
 
-    pub(super) fn lower(&self, row: &Row, mesh: AnyMesh, parts: Parts) -> Result<Body, SceneError> {
+    pub(super) fn lower(
+        &self,
+        row: &Row,
+        mesh: AnyMesh,
+        parts: Parts,
+    ) -> Result<ForceBalance, SceneError> {
         (row.lower)(self.bulk_modulus.unwrap_or(f64::NAN), mesh, parts)
     }
 }
@@ -156,28 +191,82 @@ pub(super) struct Parts {
     pub parameters: Vec<Parameter>,
     pub loads: Vec<Load>,
     pub supports: Vec<Support>,
+    /// How the body is made of them.
+    pub form: Form,
+    /// Whether it contracts along its fibres.
+    pub active: bool,
+    /// Which strain solids resist.
+    pub strain: Strain,
+}
+
+/// How a scene is lowered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Form {
+    /// One mean volume ratio per hexahedron or patch.
     pub averaged: bool,
+    /// A field of pressure; the cells are quadratic.
+    pub mixed: bool,
+    /// Whether pressures may have a loose rim.
+    pub loose_rims: bool,
 }
 
 /// Lowers a scene with a kind of cell.
 macro_rules! lower_each {
     ($parts:ident, $law:ident, $mesh:ident: $($kind:ident),*) => {
         match $mesh {
-            $(AnyMesh::$kind(mesh) => match $parts.averaged {
-                true => $parts.scene(mesh, $law).lower_averaged(),
-                false => $parts.scene(mesh, $law).lower(),
+            $(AnyMesh::$kind(mesh) => {
+                let Form { averaged, loose_rims, .. } = $parts.form;
+                let scene = $parts.scene(mesh, $law);
+                match (averaged, loose_rims) {
+                    (true, true) => scene.lower_follower_averaged(),
+                    (true, false) => scene.lower_averaged().map(potential),
+                    (false, true) => scene.lower_follower(),
+                    (false, false) => scene.lower().map(potential),
+                }
             })*
         }
     };
 }
 
+/// A balance that is all potential.
+fn potential(body: sinew_energy::Body) -> ForceBalance {
+    ForceBalance { body, followers: Vec::new(), pressure_field: None }
+}
+
 impl Parts {
+    /// Lowers a law that cannot contract.
     fn lower<L: sinew_energy::Law<D>, const D: usize>(
         self,
         mesh: AnyMesh,
         law: L,
-    ) -> Result<Body, SceneError> {
-        lower_each!(self, law, mesh: Tetrahedra, Triangles, QuadraticTetrahedra, QuadraticTriangles, Hexahedra)
+    ) -> Result<ForceBalance, SceneError> {
+        match mesh {
+            AnyMesh::QuadraticTetrahedra(mesh) if self.form.mixed => {
+                self.scene(mesh, law).lower_mixed()
+            }
+            AnyMesh::QuadraticTriangles(mesh) if self.form.mixed => {
+                self.scene(mesh, law).lower_mixed()
+            }
+            mesh => {
+                lower_each!(self, law, mesh: Tetrahedra, Triangles, QuadraticTetrahedra, QuadraticTriangles, Hexahedra)
+            }
+        }
+    }
+
+    /// Lowers a solid of three parts.
+    fn lower_solid<M: ShapeEnergy<D>, V: VolumeEnergy, const D: usize>(
+        self,
+        mesh: AnyMesh,
+        solid: Solid<M, V>,
+    ) -> Result<ForceBalance, SceneError>
+    where
+        ActiveTension: ActiveStress<D>,
+    {
+        let solid = Solid { strain: self.strain, ..solid };
+        match self.active {
+            true => self.lower(mesh, solid.with_active(ActiveTension)),
+            false => self.lower(mesh, solid),
+        }
     }
 
     fn scene<L: sinew_energy::Law<D>, const D: usize, const N: usize>(
@@ -203,7 +292,7 @@ impl<'de> Deserialize<'de> for Law {
                 f.write_str("the name of a law, or a table { name = \"…\", bulk_modulus = … }")
             }
             fn visit_str<E>(self, name: &str) -> Result<Law, E> {
-                Ok(Law { name: name.into(), bulk_modulus: None })
+                Ok(Law { name: name.into(), bulk_modulus: None, strain: None })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Law, A::Error> {
                 // The derived one.

@@ -28,6 +28,16 @@ pub struct Load {
     pub foundation: Option<FoundationLoad>,
     /// Facet set, for all but a body force.
     pub facets: Option<String>,
+    /// Whether the rim of a pressure's facets may move freely, so that it has no potential.
+    pub rim: Option<Rim>,
+}
+
+/// Rim of the surface that a pressure acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rim {
+    /// It may move freely.
+    Loose,
 }
 
 /// An elastic foundation.
@@ -73,8 +83,12 @@ impl Load {
             Pressure::Parameter(name) => index(name),
         };
         let facets = || self.facet_set(&at, mesh, source);
-        let Self { body_force, traction, pressure, thesis_pressure, foundation, facets: given } =
-            self;
+        let Self { body_force, traction, pressure, thesis_pressure, foundation, .. } = self;
+        let given = &self.facets;
+        if self.rim.is_some() && pressure.is_none() {
+            let reason = "only a `pressure` has a rim; leave it out".into();
+            return Err(source.error(&["loads", &at, "rim"], reason));
+        }
         Ok(match (body_force, traction, pressure, thesis_pressure, foundation) {
             (Some(force), None, None, None, None) if given.is_none() => {
                 sinew_energy::Load::BodyForce(*force)

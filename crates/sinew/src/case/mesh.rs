@@ -7,6 +7,7 @@ use serde::Deserialize;
 use sinew_energy::listed;
 use sinew_mesh::{AnyMesh, Biventricle, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Source of a mesh: one of the first four keys.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -25,6 +26,9 @@ pub struct MeshSource {
     pub element: Option<Element>,
     /// Unit of length of the numbers above and in the file; mm where there is none.
     pub unit: Option<String>,
+    /// Instead of the first four keys, a mesh in memory, in that unit ([`Case::on`](super::Case::on)).
+    #[serde(skip)]
+    pub given: Option<Arc<AnyMesh>>,
 }
 
 /// A box from the origin, with sets `x_min` to `z_max`.
@@ -81,6 +85,9 @@ pub enum Element {
     Tetrahedra,
     /// Trilinear hexahedra.
     Hexahedra,
+    /// Quadratic tetrahedra; the nodes in the middle of edges are on the curved surfaces.
+    #[value(skip)]
+    QuadraticTetrahedra,
 }
 
 /// Height of triangles along z from which on they are a surface in space rather than a plane body that is not quite plane
@@ -131,8 +138,20 @@ impl MeshSource {
     /// The mesh \[mm\].
     pub(super) fn make(&self, source: &Source) -> Result<AnyMesh, CaseError> {
         let scale = self.scale(source)?;
+        let mut mesh = match &self.given {
+            Some(mesh) => (**mesh).clone(),
+            None => self.read_or_made(source)?,
+        };
+        if scale != 1.0 {
+            mesh.map_points(|x| x.map(|x| scale * x));
+        }
+        Ok(mesh)
+    }
+
+    /// The mesh of the file or of the numbers, in its unit.
+    fn read_or_made(&self, source: &Source) -> Result<AnyMesh, CaseError> {
         let element = self.element.unwrap_or_default();
-        let mut mesh = match (&self.file, &self.cuboid, &self.ellipsoid, &self.biventricle) {
+        Ok(match (&self.file, &self.cuboid, &self.ellipsoid, &self.biventricle) {
             (Some(file), None, None, None) => {
                 if self.element.is_some() {
                     let reason = "a file holds its own kind of cell; leave it out".into();
@@ -155,11 +174,7 @@ impl MeshSource {
                 let reason = "give one of `file`, `box`, `ellipsoid` and `biventricle`".into();
                 return Err(source.error(&["mesh"], reason));
             }
-        };
-        if scale != 1.0 {
-            mesh.map_points(|x| x.map(|x| scale * x));
-        }
-        Ok(mesh)
+        })
     }
 }
 
@@ -180,11 +195,19 @@ impl BoxMesh {
         Ok(match element {
             Element::Tetrahedra => box_tetrahedra(extent, cells).into(),
             Element::Hexahedra => box_hexahedra(extent, cells).into(),
+            Element::QuadraticTetrahedra => box_tetrahedra(extent, cells).quadratic().into(),
         })
     }
 }
 
 impl EllipsoidMesh {
+    /// The wall in a unit of length \[mm\].
+    pub(super) fn shape(self, scale: f64) -> TruncatedEllipsoid {
+        let Self { short, long, base, .. } = self;
+        let [short, long] = [short, long].map(|axes| axes.map(|axis| scale * axis));
+        TruncatedEllipsoid { short, long, base: scale * base }
+    }
+
     fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
         let Self { short, long, base, cells } = self;
         let error = |key, reason: String| Err(source.error(&["mesh", "ellipsoid", key], reason));
@@ -217,10 +240,11 @@ impl EllipsoidMesh {
                 ),
             );
         }
-        let wall = TruncatedEllipsoid { short, long, base }.wall(cells);
+        let wall = self.shape(1.0).wall(cells);
         Ok(match element {
             Element::Tetrahedra => wall.tetrahedra().into(),
             Element::Hexahedra => wall.hexahedra().into(),
+            Element::QuadraticTetrahedra => wall.quadratic_tetrahedra().into(),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Ranges of θ.
 
-use super::laws::Row;
+use super::laws::{Row, TENSION};
 use super::source::{advise, exactly, exactly_if_any};
 use super::units::stress;
 use super::{Case, CaseError};
@@ -40,16 +40,32 @@ fn spread<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Sampling>
 }
 
 impl Case {
+    /// Parameters of the law in its order with their units, and its tension if the body contracts.
+    pub(super) fn law_parameters(
+        &self,
+        law: &Row,
+    ) -> impl Iterator<Item = (&'static str, &'static str)> + use<> {
+        let passive = law.parameters.iter().copied().zip(law.units.iter().copied());
+        passive.chain(self.active.contracts().then_some((TENSION, "kPa")))
+    }
+
     /// θ: the law's parameters in its order, then those of the loads.
     pub(super) fn lower_parameters(&self, law: &Row) -> Result<Vec<Parameter>, CaseError> {
-        let of_law = law.parameters.iter().copied().zip(law.units.iter().copied());
+        let of_law = self.law_parameters(law);
         let of_loads = self.load_parameters().into_iter().map(|name| (name, "kPa"));
-        let expected: Vec<(&str, &str)> = of_law.chain(of_loads).collect();
+        let mut expected: Vec<(&str, &str)> = of_law.collect();
+        expected.extend(of_loads);
         let known = || expected.iter().map(|(name, _)| *name);
         if let Some(name) = self.parameters.keys().find(|name| known().all(|known| known != *name))
         {
             let what = format!("`{}` and the loads read", law.name);
-            let reason = format!("nothing reads it{}", advise(name, known(), &what));
+            let advice = advise(name, known(), &what);
+            let active = if name == TENSION && law.is_fibrous_solid() {
+                "; if the body contracts, write active = true"
+            } else {
+                &advice
+            };
+            let reason = format!("nothing reads it{active}");
             return Err(self.source.error(&["parameters", name], reason));
         }
         let parameter = |&(name, unit): &(&str, &str)| {

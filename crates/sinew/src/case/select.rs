@@ -187,12 +187,13 @@ impl Case {
         let loads = self.loads.iter().filter_map(|load| load.facets.as_ref());
         let rule = self.fibres.iter().filter_map(|fibres| fibres.rule.as_ref());
         let rule = rule.flat_map(|rule| [&rule.endocardium, &rule.epicardium, &rule.base]);
-        let mut read: Vec<&str> = supports.chain(loads).chain(rule).map(String::as_str).collect();
+        let named = supports.chain(loads).chain(rule).chain(self.sets_of_factors());
+        let mut read: Vec<&str> = named.map(String::as_str).collect();
         read.extend(self.select.values().flat_map(Select::sets));
         match self.select.keys().find(|name| !read.contains(&name.as_str())) {
             None => Ok(()),
             Some(name) => {
-                let advice = advise(name, read, "supports, loads and fibres name");
+                let advice = advise(name, read, "supports, loads, fibres and factors name");
                 let reason = format!("nothing reads this selection{advice}");
                 Err(self.source.error(&["select", name], reason))
             }

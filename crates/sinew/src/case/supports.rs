@@ -135,7 +135,7 @@ impl Support {
 }
 
 /// Makes sure that the mesh has a node set of this name: its own, the nodes of a facet set, or a point field's.
-fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String> {
+pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String> {
     if mesh.node_sets().get(name).is_some_and(|set| !set.is_empty()) {
         return Ok(());
     }

@@ -3,7 +3,7 @@
 use super::{MOST_WARNINGS, Usage, refuse};
 use anyhow::Result;
 use clap::Args;
-use sinew::output::{MOST_BYTES, Quality, Results, Row};
+use sinew::output::{Balanced, MOST_BYTES, Quality, Results, Row};
 use sinew::{Body, admissible, outside, parse_theta, read_rows, theta_in_words};
 use std::path::Path;
 
@@ -26,9 +26,9 @@ pub(crate) struct Written {
     /// Write cases.npz with all fields even where it takes more than 64 MB
     #[arg(long)]
     arrays: bool,
-    /// Write stress, strain and fibres for ParaView too, at cells and averaged to nodes
+    /// Write stress, strain, volumes and fibres too: for ParaView at cells and averaged to nodes, and at cells into cases.npz
     #[arg(long)]
-    fields: bool,
+    pub(crate) fields: bool,
 }
 
 /// A row that was asked for.
@@ -44,6 +44,8 @@ struct Asked {
 pub(crate) struct Answer<'a> {
     /// Displacements, one by each name.
     pub fields: Vec<&'a [f64]>,
+    /// What the first of them balances, where there is no potential.
+    pub balance: Option<Balanced<'a>>,
     pub quality: Option<Quality>,
     pub warnings: Vec<String>,
 }
@@ -169,9 +171,9 @@ impl Batch {
                 None => answers.next().unwrap_or_default(),
                 Some(_) => Answer::default(),
             };
-            let Answer { fields, quality, warnings } = answer;
+            let Answer { fields, balance, quality, warnings } = answer;
             let (theta, failure) = (asked.theta.clone(), asked.failure.clone());
-            Row { theta, fields, quality, warnings, failure }
+            Row { theta, fields, balance, quality, warnings, failure }
         };
         let rows = self.rows.iter().map(row).collect();
         let names = names.to_vec();

@@ -1,10 +1,13 @@
 //! A body for other programs.
 
-use super::CaseArguments;
+use super::{CaseArguments, chosen, trained};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
-use sinew::{Body, Sampling, npz};
+use sinew::case::{RecipeName, Training};
+use sinew::{Body, Case, Emulator, Sampling, TrainingOptions, npz};
+use sinew_emulate::Terminal;
+use std::path::Path;
 
 /// Body.
 #[derive(Debug, Args)]
@@ -12,15 +15,33 @@ use sinew::{Body, Sampling, npz};
 Writes into OUT/export: body.vtu (mesh with its sets, fields and fibres), body.npz (positions, cells, gradients of shape
 functions and volumes at quadrature points, nodal forces, prescribed components with NaN where they are free,
 directions) and body.json (names, units, ranges, law, counts, and the potential energy and forces' norm at a small known
-displacement, against which another program can check its own).")]
+displacement, against which another program can check its own).
+
+With --page writes OUT/NAME.html instead, where NAME is the emulator's: one file for any browser, without a network, with a
+slider for every parameter and the error shown. Where nothing is trained yet, a regression is, as by sinew train --recipe
+regression. Docs/viewer.md says how its numbers are made.
+
+Example: sinew export OnceClampedBeam --page")]
 pub(crate) struct Export {
     #[command(flatten)]
     case: CaseArguments,
+    /// The emulator as one page for a browser
+    #[arg(long)]
+    page: bool,
+    /// Name of the emulator's folder within OUT, such as `regression` [default: the only one, or that of the case's recipe]
+    #[arg(long, value_name = "NAME", requires = "page")]
+    emulator: Option<String>,
 }
+
+/// Seed of the predictions that a page is made from.
+const SEED: u64 = 0x9a6e;
 
 impl Export {
     pub(crate) fn run(&self) -> Result<()> {
-        let (_, body, folder) = self.case.open()?;
+        let (case, body, folder) = self.case.open()?;
+        if self.page {
+            return self.page(&case, &body, &folder);
+        }
         let folder = folder.join("export");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         body.mesh.write_vtu(folder.join("body.vtu"))?;
@@ -35,6 +56,44 @@ impl Export {
         }
         Ok(())
     }
+}
+
+impl Export {
+    fn page(&self, case: &Case, body: &Body, folder: &Path) -> Result<()> {
+        let (name, emulator) = match (&self.emulator, trained(folder)) {
+            (None, Err(_)) => {
+                (RecipeName::Regression.key().into(), regression(case, body, folder)?)
+            }
+            _ => {
+                let (name, path) = chosen(self.emulator.as_deref(), case, folder)?;
+                (name, sinew::load(&path, body)?)
+            }
+        };
+        let viewer = sinew::viewer(&emulator, SEED, &mut Terminal::default())?;
+        for (name, value) in &viewer.facts {
+            println!("{name}: {value}");
+        }
+        let (file, page) = (folder.join(format!("{name}.html")), viewer.to_html());
+        std::fs::write(&file, &page).with_context(|| file.display().to_string())?;
+        let size = sinew_report::format::digits(page.len() as f64 / 1e6, 2);
+        println!("written: {}, {size} MB; open it in a browser", file.display());
+        Ok(())
+    }
+}
+
+/// A regression as `sinew train --recipe regression` makes it.
+fn regression<'b>(case: &Case, body: &'b Body, folder: &Path) -> Result<Emulator<'b>> {
+    let own = case.training.clone();
+    let training = Training { recipe: RecipeName::Regression, ..own };
+    let run = folder.join(training.recipe.key());
+    eprintln!("nothing is trained yet in {}: a regression is now", folder.display());
+    let options = TrainingOptions {
+        resume: run.exists(),
+        folder: Some(run),
+        shared: Some(folder.join(super::train::SIMULATIONS)),
+        ..training.options()
+    };
+    Ok(training.train(body, &options, &mut Terminal::default())?)
 }
 
 /// Facts of a body beside its arrays.

@@ -1,6 +1,6 @@
 //! Expected costs of answers to an accuracy.
 
-use super::{CaseArguments, trained};
+use super::{CaseArguments, Neighbour, trained};
 use anyhow::Result;
 use clap::Args;
 use sinew::Design;
@@ -10,7 +10,8 @@ use sinew_emulate::Plan as Costs;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Solves twice, counts and times the Newton steps, and prints the expected cost of each method: the solver, a Taylor
-expansion with Newton steps, and a trained emulator where OUT holds exactly one. sinew predict --accuracy takes the first.
+expansion with Newton steps, and a trained emulator where OUT holds exactly one, or the stiffness of another body (--from).
+sinew predict --accuracy takes the first.
 
 Example: sinew plan LeftVentricle --count 100,10000")]
 pub(crate) struct Plan {
@@ -22,6 +23,8 @@ pub(crate) struct Plan {
     /// Largest mean nodal error, relative to the mean nodal displacement
     #[arg(long, value_name = "TOLERANCE", default_value_t = 1e-3)]
     accuracy: f64,
+    #[command(flatten)]
+    neighbour: Neighbour,
 }
 
 /// Seed of the first parameter set, near which the solver is timed.
@@ -30,8 +33,10 @@ const SEED: u64 = 1;
 impl Plan {
     pub(crate) fn run(&self) -> Result<()> {
         let (_, body, folder) = self.case.open()?;
-        let emulator = match trained(&folder).as_deref() {
-            Ok([(_, path)]) => Some(sinew::load(path, &body)?),
+        let known = self.neighbour.body()?;
+        let emulator = match (&known, trained(&folder).as_deref()) {
+            (Some(known), _) => Some(self.neighbour.emulator(known, &body)?),
+            (None, Ok([(_, path)])) => Some(sinew::load(path, &body)?),
             _ => None,
         };
         for &count in &self.count {
@@ -48,14 +53,13 @@ pub(super) fn table(plan: &Costs) {
     for (place, cost) in plan.costs.iter().enumerate() {
         let taken = if place == 0 { "taken" } else { "     " };
         let name = cost.method.name();
-        match cost.total_s.is_finite() {
-            true => println!(
-                "{taken} {name:34} {:8.2} s expected: {:.2} s to prepare, {:.1} ms a set",
-                cost.total_s,
-                cost.prepare_s,
-                1e3 * cost.each_s
+        let seconds = [cost.prepare, cost.each].map(|steps| plan.seconds(steps));
+        match (plan.total_s(cost), seconds) {
+            (Some(total), [Some(prepare), Some(each)]) => println!(
+                "{taken} {name:34} {total:8.2} s expected: {prepare:.2} s to prepare, {:.1} ms a set",
+                1e3 * each
             ),
-            false => println!("{taken} {name:34} for {} sets", plan.sets),
+            _ => println!("{taken} {name:34} for {} sets", plan.sets),
         }
     }
 }

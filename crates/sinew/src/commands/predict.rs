@@ -2,8 +2,8 @@
 
 mod answer;
 use super::{
-    Answer, Batch, CaseArguments, MOST_WARNINGS, ThetaArguments, Written, refuse, trained,
-    warn_of_locking,
+    Answer, Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen,
+    refuse, warn_of_locking,
 };
 use anyhow::Result;
 use clap::Args;
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use sinew::output::{Quality, displacement_in_words};
 use sinew::{Body, Case, Emulator, EmulatorError, Estimate, Prediction, Warning, theta_in_words};
 use sinew_emulate::{Correction, Counter, Terminal};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Estimates between two signs of progress.
 const AT_ONCE: usize = 64;
@@ -40,6 +40,7 @@ is a row of cases.csv with the reason, and the exit code is not 0.
 
 With --accuracy no emulator is needed: the solver, a Taylor expansion or a trained emulator is chosen by the expected number
 of Newton steps, and each answer is refined until its error estimate is below the tolerance. Writes into OUT/predict/accuracy.
+For an unseen body, --from names the case of another body with the same cells: its solution and stiffness give predictions.
 
 Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
 pub(crate) struct Predict {
@@ -55,6 +56,8 @@ pub(crate) struct Predict {
     /// estimate is within it
     #[arg(long, value_name = "TOLERANCE", conflicts_with_all = ["refine", "quick"])]
     accuracy: Option<f64>,
+    #[command(flatten)]
+    neighbour: Neighbour,
 }
 
 /// Parameters and number of steps.
@@ -84,7 +87,7 @@ struct Opened<'b> {
 impl Asked {
     /// Reads θ and the emulator, and repeats what its training warned of, and that elements lock.
     fn open<'b>(&self, case: &Case, body: &'b Body, folder: &Path) -> Result<Opened<'b>> {
-        let (name, path) = self.chosen(case, folder)?;
+        let (name, path) = chosen(self.emulator.as_deref(), case, folder)?;
         let batch = self.theta.read(body)?;
         let emulator = sinew::load(&path, body)?;
         for warning in &emulator.record.warnings {
@@ -93,39 +96,16 @@ impl Asked {
         warn_of_locking(sinew_fem::locking_over_ranges(body)?);
         Ok(Opened { batch, emulator, name })
     }
-
-    /// Name and folder of the emulator that is asked for.
-    fn chosen(&self, case: &Case, folder: &Path) -> Result<(String, PathBuf)> {
-        let mut found = trained(folder)?;
-        let own = case.training.recipe;
-        let place = match (&self.emulator, &found[..]) {
-            (None, [_]) => Some(0),
-            (wanted, _) => {
-                let wanted = wanted.as_deref().unwrap_or(own.key());
-                found.iter().position(|(name, _)| name == wanted)
-            }
-        };
-        if let Some(place) = place {
-            return Ok(found.swap_remove(place));
-        }
-        let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
-        let (folder, names) = (folder.display(), names.join(", "));
-        match &self.emulator {
-            Some(wanted) => refuse(format!(
-                "--emulator {wanted}: there is no emulator of that name in {folder}; there are: {names}"
-            )),
-            None => refuse(format!(
-                "{folder} holds several emulators; choose one with --emulator NAME: {names}"
-            )),
-        }
-    }
 }
 
 impl Predict {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.asked.case.open()?;
         if let Some(accuracy) = self.accuracy {
-            return answer::to(&self.asked, accuracy, (&case, &body, &folder));
+            return answer::to(&self.asked, accuracy, &self.neighbour, (&case, &body, &folder));
+        }
+        if self.neighbour.body()?.is_some() {
+            return refuse("--from answers to an accuracy: add --accuracy 1e-3".into());
         }
         let Opened { mut batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
         let prediction = predicted(&emulator, &mut batch, self.refine)?;
@@ -142,6 +122,7 @@ impl Predict {
         });
         let answer = |place: usize| Answer {
             fields: vec![prediction.field(place)],
+            balance: None,
             quality: estimates.get(place).map(|found| quality(found, unit)),
             warnings: others(&prediction.warnings[place]),
         };
@@ -243,6 +224,7 @@ impl Correct {
         let unit = &body.units.length;
         let answers = corrected.iter().zip(&predicted).map(|(found, before)| Answer {
             fields: vec![&found.displacement, before],
+            balance: None,
             quality: Some(quality(&found.estimate, unit)),
             warnings: others(&found.warnings),
         });

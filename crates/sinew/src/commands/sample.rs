@@ -1,11 +1,13 @@
 //! Parameters drawn from their ranges.
 
-use super::{CaseArguments, refuse, solved, told_failure};
+use super::equilibria::equilibria;
+use super::{CaseArguments, MOST_WARNINGS, refuse, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use sinew::output::Fields;
-use sinew::{Body, Design};
+use sinew::case::Lowered;
+use sinew::output::{Balanced, Fields, Results, Row};
+use sinew::{Body, Design, Options, Simulations};
 use sinew_emulate::{Shard, Terminal, merge, simulate_shard, store};
 use std::path::Path;
 
@@ -56,21 +58,28 @@ const CAMPAIGN: &str = "campaign.json";
 
 impl Sample {
     pub(crate) fn run(&self) -> Result<()> {
-        let (_, body, folder) = self.case.open()?;
+        let (_, lowered, folder) = self.case.open_lowered()?;
+        let body = lowered.body();
+        if self.shard.is_some() && lowered.balance().is_some() {
+            return refuse(
+                "--shard: a body without a potential (mixed elements, or a pressure whose rim moves freely) is solved by one process; \
+                 leave --shard out"
+                    .into(),
+            );
+        }
         let folder = folder.join("sample");
         let design: Design = serde_json::from_value(self.design.as_str().into())?;
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
         self.check_campaign(design, &folder)?;
         let path = folder.join("thetas.csv");
-        store::write_bytes(&path, table(&body, &thetas).as_bytes())?;
+        store::write_bytes(&path, table(body, &thetas).as_bytes())?;
         if let Some(shard) = self.shard {
-            return self.solve_shard(&body, &thetas, shard, &folder);
+            return self.solve_shard(body, &thetas, shard, &folder);
         }
         if self.solve {
-            let found = solved(&body, &thetas, "solve", Some(&folder))?;
+            let found = solutions(&lowered, &thetas, &folder)?;
             let (failed, tried) = (found.failures.len(), thetas.len());
-            let (thetas, found) = (&found.thetas[..], vec![("solved", found.fields)]);
-            Fields { body: &body, thetas, found }.write(&folder, 0)?;
+            write(&lowered, found, &folder)?;
             ensure!(
                 failed == 0,
                 "{failed} of {tried} samples have no equilibrium; the others are written"
@@ -79,6 +88,34 @@ impl Sample {
         println!("written: {}", path.display());
         Ok(())
     }
+}
+
+/// Writes equilibria of samples, without pictures.
+fn write(lowered: &Lowered, found: Simulations, folder: &Path) -> Result<()> {
+    let body = lowered.body();
+    let (thetas, fields) = (&found.thetas[..], found.fields);
+    let Some(balance) = lowered.balance() else {
+        return Ok(Fields { body, thetas, found: vec![("solved", fields)] }.write(folder, 0)?);
+    };
+    let balance = Some(Balanced { balance, pressure: &[] });
+    let mut rows = Vec::with_capacity(fields.len());
+    for (theta, field) in thetas.iter().zip(&fields) {
+        rows.push(Row { theta: theta.clone(), fields: vec![field], balance, ..Row::default() });
+    }
+    Results { body, names: vec!["solved"], rows, stresses: false }.write(folder, 0, true)?;
+    Ok(())
+}
+
+/// Equilibria of samples. Those of a body with a potential are stored on the way, so that a killed run goes on.
+fn solutions(lowered: &Lowered, thetas: &[Vec<f64>], folder: &Path) -> Result<Simulations> {
+    let Lowered::Potential(body) = lowered else {
+        let found = equilibria(lowered, thetas, "solve", &Options::default())?.simulations;
+        for failure in found.failures.iter().take(MOST_WARNINGS) {
+            told_failure(lowered.body(), failure);
+        }
+        return Ok(found);
+    };
+    solved(body, thetas, "solve", Some(folder))
 }
 
 impl Sample {

@@ -3,7 +3,7 @@
 use super::refuse;
 use anyhow::Result;
 use clap::Args;
-use sinew::case::laws::LAWS;
+use sinew::case::laws::{LAWS, TENSION};
 use sinew::{Case, scenes};
 use std::path::Path;
 
@@ -46,5 +46,6 @@ pub(crate) fn list() -> Result<()> {
     for law in LAWS {
         println!("  {:<28} {:<36} {}", law.name, law.parameters.join(", "), law.about);
     }
+    println!("\nlaws with fibres contract with active = true, which adds {TENSION} to theta");
     Ok(())
 }

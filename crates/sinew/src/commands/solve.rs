@@ -1,13 +1,12 @@
 //! Equilibria.
 
-use super::{
-    Answer, Batch, CaseArguments, ThetaArguments, Written, refuse, solved, solved_by,
-    warn_of_locking,
-};
+use super::along::Way;
+use super::equilibria::{Equilibria, equilibria};
+use super::{Answer, Batch, CaseArguments, ThetaArguments, Written, refuse, warn_of_locking};
 use anyhow::Result;
 use clap::Args;
-use sinew::case::{Formulation, hardly_moves};
-use sinew::output::displacement_in_words;
+use sinew::case::{Formulation, Lowered, hardly_moves};
+use sinew::output::{Balanced, displacement_in_words};
 use sinew::{Body, Case, Simulations};
 use sinew_fem::{LoadSteps, LockingWarning, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
@@ -20,7 +19,11 @@ solved with a warning. A row of a table that fails is a row of cases.csv with th
 With --check-mesh the first case is solved with quadratic elements too. Printed are the mean and the largest difference,
 and the volumes of cavities.
 
-Example: sinew solve IdealVentricle --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg")]
+With --along the body is followed along one parameter, each frame from the one before: cases.pvd then has its value as time, and
+curve.csv the displacements and the volumes of cavities against it. The path ends where the body snaps, with an exit code of 1.
+
+Examples: sinew solve IdealVentricle --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg
+          sinew solve IdealVentricle --along p=0..8mmHg --frames 20")]
 pub(crate) struct Solve {
     #[command(flatten)]
     case: CaseArguments,
@@ -28,6 +31,8 @@ pub(crate) struct Solve {
     theta: ThetaArguments,
     #[command(flatten)]
     written: Written,
+    #[command(flatten)]
+    way: Way,
     /// Also solve the first case with quadratic elements, and print the difference
     #[arg(long)]
     check_mesh: bool,
@@ -38,28 +43,43 @@ pub(crate) struct Solve {
 
 impl Solve {
     pub(crate) fn run(&self) -> Result<()> {
-        let (case, body, folder) = self.case.open()?;
-        if self.check_mesh {
-            check_cells(&body)?;
+        let (case, lowered, folder) = self.case.open_lowered()?;
+        let body = lowered.body();
+        if let Some(way) = self.way.given() {
+            let folder = folder.join("solve");
+            return self.way.follow(way, &lowered, &self.theta, self.written.fields, &folder);
         }
-        let mut batch = self.theta.read(&body)?;
+        if self.check_mesh {
+            check_cells(body)?;
+        }
+        let mut batch = self.theta.read(body)?;
         let thetas = batch.thetas();
-        warn_of_locking(worst(&body, &thetas));
+        warn_of_locking(worst(&lowered, &thetas));
         let load_steps = if self.load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
         let options = Options { load_steps, ..Options::default() };
-        let found = solved_by(&body, &thetas, "solve", None, &options)?;
-        close_failures(&body, &mut batch, &thetas, &found);
-        batch.print(&body, |place| said(&body, &found.fields[place]));
-        if let Some(warning) = found.fields.iter().find_map(|field| hardly_moves(&body, field)) {
+        let equilibria = equilibria(&lowered, &thetas, "solve", &options)?;
+        let found = &equilibria.simulations;
+        close_failures(body, &mut batch, &thetas, found);
+        batch.print(body, |place| said(body, &found.fields[place]));
+        if let Some(warning) = found.fields.iter().find_map(|field| hardly_moves(body, field)) {
             eprintln!("warning: {warning}");
         }
         if self.check_mesh {
-            check_mesh(case, &body, &found)?;
+            check_mesh(case, body, found)?;
         }
-        let answer = |field| Answer { fields: vec![field], ..Answer::default() };
-        let answers = found.fields.iter().map(|field| answer(field)).collect();
-        batch.write(&body, &["solved"], answers, &self.written, &folder.join("solve"))
+        let answers = answers(&lowered, &equilibria);
+        batch.write(body, &["solved"], answers, &self.written, &folder.join("solve"))
     }
+}
+
+/// Equilibria as they are written.
+fn answers<'a>(lowered: &'a Lowered, found: &'a Equilibria) -> Vec<Answer<'a>> {
+    let answer = |(place, field): (usize, &'a Vec<f64>)| {
+        let pressure = found.pressure(place).unwrap_or_default();
+        let balance = lowered.balance().map(|balance| Balanced { balance, pressure });
+        Answer { fields: vec![field], balance, ..Answer::default() }
+    };
+    found.simulations.fields.iter().enumerate().map(answer).collect()
 }
 
 /// Closes the rows that have no equilibrium.
@@ -86,8 +106,14 @@ fn said(body: &Body, field: &[f64]) -> String {
 }
 
 /// The θ at which the cells are expected to lose the most.
-fn worst(body: &Body, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
-    let found = thetas.iter().filter_map(|theta| locking(body, theta).ok().flatten());
+fn worst(lowered: &Lowered, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
+    let body = lowered.body();
+    if lowered.balance().is_some_and(|balance| balance.pressure_field.is_some()) {
+        return None;
+    }
+    // A balance has loads of its own, whose parameters follow.
+    let of_body = |theta: &Vec<f64>| locking(body, &theta[..body.theta_len()]).ok().flatten();
+    let found = thetas.iter().filter_map(of_body);
     found.max_by(|a, b| a.expected_share.total_cmp(&b.expected_share))
 }
 
@@ -113,15 +139,15 @@ fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
     let (Some(theta), Some(own)) = (found.thetas.first(), found.fields.first()) else {
         return Ok(());
     };
-    let better = case.with_formulation(Formulation::Quadratic).body()?;
+    let better = case.with_formulation(Formulation::Quadratic).lowered()?;
     let (theta, stage) = (std::slice::from_ref(theta), "solve in quadratic cells");
-    let other = solved(&better, theta, stage, None)?;
+    let other = equilibria(&better, theta, stage, &Options::default())?.simulations;
+    let better = better.body();
     let Some(field) = other.fields.first() else {
-        anyhow::bail!(
-            "--check-mesh: quadratic elements have no equilibrium at this load; lower it, or refine the mesh"
-        );
+        let why = other.failures.first().map_or("", |failure| &failure.reason);
+        anyhow::bail!("--check-mesh: no equilibrium with quadratic elements: {why}");
     };
-    let difference = compare_formulations(body, own, &better, field)?;
+    let difference = compare_formulations(body, own, better, field)?;
     println!("{} against {}: {difference}", body.element().plural, better.element().plural);
     println!("solved in {:.2} s and {:.2} s", found.solve_seconds[0], other.solve_seconds[0]);
     Ok(())

@@ -63,7 +63,7 @@ pub(crate) struct Train {
 }
 
 /// Folder within OUT for simulations that recipes share.
-const SIMULATIONS: &str = "simulations";
+pub(crate) const SIMULATIONS: &str = "simulations";
 
 impl Train {
     pub(crate) fn run(&self) -> Result<()> {

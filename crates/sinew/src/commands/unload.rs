@@ -4,16 +4,16 @@ use super::{CaseArguments, ThetaArguments, refuse, warn_of_locking};
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use sinew::output::displacement_in_words;
-use sinew::{Body, Case, theta_in_words};
+use sinew::stresses::add_stresses;
+use sinew::{Body, Case, mesh_at_rest, theta_in_words};
 use sinew_energy::Fibres;
-use sinew_fem::{Unload, UnloadOptions, Unloaded};
-use sinew_mesh::{AnyMesh, Field};
+use sinew_fem::{Unload, UnloadOptions, Unloaded, balance_stresses};
+use sinew_mesh::AnyMesh;
 use sinew_report::format::trimmed;
 use std::path::{Path, PathBuf};
-use toml::{Table, Value};
 
-/// Fields of the directions in the file at rest, and their keys in a case file.
-const DIRECTIONS: [(&str, &str); 2] = [("fibre", "field"), ("sheet", "sheets")];
+/// Field of the fibres.
+const FIBRE: &str = "fibre";
 /// Unbalanced forces \[relative to loads and reactions\] of the image that the case file at rest may leave.
 const SAME: f64 = 1e-6;
 
@@ -36,6 +36,9 @@ pub(crate) struct UnloadCommand {
     /// Whether fibre directions of the image are pulled back to the reference configuration, or kept
     #[arg(long, value_name = "HOW", default_value = "carried")]
     fibres: Convention,
+    /// Write stress, strain and volumes of the image too, at cells and averaged to nodes, and its fibres as fibre_in_image
+    #[arg(long)]
+    fields: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -59,12 +62,15 @@ impl UnloadCommand {
             Convention::Kept => Fibres::Kept,
         };
         let mut unload = Unload::new(&image)?.fibres(fibres);
+        if let Some(thin) = unload.thin_wall() {
+            eprintln!("warning: {thin}");
+        }
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
         warn_of_locking(unloaded.locking);
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));
-        picture(&image, &unloaded).write_vtu(&self.output)?;
+        picture(&image, &unloaded, self.fields)?.write_vtu(&self.output)?;
         let file = self.output.with_extension("toml");
-        let text = at_rest(&case, &unloaded, &self.output)?;
+        let text = case.text_at_rest(&unloaded, Some(&self.output))?;
         std::fs::write(&file, text).with_context(|| file.display().to_string())?;
         println!("written: {} and {}", self.output.display(), file.display());
         if let Some(left) = left(&file, &unloaded) {
@@ -98,59 +104,23 @@ fn said(image: &Body, unloaded: &Unloaded) -> String {
     )
 }
 
-/// The mesh at rest with its fields.
-fn picture(image: &Body, unloaded: &Unloaded) -> AnyMesh {
-    let rest = &unloaded.rest.body;
-    let mut mesh = (*rest.mesh).clone();
-    let to_image = Field::vectors(unloaded.displacement().as_chunks::<3>().0);
-    mesh.point_fields_mut().insert("u_to_image".into(), to_image);
-    let sums = |volumes: &[f64]| -> Vec<f64> {
-        volumes.chunks(rest.points_per_cell).map(|of_cell| of_cell.iter().sum()).collect()
-    };
-    let ratios = sums(&rest.volumes).iter().zip(sums(&image.volumes)).map(|(r, i)| r / i).collect();
-    mesh.cell_fields_mut().insert("det_f".into(), Field::scalars(ratios));
-    let count = rest.material.directions(0).len();
-    for (direction, (name, _)) in DIRECTIONS.into_iter().enumerate().take(count) {
-        let rows: Vec<_> = (0..rest.cell_count()).map(|cell| mean(rest, cell, direction)).collect();
-        mesh.point_fields_mut().remove(name);
-        mesh.cell_fields_mut().insert(name.into(), Field::vectors(&rows));
+/// The mesh at rest with its fields, and with stresses of the image if they are wanted.
+fn picture(image: &Body, unloaded: &Unloaded, stresses: bool) -> Result<AnyMesh> {
+    let mut mesh = mesh_at_rest(image, unloaded);
+    if stresses {
+        // The case file at rest reads the directions at rest under this name.
+        let at_rest = mesh.cell_fields_mut().remove(FIBRE);
+        let rest = &unloaded.rest;
+        let cells = balance_stresses(rest, &unloaded.displacement(), &[], &unloaded.theta)?;
+        add_stresses(&mut mesh, &rest.body, &cells);
+        let fields = mesh.cell_fields_mut();
+        if let Some(at_rest) = at_rest
+            && let Some(in_image) = fields.insert(FIBRE.into(), at_rest)
+        {
+            fields.insert("fibre_in_image".into(), in_image);
+        }
     }
-    mesh
-}
-
-/// The mean direction of a cell; that of its point where it has one.
-fn mean(rest: &Body, cell: usize, direction: usize) -> [f64; 3] {
-    let points = rest.points_per_cell;
-    let at = |point: usize| rest.material.directions(point)[direction];
-    if points == 1 {
-        return at(cell);
-    }
-    let sum = (cell * points..(cell + 1) * points)
-        .fold([0.0; 3], |sum: [f64; 3], point| std::array::from_fn(|i| sum[i] + at(point)[i]));
-    let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
-    sum.map(|x| x / length)
-}
-
-/// The case file of the body at rest: that of the image with another mesh, its sets in it, and the directions as fields.
-fn at_rest(case: &Case, unloaded: &Unloaded, mesh: &Path) -> Result<String> {
-    let mut root: Table = case.text().parse().context("the case file cannot be read again")?;
-    let file = mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    root.insert("name".into(), Value::String(format!("{} at rest", case.name)));
-    root.insert(
-        "mesh".into(),
-        Value::Table(Table::from_iter([("file".into(), Value::String(file))])),
-    );
-    let rest = &unloaded.rest.body;
-    let formulation = if rest.patches.is_empty() { "plain" } else { "averaged" };
-    root.insert("formulation".into(), Value::String(formulation.into()));
-    root.remove("select");
-    let count = rest.material.directions(0).len();
-    if count > 0 {
-        let named = DIRECTIONS.into_iter().take(count);
-        let fields = named.map(|(name, key)| (key.into(), Value::String(name.into())));
-        root.insert("fibres".into(), Value::Table(fields.collect()));
-    }
-    Ok(toml::to_string(&root)?)
+    Ok(mesh)
 }
 
 /// Differences of the case file at rest from the body, if something is left.

@@ -2,11 +2,11 @@
 
 use super::{Asked, others};
 use crate::commands::plan::table;
-use crate::commands::{Answer as Cells, trained, warn_of_locking};
+use crate::commands::{Answer as Cells, Neighbour, chosen, refuse, trained, warn_of_locking};
 use anyhow::{Result, bail};
 use sinew::output::{Quality, displacement_in_words, mean_and_largest};
 use sinew::{Body, Case};
-use sinew_emulate::{Answer, Answers, Source, Terminal};
+use sinew_emulate::{Answer, Answers, Method, Terminal};
 use std::path::Path;
 
 /// Name of the folder of answers.
@@ -19,12 +19,18 @@ const FOLDER: &str = "accuracy";
 pub(super) fn to(
     asked: &Asked,
     accuracy: f64,
+    neighbour: &Neighbour,
     (case, body, folder): (&Case, &Body, &Path),
 ) -> Result<()> {
     let mut batch = asked.theta.read(body)?;
-    let emulator = match (&asked.emulator, trained(folder)) {
-        (None, Err(_)) => None,
-        _ => Some(sinew::load(&asked.chosen(case, folder)?.1, body)?),
+    let known = neighbour.body()?;
+    let emulator = match (&asked.emulator, &known, trained(folder)) {
+        (Some(_), Some(_), _) => {
+            return refuse("--emulator and --from are two starts: give one".into());
+        }
+        (None, Some(known), _) => Some(neighbour.emulator(known, body)?),
+        (None, None, Err(_)) => None,
+        _ => Some(sinew::load(&chosen(asked.emulator.as_deref(), case, folder)?.1, body)?),
     };
     warn_of_locking(sinew_fem::locking_over_ranges(body)?);
     let thetas = batch.thetas();
@@ -35,7 +41,7 @@ pub(super) fn to(
     for (row, answer) in open.into_iter().zip(found.answers) {
         match answer {
             Ok(answer) => answers.push(answer),
-            Err(reason) => batch.fail(body, row, reason),
+            Err(reason) => batch.fail(body, row, reason.to_string()),
         }
     }
     batch.print(body, |place| {
@@ -44,7 +50,7 @@ pub(super) fn to(
         format!(": displacement {moved}; checked error {error:.1e}")
     });
     let beyond = answers.iter().filter(|answer| !answer.is_within(accuracy)).count();
-    let solved = answers.iter().filter(|answer| answer.source == Source::Solved).count();
+    let solved = answers.iter().filter(|answer| answer.method == Method::Solver).count();
     println!(
         "{} answers in {:.1} s, {solved} of them by the solver; {} within {accuracy:e}",
         answers.len(),
@@ -53,6 +59,7 @@ pub(super) fn to(
     );
     let cells = answers.iter().map(|answer| Cells {
         fields: vec![&answer.displacement],
+        balance: None,
         quality: Some(quality(answer)),
         warnings: others(&answer.warnings),
     });
@@ -74,9 +81,10 @@ pub(super) fn to(
 
 fn quality(answer: &Answer) -> Quality {
     let mean = answer.error * mean_and_largest(&answer.displacement)[0];
-    let kind = match answer.source {
-        Source::Solved => format!("solver, {} Newton steps", answer.steps),
-        Source::Predicted => format!("{} Newton steps that contract", answer.steps),
+    let (steps, method) = (answer.steps, answer.method.name());
+    let kind = match answer.method {
+        Method::Solver => format!("{method}, {steps} Newton steps"),
+        _ => format!("{method}: {steps} that contract"),
     };
     Quality { mean: Some(mean), kind, ..Quality::default() }
 }

@@ -1,0 +1,266 @@
+//! From data to a posterior that the solver confirms.
+
+use crate::CalibrateError;
+use crate::correction::Correction;
+use crate::identifiability::Identifiability;
+use crate::likelihood::Target;
+use crate::mode::{self, Mode};
+use crate::polynomial::Polynomial;
+use crate::posterior::Posterior;
+use crate::problem::Problem;
+use crate::solves::Solves;
+use crate::verify::{Verified, log_likelihood};
+use nalgebra::DMatrix;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew_sample::{Chains, Laplace, NutsOptions, nuts_from, split_seed, standard_normals};
+
+/// Settings of a calibration.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CalibrateOptions {
+    /// Seed of all random choices.
+    pub seed: u64,
+    /// Starts of the search for the mode.
+    pub starts: usize,
+    /// Design points of the emulator beside those that the search visits.
+    pub design: usize,
+    /// Highest degree of the emulator's polynomial.
+    pub degree: usize,
+    /// Draws that the solver checks in each round.
+    pub checks: usize,
+    /// Draws of the result.
+    pub draws: usize,
+    /// Rounds at most.
+    pub rounds: usize,
+    /// Steps of each chain that adapt.
+    pub warmup: usize,
+    /// Draws of each chain on the emulator.
+    pub steps: usize,
+}
+
+impl Default for CalibrateOptions {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            starts: 4,
+            design: 60,
+            degree: 4,
+            checks: 100,
+            draws: 560,
+            rounds: 5,
+            warmup: 400,
+            steps: 1200,
+        }
+    }
+}
+
+/// Chains.
+const CHAINS: usize = 4;
+/// Share of the design that is drawn from the prior.
+const PRIOR_SHARE: f64 = 0.3;
+/// Standard deviations of the rest of the design over those of the Laplace approximation.
+const INFLATION: f64 = 1.5;
+/// R̂ on the emulator from which on chains disagree.
+const DISAGREE: f64 = 1.05;
+/// Misfit \[standard deviations\] from which on a datum is out of reach where no solve came nearer.
+const OUT_OF_REACH: f64 = 5.0;
+/// Least and largest length over which derivatives count \[prior standard deviations\].
+const LENGTHS: [f64; 2] = [0.05, 1.0];
+/// Seed streams.
+const STARTS: u64 = 0x5354;
+const DESIGN: u64 = 0x4445;
+const CHAIN: u64 = 0x4348;
+
+/// The posterior of the solver. Draws of an emulator's posterior are checked by the solver, which adds its answers to the
+/// emulator's design until importance weights are good, and then corrected by one accept–reject sweep.
+///
+/// # Errors
+/// No answer of the solver at any start; a datum out of reach; chains that disagree; a posterior that the solver does not confirm,
+/// with what was reached.
+pub fn calibrate(
+    problem: &Problem,
+    solves: &mut Solves,
+    options: &CalibrateOptions,
+) -> Result<Posterior, CalibrateError> {
+    let modes = mode::modes(problem, solves, starts(problem, options))?;
+    check_reach(problem, solves, &modes[0])?;
+    let about = Laplace::from_precision(&modes[0].y, modes[0].precision.clone())?;
+    let design = design(problem, &modes, options)?;
+    solves.at("design points", &design.iter().map(|y| problem.theta(y)).collect::<Vec<_>>())?;
+    check_reach(problem, solves, &modes[0])?;
+    let mut reached = Correction::default();
+    for round in 1..=options.rounds {
+        let Some(emulator) = fit(problem, solves, &modes[0], &about, options.degree) else { break };
+        let target = Target::new(problem, &emulator);
+        let chains = sample(&target, &about, &modes, options, round)?;
+        agree(problem, &chains, &modes)?;
+        let kept = chains.thinned(options.draws.div_ceil(CHAINS));
+        let few = kept.thinned(options.checks.div_ceil(CHAINS));
+        let stage = format!("check by the solver, round {round}");
+        let mut verified = Verified::new(&target, solves, &stage, few)?;
+        // The last round is not held up by an accuracy that ratios correct.
+        let good = match round == options.rounds {
+            true => verified.is_confirmed(),
+            false => verified.is_accurate(),
+        };
+        if good {
+            verified = Verified::new(&target, solves, "correction by the solver", kept)?;
+        }
+        let correction = Correction {
+            rounds: round,
+            solves: solves.count(),
+            failed: solves.failed(),
+            seconds: solves.seconds(),
+            ..verified.correction.clone()
+        };
+        if good && verified.is_confirmed() {
+            return Ok(Posterior::new(problem, &modes[0], &verified, correction, options.seed));
+        }
+        reached = correction;
+    }
+    Err(CalibrateError::Unconfirmed(Box::new(reached)))
+}
+
+/// The mode and what data decide there, from one start: all that can be said before anything is sampled.
+///
+/// # Errors
+/// No answer of the solver near the middle of the prior, or a datum out of reach.
+pub fn look_ahead(
+    problem: &Problem,
+    solves: &mut Solves,
+) -> Result<(Mode, Identifiability), CalibrateError> {
+    let middle = vec![0.0; problem.unknowns.len()];
+    let mode = mode::modes(problem, solves, vec![middle])?.remove(0);
+    let identifiability = Identifiability::new(problem, &mode.information);
+    Ok((mode, identifiability))
+}
+
+/// The middle of the prior, and draws of it.
+fn starts(problem: &Problem, options: &CalibrateOptions) -> Vec<Vec<f64>> {
+    let mut random = ChaCha8Rng::seed_from_u64(split_seed(options.seed, STARTS));
+    let count = problem.unknowns.len();
+    let others = (1..options.starts).map(|_| standard_normals(count, &mut random));
+    std::iter::once(vec![0.0; count]).chain(others).collect()
+}
+
+/// Coordinates from inflated Laplace approximations of all modes, and from the prior.
+fn design(
+    problem: &Problem,
+    modes: &[Mode],
+    options: &CalibrateOptions,
+) -> Result<Vec<Vec<f64>>, CalibrateError> {
+    let mut random = ChaCha8Rng::seed_from_u64(split_seed(options.seed, DESIGN));
+    let from_prior = (PRIOR_SHARE * options.design as f64).round() as usize;
+    let near = options.design - from_prior.min(options.design);
+    let mut points = Vec::with_capacity(options.design);
+    for (number, mode) in modes.iter().enumerate() {
+        let about = Laplace::from_precision(&mode.y, mode.precision.clone())?;
+        let share = near / modes.len() + usize::from(number < near % modes.len());
+        points.extend(about.draws(share, INFLATION, &mut random));
+    }
+    let dimension = problem.dimension();
+    points.extend((0..from_prior).map(|_| standard_normals(dimension, &mut random)));
+    Ok(points)
+}
+
+/// The emulator through all solves, weighed by how likely the data are there.
+fn fit(
+    problem: &Problem,
+    solves: &Solves,
+    mode: &Mode,
+    about: &Laplace,
+    degree: usize,
+) -> Option<Polynomial> {
+    let answers = solves.answers();
+    let factors = &mode.y[problem.unknowns.len()..];
+    let log_posterior = |theta: &[f64], observed| {
+        let coordinates = problem.unknowns.iter().zip(theta);
+        let mut y: Vec<f64> = coordinates.map(|(u, t)| u.prior.coordinate(*t)).collect();
+        let prior: f64 = y.iter().map(|y| y * y).sum();
+        y.extend(factors);
+        log_likelihood(problem, &y, observed) - 0.5 * prior
+    };
+    let heights: Vec<f64> = answers.iter().map(|(t, o)| log_posterior(t, o)).collect();
+    let best = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let unit = 2.0 * (problem.unknowns.len() as f64 + 4.0);
+    let samples: Vec<_> = answers
+        .iter()
+        .zip(&heights)
+        .map(|((theta, observed), height)| {
+            let weight = 1.0 / (1.0 + 2.0 * (best - height) / unit);
+            problem.sample(theta, observed, weight)
+        })
+        .collect();
+    Polynomial::fit(&samples, &lengths(problem, about), degree)
+}
+
+/// Posterior standard deviations of the standardised logarithms.
+fn lengths(problem: &Problem, about: &Laplace) -> Vec<f64> {
+    let covariance: DMatrix<f64> = about.covariance();
+    let length = |(at, unknown): (usize, &crate::Unknown)| {
+        let slope = unknown.prior.logarithm(about.mode()[at])[1] / unknown.prior.moments()[1];
+        (covariance[(at, at)].sqrt() * slope).clamp(LENGTHS[0], LENGTHS[1])
+    };
+    problem.unknowns.iter().enumerate().map(length).collect()
+}
+
+fn sample(
+    target: &Target,
+    about: &Laplace,
+    modes: &[Mode],
+    options: &CalibrateOptions,
+    round: usize,
+) -> Result<Chains, CalibrateError> {
+    let starts: Vec<Vec<f64>> = modes.iter().map(|mode| mode.y.clone()).collect();
+    let seed = split_seed(options.seed, CHAIN + round as u64);
+    let nuts = NutsOptions { chains: CHAINS, warmup: options.warmup, draws: options.steps, seed };
+    Ok(nuts_from(target, about, &starts, &nuts)?)
+}
+
+/// Refuses chains that disagree about a parameter.
+fn agree(problem: &Problem, chains: &Chains, modes: &[Mode]) -> Result<(), CalibrateError> {
+    let found = (0..problem.unknowns.len()).map(|at| (chains.summary(at).r_hat, at));
+    let (r_hat, at) = found.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, 0));
+    if r_hat < DISAGREE {
+        return Ok(());
+    }
+    let places = modes.iter().map(|mode| {
+        let pairs = problem.unknowns.iter().zip(&mode.theta);
+        let named = pairs.map(|(u, t)| format!("{} = {:.3}", u.head(), u.shown(*t)));
+        named.collect::<Vec<_>>().join(", ")
+    });
+    let at_modes = places.collect::<Vec<_>>().join("; ");
+    let name = problem.unknowns[at].name.clone();
+    Err(CalibrateError::Apart { name, r_hat, modes: modes.len(), at: at_modes })
+}
+
+/// Refuses a datum that no solve came near.
+fn check_reach(problem: &Problem, solves: &Solves, mode: &Mode) -> Result<(), CalibrateError> {
+    let answers = solves.answers();
+    for (datum, misfit) in problem.data.iter().zip(&mode.misfits) {
+        let values = answers.iter().map(|(_, observed)| observed.values[datum.observable]);
+        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+            [low.min(value), high.max(value)]
+        });
+        let below = datum.value + OUT_OF_REACH * datum.deviation < low;
+        let above = datum.value - OUT_OF_REACH * datum.deviation > high;
+        if misfit.abs() < OUT_OF_REACH || !(below || above) {
+            continue;
+        }
+        let said =
+            |value: f64| format!("{:.4} {}", value / datum.size, datum.unit).trim_end().to_string();
+        let (side, extreme, reached) = match below {
+            true => ("below", "smallest", low),
+            false => ("above", "largest", high),
+        };
+        return Err(CalibrateError::Unreachable {
+            name: datum.name.clone(),
+            value: said(datum.value),
+            side,
+            extreme,
+            reached: said(reached),
+        });
+    }
+    Ok(())
+}

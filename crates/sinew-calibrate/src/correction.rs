@@ -1,0 +1,26 @@
+//! How far an emulator was from the solver, and the cost.
+
+/// How far the emulator's posterior is from the solver's, and how it was corrected.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Correction {
+    /// Rounds of adding design points and sampling.
+    pub rounds: usize,
+    /// Pareto k̂ of the solver's over the emulator's posterior.
+    pub k_hat: f64,
+    /// Effective share of the draws under these ratios.
+    pub share: f64,
+    /// Largest error of the emulator: 95 % quantile over draws, largest over data \[standard deviations of the datum\].
+    pub largest_error: f64,
+    /// The datum that has it.
+    pub worst_datum: String,
+    /// Share of proposals of the sweep that were accepted.
+    pub acceptance: f64,
+    /// Degree of the emulator's polynomial.
+    pub degree: usize,
+    /// Solves in all.
+    pub solves: usize,
+    /// Solves that have no answer.
+    pub failed: usize,
+    /// Wall time \[s\].
+    pub seconds: f64,
+}

@@ -1,0 +1,48 @@
+//! Measured values with their errors.
+
+/// A measured value of one observable.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Datum {
+    /// Name, such as `volume of endo at ed`.
+    pub name: String,
+    /// Kind of measurement, which shares noise and bias, such as `volume`.
+    pub kind: String,
+    /// Place among the observables of [`crate::Forward`].
+    pub observable: usize,
+    /// Value, in the unit of the observable.
+    pub value: f64,
+    /// Standard deviation of its error, in the unit of the observable.
+    pub deviation: f64,
+    /// Unit of the values that people read; empty for a ratio.
+    pub unit: String,
+    /// Size of that unit in the unit of the observable.
+    pub size: f64,
+}
+
+impl Datum {
+    /// A datum whose value and standard deviation are in the unit of the observable, which is not named.
+    pub fn new(
+        name: impl Into<String>,
+        kind: impl Into<String>,
+        observable: usize,
+        value: f64,
+        deviation: f64,
+    ) -> Self {
+        let (name, kind, unit) = (name.into(), kind.into(), String::new());
+        Self { name, kind, observable, value, deviation, unit, size: 1.0 }
+    }
+}
+
+/// Errors that a kind of measurement has beyond the given standard deviations.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Kind {
+    /// Name.
+    pub name: String,
+    /// Whether its standard deviations are inferred: times one factor, log-normal about 1.
+    pub inferred: bool,
+    /// Standard deviation of an error that all its data share, in the unit of its observables; 0 for none.
+    pub bias: f64,
+}
+
+/// Standard deviation of the logarithm of an inferred factor of standard deviations: a factor 2 is one standard deviation.
+pub(crate) const FACTOR_DEVIATION: f64 = std::f64::consts::LN_2;

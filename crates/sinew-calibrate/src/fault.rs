@@ -1,0 +1,79 @@
+//! Reasons why there is no posterior.
+
+use crate::Correction;
+
+/// Reason why there is no posterior, with what was reached.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrateError {
+    /// Data, priors or settings that make no sense.
+    #[error("{0}")]
+    Input(String),
+    /// No body at rest or no equilibrium at any start.
+    #[error(
+        "the solver has no answer at any of {starts} starts within the ranges; the last reason: {reason}; try `sinew unload` at one θ, and look at \
+         pressure, units and ranges"
+    )]
+    NoStart {
+        /// Starts that were tried.
+        starts: usize,
+        /// Reason of the last.
+        reason: String,
+    },
+    /// A datum that no parameters come near.
+    #[error(
+        "{name} is {value}, {side} every value that the ranges reach: the {extreme} that was found is {reached}; look at unit, phase and surface of \
+         this datum, and at the pressures"
+    )]
+    Unreachable {
+        /// The datum.
+        name: String,
+        /// Its value with unit.
+        value: String,
+        /// `below` or `above`.
+        side: &'static str,
+        /// `smallest` or `largest`.
+        extreme: &'static str,
+        /// That value with unit.
+        reached: String,
+    },
+    /// Chains that disagree.
+    #[error(
+        "the chains disagree (R̂ {r_hat:.2} for {name}); {modes} modes were found: {at}; there is no one answer to these data: \
+         add a datum or narrow a range so that one mode is left"
+    )]
+    Apart {
+        /// The worst parameter.
+        name: String,
+        /// Its R̂.
+        r_hat: f64,
+        /// Modes found.
+        modes: usize,
+        /// Their places.
+        at: String,
+    },
+    /// The solver does not confirm the emulator's posterior.
+    #[error(
+        "the solver does not confirm this posterior after {} rounds: k̂ {:.2} (at most 0.5), effective share {:.2} (at least 0.5), \
+         largest error {:.2} standard deviations of {}, {} solves, {} of them without an answer; allow more rounds or design points, or narrow the ranges",
+        .0.rounds, .0.k_hat, .0.share, .0.largest_error, .0.worst_datum, .0.solves, .0.failed
+    )]
+    Unconfirmed(Box<Correction>),
+    /// The time is over.
+    #[error(
+        "the budget of {budget:.0} s is over {stage}, after {solves} solves; go on with --resume and a larger --budget"
+    )]
+    Budget {
+        /// Budget \[s\].
+        budget: f64,
+        /// Stage that was not finished.
+        stage: String,
+        /// Solves made.
+        solves: usize,
+    },
+    /// A file of solves that cannot be used.
+    #[error("{0}")]
+    Store(String),
+    /// The sampler gave up.
+    #[error(transparent)]
+    Sample(#[from] sinew_sample::SampleError),
+}

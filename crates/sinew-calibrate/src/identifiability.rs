@@ -1,0 +1,141 @@
+//! What data decide of parameters, before anything is sampled.
+
+use crate::problem::Problem;
+use nalgebra::{DMatrix, SymmetricEigen};
+
+/// Posterior over prior standard deviation from which on data do not decide a parameter.
+const UNDECIDED: f64 = 0.9;
+/// The same up to which they do.
+const DECIDED: f64 = 0.5;
+/// Share of a direction's length from which on a parameter is named.
+const NAMED: f64 = 0.3;
+
+/// Information of data about parameters whose priors are standard normal: eigenvalues of Jᵀ Σ⁻¹ J.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Identifiability {
+    /// Names of the parameters.
+    pub names: Vec<String>,
+    /// Eigenvalues, descending: prior over posterior variance minus one.
+    pub spectrum: Vec<f64>,
+    /// Unit directions of the eigenvalues.
+    pub directions: Vec<Vec<f64>>,
+    /// Posterior over prior standard deviation of each parameter.
+    pub contraction: Vec<f64>,
+}
+
+/// Verdict of data on a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Decided {
+    /// The posterior has at most half the prior's standard deviation.
+    Yes,
+    /// Between half and nine tenths.
+    Weakly,
+    /// The prior is returned.
+    No,
+}
+
+impl Decided {
+    /// Verdict at a ratio of posterior and prior standard deviation.
+    pub fn of(contraction: f64) -> Self {
+        match contraction {
+            c if c <= DECIDED => Self::Yes,
+            c if c < UNDECIDED => Self::Weakly,
+            _ => Self::No,
+        }
+    }
+
+    /// In words.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::Yes => "decided by the data",
+            Self::Weakly => "weakly decided",
+            Self::No => "not decided by these data: the prior is returned",
+        }
+    }
+}
+
+impl Identifiability {
+    /// From the information in the coordinates of a problem.
+    pub fn new(problem: &Problem, information: &DMatrix<f64>) -> Self {
+        let count = information.nrows();
+        let eigen = SymmetricEigen::new(information.clone());
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        let spectrum: Vec<f64> = order.iter().map(|&at| eigen.eigenvalues[at].max(0.0)).collect();
+        let directions: Vec<Vec<f64>> = order
+            .iter()
+            .map(|&at| {
+                let column = eigen.eigenvectors.column(at);
+                // The sign is that of the largest entry.
+                let sign = column[column.iamax()].signum();
+                column.iter().map(|x| sign * x).collect()
+            })
+            .collect();
+        let variance = |parameter: usize| -> f64 {
+            let pairs = spectrum.iter().zip(&directions);
+            pairs.map(|(value, direction)| direction[parameter].powi(2) / (1.0 + value)).sum()
+        };
+        let contraction = (0..count).map(|at| variance(at).sqrt()).collect();
+        let names = problem.unknowns.iter().map(|unknown| unknown.name.clone()).collect();
+        Self { names, spectrum, directions, contraction }
+    }
+
+    /// Number of directions whose posterior is at most half as wide as the prior.
+    pub fn decided(&self) -> usize {
+        self.spectrum.iter().filter(|value| narrowing(**value) <= DECIDED).count()
+    }
+
+    /// Sentences about directions and parameters.
+    pub fn in_words(&self) -> Vec<String> {
+        let count = self.names.len();
+        let mut said = vec![match self.decided() {
+            0 => format!("The data decide none of the {count} directions of the parameters."),
+            decided if decided == count => {
+                format!("The data decide all {count} directions of the parameters.")
+            }
+            decided => {
+                format!("The data decide {decided} of {count} directions of the parameters.")
+            }
+        }];
+        for (value, direction) in self.spectrum.iter().zip(&self.directions) {
+            let narrowed = narrowing(*value);
+            let verdict = match Decided::of(narrowed) {
+                Decided::Yes => "decided",
+                Decided::Weakly => "weakly decided",
+                Decided::No => "not decided",
+            };
+            said.push(format!(
+                "{} {verdict}: {narrowed:.2} of the prior's standard deviation is left.",
+                self.direction_in_words(direction)
+            ));
+        }
+        for (name, contraction) in self.names.iter().zip(&self.contraction) {
+            if Decided::of(*contraction) == Decided::No {
+                said.push(format!("{name} by itself is {}.", Decided::No.in_words()));
+            }
+        }
+        said
+    }
+
+    /// The parameters that make up a direction.
+    fn direction_in_words(&self, direction: &[f64]) -> String {
+        let mut named: Vec<usize> = (0..direction.len()).collect();
+        named.sort_by(|&a, &b| direction[b].abs().total_cmp(&direction[a].abs()));
+        let first = self.names[named[0]].as_str();
+        let others = named[1..].iter().filter(|&&at| direction[at].abs() >= NAMED);
+        let part = |&at: &usize| {
+            let way = if direction[at] > 0.0 { "up" } else { "down" };
+            format!("{} {way}", self.names[at])
+        };
+        let parts: Vec<String> = others.map(part).collect();
+        match parts.is_empty() {
+            true => format!("{first} alone is"),
+            false => format!("The direction {first} up, {} is", parts.join(", ")),
+        }
+    }
+}
+
+/// Posterior over prior standard deviation along a direction.
+fn narrowing(eigenvalue: f64) -> f64 {
+    (1.0 + eigenvalue).sqrt().recip()
+}

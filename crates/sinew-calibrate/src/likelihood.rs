@@ -1,0 +1,149 @@
+//! The likelihood of data with correlated errors, and the posterior over an emulator.
+
+use crate::datum::FACTOR_DEVIATION;
+use crate::polynomial::Polynomial;
+use crate::problem::Problem;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use sinew_sample::LogDensity;
+
+/// Covariance of the errors of all data, in units of their given standard deviations, factorised.
+pub(crate) struct Noise {
+    factor: Cholesky<f64, Dyn>,
+    log_determinant: f64,
+}
+
+impl Noise {
+    /// With logarithms of the factors of inferred kinds, and the covariance that an emulator adds.
+    pub(crate) fn new(problem: &Problem, factors: &[f64], emulator: Option<&DMatrix<f64>>) -> Self {
+        let count = problem.data.len();
+        let mut covariance = match emulator {
+            Some(emulator) => emulator.clone(),
+            None => DMatrix::zeros(count, count),
+        };
+        for at in 0..count {
+            covariance[(at, at)] += (2.0 * problem.log_factor(at, factors)).exp();
+        }
+        for kind in problem.kinds.iter().filter(|kind| kind.bias > 0.0) {
+            let share = |at: usize| match problem.data[at].kind == kind.name {
+                true => kind.bias / problem.data[at].deviation,
+                false => 0.0,
+            };
+            let shares = DVector::from_fn(count, |at, _| share(at));
+            covariance += &shares * shares.transpose();
+        }
+        let factor = Cholesky::new(covariance).expect("positive variances on the diagonal");
+        let log_determinant = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
+        Self { factor, log_determinant }
+    }
+
+    /// Σ⁻¹ r.
+    pub(crate) fn solve(&self, residual: &DVector<f64>) -> DVector<f64> {
+        self.factor.solve(residual)
+    }
+
+    /// Σ⁻¹ J.
+    pub(crate) fn solve_all(&self, of: &DMatrix<f64>) -> DMatrix<f64> {
+        self.factor.solve(of)
+    }
+
+    /// Logarithm of the likelihood, up to a constant.
+    pub(crate) fn log_likelihood(&self, residual: &DVector<f64>) -> f64 {
+        -0.5 * (self.log_determinant + residual.dot(&self.solve(residual)))
+    }
+
+    /// Variances of single errors.
+    pub(crate) fn inverse(&self) -> DMatrix<f64> {
+        self.factor.inverse()
+    }
+}
+
+/// Posterior over an emulator: coordinates of the parameters, then logarithms of factors of noise over their prior's standard
+/// deviation.
+pub(crate) struct Target<'a> {
+    pub problem: &'a Problem,
+    pub emulator: &'a Polynomial,
+    /// Noise, where no factor is inferred.
+    fixed: Option<Noise>,
+}
+
+impl<'a> Target<'a> {
+    pub(crate) fn new(problem: &'a Problem, emulator: &'a Polynomial) -> Self {
+        let none = problem.inferred() == 0;
+        let fixed = none.then(|| Noise::new(problem, &[], Some(&emulator.leave_one_out)));
+        Self { problem, emulator, fixed }
+    }
+
+    /// Emulated observables of the data in standard deviations.
+    pub(crate) fn predicted(&self, y: &[f64]) -> DVector<f64> {
+        self.emulator.at(&self.problem.standardised(y)).0
+    }
+
+    /// Logarithm of the emulator's likelihood.
+    pub(crate) fn log_likelihood(&self, y: &[f64]) -> f64 {
+        let residual = &self.problem.measured - self.predicted(y);
+        let own;
+        let noise = match &self.fixed {
+            Some(noise) => noise,
+            None => {
+                own = self.noise(y);
+                &own
+            }
+        };
+        noise.log_likelihood(&residual)
+    }
+
+    fn noise(&self, y: &[f64]) -> Noise {
+        let factors = self.problem.log_factors(y);
+        Noise::new(self.problem, &factors, Some(&self.emulator.leave_one_out))
+    }
+}
+
+impl LogDensity for Target<'_> {
+    fn dimension(&self) -> usize {
+        self.problem.dimension()
+    }
+
+    fn value_and_gradient(&self, y: &[f64], gradient: &mut [f64]) -> f64 {
+        let problem = self.problem;
+        let (values, slopes) = self.emulator.at(&problem.standardised(y));
+        let residual = &problem.measured - values;
+        let own;
+        let noise = match &self.fixed {
+            Some(noise) => noise,
+            None => {
+                own = self.noise(y);
+                &own
+            }
+        };
+        let solved = noise.solve(&residual);
+        let pulled = slopes.tr_mul(&solved);
+        for (at, unknown) in problem.unknowns.iter().enumerate() {
+            let [_, deviation] = unknown.prior.moments();
+            gradient[at] = pulled[at] * unknown.prior.logarithm(y[at])[1] / deviation - y[at];
+        }
+        if problem.inferred() > 0 {
+            noise_gradient(problem, &solved, &noise.inverse(), y, gradient);
+        }
+        let prior: f64 = y.iter().map(|y| y * y).sum();
+        noise.log_likelihood(&residual) - 0.5 * prior
+    }
+}
+
+/// Derivatives in the coordinates of the factors: −½ tr(Σ⁻¹ Σ') + ½ αᵀ Σ' α with α = Σ⁻¹ r.
+fn noise_gradient(
+    problem: &Problem,
+    solved: &DVector<f64>,
+    inverse: &DMatrix<f64>,
+    y: &[f64],
+    gradient: &mut [f64],
+) {
+    let factors = problem.log_factors(y);
+    let first = problem.unknowns.len();
+    (first..y.len()).for_each(|at| gradient[at] = -y[at]);
+    for at in 0..problem.data.len() {
+        let Some(place) = problem.factor_of(at) else { continue };
+        let variance = (2.0 * problem.log_factor(at, &factors)).exp();
+        let slope = variance * (solved[at] * solved[at] - inverse[(at, at)]);
+        gradient[first + place] += FACTOR_DEVIATION * slope;
+    }
+}

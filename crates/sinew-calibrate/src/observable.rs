@@ -1,0 +1,134 @@
+//! Quantities that are seen of a patient.
+
+use std::fmt;
+
+/// State of the tissue.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum At {
+    /// The state that the image shows.
+    Image,
+    /// The unloaded body.
+    Rest,
+    /// A phase, by its name.
+    Phase(String),
+}
+
+impl From<&str> for At {
+    /// `image`, `rest` or the name of a phase.
+    fn from(name: &str) -> Self {
+        match name {
+            "image" => Self::Image,
+            "rest" => Self::Rest,
+            phase => Self::Phase(phase.into()),
+        }
+    }
+}
+
+impl fmt::Display for At {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Image => f.write_str("image"),
+            Self::Rest => f.write_str("rest"),
+            Self::Phase(name) => f.write_str(name),
+        }
+    }
+}
+
+/// Direction of a segment's strain, a line of the tissue in the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// Around the long axis, in the layer of equal depth.
+    Circumferential,
+    /// Towards the base, in the layer of equal depth.
+    Longitudinal,
+    /// Across the wall.
+    Radial,
+    /// The first direction of the law.
+    Fibre,
+}
+
+impl fmt::Display for Direction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Circumferential => "circumferential",
+            Self::Longitudinal => "longitudinal",
+            Self::Radial => "radial",
+            Self::Fibre => "fibre",
+        })
+    }
+}
+
+/// A number that is seen of a patient.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Observable {
+    /// Volume of a cavity \[length³\], closed by the cone over the rim of its surface to the mean of the rim's nodes.
+    Volume {
+        /// Facet set of the pressure that fills the cavity.
+        cavity: String,
+        /// State.
+        at: At,
+    },
+    /// Strain ½(|F e|² − 1) of lines of tissue from one state to another, averaged over the volume of a segment in the image.
+    Strain {
+        /// Name of the segment.
+        segment: String,
+        /// Direction e of the lines.
+        direction: Direction,
+        /// State that it is counted from.
+        from: At,
+        /// State.
+        to: At,
+    },
+    /// Displacement of a point of the wall along a direction \[length\].
+    Displacement {
+        /// Place in the image \[length\].
+        point: [f64; 3],
+        /// Direction of any length.
+        direction: [f64; 3],
+        /// State that it is counted from.
+        from: At,
+        /// State.
+        to: At,
+    },
+}
+
+impl Observable {
+    /// Volume of a cavity in a state.
+    pub fn volume(cavity: impl Into<String>, at: impl Into<At>) -> Self {
+        Self::Volume { cavity: cavity.into(), at: at.into() }
+    }
+
+    /// Strain of a segment from one state to another.
+    pub fn strain(
+        segment: impl Into<String>,
+        direction: Direction,
+        from: impl Into<At>,
+        to: impl Into<At>,
+    ) -> Self {
+        Self::Strain { segment: segment.into(), direction, from: from.into(), to: to.into() }
+    }
+
+    /// Displacement of a point along a direction from one state to another.
+    pub fn displacement(
+        point: [f64; 3],
+        direction: [f64; 3],
+        from: impl Into<At>,
+        to: impl Into<At>,
+    ) -> Self {
+        Self::Displacement { point, direction, from: from.into(), to: to.into() }
+    }
+}
+
+impl fmt::Display for Observable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Volume { cavity, at } => write!(f, "volume of {cavity} at {at}"),
+            Self::Strain { segment, direction, from, to } => {
+                write!(f, "{direction} strain of segment {segment} from {from} to {to}")
+            }
+            Self::Displacement { point: [x, y, z], from, to, .. } => {
+                write!(f, "displacement of ({x}, {y}, {z}) from {from} to {to}")
+            }
+        }
+    }
+}

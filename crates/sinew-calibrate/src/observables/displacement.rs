@@ -1,0 +1,94 @@
+//! Displacement of a point of the wall.
+
+use super::{Quantity, States};
+use crate::error::PatientError;
+use sinew_energy::Body;
+use sinew_num::Mat3;
+
+/// A point is in a cell if none of its corners' shares is below this: points on a facet must be found from either side.
+const INSIDE: f64 = -1e-9;
+
+/// Displacement of a point from one state to another along a unit vector.
+#[derive(Debug)]
+pub(crate) struct PointDisplacement {
+    states: [usize; 2],
+    direction: [f64; 3],
+    /// Corners of the cell around the point, with their shares.
+    shares: Vec<(usize, f64)>,
+}
+
+impl PointDisplacement {
+    /// # Errors
+    /// A body of other cells than tetrahedra, a point outside of them, and a direction without length.
+    pub(crate) fn new(
+        image: &Body,
+        point: [f64; 3],
+        direction: [f64; 3],
+        [from, to]: [usize; 2],
+    ) -> Result<Self, PatientError> {
+        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+        // Written so that a NaN is refused as well.
+        let unit = length > 0.0 && length.is_finite();
+        if !unit {
+            return Err(PatientError::NoDirection { direction });
+        }
+        if image.nodes_per_cell != 4 {
+            return Err(PatientError::NotTetrahedra { cells: image.element().name });
+        }
+        let shares = (0..image.cell_count()).find_map(|cell| shares(image, cell, point));
+        let shares = shares.ok_or_else(|| outside(image, point))?;
+        Ok(Self { states: [from, to], direction: direction.map(|x| x / length), shares })
+    }
+
+    fn along(&self, state: &[f64]) -> f64 {
+        let at = |&(node, share): &(usize, f64)| {
+            share * (0..3).map(|i| self.direction[i] * state[3 * node + i]).sum::<f64>()
+        };
+        self.shares.iter().map(at).sum()
+    }
+}
+
+/// Shares of the corners of a cell that a point is in.
+fn shares(image: &Body, cell: usize, point: [f64; 3]) -> Option<Vec<(usize, f64)>> {
+    let nodes = image.nodes_of_cell(cell);
+    let [o, a, b, c] = [0, 1, 2, 3].map(|k| image.positions[nodes[k]]);
+    let from = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| x[i] - o[i]) };
+    let edges = [from(a), from(b), from(c)];
+    let volume = Mat3(edges).determinant();
+    let at = from(point);
+    let share = |k: usize| {
+        let mut replaced = edges;
+        replaced[k] = at;
+        Mat3(replaced).determinant() / volume
+    };
+    let [a, b, c] = [0, 1, 2].map(share);
+    let all = [1.0 - a - b - c, a, b, c];
+    let inside = all.iter().all(|share| *share >= INSIDE);
+    inside.then(|| nodes.iter().copied().zip(all).collect())
+}
+
+fn outside(image: &Body, point: [f64; 3]) -> PatientError {
+    let distance = |x: &[f64; 3]| (0..3).map(|i| (x[i] - point[i]).powi(2)).sum::<f64>().sqrt();
+    let distances = image.positions.iter().map(distance).zip(0..);
+    let (distance, node) =
+        distances.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
+    PatientError::OutsideWall { point, distance, node }
+}
+
+impl Quantity for PointDisplacement {
+    fn value(&self, states: &States) -> f64 {
+        let [from, to] = self.states.map(|state| self.along(&states[state]));
+        to - from
+    }
+
+    fn gradients(&self, states: &States) -> Vec<(usize, Vec<f64>)> {
+        let gradient = |(state, sign): (usize, f64)| {
+            let mut gradient = vec![0.0; states[state].len()];
+            for &(node, share) in &self.shares {
+                (0..3).for_each(|i| gradient[3 * node + i] += sign * share * self.direction[i]);
+            }
+            (state, gradient)
+        };
+        self.states.into_iter().zip([-1.0, 1.0]).map(gradient).collect()
+    }
+}

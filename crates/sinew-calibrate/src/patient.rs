@@ -1,0 +1,174 @@
+//! A body lowered on an image, its states under other loads, and what is seen of them.
+
+mod anchor;
+mod builder;
+mod parts;
+mod states;
+
+pub use builder::PatientBuilder;
+pub use states::{PatientStates, StateError};
+
+use crate::forward::{Forward, ForwardError, Observed};
+use crate::observable::Observable;
+use crate::observables::Quantity;
+use anchor::Anchor;
+use parts::Parts;
+use sinew_energy::{Body, ForceBalance};
+use sinew_fem::ThinWall;
+use std::sync::OnceLock;
+
+/// A body whose image shows it loaded, unloaded for each θ and loaded again in phases, with what is seen of it.
+///
+/// θ are the parameters of the patient, in the unit of the scene: parameters of the law and, where [`crate::Setting`]s say so, factors
+/// of loads. Each state of each θ is solved from a prediction about one solved θ, so that numbers depend on θ
+/// alone, not on the order of calls or the number of threads.
+///
+/// ```
+/// use sinew_calibrate::{Forward, Observable, Patient};
+/// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::NeoHookean};
+/// use sinew_mesh::TruncatedEllipsoid;
+///
+/// // A rubber cup that was imaged under a pressure of 1 kPa.
+/// let wall = TruncatedEllipsoid::LAND.wall([1, 8, 4]).tetrahedra();
+/// let image = Scene::new(wall, NeoHookean)
+///     .parameter(Parameter::log("mu", "kPa", 5.0..=50.0))
+///     .parameter(Parameter::log("lambda", "kPa", 20.0..=200.0))
+///     .parameter(Parameter::linear("pressure", "kPa", 0.0..=3.0))
+///     .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(2) })
+///     .support(Support::clamped("base"))
+///     .lower()?;
+/// let patient = Patient::of(&image)
+///     .parameters(["mu", "lambda"])
+///     .image([("pressure", 1.0)])
+///     .phase("filled", [("pressure", 2.0)])
+///     .observe(Observable::volume("endo", "rest"))
+///     .observe(Observable::volume("endo", "filled"))
+///     .build()?;
+/// let seen = patient.observe(&[20.0, 80.0], true)?;
+/// let loaded = image.cavity_volumes(&vec![0.0; 3 * image.nodes])[0];
+/// assert!(seen.values[0] < loaded && loaded < seen.values[1]); // mm³
+///
+/// // The softer the rubber, the smaller it was at rest.
+/// assert!(seen.jacobian[0][0] > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Patient<'p> {
+    parts: Parts<'p>,
+    observables: Vec<Observable>,
+    quantities: Vec<Box<dyn Quantity>>,
+    /// θ of the anchor.
+    start: Vec<f64>,
+    anchor: OnceLock<Option<Anchor>>,
+}
+
+impl<'p> Patient<'p> {
+    /// A patient of a body that was lowered on the image.
+    pub fn of(image: &'p Body) -> PatientBuilder<'p> {
+        PatientBuilder::of(image)
+    }
+
+    /// A patient of a balance of forces that was lowered on the image, whose pressures may act on surfaces with a loose rim.
+    pub fn of_balance(image: &'p ForceBalance) -> PatientBuilder<'p> {
+        PatientBuilder::of_balance(image)
+    }
+
+    /// The body on the image.
+    pub fn image(&self) -> &'p Body {
+        self.parts.image
+    }
+
+    /// Names of the parameters.
+    pub fn parameter_names(&self) -> &[String] {
+        &self.parts.parameters
+    }
+
+    /// Names of the phases.
+    pub fn phases(&self) -> &[String] {
+        &self.parts.phases
+    }
+
+    /// Whether the wall under a pressure has one layer of linear tetrahedra.
+    pub fn thin_wall(&self) -> Option<ThinWall> {
+        self.parts.unload.thin_wall()
+    }
+
+    /// The observables, in the order of their values.
+    pub fn seen(&self) -> &[Observable] {
+        &self.observables
+    }
+
+    /// All states at θ, solved from a prediction about the start; checked by loading from rest where there is none.
+    ///
+    /// # Errors
+    /// θ that makes no sense, no body at rest, or no stable equilibrium at a phase.
+    pub fn states(&self, theta: &[f64], derivatives: bool) -> Result<PatientStates, StateError> {
+        self.parts.check(theta)?;
+        self.parts.solve(theta, self.anchor(), derivatives)
+    }
+
+    /// All states at θ without a prediction; the body at rest is loaded to see that it comes to the image.
+    ///
+    /// # Errors
+    /// As for [`Patient::states`].
+    pub fn states_checked(
+        &self,
+        theta: &[f64],
+        derivatives: bool,
+    ) -> Result<PatientStates, StateError> {
+        self.parts.check(theta)?;
+        self.parts.solve(theta, None, derivatives)
+    }
+
+    /// The solved start; none where it has no states.
+    fn anchor(&self) -> Option<&Anchor> {
+        let solve = || {
+            let states = self.parts.solve(&self.start, None, true).ok()?;
+            Some(Anchor::new(&self.start, states))
+        };
+        self.anchor.get_or_init(solve).as_ref()
+    }
+
+    /// Values of the observables in states, with derivatives where the states have them.
+    pub fn see(&self, states: &PatientStates) -> Observed {
+        let values = self.quantities.iter().map(|q| q.value(&states.moved)).collect();
+        let row = |quantity: &dyn Quantity| {
+            let mut row = vec![0.0; self.parts.parameters.len()];
+            for (state, gradient) in quantity.gradients(&states.moved) {
+                let slopes = row.iter_mut().zip(&states.slopes[state]);
+                slopes.for_each(|(entry, slope)| *entry += dot(&gradient, slope));
+            }
+            row
+        };
+        let rows = self.quantities.iter().filter(|_| !states.slopes.is_empty());
+        let jacobian = rows.map(|quantity| row(&**quantity)).collect();
+        Observed { values, jacobian }
+    }
+}
+
+impl Forward for Patient<'_> {
+    fn parameters(&self) -> usize {
+        self.parts.parameters.len()
+    }
+
+    fn observables(&self) -> usize {
+        self.quantities.len()
+    }
+
+    fn observe(&self, theta: &[f64], derivatives: bool) -> Result<Observed, ForwardError> {
+        let states = self.states(theta, derivatives)?;
+        let seen = self.see(&states);
+        let all = seen.values.iter().chain(seen.jacobian.iter().flatten());
+        match all.copied().find(|value| !value.is_finite()) {
+            None => Ok(seen),
+            Some(value) => {
+                let reason =
+                    format!("an observable or its derivative is {value} at theta = {theta:?}");
+                Err(ForwardError { reason })
+            }
+        }
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}

@@ -1,0 +1,351 @@
+//! How a patient is put together.
+
+use super::Patient;
+use super::parts::{FIRST_PHASE, Parts};
+use crate::error::PatientError;
+use crate::observable::{At, Direction, Observable};
+use crate::observables::{CavityVolume, PointDisplacement, Quantity, SegmentStrain};
+use crate::segments::Segments;
+use crate::setting::{Entry, Setting};
+use crate::wall::WallCoordinates;
+use sinew_energy::{Body, Fibres, ForceBalance};
+use sinew_fem::Unload;
+use std::sync::OnceLock;
+
+/// Settings of a state by the names of the entries of θ of the body.
+type Settings = Vec<(String, Setting)>;
+
+/// Collects what a [`Patient`] is made of.
+#[derive(Clone, Debug)]
+pub struct PatientBuilder<'p> {
+    image: Image<'p>,
+    parameters: Vec<String>,
+    settings: Settings,
+    phases: Vec<(String, Settings)>,
+    fibres: Option<Fibres>,
+    start: Option<Vec<f64>>,
+    wall: Option<&'p WallCoordinates>,
+    segments: Option<&'p Segments>,
+    observables: Vec<Observable>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Image<'p> {
+    Body(&'p Body),
+    Balance(&'p ForceBalance),
+}
+
+impl<'p> PatientBuilder<'p> {
+    pub(super) fn of(image: &'p Body) -> Self {
+        Self::new(Image::Body(image))
+    }
+
+    pub(super) fn of_balance(image: &'p ForceBalance) -> Self {
+        Self::new(Image::Balance(image))
+    }
+
+    fn new(image: Image<'p>) -> Self {
+        Self {
+            image,
+            parameters: Vec::new(),
+            settings: Vec::new(),
+            phases: Vec::new(),
+            fibres: Some(Fibres::Carried),
+            start: None,
+            wall: None,
+            segments: None,
+            observables: Vec::new(),
+        }
+    }
+
+    /// Names of the parameters: entries of θ of the body that are the same in all states, and names that settings multiply by.
+    pub fn parameters<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
+        self.parameters = names.into_iter().map(Into::into).collect();
+        self
+    }
+
+    /// Values of the body's other entries of θ in the image; phases have them too unless they set others.
+    pub fn image<N: Into<String>, S: Into<Setting>>(
+        mut self,
+        settings: impl IntoIterator<Item = (N, S)>,
+    ) -> Self {
+        self.settings = named(settings);
+        self
+    }
+
+    /// A state under other loads or tensions.
+    pub fn phase<N: Into<String>, S: Into<Setting>>(
+        mut self,
+        name: impl Into<String>,
+        settings: impl IntoIterator<Item = (N, S)>,
+    ) -> Self {
+        self.phases.push((name.into(), named(settings)));
+        self
+    }
+
+    /// Convention of the fibres where the image is unloaded; carried with the tissue unless told.
+    pub fn fibres(mut self, fibres: Fibres) -> Self {
+        self.fibres = Some(fibres);
+        self
+    }
+
+    /// Takes the image as the body at rest.
+    pub fn image_is_at_rest(mut self) -> Self {
+        self.fibres = None;
+        self
+    }
+
+    /// θ that others are predicted from, best near the middle of what is asked for; unless told the middle of the body's ranges, and 1
+    /// for parameters that the body has not.
+    pub fn start(mut self, theta: &[f64]) -> Self {
+        self.start = Some(theta.to_vec());
+        self
+    }
+
+    /// Coordinates of the wall, for circumferential, longitudinal and radial directions.
+    pub fn wall(mut self, wall: &'p WallCoordinates) -> Self {
+        self.wall = Some(wall);
+        self
+    }
+
+    /// Segments that strains are averaged over.
+    pub fn segments(mut self, segments: &'p Segments) -> Self {
+        self.segments = Some(segments);
+        self
+    }
+
+    /// Adds an observable.
+    pub fn observe(mut self, observable: Observable) -> Self {
+        self.observables.push(observable);
+        self
+    }
+
+    /// Adds the strains of all segments along a direction, from one state to another.
+    pub fn observe_strains(
+        mut self,
+        direction: Direction,
+        from: impl Into<At>,
+        to: impl Into<At>,
+    ) -> Self {
+        let (from, to) = (from.into(), to.into());
+        let names = self.segments.map_or(&[][..], Segments::names);
+        let strain = |name: &String| Observable::Strain {
+            segment: name.clone(),
+            direction,
+            from: from.clone(),
+            to: to.clone(),
+        };
+        self.observables.extend(names.iter().map(strain));
+        self
+    }
+
+    /// The patient.
+    ///
+    /// # Errors
+    /// Names, values, segments and points that make no sense, and bodies that cannot be unloaded.
+    pub fn build(self) -> Result<Patient<'p>, PatientError> {
+        self.check_names()?;
+        let image_entries = self.entries("the image", &[&self.settings])?;
+        let phase =
+            |(name, settings): &(String, Settings)| self.entries(name, &[settings, &self.settings]);
+        let phase_entries = self.phases.iter().map(phase).collect::<Result<Vec<_>, _>>()?;
+        self.check_use(&image_entries, &phase_entries)?;
+        let start = self.anchor()?;
+        let quantities = self.quantities()?;
+        let (body, unload) = match self.image {
+            Image::Body(body) => (body, Unload::new(body)?),
+            Image::Balance(balance) => (&balance.body, Unload::balance(balance)?),
+        };
+        let unload = unload.fibres(self.fibres.unwrap_or_default());
+        let at_rest = self.fibres.is_none().then(|| unload.image_at_rest()).transpose()?;
+        let phases = self.phases.into_iter().map(|(name, _)| name).collect();
+        let parts = Parts {
+            image: body,
+            unload,
+            at_rest,
+            parameters: self.parameters,
+            image_entries,
+            phases,
+            phase_entries,
+        };
+        let (observables, anchor) = (self.observables, OnceLock::new());
+        Ok(Patient { parts, observables, quantities, start, anchor })
+    }
+
+    fn body(&self) -> &'p Body {
+        match self.image {
+            Image::Body(body) => body,
+            Image::Balance(balance) => &balance.body,
+        }
+    }
+
+    /// Names of the entries of θ of the body.
+    fn entry_names(&self) -> Vec<String> {
+        self.body().parameters.iter().map(|parameter| parameter.name.clone()).collect()
+    }
+
+    fn check_names(&self) -> Result<(), PatientError> {
+        let phases = self.phases.iter().map(|(name, _)| name.as_str());
+        let states: Vec<&str> = ["image", "rest"].into_iter().chain(phases).collect();
+        let parameters: Vec<&str> = self.parameters.iter().map(String::as_str).collect();
+        for names in [states, parameters] {
+            let twice = |at: &usize| names[..*at].contains(&names[*at]);
+            if let Some(at) = (0..names.len()).find(twice) {
+                return Err(PatientError::Twice { name: names[at].into() });
+            }
+        }
+        if self.observables.is_empty() { Err(PatientError::NoObservables) } else { Ok(()) }
+    }
+
+    /// Entries of θ of the body in a state: a parameter's, or else those of the first settings that have them.
+    fn entries(&self, state: &str, settings: &[&Settings]) -> Result<Vec<Entry>, PatientError> {
+        let known = self.entry_names();
+        let state = || state.to_owned();
+        for (index, (name, setting)) in settings[0].iter().enumerate() {
+            if !known.contains(name) {
+                return Err(PatientError::UnknownEntry {
+                    state: state(),
+                    name: name.clone(),
+                    known,
+                });
+            }
+            if settings[0][..index].iter().any(|(other, _)| other == name) {
+                return Err(PatientError::Twice { name: name.clone() });
+            }
+            if !setting.factor.is_finite() {
+                let (name, value) = (name.clone(), setting.factor);
+                return Err(PatientError::NotFinite { state: state(), name, value });
+            }
+        }
+        let place = |name: &String| {
+            let place = self.parameters.iter().position(|parameter| parameter == name);
+            place.ok_or_else(|| PatientError::UnknownParameter {
+                state: state(),
+                name: name.clone(),
+                known: self.parameters.clone(),
+            })
+        };
+        let entry = |name: &String| {
+            let set = settings.iter().flat_map(|of_state| of_state.iter());
+            let set = set.clone().find(|(other, _)| other == name).map(|(_, setting)| setting);
+            let own = self.parameters.contains(name).then(|| Setting::parameter(name.clone()));
+            let setting = set.cloned().or(own);
+            let setting = setting
+                .ok_or_else(|| PatientError::Unset { state: state(), name: name.clone() })?;
+            let parameters = setting.parameters.iter().map(place).collect::<Result<_, _>>()?;
+            Ok(Entry { factor: setting.factor, parameters })
+        };
+        known.iter().map(entry).collect()
+    }
+
+    /// Checks that each parameter is read.
+    fn check_use(&self, image: &[Entry], phases: &[Vec<Entry>]) -> Result<(), PatientError> {
+        let entries = || image.iter().chain(phases.iter().flatten());
+        let read = |at: &usize| entries().any(|entry| entry.parameters.contains(at));
+        match (0..self.parameters.len()).find(|at| !read(at)) {
+            None => Ok(()),
+            Some(at) => {
+                let (name, known) = (self.parameters[at].clone(), self.entry_names());
+                Err(PatientError::UnusedParameter { name, known })
+            }
+        }
+    }
+
+    /// θ of the anchor.
+    fn anchor(&self) -> Result<Vec<f64>, PatientError> {
+        let (body, centre) = (self.body(), self.body().centre());
+        let middle = |name: &String| {
+            let of_body = body.parameters.iter().position(|parameter| parameter.name == *name);
+            of_body.map_or(1.0, |at| centre[at])
+        };
+        let middle = || self.parameters.iter().map(middle).collect();
+        let start: Vec<f64> = self.start.clone().unwrap_or_else(middle);
+        let names = self.parameters.iter().map(String::as_str);
+        let short = names.clone().nth(start.len()).map(|name| (name, f64::NAN));
+        let bad = names.zip(start.iter().copied()).find(|(_, value)| !value.is_finite());
+        if let Some((name, value)) = short.or(bad) {
+            return Err(PatientError::Start { name: name.into(), value });
+        }
+        Ok(start)
+    }
+
+    fn quantities(&self) -> Result<Vec<Box<dyn Quantity>>, PatientError> {
+        let body = self.body();
+        let quantity = |seen: &Observable| -> Result<Box<dyn Quantity>, PatientError> {
+            Ok(match seen {
+                Observable::Volume { cavity, at } => {
+                    let found = body.cavities.iter().find(|other| other.name == *cavity);
+                    let found = found.ok_or_else(|| PatientError::UnknownCavity {
+                        name: cavity.clone(),
+                        known: body.cavities.iter().map(|other| other.name.clone()).collect(),
+                    })?;
+                    let state = self.state(seen, at)?;
+                    Box::new(CavityVolume::new(found, &body.positions, state))
+                }
+                Observable::Strain { segment, direction, from, to } => {
+                    let states = [self.state(seen, from)?, self.state(seen, to)?];
+                    let points = self.lines(segment, *direction)?;
+                    Box::new(SegmentStrain::new(body, &points, states))
+                }
+                Observable::Displacement { point, direction, from, to } => {
+                    let states = [self.state(seen, from)?, self.state(seen, to)?];
+                    Box::new(PointDisplacement::new(body, *point, *direction, states)?)
+                }
+            })
+        };
+        self.observables.iter().map(quantity).collect()
+    }
+
+    /// Place of a state among the displacements.
+    fn state(&self, seen: &Observable, at: &At) -> Result<usize, PatientError> {
+        match at {
+            At::Image => Ok(0),
+            At::Rest => Ok(1),
+            At::Phase(name) => {
+                let place = self.phases.iter().position(|(other, _)| other == name);
+                let place = place.ok_or_else(|| PatientError::UnknownPhase {
+                    observable: seen.to_string(),
+                    name: name.clone(),
+                    known: self.phases.iter().map(|(name, _)| name.clone()).collect(),
+                })?;
+                Ok(FIRST_PHASE + place)
+            }
+        }
+    }
+
+    /// Quadrature points of a segment, with a direction at each.
+    fn lines(
+        &self,
+        segment: &str,
+        direction: Direction,
+    ) -> Result<Vec<(usize, [f64; 3])>, PatientError> {
+        let body = self.body();
+        let segments = self.segments.ok_or(PatientError::NoSegments)?;
+        let (cells, points) = (body.cell_count(), body.points_per_cell);
+        let check = |what: &'static str, given: usize| {
+            let same = given == cells;
+            if same { Ok(()) } else { Err(PatientError::OtherMesh { what, given, cells }) }
+        };
+        check("segments", segments.cell_count())?;
+        if let Some(wall) = self.wall {
+            check("coordinates of the wall", wall.cell_count())?;
+        }
+        let along = |point: usize| -> Result<[f64; 3], PatientError> {
+            if direction == Direction::Fibre {
+                let fibre = body.material.directions(point).first();
+                return fibre.copied().ok_or(PatientError::NoFibres);
+            }
+            let none = || PatientError::NoCoordinates { direction: direction.to_string() };
+            Ok(self.wall.ok_or_else(none)?.direction(point / points, direction))
+        };
+        let of_cell = |cell: usize| cell * points..(cell + 1) * points;
+        let points = segments.cells_of(segment)?.into_iter().flat_map(of_cell);
+        points.map(|point| Ok((point, along(point)?))).collect()
+    }
+}
+
+fn named<N: Into<String>, S: Into<Setting>>(
+    settings: impl IntoIterator<Item = (N, S)>,
+) -> Settings {
+    settings.into_iter().map(|(name, setting)| (name.into(), setting.into())).collect()
+}

@@ -1,0 +1,219 @@
+//! Solving for the states of a patient.
+
+use super::anchor::Anchor;
+use super::states::{PatientStates, StateError};
+use crate::setting::Entry;
+use sinew_energy::{Body, ForceBalance};
+use sinew_fem::{BalanceSolution, Options, Unload, UnloadOptions, Unloaded};
+
+/// Most iterations from a predicted body at rest; farther off, the search from the image is as good.
+const NEAR: usize = 12;
+
+/// Displacements from the image come in this order: image, rest, then phases.
+pub(super) const FIRST_PHASE: usize = 2;
+
+/// A body with the loads of its states.
+pub(super) struct Parts<'p> {
+    pub image: &'p Body,
+    pub unload: Unload<'p>,
+    /// The image, where it is at rest.
+    pub at_rest: Option<ForceBalance>,
+    pub parameters: Vec<String>,
+    /// Entries of θ of the body in the image.
+    pub image_entries: Vec<Entry>,
+    /// Names of the phases.
+    pub phases: Vec<String>,
+    /// Entries of θ of the body in the phases.
+    pub phase_entries: Vec<Vec<Entry>>,
+}
+
+/// The body at rest with its motion from the image.
+struct Rest {
+    body: ForceBalance,
+    motion: Vec<f64>,
+    found: Option<Unloaded>,
+}
+
+impl Parts<'_> {
+    /// Checks θ of the patient, and of the body in each state.
+    pub(super) fn check(&self, theta: &[f64]) -> Result<(), StateError> {
+        let (given, needed) = (theta.len(), self.parameters.len());
+        if given != needed {
+            return Err(StateError::Length { given, needed });
+        }
+        let states = std::iter::once(("image", &self.image_entries))
+            .chain(self.phases.iter().map(String::as_str).zip(&self.phase_entries));
+        for (state, entries) in states {
+            let values = values(entries, theta);
+            let checked = self.unload.check_theta(&values);
+            checked.map_err(|source| StateError::Theta { state: state.into(), source })?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn solve(
+        &self,
+        theta: &[f64],
+        anchor: Option<&Anchor>,
+        derivatives: bool,
+    ) -> Result<PatientStates, StateError> {
+        let predicted = anchor.map(|anchor| anchor.predict(theta));
+        let mut unload = self.unload.fresh().map_err(sinew_fem::UnloadError::from)?;
+        let rest = self.rest(&mut unload, theta, predicted.as_deref())?;
+        let phases = match &predicted {
+            Some(predicted) => {
+                self.phases_near(&unload, &rest, theta, &predicted[FIRST_PHASE..])?
+            }
+            None => self.phases_in_order(&unload, &rest, theta)?,
+        };
+        for (name, found) in self.phases.iter().zip(&phases) {
+            if found.negative_pivots > 0 {
+                let (phase, negative_pivots) = (name.clone(), found.negative_pivots);
+                return Err(StateError::Unstable { phase, negative_pivots });
+            }
+        }
+        let slopes = match derivatives {
+            true => self.slopes(&mut unload, &rest, theta, &phases)?,
+            false => Vec::new(),
+        };
+        let mut moved = vec![vec![0.0; rest.motion.len()], rest.motion.clone()];
+        moved.extend(phases.iter().map(|phase| sum(&phase.displacement, &rest.motion)));
+        let Rest { body, found, .. } = rest;
+        Ok(PatientStates { rest: body, unloaded: found, phases, moved, slopes })
+    }
+
+    fn rest(
+        &self,
+        unload: &mut Unload<'_>,
+        theta: &[f64],
+        predicted: Option<&[Vec<f64>]>,
+    ) -> Result<Rest, StateError> {
+        if let Some(body) = &self.at_rest {
+            let motion = vec![0.0; 3 * self.image.nodes];
+            return Ok(Rest { body: body.clone(), motion, found: None });
+        }
+        let values = values(&self.image_entries, theta);
+        let near = predicted.and_then(|predicted| {
+            let options = UnloadOptions { iterations: NEAR, load: None, ..Default::default() };
+            unload.solve_near(&predicted[1], &values, &options).ok()
+        });
+        let found = match near {
+            Some(found) => found,
+            None => unload.solve(&values, &UnloadOptions::default())?,
+        };
+        let (body, motion) = (found.rest.clone(), found.motion.clone());
+        Ok(Rest { body, motion, found: Some(found) })
+    }
+
+    /// The phases from predictions of their displacement from the image.
+    fn phases_near(
+        &self,
+        unload: &Unload<'_>,
+        rest: &Rest,
+        theta: &[f64],
+        predicted: &[Vec<f64>],
+    ) -> Result<Vec<BalanceSolution>, StateError> {
+        let phase = |(index, predicted): (usize, &Vec<f64>)| {
+            let near: Vec<f64> = predicted.iter().zip(&rest.motion).map(|(v, w)| v - w).collect();
+            self.phase(unload, rest, index, theta, &near)
+        };
+        predicted.iter().enumerate().map(phase).collect()
+    }
+
+    /// The phases one after the other, each from the state whose loads are nearest.
+    fn phases_in_order(
+        &self,
+        unload: &Unload<'_>,
+        rest: &Rest,
+        theta: &[f64],
+    ) -> Result<Vec<BalanceSolution>, StateError> {
+        let thetas: Vec<_> = self.phase_entries.iter().map(|e| values(e, theta)).collect();
+        let image = values(&self.image_entries, theta);
+        let of_law = self.image.material.parameters().len();
+        let mut unloaded = image.clone();
+        unloaded[of_law..].fill(0.0);
+        let mut known = vec![(unloaded, vec![0.0; rest.motion.len()])];
+        if self.at_rest.is_none() {
+            known.push((image, rest.motion.iter().map(|w| -w).collect()));
+        }
+        let mut found: Vec<Option<BalanceSolution>> = vec![None; thetas.len()];
+        for _ in 0..thetas.len() {
+            let open = (0..thetas.len()).filter(|&index| found[index].is_none());
+            let pairs = open.flat_map(|phase| (0..known.len()).map(move |start| (phase, start)));
+            let apart = |&(phase, start): &(usize, usize)| apart(&thetas[phase], &known[start].0);
+            let nearest = pairs.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+            let Some((phase, start)) = nearest else { break };
+            let solved = self.phase(unload, rest, phase, theta, &known[start].1)?;
+            known.push((thetas[phase].clone(), solved.displacement.clone()));
+            found[phase] = Some(solved);
+        }
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    fn phase(
+        &self,
+        unload: &Unload<'_>,
+        rest: &Rest,
+        index: usize,
+        theta: &[f64],
+        near: &[f64],
+    ) -> Result<BalanceSolution, StateError> {
+        let values = values(&self.phase_entries[index], theta);
+        let found = unload.loaded(&rest.body, near, &values, &Options::default());
+        found.map_err(|source| StateError::Phase { phase: self.phases[index].clone(), source })
+    }
+
+    /// Derivatives of the places of all states in each parameter.
+    fn slopes(
+        &self,
+        unload: &mut Unload<'_>,
+        rest: &Rest,
+        theta: &[f64],
+        phases: &[BalanceSolution],
+    ) -> Result<Vec<Vec<Vec<f64>>>, StateError> {
+        let still = vec![vec![0.0; rest.motion.len()]; self.parameters.len()];
+        let at = |state: &str| {
+            let state = state.to_owned();
+            move |source| StateError::Slopes { state, source }
+        };
+        let of_rest = match &rest.found {
+            None => Vec::new(),
+            Some(found) => {
+                let directions = directions(&self.image_entries, theta);
+                unload.sensitivity_along(found, &directions).map_err(at("rest"))?
+            }
+        };
+        let mut slopes =
+            vec![still.clone(), if of_rest.is_empty() { still } else { of_rest.clone() }];
+        for ((name, entries), found) in self.phases.iter().zip(&self.phase_entries).zip(phases) {
+            let along = directions(entries, theta);
+            let places = unload.loaded_slopes(&rest.body, found, &along, &of_rest);
+            slopes.push(places.map_err(at(name))?);
+        }
+        Ok(slopes)
+    }
+}
+
+/// θ of the body.
+pub(super) fn values(entries: &[Entry], theta: &[f64]) -> Vec<f64> {
+    entries.iter().map(|entry| entry.value(theta)).collect()
+}
+
+/// Derivatives of θ of the body in each parameter.
+fn directions(entries: &[Entry], theta: &[f64]) -> Vec<Vec<f64>> {
+    let along = |parameter| entries.iter().map(|entry| entry.slope(theta, parameter)).collect();
+    (0..theta.len()).map(along).collect()
+}
+
+/// Distance between two θ, each entry relative to its size.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let part = |(a, b): (&f64, &f64)| {
+        let size = a.abs().max(b.abs());
+        if size > 0.0 { ((a - b) / size).powi(2) } else { 0.0 }
+    };
+    a.iter().zip(b).map(part).sum()
+}
+
+fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(x, y)| x + y).collect()
+}

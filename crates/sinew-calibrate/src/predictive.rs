@@ -1,0 +1,130 @@
+//! Data against what their posterior predicts.
+
+use crate::datum::FACTOR_DEVIATION;
+use crate::likelihood::Noise;
+use crate::problem::Problem;
+use nalgebra::DVector;
+use sinew_sample::psis;
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+
+/// Probability of one false alarm or more among all data: each datum has its share (Bonferroni).
+const FALSE_ALARMS: f64 = 0.05;
+/// Probability below which the sum of all misfits contradicts the noise.
+const UNLIKELY: f64 = 0.01;
+/// Pareto k̂ from which on a datum cannot be left out by weights.
+const MOST_K: f64 = 0.7;
+
+/// One datum beside its prediction.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct DatumCheck {
+    /// The datum.
+    pub name: String,
+    /// Measured value, in the unit of the observable.
+    pub value: f64,
+    /// Mean of the observable over the posterior.
+    pub predicted: f64,
+    /// Standard deviation of the observable over the posterior.
+    pub deviation: f64,
+    /// Measured minus predicted over the standard deviation of the measurement.
+    pub residual: f64,
+    /// Two-sided posterior predictive probability.
+    pub p: f64,
+    /// The same from the posterior without this datum; none where importance weights do not get there.
+    pub p_left_out: Option<f64>,
+}
+
+impl DatumCheck {
+    /// The smaller of both probabilities.
+    fn least(&self) -> f64 {
+        self.p.min(self.p_left_out.unwrap_or(1.0))
+    }
+}
+
+/// All data beside their predictions.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Predictive {
+    /// Datum by datum.
+    pub data: Vec<DatumCheck>,
+    /// Posterior predictive probability of a sum of squared misfits that is larger (Gelman et al. 6.3).
+    pub p_overall: f64,
+}
+
+/// One draw: its coordinates and the solver's observables.
+pub(crate) type Draw<'a> = (&'a [f64], &'a [f64]);
+
+impl Predictive {
+    pub(crate) fn new(problem: &Problem, draws: &[Draw]) -> Self {
+        let data = (0..problem.data.len()).map(|at| check(problem, draws, at)).collect();
+        let chi = ChiSquared::new(problem.data.len() as f64).expect("positive degrees of freedom");
+        let tail = |(y, observables): &Draw| {
+            let scaled = problem.data.iter().map(|d| observables[d.observable] / d.deviation);
+            let residual = &problem.measured - DVector::from_iterator(problem.data.len(), scaled);
+            let noise = Noise::new(problem, &problem.log_factors(y), None);
+            chi.sf(residual.dot(&noise.solve(&residual)))
+        };
+        let p_overall = draws.iter().map(tail).sum::<f64>() / draws.len() as f64;
+        Self { data, p_overall }
+    }
+
+    /// Data that contradict the others.
+    pub fn contradicting(&self) -> impl Iterator<Item = &DatumCheck> {
+        let least = FALSE_ALARMS / self.data.len() as f64;
+        self.data.iter().filter(move |datum| datum.least() < least)
+    }
+
+    /// Sentences about what does not fit; none if all does.
+    pub fn in_words(&self) -> Vec<String> {
+        let contradicts = |datum: &DatumCheck| {
+            format!(
+                "{} contradicts the other data: measured {:.1} standard deviations from its prediction, p = {:.1e}.",
+                datum.name,
+                datum.residual,
+                datum.least()
+            )
+        };
+        let mut said: Vec<String> = self.contradicting().map(contradicts).collect();
+        let p = self.p_overall;
+        if p < UNLIKELY {
+            said.push(format!(
+                "The misfits are larger than the stated noise (p = {p:.1e}): the standard deviations are too small, or the model is wrong."
+            ));
+        } else if p > 1.0 - UNLIKELY {
+            said.push(format!(
+                "The misfits are smaller than the stated noise (p = {p:.4}): the standard deviations are too large."
+            ));
+        }
+        said
+    }
+}
+
+fn check(problem: &Problem, draws: &[Draw], at: usize) -> DatumCheck {
+    let (datum, normal) = (&problem.data[at], Normal::standard());
+    let bias = problem.kinds.iter().find(|kind| kind.name == datum.kind).map_or(0.0, |k| k.bias);
+    let deviation = |y: &[f64]| {
+        let log = problem
+            .factor_of(at)
+            .map_or(0.0, |place| FACTOR_DEVIATION * y[problem.unknowns.len() + place]);
+        (datum.deviation * log.exp()).hypot(bias)
+    };
+    let scores: Vec<f64> =
+        draws.iter().map(|(y, o)| (datum.value - o[datum.observable]) / deviation(y)).collect();
+    let two_sided = |below: f64| 2.0 * below.min(1.0 - below);
+    let count = draws.len() as f64;
+    let below = scores.iter().map(|z| normal.cdf(*z)).sum::<f64>() / count;
+    // Weights of the posterior without this datum: one over its likelihood.
+    let ratio = |((y, _), z): (&Draw, &f64)| 0.5 * z * z + deviation(y).ln();
+    let ratios: Vec<f64> = draws.iter().zip(&scores).map(ratio).collect();
+    let smoothed = psis(&ratios, 1.0);
+    let weighted = smoothed.weights().iter().zip(&scores).map(|(w, z)| w * normal.cdf(*z)).sum();
+    let predicted = draws.iter().map(|(_, o)| o[datum.observable]).sum::<f64>() / count;
+    let squares = draws.iter().map(|(_, o)| (o[datum.observable] - predicted).powi(2));
+    DatumCheck {
+        name: datum.name.clone(),
+        value: datum.value,
+        predicted,
+        deviation: (squares.sum::<f64>() / (count - 1.0)).sqrt(),
+        residual: (datum.value - predicted) / datum.deviation,
+        p: two_sided(below),
+        p_left_out: (smoothed.k_hat <= MOST_K).then(|| two_sided(weighted)),
+    }
+}

@@ -1,0 +1,132 @@
+//! Unknown parameters and their priors, in coordinates in which each prior is standard normal.
+
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Prior of a positive parameter.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub enum Prior {
+    /// Uniform over the logarithm between two ends.
+    LogUniform {
+        /// Ends, ascending and positive.
+        range: [f64; 2],
+    },
+    /// Normal over the logarithm.
+    LogNormal {
+        /// Median.
+        median: f64,
+        /// Standard deviation of the logarithm: 0.1 is about 10 %.
+        deviation: f64,
+    },
+}
+
+/// A parameter that is not known.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Unknown {
+    /// Name.
+    pub name: String,
+    /// Unit of the values that people read; empty for a ratio.
+    pub unit: String,
+    /// Size of that unit in the unit of [`crate::Forward`].
+    pub size: f64,
+    /// Prior, in the unit of [`crate::Forward`].
+    pub prior: Prior,
+}
+
+impl Unknown {
+    /// A parameter in the unit of [`crate::Forward`].
+    pub fn new(name: impl Into<String>, unit: impl Into<String>, prior: Prior) -> Self {
+        Self { name: name.into(), unit: unit.into(), size: 1.0, prior }
+    }
+
+    /// Head of a column: `a [kPa]`.
+    pub fn head(&self) -> String {
+        if self.unit.is_empty() {
+            self.name.clone()
+        } else {
+            format!("{} [{}]", self.name, self.unit)
+        }
+    }
+
+    /// A value in the unit that people read.
+    pub fn shown(&self, theta: f64) -> f64 {
+        theta / self.size
+    }
+}
+
+impl Prior {
+    /// Logarithm of the parameter at a coordinate that is standard normal a priori, and its derivative.
+    pub fn logarithm(&self, y: f64) -> [f64; 2] {
+        match *self {
+            Self::LogUniform { range } => {
+                let [low, high] = range.map(f64::ln);
+                let density = (-0.5 * y * y).exp() / std::f64::consts::TAU.sqrt();
+                [low + (high - low) * Normal::standard().cdf(y), (high - low) * density]
+            }
+            Self::LogNormal { median, deviation } => [median.ln() + deviation * y, deviation],
+        }
+    }
+
+    /// The coordinate of a value; infinite at an end and beyond.
+    pub fn coordinate(&self, value: f64) -> f64 {
+        match *self {
+            Self::LogUniform { range } => {
+                let [low, high] = range.map(f64::ln);
+                let share = (value.ln() - low) / (high - low);
+                Normal::standard().inverse_cdf(share.clamp(0.0, 1.0))
+            }
+            Self::LogNormal { median, deviation } => (value / median).ln() / deviation,
+        }
+    }
+
+    /// Mean and standard deviation of the logarithm.
+    pub fn moments(&self) -> [f64; 2] {
+        match *self {
+            Self::LogUniform { range } => {
+                let [low, high] = range.map(f64::ln);
+                [0.5 * (low + high), (high - low) / 12f64.sqrt()]
+            }
+            Self::LogNormal { median, deviation } => [median.ln(), deviation],
+        }
+    }
+
+    /// Whether it can be drawn from.
+    pub(crate) fn is_usable(&self) -> bool {
+        match *self {
+            Self::LogUniform { range: [low, high] } => low > 0.0 && high > low && high.is_finite(),
+            Self::LogNormal { median, deviation } => {
+                median > 0.0 && median.is_finite() && deviation > 0.0 && deviation.is_finite()
+            }
+        }
+    }
+
+    /// Range of a log-uniform prior, 95 % interval of another.
+    pub fn range(&self) -> [f64; 2] {
+        match *self {
+            Self::LogUniform { range } => range,
+            Self::LogNormal { .. } => [-1.96, 1.96].map(|y| self.logarithm(y)[0].exp()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_and_values_are_inverse_and_slopes_are_those_of_differences() {
+        let priors = [
+            Prior::LogUniform { range: [0.1, 10.0] },
+            Prior::LogNormal { median: 2.0, deviation: 0.3 },
+        ];
+        for prior in priors {
+            for y in [-2.5, -0.4, 0.0, 1.7] {
+                let [logarithm, slope] = prior.logarithm(y);
+                assert!((prior.coordinate(logarithm.exp()) - y).abs() < 1e-9);
+                // Truncation of a central difference: h² times a third derivative of order one.
+                let step = 1e-5;
+                let difference = prior.logarithm(y + step)[0] - prior.logarithm(y - step)[0];
+                assert!((difference / (2.0 * step) - slope).abs() < 1e-8);
+            }
+        }
+    }
+}

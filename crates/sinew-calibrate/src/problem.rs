@@ -1,0 +1,164 @@
+//! What is unknown and what was measured, in one canonical order.
+
+use crate::datum::FACTOR_DEVIATION;
+use crate::polynomial::Sample;
+use crate::{CalibrateError, Datum, Kind, Observed, Unknown};
+use nalgebra::{DMatrix, DVector};
+
+/// Unknown parameters and data. Data are sorted by kind, name and value, so that results do not depend on the order in which
+/// they are given.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// Parameters in the order of [`crate::Forward`].
+    pub unknowns: Vec<Unknown>,
+    /// Data in canonical order.
+    pub data: Vec<Datum>,
+    /// Kinds in the order of their names.
+    pub kinds: Vec<Kind>,
+    /// Values of the data over their standard deviations.
+    pub(crate) measured: DVector<f64>,
+}
+
+impl Problem {
+    /// Checks parameters, data and kinds; kinds that are not given have independent errors of known size.
+    ///
+    /// # Errors
+    /// Ranges that are empty or not positive; values that are not finite; standard deviations that are not positive; no data.
+    pub fn new(
+        unknowns: Vec<Unknown>,
+        mut data: Vec<Datum>,
+        mut kinds: Vec<Kind>,
+    ) -> Result<Self, CalibrateError> {
+        let refuse = |reason: String| Err(CalibrateError::Input(reason));
+        if unknowns.is_empty() {
+            return refuse("nothing is unknown; give at least one parameter a range".into());
+        }
+        if data.is_empty() {
+            return refuse("there are no data; add a [[data]] with a value".into());
+        }
+        for unknown in &unknowns {
+            if !unknown.prior.is_usable() {
+                return refuse(format!(
+                    "{}: {:?} is no prior of a positive parameter; give 0 < low < high",
+                    unknown.name, unknown.prior
+                ));
+            }
+        }
+        for datum in &data {
+            if !datum.value.is_finite() {
+                let (name, value) = (&datum.name, datum.value);
+                return refuse(format!(
+                    "{name}: the value is {value}; give a finite number or leave the datum out"
+                ));
+            }
+            if !(datum.deviation.is_finite() && datum.deviation > 0.0) {
+                let (name, deviation) = (&datum.name, datum.deviation);
+                return refuse(format!(
+                    "{name}: the standard deviation is {deviation}; give a positive number"
+                ));
+            }
+        }
+        if let Some(kind) = kinds.iter().find(|kind| !(kind.bias.is_finite() && kind.bias >= 0.0)) {
+            return refuse(format!("{}: the bias is {}; give 0 or more", kind.name, kind.bias));
+        }
+        data.sort_by(|a, b| {
+            (&a.kind, &a.name).cmp(&(&b.kind, &b.name)).then(a.value.total_cmp(&b.value))
+        });
+        kinds.sort_by(|a, b| a.name.cmp(&b.name));
+        let measured =
+            DVector::from_iterator(data.len(), data.iter().map(|d| d.value / d.deviation));
+        Ok(Self { unknowns, data, kinds, measured })
+    }
+
+    /// Coordinates of the posterior: parameters, then factors of noise.
+    pub fn dimension(&self) -> usize {
+        self.unknowns.len() + self.inferred()
+    }
+
+    /// Kinds whose noise is inferred.
+    pub(crate) fn inferred(&self) -> usize {
+        self.kinds.iter().filter(|kind| kind.inferred).count()
+    }
+
+    /// Names of the kinds whose noise is inferred.
+    pub fn inferred_kinds(&self) -> impl Iterator<Item = &str> {
+        self.kinds.iter().filter(|kind| kind.inferred).map(|kind| kind.name.as_str())
+    }
+
+    /// Place among the inferred factors of a datum's noise.
+    pub(crate) fn factor_of(&self, datum: usize) -> Option<usize> {
+        self.inferred_kinds().position(|name| name == self.data[datum].kind)
+    }
+
+    /// Logarithms of the factors of noise at coordinates.
+    pub(crate) fn log_factors(&self, y: &[f64]) -> Vec<f64> {
+        y[self.unknowns.len()..].iter().map(|y| FACTOR_DEVIATION * y).collect()
+    }
+
+    /// Logarithm of the factor of a datum's standard deviation.
+    pub(crate) fn log_factor(&self, datum: usize, factors: &[f64]) -> f64 {
+        self.factor_of(datum).map_or(0.0, |place| factors[place])
+    }
+
+    /// θ at coordinates.
+    pub fn theta(&self, y: &[f64]) -> Vec<f64> {
+        let pairs = self.unknowns.iter().zip(y);
+        pairs.map(|(unknown, y)| unknown.prior.logarithm(*y)[0].exp()).collect()
+    }
+
+    /// Logarithms of the parameters, with mean 0 and standard deviation 1 a priori, at coordinates.
+    pub(crate) fn standardised(&self, y: &[f64]) -> Vec<f64> {
+        let of = |(unknown, y): (&Unknown, &f64)| {
+            let [mean, deviation] = unknown.prior.moments();
+            (unknown.prior.logarithm(*y)[0] - mean) / deviation
+        };
+        self.unknowns.iter().zip(y).map(of).collect()
+    }
+
+    /// Observables of the data over their standard deviations.
+    pub(crate) fn scaled(&self, observed: &Observed) -> DVector<f64> {
+        let values = self.data.iter().map(|d| observed.values[d.observable] / d.deviation);
+        DVector::from_iterator(self.data.len(), values)
+    }
+
+    /// Derivatives of the scaled observables in the coordinates at y; none without derivatives.
+    pub(crate) fn jacobian(
+        &self,
+        theta: &[f64],
+        y: &[f64],
+        observed: &Observed,
+    ) -> Option<DMatrix<f64>> {
+        if observed.jacobian.is_empty() {
+            return None;
+        }
+        let slope: Vec<f64> = self
+            .unknowns
+            .iter()
+            .enumerate()
+            .map(|(at, unknown)| theta[at] * unknown.prior.logarithm(y[at])[1])
+            .collect();
+        Some(DMatrix::from_fn(self.data.len(), self.unknowns.len(), |row, at| {
+            let datum = &self.data[row];
+            observed.jacobian[datum.observable][at] / datum.deviation * slope[at]
+        }))
+    }
+
+    /// Sample of the regression at θ.
+    pub(crate) fn sample(&self, theta: &[f64], observed: &Observed, weight: f64) -> Sample {
+        let moments: Vec<_> = self.unknowns.iter().map(|u| u.prior.moments()).collect();
+        let x =
+            theta.iter().zip(&moments).map(|(t, [mean, deviation])| (t.ln() - mean) / deviation);
+        let row = |datum: &Datum| {
+            let row = &observed.jacobian[datum.observable];
+            (0..theta.len())
+                .map(|at| row[at] * theta[at] * moments[at][1] / datum.deviation)
+                .collect()
+        };
+        let slopes = match observed.jacobian.is_empty() {
+            true => Vec::new(),
+            false => self.data.iter().map(row).collect(),
+        };
+        let values = self.scaled(observed).as_slice().to_vec();
+        Sample { x: x.collect(), values, slopes, weight }
+    }
+}

@@ -1,0 +1,87 @@
+//! Divisions of a wall into segments.
+
+use crate::error::PatientError;
+use sinew_mesh::AnyMesh;
+
+/// Segments of a mesh: each cell belongs to one or to none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segments {
+    names: Vec<String>,
+    of_cell: Vec<Option<usize>>,
+}
+
+impl Segments {
+    /// From the names of the segments and the segment of each cell.
+    ///
+    /// # Errors
+    /// A segment without cells.
+    ///
+    /// # Panics
+    /// Where a cell is of a segment without name.
+    pub fn new(names: Vec<String>, of_cell: Vec<Option<usize>>) -> Result<Self, PatientError> {
+        assert!(of_cell.iter().flatten().all(|&segment| segment < names.len()), "each has a name");
+        match (0..names.len()).find(|&segment| !of_cell.contains(&Some(segment))) {
+            None => Ok(Self { names, of_cell }),
+            Some(empty) => {
+                let (segment, cells) = (names[empty].clone(), of_cell.len());
+                Err(PatientError::EmptySegment { segment, cells })
+            }
+        }
+    }
+
+    /// Segments by an integer field of the cells, named by its values; cells with a negative value belong to none.
+    ///
+    /// # Errors
+    /// A field that is not there, has more than one component, or values that are no integers.
+    pub fn by_field(mesh: &AnyMesh, field: &str) -> Result<Self, PatientError> {
+        let refuse = |problem: &str| PatientError::Field {
+            name: field.into(),
+            problem: problem.into(),
+            known: mesh.cell_fields().keys().cloned().collect(),
+        };
+        let found = mesh.cell_fields().get(field).ok_or_else(|| refuse("is not there"))?;
+        let rows = found.to_vectors::<1>().ok_or_else(|| refuse("has more than one component"))?;
+        let whole = |[value]: &[f64; 1]| value.fract() == 0.0 && value.abs() < f64::from(i32::MAX);
+        if let Some([value]) = rows.iter().find(|row| !whole(row)) {
+            return Err(refuse(&format!("has the value {value}, which is no integer")));
+        }
+        let values: Vec<i64> = rows.iter().map(|[value]| *value as i64).collect();
+        let mut present: Vec<i64> = values.iter().copied().filter(|value| *value >= 0).collect();
+        present.sort_unstable();
+        present.dedup();
+        if present.is_empty() {
+            return Err(refuse("has no value that is not negative"));
+        }
+        let of_cell = values.iter().map(|value| present.binary_search(value).ok()).collect();
+        Self::new(present.iter().map(i64::to_string).collect(), of_cell)
+    }
+
+    /// Names of the segments.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Segment of each cell, if it belongs to one.
+    pub fn of_cell(&self) -> &[Option<usize>] {
+        &self.of_cell
+    }
+
+    /// Number of cells of the mesh.
+    pub(crate) fn cell_count(&self) -> usize {
+        self.of_cell.len()
+    }
+
+    /// Cells of a segment, ascending.
+    ///
+    /// # Errors
+    /// A name that no segment has.
+    pub fn cells_of(&self, name: &str) -> Result<Vec<usize>, PatientError> {
+        let segment = self.names.iter().position(|other| other == name);
+        let segment = segment.ok_or_else(|| PatientError::UnknownSegment {
+            name: name.into(),
+            known: self.names.clone(),
+        })?;
+        let cells = 0..self.of_cell.len();
+        Ok(cells.filter(|&cell| self.of_cell[cell] == Some(segment)).collect())
+    }
+}

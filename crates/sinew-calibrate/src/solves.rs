@@ -1,0 +1,243 @@
+//! Solves of a forward model: remembered, counted, in parallel, kept in a file to go on from.
+
+use crate::{CalibrateError, Forward, ForwardError, Observed};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::fs::{File, OpenOptions};
+use std::io::Write as _;
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Observables at one θ, or a reason why there are none.
+pub type Answer = Result<Observed, ForwardError>;
+/// Told of each stage with solves done and to do.
+pub(crate) type Told<'t> = dyn FnMut(&str, usize, usize) + Send + 't;
+
+/// Solves in one call to the thread pool: enough for many cores, few enough to tell of progress.
+const AT_ONCE: usize = 16;
+
+/// A forward model whose answers are remembered.
+pub struct Solves<'f> {
+    forward: &'f dyn Forward,
+    found: HashMap<Vec<u64>, Answer>,
+    file: Option<Mutex<File>>,
+    told: Box<Told<'f>>,
+    started: Instant,
+    budget: Option<Duration>,
+    /// Answers that were asked for, those of a file included.
+    asked: std::collections::HashSet<Vec<u64>>,
+}
+
+impl<'f> Solves<'f> {
+    /// Nothing remembered yet; `told` hears of each stage, solves done and solves to do.
+    pub fn new(forward: &'f dyn Forward, told: Box<Told<'f>>) -> Self {
+        Self {
+            forward,
+            found: HashMap::new(),
+            file: None,
+            told,
+            started: Instant::now(),
+            budget: None,
+            asked: Default::default(),
+        }
+    }
+
+    /// Ends with an error when this time is over.
+    pub fn within(mut self, budget: Option<Duration>) -> Self {
+        self.budget = budget;
+        self
+    }
+
+    /// Writes each answer to a file as soon as it is there; with `resume` those of an earlier run are taken from it. `identity`
+    /// says what was solved: a file of something else is refused.
+    ///
+    /// # Errors
+    /// A file that cannot be read or written, or is of another patient.
+    pub fn kept_in(
+        mut self,
+        path: &Path,
+        identity: &str,
+        resume: bool,
+    ) -> Result<Self, CalibrateError> {
+        let wrong =
+            |error: std::io::Error| CalibrateError::Store(format!("{}: {error}", path.display()));
+        if resume && path.exists() {
+            let text = std::fs::read_to_string(path).map_err(wrong)?;
+            // What was killed while writing has no end of line.
+            let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
+            let mut lines = whole.lines();
+            if lines.next() != Some(identity) {
+                let path = path.display();
+                return Err(CalibrateError::Store(format!(
+                    "{path} holds solves of another patient or other settings; start anew without --resume"
+                )));
+            }
+            let shape = (self.forward.parameters(), self.forward.observables());
+            self.found.extend(lines.filter_map(|line| read(line, shape)));
+            std::fs::write(path, format!("{whole}\n")).map_err(wrong)?;
+            let file = OpenOptions::new().append(true).open(path).map_err(wrong)?;
+            self.file = Some(Mutex::new(file));
+        } else {
+            let mut file = File::create(path).map_err(wrong)?;
+            writeln!(file, "{identity}").map_err(wrong)?;
+            self.file = Some(Mutex::new(file));
+        }
+        Ok(self)
+    }
+
+    /// Number of solves that results rest on.
+    pub fn count(&self) -> usize {
+        self.asked.len()
+    }
+
+    /// Solves that have no answer.
+    pub fn failed(&self) -> usize {
+        self.asked.iter().filter(|key| self.found.get(*key).is_some_and(Result::is_err)).count()
+    }
+
+    /// Seconds since the start.
+    pub fn seconds(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    /// All answers so far that have values, by θ in ascending order of their bits: an order that does not depend on threads.
+    pub fn answers(&self) -> Vec<(Vec<f64>, &Observed)> {
+        let mut keys: Vec<&Vec<u64>> = self.asked.iter().collect();
+        keys.sort();
+        let theta = |key: &[u64]| key.iter().map(|bits| f64::from_bits(*bits)).collect();
+        let with = |key: &Vec<u64>| {
+            let observed = self.found.get(key)?.as_ref().ok()?;
+            Some((theta(key), observed))
+        };
+        keys.into_iter().filter_map(with).collect()
+    }
+
+    /// Answers at many θ with derivatives, in their order, whatever the number of threads.
+    ///
+    /// # Errors
+    /// [`CalibrateError::Budget`] when the time is over.
+    pub fn at(&mut self, stage: &str, thetas: &[Vec<f64>]) -> Result<Vec<Answer>, CalibrateError> {
+        let key = |theta: &[f64]| theta.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+        let keys: Vec<Vec<u64>> = thetas.iter().map(|theta| key(theta)).collect();
+        let mut new: Vec<usize> = Vec::new();
+        for (place, of) in keys.iter().enumerate() {
+            if !self.found.contains_key(of) && new.iter().all(|&other| keys[other] != *of) {
+                new.push(place);
+            }
+        }
+        let mut done = thetas.len() - new.len();
+        for chunk in new.chunks(AT_ONCE) {
+            (self.told)(stage, done, thetas.len());
+            self.in_time(stage)?;
+            let (forward, file) = (self.forward, self.file.as_ref());
+            let solve = |&place: &usize| {
+                let answer = checked(forward, &thetas[place]);
+                keep(file, &thetas[place], &answer);
+                (keys[place].clone(), answer)
+            };
+            let answers: Vec<_> = chunk.par_iter().map(solve).collect();
+            self.found.extend(answers);
+            done += chunk.len();
+        }
+        (self.told)(stage, thetas.len(), thetas.len());
+        self.asked.extend(keys.iter().cloned());
+        Ok(keys.iter().map(|key| self.found[key].clone()).collect())
+    }
+
+    fn in_time(&self, stage: &str) -> Result<(), CalibrateError> {
+        match self.budget {
+            Some(budget) if self.started.elapsed() > budget => Err(CalibrateError::Budget {
+                budget: budget.as_secs_f64(),
+                stage: format!("during {stage}"),
+                solves: self.count(),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Appends an answer. A file that can no longer be written costs a later run its solves, and this one nothing.
+fn keep(file: Option<&Mutex<File>>, theta: &[f64], answer: &Answer) {
+    if let Some(file) = file
+        && let Ok(mut file) = file.lock()
+    {
+        let _ = file.write_all(line(theta, answer).as_bytes());
+    }
+}
+
+/// An answer of the right lengths and finite, or an error.
+fn checked(forward: &dyn Forward, theta: &[f64]) -> Answer {
+    let observed = forward.observe(theta, true)?;
+    let rows = &observed.jacobian;
+    let lengths = observed.values.len() == forward.observables()
+        && (rows.is_empty() || rows.len() == observed.values.len())
+        && rows.iter().all(|row| row.len() == theta.len());
+    let finite = observed.values.iter().chain(rows.iter().flatten()).all(|x| x.is_finite());
+    match (lengths, finite) {
+        (true, true) => Ok(observed),
+        (true, false) => Err(ForwardError { reason: "an observable is not finite".into() }),
+        (false, _) => Err(ForwardError { reason: "the observables have a wrong length".into() }),
+    }
+}
+
+/// θ; values; derivatives, each separated by commas. Decimals are exact: the shortest that give the double back.
+fn line(theta: &[f64], answer: &Answer) -> String {
+    let list = |values: &mut dyn Iterator<Item = &f64>| {
+        let mut text = String::new();
+        values.for_each(|value| {
+            let _ = write!(text, "{value:e},");
+        });
+        text
+    };
+    let theta = list(&mut theta.iter());
+    match answer {
+        Ok(found) => {
+            let values = list(&mut found.values.iter());
+            format!("{theta};{values};{}\n", list(&mut found.jacobian.iter().flatten()))
+        }
+        Err(error) => format!("{theta};!{}\n", error.reason.replace('\n', " ")),
+    }
+}
+
+fn read(line: &str, (parameters, observables): (usize, usize)) -> Option<(Vec<u64>, Answer)> {
+    let list = |text: &str| -> Option<Vec<f64>> {
+        text.split_terminator(',').map(|value| value.parse().ok()).collect()
+    };
+    let (theta, rest) = line.split_once(';')?;
+    let key: Vec<u64> = list(theta)?.iter().map(|x| x.to_bits()).collect();
+    if key.len() != parameters {
+        return None;
+    }
+    if let Some(reason) = rest.strip_prefix('!') {
+        return Some((key, Err(ForwardError { reason: reason.into() })));
+    }
+    let (values, slopes) = rest.split_once(';')?;
+    let (values, slopes) = (list(values)?, list(slopes)?);
+    let whole = slopes.is_empty() || slopes.len() == parameters * observables;
+    let jacobian = slopes.chunks(parameters).map(<[f64]>::to_vec).collect();
+    (values.len() == observables && whole).then_some((key, Ok(Observed { values, jacobian })))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_read_back_to_the_bit() {
+        let theta = [0.1 + 0.2, 1e-310];
+        let observed =
+            Observed { values: vec![1.0 / 3.0], jacobian: vec![vec![-2e17, f64::EPSILON]] };
+        let text = line(&theta, &Ok(observed.clone()));
+        let (key, answer) = read(text.trim_end(), (2, 1)).unwrap();
+        assert_eq!(key, theta.map(f64::to_bits));
+        let answer = answer.unwrap();
+        assert_eq!((answer.values, answer.jacobian), (observed.values, observed.jacobian));
+        let failed = Err(ForwardError { reason: "no body\nat rest".into() });
+        let text = line(&theta, &failed);
+        let (_, answer) = read(text.trim_end(), (2, 1)).unwrap();
+        assert_eq!(answer.unwrap_err().reason, "no body at rest");
+        assert!(read("1e0,2e0,;3e0", (2, 1)).is_none());
+    }
+}

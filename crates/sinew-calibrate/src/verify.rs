@@ -1,0 +1,143 @@
+//! Correction of an emulator's draws by the solver: importance ratios, and one sweep of independence Metropolis.
+
+use crate::correction::Correction;
+use crate::likelihood::{Noise, Target};
+use crate::problem::Problem;
+use crate::solves::Solves;
+use crate::{CalibrateError, Observed};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sinew_sample::{Chains, effective_share, psis, quantile, split_seed};
+
+/// Largest Pareto k̂ of a posterior that counts as confirmed (Vehtari et al. 2024: below it means have the usual error).
+const MOST_K: f64 = 0.5;
+/// Least effective share.
+const LEAST_SHARE: f64 = 0.5;
+/// Largest error of the emulator \[standard deviations of the datum\] that is not worth another round.
+const MOST_ERROR: f64 = 0.1;
+/// Share of draws whose error counts: tails hold the rest.
+const ERROR_SHARE: f64 = 0.95;
+/// Logarithms of weights that differ by no more than this: no weight decides a mean, whatever the shape of their tail.
+const EQUAL: f64 = 0.1;
+/// Seed stream of the sweep.
+const SWEEP: u64 = 0x5357;
+
+/// Draws with the solver's observables and log ratios.
+pub(crate) struct Verified {
+    pub draws: Chains,
+    /// Solver's observables by chain and draw; none where it has no answer.
+    pub observed: Vec<Vec<Option<Observed>>>,
+    /// Logarithms of solver's over emulator's likelihood, by chain.
+    pub ratios: Vec<Vec<f64>>,
+    pub correction: Correction,
+}
+
+impl Verified {
+    /// Solves at draws of the emulator's posterior and compares.
+    pub(crate) fn new(
+        target: &Target,
+        solves: &mut Solves,
+        stage: &str,
+        draws: Chains,
+    ) -> Result<Self, CalibrateError> {
+        let problem = target.problem;
+        let thetas: Vec<_> = draws.pooled().map(|y| problem.theta(y)).collect();
+        let answers = solves.at(stage, &thetas)?;
+        let found: Vec<Option<Observed>> = answers.into_iter().map(Result::ok).collect();
+        let ratio = |(y, observed): (&Vec<f64>, &Option<Observed>)| match observed {
+            Some(observed) => log_likelihood(problem, y, observed) - target.log_likelihood(y),
+            None => f64::NEG_INFINITY,
+        };
+        let all: Vec<f64> = draws.pooled().zip(&found).map(ratio).collect();
+        let (largest_error, worst) = largest_error(target, &draws, &found);
+        let correction = Correction {
+            k_hat: k_hat(&all),
+            share: effective_share(&all),
+            largest_error,
+            worst_datum: problem.data[worst].name.clone(),
+            degree: target.emulator.degree,
+            ..Correction::default()
+        };
+        let per_chain = draws.draws.first().map_or(1, Vec::len).max(1);
+        let ratios = all.chunks(per_chain).map(<[f64]>::to_vec).collect();
+        let observed = found.chunks(per_chain).map(<[_]>::to_vec).collect();
+        Ok(Self { draws, observed, ratios, correction })
+    }
+
+    /// Whether the solver's posterior can be had from these draws.
+    pub(crate) fn is_confirmed(&self) -> bool {
+        self.correction.k_hat <= MOST_K && self.correction.share >= LEAST_SHARE
+    }
+
+    /// Whether the emulator is as good as another round would be worth.
+    pub(crate) fn is_accurate(&self) -> bool {
+        self.is_confirmed() && self.correction.largest_error <= MOST_ERROR
+    }
+
+    /// Equally weighted draws of the solver's posterior by independence Metropolis over the draws of each chain (Tierney 1994),
+    /// started by importance: coordinates with observables, and the share of proposals that were accepted.
+    pub(crate) fn sweep(&self, seed: u64) -> (Chains, Vec<Vec<Observed>>, f64) {
+        let mut random = ChaCha8Rng::seed_from_u64(split_seed(seed, SWEEP));
+        let (mut swept, mut seen, mut accepted, mut proposed) = (Vec::new(), Vec::new(), 0, 0);
+        for (chain, ratios) in self.ratios.iter().enumerate() {
+            let mut now = pick(ratios, random.random());
+            let mut kept = Vec::with_capacity(ratios.len());
+            for next in 0..ratios.len() {
+                let uniform: f64 = random.random();
+                proposed += 1;
+                if uniform.ln() < ratios[next] - ratios[now] {
+                    now = next;
+                    accepted += 1;
+                }
+                kept.push(now);
+            }
+            swept.push(kept.iter().map(|&at| self.draws.draws[chain][at].clone()).collect());
+            let of = |&at: &usize| self.observed[chain][at].clone();
+            seen.push(kept.iter().filter_map(of).collect());
+        }
+        let draws = Chains { draws: swept, ..self.draws.clone() };
+        (draws, seen, f64::from(accepted) / f64::from(proposed.max(1)))
+    }
+}
+
+/// Logarithm of the solver's likelihood at coordinates, up to a constant.
+pub(crate) fn log_likelihood(problem: &Problem, y: &[f64], observed: &Observed) -> f64 {
+    let residual = &problem.measured - problem.scaled(observed);
+    Noise::new(problem, &problem.log_factors(y), None).log_likelihood(&residual)
+}
+
+/// Place drawn with weights of these logarithms.
+fn pick(ratios: &[f64], uniform: f64) -> usize {
+    let most = ratios.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = ratios.iter().map(|r| (r - most).exp()).collect();
+    let mut left = uniform * weights.iter().sum::<f64>();
+    let drawn = weights.iter().position(|weight| {
+        left -= weight;
+        left < 0.0
+    });
+    drawn.unwrap_or_else(|| ratios.iter().position(|r| *r == most).unwrap_or(0))
+}
+
+/// Pareto k̂, and 0 where the weights hardly differ.
+fn k_hat(ratios: &[f64]) -> f64 {
+    let ends = ratios
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| [low.min(*r), high.max(*r)]);
+    if ends[1] - ends[0] < EQUAL { 0.0 } else { psis(ratios, 1.0).k_hat }
+}
+
+fn largest_error(target: &Target, draws: &Chains, found: &[Option<Observed>]) -> (f64, usize) {
+    let errors: Vec<Vec<f64>> = draws
+        .pooled()
+        .zip(found)
+        .filter_map(|(y, observed)| {
+            let error = target.problem.scaled(observed.as_ref()?) - target.predicted(y);
+            Some(error.iter().map(|e| e.abs()).collect())
+        })
+        .collect();
+    let of = |datum: usize| {
+        quantile(&errors.iter().map(|draw| draw[datum]).collect::<Vec<_>>(), ERROR_SHARE)
+    };
+    let all = (0..target.problem.data.len()).map(|datum| (of(datum), datum));
+    all.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, 0))
+}

@@ -1,0 +1,175 @@
+//! Coordinates of a left ventricle's wall: height along the axis, depth, and the angle from the septum.
+
+use crate::error::PatientError;
+use crate::observable::Direction;
+use crate::segments::Segments;
+use nalgebra::Vector3;
+use sinew_fem::fibres::{Depth, FibreRule, Frame, Surfaces, VentricleCoordinates};
+use sinew_mesh::TetMesh;
+
+/// Least angle \[degrees\] between the axis and the direction of the septum.
+const ACROSS: f64 = 5.0;
+
+/// Coordinates of the cells of a left ventricle, at their centres.
+///
+/// The long axis goes from the apex of the endocardium to the middle of the base. Heights are 0 at that apex and 1 at the middle of the base, so
+/// that they are negative in the cap of the apex. Depths go from 0 on the endocardium to 1 on the epicardium. Angles count from the
+/// middle of the septum, counterclockwise seen from the apex, so that they go on to the inferior wall.
+///
+/// ```
+/// use sinew_calibrate::WallCoordinates;
+/// use sinew_fem::fibres::Surfaces;
+///
+/// let mesh = sinew_mesh::TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra();
+/// let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
+/// let wall = WallCoordinates::new(&mesh, &surfaces)?.with_septum([-1.0, 0.0, 0.0])?;
+/// let segments = wall.aha17()?;
+/// assert_eq!(segments.names().len(), 17);
+/// // The lateral wall is opposite to the septum.
+/// let lateral = segments.cells_of("16")?;
+/// assert!(lateral.iter().all(|&cell| mesh.corners(cell).iter().any(|x| x[0] > 0.0)));
+/// # Ok::<(), sinew_calibrate::PatientError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct WallCoordinates {
+    /// Height of each cell along the axis [relative to the way from apex to base].
+    pub heights: Vec<f64>,
+    /// Depth of each cell in the wall.
+    pub depths: Vec<f64>,
+    /// Angle of each cell about the axis from the middle of the septum, from 0 to 360 \[degrees\]; empty without a septum.
+    pub angles: Vec<f64>,
+    /// Circumferential, radial and (minus) longitudinal unit vectors of each cell.
+    frames: Vec<Frame>,
+    /// From the axis to the centre of each cell \[length\].
+    from_axis: Vec<Vector3<f64>>,
+    /// Unit vector from the apex to the base.
+    axis: Vector3<f64>,
+}
+
+impl WallCoordinates {
+    /// Coordinates without angles.
+    ///
+    /// # Errors
+    /// Surfaces that do not bound a ventricle.
+    pub fn new(mesh: &TetMesh, surfaces: &Surfaces<'_>) -> Result<Self, PatientError> {
+        let coordinates = VentricleCoordinates::new(mesh, surfaces)?;
+        let place = |node: usize| Vector3::from(mesh.points[node]);
+        let base = mesh.nodes_of_facets(&mesh.facet_sets[surfaces.base]);
+        let middle = base.iter().map(|&node| place(node)).sum::<Vector3<f64>>() / base.len() as f64;
+        let apex = place(coordinates.apexes[0]);
+        let length = (middle - apex).norm();
+        let axis = (middle - apex) / length;
+        let centres = || {
+            mesh.cells
+                .iter()
+                .map(|cell| cell.iter().map(|&node| place(node)).sum::<Vector3<f64>>() / 4.0 - apex)
+        };
+        let heights = centres().map(|centre| centre.dot(&axis) / length).collect();
+        let from_axis = centres().map(|centre| centre - axis * centre.dot(&axis)).collect();
+        let depth = |cell: &[usize; 4]| {
+            cell.iter().map(|&node| coordinates.thickness[node]).sum::<f64>() / 4.0
+        };
+        let depths = mesh.cells.iter().map(depth).collect();
+        let frames = coordinates.cell_frames(&FibreRule::new(0.0, 0.0)?, Depth::Thickness);
+        Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, axis })
+    }
+
+    /// Coordinates that have angles too, from the septum, whose middle lies in a direction from the cavity.
+    ///
+    /// # Errors
+    /// A direction without length or along the axis.
+    pub fn with_septum(mut self, direction: [f64; 3]) -> Result<Self, PatientError> {
+        let septum = Vector3::from(direction);
+        let length = septum.norm();
+        // Written so that a NaN is refused as well.
+        let usable = length > 0.0 && length.is_finite();
+        if !usable {
+            return Err(PatientError::NoDirection { direction });
+        }
+        let across = septum / length - self.axis * self.axis.dot(&septum) / length;
+        let degrees = across.norm().min(1.0).asin().to_degrees();
+        if degrees < ACROSS {
+            return Err(PatientError::SeptumAlongAxis { degrees });
+        }
+        let first = across.normalize();
+        // Counterclockwise for an eye at the apex, which the axis points away from.
+        let second = first.cross(&self.axis);
+        let angle = |place: &Vector3<f64>| {
+            place.dot(&second).atan2(place.dot(&first)).to_degrees().rem_euclid(360.0)
+        };
+        self.angles = self.from_axis.iter().map(angle).collect();
+        Ok(self)
+    }
+
+    /// Number of cells.
+    pub(crate) fn cell_count(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// A unit vector of a cell.
+    ///
+    /// # Panics
+    /// At a fibre, which is the law's.
+    pub fn direction(&self, cell: usize, direction: Direction) -> [f64; 3] {
+        let [circumferential, radial, longitudinal] = self.frames[cell];
+        match direction {
+            Direction::Circumferential => circumferential,
+            Direction::Radial => radial,
+            Direction::Longitudinal => longitudinal,
+            Direction::Fibre => panic!("fibres are directions of the law"),
+        }
+    }
+
+    /// The 17 segments of the American Heart Association (M. D. Cerqueira et al., Circulation 105, 2002), named by their numbers: six basal, six
+    /// in the middle and four apical ones in thirds of the height, and the cap of the apex.
+    ///
+    /// # Errors
+    /// No septum, and a segment without cells.
+    pub fn aha17(&self) -> Result<Segments, PatientError> {
+        // Of the sector that begins at the septum's middle, and those after it.
+        const BASAL: [usize; 6] = [3, 4, 5, 6, 1, 2];
+        const APICAL: [usize; 4] = [14, 15, 16, 13];
+        let segment = |height: f64, angle: f64| match (3.0 * height).floor() {
+            third if third >= 2.0 => BASAL[sector(angle, 6)],
+            1.0 => 6 + BASAL[sector(angle, 6)],
+            0.0 => APICAL[sector(angle + 45.0, 4)],
+            _ => 17,
+        };
+        let names = (1..=17).map(|number| number.to_string()).collect();
+        self.divided(names, |height, angle| segment(height, angle) - 1)
+    }
+
+    /// Levels of equal height from the base (1) to the apex, each divided into sectors from the septum's middle on; the cap of the apex belongs to
+    /// the lowest. Names are like `2-5`, level and sector.
+    ///
+    /// # Errors
+    /// No septum, and a segment without cells.
+    pub fn levels(&self, levels: usize, sectors: usize) -> Result<Segments, PatientError> {
+        let pairs = (1..=levels).flat_map(|l| (1..=sectors).map(move |s| format!("{l}-{s}")));
+        let level = |height: f64| {
+            let from_base = ((1.0 - height) * levels as f64).floor();
+            from_base.clamp(0.0, levels as f64 - 1.0) as usize
+        };
+        self.divided(pairs.collect(), |height, angle| {
+            level(height) * sectors + sector(angle, sectors)
+        })
+    }
+
+    fn divided(
+        &self,
+        names: Vec<String>,
+        segment: impl Fn(f64, f64) -> usize,
+    ) -> Result<Segments, PatientError> {
+        if self.angles.is_empty() {
+            return Err(PatientError::NoSeptum);
+        }
+        let places = self.heights.iter().zip(&self.angles);
+        Segments::new(names, places.map(|(&h, &a)| Some(segment(h, a))).collect())
+    }
+}
+
+/// Sector of an angle \[degrees\] among some of equal width.
+fn sector(angle: f64, sectors: usize) -> usize {
+    let at = angle.rem_euclid(360.0) / 360.0 * sectors as f64;
+    (at as usize).min(sectors.saturating_sub(1))
+}

@@ -1,0 +1,246 @@
+//! Hard cases of patients: each ends in the answer that it should, or in an error that says what is wrong.
+
+#[path = "support/heart.rs"]
+mod heart;
+
+use heart::{MMHG, NAMES, THETA, mesh, passive, segments, wall};
+use sinew_calibrate::{
+    Direction, Forward, ForwardError, Observable, Patient, PatientBuilder, PatientError, Segments,
+    Setting, StateError, WallCoordinates,
+};
+use sinew_energy::{Body, Scene, SceneError};
+use sinew_fem::UnloadError;
+use sinew_fem::fibres::Surfaces;
+use sinew_mesh::{AnyMesh, Field, TruncatedEllipsoid};
+
+fn body() -> Body {
+    passive(mesh(), 25.0).lower().unwrap()
+}
+
+/// A patient imaged at a pressure [mmHg], whose volume is seen at rest and in a phase.
+fn patient(body: &Body, image: f64, phase: f64) -> Patient<'_> {
+    builder(body, image, phase).build().unwrap()
+}
+
+fn builder(body: &Body, image: f64, phase: f64) -> PatientBuilder<'_> {
+    Patient::of(body)
+        .parameters(NAMES)
+        .image([("pressure", image * MMHG)])
+        .phase("phase", [("pressure", phase * MMHG)])
+        .observe(Observable::volume("endo", "rest"))
+        .observe(Observable::volume("endo", "phase"))
+}
+
+fn volume(body: &Body) -> f64 {
+    body.cavity_volumes(&vec![0.0; 3 * body.nodes])[0]
+}
+
+#[test]
+fn without_pressure_the_image_is_at_rest() {
+    let body = body();
+    let seen = patient(&body, 0.0, 8.0).observe(&THETA, true).unwrap();
+    assert!((seen.values[0] / volume(&body) - 1.0).abs() < 1e-12);
+    assert!(seen.values[1] > 1.05 * seen.values[0]);
+    // And the body at rest is a phase of its own at no pressure.
+    let seen = patient(&body, 8.0, 0.0).observe(&THETA, true).unwrap();
+    assert!((seen.values[0] / seen.values[1] - 1.0).abs() < 1e-10, "{:?}", seen.values);
+    let slopes = seen.jacobian[0].iter().zip(&seen.jacobian[1]);
+    slopes.for_each(|(a, b)| assert!((a - b).abs() < 1e-6 * a.abs(), "{a} {b}"));
+}
+
+#[test]
+fn suction_is_a_pressure() {
+    let body = body();
+    let seen = patient(&body, 8.0, -1.0).observe(&THETA, false).unwrap();
+    assert!(seen.values[1] < seen.values[0], "{:?}", seen.values);
+    let seen = patient(&body, -1.0, 8.0).observe(&THETA, false).unwrap();
+    assert!(seen.values[0] > volume(&body), "{:?}", seen.values);
+}
+
+/// Whatever comes, it is an answer that holds or an error with a type.
+#[test]
+fn extremes_end_in_an_answer_or_in_a_type() {
+    let body = body();
+    let softest = [0.1, 1.0, 1.5, 1.0];
+    for (theta, image, phase) in [
+        (THETA, 110.0, 8.0),
+        (THETA, 8.0, 110.0),
+        (softest, 20.0, 8.0),
+        (softest, 8.0, 20.0),
+        (THETA, 60.0, 8.0),
+    ] {
+        let patient = patient(&body, image, phase);
+        match patient.states(&theta, false) {
+            Ok(states) => {
+                let seen = patient.see(&states);
+                let [rest, phase_volume] = seen.values[..] else { panic!() };
+                println!("{image} and {phase} mmHg: {rest:.0} and {phase_volume:.0} mm³");
+                assert!(rest > 0.0 && rest < volume(&body));
+                assert_eq!(phase_volume > volume(&body), phase > image);
+            }
+            Err(error) => {
+                let typed = matches!(
+                    error,
+                    StateError::Unload(_) | StateError::Phase { .. } | StateError::Unstable { .. }
+                );
+                println!("{image} and {phase} mmHg: {error}");
+                assert!(typed && !matches!(error, StateError::Unload(UnloadError::Body(_))));
+                let told = ForwardError::from(error).reason;
+                assert!(told.contains(' ') && !told.contains('{'), "{told}");
+            }
+        }
+    }
+}
+
+#[test]
+fn theta_that_makes_no_sense_is_refused_with_its_state() {
+    let body = body();
+    let patient = patient(&body, 8.0, 15.0);
+    assert!(matches!(
+        patient.states(&[1.0; 3], false),
+        Err(StateError::Length { given: 3, needed: 4 })
+    ));
+    for bad in [f64::NAN, -1.0, f64::INFINITY] {
+        let error = patient.states(&[bad, 2.0, 2.8, 2.1], false).unwrap_err();
+        assert!(matches!(&error, StateError::Theta { state, .. } if state == "image"), "{error}");
+    }
+}
+
+#[test]
+fn a_cell_that_is_folded_in_the_image_is_named() {
+    let mut mesh = mesh();
+    let cell = mesh.cells.len() / 2;
+    let [a, b, c, d] = mesh.cells[cell];
+    // Through the opposite facet and beyond.
+    let middle = |i: usize| (mesh.points[b][i] + mesh.points[c][i] + mesh.points[d][i]) / 3.0;
+    mesh.points[a] = std::array::from_fn(|i| 2.0 * middle(i) - mesh.points[a][i]);
+    let fibres = vec![[[1.0, 0.0, 0.0]]; mesh.cells.len()];
+    let folded = Scene { mesh, directions: fibres, ..passive(heart::mesh(), 25.0) };
+    assert!(matches!(folded.lower(), Err(SceneError::InvertedCell { .. })));
+}
+
+/// A fibre has no sense: nodal fibres of mixed sign give what fibres of one sign give.
+#[test]
+fn signs_of_fibres_change_nothing() {
+    let scene = passive(mesh(), 25.0);
+    let mut mixed = scene.clone();
+    for (cell, [fibre]) in mixed.directions.iter_mut().enumerate() {
+        if cell % 3 == 0 {
+            *fibre = fibre.map(|x| -x);
+        }
+    }
+    let wall = wall(&mesh());
+    let segments = segments(&wall);
+    let seen = [scene, mixed].map(|scene| {
+        let body = scene.lower().unwrap();
+        let patient = builder(&body, 8.0, 15.0).wall(&wall).segments(&segments).observe_strains(
+            Direction::Fibre,
+            "rest",
+            "phase",
+        );
+        patient.build().unwrap().observe(&THETA, true).unwrap()
+    });
+    assert_eq!(seen[0].values, seen[1].values);
+    assert_eq!(seen[0].jacobian, seen[1].jacobian);
+}
+
+#[test]
+fn a_wall_of_one_layer_is_warned_of() {
+    let shape = TruncatedEllipsoid { short: [20.0, 30.0], long: [52.0, 62.0], base: 15.0 };
+    for layers in [1, 2] {
+        let body = passive(shape.wall([layers, 16, 8]).tetrahedra(), 25.0).lower().unwrap();
+        let thin = patient(&body, 8.0, 15.0).thin_wall();
+        assert_eq!(thin.is_some(), layers == 1, "{thin:?}");
+        if let Some(thin) = thin {
+            assert!(thin.to_string().contains("two layers"), "{thin}");
+        }
+    }
+}
+
+#[test]
+fn names_that_nobody_knows_are_told() {
+    let body = body();
+    let error = |patient: PatientBuilder<'_>| patient.build().err().expect("an error");
+    let base = || builder(&body, 8.0, 15.0);
+    let twice = error(base().phase("phase", [("pressure", 1.0)]));
+    assert!(matches!(&twice, PatientError::Twice { name } if name == "phase"), "{twice}");
+    let taken = error(base().phase("rest", [("pressure", 1.0)]));
+    assert!(matches!(&taken, PatientError::Twice { name } if name == "rest"), "{taken}");
+    let unknown = error(base().phase("other", [("p", 1.0)]));
+    assert!(unknown.to_string().contains("pressure"), "{unknown}");
+    let infinite = error(base().phase("other", [("pressure", f64::NAN)]));
+    assert!(matches!(infinite, PatientError::NotFinite { .. }), "{infinite}");
+    let factor = error(base().phase("other", [("pressure", Setting::from(1.0).times("c"))]));
+    assert!(matches!(&factor, PatientError::UnknownParameter { name, .. } if name == "c"));
+    let unused = error(base().parameters(["a", "b", "a_f", "b_f", "c"]));
+    assert!(matches!(&unused, PatientError::UnusedParameter { name, .. } if name == "c"));
+    let unset = error(base().parameters(["a", "b", "a_f"]));
+    assert!(matches!(&unset, PatientError::Unset { name, .. } if name == "b_f"), "{unset}");
+    let phase = error(base().observe(Observable::volume("endo", "diastole")));
+    assert!(matches!(&phase, PatientError::UnknownPhase { name, .. } if name == "diastole"));
+    let cavity = error(base().observe(Observable::volume("endo_left", "rest")));
+    assert!(cavity.to_string().contains("endo"), "{cavity}");
+    let none = error(Patient::of(&body).parameters(NAMES).image([("pressure", 1.0)]));
+    assert!(matches!(none, PatientError::NoObservables));
+    let start = error(base().start(&[1.0, 2.0]));
+    assert!(matches!(&start, PatientError::Start { name, .. } if name == "a_f"), "{start}");
+}
+
+#[test]
+fn segments_and_points_that_are_not_there_are_told() {
+    let (mesh, body) = (mesh(), body());
+    let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
+    let blind = WallCoordinates::new(&mesh, &surfaces).unwrap();
+    assert!(matches!(blind.aha17(), Err(PatientError::NoSeptum)));
+    let along = blind.clone().with_septum([0.0, 0.01, 3.0]).unwrap_err();
+    assert!(matches!(along, PatientError::SeptumAlongAxis { degrees } if degrees < 1.0), "{along}");
+    assert!(blind.clone().with_septum([f64::NAN; 3]).is_err());
+    let wall = blind.with_septum([-1.0, 0.0, 0.0]).unwrap();
+    assert!(wall.levels(3, 6).is_ok());
+    let empty = wall.levels(4, 48).unwrap_err();
+    assert!(matches!(&empty, PatientError::EmptySegment { .. }), "{empty}");
+
+    let segments = wall.aha17().unwrap();
+    let error = |seen: Observable, segments: Option<&Segments>| {
+        let mut patient = builder(&body, 8.0, 15.0).observe(seen);
+        if let Some(segments) = segments {
+            patient = patient.segments(segments);
+        }
+        patient.build().err().expect("an error")
+    };
+    let strain = |name: &str, direction| Observable::strain(name, direction, "rest", "phase");
+    let missing = error(strain("18", Direction::Fibre), Some(&segments));
+    assert!(matches!(&missing, PatientError::UnknownSegment { name, .. } if name == "18"));
+    let none = error(strain("1", Direction::Fibre), None);
+    assert!(matches!(none, PatientError::NoSegments));
+    let blind = error(strain("1", Direction::Radial), Some(&segments));
+    assert!(matches!(blind, PatientError::NoCoordinates { .. }), "{blind}");
+    let other = Segments::new(vec!["all".into()], vec![Some(0); 5]).unwrap();
+    let other = error(strain("all", Direction::Fibre), Some(&other));
+    assert!(matches!(other, PatientError::OtherMesh { given: 5, .. }), "{other}");
+
+    let far = Observable::displacement([0.0; 3], [1.0, 0.0, 0.0], "image", "phase");
+    let far = error(far, None);
+    assert!(matches!(far, PatientError::OutsideWall { distance, .. } if distance > 10.0), "{far}");
+    let nowhere = Observable::displacement(body.positions[0], [0.0; 3], "image", "phase");
+    assert!(matches!(error(nowhere, None), PatientError::NoDirection { .. }));
+}
+
+#[test]
+fn segments_come_from_fields_of_integers() {
+    let mut mesh = mesh();
+    let numbers = |last: f64| {
+        let number = |cell: usize| if cell == 0 { last } else { (cell % 3) as f64 + 5.0 };
+        Field::scalars((0..mesh.cells.len()).map(number).collect())
+    };
+    let (whole, half) = (numbers(-1.0), numbers(0.5));
+    mesh.cell_fields.insert("segment".into(), whole);
+    mesh.cell_fields.insert("half".into(), half);
+    let mesh = AnyMesh::from(mesh);
+    let segments = Segments::by_field(&mesh, "segment").unwrap();
+    assert_eq!(segments.names(), ["5", "6", "7"]);
+    assert_eq!(segments.of_cell()[..3], [None, Some(1), Some(2)]);
+    let half = Segments::by_field(&mesh, "half").unwrap_err();
+    assert!(half.to_string().contains("0.5"), "{half}");
+    assert!(Segments::by_field(&mesh, "nothing").unwrap_err().to_string().contains("segment"));
+}

@@ -1,0 +1,158 @@
+//! Observables of patients and their derivatives through unloading.
+
+#[path = "support/heart.rs"]
+mod heart;
+#[path = "support/slopes.rs"]
+mod slopes;
+
+use heart::{MMHG, NAMES, THETA, beating, mesh, passive, segments, wall};
+use sinew_calibrate::{Direction, Forward, Observable, Patient, Setting};
+use sinew_energy::Fibres;
+use slopes::{SHORT_STEP, check, check_rows};
+
+#[test]
+fn volumes_and_strains_of_a_passive_heart_have_exact_derivatives() {
+    let body = passive(mesh(), 25.0).lower().unwrap();
+    let (wall, point) = (wall(&mesh()), body.positions[body.nodes / 2]);
+    let segments = segments(&wall);
+    for fibres in [Fibres::Carried, Fibres::Kept] {
+        let mut patient = Patient::of(&body)
+            .parameters(NAMES)
+            .fibres(fibres)
+            .image([("pressure", 8.0 * MMHG)])
+            .phase("low", [("pressure", 3.0 * MMHG)])
+            .phase("high", [("pressure", 14.0 * MMHG)])
+            .wall(&wall)
+            .segments(&segments)
+            .observe(Observable::volume("endo", "rest"))
+            .observe(Observable::volume("endo", "low"))
+            .observe(Observable::volume("endo", "high"))
+            .observe(Observable::displacement(point, [1.0, 0.0, 1.0], "rest", "high"));
+        for direction in [
+            Direction::Circumferential,
+            Direction::Longitudinal,
+            Direction::Radial,
+            Direction::Fibre,
+        ] {
+            patient = patient.observe_strains(direction, "low", "high");
+        }
+        patient = patient.observe_strains(Direction::Circumferential, "image", "high");
+        let patient = patient.build().unwrap();
+        let seen = check(&format!("{fibres:?}"), &patient, &THETA);
+        // Volumes rise with the pressure, and strains in the wall with the volume.
+        let image = body.cavity_volumes(&vec![0.0; 3 * body.nodes])[0];
+        assert!(seen.values[0] < seen.values[1] && seen.values[1] < image, "{:?}", seen.values);
+        assert!(image < seen.values[2]);
+        assert!(seen.values[4..4 + 6].iter().all(|strain| *strain > 0.0));
+    }
+}
+
+#[test]
+fn a_beating_heart_on_springs_has_exact_derivatives() {
+    let body = beating(mesh());
+    let wall = wall(&mesh());
+    let segments = segments(&wall);
+    let patient = Patient::of(&body)
+        .parameters(["a", "b", "a_f", "b_f", "tension", "common"])
+        .image([("pressure", Setting::from(8.0 * MMHG).times("common")), ("T_a", 0.0.into())])
+        .phase(
+            "end of systole",
+            [
+                ("pressure", Setting::from(90.0 * MMHG).times("common")),
+                ("T_a", Setting::parameter("tension")),
+            ],
+        )
+        .start(&[0.2, 2.0, 2.8, 2.1, 34.0, 1.0])
+        .wall(&wall)
+        .segments(&segments)
+        .observe(Observable::volume("endo", "end of systole"))
+        .observe_strains(Direction::Circumferential, "image", "end of systole")
+        .build()
+        .unwrap();
+    let theta = [0.21, 1.9, 2.7, 2.2, 36.0, 1.02];
+    let seen = check_rows("beating", &patient, &theta, patient.observables(), SHORT_STEP);
+    let image = body.cavity_volumes(&vec![0.0; 3 * body.nodes])[0];
+    println!("{} of {image}", seen.values[0]);
+    assert!(seen.values[0] < 0.95 * image);
+}
+
+#[test]
+fn an_image_at_rest_is_loaded_as_it_is() {
+    let body = passive(mesh(), 25.0).lower().unwrap();
+    let patient = Patient::of(&body)
+        .parameters(NAMES)
+        .image_is_at_rest()
+        .image([("pressure", 0.0)])
+        .phase("filled", [("pressure", 8.0 * MMHG)])
+        .observe(Observable::volume("endo", "rest"))
+        .observe(Observable::volume("endo", "filled"))
+        .build()
+        .unwrap();
+    let seen = patient.observe(&THETA, true).unwrap();
+    let theta: Vec<f64> = THETA.into_iter().chain([8.0 * MMHG]).collect();
+    let solution =
+        sinew_fem::Solver::new(&body).unwrap().solve(&theta, &Default::default()).unwrap();
+    let expected = body.cavity_volumes(&solution.displacement)[0];
+    // The lid's apex is the same point, as the base is clamped; both are accurate to rounding errors of the solver.
+    assert!((seen.values[1] / expected - 1.0).abs() < 1e-10, "{} {expected}", seen.values[1]);
+    assert_eq!(seen.jacobian[0], [0.0; 4]);
+    assert!(seen.jacobian[1].iter().all(|slope| *slope < 0.0));
+}
+
+#[test]
+fn all_stresses_times_a_factor_leave_displacements_as_they_are() {
+    const FACTOR: f64 = 1.7;
+    let wall = wall(&mesh());
+    let segments = segments(&wall);
+    let bodies = [1.0, FACTOR].map(|scale| passive(mesh(), 25.0 * scale).lower().unwrap());
+    let seen = [1.0, FACTOR].map(|scale| {
+        let patient = Patient::of(&bodies[usize::from(scale > 1.0)])
+            .parameters(NAMES)
+            .image([("pressure", 8.0 * MMHG * scale)])
+            .phase("high", [("pressure", 14.0 * MMHG * scale)])
+            .wall(&wall)
+            .segments(&segments)
+            .observe(Observable::volume("endo", "rest"))
+            .observe(Observable::volume("endo", "high"))
+            .observe_strains(Direction::Circumferential, "rest", "high")
+            .build()
+            .unwrap();
+        let [a, b, a_f, b_f] = THETA;
+        patient.observe(&[scale * a, b, scale * a_f, b_f], false).unwrap().values
+    });
+    for (a, b) in seen[0].iter().zip(&seen[1]) {
+        assert!((a - b).abs() <= 1e-8 * a.abs().max(1e-3), "{a} {b}");
+    }
+}
+
+#[test]
+fn numbers_depend_on_theta_alone() {
+    let body = passive(mesh(), 25.0).lower().unwrap();
+    let patient = || {
+        Patient::of(&body)
+            .parameters(NAMES)
+            .image([("pressure", 8.0 * MMHG)])
+            .phase("high", [("pressure", 14.0 * MMHG)])
+            .observe(Observable::volume("endo", "rest"))
+            .observe(Observable::volume("endo", "high"))
+            .build()
+            .unwrap()
+    };
+    let thetas = [THETA, [0.25, 1.5, 2.0, 3.0], [0.15, 2.5, 4.0, 1.5]];
+    let at = |patient: &Patient<'_>, theta: &[f64; 4]| {
+        let seen = patient.observe(theta, true).unwrap();
+        (seen.values, seen.jacobian)
+    };
+    let forwards = patient();
+    let first: Vec<_> = thetas.iter().map(|theta| at(&forwards, theta)).collect();
+    let backwards = patient();
+    let mut second: Vec<_> = thetas.iter().rev().map(|theta| at(&backwards, theta)).collect();
+    second.reverse();
+    assert_eq!(first, second);
+    let shared = patient();
+    let threaded: Vec<_> = std::thread::scope(|scope| {
+        let runs: Vec<_> = thetas.iter().map(|theta| scope.spawn(|| at(&shared, theta))).collect();
+        runs.into_iter().map(|run| run.join().unwrap()).collect()
+    });
+    assert_eq!(first, threaded);
+}

@@ -1,0 +1,417 @@
+//! Posteriors of a sphere with an exponential law, whose pressure and volume are a formula, against brute force, and hard cases.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew_calibrate::{
+    CalibrateError, CalibrateOptions, Datum, Decided, Forward, ForwardError, Kind, Observed,
+    Posterior, Prior, Problem, Solves, Unknown, calibrate, look_ahead,
+};
+use sinew_sample::{quantile, standard_normals};
+
+/// Volume in the image \[mL\] and pressure there \[kPa\].
+const IMAGE: [f64; 2] = [120.0, 1.0];
+/// Pressures of the volumes \[kPa\]; those of the strains are the same.
+const PRESSURES: [f64; 5] = [0.0, 0.5, 1.0, 2.0, 3.0];
+
+/// Cavity with p = a (exp(b (V/V₀ − 1)) − 1), of which the image shows the volume at one pressure. Observables: volumes at
+/// [`PRESSURES`], then Green–Lagrange strains from the image.
+struct Sphere;
+
+impl Forward for Sphere {
+    fn parameters(&self) -> usize {
+        2
+    }
+
+    fn observables(&self) -> usize {
+        2 * PRESSURES.len()
+    }
+
+    fn observe(&self, theta: &[f64], _: bool) -> Result<Observed, ForwardError> {
+        // Values with derivatives in a and b.
+        let (a, b) = (theta[0], theta[1]);
+        let stretch = |p: f64| {
+            let logarithm = (p / a).ln_1p();
+            [1.0 + logarithm / b, -p / (a * (a + p)) / b, -logarithm / (b * b)]
+        };
+        let image = stretch(IMAGE[1]);
+        let (mut values, mut jacobian) = (Vec::new(), Vec::new());
+        for p in PRESSURES {
+            let now = stretch(p);
+            let volume = IMAGE[0] * now[0] / image[0];
+            values.push(volume);
+            jacobian
+                .push([1, 2].map(|i| volume * (now[i] / now[0] - image[i] / image[0])).to_vec());
+        }
+        for at in 0..PRESSURES.len() {
+            let ratio = values[at] / IMAGE[0];
+            values.push(0.5 * (ratio.powf(2.0 / 3.0) - 1.0));
+            let slope = ratio.powf(-1.0 / 3.0) / (3.0 * IMAGE[0]);
+            jacobian.push(jacobian[at].iter().map(|x| slope * x).collect());
+        }
+        Ok(Observed { values, jacobian })
+    }
+}
+
+fn unknowns() -> Vec<Unknown> {
+    let prior = |low, high| Prior::LogUniform { range: [low, high] };
+    vec![Unknown::new("a", "kPa", prior(0.1, 1.0)), Unknown::new("b", "", prior(2.0, 12.0))]
+}
+
+fn truth() -> Vec<f64> {
+    vec![0.25, 5.0]
+}
+
+fn volume(at: usize, value: f64, deviation: f64) -> Datum {
+    Datum {
+        name: format!("volume at {} kPa", PRESSURES[at]),
+        kind: "volume".into(),
+        observable: at,
+        value,
+        deviation,
+        unit: "mL".into(),
+        size: 1.0,
+    }
+}
+
+fn strain(at: usize, number: usize, value: f64, deviation: f64) -> Datum {
+    Datum {
+        name: format!("strain {number} at {} kPa", PRESSURES[at]),
+        kind: "strain".into(),
+        observable: PRESSURES.len() + at,
+        value,
+        deviation,
+        unit: String::new(),
+        size: 1.0,
+    }
+}
+
+/// Volumes at three pressures and 24 strains with noise, whose standard deviation is `factor` times the stated one.
+fn data(seed: u64, factor: f64) -> Vec<Datum> {
+    let exact = Sphere.observe(&truth(), false).unwrap().values;
+    let noise = standard_normals(27, &mut ChaCha8Rng::seed_from_u64(seed));
+    let volumes = [1, 3, 4].into_iter().zip(&noise).map(|(at, z)| {
+        let deviation = 0.02 * exact[at];
+        volume(at, exact[at] + factor * z * deviation, deviation)
+    });
+    let strains = noise[3..].iter().enumerate().map(|(number, z)| {
+        let at = if number < 12 { 3 } else { 4 };
+        strain(at, number, exact[5 + at] + factor * z * 0.02, 0.02)
+    });
+    volumes.chain(strains).collect()
+}
+
+fn run_with(
+    data: Vec<Datum>,
+    kinds: Vec<Kind>,
+    options: &CalibrateOptions,
+) -> Result<Posterior, CalibrateError> {
+    let problem = Problem::new(unknowns(), data, kinds)?;
+    calibrate(&problem, &mut Solves::new(&Sphere, Box::new(|_, _, _| ())), options)
+}
+
+fn run(data: Vec<Datum>) -> Posterior {
+    run_with(data, Vec::new(), &CalibrateOptions::default()).unwrap()
+}
+
+/// Marginals of the logarithms on a grid, by brute force: cells and their probability, for each parameter.
+fn grid(data: &[Datum], cells: usize) -> [Vec<f64>; 2] {
+    let ends = [[0.1f64, 1.0], [2.0, 12.0]].map(|range| range.map(f64::ln));
+    let at = |parameter: usize, cell: f64| {
+        let [low, high] = ends[parameter];
+        (low + (high - low) * (cell + 0.5) / cells as f64).exp()
+    };
+    let mut found = [vec![0.0; cells], vec![0.0; cells]];
+    for i in 0..cells {
+        for j in 0..cells {
+            let theta = [at(0, i as f64), at(1, j as f64)];
+            let seen = Sphere.observe(&theta, false).unwrap().values;
+            let misfit = |d: &Datum| ((d.value - seen[d.observable]) / d.deviation).powi(2);
+            let likelihood = (-0.5 * data.iter().map(misfit).sum::<f64>() + 10.0).exp();
+            found[0][i] += likelihood;
+            found[1][j] += likelihood;
+        }
+    }
+    for marginal in &mut found {
+        let sum: f64 = marginal.iter().sum();
+        marginal.iter_mut().for_each(|x| *x /= sum);
+    }
+    found
+}
+
+/// Mean and standard deviation in cells.
+fn moments(marginal: &[f64]) -> [f64; 2] {
+    let mean: f64 = marginal.iter().enumerate().map(|(i, p)| i as f64 * p).sum();
+    let square: f64 = marginal.iter().enumerate().map(|(i, p)| (i as f64 - mean).powi(2) * p).sum();
+    [mean, square.sqrt()]
+}
+
+/// Total variation of the draws from the grid's marginal over twelve bins, and the errors of mean and standard deviation, both in
+/// standard deviations.
+fn distances(posterior: &Posterior, data: &[Datum], parameter: usize) -> [f64; 3] {
+    const CELLS: usize = 1200;
+    let exact = &grid(data, CELLS)[parameter];
+    let [low, high] = posterior.problem.unknowns[parameter].prior.range().map(f64::ln);
+    let mut draws = vec![0.0; CELLS];
+    let all = posterior.draws.parameter(parameter).concat();
+    for theta in &all {
+        let cell = ((theta.ln() - low) / (high - low) * CELLS as f64) as usize;
+        draws[cell.min(CELLS - 1)] += 1.0 / all.len() as f64;
+    }
+    let [mean, deviation] = moments(exact);
+    let [own_mean, own_deviation] = moments(&draws);
+    // Bins of equal probability.
+    let (mut sum, mut bins) = (0.0, vec![[0.0, 0.0]; 12]);
+    for (p, q) in exact.iter().zip(&draws) {
+        let bin = ((sum + 0.5 * p) * 12.0) as usize;
+        sum += p;
+        bins[bin.min(11)][0] += p;
+        bins[bin.min(11)][1] += q;
+    }
+    let variation = 0.5 * bins.iter().map(|[p, q]| (p - q).abs()).sum::<f64>();
+    [variation, (own_mean - mean).abs() / deviation, (own_deviation / deviation - 1.0).abs()]
+}
+
+#[test]
+fn the_posterior_is_that_of_a_grid() {
+    let data = data(3, 1.0);
+    // 2400 draws: the total variation of so many over twelve bins is .02.
+    let options = CalibrateOptions { draws: 2400, steps: 4000, ..CalibrateOptions::default() };
+    let posterior = run_with(data.clone(), Vec::new(), &options).unwrap();
+    let [r_hat, bulk, tail] = posterior.mixing();
+    assert!(r_hat < 1.01 && bulk > 400.0 && tail > 400.0, "{r_hat} {bulk} {tail}");
+    for parameter in 0..2 {
+        let [variation, mean, deviation] = distances(&posterior, &data, parameter);
+        assert!(
+            variation <= 0.05 && mean <= 0.1 && deviation <= 0.05,
+            "{variation} {mean} {deviation}"
+        );
+    }
+    let correction = &posterior.correction;
+    assert!(correction.k_hat <= 0.5 && correction.acceptance > 0.9, "{correction:?}");
+    assert!(posterior.predictive.in_words().is_empty(), "{:?}", posterior.predictive);
+}
+
+#[test]
+fn a_bad_emulator_is_seen_and_corrected_or_refused() {
+    let data = data(3, 1.0);
+    let bad = CalibrateOptions {
+        starts: 1,
+        design: 4,
+        degree: 1,
+        draws: 2400,
+        steps: 4000,
+        ..CalibrateOptions::default()
+    };
+    match run_with(data.clone(), Vec::new(), &bad) {
+        Err(CalibrateError::Unconfirmed(reached)) => {
+            assert!(reached.k_hat > 0.5 || reached.share < 0.5, "{reached:?}");
+        }
+        Err(other) => panic!("{other}"),
+        Ok(posterior) => {
+            assert!(posterior.correction.largest_error > 0.1, "{:?}", posterior.correction);
+            for parameter in 0..2 {
+                let [variation, mean, deviation] = distances(&posterior, &data, parameter);
+                assert!(
+                    variation <= 0.06 && mean <= 0.1 && deviation <= 0.07,
+                    "{variation} {mean} {deviation}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_volume_at_the_pressure_of_the_image_returns_the_prior() {
+    let posterior = run(vec![volume(2, 121.0, 2.0)]);
+    for parameter in 0..2 {
+        assert_eq!(posterior.decided(parameter), Decided::No);
+        let shares: Vec<f64> = posterior.coordinates.parameter(parameter).concat();
+        // Quantiles of a standard normal prior within four standard errors of 480 draws.
+        assert!(
+            (quantile(&shares, 0.025) + 1.96).abs() < 0.5 && quantile(&shares, 0.5).abs() < 0.25
+        );
+    }
+    let said = posterior.identifiability.in_words();
+    assert!(said[0].contains("decide none of the 2 directions"), "{said:?}");
+    assert!(said.iter().any(|s| s.starts_with("a by itself is not decided")), "{said:?}");
+}
+
+#[test]
+fn volumes_alone_are_wide_and_it_is_said_in_words() {
+    let exact = Sphere.observe(&truth(), false).unwrap().values;
+    let posterior = run([1, 3, 4].map(|at| volume(at, exact[at], 0.03 * exact[at])).to_vec());
+    let said = posterior.identifiability.in_words();
+    assert!(said[0].contains("decide 1 of 2 directions"), "{said:?}");
+    assert!(said.iter().any(|s| s.contains("not decided") || s.contains("weakly")), "{said:?}");
+    assert!((0..2).any(|at| posterior.decided(at) != Decided::Yes));
+}
+
+#[test]
+fn a_volume_that_falls_while_pressure_rises_is_named() {
+    let exact = Sphere.observe(&truth(), false).unwrap().values;
+    let falling = [(1, exact[1]), (3, exact[4]), (4, 0.97 * exact[3])];
+    let posterior = run(falling.map(|(at, value)| volume(at, value, 0.015 * value)).to_vec());
+    let named: Vec<_> = posterior.predictive.contradicting().map(|d| d.name.as_str()).collect();
+    assert!(named.contains(&"volume at 3 kPa"), "{:?}", posterior.predictive);
+    let said = posterior.predictive.in_words();
+    assert!(said[0].contains("contradicts the other data"), "{said:?}");
+}
+
+#[test]
+fn noise_that_is_wrong_by_two_is_flagged_and_inferred_noise_holds() {
+    let small = run(data(5, 2.0));
+    assert!(small.predictive.p_overall < 0.01, "{}", small.predictive.p_overall);
+    assert!(small.predictive.in_words().iter().any(|s| s.contains("larger than the stated noise")));
+    let large = run(data(5, 0.5));
+    assert!(large.predictive.p_overall > 0.99, "{}", large.predictive.p_overall);
+    let inferred = |name: &str| Kind { name: name.into(), inferred: true, bias: 0.0 };
+    let options = CalibrateOptions::default();
+    let kinds = vec![inferred("strain"), inferred("volume")];
+    let posterior = run_with(data(5, 2.0), kinds, &options).unwrap();
+    assert!(posterior.predictive.p_overall > 0.01, "{}", posterior.predictive.p_overall);
+    assert_eq!(posterior.heads()[2], "noise factor of strain");
+    let [low, _, high] = posterior.summary(2).quantiles;
+    assert!(low < 2.0 && 2.0 < high && low > 1.1, "{low} {high}");
+    assert!(posterior.mixing()[0] < 1.02);
+}
+
+#[test]
+fn a_volume_below_every_reachable_one_says_the_smallest() {
+    let mut low = data(3, 1.0);
+    low.truncate(2);
+    low.push(volume(4, 60.0, 1.0));
+    let error = run_with(low, Vec::new(), &CalibrateOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("volume at 3 kPa is 60") && error.contains("the smallest"), "{error}");
+}
+
+#[test]
+fn a_parameter_at_its_bound_stays_inside() {
+    let exact = Sphere.observe(&[0.1, 5.0], false).unwrap().values;
+    let data = (0..5).map(|at| volume(at, exact[at], 0.005 * exact[at])).collect::<Vec<_>>();
+    let posterior = run(data);
+    let a = posterior.draws.parameter(0).concat();
+    assert!(a.iter().all(|a| (0.1..=1.0).contains(a)));
+    // The bound itself is the likeliest value.
+    assert!(quantile(&a, 0.1) < 0.12, "{}", quantile(&a, 0.1));
+    assert!(posterior.correction.k_hat <= 0.5);
+}
+
+#[test]
+fn bad_data_are_refused_in_words() {
+    let refused = |data| Problem::new(unknowns(), data, Vec::new()).unwrap_err().to_string();
+    assert!(
+        refused(vec![volume(1, f64::NAN, 1.0)]).contains("volume at 0.5 kPa: the value is NaN")
+    );
+    assert!(refused(vec![volume(1, 100.0, 0.0)]).contains("standard deviation is 0"));
+    assert!(refused(Vec::new()).contains("no data"));
+    let wrong = Unknown::new("a", "", Prior::LogUniform { range: [1.0, 1.0] });
+    let error = Problem::new(vec![wrong], data(1, 1.0), Vec::new()).unwrap_err().to_string();
+    assert!(error.contains("0 < low < high"), "{error}");
+}
+
+#[test]
+fn threads_and_the_order_of_data_change_nothing() {
+    let on = |threads: usize, data: Vec<Datum>| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(data)).draws
+    };
+    let mut backwards = data(3, 1.0);
+    backwards.reverse();
+    assert_eq!(on(1, data(3, 1.0)), on(2, backwards));
+}
+
+#[test]
+fn a_run_that_was_killed_goes_on_to_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("solves.csv");
+    let problem = Problem::new(unknowns(), data(3, 1.0), Vec::new()).unwrap();
+    let options = CalibrateOptions::default();
+    let solves =
+        |resume| Solves::new(&Sphere, Box::new(|_, _, _| ())).kept_in(&path, "sphere", resume);
+    let whole = calibrate(&problem, &mut solves(false).unwrap(), &options).unwrap();
+    // Killed in the middle of a line.
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, &text[..text.len() / 3]).unwrap();
+    let again = calibrate(&problem, &mut solves(true).unwrap(), &options).unwrap();
+    assert_eq!((whole.draws, whole.correction.solves), (again.draws, again.correction.solves));
+    let other = Solves::new(&Sphere, Box::new(|_, _, _| ())).kept_in(&path, "cube", true);
+    assert!(other.err().unwrap().to_string().contains("another patient"));
+}
+
+#[test]
+fn what_data_decide_is_said_before_anything_is_sampled() {
+    let problem = Problem::new(unknowns(), data(3, 1.0), Vec::new()).unwrap();
+    let mut solves = Solves::new(&Sphere, Box::new(|_, _, _| ()));
+    let (mode, seen) = look_ahead(&problem, &mut solves).unwrap();
+    assert!(solves.count() < 20, "{}", solves.count());
+    let posterior = run(data(3, 1.0));
+    // Two numbers that are the same for a normal posterior.
+    for parameter in 0..2 {
+        let [ahead, drawn] = [seen.contraction[parameter], posterior.contraction(parameter)];
+        assert!((ahead / drawn).ln().abs() < 0.5, "{ahead} {drawn}");
+    }
+    assert!(mode.misfits.iter().all(|z| z.abs() < 4.0));
+}
+
+/// A body whose one observable is the square of the logarithm of its parameter.
+struct Folded;
+
+impl Forward for Folded {
+    fn parameters(&self) -> usize {
+        1
+    }
+
+    fn observables(&self) -> usize {
+        1
+    }
+
+    fn observe(&self, theta: &[f64], _: bool) -> Result<Observed, ForwardError> {
+        let x = theta[0].ln();
+        Ok(Observed { values: vec![x * x], jacobian: vec![vec![2.0 * x / theta[0]]] })
+    }
+}
+
+#[test]
+fn two_modes_are_an_error_that_names_both() {
+    let unknown = Unknown::new("k", "kPa", Prior::LogUniform { range: [0.01, 100.0] });
+    let datum = Datum { observable: 0, value: 4.0, deviation: 0.1, ..volume(0, 4.0, 0.1) };
+    let problem = Problem::new(vec![unknown], vec![datum], Vec::new()).unwrap();
+    let mut solves = Solves::new(&Folded, Box::new(|_, _, _| ()));
+    let found = calibrate(&problem, &mut solves, &CalibrateOptions::default());
+    let error = found.unwrap_err().to_string();
+    assert!(error.contains("2 modes") && error.contains("k [kPa] = 7.3"), "{error}");
+    assert!(error.contains("k [kPa] = 0.13"), "{error}");
+}
+
+/// The sphere, without an answer for soft bodies, and without derivatives.
+struct Partial;
+
+impl Forward for Partial {
+    fn parameters(&self) -> usize {
+        2
+    }
+
+    fn observables(&self) -> usize {
+        Sphere.observables()
+    }
+
+    fn observe(&self, theta: &[f64], derivatives: bool) -> Result<Observed, ForwardError> {
+        if theta[0] < 0.2 {
+            return Err(ForwardError { reason: "no body at rest".into() });
+        }
+        Sphere.observe(theta, derivatives)
+    }
+}
+
+#[test]
+fn where_the_solver_has_no_answer_there_are_no_draws() {
+    let problem = Problem::new(unknowns(), data(3, 1.0), Vec::new()).unwrap();
+    let mut solves = Solves::new(&Partial, Box::new(|_, _, _| ()));
+    match calibrate(&problem, &mut solves, &CalibrateOptions::default()) {
+        Ok(posterior) => {
+            assert!(posterior.draws.parameter(0).concat().iter().all(|a| *a >= 0.2));
+            assert!(posterior.correction.failed > 0);
+        }
+        Err(error) => assert!(error.to_string().contains("without an answer"), "{error}"),
+    }
+}

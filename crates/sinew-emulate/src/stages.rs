@@ -1,0 +1,150 @@
+//! Seconds to an accuracy, derived from measured times and errors.
+
+use crate::evaluate::TestSet;
+use crate::evaluation::{BATCH, Evaluation, Times};
+use crate::timing::median;
+use crate::{Emulator, Result};
+use serde::{Deserialize, Serialize};
+use sinew_energy::metrics::mean_and_largest;
+use std::time::Instant;
+
+/// Quasi-Newton steps of the stage between predictions and Newton steps.
+const QUASI_NEWTON: usize = 4;
+
+/// Predictions as they are, or after steps: what a parameter set costs and how far it is off then.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stage {
+    /// Steps, in words; empty for predictions as they are.
+    pub name: String,
+    /// Wall time before the first set \[s\].
+    pub once_s: f64,
+    /// Wall time of a set on one thread, beyond its prediction \[s\].
+    pub each_s: f64,
+    /// Mean nodal error relative to the mean nodal displacement, case by case.
+    pub errors: Vec<f64>,
+}
+
+impl Stage {
+    /// Fields on the cases of a test set.
+    pub(crate) fn new(
+        name: String,
+        [once_s, each_s]: [f64; 2],
+        test: &TestSet<'_>,
+        fields: &[Vec<f64>],
+    ) -> Self {
+        let error = |(truth, field): (&Vec<f64>, &Vec<f64>)| {
+            let apart: Vec<f64> = truth.iter().zip(field).map(|(a, b)| a - b).collect();
+            crate::evaluate::share(mean_and_largest(&apart)[0], mean_and_largest(truth)[0])
+        };
+        let errors = test.fields.iter().zip(fields).map(error).collect();
+        Self { name, once_s, each_s, errors }
+    }
+
+    /// After quasi-Newton steps with the stiffness at the centre of the ranges, factorised once in about the time of a Newton step; `None` where
+    /// there is none.
+    pub(crate) fn refined(
+        emulator: &Emulator<'_>,
+        test: &TestSet<'_>,
+        step_s: f64,
+    ) -> Result<Option<Self>> {
+        // The stiffness is factorised with the first.
+        if emulator.refine(&test.thetas[..1], QUASI_NEWTON).is_err() {
+            return Ok(None);
+        }
+        let (mut seconds, mut fields) = (Vec::new(), Vec::new());
+        for theta in &test.thetas {
+            let one = std::slice::from_ref(theta);
+            let start = Instant::now();
+            fields.push(emulator.refine(one, QUASI_NEWTON)?.displacement);
+            seconds.push(start.elapsed().as_secs_f64());
+        }
+        let name = format!("{QUASI_NEWTON} quasi-Newton steps");
+        Ok(Some(Self::new(name, [step_s, median(&seconds)], test, &fields)))
+    }
+}
+
+impl Evaluation {
+    /// Accuracies that reports print times to.
+    pub const ACCURACIES: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-6];
+    /// Numbers of parameter sets that reports print times for.
+    pub const SETS: [usize; 3] = [1, 100, 10_000];
+
+    /// Wall time on one thread until so many parameter sets are within an accuracy, a mean nodal error relative to the mean nodal displacement \[s\].
+    ///
+    /// Derived from what was measured: simulations, preparation and training once; for each set a prediction and, as for the test cases, the
+    /// cheapest [`Stage`] whose true error is within the accuracy. Cases that none brings there cost the dearest stage and a solve
+    /// from a neighbour's solution, or from rest for a single set. A check of the error is not in it: it costs
+    /// about a Newton step more where that is not a stage already.
+    pub fn seconds_to(&self, accuracy: f64, sets: usize) -> f64 {
+        derived(&self.stages, &self.times, accuracy, sets)
+    }
+}
+
+fn derived(stages: &[Stage], times: &Times, accuracy: f64, sets: usize) -> f64 {
+    let cases = stages.first().map_or(0, |stage| stage.errors.len());
+    let count = sets as f64;
+    let each = |stage: &Stage| stage.each_s + stage.once_s / count;
+    let dearest = stages.iter().map(each).fold(0.0, f64::max);
+    let of = |case: usize| {
+        let within = stages.iter().filter(|stage| stage.errors[case] <= accuracy);
+        let least = within.map(each).fold(f64::INFINITY, f64::min);
+        if least.is_finite() { least } else { dearest + times.solver_s(sets) / count }
+    };
+    let steps = (0..cases).map(of).sum::<f64>() / cases as f64;
+    let predict = match sets < BATCH {
+        true => times.predict_decoder_s,
+        false => times.predict_batch_per_theta_s,
+    };
+    times.simulate_s + times.prepare_s + times.train_s + count * (predict + steps)
+}
+
+impl Times {
+    /// Wall time of the solver for so many parameter sets on one thread: the first from rest, the others from a neighbour's solution \[s\]. Its
+    /// solutions are within rounding errors, whatever accuracy is asked for.
+    pub fn solver_s(&self, sets: usize) -> f64 {
+        match sets {
+            0 => 0.0,
+            _ => self.solver_cold_s + (sets - 1) as f64 * self.solver_warm_s,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_are_those_of_the_cheapest_stage_that_is_accurate_enough() {
+        let times = Times {
+            simulate_s: 3.0,
+            prepare_s: 1.0,
+            train_s: 2.0,
+            predict_full_s: 0.0,
+            predict_decoder_s: 0.01,
+            predict_batch_per_theta_s: 0.001,
+            correction_s: 0.1,
+            solver_cold_s: 1.0,
+            solver_warm_s: 0.5,
+        };
+        let stage = |name: &str, [once_s, each_s]: [f64; 2], errors: [f64; 2]| Stage {
+            name: name.into(),
+            once_s,
+            each_s,
+            errors: errors.to_vec(),
+        };
+        let stages = vec![
+            stage("", [0.0; 2], [5e-3, 5e-2]),
+            stage("4 quasi-Newton steps", [0.1, 0.02], [1e-4, 5e-3]),
+            stage("1 Newton step", [0.0, 0.1], [1e-6, 2e-4]),
+        ];
+        let to = |accuracy: f64, sets: usize| derived(&stages, &times, accuracy, sets);
+        let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} for {b}");
+        // One case as it is, one after quasi-Newton steps, whose factorisation is shared by all sets.
+        near(to(1e-2, 10_000), 6.0 + 10.0 + 10_000.0 * (0.0 + 0.02 + 1e-5) / 2.0);
+        // For one set the Newton step is cheaper.
+        near(to(1e-2, 1), 6.0 + 0.01 + (0.0 + 0.1) / 2.0);
+        // The second case is beyond all stages: the dearest, and a solve.
+        near(to(1e-4, 1), 6.0 + 0.01 + (0.1 + (0.12 + 1.0)) / 2.0);
+        near(times.solver_s(100), 1.0 + 99.0 * 0.5);
+    }
+}

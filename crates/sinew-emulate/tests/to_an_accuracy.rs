@@ -1,0 +1,245 @@
+//! Answers to an accuracy against solves.
+
+use sinew_emulate::{
+    Answer, Answers, Body, Design, Emulator, Error, FrozenStiffness, Method, Plan, Predictor,
+    Record, Train, TrainingOptions, recipe::Taylor,
+};
+use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
+use sinew_energy::metrics::displacement_error;
+use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
+use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
+use sinew_fem::{Options, Solver, sweep};
+use sinew_mesh::{VentricleShape, box_tetrahedra};
+use std::path::Path;
+
+/// A bar that bends far, over a decade of stiffness: the expansion alone is 30 % off at the soft end.
+fn bar() -> Body {
+    let stiffness = |name: &str| Parameter::log(name, "kPa", 10.0..=100.0);
+    let scene = Scene::new(box_tetrahedra([60.0, 10.0, 10.0], [6, 2, 2]), NeoHookean)
+        .parameter(stiffness("mu"))
+        .parameter(stiffness("lambda"))
+        .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
+        .support(Support::clamped("x_min"));
+    scene.lower().unwrap()
+}
+
+/// A left ventricle of a population, by as many of its 32 numbers as are not zero, under the pressure of its cavity.
+fn ventricle(numbers: &[f64]) -> Body {
+    let mesh = VentricleShape::new(numbers).unwrap().tetrahedra([1, 16, 6]).unwrap();
+    let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
+    let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY).unwrap();
+    let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
+    let scene = Scene::new(mesh, HolzapfelOgden.nearly_incompressible(25.0)) // K [kPa]
+        .directions(frames.iter().map(|&[fibre, _, _]| [fibre]).collect())
+        .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
+        .parameter(Parameter::log("b", "1", 1.0..=4.2))
+        .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))
+        .parameter(Parameter::log("b_f", "1", 1.0..=4.46))
+        .parameter(Parameter::linear("p", "kPa", 0.53..=1.33)) // 4 to 10 mmHg
+        .load(pressure)
+        .support(Support::clamped("base"));
+    scene.lower().unwrap()
+}
+
+/// Shapes of an unseen ventricle: larger and thinner than the mean, and the other way round.
+const UNSEEN: [[f64; 7]; 2] =
+    [[1.2, -0.4, -0.8, 0.5, -0.7, 0.9, 0.3], [-1.0, 0.8, 0.6, -0.9, 0.4, -0.5, 0.7]];
+
+/// Mean nodal distance from the equilibrium, relative to the mean nodal displacement.
+fn true_error(body: &Body, theta: &[f64], displacement: &[f64]) -> f64 {
+    let options = Options::default();
+    let truth = Solver::new(body).unwrap().solve(theta, &options).unwrap().displacement;
+    let sum = |a: &[f64], b: &[f64]| displacement_error(a, b).iter().sum::<f64>();
+    sum(&truth, displacement) / sum(&truth, &vec![0.0; truth.len()])
+}
+
+#[test]
+fn every_answer_is_truly_within_its_tolerance() {
+    let body = bar();
+    let thetas = Design::LatinHypercube.sample(&body.parameters, 60, 3).unwrap();
+    let expansion = Emulator::series(&body, 1).unwrap();
+    let raw = |theta: &Vec<f64>| {
+        let predicted = expansion.predict(std::slice::from_ref(theta)).unwrap().displacement;
+        true_error(&body, theta, &predicted)
+    };
+    let far = thetas.iter().map(raw).filter(|error| *error > 1e-2).count();
+    assert!(far >= 10, "only {far} of 60 predictions need steps");
+    for accuracy in [1e-2, 1e-4, 1e-8] {
+        let found = Answers::to(&body, &thetas, accuracy, Some(&expansion), &mut ()).unwrap();
+        assert_eq!(found.answers.len(), thetas.len());
+        for (theta, answer) in thetas.iter().zip(&found.answers) {
+            let answer = answer.as_ref().unwrap();
+            let error = true_error(&body, theta, &answer.displacement);
+            // Two solves of one equilibrium differ by rounding errors.
+            assert!(
+                answer.is_within(accuracy) && error <= accuracy + 1e-10,
+                "{theta:?}: {error:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_plan_weighs_what_there_is() {
+    let body = bar();
+    let thetas = Design::LatinHypercube.sample(&body.parameters, 1000, 1).unwrap();
+    assert_eq!(Plan::new(&body, &thetas[..1], 1e-3, None).unwrap().method(), Method::Solver);
+    let plan = Plan::new(&body, &thetas, 1e-3, None).unwrap();
+    assert_eq!((plan.sets, plan.costs.len()), (1000, 2));
+    assert!(
+        plan.costs.windows(2).all(|pair| pair[0].newton_steps(1000) <= pair[1].newton_steps(1000))
+    );
+    let options = TrainingOptions { held_out: 4, ..TrainingOptions::default() };
+    let trained = Taylor.train(&body, &options, &mut ()).unwrap();
+    let plan = Plan::new(&body, &thetas[..1], 1e-3, Some(&trained)).unwrap();
+    assert_eq!(plan.method(), Method::Emulator);
+}
+
+#[test]
+fn sets_without_an_equilibrium_are_told_and_the_others_answered() {
+    let body = bar();
+    let mut thetas = Design::LatinHypercube.sample(&body.parameters, 8, 1).unwrap();
+    thetas[3] = vec![1e-9, 1e-9];
+    let found = Answers::to(&body, &thetas, 1e-3, None, &mut ()).unwrap();
+    assert!(found.answers[3].is_err(), "{:?}", found.answers[3]);
+    let within = found.answers.iter().flatten().filter(|answer| answer.is_within(1e-3)).count();
+    assert_eq!(within, 7);
+}
+
+#[test]
+fn a_tolerance_that_makes_no_sense_is_refused() {
+    let body = bar();
+    for accuracy in [0.0, -1.0, f64::NAN, 1e-12, 0.9] {
+        let refused = Answers::to(&body, &[vec![20.0, 20.0]], accuracy, None, &mut ());
+        assert!(matches!(refused, Err(Error::Setting { .. })), "{accuracy}");
+    }
+}
+
+#[test]
+fn answers_do_not_depend_on_the_number_of_threads() {
+    let body = bar();
+    let thetas = Design::LatinHypercube.sample(&body.parameters, 30, 5).unwrap();
+    let emulator = Emulator::series(&body, 1).unwrap();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let found = pool.install(|| Answers::to(&body, &thetas, 1e-4, Some(&emulator), &mut ()));
+        let answers = found.unwrap().answers;
+        answers.into_iter().map(|answer| answer.unwrap().displacement).collect::<Vec<_>>()
+    };
+    assert_eq!(on(1), on(2));
+}
+
+#[test]
+fn an_unseen_ventricle_is_answered_from_the_stiffness_of_another() {
+    let mean = ventricle(&[]);
+    let known = FrozenStiffness::new(&mean).unwrap();
+    for numbers in UNSEEN {
+        let body = ventricle(&numbers);
+        let emulator = known.on(&body).unwrap();
+        let thetas = Design::LatinHypercube.sample(&body.parameters, 100, 7).unwrap();
+        let solved = sweep(&body, &thetas, &Options::default(), || ()).unwrap();
+        let truths: Vec<_> = solved.results.into_iter().map(Result::unwrap).collect();
+        let solver: usize = truths.iter().map(|truth| truth.iterations()).sum();
+        for accuracy in [1e-2, 1e-3, 1e-4] {
+            let found = Answers::to(&body, &thetas, accuracy, Some(&emulator), &mut ()).unwrap();
+            let answers: Vec<Answer> = found.answers.into_iter().map(Result::unwrap).collect();
+            let error = |(answer, truth): (&Answer, &sinew_fem::Solution)| {
+                let sum = |a: &[f64], b: &[f64]| displacement_error(a, b).iter().sum::<f64>();
+                let rest = vec![0.0; truth.displacement.len()];
+                sum(&truth.displacement, &answer.displacement) / sum(&truth.displacement, &rest)
+            };
+            let largest = answers.iter().zip(&truths).map(error).fold(0.0, f64::max);
+            assert!(answers.iter().all(|answer| answer.is_within(accuracy)));
+            assert!(largest <= accuracy, "{largest:e} for {accuracy:e}");
+            let steps: usize = answers.iter().map(|answer| answer.steps).sum();
+            println!(
+                "{accuracy:e}: {largest:.1e}, {steps} Newton steps for {solver}, {:?}",
+                found.plan
+            );
+            assert!(steps as f64 <= 0.65 * solver as f64, "{steps} Newton steps for {solver}");
+        }
+        // The solve at its centre begins nearer than rest.
+        let own = Plan::new(&body, &thetas, 1e-3, None).unwrap();
+        let from = Plan::new(&body, &thetas, 1e-3, Some(&emulator)).unwrap();
+        let prepare = |plan: &Plan| {
+            plan.costs.iter().find(|cost| cost.method == Method::Expansion).unwrap().prepare
+        };
+        assert!(prepare(&from) <= prepare(&own), "{} {}", prepare(&from), prepare(&own));
+    }
+}
+
+#[test]
+fn another_body_that_does_not_fit_is_refused() {
+    let (mean, bar) = (ventricle(&[]), bar());
+    let known = FrozenStiffness::new(&mean).unwrap();
+    let refused = known.on(&bar).err().unwrap();
+    assert!(matches!(refused, Error::Solve(sinew_fem::SolveError::OtherBody { .. })), "{refused}");
+    let folder = Path::new("never written");
+    assert!(matches!(known.on(&mean).unwrap().save(folder), Err(Error::NotStored { .. })));
+}
+
+/// A predictor that is wrong: the solution of other parameters, times a factor.
+#[derive(Debug)]
+struct Wrong(Vec<f64>, f64);
+
+impl Predictor for Wrong {
+    fn kind(&self) -> &'static str {
+        "wrong"
+    }
+    fn predict(&self, _: &Body, thetas: &[Vec<f64>]) -> Result<Vec<f64>, Error> {
+        Ok(thetas.iter().flat_map(|_| self.0.iter().map(|u| u * self.1)).collect())
+    }
+    fn save(&self, _: &Path) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+/// Newton steps of a few single answers by an emulator, each beside those of a solve from rest.
+fn single<'b>(body: &'b Body, emulator: Option<&Emulator<'b>>, own: f64, told: &str) -> [f64; 2] {
+    let thetas = Design::LatinHypercube.sample(&body.parameters, 8, 11).unwrap();
+    let (mut solver, mut sums, mut over) = (Solver::new(body).unwrap(), [0.0; 2], 0);
+    for theta in &thetas {
+        let solved = solver.solve(theta, &Options::default()).unwrap().iterations() as f64;
+        for accuracy in [1e-2, 1e-4, 1e-6] {
+            let one = std::slice::from_ref(theta);
+            let found = Answers::to(body, one, accuracy, emulator, &mut ()).unwrap();
+            let answer = found.answers.into_iter().next().unwrap().unwrap();
+            assert!(answer.is_within(accuracy));
+            let steps = own + answer.steps as f64;
+            // A whole step more where 20 % of a solve are less than one.
+            if steps > (1.2 * solved).ceil() {
+                println!("{told}, {accuracy:e}: {steps} Newton steps for {solved}");
+                over += 1;
+            }
+            sums = [sums[0] + steps, sums[1] + solved];
+        }
+    }
+    assert_eq!(over, 0, "{told}");
+    sums
+}
+
+#[test]
+fn one_set_takes_no_more_newton_steps_than_a_solve() {
+    let (bar, unseen, mean) = (bar(), ventricle(&UNSEEN[0]), ventricle(&[]));
+    let known = FrozenStiffness::new(&mean).unwrap();
+    // 16 quasi-Newton steps, a gradient and a back-substitution each, cost as much as 2.4 Newton steps.
+    let frozen = single(&unseen, Some(&known.on(&unseen).unwrap()), 2.4, "frozen stiffness");
+    println!("frozen stiffness: {frozen:?}");
+    assert!(frozen[0] <= frozen[1]);
+    for body in [&bar, &unseen] {
+        let none = single(body, None, 0.0, "no emulator");
+        assert_eq!(none[0], none[1]);
+        let series = Emulator::series(body, 1).unwrap();
+        let [steps, solved] = single(body, Some(&series), 0.0, "expansion");
+        println!("expansion: {steps} for {solved}");
+        assert!(steps <= 0.6 * solved, "{steps} for {solved}");
+        let centre = series.predict(&[body.centre()]).unwrap().displacement;
+        for factor in [-1.0, 0.0, 0.3, 0.8, 1.3, 2.0, 10.0] {
+            let wrong = Box::new(Wrong(centre.clone(), factor));
+            let emulator = Emulator::new(body, wrong, Record::new("wrong"));
+            let [steps, solved] = single(body, Some(&emulator), 0.0, &format!("{factor} x centre"));
+            println!("{factor} x centre: {steps} for {solved}");
+            assert!(steps <= 1.2 * solved, "{factor}: {steps} Newton steps for {solved}");
+        }
+    }
+}

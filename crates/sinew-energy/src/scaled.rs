@@ -1,0 +1,143 @@
+//! A parameter of the law that differs from cell to cell, such as the tension of a muscle with a scar in it.
+
+use crate::stiffened::check;
+use crate::{Barriers, Body, Material, Response, SceneError};
+use sinew_num::Mat3;
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+impl Body {
+    /// Body whose law reads one of its parameters times one factor per cell; θ keeps its value where the factor is one.
+    ///
+    /// ```
+    /// use sinew_energy::{Parameter, Scene, Support, laws::{ActiveTension, HolzapfelOgden}};
+    /// use sinew_mesh::box_tetrahedra;
+    ///
+    /// let law = HolzapfelOgden.nearly_incompressible(25.0).with_active(ActiveTension);
+    /// let mut scene = Scene::new(box_tetrahedra([10.0, 1.0, 1.0], [10, 1, 1]), law)
+    ///     .directions(vec![[[1.0, 0.0, 0.0]]; 60])
+    ///     .support(Support::clamped("x_min"));
+    /// for name in ["a", "b", "a_f", "b_f", "T_a"] {
+    ///     scene = scene.parameter(Parameter::log(name, "1", 1.0..=2.0));
+    /// }
+    /// let body = scene.lower()?;
+    /// // The half beyond x = 5 does not contract.
+    /// let factors: Vec<f64> = body.cell_nodes()
+    ///     .map(|cell| if cell.iter().all(|&node| body.positions[node][0] <= 5.0) { 1.0 } else { 0.0 })
+    ///     .collect();
+    /// let half = body.clone().with_parameter_field("T_a", &factors)?;
+    /// let stretched: Vec<f64> = body.positions.iter().flat_map(|x| [0.1 * x[0], 0.0, 0.0]).collect();
+    /// let tension = |body: &sinew_energy::Body| {
+    ///     let at = |tension: f64| body.value(&stretched, &[1.0, 1.0, 1.0, 1.0, tension]);
+    ///     at(2.0) - at(1.0)
+    /// };
+    /// assert!((tension(&half) / tension(&body) - 0.5).abs() < 1e-12);
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A name that is not a parameter of the law, and [`SceneError::Factors`] unless there is one finite factor for every cell, none of
+    /// them negative.
+    pub fn with_parameter_field(self, name: &str, factors: &[f64]) -> Result<Self, SceneError> {
+        let names = self.material.parameters();
+        let Some(index) = names.iter().position(|known| *known == name) else {
+            let known = names.iter().map(ToString::to_string).collect();
+            return Err(SceneError::UnknownParameter { name: name.into(), known });
+        };
+        check(factors, self.cell_count(), "cell", |factor| factor >= 0.0)?;
+        let factors = self.per_point(factors);
+        let material = Arc::new(Scaled { material: self.material.clone(), index, factors });
+        Ok(Self { material, ..self })
+    }
+}
+
+/// A material that reads one parameter times a factor at each point.
+#[derive(Debug)]
+struct Scaled {
+    material: Arc<dyn Material>,
+    /// The parameter.
+    index: usize,
+    /// Factors, point by point.
+    factors: Vec<f64>,
+}
+
+impl Scaled {
+    fn at(&self, point: usize, parameters: &[f64]) -> Vec<f64> {
+        let mut own = parameters.to_vec();
+        own[self.index] *= self.factors[point];
+        own
+    }
+
+    fn with(&self, material: Arc<dyn Material>) -> Arc<dyn Material> {
+        Arc::new(Self { material, index: self.index, factors: self.factors.clone() })
+    }
+}
+
+impl Material for Scaled {
+    fn name(&self) -> &'static str {
+        self.material.name()
+    }
+
+    fn parameters(&self) -> &[&'static str] {
+        self.material.parameters()
+    }
+
+    fn bounds(&self, index: usize) -> RangeInclusive<f64> {
+        self.material.bounds(index)
+    }
+
+    fn points(&self) -> Option<usize> {
+        Some(self.factors.len())
+    }
+
+    fn directions(&self, point: usize) -> &[[f64; 3]] {
+        self.material.directions(point)
+    }
+
+    fn energy(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        h: &Mat3<f64>,
+        barriers: Option<&Barriers>,
+    ) -> f64 {
+        self.material.energy(point, &self.at(point, parameters), h, barriers)
+    }
+
+    fn stress(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        h: &Mat3<f64>,
+        barriers: Option<&Barriers>,
+    ) -> (f64, Mat3<f64>) {
+        self.material.stress(point, &self.at(point, parameters), h, barriers)
+    }
+
+    fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
+        self.material.response(point, &self.at(point, parameters), h)
+    }
+
+    fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>> {
+        Some(self.with(self.material.with_softer_volume(factor)?))
+    }
+
+    fn stiffened(&self, factors: Vec<f64>) -> Arc<dyn Material> {
+        self.with(self.material.stiffened(factors))
+    }
+
+    fn carried(&self, maps: &[Mat3<f64>]) -> Option<Arc<dyn Material>> {
+        Some(self.with(self.material.carried(maps)?))
+    }
+
+    fn stress_rate(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        rates: &[f64],
+        h: &Mat3<f64>,
+    ) -> Mat3<f64> {
+        let (parameters, rates) = (self.at(point, parameters), self.at(point, rates));
+        self.material.stress_rate(point, &parameters, &rates, h)
+    }
+}

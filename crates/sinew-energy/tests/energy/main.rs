@@ -1,0 +1,12 @@
+//! Laws, elements, loads and scenes against closed forms and differences.
+
+#[path = "../../../../fixtures/organ/ventricles.rs"]
+mod ventricles;
+
+mod conformance;
+mod elements;
+mod homogeneous;
+mod left_ventricle;
+mod pressure;
+mod scene;
+mod solid;

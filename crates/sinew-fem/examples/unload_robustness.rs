@@ -1,0 +1,178 @@
+//! Unloads random ventricles and, where they are, frames of a real heart, and counts clean answers, typed refusals and wrong answers.
+//!
+//! `cargo run -p sinew-fem --example unload_robustness [SHAPES [FOLDER]]`: so many shapes, 100 unless told, with two layers and with
+//! one, each at a random θ of the box and 4, 8 or 20 mmHg; FOLDER holds the surfaces of biv-me, each frame at 3 θ and 3 pressures.
+
+#[path = "../tests/fem/support/ventricle.rs"]
+mod ventricle;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use sinew_energy::Body;
+use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
+use sinew_fem::{LoadSteps, Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
+use sinew_mesh::{
+    Chamber, Field, Size, TetMesh, TriangleMesh, VentricleShape, WallOptions, read_mesh,
+};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Instant;
+use ventricle::{BOX, BULK_MODULUS, MMHG, scene};
+
+const SEED: u64 = 29;
+const PRESSURES: [f64; 3] = [4.0, 8.0, 20.0];
+/// Nodes of an answer return to the image to this \[mm\], or it is wrong.
+const CLOSED: f64 = 1e-8;
+const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut words = std::env::args().skip(1);
+    let shapes: u64 = words.next().map_or(Ok(100), |word| word.parse())?;
+    for cells in [[2, 16, 8], [1, 16, 8]] {
+        let start = Instant::now();
+        let found: Vec<_> = (0..shapes).into_par_iter().map(|index| random(index, cells)).collect();
+        let name = format!("{shapes} random ventricles of {} layers", cells[0]);
+        tell(&name, &found, start);
+    }
+    let Some(folder) = words.next() else { return Ok(()) };
+    let start = Instant::now();
+    let frames: Vec<_> =
+        FRAMES.into_par_iter().map(|frame| real(Path::new(&folder), frame)).collect();
+    tell("frames of a real heart", &frames.concat(), start);
+    Ok(())
+}
+
+/// An outcome: a word for counts, and a line to print.
+type Outcome = (&'static str, String);
+
+fn tell(name: &str, found: &[Outcome], start: Instant) {
+    let mut counts = BTreeMap::new();
+    for (word, line) in found {
+        *counts.entry(*word).or_insert(0) += 1;
+        if *word != "clean" {
+            println!("  {word}: {line}");
+        }
+    }
+    let counts: Vec<_> = counts.iter().map(|(word, count)| format!("{count} {word}")).collect();
+    println!("{name}: {} ({:.0} s)", counts.join(", "), start.elapsed().as_secs_f64());
+}
+
+/// Shape, θ and pressure by a seed each; shapes outside of the population's ranges are drawn again.
+fn random(index: u64, cells: [usize; 3]) -> Outcome {
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    random.set_stream(index);
+    let mut normal = || {
+        let [u, v]: [f64; 2] = [random.random(), random.random()];
+        (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+    };
+    let shape = std::iter::repeat_with(|| std::array::from_fn::<f64, 12, _>(|_| normal()));
+    let mesh = shape.take(100).find_map(|numbers| {
+        VentricleShape::new(&numbers).and_then(|shape| shape.tetrahedra(cells)).ok()
+    });
+    let Some(mut mesh) = mesh else { return ("no mesh", format!("shape {index}")) };
+    mesh.name_sides();
+    let [a, b, a_f, b_f] = std::array::from_fn(|i| {
+        let [least, most] = BOX[i].1;
+        least * f64::powf(most / least, random.random())
+    });
+    let pressure = PRESSURES[index as usize % 3];
+    let thin = if cells[0] == 1 { "one layer" } else { "" };
+    match body(mesh) {
+        Ok(body) => outcome(&body, &[a, b, a_f, b_f, pressure * MMHG], thin),
+        Err(error) => ("no body", error),
+    }
+}
+
+/// The frames at three θ and three pressures.
+fn real(folder: &Path, frame: &str) -> Vec<Outcome> {
+    let surface = |name: &str| -> Result<TriangleMesh, String> {
+        let path = folder.join(format!("patient1_{name}_{frame}.vtk"));
+        Ok(read_mesh::<3>(path).map_err(|e| e.to_string())?.0)
+    };
+    let wall = || -> Result<TetMesh, String> {
+        let [endocardium, epicardium, other] =
+            ["LV_ENDOCARDIAL", "EPICARDIAL", "RV_ENDOCARDIAL"].map(surface);
+        let (endocardium, epicardium, other) = (endocardium?, epicardium?, other?);
+        let chamber =
+            Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: Some(&other) };
+        let options = WallOptions { size: Size::Nodes(900), ..WallOptions::default() };
+        let mut mesh = chamber.wall(&options).map_err(|e| e.to_string())?.tetrahedra();
+        mesh.name_sides();
+        Ok(mesh)
+    };
+    let body = match wall().and_then(body) {
+        Ok(body) => body,
+        Err(error) => return vec![("no body", format!("frame {frame}: {error}"))],
+    };
+    // Inside of the box: its softest corner, which comes first, is a hard case of its own.
+    let thetas = ventricle::thetas(3, 0.0);
+    let cases = thetas[1..].iter().flat_map(|theta| PRESSURES.map(|pressure| (theta, pressure)));
+    cases
+        .map(|([a, b, a_f, b_f, _], pressure)| {
+            let (word, line) = outcome(&body, &[*a, *b, *a_f, *b_f, pressure * MMHG], "");
+            (word, format!("frame {frame}: {line}"))
+        })
+        .collect()
+}
+
+/// Names of the sets that the scene of the tests reads.
+trait Sides {
+    fn name_sides(&mut self);
+}
+
+impl Sides for TetMesh {
+    fn name_sides(&mut self) {
+        for (from, to) in [("endo", "region:1"), ("endocardium", "region:1"), ("epi", "epicardium")]
+        {
+            if let Some(facets) = self.facet_sets.get(from).cloned() {
+                self.facet_sets.insert(to.into(), facets);
+            }
+        }
+    }
+}
+
+fn body(mut mesh: TetMesh) -> Result<Body, String> {
+    let surfaces = Surfaces { endocardium: "region:1", epicardium: "epicardium", base: "base" };
+    let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY).map_err(|e| e.to_string())?;
+    let fibres: Vec<_> = frames.iter().map(|[fibre, _, _]| *fibre).collect();
+    mesh.cell_fields.insert("fibre".into(), Field::vectors(&fibres));
+    scene(mesh, BULK_MODULUS).lower().map_err(|e| e.to_string())
+}
+
+/// Unloads, and loads an answer again by a solver of its own.
+fn outcome(body: &Body, theta: &[f64], thin: &str) -> Outcome {
+    let line = |what: &str| format!("{} nodes, θ = {theta:.3?}: {what}", body.nodes);
+    let mut unload = match Unload::new(body) {
+        Ok(unload) => unload,
+        Err(error) => return ("no body", line(&error.to_string())),
+    };
+    if (thin.is_empty()) == unload.thin_wall().is_some() {
+        return ("WRONG warning", line(&format!("{:?}", unload.thin_wall())));
+    }
+    let unloaded = match unload.solve(theta, &UnloadOptions::default()) {
+        Ok(unloaded) => unloaded,
+        Err(UnloadError::Body(error)) => return ("UNTYPED", line(&error.to_string())),
+        Err(error) => return ("typed", line(&error.to_string())),
+    };
+    // At once, or under a load that rises slowly, which is what a body goes through.
+    let rising = Options { load_steps: LoadSteps::Always, ..Options::default() };
+    let at_once = off(&unloaded, theta, &Options::default());
+    let off = if at_once <= CLOSED { at_once } else { off(&unloaded, theta, &rising) };
+    // Written so that a NaN is wrong as well.
+    let closed = off <= CLOSED && unloaded.volume_ratios[0].value > 0.0;
+    match (closed, unloaded.iterations) {
+        (false, _) => ("WRONG", line(&format!("off by {off:.1e} mm"))),
+        (true, ..=12) => ("clean", String::new()),
+        (true, more) => ("clean in more than 12 iterations", line(&format!("{more} iterations"))),
+    }
+}
+
+/// Farthest that a solver of its own comes to from the image [mm].
+fn off(unloaded: &Unloaded, theta: &[f64], options: &Options) -> f64 {
+    let loaded = Solver::new(&unloaded.rest.body).and_then(|mut s| s.solve(theta, options));
+    loaded.map_or(f64::NAN, |loaded| {
+        let moved = loaded.displacement.iter().zip(&unloaded.motion).map(|(u, w)| u + w);
+        moved.fold(0.0, |most: f64, d| most.max(d.abs()))
+    })
+}

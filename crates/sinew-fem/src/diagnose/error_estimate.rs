@@ -1,0 +1,302 @@
+//! A posteriori error of a displacement: the distance to the equilibrium that Newton's method contracts to.
+//!
+//! A Newton step alone is no estimate: far from equilibrium it may be a thousandth of the error, or lead nowhere. The
+//! simplified Newton step after it, with the same stiffness, tells which: by the theorem of Newton and Kantorovich there is an equilibrium nearby
+//! and the steps converge to it where the second is short beside the first (P. Deuflhard, Newton Methods for Nonlinear
+//! Problems, 2011, chapter 2).
+
+use crate::elements::supports::place;
+use crate::linear::vector::{dot, norm, relative};
+use crate::{NewtonStep, SolveError, Solver};
+use sinew_energy::metrics::mean_and_largest;
+use std::time::Instant;
+use thiserror::Error;
+
+/// Length of the simplified Newton step relative to the Newton step before it up to which both are taken to contract:
+/// the Kantorovich quantity h is about twice this ratio, and convergence is certain for h ≤ 1/2.
+const CONTRACTS: f64 = 0.25;
+/// Simplified steps that are looked at, a gradient and a back-substitution each.
+const SIMPLIFIED: usize = 2;
+/// Newton steps that are taken before a displacement counts as far from equilibrium: each about squares a ratio below one.
+const MOST_STEPS: usize = 4;
+
+/// A posteriori error estimate of a displacement, from [`Solver::error_estimate`].
+#[doc(alias = "a posteriori error estimate")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorEstimate {
+    /// Norm of the unbalanced nodal forces \[relative to loads and reactions at this displacement\].
+    pub residual: f64,
+    /// Total potential energy Π at this displacement \[stress·length³\]; +∞ where it is not admissible.
+    pub energy: f64,
+    /// Π of the reference configuration, where supports prescribe no motion \[stress·length³\].
+    pub energy_at_rest: Option<f64>,
+    /// Newton steps that were taken to find the equilibrium, each with a factorisation.
+    pub newton_steps: usize,
+    /// The distance to the equilibrium nearby, or why none was found.
+    pub distance: Result<Distance, NotNearEquilibrium>,
+    /// Wall-clock time \[s\].
+    pub seconds: f64,
+}
+
+/// Distance of a displacement from a stable equilibrium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distance {
+    /// Energy norm `‖u − û‖_K` with the stiffness K near the equilibrium [√(stress·length³)].
+    pub energy_norm: f64,
+    /// Mean nodal distance, with what the contraction leaves open \[length\].
+    pub mean: f64,
+    /// Largest nodal distance, with what the contraction leaves open \[length\].
+    pub largest: f64,
+    /// Length of the last simplified Newton step relative to that before: how well the steps contract.
+    pub contraction: f64,
+    /// Displacement of the equilibrium as the steps foresee it, node by node \[length\].
+    pub equilibrium: Vec<f64>,
+    /// Mean nodal error of that displacement itself: the geometric series of the steps that would follow, at the slowest contraction that was
+    /// seen, twice \[length\].
+    pub left_open: f64,
+}
+
+/// Simplified steps contract ever more slowly, for their error turns towards the slowest direction: the series that they leave open counts so
+/// often.
+const SAFETY: f64 = 2.0;
+
+/// Reason for which a displacement has no error estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum NotNearEquilibrium {
+    /// A cell is inverted, or the energy overflows.
+    #[error("cell {cell} is inverted or its energy overflows")]
+    Inadmissible { cell: usize },
+    /// Newton's method does not contract.
+    #[error(
+        "not near an equilibrium: {steps} Newton steps do not contract; the residual is {residual:.1e} of loads and reactions"
+    )]
+    Diverges { steps: usize, residual: f64 },
+    /// No step lowers the energy.
+    #[error(
+        "not near an equilibrium: no Newton step lowers the energy; the residual is {residual:.1e} of loads and reactions"
+    )]
+    Stuck { residual: f64 },
+    /// The stiffness is not positive definite there.
+    #[error(
+        "not near a stable equilibrium: the stiffness is indefinite after {steps} Newton steps; the body may snap or buckle, \
+         or have no equilibrium under this load"
+    )]
+    Indefinite { steps: usize },
+    /// The equilibrium nearby has more energy than the reference configuration.
+    #[error(
+        "near another equilibrium than that of a rising load: its energy {energy:.4e} is above {at_rest:.4e}, that of the body \
+         at rest"
+    )]
+    AboveRest { energy: f64, at_rest: f64 },
+}
+
+impl Solver<'_> {
+    /// The distance of a displacement \[length\] from the equilibrium at θ that is near it, whatever it was found by. Prescribed components are put in
+    /// their places first.
+    ///
+    /// Takes Newton steps until two simplified steps after one are at most a quarter of the one before each. A good prediction needs one:
+    /// a factorisation and three back-substitutions.
+    ///
+    /// ```
+    /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+    /// use sinew_fem::{Options, Solver};
+    /// let beam = Scene::new(sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 2]), NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+    ///     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
+    ///     .support(Support::clamped("x_min"))
+    ///     .lower()?;
+    /// let mut solver = Solver::new(&beam)?;
+    /// let [guess, truth] = [55.0, 50.0].map(|mu| solver.solve(&[mu, 90.0], &Options::default()));
+    /// let (guess, truth) = (guess?.displacement, truth?.displacement);
+    /// let estimate = solver.error_estimate(&guess, &[50.0, 90.0])?;
+    /// let mean = sinew_energy::metrics::displacement_error(&guess, &truth).iter().sum::<f64>() / beam.nodes as f64;
+    /// assert!((estimate.distance?.mean / mean - 1.0).abs() < 1e-3); // of 0.02 mm
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// θ or a displacement that does not belong to the body, or [`SolveError::OutOfMemory`]. A displacement that is not near an equilibrium is no error:
+    /// see [`ErrorEstimate::distance`].
+    pub fn error_estimate(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+    ) -> Result<ErrorEstimate, SolveError> {
+        self.error_estimate_within(displacement, theta, MOST_STEPS)
+    }
+
+    /// As [`Solver::error_estimate`], but by more than so many Newton steps only while each leaves at most a quarter of the unbalanced forces: for a
+    /// displacement that a solve from rest may do better than.
+    ///
+    /// # Errors
+    /// As for [`Solver::error_estimate`].
+    pub fn error_estimate_within(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+        most: usize,
+    ) -> Result<ErrorEstimate, SolveError> {
+        let start = Instant::now();
+        self.check(displacement, theta)?;
+        let body = self.body();
+        let rest = body.prescribed.iter().all(|u| u.is_none_or(|u| u == 0.0));
+        let mut estimate = ErrorEstimate {
+            residual: f64::INFINITY,
+            energy: f64::INFINITY,
+            energy_at_rest: rest.then(|| body.value(&vec![0.0; displacement.len()], theta)),
+            newton_steps: 0,
+            distance: Err(NotNearEquilibrium::Inadmissible { cell: 0 }),
+            seconds: 0.0,
+        };
+        let distance = self.contract(displacement, (theta, most), &mut estimate);
+        estimate.distance = match distance {
+            Ok(distance) => distance,
+            Err(SolveError::Inadmissible { cell }) => {
+                Err(NotNearEquilibrium::Inadmissible { cell })
+            }
+            Err(SolveError::Singular) => {
+                Err(NotNearEquilibrium::Indefinite { steps: estimate.newton_steps })
+            }
+            Err(other) => return Err(other),
+        };
+        estimate.seconds = start.elapsed().as_secs_f64();
+        Ok(estimate)
+    }
+
+    /// Newton steps until they contract; notes in `estimate` how the first one began.
+    fn contract(
+        &mut self,
+        displacement: &[f64],
+        (theta, most): (&[f64], usize),
+        estimate: &mut ErrorEstimate,
+    ) -> Result<Result<Distance, NotNearEquilibrium>, SolveError> {
+        let mut from = displacement.to_vec();
+        place(self.body(), 1.0, &mut from);
+        for steps in 1..=MOST_STEPS {
+            let step = self.step_from(&from, theta, &mut None)?;
+            let residual = relative(step.residual_before, step.force_scale);
+            if steps == 1 {
+                (estimate.residual, estimate.energy) = (residual, step.energy_before);
+            }
+            estimate.newton_steps = steps;
+            let balanced = step.residual_before <= self.system.assembly.tolerance();
+            if step.shift == 0.0 && (step.length == 1.0 || balanced) {
+                let found = self.simplified_steps(&from, &step, theta);
+                if let Some(found) = found {
+                    let energy = found.energy;
+                    let at_rest = estimate.energy_at_rest;
+                    let noise = self.system.assembly.energy_noise;
+                    if let Some(at_rest) = at_rest.filter(|rest| energy > rest + noise) {
+                        return Ok(Err(NotNearEquilibrium::AboveRest { energy, at_rest }));
+                    }
+                    return Ok(Ok(self.distance(displacement, found)));
+                }
+            } else if step.length == 0.0 {
+                return Ok(Err(NotNearEquilibrium::Stuck { residual }));
+            } else if steps == MOST_STEPS && step.shift > 0.0 {
+                return Ok(Err(NotNearEquilibrium::Indefinite { steps }));
+            }
+            from = step.displacement;
+            if steps >= most && step.residual_after > CONTRACTS * step.residual_before {
+                break;
+            }
+        }
+        let (steps, residual) = (estimate.newton_steps, self.residual_at(&from, theta));
+        Ok(Err(NotNearEquilibrium::Diverges { steps, residual }))
+    }
+
+    /// Simplified steps after a whole Newton step, if each is at most a quarter of the one before. One alone may be short by chance: where a
+    /// slender body turns, stresses along it are corrected first, and only then it bends.
+    fn simplified_steps(
+        &self,
+        from: &[f64],
+        step: &NewtonStep,
+        theta: &[f64],
+    ) -> Option<Contracted> {
+        let mut gradient = vec![0.0; from.len()];
+        let mut at = step.displacement.clone();
+        let mut last = difference(&at, from);
+        let mut size = [step.energy_norm, mean_and_largest(&last)[0]];
+        let (mut ratio, mut slowest, mut energy): (f64, f64, f64) = (0.0, 0.0, step.energy_after);
+        for _ in 0..SIMPLIFIED {
+            energy = self.body().value_and_gradient(&at, theta, &mut gradient);
+            let free: Vec<f64> = self.system.sparsity.gather(&gradient).collect();
+            if norm(&free) <= self.system.assembly.tolerance() {
+                break;
+            }
+            let mut next = vec![0.0; from.len()];
+            self.system.add_newton_step(&gradient, &mut next);
+            let work = -dot(&gradient, &next);
+            let now = [if work < 0.0 { 0.0 } else { work.sqrt() }, mean_and_largest(&next)[0]];
+            // A step to where a cell is inverted or forces overflow contracts nothing.
+            let finite = energy.is_finite() && free.iter().chain(&now).all(|x| x.is_finite());
+            ratio = (now[0] / size[0]).max(now[1] / size[1]);
+            slowest = slowest.max(ratio);
+            if !finite || ratio > CONTRACTS {
+                return None;
+            }
+            at.iter_mut().zip(&next).for_each(|(u, d)| *u += d);
+            (last, size) = (next, now);
+        }
+        self.body().value(&at, theta).is_finite().then_some(Contracted {
+            equilibrium: at,
+            energy,
+            last,
+            ratio,
+            slowest,
+        })
+    }
+
+    /// Distance to the equilibrium that steps lead to; those that would follow are shorter by the contraction each.
+    fn distance(&self, displacement: &[f64], found: Contracted) -> Distance {
+        let Contracted { equilibrium, last, ratio: contraction, slowest, .. } = found;
+        let error = difference(displacement, &equilibrium);
+        let free: Vec<f64> = self.system.sparsity.gather(&error).collect();
+        let mut forces = vec![0.0; free.len()];
+        self.system.apply(&free, &mut forces);
+        let open = |ratio: f64| ratio / (1.0 - ratio);
+        let ([mean, largest], [mean_of_last, largest_of_last]) =
+            (mean_and_largest(&error), mean_and_largest(&last));
+        let left_open = SAFETY * open(slowest) * mean_of_last;
+        let open = open(contraction);
+        Distance {
+            energy_norm: dot(&free, &forces).max(0.0).sqrt(),
+            mean: mean + open * mean_of_last,
+            largest: largest + open * largest_of_last,
+            contraction,
+            equilibrium,
+            left_open,
+        }
+    }
+
+    /// Unbalanced forces \[relative to loads and reactions\] at an admissible displacement.
+    fn residual_at(&mut self, displacement: &[f64], theta: &[f64]) -> f64 {
+        match self.visit(displacement, (theta, 1.0), None) {
+            Ok(()) => {
+                let assembly = &self.system.assembly;
+                let free: Vec<f64> = self.system.sparsity.gather(&assembly.gradient).collect();
+                relative(norm(&free), assembly.force_scale)
+            }
+            Err(_) => f64::INFINITY,
+        }
+    }
+}
+
+/// Steps that contract, and where they lead.
+struct Contracted {
+    equilibrium: Vec<f64>,
+    /// Energy before the last of them.
+    energy: f64,
+    last: Vec<f64>,
+    /// Length of the last relative to that before.
+    ratio: f64,
+    /// Largest such ratio.
+    slowest: f64,
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}

@@ -1,0 +1,81 @@
+//! Nodal forces and energies of a solution.
+
+use crate::BalanceSolution;
+use crate::elements::followers::Followers;
+use crate::elements::state::load_gradient;
+use sinew_energy::{Body, ForceBalance};
+use sinew_num::Mat3;
+
+/// Forces on a body.
+pub(super) struct Forces {
+    /// Derivative of the energy in every degree of freedom; at prescribed ones it is the reaction.
+    pub total: Vec<f64>,
+    /// Π.
+    pub energy: f64,
+    /// Minus the potential of the loads.
+    pub external_work: f64,
+    /// Resultant of the loads on the body.
+    pub loads: [f64; 3],
+    /// Resultant of the elastic supports on the body.
+    pub elastic_supports: [f64; 3],
+}
+
+impl Forces {
+    /// Forces that have a potential, under a fraction of the loads.
+    pub(super) fn of_potential(
+        potential: &Body,
+        displacement: &[f64],
+        theta: &[f64],
+        load_factor: f64,
+    ) -> Self {
+        let mut total = vec![0.0; displacement.len()];
+        let whole = potential.value_and_gradient(displacement, theta, &mut total);
+        let loads = load_gradient(potential, displacement, theta);
+        total.iter_mut().zip(&loads).for_each(|(t, l)| *t += (load_factor - 1.0) * l);
+        let mut springs = vec![0.0; displacement.len()];
+        for spring in &potential.springs {
+            spring.value_and_add_gradient(displacement, &mut springs);
+        }
+        let load_value = potential.load_value(displacement, theta);
+        Self {
+            total,
+            energy: whole + (load_factor - 1.0) * load_value,
+            external_work: -load_factor * load_value,
+            loads: resultant(&loads).map(|f| -load_factor * f),
+            elastic_supports: resultant(&springs).map(|f| -f),
+        }
+    }
+
+    /// Forces with loose followers and the field of pressure.
+    pub(super) fn of_balance(body: &ForceBalance, solution: &BalanceSolution) -> Self {
+        let BalanceSolution { displacement, theta, load_factor, .. } = solution;
+        let mut forces = Self::of_potential(&body.body, displacement, theta, *load_factor);
+        let mut followers = vec![0.0; displacement.len()];
+        Followers::new(&body.followers).add_forces(displacement, theta, &mut followers);
+        followers.iter_mut().for_each(|force| *force *= load_factor);
+        let on_body = resultant(&followers);
+        (0..3).for_each(|i| forces.loads[i] -= on_body[i]);
+        forces.total.iter_mut().zip(&followers).for_each(|(t, f)| *t += f);
+        add_pressure_field(body, solution, &mut forces.total);
+        forces
+    }
+}
+
+/// Adds the nodal forces `∫ p cof F ∇N dV` of the field of pressure.
+fn add_pressure_field(body: &ForceBalance, solution: &BalanceSolution, forces: &mut [f64]) {
+    let Some(field) = &body.pressure_field else { return };
+    for point in 0..body.body.volumes.len() {
+        let (_, corners, shape) = field.of_point(point);
+        let terms = shape.iter().zip(corners).map(|(n, &c)| n * solution.pressure[c]);
+        let pressure: f64 = terms.sum();
+        let h = body.body.displacement_gradient(point, &solution.displacement);
+        let cofactor = h.plus_identity().cofactors();
+        let stress = Mat3::from_fn(|i, j| pressure * cofactor[i][j]);
+        body.body.add_forces(point, &stress, forces);
+    }
+}
+
+fn resultant(forces: &[f64]) -> [f64; 3] {
+    let (rows, _) = forces.as_chunks::<3>();
+    rows.iter().fold([0.0; 3], |sum, row| std::array::from_fn(|i| sum[i] + row[i]))
+}

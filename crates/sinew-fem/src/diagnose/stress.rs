@@ -1,0 +1,217 @@
+//! Stress and strain of the cells of a body.
+
+use crate::SolveError;
+use crate::elements::cells::inadmissible;
+use crate::elements::check::{check_displacement, check_length, check_state};
+use nalgebra::{Matrix3, SymmetricEigen};
+use sinew_energy::{Body, ForceBalance, Mat3};
+
+/// Stress and strain of a cell: means over its quadrature points by volume.
+#[doc(alias = "Cauchy stress")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct CellStress {
+    /// Volume ratio J.
+    pub volume_ratio: f64,
+    /// Green–Lagrange strain `½ (FᵀF − 1)`.
+    pub green_lagrange: [[f64; 3]; 3],
+    /// Cauchy stress `P Fᵀ / J` \[stress\].
+    pub cauchy: [[f64; 3]; 3],
+    /// Principal values of the Cauchy stress, largest first \[stress\].
+    pub principal_stresses: [f64; 3],
+    /// Principal stretches `√(1 + 2 E)` of the principal strains E, largest first.
+    pub principal_stretches: [f64; 3],
+    /// Fibre; `None` for an isotropic law.
+    pub fibre: Option<Fibre>,
+}
+
+/// Fibre of a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fibre {
+    /// Unit direction in the current configuration.
+    pub direction: [f64; 3],
+    /// Stretch along the fibre.
+    pub stretch: f64,
+    /// Cauchy stress along the fibre \[stress\].
+    pub stress: f64,
+}
+
+/// Stress and strain of every cell at a displacement \[length\], in the order of the cells.
+///
+/// A body with averaged volume ratios has the stress of its law at the averaged ratio.
+///
+/// ```
+/// use sinew_energy::{Parameter, Scene, Support, laws::NeoHookean};
+/// use sinew_fem::cell_stresses;
+///
+/// let body = Scene::new(sinew_mesh::box_tetrahedra([10.0, 1.0, 1.0], [4, 1, 1]), NeoHookean)
+///     .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
+///     .parameter(Parameter::log("lambda", "kPa", 1.0..=100.0))
+///     .support(Support::clamped("x_min"))
+///     .lower()?;
+/// // Uniaxial strain: a tenth longer along x; from a solution, this is its displacement.
+/// let u: Vec<f64> = body.positions.iter().flat_map(|x| [0.1 * x[0], 0.0, 0.0]).collect();
+/// let found = cell_stresses(&body, &u, &[30.0, 70.0])?;
+/// // σ = μ/J (F Fᵀ − 1) + λ ln J/J 1
+/// let (j, ln_j) = (1.1_f64, 1.1_f64.ln());
+/// let [along, across] = [(30.0 * (j * j - 1.0) + 70.0 * ln_j) / j, 70.0 * ln_j / j];
+/// for cell in found {
+///     assert!((cell.principal_stresses[0] - along).abs() < 1e-12);
+///     assert!((cell.principal_stresses[2] - across).abs() < 1e-12);
+///     assert!((cell.green_lagrange[0][0] - 0.5 * (j * j - 1.0)).abs() < 1e-14);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A displacement or θ of another body, or not finite; an inverted cell.
+pub fn cell_stresses(
+    body: &Body,
+    displacement: &[f64],
+    theta: &[f64],
+) -> Result<Vec<CellStress>, SolveError> {
+    check_state(body, displacement, theta)?;
+    of_cells(body, displacement, theta, |_| 0.0)
+}
+
+/// [`cell_stresses`] of a balance of forces, with the pressures of its field \[stress\], which add to the stress of the law.
+///
+/// ```
+/// use sinew_energy::{Parameter, Scene, Support, laws::NeoHookeanShape};
+/// use sinew_fem::balance_stresses;
+///
+/// let mesh = sinew_mesh::box_tetrahedra([10.0, 1.0, 1.0], [4, 1, 1]).quadratic();
+/// let balance = Scene::new(mesh, NeoHookeanShape.nearly_incompressible(1.0))
+///     .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
+///     .support(Support::clamped("x_min"))
+///     .lower_mixed()?;
+/// let pressures = balance.pressure_field.as_ref().map_or(0, |field| field.unknowns);
+/// // Uniaxial tension of an incompressible bar: σ = μ (λ² − 1/λ) along it, and nothing across by the pressure p = −μ (1/λ − tr b/3).
+/// let stretch = 1.1_f64;
+/// let (along, across) = (stretch - 1.0, 1.0 / stretch.sqrt() - 1.0);
+/// let u: Vec<f64> =
+///     balance.body.positions.iter().flat_map(|x| [along * x[0], across * x[1], across * x[2]]).collect();
+/// let (mu, trace) = (30.0, stretch * stretch + 2.0 / stretch);
+/// let pressure = vec![-mu * (1.0 / stretch - trace / 3.0); pressures];
+/// for cell in balance_stresses(&balance, &u, &pressure, &[mu])? {
+///     assert!((cell.principal_stresses[0] - mu * (stretch * stretch - 1.0 / stretch)).abs() < 1e-12);
+///     assert!(cell.principal_stresses[2].abs() < 1e-12);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`cell_stresses`], and pressures that are not those of the balance.
+pub fn balance_stresses(
+    balance: &ForceBalance,
+    displacement: &[f64],
+    pressure: &[f64],
+    theta: &[f64],
+) -> Result<Vec<CellStress>, SolveError> {
+    balance.check_theta(theta)?;
+    check_displacement(&balance.body, displacement)?;
+    let field = balance.pressure_field.as_ref();
+    check_length(field.map_or(0, |field| field.unknowns), pressure)?;
+    of_cells(&balance.body, displacement, theta, |point| {
+        let Some(field) = field else { return 0.0 };
+        let (_, unknowns, shape) = field.of_point(point);
+        unknowns.iter().zip(shape).map(|(&unknown, n)| n * pressure[unknown]).sum()
+    })
+}
+
+/// Stress and strain of every cell, with a pressure at each point that adds to the stress of the law.
+fn of_cells(
+    body: &Body,
+    displacement: &[f64],
+    theta: &[f64],
+    pressure: impl Fn(usize) -> f64,
+) -> Result<Vec<CellStress>, SolveError> {
+    let gradients = gradients(body, displacement)?;
+    let parameters = body.law_parameters(theta);
+    let points: Vec<Point> = (gradients.iter().enumerate())
+        .map(|(point, h)| {
+            let (_, piola) = body.material.stress(point, parameters, h, None);
+            let direction = body.material.directions(point).first();
+            let mut found = Point::new(h, &piola, direction);
+            found.cauchy += Matrix3::identity() * pressure(point);
+            found
+        })
+        .collect();
+    let volumes = body.volumes.chunks(body.points_per_cell);
+    let found: Vec<CellStress> =
+        points.chunks(body.points_per_cell).zip(volumes).map(|(p, v)| cell(p, v)).collect();
+    let finite = |cell: &CellStress| cell.cauchy.as_flattened().iter().all(|s| s.is_finite());
+    match found.iter().all(finite) {
+        true => Ok(found),
+        false => Err(inadmissible(body, displacement)),
+    }
+}
+
+/// Displacement gradient that the law reads at each quadrature point.
+fn gradients(body: &Body, displacement: &[f64]) -> Result<Vec<Mat3<f64>>, SolveError> {
+    let own = |point| body.displacement_gradient(point, displacement);
+    let mut gradients: Vec<_> = (0..body.volumes.len()).map(own).collect();
+    for patch in &body.patches {
+        let Some(kinematics) = body.patch_kinematics(patch, displacement) else {
+            return Err(inadmissible(body, displacement));
+        };
+        for (&point, scaled) in patch.iter().zip(kinematics.scaled) {
+            gradients[point] = scaled;
+        }
+    }
+    Ok(gradients)
+}
+
+/// Stress and strain of a quadrature point.
+struct Point {
+    volume_ratio: f64,
+    strain: Matrix3<f64>,
+    cauchy: Matrix3<f64>,
+    /// Fibre in the current configuration, not of unit length.
+    fibre: Option<nalgebra::Vector3<f64>>,
+}
+
+impl Point {
+    fn new(h: &Mat3<f64>, piola: &Mat3<f64>, direction: Option<&[f64; 3]>) -> Self {
+        let h = Matrix3::from_fn(|i, j| h[i][j]);
+        let f = Matrix3::identity() + h;
+        let volume_ratio = f.determinant();
+        // Without the square of F, whose small strains would be rounding errors.
+        let strain = 0.5 * (h + h.transpose() + h.transpose() * h);
+        let cauchy = Matrix3::from_fn(|i, j| piola[i][j]) * f.transpose() / volume_ratio;
+        let fibre = direction.map(|&direction| f * nalgebra::Vector3::from(direction));
+        Self { volume_ratio, strain, cauchy: 0.5 * (cauchy + cauchy.transpose()), fibre }
+    }
+}
+
+/// Means over the quadrature points of a cell.
+fn cell(points: &[Point], volumes: &[f64]) -> CellStress {
+    let whole: f64 = volumes.iter().sum();
+    let weighted = || points.iter().zip(volumes.iter().map(move |v| v / whole));
+    let strain: Matrix3<f64> = weighted().map(|(point, w)| w * point.strain).sum();
+    let cauchy: Matrix3<f64> = weighted().map(|(point, w)| w * point.cauchy).sum();
+    let fibre: Option<nalgebra::Vector3<f64>> =
+        weighted().map(|(point, w)| Some(w * point.fibre?)).sum();
+    let fibre = fibre.map(|fibre| {
+        let (stretch, along) = (fibre.norm(), fibre.normalize());
+        Fibre { direction: along.into(), stretch, stress: along.dot(&(cauchy * along)) }
+    });
+    CellStress {
+        volume_ratio: weighted().map(|(point, w)| w * point.volume_ratio).sum(),
+        green_lagrange: rows(&strain),
+        principal_stresses: principal(&cauchy),
+        principal_stretches: principal(&strain).map(|e| (1.0 + 2.0 * e).max(0.0).sqrt()),
+        cauchy: rows(&cauchy),
+        fibre,
+    }
+}
+
+/// Eigenvalues of a symmetric tensor, largest first.
+fn principal(tensor: &Matrix3<f64>) -> [f64; 3] {
+    let mut values: [f64; 3] = SymmetricEigen::new(*tensor).eigenvalues.into();
+    values.sort_by(|a, b| b.total_cmp(a));
+    values
+}
+
+fn rows(tensor: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| tensor[(i, j)]))
+}

@@ -1,0 +1,12 @@
+//! Cells, assembly and the discrete system: residual, stiffness, supports.
+
+pub(crate) mod assembly;
+pub(crate) mod cell;
+pub(crate) mod cells;
+pub(crate) mod check;
+pub(crate) mod followers;
+pub(crate) mod patch;
+pub(crate) mod pressure_field;
+pub(crate) mod state;
+pub(crate) mod supports;
+pub(crate) mod system;

@@ -1,0 +1,187 @@
+//! Kernels of one cell.
+
+use crate::linear::vector::Norm;
+use sinew_energy::Response;
+use sinew_num::Mat3;
+
+/// A stiffness matrix in blocks: entry `[a][i][b][k]` is for components i of node a and k of node b.
+pub(crate) type NodalBlocks<const N: usize> = [[[[f64; 3]; N]; 3]; N];
+
+/// Adds the stiffness `V g_aj A_ijkl g_bl` of a quadrature point to that of its cell, without the first
+/// node, see [`complete`].
+#[inline]
+pub(crate) fn add_stiffness<const N: usize>(
+    tangent: &[[f64; 9]; 9],
+    shape: &[[f64; 3]; N],
+    volume: f64,
+    blocks: &mut NodalBlocks<N>,
+) {
+    for a in 1..N {
+        let g = shape[a].map(|x| volume * x);
+        for i in 0..3 {
+            let mut left = [0.0; 9];
+            for kl in 0..9 {
+                left[kl] = g[0] * tangent[3 * i][kl]
+                    + g[1] * tangent[3 * i + 1][kl]
+                    + g[2] * tangent[3 * i + 2][kl];
+            }
+            for b in 1..=a {
+                for k in 0..3 {
+                    blocks[a][i][b][k] += left[3 * k] * shape[b][0]
+                        + left[3 * k + 1] * shape[b][1]
+                        + left[3 * k + 2] * shape[b][2];
+                }
+            }
+        }
+    }
+}
+
+/// Adds the blocks of the first node to the lower half of a cell's stiffness: all shape gradients add up to
+/// zero, so they follow from the others.
+#[inline]
+pub(crate) fn complete<const N: usize>(blocks: &mut NodalBlocks<N>) {
+    for a in 1..N {
+        for i in 0..3 {
+            for k in 0..3 {
+                let mut sum = 0.0;
+                for b in 1..N {
+                    sum += if b <= a { blocks[a][i][b][k] } else { blocks[b][k][a][i] };
+                }
+                blocks[a][i][0][k] = -sum;
+            }
+        }
+    }
+    for i in 0..3 {
+        for k in 0..3 {
+            blocks[0][i][0][k] = -(1..N).map(|b| blocks[b][k][0][i]).sum::<f64>();
+        }
+    }
+}
+
+/// `(I + H)⁻¹`.
+pub(crate) fn inverse(h: &Mat3<f64>) -> Mat3<f64> {
+    let f = h.plus_identity();
+    let scale = (1.0 + h.volume_change()).recip();
+    Mat3::from_fn(|i, j| f.cofactor(j, i) * scale)
+}
+
+/// Whether a step is too short to flatten a cell: shorter than the least stretch, for which 2J/|F|² is a bound.
+pub(crate) fn is_short(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> bool {
+    /// Leaves a thousandth of the volume when all three stretches shrink by it.
+    const SHORT: f64 = 0.9;
+    let f = h.plus_identity();
+    let least = 2.0 * f.determinant() / f.squared_norm();
+    length * step.squared_norm().sqrt() <= SHORT * least
+}
+
+/// The volume ratio J at `h`, the least on the way to `h + length·step`, and that at the end.
+///
+/// J is a cubic in the part of the way, so it is least at an end or where its derivative vanishes.
+pub(crate) fn volume_ratios_along(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> [f64; 3] {
+    let f = h.plus_identity();
+    let (mut linear, mut quadratic) = (0.0, 0.0);
+    for i in 0..3 {
+        for j in 0..3 {
+            linear += f.cofactor(i, j) * step[i][j];
+            quadratic += step.cofactor(i, j) * f[i][j];
+        }
+    }
+    let (start, cubic) = (f.determinant(), step.determinant());
+    let ratio = |t: f64| start + t * (linear + t * (quadratic + t * cubic));
+    let end = ratio(length);
+    // Roots of the derivative, in the form that does not cancel; NaN does not count.
+    let root = (quadratic * quadratic - 3.0 * cubic * linear).sqrt();
+    let half = -(quadratic + root.copysign(quadratic));
+    let roots = [half / (3.0 * cubic), linear / half];
+    let inside = roots.into_iter().filter(|t| *t > 0.0 && *t < length).map(ratio);
+    [start, inside.fold(start.min(end), f64::min), end]
+}
+
+/// Adds the energy `p (J − 1)` of a pressure with its derivatives in F.
+pub(crate) fn add_pressure(response: &mut Response, h: &Mat3<f64>, pressure: f64) {
+    let f = h.plus_identity();
+    response.energy += pressure * h.volume_change();
+    let (stress, cofactor) = (response.stress, f.cofactors());
+    response.stress = Mat3::from_fn(|i, j| stress[i][j] + pressure * cofactor[i][j]);
+    f.add_second_of_determinant(pressure, &mut response.tangent);
+}
+
+/// `A B`.
+pub(crate) fn product(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
+    Mat3::from_fn(|i, j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j])
+}
+
+/// Rounding errors count this many times in the energy: its terms go through a dozen roundings.
+const ENERGY_ROUNDINGS: f64 = 16.0;
+
+/// Sums up how large rounding errors in energy and nodal forces can be.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rounding {
+    /// Sum of the magnitudes of the terms of the energy.
+    pub energy: f64,
+    force: Norm,
+}
+
+impl Rounding {
+    /// Adds one cell whose nodes move by `motion`: H carries the rounding errors of its terms `u g`, the
+    /// stress those of 1 + H times the tangent, to which `common` adds a stiffness shared with other points.
+    pub(crate) fn add_cell(
+        &mut self,
+        shape: &[[f64; 3]],
+        volume: f64,
+        motion: f64,
+        (h, response): (&Mat3<f64>, &Response),
+        common: f64,
+    ) {
+        let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let (slope, strain) = (largest(shape.as_flattened()), largest(h.0.as_flattened()));
+        let stiffness = (0..9).map(|i| response.tangent[i][i].abs()).fold(common, f64::max);
+        let force = volume * slope * stiffness * (1.0 + slope * motion);
+        self.force.add(force);
+        self.energy += volume * stiffness * strain * (1.0 + strain);
+    }
+
+    /// Estimated norm of the error in the nodal forces.
+    pub(crate) fn force_noise(&self) -> f64 {
+        f64::EPSILON * self.force.value()
+    }
+
+    /// Bound on the error in the energy.
+    pub(crate) fn energy_noise(&self) -> f64 {
+        ENERGY_ROUNDINGS * f64::EPSILON * self.energy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_volume_ratio_is_found_on_the_way() {
+        let diagonal = |d: [f64; 3]| Mat3::from_fn(|i, j| if i == j { d[i] } else { 0.0 });
+        let rest = diagonal([0.0; 3]);
+        // Through flat in two directions at once, to a turned state: J = (1 − 3t)².
+        let [start, least, end] = volume_ratios_along(&rest, &diagonal([0.0, -3.0, -3.0]), 1.0);
+        assert_eq!((start, end), (1.0, 4.0));
+        assert!(least.abs() < 1e-12, "{least}");
+        // J = (1 + t)(1 − t/2) is least at an end.
+        let stretch = diagonal([1.0, -0.5, 0.0]);
+        assert_eq!(volume_ratios_along(&rest, &stretch, 0.25), [1.0, 1.0, 1.09375]);
+        assert_eq!(volume_ratios_along(&rest, &stretch, 2.0), [1.0, 0.0, 0.0]);
+        assert_eq!(volume_ratios_along(&rest, &rest, 1.0), [1.0; 3]);
+        assert!(is_short(&rest, &diagonal([0.3, 0.0, -0.3]), 1.0));
+        assert!(!is_short(&rest, &diagonal([0.0, 0.0, -1.0]), 1.0));
+        // Sampled, from a state that is not rest.
+        let entry = |seed: usize| {
+            move |i: usize, j: usize| ((seed * (7 * i + 3 * j + 5)) % 11) as f64 / 9.0 - 0.55
+        };
+        for seed in 1..10 {
+            let (h, step) = (Mat3::from_fn(entry(seed)), Mat3::from_fn(entry(seed + 13)));
+            let [_, ratio, _] = volume_ratios_along(&h, &step, 2.0);
+            let at = |t: f64| 1.0 + Mat3::from_fn(|i, j| h[i][j] + t * step[i][j]).volume_change();
+            let sampled = (0..=2000).map(|k| at(k as f64 / 1000.0)).fold(f64::INFINITY, f64::min);
+            assert!(ratio > 0.0 || !is_short(&h, &step, 2.0));
+            assert!((ratio - sampled).abs() < 1e-5 && ratio <= sampled + 1e-12, "{seed}");
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! A patch of quadrature points with one volume ratio: its derivatives.
+
+use crate::elements::cell::inverse;
+use crate::linear::sparsity::patch_nodes_of;
+use sinew_energy::{Body, Response};
+use sinew_num::Mat3;
+
+/// Energy of a patch with its derivatives.
+///
+/// With β = d ln J̄ and the change dF at a point, the second variation of the energy is
+/// `Σ V dF:M:dF + 2 β Σ V m:dF + c β²`. M and the stress are in `points`, the rest in vectors over the
+/// degrees of freedom of the patch.
+#[derive(Clone, Debug)]
+pub(crate) struct PatchResponse {
+    pub energy: f64,
+    /// Displacement gradient, stress and M at each point.
+    pub points: Vec<(Mat3<f64>, Response)>,
+    /// Nodes of the patch, ascending.
+    pub nodes: Vec<usize>,
+    /// `∂ ln J̄/∂u`.
+    mean: Vec<f64>,
+    /// `Σ V Gᵀ m`.
+    mixed: Vec<f64>,
+    /// c.
+    square: f64,
+    /// m and `∂ ln J̄/∂F` over the volume at each point.
+    rates: Vec<[Mat3<f64>; 2]>,
+}
+
+impl PatchResponse {
+    /// `None` where a cell is inverted or an energy overflows.
+    pub(crate) fn new(
+        potential: &Body,
+        points: &[usize],
+        displacement: &[f64],
+        parameters: &[f64],
+    ) -> Option<Self> {
+        let kinematics = potential.patch_kinematics(points, displacement)?;
+        let volumes: Vec<_> = points.iter().map(|&point| potential.volumes[point]).collect();
+        let at_points = || points.iter().zip(&kinematics.scaled);
+        let scaled: Vec<_> = at_points()
+            .map(|(&point, h)| potential.material.response(point, parameters, h))
+            .collect();
+        let energy = scaled.iter().zip(&volumes).map(|(r, v)| v * r.energy).sum();
+        let mut stresses: Vec<_> = scaled.iter().map(|r| r.stress).collect();
+        let (thirds, common) = kinematics.thirds(&volumes, &stresses);
+        kinematics.work_conjugate(&volumes, &mut stresses);
+
+        let nodes = patch_nodes_of(potential, points);
+        let mut patch = Self {
+            energy,
+            points: Vec::with_capacity(points.len()),
+            mean: vec![0.0; 3 * nodes.len()],
+            mixed: vec![0.0; 3 * nodes.len()],
+            nodes,
+            square: 0.0,
+            rates: Vec::with_capacity(points.len()),
+        };
+        for (at, &point) in points.iter().enumerate() {
+            let h = kinematics.gradients[at];
+            let terms = Terms::new(&h, &kinematics.scaled[at], kinematics.scales[at], &scaled[at]);
+            let volume = volumes[at];
+            let ratio = volume / (kinematics.volume * kinematics.mean);
+            patch.add(potential, point, &terms.cofactor, ratio, |p| &mut p.mean);
+            let mixed = terms.mixed(thirds[at]);
+            patch.add(potential, point, &mixed, volume, |p| &mut p.mixed);
+            let mean = Mat3::from_fn(|i, j| terms.cofactor[i][j] * ratio / volume);
+            patch.rates.push([mixed, mean]);
+            patch.square += volume * (terms.square - 2.0 / 3.0 * thirds[at]);
+            let tangent = terms.tangent(thirds[at], common);
+            patch
+                .points
+                .push((h, Response { energy: scaled[at].energy, stress: stresses[at], tangent }));
+        }
+        Some(patch)
+    }
+
+    /// Adds `weight × Gᵀ values` to a vector over the patch.
+    fn add(
+        &mut self,
+        potential: &Body,
+        point: usize,
+        values: &Mat3<f64>,
+        weight: f64,
+        vector: impl Fn(&mut Self) -> &mut Vec<f64>,
+    ) {
+        for (node, g) in potential.nodes_of_point(point).iter().zip(potential.shape_of_point(point))
+        {
+            let local = self.nodes.partition_point(|n| n < node);
+            for i in 0..3 {
+                let sum: f64 = (0..3).map(|j| values[i][j] * g[j]).sum();
+                vector(self)[3 * local + i] += weight * sum;
+            }
+        }
+    }
+
+    /// The stiffness against changes of the mean volume \[stress\]: the bulk modulus, for small strain.
+    pub(crate) fn common_stiffness(&self, potential: &Body, points: &[usize]) -> f64 {
+        self.square.abs() / points.iter().map(|&point| potential.volumes[point]).sum::<f64>()
+    }
+
+    /// Lower half of the second derivative, row by row in the order of the patch's nodes.
+    pub(crate) fn stiffness(&self, potential: &Body, points: &[usize]) -> Vec<f64> {
+        let size = 3 * self.nodes.len();
+        let mut lower = vec![0.0; size * (size + 1) / 2];
+        for (&point, (_, response)) in points.iter().zip(&self.points) {
+            let (nodes, shape) = (potential.nodes_of_point(point), potential.shape_of_point(point));
+            let place = |&node: &usize| self.nodes.partition_point(|&n| n < node);
+            let local: Vec<_> = nodes.iter().map(place).collect();
+            for a in 0..nodes.len() {
+                for i in 0..3 {
+                    let mut left = [0.0; 9];
+                    for (kl, entry) in left.iter_mut().enumerate() {
+                        let column = |j: usize| shape[a][j] * response.tangent[3 * i + j][kl];
+                        *entry = potential.volumes[point] * (column(0) + column(1) + column(2));
+                    }
+                    let row = 3 * local[a] + i;
+                    for b in (0..nodes.len()).filter(|&b| local[b] <= local[a]) {
+                        for k in 0..3 {
+                            let column = 3 * local[b] + k;
+                            if column <= row {
+                                lower[row * (row + 1) / 2 + column] +=
+                                    (0..3).map(|l| left[3 * k + l] * shape[b][l]).sum::<f64>();
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        let mut at = 0;
+        for row in 0..size {
+            for column in 0..=row {
+                lower[at] += self.mean[row]
+                    * (self.mixed[column] + self.square * self.mean[column])
+                    + self.mixed[row] * self.mean[column];
+                at += 1;
+            }
+        }
+        lower
+    }
+
+    fn degree_of_freedom(&self, slot: usize) -> usize {
+        3 * self.nodes[slot / 3] + slot % 3
+    }
+
+    /// Products of `mean` and `mixed` with a change of all degrees of freedom.
+    fn along(&self, direction: &[f64]) -> (f64, f64) {
+        let product = |vector: &[f64]| -> f64 {
+            let terms = vector.iter().enumerate();
+            terms.map(|(slot, v)| v * direction[self.degree_of_freedom(slot)]).sum()
+        };
+        (product(&self.mean), product(&self.mixed))
+    }
+
+    /// First-order change of the stress at each point beyond M with a change of all degrees of freedom.
+    pub(crate) fn common_stress(&self, direction: &[f64]) -> impl Iterator<Item = Mat3<f64>> {
+        let (mean, mixed) = self.along(direction);
+        self.rates.iter().map(move |[own, common]| {
+            Mat3::from_fn(|i, j| mean * own[i][j] + (mixed + self.square * mean) * common[i][j])
+        })
+    }
+
+    /// Adds what the points have in common of the second derivative times `direction` to `forces`.
+    pub(crate) fn add_common_product(&self, direction: &[f64], forces: &mut [f64]) {
+        let (mean, mixed) = self.along(direction);
+        for slot in 0..self.mean.len() {
+            forces[self.degree_of_freedom(slot)] +=
+                self.mean[slot] * (mixed + self.square * mean) + self.mixed[slot] * mean;
+        }
+    }
+}
+
+/// Quantities of one point that its second derivatives are made of.
+struct Terms<'r> {
+    /// `(J̄/J)^(1/3)`.
+    scale: f64,
+    /// F⁻¹.
+    inverse: Mat3<f64>,
+    /// cof F.
+    cofactor: Mat3<f64>,
+    /// Deformation gradient F.
+    f: Mat3<f64>,
+    response: &'r Response,
+    /// `Â : F̄`.
+    along: Mat3<f64>,
+    /// `F̄ : Â : F̄ / 9`, the part of c that is not of the stress.
+    square: f64,
+}
+
+impl<'r> Terms<'r> {
+    fn new(h: &Mat3<f64>, scaled: &Mat3<f64>, scale: f64, response: &'r Response) -> Self {
+        let (f, f_bar) = (h.plus_identity(), scaled.plus_identity());
+        let flat = f_bar.0.as_flattened();
+        let along = Mat3::from_fn(|i, j| {
+            response.tangent[3 * i + j].iter().zip(flat).map(|(a, f)| a * f).sum()
+        });
+        let square = along.0.as_flattened().iter().zip(flat).map(|(a, f)| a * f).sum::<f64>() / 9.0;
+        Self { scale, inverse: inverse(h), cofactor: f.cofactors(), f, response, along, square }
+    }
+
+    /// `∂ ln J/∂F`.
+    fn slope(&self, i: usize, j: usize) -> f64 {
+        self.inverse[j][i]
+    }
+
+    /// m: the derivative along F of the stress' work on a change of J̄.
+    fn mixed(&self, third: f64) -> Mat3<f64> {
+        let full = 9.0 * self.square;
+        Mat3::from_fn(|i, j| {
+            let along = self.scale * self.along[i][j] - full / 3.0 * self.slope(i, j);
+            along / 3.0 + self.scale / 3.0 * self.response.stress[i][j]
+                - third / 3.0 * self.slope(i, j)
+        })
+    }
+
+    /// M, with the part of d²J̄ that belongs to the point, weighted by `common`.
+    fn tangent(&self, third: f64, common: f64) -> [[f64; 9]; 9] {
+        let (e, stress) = (self.scale, &self.response.stress);
+        let mut tangent = [[0.0; 9]; 9];
+        for row in 0..9 {
+            let (i, j) = (row / 3, row % 3);
+            let t_row = self.slope(i, j);
+            for column in 0..9 {
+                let (k, l) = (column / 3, column % 3);
+                let t_column = self.slope(k, l);
+                tangent[row][column] = e * e * self.response.tangent[row][column]
+                    - e / 3.0 * (self.along[i][j] * t_column + t_row * self.along[k][l])
+                    + self.square * t_row * t_column
+                    - e / 3.0 * (stress[i][j] * t_column + t_row * stress[k][l])
+                    + third / 3.0 * t_row * t_column
+                    + third * self.inverse[j][k] * self.inverse[l][i];
+            }
+        }
+        self.f.add_second_of_determinant(common, &mut tangent);
+        tangent
+    }
+}

@@ -1,0 +1,150 @@
+//! The field of pressure of mixed elements: how it acts on displacements, and displacements on it.
+
+use crate::elements::assembly::Assembly;
+use crate::linear::factor::Factor;
+use faer::Side;
+use faer::sparse::Triplet;
+use sinew_energy::{Body, PressureField};
+use sinew_num::Mat3;
+
+/// A field of pressure with its derivatives where assembled last.
+pub(crate) struct Coupling<'p> {
+    pub field: &'p PressureField,
+    /// `∂r_p/∂u` of each cell: one row per corner, `3N` columns.
+    rows: Vec<f64>,
+    /// Modulus of each quadrature point that the pressure works against \[stress\].
+    moduli: Vec<f64>,
+    /// Factor of the pressure's mass matrix over the local moduli: about the Schur complement.
+    schur: Option<Factor>,
+}
+
+impl<'p> Coupling<'p> {
+    pub(crate) fn new(body: &Body, field: &'p PressureField) -> Self {
+        let rows = vec![0.0; body.cell_count() * field.corners * 3 * body.nodes_per_cell];
+        Self { field, rows, moduli: vec![0.0; body.volumes.len()], schur: None }
+    }
+
+    /// Values at the quadrature points.
+    pub(crate) fn at_points(&self, pressure: &[f64]) -> Vec<f64> {
+        let value = |point: usize| {
+            let (_, corners, shape) = self.field.of_point(point);
+            shape.iter().zip(corners).map(|(n, &corner)| n * pressure[corner]).sum()
+        };
+        (0..self.moduli.len()).map(value).collect()
+    }
+
+    /// Takes the derivatives at the assembled state; returns the changes of volume that the pressures should prevent,
+    /// `∫ N_a (J − 1 − p/κ) dV`.
+    pub(crate) fn assemble(
+        &mut self,
+        body: &Body,
+        assembly: &Assembly,
+        pressure: &[f64],
+    ) -> Vec<f64> {
+        let at_points = self.at_points(pressure);
+        let mut residual = vec![0.0; self.field.unknowns];
+        let mut rows = std::mem::take(&mut self.rows);
+        rows.fill(0.0);
+        let width = 3 * body.nodes_per_cell;
+        for (point, (h, response)) in assembly.responses().enumerate() {
+            let (cell, corners, shape) = self.field.of_point(point);
+            let volume = body.volumes[point];
+            let change = h.volume_change() - self.field.compliance * at_points[point];
+            for (&corner, n) in corners.iter().zip(shape) {
+                residual[corner] += volume * n * change;
+            }
+            let rows = &mut rows[cell * corners.len() * width..][..corners.len() * width];
+            let cofactor = h.plus_identity().cofactors();
+            for (b, g) in body.shape_of_point(point).iter().enumerate() {
+                for i in 0..3 {
+                    let slope = volume * (0..3).map(|j| cofactor[i][j] * g[j]).sum::<f64>();
+                    for (a, n) in shape.iter().enumerate() {
+                        rows[a * width + 3 * b + i] += n * slope;
+                    }
+                }
+            }
+            self.moduli[point] = modulus(&cofactor, &response.tangent);
+        }
+        self.rows = rows;
+        residual
+    }
+
+    /// Adds `Bᵀ pressure` to the forces on all degrees of freedom.
+    pub(crate) fn add_forces(&self, body: &Body, pressure: &[f64], forces: &mut [f64]) {
+        self.for_cells(body, |corners, nodes, rows| {
+            for (row, &corner) in rows.chunks(3 * nodes.len()).zip(corners) {
+                for (entry, column) in row.iter().zip(0..) {
+                    forces[3 * nodes[column / 3] + column % 3] += entry * pressure[corner];
+                }
+            }
+        });
+    }
+
+    /// Adds `B direction` to the changes of volume.
+    pub(crate) fn add_volume_changes(&self, body: &Body, direction: &[f64], changes: &mut [f64]) {
+        self.for_cells(body, |corners, nodes, rows| {
+            for (row, &corner) in rows.chunks(3 * nodes.len()).zip(corners) {
+                let terms = row.iter().zip(0..);
+                changes[corner] +=
+                    terms.map(|(b, c)| b * direction[3 * nodes[c / 3] + c % 3]).sum::<f64>();
+            }
+        });
+    }
+
+    /// Subtracts what the field's own compliance gives way by.
+    pub(crate) fn add_compliance(&self, body: &Body, pressures: &[f64], volumes: &mut [f64]) {
+        if self.field.compliance == 0.0 {
+            return;
+        }
+        for point in 0..body.volumes.len() {
+            let (_, corners, shape) = self.field.of_point(point);
+            let p: f64 = shape.iter().zip(corners).map(|(n, &c)| n * pressures[c]).sum();
+            for (n, &c) in shape.iter().zip(corners) {
+                volumes[c] -= self.field.compliance * body.volumes[point] * n * p;
+            }
+        }
+    }
+
+    fn for_cells(&self, body: &Body, mut visit: impl FnMut(&[usize], &[usize], &[f64])) {
+        let rows = self.rows.chunks(self.field.corners * 3 * body.nodes_per_cell);
+        let cells = self.field.cells.chunks(self.field.corners).zip(body.cell_nodes());
+        cells.zip(rows).for_each(|((corners, nodes), rows)| visit(corners, nodes, rows));
+    }
+
+    /// Factorises the pressure's mass matrix over the local moduli.
+    pub(crate) fn factorise(&mut self, body: &Body) -> Option<()> {
+        let field = self.field;
+        let mut triplets = Vec::with_capacity(field.cells.len() * field.corners);
+        for point in 0..body.volumes.len() {
+            let (_, corners, shape) = self.field.of_point(point);
+            let weight = body.volumes[point] * (1.0 / self.moduli[point] + field.compliance);
+            for (&row, n) in corners.iter().zip(shape) {
+                for (&column, m) in corners.iter().zip(shape).filter(|(c, _)| **c <= row) {
+                    triplets.push(Triplet::new(row, column, weight * n * m));
+                }
+            }
+        }
+        self.schur = Some(Factor::alone(field.unknowns, &triplets, Side::Lower)?);
+        Some(())
+    }
+
+    /// Overwrites changes of volume with the pressures that prevent them, about.
+    pub(crate) fn solve_schur(&self, pressures: &mut [f64]) {
+        if let Some(schur) = &self.schur {
+            schur.solve(pressures);
+            pressures.iter_mut().for_each(|p| *p = -*p);
+        }
+    }
+}
+
+/// Longitudinal modulus `K + 4/3 μ` of a tangent: what a local pressure works against.
+fn modulus(cofactor: &Mat3<f64>, tangent: &[[f64; 9]; 9]) -> f64 {
+    let c = cofactor.0.as_flattened();
+    let size: f64 = c.iter().map(|x| x * x).sum();
+    let along: f64 = (0..9).map(|r| c[r] * (0..9).map(|k| tangent[r][k] * c[k]).sum::<f64>()).sum();
+    let bulk = (along / (3.0 * size)).max(0.0);
+    let trace: f64 = (0..9).map(|i| tangent[i][i]).sum();
+    // Isotropic: along = 3K, trace = 3K + 10μ.
+    let shear = ((trace - 3.0 * bulk) / 10.0).max(0.0);
+    bulk + 4.0 / 3.0 * shear
+}

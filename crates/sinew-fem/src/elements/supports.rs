@@ -1,0 +1,148 @@
+//! Supports along the coordinate axes or the axes of a node's own frame.
+
+use crate::elements::assembly::Assembly;
+use sinew_energy::{Body, Frames};
+
+/// A held node of a turned frame that is off its place by less than this, relative to how far it moved, is
+/// there: rounding is not a motion of a support.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Puts prescribed degrees of freedom where a fraction of the prescribed motion takes them.
+pub(crate) fn place(potential: &Body, load_factor: f64, displacement: &mut [f64]) {
+    let Body { prescribed, frames, .. } = potential;
+    for (dof, target) in prescribed.iter().enumerate() {
+        let Some(target) = target.map(|u| load_factor * u) else { continue };
+        if frames.get(dof / 3).is_none() {
+            displacement[dof] = target;
+            continue;
+        }
+        let off = target - frames.component(dof, displacement);
+        let node = &displacement[dof / 3 * 3..][..3];
+        let moved = node.iter().fold(target.abs(), |most, u| most.max(u.abs()));
+        if off.abs() > ROUNDING * moved {
+            frames.add(dof, off, displacement);
+        }
+    }
+}
+
+/// A node of a pressure's surface that slides along a plane which its support moves, if there is one.
+pub(crate) fn is_moved_rim(body: &Body) -> Option<usize> {
+    let slides = |node: usize| {
+        let held = &body.prescribed[3 * node..3 * node + 3];
+        held.contains(&None) && held.iter().flatten().any(|&u| u != 0.0)
+    };
+    body.pressures.iter().flat_map(|surface| &surface.nodes).copied().find(|&node| slides(node))
+}
+
+/// The part of a node's vector that is along its held (or else its free) directions.
+pub(crate) fn part(potential: &Body, node: usize, vector: &[f64; 3], held: bool) -> [f64; 3] {
+    let prescribed = &potential.prescribed[3 * node..3 * node + 3];
+    let counts = |i: usize| prescribed[i].is_some() == held;
+    let Some(frame) = potential.frames.get(node) else {
+        return std::array::from_fn(|i| if counts(i) { vector[i] } else { 0.0 });
+    };
+    let mut part = [0.0; 3];
+    for axis in (0..3).filter(|&i| counts(i)).map(|i| &frame[i]) {
+        let along: f64 = (0..3).map(|k| axis[k] * vector[k]).sum();
+        (0..3).for_each(|k| part[k] += along * axis[k]);
+    }
+    part
+}
+
+impl Assembly {
+    /// Adds `weight` times a symmetric matrix over the components of some nodes to the stiffness; `lower` gives an entry
+    /// of its lower half by row and column, `places` say where they go.
+    pub(crate) fn add_matrix(
+        &mut self,
+        frames: &Frames,
+        nodes: &[usize],
+        places: &[u32],
+        weight: f64,
+        lower: impl Fn(usize, usize) -> f64,
+    ) {
+        if self.add_turned(frames, nodes, places, weight, &lower) {
+            return;
+        }
+        let entries =
+            (0..3 * nodes.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        for (&place, (row, column)) in places.iter().zip(entries) {
+            self.matrix[place as usize] += weight * lower(row, column);
+        }
+    }
+
+    /// Adds `weight` times a symmetric matrix over the components of some nodes, turned into their frames.
+    /// Does nothing and returns false when none of them has one, so that nobody else pays.
+    ///
+    /// `lower` gives an entry of its lower half by row and column.
+    pub(crate) fn add_turned(
+        &mut self,
+        frames: &Frames,
+        nodes: &[usize],
+        places: &[u32],
+        weight: f64,
+        lower: impl Fn(usize, usize) -> f64,
+    ) -> bool {
+        if frames.is_empty() || nodes.iter().all(|&node| frames.get(node).is_none()) {
+            return false;
+        }
+        let axes = |node: usize| std::array::from_fn::<_, 3, _>(|i| frames.axis(3 * node + i));
+        let axes: Vec<_> = nodes.iter().map(|&node| axes(node)).collect();
+        for (a, first) in axes.iter().enumerate() {
+            for (b, second) in axes[..=a].iter().enumerate() {
+                let block: [[f64; 3]; 3] = std::array::from_fn(|i| {
+                    std::array::from_fn(|k| {
+                        let (row, column) = (3 * a + i, 3 * b + k);
+                        lower(row.max(column), row.min(column))
+                    })
+                });
+                let half = first.map(|axis| {
+                    [0, 1, 2].map(|k| (0..3).map(|i| axis[i] * block[i][k]).sum::<f64>())
+                });
+                for (i, left) in half.iter().enumerate() {
+                    let row = 3 * a + i;
+                    for (k, axis) in second.iter().enumerate().filter(|(k, _)| 3 * b + k <= row) {
+                        let entry: f64 = (0..3).map(|l| left[l] * axis[l]).sum();
+                        let place = places[row * (row + 1) / 2 + 3 * b + k];
+                        self.matrix[place as usize] += weight * entry;
+                    }
+                }
+            }
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_energy::laws::NeoHookean;
+    use sinew_energy::{Parameter, Scene, Support};
+    use sinew_mesh::box_tetrahedra;
+
+    #[test]
+    fn held_nodes_are_placed_along_their_own_directions_only() {
+        let scene = Scene::new(box_tetrahedra([1.0; 3], [1; 3]), NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+            .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+            .support(Support::clamped("x_min"))
+            .support(Support::along("x_max", [3.0, 0.0, 4.0], 2.0));
+        let potential = scene.lower().unwrap();
+        let node = scene.mesh.node_sets["x_max"][0];
+        let close = |a: [f64; 3], b: [f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() < 1e-14);
+        let vector = [1.0, 2.0, -3.0];
+        // (0.6, 0, 0.8) · vector = −1.8.
+        assert!(close(part(&potential, node, &vector, true), [-1.08, 0.0, -1.44]));
+        assert!(close(part(&potential, node, &vector, false), [2.08, 2.0, -1.56]));
+        let clamped = scene.mesh.node_sets["x_min"][0];
+        assert_eq!(part(&potential, clamped, &vector, true), vector);
+
+        let mut u = vec![0.5; potential.prescribed.len()];
+        place(&potential, 0.5, &mut u);
+        // 0.5·2 − 0.7 are missing along the direction.
+        assert!(close([0, 1, 2].map(|i| u[3 * node + i]), [0.68, 0.5, 0.74]));
+        assert_eq!(u[3 * clamped..3 * clamped + 3], [0.0; 3]);
+        let before = u.clone();
+        place(&potential, 0.5, &mut u);
+        assert_eq!(before, u);
+    }
+}

@@ -1,0 +1,251 @@
+//! What Newton's method works on: the balance of forces of a body, with its derivatives where it was assembled last.
+
+use crate::diagnose::locking::locking_of;
+use crate::diagnose::rigid::check_supports;
+use crate::elements::assembly::{Assembly, PredictedStress};
+use crate::elements::check::check_arrays;
+use crate::elements::followers::Followers;
+use crate::elements::pressure_field::Coupling;
+use crate::elements::state::State;
+use crate::elements::supports::place;
+use crate::linear::factor::Factor;
+use crate::linear::sparsity::Sparsity;
+use crate::linear::vector::norm;
+use crate::{LockingWarning, Proportions, SolveError};
+use sinew_energy::{Body, ForceBalance, PressureSurface, ThetaError};
+use sinew_num::Mat3;
+use std::sync::{Arc, OnceLock};
+
+/// Unknowns at one load: displacement of all nodes, and the field of pressure if there is one.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Unknowns {
+    pub displacement: Vec<f64>,
+    pub pressure: Vec<f64>,
+}
+
+impl Unknowns {
+    /// System of a body without a field of pressure.
+    pub(crate) fn of(displacement: &[f64]) -> Self {
+        Self { displacement: displacement.to_vec(), pressure: Vec::new() }
+    }
+}
+
+/// Residual of forces and of changes of volume.
+#[derive(Clone, Debug)]
+pub(crate) struct Residual {
+    /// Unbalanced forces of the free degrees of freedom, then changes of volume of the pressures.
+    pub values: Vec<f64>,
+    /// Norm of the forces.
+    pub force: f64,
+    /// Norm of the changes of volume.
+    pub volume: f64,
+}
+
+/// The balance of a body with its derivatives.
+pub(crate) struct System<'p> {
+    pub body: &'p Body,
+    /// Force balance that the body is a part of, where it has no potential.
+    balance: Option<&'p ForceBalance>,
+    pub sparsity: Arc<Sparsity>,
+    pub assembly: Assembly,
+    pub factor: Factor,
+    pub followers: Followers<'p>,
+    /// The field of pressure with its coupling to displacements, if there is one.
+    pub coupling: Option<Coupling<'p>>,
+    /// Proportions of the body, once they were asked for.
+    proportions: Arc<OnceLock<Option<Proportions>>>,
+}
+
+impl<'p> System<'p> {
+    /// Prepares for a body with a potential.
+    pub(crate) fn new(body: &'p Body) -> Result<Self, SolveError> {
+        Self::prepare(body, None)
+    }
+
+    /// Prepares for a balance of forces.
+    pub(crate) fn balance(balance: &'p ForceBalance) -> Result<Self, SolveError> {
+        Self::prepare(&balance.body, Some(balance))
+    }
+
+    fn prepare(body: &'p Body, balance: Option<&'p ForceBalance>) -> Result<Self, SolveError> {
+        check_arrays(body, balance)?;
+        check_supports(body)?;
+        let surfaces = balance.map_or(&[][..], |balance| &balance.followers);
+        let sparsity = Arc::new(Sparsity::new(body, surfaces));
+        let factor = Factor::new(&sparsity)?;
+        let assembly = Assembly::new(&sparsity, body.volumes.len(), body.prescribed.len());
+        let field = balance.and_then(|balance| balance.pressure_field.as_ref());
+        let coupling = field.map(|field| Coupling::new(body, field));
+        let followers = Followers::new(surfaces);
+        let proportions = Arc::default();
+        Ok(Self { body, balance, sparsity, assembly, factor, followers, coupling, proportions })
+    }
+
+    /// Another one of the same body, for another thread; it shares what is prepared.
+    pub(crate) fn fresh(&self) -> Result<Self, SolveError> {
+        Ok(Self {
+            body: self.body,
+            balance: self.balance,
+            sparsity: self.sparsity.clone(),
+            assembly: Assembly::new(
+                &self.sparsity,
+                self.body.volumes.len(),
+                self.body.prescribed.len(),
+            ),
+            factor: self.factor.fresh()?,
+            followers: Followers::new(self.followers.surfaces),
+            coupling: self.coupling.as_ref().map(|c| Coupling::new(self.body, c.field)),
+            proportions: self.proportions.clone(),
+        })
+    }
+
+    /// System of a body of the same cells and supports with another shape at rest; it shares what is prepared.
+    pub(crate) fn like<'q>(
+        &self,
+        body: &'q Body,
+        balance: Option<&'q ForceBalance>,
+    ) -> Result<System<'q>, SolveError> {
+        let surfaces = balance.map_or(&[][..], |balance| &balance.followers);
+        let (points, degrees_of_freedom) = (body.volumes.len(), body.prescribed.len());
+        Ok(System {
+            body,
+            balance,
+            sparsity: self.sparsity.clone(),
+            assembly: Assembly::new(&self.sparsity, points, degrees_of_freedom),
+            factor: self.factor.fresh()?,
+            followers: Followers::new(surfaces),
+            coupling: None,
+            proportions: self.proportions.clone(),
+        })
+    }
+
+    /// Whether the balance is that of a potential's minima: no loose followers and no field of pressure.
+    pub(crate) fn has_potential(&self) -> bool {
+        self.followers.surfaces.is_empty() && self.coupling.is_none()
+    }
+
+    /// Checks that θ is one of the body, and of its followers.
+    pub(crate) fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
+        self.balance
+            .map_or_else(|| self.body.check_theta(theta), |balance| balance.check_theta(theta))
+    }
+
+    /// Elements that are too stiff for the body.
+    pub(crate) fn locking(&self, theta: &[f64]) -> Option<LockingWarning> {
+        let proportions = || *self.proportions.get_or_init(|| Proportions::of(self.body));
+        locking_of(self.body, theta, proportions)
+    }
+
+    /// Number of unknown pressures.
+    pub(crate) fn pressures(&self) -> usize {
+        self.coupling.as_ref().map_or(0, |coupling| coupling.field.unknowns)
+    }
+
+    /// The reference configuration.
+    pub(crate) fn rest(&self) -> Unknowns {
+        let displacement = vec![0.0; self.body.prescribed.len()];
+        Unknowns { displacement, pressure: vec![0.0; self.pressures()] }
+    }
+
+    /// Evaluates the balance and its derivatives under a fraction of the loads; `predicted` as in [`Assembly::assemble`].
+    pub(crate) fn assemble(
+        &mut self,
+        at: &Unknowns,
+        theta: &[f64],
+        load_factor: f64,
+        predicted: Option<&PredictedStress>,
+    ) -> Residual {
+        let Self { body, sparsity, assembly, .. } = self;
+        let displacement = &at.displacement[..];
+        let pressure = self.coupling.as_ref().map(|c| c.at_points(&at.pressure));
+        let pressure = pressure.unwrap_or_default();
+        let state = State { displacement, theta, load_factor, pressure: &pressure };
+        assembly.assemble(body, sparsity, state, predicted);
+        let first = body.pressures.iter().map(PressureSurface::facets).sum();
+        self.followers.assemble(assembly, sparsity, first, state);
+        let mut values: Vec<f64> = sparsity.gather(&assembly.gradient).collect();
+        let force = norm(&values);
+        if let Some(coupling) = &mut self.coupling {
+            values.extend(coupling.assemble(body, assembly, &at.pressure));
+        }
+        let volume = norm(&values[sparsity.unknowns()..]);
+        Residual { values, force, volume }
+    }
+
+    /// Reference volume of the body.
+    pub(crate) fn volume(&self) -> f64 {
+        self.body.volumes.iter().sum()
+    }
+
+    /// Size of the residual assembled last: forces relative to loads and reactions, or volumes relative to the
+    /// body's, whichever is larger. `None` where something overflows.
+    pub(crate) fn size(&self, residual: &Residual) -> Option<f64> {
+        let forces = residual.force / self.assembly.force_scale.max(f64::MIN_POSITIVE);
+        let volumes = residual.volume / self.volume();
+        let finite = residual.force.is_finite() && volumes.is_finite() && self.assembly.is_finite();
+        finite.then_some(forces.max(volumes))
+    }
+
+    /// The derivative of the balance times a change of the unknowns.
+    pub(crate) fn apply(&self, from: &[f64], to: &mut [f64]) {
+        let free = self.sparsity.unknowns();
+        let (displacements, pressures) = from.split_at(free);
+        let (forces, volumes) = to.split_at_mut(free);
+        self.sparsity.multiply(&self.assembly.matrix, displacements, forces);
+        if self.has_potential() {
+            return;
+        }
+        let mut direction = vec![0.0; self.body.prescribed.len()];
+        self.sparsity.scatter(displacements.iter().copied(), &mut direction);
+        let mut full = vec![0.0; direction.len()];
+        self.followers.add_skew(&direction, &mut full);
+        if let Some(coupling) = &self.coupling {
+            coupling.add_forces(self.body, pressures, &mut full);
+            volumes.fill(0.0);
+            coupling.add_volume_changes(self.body, &direction, volumes);
+            coupling.add_compliance(self.body, pressures, volumes);
+        }
+        let gathered = self.sparsity.gather(&full);
+        forces.iter_mut().zip(gathered).for_each(|(force, more)| *force += more);
+    }
+
+    /// Change of the unknown displacements from rest to the whole load by the linear model of the unloaded body, with
+    /// the prescribed motions \[length\].
+    pub(crate) fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>, SolveError> {
+        let rest = self.rest();
+        let mut motion = rest.displacement.clone();
+        place(self.body, 1.0, &mut motion);
+        self.assemble(&rest, theta, 1.0, None);
+        let forces: Vec<f64> = self.sparsity.gather(&self.assembly.gradient).collect();
+        let mut right = self.assemble(&rest, theta, 0.0, None).values;
+        let free = self.sparsity.unknowns();
+        right.splice(..free, forces);
+        let state =
+            State { displacement: &rest.displacement, theta, load_factor: 0.0, pressure: &[] };
+        let moved = self.response_to_supports(state, &motion);
+        right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
+        let definite = self.has_potential();
+        let (shift, _) = self.factorise(definite).ok_or(SolveError::Singular)?;
+        let shift = if definite { 0.0 } else { shift };
+        let (change, _) = self.solve(right.iter().map(|r| -r).collect(), shift)?;
+        self.sparsity.scatter(change[..free].iter().copied(), &mut motion);
+        Ok(motion)
+    }
+
+    /// Entries of θ that stress the body at rest and may be zero, such as an active tension: loads rather than stiffnesses.
+    pub(crate) fn stressing_entries(&self, theta: &[f64]) -> Vec<usize> {
+        let stresses = |theta: &[f64]| {
+            let parameters = self.body.law_parameters(theta);
+            let stress = |point| self.body.material.stress(point, parameters, &Mat3::ZERO, None).1;
+            (0..self.body.volumes.len()).map(stress).collect::<Vec<_>>()
+        };
+        let present = stresses(theta);
+        let without = |entry: &usize| {
+            let mut without = theta.to_vec();
+            without[*entry] = 0.0;
+            let admissible = self.body.check_theta(&without[..self.body.theta_len()]).is_ok();
+            theta[*entry] != 0.0 && admissible && stresses(&without) != present
+        };
+        (0..self.body.law_parameters(theta).len()).filter(without).collect()
+    }
+}

@@ -1,0 +1,226 @@
+//! Cholesky factors of the stiffness matrix, with one symbolic analysis for all: faer's supernodal ones in an order of our own.
+
+use crate::SolveError;
+use crate::linear::sparsity::Sparsity;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
+    SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMatRef, Triplet};
+use faer::{Conj, MatMut, Par, Side};
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+
+/// First shift \[relative to the mean diagonal\] that is tried on an indefinite matrix, and its growth.
+/// Small enough to leave a slender body its soft directions, along which it snaps or buckles (an arch took 539 iterations
+/// from 1e-4, 10 from here), and reaching any matrix in a few tries.
+const FIRST_SHIFT: f64 = 1e-6;
+const SHIFT_GROWTH: f64 = 8.0;
+const MOST_SHIFTS: usize = 12;
+
+/// Shares that the dense blocks of a large factor are divided into. The division is fixed, so that numbers do not depend on the number of
+/// threads.
+const SHARES: NonZeroUsize = NonZeroUsize::new(4).unwrap();
+/// Entries of a factor from which its blocks are large enough to be divided.
+const LARGE: usize = 2_000_000;
+
+/// The Cholesky factor of a body's stiffness: `L Lᵀ`, or `L D Lᵀ` where negative eigenvalues are counted.
+///
+/// Large factors are computed on all threads, in shares that do not depend on their number (docs/design.md, "Linear solver").
+pub(crate) struct Factor {
+    symbolic: Arc<SymbolicCholesky<usize>>,
+    entries: Vec<f64>,
+    memory: MemBuffer,
+    signed: bool,
+}
+
+impl Factor {
+    /// Analyses a sparsity.
+    pub(crate) fn new(sparsity: &Sparsity) -> Result<Self, SolveError> {
+        let memory = || SolveError::OutOfMemory { unknowns: sparsity.unknowns() };
+        let lower = sparsity.pattern.as_ref();
+        // The analysis reads the upper half, the lower one by rows.
+        let upper = lower.transpose().to_col_major().map_err(|_| memory())?;
+        let parameters = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..Default::default()
+        };
+        let order = SymmetricOrdering::Identity;
+        let symbolic = factorize_symbolic_cholesky(upper.as_ref(), Side::Upper, order, parameters);
+        Self::of(Arc::new(symbolic.map_err(|_| memory())?))
+    }
+
+    /// The factor of a positive definite matrix of its own, given by one of its halves; `None` where it is not, or does not fit in memory.
+    pub(crate) fn alone(
+        size: usize,
+        half: &[Triplet<usize, usize, f64>],
+        side: Side,
+    ) -> Option<Self> {
+        let matrix = SparseColMat::try_new_from_triplets(size, size, half).ok()?;
+        let (pattern, order) = (matrix.symbolic(), SymmetricOrdering::Amd);
+        let symbolic = factorize_symbolic_cholesky(pattern, side, order, Default::default());
+        let mut factor = Self::of(Arc::new(symbolic.ok()?)).ok()?;
+        factor.factorise(matrix.as_ref(), side).then_some(factor)
+    }
+
+    /// Another factor of the same sparsity: its own numbers, the same analysis.
+    pub(crate) fn fresh(&self) -> Result<Self, SolveError> {
+        Self::of(self.symbolic.clone())
+    }
+
+    fn of(symbolic: Arc<SymbolicCholesky<usize>>) -> Result<Self, SolveError> {
+        let memory = || SolveError::OutOfMemory { unknowns: symbolic.nrows() };
+        let shares = shares(&symbolic);
+        let scratch = symbolic
+            .factorize_numeric_llt_scratch::<f64>(shares, Default::default())
+            .or(symbolic.factorize_numeric_ldlt_scratch::<f64>(shares, Default::default()));
+        let mut entries = Vec::new();
+        entries.try_reserve_exact(symbolic.len_val()).map_err(|_| memory())?;
+        entries.resize(symbolic.len_val(), 0.0);
+        let memory = MemBuffer::try_new(scratch).map_err(|_| memory())?;
+        Ok(Self { symbolic, entries, memory, signed: false })
+    }
+
+    /// Number of stored entries of the factor.
+    pub(crate) fn entries(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Factorises `L Lᵀ`; false where the matrix is not positive definite.
+    pub(crate) fn positive_definite(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> bool {
+        self.factorise(lower_half(sparsity, matrix), Side::Lower)
+    }
+
+    fn factorise(&mut self, half: SparseColMatRef<'_, usize, f64>, side: Side) -> bool {
+        self.signed = false;
+        let factor = self.symbolic.factorize_numeric_llt(
+            &mut self.entries,
+            half,
+            side,
+            LltRegularization::default(),
+            shares(&self.symbolic),
+            MemStack::new(&mut self.memory),
+            Default::default(),
+        );
+        factor.is_ok() && self.pivots().all(|pivot| pivot > 0.0 && pivot.is_finite())
+    }
+
+    /// Factorises `L D Lᵀ` and counts the negative pivots: the number of negative eigenvalues by
+    /// Sylvester's law of inertia. `None` where a pivot vanishes.
+    pub(crate) fn indefinite(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> Option<usize> {
+        self.signed = true;
+        let matrix = lower_half(sparsity, matrix);
+        let factor = self.symbolic.factorize_numeric_ldlt(
+            &mut self.entries,
+            matrix,
+            Side::Lower,
+            LdltRegularization::default(),
+            shares(&self.symbolic),
+            MemStack::new(&mut self.memory),
+            Default::default(),
+        );
+        factor.ok()?;
+        let usable = self.pivots().all(|pivot| pivot.is_finite() && pivot != 0.0);
+        usable.then(|| self.pivots().filter(|&pivot| pivot < 0.0).count())
+    }
+
+    /// Diagonal of `L`, or of `D`.
+    fn pivots(&self) -> impl Iterator<Item = f64> {
+        let mut places = Vec::with_capacity(self.symbolic.nrows());
+        match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Supernodal(symbolic) => {
+                let ends = symbolic.supernode_end();
+                for (s, (&begin, end)) in symbolic.supernode_begin().iter().zip(ends).enumerate() {
+                    let [start, next] = [s, s + 1].map(|s| symbolic.col_ptr_for_val()[s]);
+                    let rows = (next - start).checked_div(end - begin).unwrap_or(0);
+                    places.extend((0..end - begin).map(|i| start + i * (rows + 1)));
+                }
+            }
+            // Tiny matrices have none, whatever is asked for; the diagonal comes first in each column.
+            SymbolicCholeskyRaw::Simplicial(symbolic) => {
+                places.extend(&symbolic.col_ptr()[..symbolic.ncols()]);
+            }
+        }
+        places.into_iter().map(|place| self.entries[place])
+    }
+
+    /// Factorises the matrix plus the least multiple of its mean diagonal that was found to make it
+    /// positive definite; returns the multiple. The diagonal in `matrix` is restored.
+    pub(crate) fn shifted(&mut self, sparsity: &Sparsity, matrix: &mut [f64]) -> Option<f64> {
+        let diagonal = &sparsity.pattern.col_ptr()[..sparsity.unknowns()];
+        let original: Vec<_> = diagonal.iter().map(|&slot| matrix[slot]).collect();
+        let mean = original.iter().map(|d| d.abs()).sum::<f64>() / original.len() as f64;
+        let mut shifts = (0..MOST_SHIFTS).map(|i| FIRST_SHIFT * SHIFT_GROWTH.powi(i as i32));
+        let found = shifts.find(|shift| {
+            for (&slot, d) in diagonal.iter().zip(&original) {
+                matrix[slot] = d + shift * mean;
+            }
+            self.positive_definite(sparsity, matrix)
+        });
+        diagonal.iter().zip(&original).for_each(|(&slot, &d)| matrix[slot] = d);
+        found
+    }
+
+    /// Overwrites a right-hand side with the solution of the last factorised system.
+    pub(crate) fn solve(&self, right: &mut [f64]) {
+        let size = right.len();
+        let right = MatMut::from_column_major_slice_mut(right, size, 1);
+        let mut memory = MemBuffer::new(self.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        let (symbolic, entries) = (&*self.symbolic, &self.entries[..]);
+        let stack = MemStack::new(&mut memory);
+        if self.signed {
+            let factor = LdltRef::new(symbolic, entries);
+            factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
+        } else {
+            let factor = LltRef::new(symbolic, entries);
+            factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
+        }
+    }
+}
+
+fn shares(symbolic: &SymbolicCholesky<usize>) -> Par {
+    if symbolic.len_val() < LARGE { Par::Seq } else { Par::Rayon(SHARES) }
+}
+
+fn lower_half<'m>(sparsity: &'m Sparsity, matrix: &'m [f64]) -> SparseColMatRef<'m, usize, f64> {
+    let pattern: SymbolicSparseColMatRef<'_, usize> = sparsity.pattern.as_ref();
+    SparseColMatRef::new(pattern, &matrix[..sparsity.entries()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With as many shares as threads the last digits would change from a few thousand unknowns on.
+    #[test]
+    fn a_factor_does_not_depend_on_the_number_of_threads() {
+        const SIDE: usize = 20;
+        let near = |at: usize| [1, SIDE, SIDE * SIDE, SIDE * SIDE + 1].map(|step| at + step);
+        let size = SIDE.pow(3);
+        let half: Vec<_> = (0..size)
+            .flat_map(|at| {
+                let beside = near(at).into_iter().filter(|&other| other < size);
+                let beside = beside.map(move |other| Triplet::new(other, at, -1.0));
+                beside.chain([Triplet::new(at, at, 9.0 + (at % 7) as f64)])
+            })
+            .collect();
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut solution: Vec<f64> = (0..size).map(|at| (at as f64).sin()).collect();
+                let factor = Factor::alone(size, &half, Side::Lower).unwrap();
+                assert!(factor.entries() > LARGE, "{} entries are not divided", factor.entries());
+                factor.solve(&mut solution);
+                solution
+            })
+        };
+        let one = on(1);
+        for threads in [2, 3, 5] {
+            assert_eq!(one, on(threads), "{threads} threads");
+        }
+    }
+}

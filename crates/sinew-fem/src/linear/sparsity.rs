@@ -1,0 +1,274 @@
+//! Numbering of the unknowns and where element matrices go in the stiffness matrix.
+
+use crate::linear::ordering::fill_reducing_order;
+use faer::sparse::SymbolicSparseColMat;
+use sinew_energy::{Body, Frames, PressureSurface};
+
+/// Marks a degree of freedom that is prescribed, so no unknown.
+const PRESCRIBED: u32 = u32::MAX;
+
+/// The sparsity of the stiffness matrix, ordered for little fill.
+///
+/// Nodes are ordered by [`fill_reducing_order`]; the free components of a node follow each other, so dense
+/// kernels find blocks. The matrix is kept as its lower half.
+#[derive(Debug)]
+pub(crate) struct Sparsity {
+    /// Degree of freedom `3 × node + component` of each unknown.
+    pub degree_of_freedom: Vec<usize>,
+    /// Frames of the nodes whose degrees of freedom are not along the coordinate axes.
+    pub frames: Frames,
+    /// The lower half, compressed by columns.
+    pub pattern: SymbolicSparseColMat<usize>,
+    /// Places of the matrices of cells, or of patches if there are any.
+    pub cells: Slots,
+    /// Places of the matrices of the facets of all pressures, one after the other, those without a potential last.
+    pub facets: Slots,
+    /// Places of the matrices of springs.
+    pub springs: Slots,
+}
+
+/// Places of small matrices among the values of the stiffness matrix.
+#[derive(Debug, Default)]
+pub(crate) struct Slots {
+    /// First place of each matrix, and the end of the last.
+    starts: Vec<usize>,
+    /// Place in the values of each entry, row by row of the lower half, matrix by matrix. Entries of
+    /// prescribed degrees of freedom go to one slot behind the last value.
+    places: Vec<u32>,
+}
+
+impl Slots {
+    /// The places of one matrix.
+    #[inline]
+    pub(crate) fn of(&self, matrix: usize) -> &[u32] {
+        &self.places[self.starts[matrix]..self.starts[matrix + 1]]
+    }
+}
+
+impl Sparsity {
+    /// The sparsity of a potential; `followers` are pressures beside it.
+    pub(crate) fn new(potential: &Body, followers: &[PressureSurface]) -> Self {
+        let patches = patch_nodes(potential);
+        let neighbours = if patches.is_empty() {
+            neighbours(potential.nodes, potential.cell_nodes())
+        } else {
+            neighbours(potential.nodes, patches.iter().map(|nodes| &nodes[..]))
+        };
+        let free =
+            |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
+        let order = order_of_elimination(&neighbours, |node| free(node).next().is_some());
+
+        let mut unknown = vec![PRESCRIBED; potential.prescribed.len()];
+        let mut degree_of_freedom = Vec::new();
+        for &node in &order {
+            for component in free(node) {
+                unknown[3 * node + component] = degree_of_freedom.len() as u32;
+                degree_of_freedom.push(3 * node + component);
+            }
+        }
+
+        let mut columns = Columns::with_capacity(degree_of_freedom.len(), unknown);
+        for &node in &order {
+            columns.push_node(node, &neighbours[node]);
+        }
+        let cells = if patches.is_empty() {
+            columns.slots(potential.cell_nodes())
+        } else {
+            columns.slots(patches.iter().map(|nodes| &nodes[..]))
+        };
+        let surfaces = potential.pressures.iter().chain(followers);
+        let facets = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
+        let facets = columns.slots(facets);
+        let springs = columns
+            .slots(potential.springs.iter().map(|spring| std::slice::from_ref(&spring.node)));
+
+        let size = degree_of_freedom.len();
+        let pattern =
+            SymbolicSparseColMat::new_checked(size, size, columns.starts, None, columns.rows);
+        let frames = potential.frames.clone();
+        Self { degree_of_freedom, frames, pattern, cells, facets, springs }
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.degree_of_freedom.len()
+    }
+
+    /// The unknowns' part of a Cartesian vector over all degrees of freedom.
+    pub(crate) fn gather(&self, vector: &[f64]) -> impl Iterator<Item = f64> {
+        self.gather_along(&self.frames, vector)
+    }
+
+    /// [`Self::gather`] for a body whose unknowns are along other axes.
+    pub(crate) fn gather_along(
+        &self,
+        frames: &Frames,
+        vector: &[f64],
+    ) -> impl Iterator<Item = f64> {
+        self.degree_of_freedom.iter().map(|&dof| frames.component(dof, vector))
+    }
+
+    /// Adds values of the unknowns to a Cartesian vector over all degrees of freedom.
+    pub(crate) fn scatter(&self, values: impl IntoIterator<Item = f64>, vector: &mut [f64]) {
+        self.scatter_along(&self.frames, values, vector);
+    }
+
+    /// [`Self::scatter`] for a body whose unknowns are along other axes.
+    pub(crate) fn scatter_along(
+        &self,
+        frames: &Frames,
+        values: impl IntoIterator<Item = f64>,
+        vector: &mut [f64],
+    ) {
+        let unknowns = self.degree_of_freedom.iter().zip(values);
+        unknowns.for_each(|(&dof, value)| frames.add(dof, value, vector));
+    }
+
+    /// The symmetric matrix with the given lower half times a vector.
+    pub(crate) fn multiply(&self, matrix: &[f64], from: &[f64], to: &mut [f64]) {
+        to.fill(0.0);
+        let starts = self.pattern.col_ptr();
+        for column in 0..self.unknowns() {
+            let (start, end) = (starts[column], starts[column + 1]);
+            let rows = &self.pattern.row_idx()[start..end];
+            // The diagonal comes first in each column.
+            let mut sum = matrix[start] * from[column];
+            let x = from[column];
+            for (&row, &value) in rows.iter().zip(&matrix[start..end]).skip(1) {
+                to[row] += value * x;
+                sum += value * from[row];
+            }
+            to[column] += sum;
+        }
+    }
+
+    /// Number of stored entries of the lower half.
+    pub(crate) fn entries(&self) -> usize {
+        self.pattern.row_idx().len()
+    }
+}
+
+/// Nodes of each patch, ascending.
+fn patch_nodes(potential: &Body) -> Vec<Vec<usize>> {
+    potential.patches.iter().map(|points| patch_nodes_of(potential, points)).collect()
+}
+
+/// Nodes of a patch of quadrature points, ascending.
+pub(crate) fn patch_nodes_of(potential: &Body, points: &[usize]) -> Vec<usize> {
+    let mut nodes: Vec<_> =
+        points.iter().flat_map(|&point| potential.nodes_of_point(point)).copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// Nodes that share a cell with each node, ascending, without the node itself.
+fn neighbours<'n>(nodes: usize, cells: impl Iterator<Item = &'n [usize]>) -> Vec<Vec<usize>> {
+    let mut neighbours = vec![Vec::new(); nodes];
+    for cell in cells {
+        for &a in cell {
+            neighbours[a].extend(cell.iter().filter(|&&b| b != a));
+        }
+    }
+    for list in &mut neighbours {
+        list.sort_unstable();
+        list.dedup();
+    }
+    neighbours
+}
+
+/// The nodes that `keep` keeps, ordered for little fill.
+fn order_of_elimination(neighbours: &[Vec<usize>], keep: impl Fn(usize) -> bool) -> Vec<usize> {
+    let kept: Vec<_> = (0..neighbours.len()).filter(|&node| keep(node)).collect();
+    let mut position = vec![usize::MAX; neighbours.len()];
+    kept.iter().enumerate().for_each(|(at, &node)| position[node] = at);
+    let (mut starts, mut beside) = (vec![0], Vec::new());
+    for &node in &kept {
+        let positions = neighbours[node].iter().map(|&n| position[n]);
+        beside.extend(positions.filter(|&at| at != usize::MAX));
+        starts.push(beside.len());
+    }
+    fill_reducing_order(&starts, &beside).into_iter().map(|at| kept[at]).collect()
+}
+
+/// The lower half by columns, while it is built node by node in the order of elimination.
+struct Columns {
+    starts: Vec<usize>,
+    rows: Vec<usize>,
+    unknown: Vec<u32>,
+}
+
+impl Columns {
+    fn with_capacity(unknowns: usize, unknown: Vec<u32>) -> Self {
+        let mut starts = Vec::with_capacity(unknowns + 1);
+        starts.push(0);
+        Self { starts, rows: Vec::new(), unknown }
+    }
+
+    /// Appends the columns of one node's unknowns; they hold the later unknowns of itself and its neighbours.
+    fn push_node(&mut self, node: usize, neighbours: &[usize]) {
+        let unknowns = |node: usize| self.unknown[3 * node..3 * node + 3].iter().copied();
+        let present = |&row: &u32| row != PRESCRIBED;
+        let own: Vec<_> = unknowns(node).filter(present).collect();
+        let last = own.last().copied().unwrap_or(0);
+        let others = neighbours.iter().flat_map(|&other| unknowns(other)).filter(present);
+        let mut below: Vec<_> = others.filter(|&row| row > last).map(|row| row as usize).collect();
+        below.sort_unstable();
+        for at in 0..own.len() {
+            self.rows.extend(own[at..].iter().map(|&row| row as usize));
+            self.rows.extend(&below);
+            self.starts.push(self.rows.len());
+        }
+    }
+
+    /// Places in the values of small matrices, whose rows are the three components of each of
+    /// the nodes listed for them.
+    fn slots<'n>(&self, matrices: impl Iterator<Item = &'n [usize]>) -> Slots {
+        let mut slots = Slots { starts: vec![0], places: Vec::new() };
+        for nodes in matrices {
+            let size = 3 * nodes.len();
+            let first_place = slots.places.len();
+            slots.places.resize(first_place + size * (size + 1) / 2, self.rows.len() as u32);
+            slots.starts.push(slots.places.len());
+            let places = &mut slots.places[first_place..];
+            for (a, &first) in nodes.iter().enumerate() {
+                for (b, &second) in nodes[..=a].iter().enumerate() {
+                    self.block_slots(first, second, |i, k, slot| {
+                        let (row, column) = (3 * a + i, 3 * b + k);
+                        if column <= row {
+                            places[row * (row + 1) / 2 + column] = slot;
+                        }
+                    });
+                }
+            }
+        }
+        slots
+    }
+
+    /// Calls `put(i, k, slot)` for each pair of free components `i` of node `a` and `k` of node `b`. Their
+    /// rows follow each other in a column, so one search per column will do.
+    fn block_slots(&self, a: usize, b: usize, mut put: impl FnMut(usize, usize, u32)) {
+        let unknowns = |node: usize| {
+            let unknown = &self.unknown[3 * node..3 * node + 3];
+            unknown.iter().enumerate().filter(|(_, u)| **u != PRESCRIBED).map(|(i, &u)| (i, u))
+        };
+        let (Some((_, first_a)), Some((_, first_b))) = (unknowns(a).next(), unknowns(b).next())
+        else {
+            return;
+        };
+        let swapped = first_a < first_b;
+        let (below, left) = if swapped { (b, a) } else { (a, b) };
+        for (k, column) in unknowns(left) {
+            let start = self.starts[column as usize];
+            let rows = &self.rows[start..self.starts[column as usize + 1]];
+            let Some((_, first)) = unknowns(below).find(|&(_, row)| row >= column) else {
+                continue;
+            };
+            let first_slot = start + rows.partition_point(|&row| row < first as usize);
+            for (i, row) in unknowns(below).filter(|&(_, row)| row >= column) {
+                let slot = first_slot as u32 + (row - first);
+                if swapped { put(k, i, slot) } else { put(i, k, slot) }
+            }
+        }
+    }
+}

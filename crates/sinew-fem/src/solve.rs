@@ -1,0 +1,32 @@
+//! Equilibria: Newton's method, load increments, arc-length continuation, sweeps, sensitivities.
+
+pub(crate) mod around;
+pub(crate) mod balance;
+pub(crate) mod buckling;
+pub(crate) mod continuation;
+pub(crate) mod control;
+pub(crate) mod converge;
+pub(crate) mod held;
+pub(crate) mod history;
+pub(crate) mod line;
+pub(crate) mod line_search;
+pub(crate) mod loading;
+pub(crate) mod nested;
+pub(crate) mod newton;
+pub(crate) mod newton_step;
+pub(crate) mod options;
+pub(crate) mod order;
+pub(crate) mod outlook;
+pub(crate) mod path;
+pub(crate) mod predictor;
+pub(crate) mod search;
+pub(crate) mod sensitivity;
+pub(crate) mod series;
+pub(crate) mod softer;
+pub(crate) mod solution;
+pub(crate) mod solver;
+pub(crate) mod sweep;
+pub(crate) mod trace;
+pub(crate) mod turn;
+pub(crate) mod volume;
+pub(crate) mod watch;

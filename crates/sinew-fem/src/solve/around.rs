@@ -1,0 +1,81 @@
+//! A few equilibria by the length of their curve, where a path of rising loads comes near to a limit point: do loads fall beyond it?
+
+use crate::linear::vector::norm;
+use crate::solve::outlook::Turn;
+use crate::solve::path::{Along, Path, Point};
+use crate::solve::search::Equilibrium;
+use crate::solve::watch::Log;
+
+/// Equilibria that are looked for.
+const MOST: usize = 6;
+/// Iterations at each.
+const ITERATIONS: usize = 8;
+/// Unbalanced forces \[relative\] that are enough to see which way loads go.
+const ACCURACY: f64 = 1e-7;
+/// An equilibrium that is farther off than so many times the step is of another branch.
+const ASTRAY: f64 = 1.25;
+/// A step after a failure and after a success, as a multiple of the one before.
+const CHANGES: [f64; 2] = [0.5, 2.0];
+
+impl Path<'_, '_> {
+    /// Goes on by the length of the curve until loads fall or the path leads on; whether it does, or the last equilibrium is another one.
+    pub(crate) fn around(&mut self, history: &mut Log<'_>) -> bool {
+        let [.., before, last] = &self.points[..] else { return false };
+        let apart = |a: &Point, b: &Point| {
+            let [a, b] = [a, b].map(|p| self.system.sparsity.gather(&p.unknowns.displacement));
+            norm(&b.zip(a).map(|(b, a)| b - a).collect::<Vec<_>>())
+        };
+        let scale = apart(before, last) / (last.place - before.place);
+        if !(scale > 0.0 && scale.is_finite()) {
+            self.outlook.turn = Turn::Unclear;
+            return false;
+        }
+        let mut length = 0.0;
+        let mut lengths = vec![0.0];
+        for pair in self.points.windows(2) {
+            length += (apart(&pair[0], &pair[1]) / scale).hypot(pair[1].place - pair[0].place);
+            lengths.push(length);
+        }
+        let step = length - lengths[lengths.len() - 2];
+        self.points.iter_mut().zip(lengths).for_each(|(point, at)| point.at = at);
+        let start = self.reached().place;
+        let per_load = std::mem::replace(&mut self.options.iterations_per_load, ITERATIONS);
+        self.along = Along::Arc(scale);
+        self.outlook.turn = self.turn(step, scale, history);
+        self.along = Along::Place;
+        self.options.iterations_per_load = per_load;
+        self.points.iter_mut().for_each(|point| point.at = point.place);
+        self.reached().place > start && self.outlook.turn == Turn::Unknown
+    }
+
+    fn turn(&mut self, mut step: f64, scale: f64, history: &mut Log<'_>) -> Turn {
+        for _ in 0..MOST {
+            let last = self.reached().clone();
+            let guess = self.extrapolated(last.at + step);
+            let found = self.equilibrium(guess, ACCURACY, history);
+            let near = |found: &Equilibrium| self.length_to(&last, found, scale) <= ASTRAY * step;
+            let Some(found) = found.filter(near) else {
+                step *= CHANGES[0];
+                continue;
+            };
+            if found.place <= last.place {
+                let unstable = found.negative_pivots > 0 || !self.system.has_potential();
+                return if unstable { Turn::At(last.place) } else { Turn::Unclear };
+            }
+            self.push(last.at + self.length_to(&last, &found, scale), &found);
+            self.outlook.reach(found.place, &found);
+            if self.outlook.refused.is_none() {
+                return Turn::Unknown;
+            }
+            step *= CHANGES[1];
+        }
+        Turn::Unclear
+    }
+
+    fn length_to(&self, last: &Point, found: &Equilibrium, scale: f64) -> f64 {
+        let [from, to] = [&last.unknowns, &found.unknowns]
+            .map(|unknowns| self.system.sparsity.gather(&unknowns.displacement));
+        let way: Vec<f64> = to.zip(from).map(|(b, a)| (b - a) / scale).collect();
+        norm(&way).hypot(found.place - last.place)
+    }
+}

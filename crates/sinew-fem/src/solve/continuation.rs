@@ -1,0 +1,358 @@
+//! Curves of equilibria along lines in loads and parameters, by arc-length continuation, through limit points
+//! (E. Riks, Int. J. Solids Struct. 15, 1979).
+//!
+//! The length counts the place on the line and displacements, these relative to what moves per place at the start. Each next
+//! equilibrium is extrapolated through the last ones, or along the tangent where that turns away from it, and sought on the plane
+//! through that point across the way to it.
+
+use crate::elements::supports::place;
+use crate::elements::system::{System, Unknowns};
+use crate::linear::vector::{dot, norm};
+use crate::solve::control::{Control, Plane};
+use crate::solve::line::Line;
+use crate::solve::path::{Along, Path, Point};
+use crate::solve::search::Equilibrium;
+use crate::solve::watch::Log;
+use crate::{BalanceSolution, BalanceSolver, History, Options, Solution, SolveError, Solver};
+use std::time::Instant;
+
+/// An equilibrium that is farther off than so many times the step is of another branch.
+const ASTRAY: f64 = 2.0;
+/// Least cosine between the tangent and the way to what is extrapolated.
+const ALIGNED: f64 = 0.7;
+/// A step after a failure, as a part of the one before.
+const CUT: f64 = 0.5;
+
+/// The curve of equilibria along a [`Line`]: an iterator over them in order, from that at the line's start to that at its end.
+///
+/// Beyond a limit point places fall; the curve goes on, and ends where it comes to the end of the line, which may be never: take as many
+/// as are wanted. After an error, [`SolveError::CurveEnded`] with the last equilibrium, nothing follows.
+#[doc(alias("arc length", "Riks", "continuation"))]
+#[must_use = "an iterator does nothing until it is asked"]
+pub struct Curve<'s, 'p, S> {
+    path: Path<'s, 'p>,
+    stage: Stage,
+    /// Change of the unknowns from place to place at the last equilibrium, and whether places rise along the curve there.
+    tangent: (Vec<f64>, bool),
+    /// Displacements count relative to this \[length\].
+    scale: f64,
+    step: f64,
+    least: f64,
+    longest: f64,
+    solution: Reported<'p, S>,
+}
+
+/// A solution of an equilibrium with its number of load steps, θ, iterations and beginning.
+type Reported<'p, S> = fn(&System<'p>, (Equilibrium, usize), &[f64], History, Instant) -> S;
+
+/// An equilibrium on a [`Curve`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurvePoint<S> {
+    /// Place on the line, 1 at its end.
+    pub place: f64,
+    /// Length of the curve up to here.
+    pub length: f64,
+    /// The equilibrium.
+    pub solution: S,
+}
+
+/// Next step of the continuation.
+enum Stage {
+    /// The equilibrium at the line's start, from a state near it.
+    Start(Option<Unknowns>),
+    /// Another one along the curve.
+    Along,
+    End,
+}
+
+impl<'p> Solver<'p> {
+    /// The equilibria along a line in loads and parameters, through limit points.
+    ///
+    /// An arch that snaps through under its weight, half of it between two plates:
+    ///
+    /// ```
+    /// use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+    /// use sinew_fem::{Line, Options, Solver};
+    /// use sinew_mesh::box_tetrahedra;
+    ///
+    /// let mut mesh = box_tetrahedra([50.0, 4.0, 4.0], [8, 1, 1]).quadratic();
+    /// mesh.map_points(|[x, y, z]| [x, y, z + 8.0 * (std::f64::consts::PI * x / 100.0).sin()]);
+    /// let arch = Scene::new(mesh, NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+    ///     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
+    ///     .support(Support::clamped("x_min"))
+    ///     .support(Support::uniform("x_max", [Some(0.0), None, None])) // the crown
+    ///     .support(Support::uniform("y_min", [None, Some(0.0), None]))
+    ///     .support(Support::uniform("y_max", [None, Some(0.0), None]))
+    ///     .lower()?;
+    /// let mut solver = Solver::new(&arch)?;
+    /// let points = solver.follow(&Line::of_loads(&[75.0, 75.0]), &Options::default())?;
+    /// let points = points.collect::<Result<Vec<_>, _>>()?;
+    /// // Loads rise to a limit point, fall along states that are not stable, and rise again.
+    /// let falling = points.windows(2).filter(|pair| pair[1].place < pair[0].place).count();
+    /// let unstable = points.iter().filter(|point| !point.solution.is_stable()).count();
+    /// assert!(falling > 0 && unstable > 0 && points[points.len() - 1].place == 1.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A line whose ends are not of the body or are the same.
+    pub fn follow<'s>(
+        &'s mut self,
+        line: &Line,
+        options: &Options,
+    ) -> Result<Curve<'s, 'p, Solution>, SolveError> {
+        Curve::new(&mut self.system, None, line, options, Solution::new)
+    }
+
+    /// Follows as [`Solver::follow`] does, from an equilibrium at the line's start, or a displacement \[length\] near to it, where there are several.
+    ///
+    /// # Errors
+    /// As for [`Solver::follow`], and a displacement of the wrong length or that is not finite.
+    pub fn follow_from<'s>(
+        &'s mut self,
+        initial: &[f64],
+        line: &Line,
+        options: &Options,
+    ) -> Result<Curve<'s, 'p, Solution>, SolveError> {
+        self.check(initial, &line.thetas[0])?;
+        let from = Some(Unknowns::of(initial));
+        Curve::new(&mut self.system, from, line, options, Solution::new)
+    }
+}
+
+impl<'p> BalanceSolver<'p> {
+    /// The equilibria along a line in loads and parameters, through limit points, as [`Solver::follow`].
+    ///
+    /// # Errors
+    /// As for [`Solver::follow`].
+    pub fn follow<'s>(
+        &'s mut self,
+        line: &Line,
+        options: &Options,
+    ) -> Result<Curve<'s, 'p, BalanceSolution>, SolveError> {
+        Curve::new(&mut self.system, None, line, options, BalanceSolution::new)
+    }
+
+    /// Follows as `follow` does, from an equilibrium at or near the line's start, where there are several.
+    ///
+    /// # Errors
+    /// As for [`Solver::follow`], and a solution of another body.
+    pub fn follow_from<'s>(
+        &'s mut self,
+        near: &BalanceSolution,
+        line: &Line,
+        options: &Options,
+    ) -> Result<Curve<'s, 'p, BalanceSolution>, SolveError> {
+        let from = self.checked(near, &line.thetas[0])?;
+        Curve::new(&mut self.system, Some(from), line, options, BalanceSolution::new)
+    }
+}
+
+impl<'s, 'p, S> Curve<'s, 'p, S> {
+    fn new(
+        system: &'s mut System<'p>,
+        from: Option<Unknowns>,
+        line: &Line,
+        options: &Options,
+        solution: Reported<'p, S>,
+    ) -> Result<Self, SolveError> {
+        line.check(system)?;
+        let path = Path::from_rest(system, line.clone(), options);
+        let step = options.first_load_step;
+        let (stage, longest) = (Stage::Start(from), f64::INFINITY);
+        let tangent = (Vec::new(), true);
+        Ok(Self { path, stage, tangent, scale: 1.0, step, least: 0.0, longest, solution })
+    }
+
+    /// No two equilibria are farther apart along the curve than this, to draw it finely; the whole line without limit points is
+    /// about 1.4 long where the body responds linearly.
+    ///
+    /// # Errors
+    /// A length that is not positive.
+    pub fn with_longest_step(self, longest: f64) -> Result<Self, SolveError> {
+        if longest > 0.0 {
+            return Ok(Self { step: self.step.min(longest), longest, ..self });
+        }
+        Err(SolveError::Line { problem: "its longest step is not positive" })
+    }
+
+    /// The equilibrium at the line's start.
+    fn start(
+        &mut self,
+        from: Option<Unknowns>,
+        log: &mut Log<'_>,
+    ) -> Result<Equilibrium, SolveError> {
+        let path = &mut self.path;
+        let (load, theta) = path.line.at(0.0);
+        let unknowns = match from {
+            Some(from) => from,
+            None => {
+                let rest = path.system.rest();
+                let line = Line { load_factors: [0.0, load], thetas: [theta.clone(), theta] };
+                Path::from_rest(path.system, line, &path.options).run(rest, log)?.0.unknowns
+            }
+        };
+        if load == 0.0 {
+            self.step = self.step.min(path.first_step());
+        }
+        self.least = path.options.least_load_step * self.step;
+        let start = Point { at: 0.0, place: 0.0, unknowns, stress: None };
+        let found = self.at_place(start, log).ok_or_else(|| self.lost(log))?;
+        let free = self.path.system.sparsity.unknowns();
+        let scale = norm(&found.by_place[..free]);
+        self.scale = if scale > 0.0 { scale } else { 1.0 };
+        self.path.along = Along::Arc(self.scale);
+        self.path.points.clear();
+        self.path.push(0.0, &found);
+        self.tangent = (found.by_place.clone(), true);
+        Ok(found)
+    }
+
+    /// The next equilibrium.
+    fn next_one(&mut self, log: &mut Log<'_>) -> Result<Equilibrium, SolveError> {
+        while self.step >= self.least && log.iterations.len() < self.path.options.iterations {
+            let before = log.iterations.len();
+            let last = self.path.reached().clone();
+            let guess = self.guess(&last);
+            let found = self.path.equilibrium(guess, self.path.options.accuracy, log);
+            let near = |found: &Equilibrium| {
+                let (_, theta) = self.path.line.at(found.place);
+                let moved = self.moved(&last, found);
+                moved <= ASTRAY * self.step && self.path.system.check_theta(&theta).is_ok()
+            };
+            let Some(found) = found.filter(near) else {
+                self.step *= CUT;
+                continue;
+            };
+            if last.place < 1.0 && found.place >= 1.0 {
+                let end = self.at_place(between(&last, &found), log);
+                if let Some(end) = end.filter(|end| self.moved(&last, end) <= ASTRAY * self.step) {
+                    self.stage = Stage::End;
+                    self.path.push(last.at + self.moved(&last, &end), &end);
+                    return Ok(end);
+                }
+                self.step *= CUT;
+                continue;
+            }
+            let moved = self.moved(&last, &found);
+            self.path.push(last.at + moved, &found);
+            let way = self.way(&last.unknowns, &found.unknowns);
+            let rising = dot(&way, &self.scaled(&found.by_place)) + found.place - last.place > 0.0;
+            self.tangent = (found.by_place.clone(), rising);
+            let left = log.iterations[before..].iter().map(|iteration| iteration.residual);
+            let growth = self.path.growth(&found, left);
+            self.step = (moved * growth).min(self.longest);
+            return Ok(found);
+        }
+        Err(self.lost(log))
+    }
+
+    /// The equilibrium at the place of a point, whether it is stable or not.
+    fn at_place(&mut self, guess: Point, log: &mut Log<'_>) -> Option<Equilibrium> {
+        let normal = (vec![0.0; self.path.system.sparsity.unknowns()], 1.0);
+        let plane = Control::Plane(Plane { normal, distance: guess.place });
+        self.path.meeting(Some(&plane), guess, self.path.options.accuracy, log)
+    }
+
+    /// Predictor of the next equilibrium.
+    fn guess(&mut self, last: &Point) -> Point {
+        let (by_place, rising) = &self.tangent;
+        let slope = self.scaled(by_place);
+        let length = norm(&slope).hypot(1.0);
+        let onward = self.step / if *rising { length } else { -length };
+        if self.path.points.len() > 1 {
+            let guess = self.path.extrapolated(last.at + self.step);
+            let way = self.way(&last.unknowns, &guess.unknowns);
+            let ahead = guess.place - last.place;
+            let along = (dot(&way, &slope) + ahead) * onward.signum();
+            if along > ALIGNED * length * norm(&way).hypot(ahead) {
+                return guess;
+            }
+        }
+        let system = &*self.path.system;
+        let mut unknowns = last.unknowns.clone();
+        let (free, pressures) = by_place.split_at(slope.len());
+        system.sparsity.scatter(free.iter().map(|b| onward * b), &mut unknowns.displacement);
+        unknowns.pressure.iter_mut().zip(pressures).for_each(|(p, b)| *p += onward * b);
+        let at = last.place + onward;
+        place(system.body, self.path.line.at(at).0, &mut unknowns.displacement);
+        Point { at: last.at + self.step, place: at, unknowns, stress: None }
+    }
+
+    /// Length of the curve between two equilibria that are near to each other.
+    fn moved(&self, from: &Point, to: &Equilibrium) -> f64 {
+        norm(&self.way(&from.unknowns, &to.unknowns)).hypot(to.place - from.place)
+    }
+
+    /// Free displacements from one state to another, as they count.
+    fn way(&self, from: &Unknowns, to: &Unknowns) -> Vec<f64> {
+        let sparsity = &self.path.system.sparsity;
+        let [from, to] = [from, to].map(|unknowns| sparsity.gather(&unknowns.displacement));
+        to.zip(from).map(|(b, a)| (b - a) / self.scale).collect()
+    }
+
+    /// The free displacements of a change of the unknowns, as they count.
+    fn scaled(&self, change: &[f64]) -> Vec<f64> {
+        let free = self.path.system.sparsity.unknowns();
+        change.iter().take(free).map(|c| c / self.scale).collect()
+    }
+
+    /// The error where nothing follows the last equilibrium.
+    fn lost(&mut self, log: &mut Log<'_>) -> SolveError {
+        let Path { system, line, .. } = &self.path;
+        let worst_cells = system.assembly.worst_cells(system.body.points_per_cell);
+        // Before the start was found, the point is the body at rest.
+        let place = matches!(self.path.along, Along::Arc(_)).then(|| self.path.reached().place);
+        let displacement = self.path.reached().unknowns.displacement.clone();
+        let load_factor = place.map_or(0.0, |place| line.at(place).0);
+        let failure = log.failure(load_factor, displacement, worst_cells);
+        match (place, failure) {
+            (Some(place), SolveError::NotConverged(failure)) => {
+                SolveError::CurveEnded { place, theta: line.at(place).1, failure }
+            }
+            (_, failure) => failure,
+        }
+    }
+}
+
+impl<S> Iterator for Curve<'_, '_, S> {
+    type Item = Result<CurvePoint<S>, SolveError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (start, mut log) = (Instant::now(), Log::default());
+        let found = match std::mem::replace(&mut self.stage, Stage::Along) {
+            Stage::Start(from) => self.start(from, &mut log),
+            Stage::Along => self.next_one(&mut log),
+            Stage::End => {
+                self.stage = Stage::End;
+                return None;
+            }
+        };
+        Some(match found {
+            Ok(found) => {
+                let Equilibrium { place, .. } = found;
+                let (_, theta) = self.path.line.at(place);
+                let (length, system) = (self.path.reached().at, &*self.path.system);
+                let solution = (self.solution)(system, (found, 1), &theta, log.take(), start);
+                Ok(CurvePoint { place, length, solution })
+            }
+            Err(failure) => {
+                self.stage = Stage::End;
+                Err(failure)
+            }
+        })
+    }
+}
+
+/// About where a curve comes to the end of its line.
+fn between(from: &Point, to: &Equilibrium) -> Point {
+    let part = (1.0 - from.place) / (to.place - from.place);
+    let between = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + part * (b - a)).collect();
+    let unknowns = Unknowns {
+        displacement: between(&from.unknowns.displacement, &to.unknowns.displacement),
+        pressure: between(&from.unknowns.pressure, &to.unknowns.pressure),
+    };
+    Point { at: 1.0, place: 1.0, unknowns, stress: None }
+}

@@ -1,0 +1,111 @@
+//! Quasi-Newton iteration to a relative error that its own contraction bounds: an answer and its check without a factorisation.
+
+use crate::elements::supports::place;
+use crate::linear::vector::{dot, norm};
+use crate::solve::held::{BALANCED, Memory, NOISE, Potential};
+use crate::{SolveError, Solver};
+use sinew_energy::Body;
+use sinew_energy::metrics::mean_and_largest;
+
+/// Length of a quasi-Newton step relative to the one before up to which the iteration counts as contracting.
+const CONTRACTS: f64 = 0.5;
+/// Steps that must have contracted, one after the other, before their contraction is believed: one may be short by chance.
+const SEEN: usize = 2;
+/// Compliant modes contract more slowly than those that dominate a step, so the series of steps that would follow counts so often.
+const SAFETY: f64 = 4.0;
+
+/// A displacement that a quasi-Newton iteration converged to, from [`Solver::converge`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Converged {
+    /// Displacement, node by node \[length\].
+    pub displacement: Vec<f64>,
+    /// Estimated mean nodal distance to the equilibrium, relative to the mean nodal displacement.
+    pub error: f64,
+    /// Quasi-Newton steps: a gradient and two or three back-substitutions each.
+    pub steps: usize,
+}
+
+impl Solver<'_> {
+    /// Quasi-Newton steps at θ, with the stiffness that was factorised last, from a displacement \[length\] until the steps that would follow
+    /// are shorter than `accuracy` of the mean nodal displacement; `None` where `most` steps do not contract to that.
+    ///
+    /// The next step is computed and not taken. Its length, and how much shorter it is than the one before in the mean and in the energy norm,
+    /// bound the error (P. Deuflhard, Newton Methods for Nonlinear Problems, 2011, section 2.1). The stiffness is best one of a neighbouring
+    /// equilibrium, from [`Solver::error_estimate`] or [`Solver::solve`]. `None` too where the energy is above that of the body at rest.
+    ///
+    /// ```
+    /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+    /// use sinew_fem::{Options, Solver};
+    /// let beam = Scene::new(sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 2]), NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+    ///     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
+    ///     .support(Support::clamped("x_min"))
+    ///     .lower()?;
+    /// let mut solver = Solver::new(&beam)?;
+    /// let near = solver.solve(&[55.0, 85.0], &Options::default())?.displacement;
+    /// let found = solver.converge(&near, &[50.0, 90.0], 1e-4, 8)?.expect("neighbours");
+    /// assert!(found.error <= 1e-4 && found.steps <= 4); // no factorisation
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// θ or a displacement that does not belong to the body, [`SolveError::Singular`] where nothing was factorised.
+    #[doc(alias("L-BFGS", "quasi-Newton"))]
+    pub fn converge(
+        &self,
+        from: &[f64],
+        theta: &[f64],
+        accuracy: f64,
+        most: usize,
+    ) -> Result<Option<Converged>, SolveError> {
+        let (body, system) = (self.body(), &self.system);
+        self.check(from, theta)?;
+        let potential = Potential { body, theta, frames: &body.frames };
+        let mut first = from.to_vec();
+        place(body, 1.0, &mut first);
+        let mut at = system.at(first, potential);
+        let (mut memory, mut lengths, mut norms) = (Memory::default(), Vec::new(), Vec::new());
+        for steps in 0..=most {
+            if !(at.energy.is_finite() && at.slope.iter().all(|g| g.is_finite())) {
+                return Ok(None);
+            }
+            let direction = memory.direction(system, &at, potential.frames);
+            if !direction.iter().all(|d| d.is_finite()) {
+                return Err(SolveError::Singular);
+            }
+            let mut step = vec![0.0; from.len()];
+            system.sparsity.scatter_along(potential.frames, direction.iter().copied(), &mut step);
+            lengths.push(mean_and_largest(&step)[0]);
+            norms.push((-dot(&at.slope, &direction)).max(0.0).sqrt());
+            let balanced = norm(&at.slope) <= BALANCED * at.force_scale(potential);
+            let [size, _] = mean_and_largest(&at.displacement);
+            let error = if balanced { 0.0 } else { left_open(&lengths, &norms) / size };
+            if error <= accuracy {
+                let found = Converged { displacement: at.displacement, error, steps };
+                return Ok(below_rest(body, theta, at.energy).then_some(found));
+            }
+            let first = memory.pairs.is_empty();
+            let Some(next) = system.step_along(&at, &direction, potential, first) else { break };
+            at = next;
+        }
+        Ok(None)
+    }
+}
+
+/// Whether an energy is at most that of the body at rest, where supports leave it at rest.
+fn below_rest(body: &Body, theta: &[f64], energy: f64) -> bool {
+    let rest = body.prescribed.iter().all(|u| u.is_none_or(|u| u == 0.0));
+    !rest || energy <= body.value(&vec![0.0; 3 * body.nodes], theta) + NOISE * energy.abs()
+}
+
+/// Length of the series of steps that starts with the last of some; infinite where the last ones do not contract in the mean and in the energy norm.
+fn left_open(lengths: &[f64], norms: &[f64]) -> f64 {
+    let Some(tail) = lengths.len().checked_sub(SEEN + 1) else { return f64::INFINITY };
+    let ratios = |sizes: &[f64]| -> f64 {
+        sizes[tail..].windows(2).map(|pair| pair[1] / pair[0]).fold(0.0, f64::max)
+    };
+    let slowest = ratios(lengths).max(ratios(norms));
+    let last = lengths[lengths.len() - 1];
+    if slowest <= CONTRACTS { SAFETY * last / (1.0 - slowest) } else { f64::INFINITY }
+}

@@ -1,0 +1,173 @@
+//! How far a step of Newton's method goes.
+
+use crate::elements::cell::{is_short, volume_ratios_along};
+use crate::elements::state::State;
+use crate::elements::system::System;
+use crate::solve::search::{Search, Watch};
+use sinew_energy::Body;
+use sinew_num::Mat3;
+
+/// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
+const SUFFICIENT: f64 = 1e-4;
+/// Largest rotation \[rad\] of a cell in a step that raises the energy. Measured over the range of both beams:
+/// 0.45–0.55 need 6–7 iterations everywhere, 0.4 and 0.7 up to 14 at some θ.
+const MOST_ROTATION: f64 = 0.5;
+/// Steps in a row that may raise the energy.
+const MOST_RISES: usize = 2;
+/// How much such a step may raise the energy, as a multiple of what the slope promises to lower it by. From 20
+/// on nothing changes on beams, linear or quadratic, where less costs iterations. Without a bound a first step
+/// into the exponential of a fibre law ends at 1e113 times the energy, and most iterations lead back.
+const MOST_RISE: f64 = 20.0;
+/// A step must not squeeze a cell to this part of its volume before and after the step.
+const FLAT: f64 = 1e-3;
+/// Steps shorter than this end the line search: the energy does not fall along the direction.
+const SHORTEST_STEP: f64 = 1e-8;
+/// Steps out of an indefinite stiffness are doubled up to this while the energy falls.
+const LONGEST_STEP: f64 = 64.0;
+/// Least volume ratio that a step without a potential may leave, as a part of the one before it.
+const LEAST_VOLUME: f64 = 0.3;
+/// Such steps shorter than this end the search.
+const SHORTEST_BALANCE_STEP: f64 = 1e-2;
+
+impl Search<'_> {
+    /// Whether a full step may still raise the energy.
+    fn relaxed(&self) -> bool {
+        self.rises < MOST_RISES
+    }
+
+    /// Moves on to `trial`, which has the energy `reached`, from a state with `energy`.
+    fn accept(&mut self, lowered: bool, reached: f64, energy: f64, trial: Vec<f64>) {
+        let left = std::mem::replace(&mut self.at.displacement, trial);
+        if !lowered {
+            self.rises += 1;
+            self.watch.get_or_insert(Watch { displacement: left, energy });
+        } else if self.watch.as_ref().is_some_and(|watch| reached < watch.energy) {
+            self.rises = 0;
+            self.watch = None;
+        }
+    }
+}
+
+impl System<'_> {
+    /// Energy at the end of a step, with the displacement there: +∞ where a cell is flat on the way.
+    fn reach(&self, search: &Search<'_>, direction: &[f64], length: f64) -> (f64, Vec<f64>) {
+        let moved = search.at.displacement.iter().zip(direction).map(|(u, d)| u + length * d);
+        let trial: Vec<_> = moved.collect();
+        let mut reached = State { displacement: &trial, ..search.state() }.energy(self.body);
+        if reached.is_finite() && self.passes_flat(&search.theta, direction, length) {
+            reached = f64::INFINITY;
+        }
+        (reached, trial)
+    }
+
+    /// Takes a step along `direction`: the length, 0 when the search went back instead.
+    ///
+    /// Descent out of a shifted stiffness is shorter than need be, so such a step may be `stretched`.
+    pub(crate) fn line_search(
+        &self,
+        search: &mut Search<'_>,
+        direction: &[f64],
+        promised: f64,
+        stretched: bool,
+    ) -> Option<f64> {
+        let (energy, noise) = (self.assembly.energy, self.assembly.energy_noise);
+        let mut length = 1.0;
+        while length >= SHORTEST_STEP {
+            let (mut reached, mut trial) = self.reach(search, direction, length);
+            let lowered = reached <= energy - SUFFICIENT * length * promised + noise;
+            while lowered && stretched && length < LONGEST_STEP {
+                let (farther, next) = self.reach(search, direction, 2.0 * length);
+                if farther >= reached - noise {
+                    break;
+                }
+                (length, reached, trial) = (2.0 * length, farther, next);
+            }
+            if !lowered && search.relaxed() && length == 1.0 {
+                let rotation = self.largest_rotation(direction);
+                if rotation > MOST_ROTATION {
+                    length = MOST_ROTATION / rotation;
+                    continue;
+                }
+            }
+            let bearable = reached.is_finite() && reached - energy <= MOST_RISE * promised;
+            if lowered || (bearable && search.relaxed()) {
+                search.accept(lowered, reached, energy, trial);
+                let step: Vec<_> = direction.iter().map(|d| length * d).collect();
+                search.predicted = self.predict_stress(&step);
+                return Some(length);
+            }
+            if let Some(watch) = search.watch.take() {
+                // The step after the last rise of the energy must lower it, or the rises were a mistake.
+                search.rises = MOST_RISES;
+                search.at.displacement = watch.displacement;
+                search.predicted = None;
+                return Some(0.0);
+            }
+            length *= 0.5;
+        }
+        None
+    }
+
+    /// Takes the longest of the steps 1, ½, ¼, … that squeezes no cell too much, without a potential to tell more.
+    pub(crate) fn take(
+        &self,
+        search: &mut Search<'_>,
+        motion: &[f64],
+        pressures: &[f64],
+    ) -> Option<f64> {
+        let least = LEAST_VOLUME * self.assembly.least_volume_ratio.min(1.0);
+        let mut length = 1.0;
+        while length >= SHORTEST_BALANCE_STEP {
+            let moved = search.at.displacement.iter().zip(motion).map(|(u, m)| u + length * m);
+            let displacement: Vec<f64> = moved.collect();
+            let ratio = |p| 1.0 + self.body.displacement_gradient(p, &displacement).volume_change();
+            let ratios = (0..self.body.volumes.len()).map(ratio);
+            let safe = ratios.fold(f64::INFINITY, f64::min) > least;
+            let state = State { displacement: &displacement, load_factor: 0.0, ..search.state() };
+            if safe && state.energy(self.body).is_finite() {
+                search.at.displacement = displacement;
+                let at = search.at.pressure.iter_mut().zip(pressures);
+                at.for_each(|(p, step)| *p += length * step);
+                return Some(length);
+            }
+            length *= 0.5;
+        }
+        None
+    }
+
+    /// Whether a cell is as good as flat somewhere on the way from the assembled state along `direction`. A step
+    /// through flat can lead out again: a bar that is drawn thin at once may come out turned inside.
+    pub(crate) fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
+        let passes = |(point, h): (usize, &Mat3<f64>)| {
+            flattens(h, &self.body.displacement_gradient(point, direction), length)
+        };
+        self.assembly.displacement_gradients().enumerate().any(passes)
+            && minds_turned_cells(self.body, theta)
+    }
+
+    /// Largest rotation \[rad\] of a cell along `direction`, to first order.
+    fn largest_rotation(&self, direction: &[f64]) -> f64 {
+        let rotation = |point| {
+            let h = self.body.displacement_gradient(point, direction);
+            let twice = [h[0][1] - h[1][0], h[0][2] - h[2][0], h[1][2] - h[2][1]];
+            0.5 * twice.iter().map(|w| w * w).sum::<f64>().sqrt()
+        };
+        (0..self.body.volumes.len()).map(rotation).fold(0.0, f64::max)
+    }
+}
+
+/// Whether a cell is as good as flat somewhere on the way from `h` along `step`.
+pub(crate) fn flattens(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> bool {
+    let flat = || {
+        let [start, least, end] = volume_ratios_along(h, step, length);
+        least <= FLAT * start.min(end)
+    };
+    !is_short(h, step, length) && flat()
+}
+
+/// Whether the law forbids inverted cells; linear elasticity does not.
+pub(crate) fn minds_turned_cells(body: &Body, theta: &[f64]) -> bool {
+    let parameters = body.law_parameters(theta);
+    let mirrored = Mat3::from_fn(|i, j| if (i, j) == (0, 0) { -2.0 } else { 0.0 });
+    body.material.energy(0, parameters, &mirrored, None) == f64::INFINITY
+}

@@ -1,0 +1,150 @@
+//! Evidence that loads which rise further have no equilibrium: the curve of equilibria bends over to a limit point.
+
+use crate::linear::vector::{dot, norm};
+use crate::solve::search::Equilibrium;
+
+/// Equilibria that a parabola is laid through.
+const POINTS: usize = 3;
+/// A limit point is approached to this part of its load before one beyond it is tried.
+const NEAR: f64 = 0.9;
+/// Steps lead over this part of the way to it: less than the whole, as it is foreseen roughly.
+const ONWARD: f64 = 0.75;
+/// Then so much more than its load is tried, where the body may have snapped to other equilibria.
+const BEYOND: f64 = 1.05;
+/// The last equilibria under loads that rise, and the least load beyond them that none was found for.
+pub(crate) struct Outlook {
+    /// Places on the line with displacements \[length\], ascending, all on one branch.
+    points: Vec<(f64, Vec<f64>)>,
+    pub refused: Option<f64>,
+    /// States found by arc-length continuation.
+    pub turn: Turn,
+    /// Whether the body has snapped from one branch to another on the way.
+    pub jumped: bool,
+}
+
+/// Limit point of a curve of equilibria, from which it turns back to smaller loads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Turn {
+    /// Not looked at.
+    Unknown,
+    /// Looked at without an answer.
+    Unclear,
+    At(f64),
+}
+
+impl Outlook {
+    /// Outlook of the body at rest.
+    pub(crate) fn from(rest: &[f64]) -> Self {
+        Self {
+            points: vec![(0.0, rest.to_vec())],
+            refused: None,
+            turn: Turn::Unknown,
+            jumped: false,
+        }
+    }
+
+    pub(crate) fn reach(&mut self, place: f64, found: &Equilibrium) {
+        if found.jumped {
+            // What the branch that was left bent over to is no limit any more.
+            self.points.clear();
+            (self.jumped, self.turn) = (true, Turn::Unknown);
+        }
+        self.add(place, &found.unknowns.displacement);
+    }
+
+    fn add(&mut self, place: f64, displacement: &[f64]) {
+        self.points.push((place, displacement.to_vec()));
+        self.points.drain(..self.points.len().saturating_sub(POINTS));
+        if self.refused.is_some_and(|refused| refused <= place) {
+            (self.refused, self.turn) = (None, Turn::Unknown);
+        }
+        // An equilibrium beyond the limit point is of another branch, or the limit lies farther on.
+        if matches!(self.turn, Turn::At(limit) if place > limit) {
+            self.turn = Turn::Unknown;
+        }
+    }
+
+    pub(crate) fn refuse(&mut self, place: f64) {
+        self.refused = Some(self.refused.map_or(place, |refused| refused.min(place)));
+    }
+
+    /// Place of the limit point that the curve bends over to: the top of the parabola of places over the way that displacements have gone.
+    pub(crate) fn limit(&self) -> Option<f64> {
+        let [(a, from), (b, middle), (c, last)] = &self.points[..] else { return None };
+        let way = |to: &[f64]| to.iter().zip(last).map(|(u, l)| u - l).collect::<Vec<_>>();
+        let [from, middle] = [way(from), way(middle)];
+        let length = norm(&middle);
+        let [first, second] = [-dot(&from, &middle) / length, -length];
+        let [before, after] = [(b - a) / (second - first), (c - b) / -second];
+        let curvature = (after - before) / -first;
+        let slope = after - curvature * second;
+        let bends = first < second && curvature < 0.0 && *a < *b && *b < *c;
+        bends.then(|| c + slope.max(0.0).powi(2) / (-4.0 * curvature))
+    }
+
+    /// Whether the next equilibria are near to a limit point that is foreseen, and not looked at yet.
+    pub(crate) fn is_near(&self) -> bool {
+        let (Some(_), Some((reached, _))) = (self.refused, self.points.last()) else {
+            return false;
+        };
+        self.turn == Turn::Unknown && self.limit().is_some_and(|limit| *reached >= NEAR * limit)
+    }
+
+    /// Place of the next equilibrium instead of `target`, once one was refused, on the way to the place `goal`.
+    pub(crate) fn target(&self, target: f64, goal: f64) -> f64 {
+        match (self.turn, self.refused, self.points.last(), self.limit()) {
+            (Turn::At(limit), ..) => goal.min(BEYOND * limit),
+            (Turn::Unknown, Some(_), Some((reached, _)), Some(limit)) if limit > *reached => {
+                target.min(reached + ONWARD * (limit - reached))
+            }
+            _ => target,
+        }
+    }
+
+    /// The limit point, if places fall beyond it.
+    pub(crate) fn ends(&self) -> Option<f64> {
+        match self.turn {
+            Turn::At(limit) => Some(limit),
+            Turn::Unknown | Turn::Unclear => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Displacements of two nodes whose place is `1 − (1 − q)²` along a straight way, with its top at 1.
+    fn outlook(places: [f64; 3]) -> Outlook {
+        let mut outlook =
+            Outlook { points: Vec::new(), refused: None, turn: Turn::Unknown, jumped: false };
+        for place in places {
+            let way = 1.0 - f64::sqrt(1.0 - place);
+            outlook.add(place, &[3.0 * way, -4.0 * way, 0.0]);
+        }
+        outlook
+    }
+
+    #[test]
+    fn the_top_of_a_parabola_is_foreseen() {
+        assert!((outlook([0.0, 0.3, 0.7]).limit().unwrap() - 1.0).abs() < 1e-12);
+        let mut straight = Outlook::from(&[0.0]);
+        (1..3).for_each(|i| straight.add(f64::from(i), &[f64::from(i)]));
+        assert_eq!(straight.limit(), None);
+    }
+
+    #[test]
+    fn steps_go_near_to_a_limit_point_and_beyond_it_once_the_curve_turns_back() {
+        let mut far = outlook([0.0, 0.3, 0.7]);
+        assert_eq!(far.target(2.0, 2.0), 2.0);
+        far.refuse(2.0);
+        assert!((far.target(2.0, 2.0) - 0.925).abs() < 1e-12 && !far.is_near());
+        let mut near = outlook([0.3, 0.7, 0.95]);
+        near.refuse(2.0);
+        assert!(near.is_near() && near.ends().is_none());
+        near.turn = Turn::At(1.0);
+        assert!((near.target(0.99, 2.0) - 1.05).abs() < 1e-12 && near.ends() == Some(1.0));
+        near.add(2.5, &[5.0, -6.0, 0.0]);
+        assert!(near.ends().is_none() && near.refused.is_none());
+    }
+}

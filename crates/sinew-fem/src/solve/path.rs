@@ -1,0 +1,352 @@
+//! Following an equilibrium along a line in loads and parameters: place by place, by the volume that a pressure sweeps, or by the
+//! length of the curve.
+
+use crate::elements::assembly::PredictedStress;
+use crate::elements::supports::place as place_supports;
+use crate::elements::system::{System, Unknowns};
+use crate::linear::vector::dot;
+use crate::solve::control::{Control, Plane};
+use crate::solve::line::Line;
+use crate::solve::outlook::Outlook;
+use crate::solve::search::{Equilibrium, Goal, Start};
+use crate::solve::turn::far_turn;
+use crate::solve::watch::Log;
+use crate::{Advice, NotConverged, Options, SolveError};
+use sinew_energy::PressureSurface;
+use sinew_num::Mat3;
+
+/// The first load step changes no displacement gradient by more than this, by the linear model of the body at rest.
+pub(crate) const FIRST_GRADIENT: f64 = 0.25;
+/// A step after a failure, and the least after a success, as a part of the one before.
+const CUT: f64 = 0.5;
+/// Factor of a step after a failure at the start: the load that the body bears is searched by orders of magnitude.
+const SCAN: f64 = 0.2;
+/// Equilibria that the next one is extrapolated from, without a field of pressure and with one. Those on the way are
+/// rough, pressures more than displacements, and a curve through more of them goes astray: four take a third more
+/// iterations on beams that roll up, three half as many again in incompressible bodies.
+const POINTS: [usize; 2] = [3, 2];
+/// Unbalanced forces \[relative to loads and reactions\] that a step should begin with. They grow with the step
+/// to the power of the [`POINTS`], as the error of what is extrapolated; 0.1–0.3 take about as many iterations.
+const BEGIN: f64 = 0.2;
+/// Residual of the second iteration, where that allows longer steps: bodies with a stiff response to changes of volume begin far from balance, and
+/// are near to it at once. They grow with the step to twice that power, as errors of Newton's method. The softest inflated ventricle of
+/// the hard cases takes 298 iterations, with a tenth of this 320.
+const SECOND: f64 = 1e-2;
+/// Below this part of the load, what holds is looked for to as many digits as it has: it is refused anyway.
+const FAR_BELOW: f64 = 1e-2;
+/// Smallest part of the load that is tried.
+const LEAST_LOAD: f64 = 1e-12;
+
+/// Steps in a row with an indefinite stiffness that end a search on the way, where a shorter load step costs less; those of equilibria take
+/// fewer. Beyond a limit point there is no end to them.
+const MOST_INDEFINITE: usize = 8;
+/// Smallest part of the load where the body may have snapped to other equilibria.
+const SNAPPING: usize = 12;
+
+/// Quantities that grow along a path.
+pub(crate) enum Along {
+    /// The place on the line.
+    Place,
+    /// The volume that a surface sweeps.
+    Volume(PressureSurface),
+    /// The length of the curve, in which displacements count relative to this \[length\].
+    Arc(f64),
+}
+
+/// A point of a path.
+#[derive(Clone)]
+pub(crate) struct Point {
+    /// Place, volume or length of the curve.
+    pub at: f64,
+    /// Place on the line.
+    pub place: f64,
+    pub unknowns: Unknowns,
+    /// Stress at each quadrature point: on the way to another load it is smoother than what displacements that
+    /// turn are extrapolated to.
+    pub stress: Option<PredictedStress>,
+}
+
+/// A path of equilibria along a line.
+pub(crate) struct Path<'s, 'p> {
+    pub system: &'s mut System<'p>,
+    pub line: Line,
+    pub options: Options,
+    pub along: Along,
+    /// The last ones that were reached.
+    pub points: Vec<Point>,
+    /// Extrapolation to larger loads.
+    pub outlook: Outlook,
+}
+
+impl<'s, 'p> Path<'s, 'p> {
+    /// The path of rising loads from the body at rest.
+    pub(crate) fn to_load(system: &'s mut System<'p>, theta: &[f64], options: &Options) -> Self {
+        Self::from_rest(system, Line::of_loads(theta), options)
+    }
+
+    /// A path from the body at rest, where its line has no loads.
+    pub(crate) fn from_rest(system: &'s mut System<'p>, line: Line, options: &Options) -> Self {
+        let rest = Point { at: 0.0, place: 0.0, unknowns: system.rest(), stress: None };
+        let (along, outlook) = (Along::Place, Outlook::from(&rest.unknowns.displacement));
+        Self { system, line, options: *options, along, points: vec![rest], outlook }
+    }
+
+    /// Stress of the body at rest, which grows with the loads.
+    pub(crate) fn release_stresses(&mut self) {
+        let [start, end] = &mut self.line.thetas;
+        self.system.stressing_entries(end).into_iter().for_each(|entry| start[entry] = 0.0);
+    }
+
+    /// The equilibrium at another place or volume, with the number of steps that lead there.
+    ///
+    /// # Errors
+    /// [`SolveError::NotConverged`].
+    pub(crate) fn follow(
+        &mut self,
+        goal: f64,
+        step: f64,
+        history: &mut Log<'_>,
+    ) -> Result<(Equilibrium, usize), SolveError> {
+        self.steps(goal, step, history).map_err(|advice| self.failure(advice, history))
+    }
+
+    /// The equilibrium, or the reason for its absence, where that is known.
+    pub(crate) fn steps(
+        &mut self,
+        goal: f64,
+        mut step: f64,
+        history: &mut Log<'_>,
+    ) -> Result<(Equilibrium, usize), Option<Advice>> {
+        let start = self.reached().at;
+        if let [.., before, last] = &self.points[..] {
+            let most = self.options.load_step_growth.max(CUT) * (last.at - before.at).abs();
+            step = step.clamp(-most, most);
+        }
+        let mut steps = 0;
+        let mut linear_iterations = 0;
+        while !self.is_stuck(step, goal - start, history) {
+            let reached = self.reached().at;
+            let last = (goal - reached).abs() <= step.abs() * (1.0 + 1e-9);
+            let wanted = if last { goal } else { reached + step };
+            if matches!(self.along, Along::Place) && self.outlook.is_near() && self.around(history)
+            {
+                continue;
+            }
+            let target = match self.along {
+                Along::Place => self.outlook.target(wanted, goal),
+                Along::Volume(_) | Along::Arc(_) => wanted,
+            };
+            let last = target == goal;
+            // A rough minimum may lie beyond the last that there is; down to rounding errors two iterations of each step find nothing more.
+            let accuracy = match (last, self.system.has_potential()) {
+                (true, _) => self.accuracy(),
+                (false, true) => self.options.accuracy,
+                (false, false) => self.options.accuracy_on_the_way,
+            };
+            let before = history.iterations.len();
+            let guess = self.extrapolated(target);
+            let Some(mut found) = self.equilibrium(guess, accuracy, history) else {
+                self.outlook.refuse(target);
+                // A search that ran out of iterations is no evidence.
+                let searched = history.iterations.len() < self.options.iterations;
+                if let (Along::Place, Some(limit), true) =
+                    (&self.along, self.outlook.ends(), searched)
+                {
+                    return Err(Some(Advice::LimitPoint { limit, refused: target }));
+                }
+                step = (target - reached) * if reached == start { SCAN } else { CUT };
+                continue;
+            };
+            steps += 1;
+            linear_iterations += found.linear_iterations;
+            self.push(target, &found);
+            self.outlook.reach(target, &found);
+            if last {
+                found.linear_iterations = linear_iterations;
+                found.jumped = self.outlook.jumped;
+                return Ok((found, steps));
+            }
+            let left = history.iterations[before..].iter().map(|iteration| iteration.residual);
+            step = (target - reached) * self.growth(&found, left);
+        }
+        Err(None)
+    }
+
+    /// Goes on from an equilibrium.
+    pub(crate) fn push(&mut self, at: f64, found: &Equilibrium) {
+        let stress = Some(self.system.assembly.stress());
+        let Equilibrium { unknowns, place, .. } = found;
+        // One that was come to again takes the place of the first: curves go through points at different places.
+        self.points.retain(|point| point.at != at);
+        self.points.push(Point { at, place: *place, unknowns: unknowns.clone(), stress });
+        self.points.drain(..self.points.len().saturating_sub(self.most_points()));
+    }
+
+    /// The next step as a multiple of the one that led to an equilibrium, with the unbalanced forces of its iterations.
+    pub(crate) fn growth(&self, found: &Equilibrium, mut left: impl Iterator<Item = f64>) -> f64 {
+        let scale = found.force_scale.max(f64::MIN_POSITIVE);
+        let mut change = |goal: f64, power: f64| {
+            let began = left.next().unwrap_or(f64::MAX) / scale;
+            (goal / began).powf(1.0 / (power * self.most_points() as f64))
+        };
+        let (first, second) = (change(BEGIN, 1.0), change(SECOND, 2.0));
+        first.max(second).clamp(CUT, self.options.load_step_growth.max(CUT))
+    }
+
+    pub(crate) fn reached(&self) -> &Point {
+        &self.points[self.points.len() - 1]
+    }
+
+    fn most_points(&self) -> usize {
+        POINTS[usize::from(self.system.coupling.is_some())]
+    }
+
+    /// Unbalanced forces and volumes \[relative\] of the equilibria that are asked for: a potential's are down to what
+    /// rounding errors amount to.
+    pub(crate) fn accuracy(&self) -> f64 {
+        let minimised = self.system.has_potential() && matches!(self.along, Along::Place);
+        if minimised { 0.0 } else { self.options.accuracy }
+    }
+
+    /// Whether steps have become too short, or iterations run out.
+    fn is_stuck(&self, step: f64, whole: f64, history: &Log<'_>) -> bool {
+        let part = if whole == 0.0 { 1.0 } else { (step / whole).abs() };
+        let reached = match self.along {
+            Along::Place => self.reached().at,
+            Along::Volume(_) | Along::Arc(_) => 1.0,
+        };
+        let coarse = if reached < FAR_BELOW { FAR_BELOW } else { 0.0 };
+        let least = self.options.least_load_step.max(coarse) * reached;
+        // Written so that a NaN is stuck as well.
+        let going = part >= least && part >= LEAST_LOAD;
+        !going || history.iterations.len() >= self.options.iterations
+    }
+
+    pub(crate) fn equilibrium(
+        &mut self,
+        guess: Point,
+        accuracy: f64,
+        history: &mut Log<'_>,
+    ) -> Option<Equilibrium> {
+        let control = match &self.along {
+            Along::Place => None,
+            Along::Volume(surface) => Some(Control::Volume(surface.clone(), guess.at)),
+            Along::Arc(scale) => Some(Control::Plane(self.plane(&guess, *scale))),
+        };
+        self.meeting(control.as_ref(), guess, accuracy, history)
+    }
+
+    /// The equilibrium near a point that meets a control, or at its place.
+    pub(crate) fn meeting(
+        &mut self,
+        control: Option<&Control>,
+        guess: Point,
+        accuracy: f64,
+        history: &mut Log<'_>,
+    ) -> Option<Equilibrium> {
+        let snapping = self.outlook.ends().is_some();
+        let most_indefinite = if snapping { SNAPPING } else { MOST_INDEFINITE };
+        let goal = Goal { line: &self.line, control, accuracy, most_indefinite };
+        let Point { unknowns, place, stress, .. } = guess;
+        self.system.equilibrium(Start { unknowns, place, stress }, goal, &self.options, history)
+    }
+
+    /// The plane through a point across the way to it from the last one.
+    fn plane(&self, to: &Point, scale: f64) -> Plane {
+        let [from, to] = [self.reached(), to].map(|point| {
+            let free = self.system.sparsity.gather(&point.unknowns.displacement);
+            (free.map(|u| u / scale).collect::<Vec<_>>(), point.place)
+        });
+        let way: Vec<f64> = to.0.iter().zip(&from.0).map(|(b, a)| b - a).collect();
+        let onward = to.1 - from.1;
+        let length = dot(&way, &way).sqrt().hypot(onward);
+        let distance = (dot(&way, &to.0) + onward * to.1) / length;
+        let slope = way.iter().map(|w| w / (scale * length)).collect();
+        Plane { normal: (slope, onward / length), distance }
+    }
+
+    /// Part of the load that changes no displacement gradient by more than [`FIRST_GRADIENT`].
+    pub(crate) fn first_step(&mut self) -> f64 {
+        let most = self.options.first_load_step;
+        let Ok(motion) = self.system.linear_response(&self.line.thetas[1]) else { return most };
+        let body = self.system.body;
+        let size = |h: Mat3<f64>| h.squared_norm().sqrt();
+        let gradients = (0..body.volumes.len()).map(|p| body.displacement_gradient(p, &motion));
+        let largest = gradients.map(size).fold(0.0, f64::max) * self.line.load_factors[1].abs();
+        let step = (FIRST_GRADIENT / largest).min(most);
+        if step > LEAST_LOAD { step } else { most }
+    }
+
+    /// Last equilibrium of a path that ends, as accurate as any.
+    /// With the advice that is known, or what the last iterations give.
+    pub(crate) fn failure(&mut self, advice: Option<Advice>, history: &mut Log<'_>) -> SolveError {
+        let turned = far_turn(self.system.body).map(|degrees| Advice::Turned { degrees });
+        let advice = turned.or(advice);
+        let worst_cells = self.system.assembly.worst_cells(self.system.body.points_per_cell);
+        // A rough equilibrium that none is near was beyond the last.
+        while let Some(point) = self.points.pop() {
+            let ((load_factor, _), rest) = (self.line.at(point.place), point.at == 0.0);
+            let found = self.equilibrium(point.clone(), self.accuracy(), &mut Log::default());
+            let displacement = match found {
+                Some(found) => found.unknowns.displacement,
+                None if rest => point.unknowns.displacement,
+                None => continue,
+            };
+            return advised(history.failure(load_factor, displacement, worst_cells), advice);
+        }
+        let rest = self.system.rest().displacement;
+        advised(history.failure(0.0, rest, worst_cells), advice)
+    }
+
+    /// The point on the curve through the last ones, which are at different places.
+    pub(crate) fn extrapolated(&mut self, at: f64) -> Point {
+        let points = &self.points;
+        let weights = points.iter().map(|point| {
+            let others = points.iter().map(|other| other.at).filter(|&other| other != point.at);
+            others.map(|other| (at - other) / (point.at - other)).product::<f64>()
+        });
+        let terms: Vec<_> = weights.zip(points).collect();
+        let of = |part: fn(&Point) -> &Vec<f64>| combined(&terms, part);
+        let (mut displacement, pressure) =
+            (of(|p| &p.unknowns.displacement), of(|p| &p.unknowns.pressure));
+        let place = match self.along {
+            Along::Place => at,
+            _ => terms.iter().map(|(weight, p)| weight * p.place).sum(),
+        };
+        let (load_factor, _) = self.line.at(place);
+        let earlier: Vec<_> =
+            terms.iter().map(|(weight, p)| (*weight, &p.unknowns.displacement[..])).collect();
+        self.system.turn_along(&earlier, load_factor, &mut displacement);
+        // Weights sum up to one but for rounding, which is no motion of a support.
+        place_supports(self.system.body, load_factor, &mut displacement);
+        // The body at rest bears none.
+        let mut stress: Option<PredictedStress> = None;
+        for (weight, point) in terms {
+            let Some(of_point) = &point.stress else { continue };
+            let sum = stress.get_or_insert_with(|| vec![Mat3::ZERO; of_point.len()]);
+            for (sum, s) in sum.iter_mut().zip(of_point) {
+                *sum = Mat3::from_fn(|i, j| sum[i][j] + weight * s[i][j]);
+            }
+        }
+        Point { at, place, unknowns: Unknowns { displacement, pressure }, stress }
+    }
+}
+
+/// A failure with the advice that is known, if any.
+fn advised(error: SolveError, advice: Option<Advice>) -> SolveError {
+    match (error, advice) {
+        (SolveError::NotConverged(failure), Some(advice)) => {
+            SolveError::NotConverged(Box::new(NotConverged { advice, ..*failure }))
+        }
+        (error, _) => error,
+    }
+}
+
+/// A weighted sum of a part of some points.
+fn combined(terms: &[(f64, &Point)], part: fn(&Point) -> &Vec<f64>) -> Vec<f64> {
+    let mut sum = vec![0.0; terms.first().map_or(0, |(_, point)| part(point).len())];
+    for (weight, point) in terms {
+        sum.iter_mut().zip(part(point)).for_each(|(s, v)| *s += weight * v);
+    }
+    sum
+}

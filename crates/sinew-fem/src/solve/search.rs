@@ -1,0 +1,84 @@
+//! The state of a search for an equilibrium.
+
+use crate::elements::assembly::PredictedStress;
+use crate::elements::state::State;
+use crate::elements::system::{Residual, Unknowns};
+use crate::solve::control::Control;
+use crate::solve::line::Line;
+
+/// Goal of a search: an equilibrium at one place of a line in loads and parameters, or wherever on it something else is met.
+#[derive(Clone, Copy)]
+pub(crate) struct Goal<'a> {
+    pub line: &'a Line,
+    /// Constraint where the place is unknown.
+    pub control: Option<&'a Control>,
+    /// Unbalanced forces and volumes \[relative\] that are enough without a potential, or on the way to another load.
+    pub accuracy: f64,
+    /// Steps in a row with an indefinite stiffness that end the search for a minimum.
+    pub most_indefinite: usize,
+}
+
+/// Start of a search.
+pub(crate) struct Start {
+    pub unknowns: Unknowns,
+    /// Place on the line.
+    pub place: f64,
+    /// Stress that the geometric stiffness is built from at first, if that of the start itself is not to be trusted.
+    pub stress: Option<PredictedStress>,
+}
+
+/// An equilibrium at one load, before it is reported.
+#[derive(Clone, Debug)]
+pub(crate) struct Equilibrium {
+    pub unknowns: Unknowns,
+    /// Place on the line.
+    pub place: f64,
+    /// Fraction of all loads there.
+    pub load_factor: f64,
+    pub residual: Residual,
+    /// Norm of loads and reactions \[stress·length²\].
+    pub force_scale: f64,
+    pub least_volume_ratio: f64,
+    pub negative_pivots: usize,
+    pub linear_iterations: usize,
+    /// Whether the search for a minimum met an indefinite stiffness.
+    pub jumped: bool,
+    /// Change of the unknowns (free displacements, then pressures) from place to place, where one was controlled.
+    pub by_place: Vec<f64>,
+}
+
+/// A point that the search may return to.
+pub(crate) struct Watch {
+    pub displacement: Vec<f64>,
+    pub energy: f64,
+}
+
+/// The state of one search.
+pub(crate) struct Search<'a> {
+    pub goal: Goal<'a>,
+    pub place: f64,
+    /// Loads and parameters there.
+    pub load_factor: f64,
+    pub theta: Vec<f64>,
+    pub at: Unknowns,
+    pub predicted: Option<PredictedStress>,
+    pub watch: Option<Watch>,
+    /// Steps that have raised the energy since it was lowest.
+    pub rises: usize,
+    pub negative_pivots: Option<usize>,
+    pub linear_iterations: usize,
+    pub jumped: bool,
+    pub by_place: Vec<f64>,
+}
+
+impl Search<'_> {
+    pub(crate) fn state(&self) -> State<'_> {
+        let Self { at: Unknowns { displacement, .. }, theta, load_factor, .. } = self;
+        State { displacement, theta, load_factor: *load_factor, pressure: &[] }
+    }
+
+    pub(crate) fn move_to(&mut self, place: f64) {
+        self.place = place;
+        (self.load_factor, self.theta) = self.goal.line.at(place);
+    }
+}

@@ -1,0 +1,190 @@
+//! How an equilibrium moves with θ.
+
+use crate::elements::check::check_displacement;
+use crate::elements::followers::Followers;
+use crate::elements::system::{System, Unknowns};
+use crate::linear::vector::dot;
+use crate::{BalanceSolution, BalanceSolver, Solution, SolveError, Solver};
+use sinew_energy::{Body, Magnitude, PressureSurface};
+use sinew_num::Mat3;
+
+/// Residual of a linear system beyond which its solution is no derivative [relative to its right-hand side]: iterations end at
+/// 1e-10, or where rounding errors stop them.
+const MOST_LEFT: f64 = 1e-6;
+
+impl Solver<'_> {
+    /// Derivative of the displacement in each entry of θ: one vector like the displacement per entry.
+    ///
+    /// The implicit function theorem `K ∂u/∂θ = −∂²Π/∂u∂θ`, with exact derivatives throughout and one
+    /// factorisation for all entries.
+    ///
+    /// # Errors
+    /// A solution of another body, [`SolveError::Singular`], or [`SolveError::Inadmissible`] where derivatives overflow.
+    pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
+        let Solution { displacement, theta, load_factor, .. } = solution;
+        self.check(displacement, theta)?;
+        self.system.sensitivity(&Unknowns::of(displacement), theta, *load_factor)
+    }
+
+    /// Sensitivities at a displacement \[length\] near to an equilibrium under the whole load, as if it were one.
+    ///
+    /// # Errors
+    /// As [`Solver::sensitivity`].
+    pub fn sensitivity_at(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+    ) -> Result<Vec<Vec<f64>>, SolveError> {
+        self.check(displacement, theta)?;
+        self.system.sensitivity(&Unknowns::of(displacement), theta, 1.0)
+    }
+
+    /// Derivative in each entry of θ of a quantity of interest whose derivative in the displacement is
+    /// `slope`: one linear system whatever the number of parameters (the adjoint method). What the quantity
+    /// depends on θ directly is to be added.
+    ///
+    /// # Errors
+    /// A solution of another body, a slope that does not fit it, or [`SolveError::Singular`].
+    #[doc(alias("adjoint", "gradient"))]
+    pub fn adjoint_sensitivity(
+        &mut self,
+        solution: &Solution,
+        slope: &[f64],
+    ) -> Result<Vec<f64>, SolveError> {
+        let Solution { displacement, theta, load_factor, .. } = solution;
+        check_displacement(self.body(), slope)?;
+        self.check(displacement, theta)?;
+        self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
+        let mut adjoint = vec![0.0; displacement.len()];
+        self.system.add_newton_step(slope, &mut adjoint);
+        let adjoint: Vec<f64> = self.system.sparsity.gather(&adjoint).collect();
+        let entry = |index: usize| {
+            let direction = unit(theta, index);
+            dot(&self.system.rate_by_theta(displacement, theta, *load_factor, &direction), &adjoint)
+        };
+        self.system.finite((0..theta.len()).map(entry).collect())
+    }
+}
+
+impl BalanceSolver<'_> {
+    /// Derivative of the displacement in each entry of θ, as [`Solver::sensitivity`], under the solution's fraction of the
+    /// loads.
+    ///
+    /// # Errors
+    /// As for [`Solver::sensitivity`].
+    pub fn sensitivity(&mut self, solution: &BalanceSolution) -> Result<Vec<Vec<f64>>, SolveError> {
+        let at = self.checked(solution, &solution.theta)?;
+        self.system.sensitivity(&at, &solution.theta, solution.load_factor)
+    }
+}
+
+impl System<'_> {
+    fn sensitivity(
+        &mut self,
+        at: &Unknowns,
+        theta: &[f64],
+        load_factor: f64,
+    ) -> Result<Vec<Vec<f64>>, SolveError> {
+        let shift = self.factorise_at(at, theta, load_factor)?;
+        let free = self.sparsity.unknowns();
+        let column = |index: usize| {
+            let rate =
+                self.rate_by_theta(&at.displacement, theta, load_factor, &unit(theta, index));
+            let (change, outcome) = self.solve(rate.iter().map(|r| -r).collect(), shift)?;
+            // Written so that a NaN is an error as well.
+            let solved = outcome.relative_residual <= MOST_LEFT;
+            if !solved {
+                return Err(SolveError::Singular);
+            }
+            let mut slope = vec![0.0; at.displacement.len()];
+            self.sparsity.scatter(change[..free].iter().copied(), &mut slope);
+            self.finite(slope)
+        };
+        (0..theta.len()).map(column).collect()
+    }
+
+    /// Derivative of the balance of free displacements and pressures along a direction in θ.
+    pub(crate) fn rate_by_theta(
+        &self,
+        displacement: &[f64],
+        theta: &[f64],
+        load_factor: f64,
+        direction: &[f64],
+    ) -> Vec<f64> {
+        let mut direction = direction.to_vec();
+        // Loads count as much as they are applied; so do none of the law's parameters.
+        let law = self.body.law_parameters(theta).len();
+        direction[law..].iter_mut().for_each(|d| *d *= load_factor);
+        let followers = self.followers.surfaces;
+        let forces = force_change(self.body, followers, displacement, theta, &direction);
+        let mut rate: Vec<f64> = self.sparsity.gather(&forces).collect();
+        rate.resize(rate.len() + self.pressures(), 0.0);
+        rate
+    }
+
+    /// Factorises the stiffness at a displacement; returns the shift of the factor, which only preconditions then.
+    pub(crate) fn factorise_at(
+        &mut self,
+        at: &Unknowns,
+        theta: &[f64],
+        load_factor: f64,
+    ) -> Result<f64, SolveError> {
+        self.assemble(at, theta, load_factor, None);
+        if !self.assembly.is_finite() {
+            return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
+        }
+        let (shift, _) = self.factorise(false).ok_or(SolveError::Singular)?;
+        if shift > 0.0 && self.has_potential() { Err(SolveError::Singular) } else { Ok(shift) }
+    }
+
+    /// Derivatives that do not overflow where the energy does not yet.
+    fn finite(&self, slopes: Vec<f64>) -> Result<Vec<f64>, SolveError> {
+        let cell = self.assembly.worst_cell;
+        let finite = slopes.iter().all(|s| s.is_finite());
+        if finite { Ok(slopes) } else { Err(SolveError::Inadmissible { cell }) }
+    }
+}
+
+/// The direction of one entry of θ.
+fn unit(theta: &[f64], index: usize) -> Vec<f64> {
+    (0..theta.len()).map(|i| f64::from(u8::from(i == index))).collect()
+}
+
+/// Change of the gradient of Π with θ along `direction`: `∂²Π/∂u∂θ · direction`.
+fn force_change(
+    potential: &Body,
+    followers: &[PressureSurface],
+    displacement: &[f64],
+    theta: &[f64],
+    direction: &[f64],
+) -> Vec<f64> {
+    let (parameters, rates) =
+        (potential.law_parameters(theta), potential.law_parameters(direction));
+    let mut forces = vec![0.0; displacement.len()];
+    let stress_change =
+        |point: usize, h: &Mat3<f64>| potential.material.stress_rate(point, parameters, rates, h);
+    for points in &potential.patches {
+        let Some(kinematics) = potential.patch_kinematics(points, displacement) else { continue };
+        let volumes: Vec<_> = points.iter().map(|&point| potential.volumes[point]).collect();
+        let at_points = points.iter().zip(&kinematics.scaled);
+        let mut changes: Vec<_> = at_points.map(|(&point, h)| stress_change(point, h)).collect();
+        kinematics.work_conjugate(&volumes, &mut changes);
+        let at_points = points.iter().zip(&changes);
+        at_points.for_each(|(&point, change)| potential.add_forces(point, change, &mut forces));
+    }
+    let alone = if potential.patches.is_empty() { potential.volumes.len() } else { 0 };
+    for point in 0..alone {
+        let h = potential.displacement_gradient(point, displacement);
+        potential.add_forces(point, &stress_change(point, &h), &mut forces);
+    }
+    // A load is linear in its size, so its change is the load of the size's change.
+    let varies = |load: &&PressureSurface| matches!(load.magnitude, Magnitude::Theta(_));
+    for pressure in potential.pressures.iter().filter(varies) {
+        pressure.value_and_add_gradient(displacement, direction, &mut forces);
+    }
+    for surface in followers.iter().filter(varies) {
+        let follower = Followers::new(std::slice::from_ref(surface));
+        follower.add_forces(displacement, direction, &mut forces);
+    }
+    forces
+}

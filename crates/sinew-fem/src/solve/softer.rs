@@ -1,0 +1,82 @@
+//! Nearly incompressible bodies, reached by way of others that resist changes of volume less.
+
+use crate::Options;
+use crate::elements::system::{System, Unknowns};
+use crate::solve::path::Path;
+use crate::solve::search::{Equilibrium, Goal, Start};
+use crate::solve::watch::Log;
+use sinew_energy::Body;
+
+/// Resistance to changes of volume from one softer body to the next: from a hundredth a handful of iterations lead on, and fewer
+/// bodies are tried than by tenths.
+const SOFTER: f64 = 1e-2;
+/// Number of softer materials that are tried: those whose volume responds ten thousand times as stiffly as their shape.
+const MOST_RUNGS: i32 = 2;
+
+/// Its load steps get this part of all iterations.
+const DETOUR: usize = 2;
+
+impl Path<'_, '_> {
+    /// The body with the least resistance that helps, if its law has one to changes of volume.
+    pub(crate) fn softer_volume(&self) -> Option<Body> {
+        self.system.has_potential().then(|| self.system.body.with_softer_volume(SOFTER))?
+    }
+
+    /// The equilibrium under the whole load by way of bodies that resist changes of volume less, with the number of those and of their
+    /// load steps: a penalty on them that is large beside the rest keeps steps short, which a step from the equilibrium of a hundredth of
+    /// it need not be.
+    pub(crate) fn by_softer_volume(
+        &mut self,
+        history: &mut Log<'_>,
+    ) -> Option<(Equilibrium, usize)> {
+        self.softer_volume()?;
+        let mut rungs = 1..=MOST_RUNGS;
+        let reached =
+            rungs.find_map(|rung| Some((rung, self.softened(SOFTER.powi(rung), None, history)?)));
+        let (rung, mut unknowns, mut steps) = match reached {
+            Some((rung, unknowns)) => (rung, unknowns, 2),
+            // The softest has no equilibrium near; the first may be reached by load steps, which its softness allows to be longer.
+            None => {
+                let (unknowns, steps) = self.softened_by_steps(history)?;
+                (1, unknowns, 1 + steps)
+            }
+        };
+        for rung in (1..rung).rev() {
+            unknowns = self.softened(SOFTER.powi(rung), Some(unknowns), history)?;
+            steps += 1;
+        }
+        Some((self.at_once(&unknowns, usize::MAX, history)?, steps))
+    }
+
+    /// The equilibrium of a body that resists changes of volume so many times as much, from another or from rest.
+    fn softened(
+        &self,
+        factor: f64,
+        from: Option<Unknowns>,
+        history: &mut Log<'_>,
+    ) -> Option<Unknowns> {
+        let body = self.system.body.with_softer_volume(factor)?;
+        let mut system = System::new(&body).ok()?;
+        let unknowns = from.unwrap_or_else(|| system.rest());
+        let start = Start { unknowns, place: 1.0, stress: None };
+        let goal =
+            Goal { line: &self.line, control: None, accuracy: 0.0, most_indefinite: usize::MAX };
+        system.equilibrium(start, goal, &self.options, history).map(|found| found.unknowns)
+    }
+
+    /// Equilibrium with a hundredth of the bulk modulus by load increments, of which it takes a part of all iterations at most.
+    fn softened_by_steps(&self, history: &mut Log<'_>) -> Option<(Unknowns, usize)> {
+        if self.options.least_load_step > self.options.first_load_step {
+            return None;
+        }
+        let body = self.system.body.with_softer_volume(SOFTER)?;
+        let mut system = System::new(&body).ok()?;
+        let most = history.iterations.len() + self.options.iterations / DETOUR;
+        let options = Options { iterations: most.min(self.options.iterations), ..self.options };
+        let mut path = Path::from_rest(&mut system, self.line.clone(), &options);
+        path.release_stresses();
+        let step = path.first_step();
+        let (found, steps) = path.follow(1.0, step, history).ok()?;
+        Some((found.unknowns, steps))
+    }
+}

@@ -1,0 +1,78 @@
+//! What a solve returns.
+
+use crate::elements::system::System;
+use crate::solve::search::Equilibrium;
+use crate::{History, LockingWarning};
+use std::time::Instant;
+
+/// An equilibrium of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
+    pub displacement: Vec<f64>,
+    /// Total potential energy \[stress·length³\].
+    pub energy: f64,
+    /// Parameters of law and loads.
+    pub theta: Vec<f64>,
+    /// Fraction of all loads and prescribed motions, 1 but on the way along a [`crate::Curve`].
+    pub load_factor: f64,
+    /// Norm of the unbalanced nodal forces \[stress·length²\].
+    pub residual: f64,
+    /// Norm of the loads and reactions \[stress·length²\], to compare the residual with.
+    pub force_scale: f64,
+    /// Least volume ratio J of all cells.
+    pub least_volume_ratio: f64,
+    /// Number of negative eigenvalues of the last stiffness: 0 for a stable equilibrium.
+    pub negative_pivots: usize,
+    /// Elements that are too stiff for this body, so that the displacement is too small.
+    pub locking: Option<LockingWarning>,
+    /// Number of load steps, 1 when the whole load was taken at once; steps of softer bodies, by way of which a nearly incompressible one
+    /// is reached, count too, as their states do in the history.
+    pub load_steps: usize,
+    /// Whether an indefinite stiffness was met on the way: by load steps the body has snapped from one branch of equilibria to another; at
+    /// once, or from a state near it, the search may have passed equilibria that a rising load stops at, see
+    /// [`crate::Solver::under_rising_load`].
+    pub jumped: bool,
+    /// All iterations.
+    pub history: History,
+    /// Wall-clock time of the solve \[s\].
+    pub seconds: f64,
+}
+
+impl Solution {
+    /// Solution of the equilibrium found last.
+    pub(crate) fn new(
+        system: &System<'_>,
+        (found, load_steps): (Equilibrium, usize),
+        theta: &[f64],
+        history: History,
+        start: Instant,
+    ) -> Self {
+        Self {
+            displacement: found.unknowns.displacement,
+            // The sum over all cells in one order, the same as every reader of the potential gets.
+            energy: system.assembly.energy,
+            theta: theta.to_vec(),
+            load_factor: found.load_factor,
+            residual: found.residual.force,
+            force_scale: found.force_scale,
+            least_volume_ratio: found.least_volume_ratio,
+            negative_pivots: found.negative_pivots,
+            locking: system.locking(theta),
+            load_steps,
+            jumped: found.jumped,
+            history,
+            seconds: start.elapsed().as_secs_f64(),
+        }
+    }
+
+    /// Whether the equilibrium is a minimum of the potential: small disturbances die out.
+    pub fn is_stable(&self) -> bool {
+        self.negative_pivots == 0
+    }
+
+    /// Number of Newton iterations.
+    pub fn iterations(&self) -> usize {
+        self.history.steps()
+    }
+}

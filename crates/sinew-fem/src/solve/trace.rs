@@ -1,0 +1,217 @@
+//! Equilibria at given parameters in their order, each from the one before: what a body does while a load rises.
+
+use crate::{BalanceSolution, BalanceSolver, LoadSteps, Options, Solution, SolveError, Solver};
+use sinew_energy::Body;
+
+/// Most times that the way from one θ to the next is halved before the path counts as ended: the end is known to a thousandth of that way.
+const MOST_HALVINGS: usize = 10;
+
+/// Equilibria along a path, as far as it goes.
+#[derive(Clone, Debug)]
+pub struct Trace<S = Solution> {
+    /// Equilibria at the first of the parameters that were asked for, in their order.
+    pub solutions: Vec<S>,
+    /// Why there are no more, if there are not as many as were asked for.
+    pub end: Option<TraceEnd>,
+}
+
+/// End of a path before the last θ: at a limit point, a bifurcation, or where nothing is found.
+#[derive(Clone, Debug)]
+pub struct TraceEnd {
+    /// Last parameters that have an equilibrium of the path.
+    pub reached: Vec<f64>,
+    /// Nearest parameters beyond, that have none.
+    pub beyond: Vec<f64>,
+    /// Error of the solver there; `None` where it found an equilibrium on another branch only.
+    pub error: Option<SolveError>,
+}
+
+/// Solves for a θ from another equilibrium, or from rest.
+type Solve<'a, S> = dyn FnMut(Option<&S>, &[f64]) -> Result<S, SolveError> + 'a;
+
+/// Largest change of the displacement per change of θ, relative to that of the step before, that counts as the same branch. Towards a limit point
+/// it grows as the inverse root of the distance: 2.4-fold from one step to the next of its length, 4-fold to one of an eighth.
+const GROWTH: f64 = 4.0;
+
+/// Change of the displacement from one θ to the next [relative to the body's extent] below which nothing has snapped.
+const NO_SNAP: f64 = 1e-3;
+
+/// First part of the way to the second θ, which the change of the displacement is measured over.
+const PROBE: f64 = 1.0 / 64.0;
+
+impl Solver<'_> {
+    /// Equilibria at each of `thetas`, each found from the one before, the first under a load that rises from rest. Where the next is not found at
+    /// once, the way to it is halved; the path ends where no such step remains on its branch. `progress` is called after each.
+    ///
+    /// ```
+    /// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::NeoHookean};
+    /// use sinew_fem::{Options, Solver};
+    /// use sinew_mesh::TruncatedEllipsoid;
+    ///
+    /// let body = Scene::new(TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra(), NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0))
+    ///     .parameter(Parameter::linear("p", "kPa", 0.0..=2.0))
+    ///     .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(2) })
+    ///     .support(Support::clamped("base"))
+    ///     .lower()?;
+    /// let thetas: Vec<_> = (0..=4).map(|frame| vec![5.0, 8.0, 0.2 * f64::from(frame)]).collect();
+    /// let trace = Solver::new(&body)?.trace(&thetas, &Options::default(), || {})?;
+    /// let volumes: Vec<f64> =
+    ///     trace.solutions.iter().map(|s| body.cavity_volumes(&s.displacement)[0]).collect();
+    /// assert!(trace.end.is_none() && volumes.is_sorted() && volumes[4] > 1.1 * volumes[0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// No θ, θ that makes no sense, or no equilibrium at the first one.
+    pub fn trace(
+        &mut self,
+        thetas: &[Vec<f64>],
+        options: &Options,
+        progress: impl FnMut(),
+    ) -> Result<Trace, SolveError> {
+        thetas.iter().try_for_each(|theta| self.system.check_theta(theta))?;
+        let (risen, near) = both(options);
+        let least = NO_SNAP * extent(self.system.body);
+        let mut solve = |from: Option<&Solution>, theta: &[f64]| match from {
+            Some(from) => self.solve_from(&from.displacement, theta, &near),
+            None => self.solve(theta, &risen),
+        };
+        let last = first(&mut solve, thetas)?;
+        let branch = |solution: &Solution| !solution.jumped && solution.is_stable();
+        let displacement = |solution: &Solution| solution.displacement.clone();
+        Follower { solve: &mut solve, displacement, branch, last, rate: least, least }
+            .follow(thetas, progress)
+    }
+}
+
+impl BalanceSolver<'_> {
+    /// As [`Solver::trace`].
+    ///
+    /// # Errors
+    /// As [`Solver::trace`].
+    pub fn trace(
+        &mut self,
+        thetas: &[Vec<f64>],
+        options: &Options,
+        progress: impl FnMut(),
+    ) -> Result<Trace<BalanceSolution>, SolveError> {
+        thetas.iter().try_for_each(|theta| self.system.check_theta(theta))?;
+        let (risen, near) = both(options);
+        let least = NO_SNAP * extent(self.system.body);
+        let mut solve = |from: Option<&BalanceSolution>, theta: &[f64]| match from {
+            Some(from) => self.solve_from(from, theta, &near),
+            None => self.solve(theta, &risen),
+        };
+        let last = first(&mut solve, thetas)?;
+        let displacement = |solution: &BalanceSolution| solution.displacement.clone();
+        Follower {
+            solve: &mut solve,
+            displacement,
+            branch: |_: &BalanceSolution| true,
+            last,
+            rate: least,
+            least,
+        }
+        .follow(thetas, progress)
+    }
+}
+
+/// Options of the first solve, and of those from a neighbour, which end where they would start again from rest.
+fn both(options: &Options) -> (Options, Options) {
+    let iterations = options.iterations_per_load.min(options.iterations);
+    let near = Options { load_steps: LoadSteps::WhenNeeded, iterations, ..*options };
+    (Options { load_steps: LoadSteps::Always, ..*options }, near)
+}
+
+/// The equilibrium at the first θ.
+fn first<S>(solve: &mut Solve<'_, S>, thetas: &[Vec<f64>]) -> Result<S, SolveError> {
+    let Some(first) = thetas.first() else {
+        return Err(SolveError::Line { problem: "it has no point" });
+    };
+    solve(None, first)
+}
+
+/// Longest edge of the box around a body \[length\].
+fn extent(body: &Body) -> f64 {
+    let edge = |axis: usize| {
+        let along = || body.positions.iter().map(|x| x[axis]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    (0..3).map(edge).fold(0.0, f64::max)
+}
+
+/// An equilibrium on its way.
+struct Follower<'a, S, D, B> {
+    solve: &'a mut Solve<'a, S>,
+    displacement: D,
+    /// Whether nothing says that an equilibrium is on another branch.
+    branch: B,
+    last: S,
+    /// Largest change of a component of the displacement over the last step, per way from one θ to the next \[length\].
+    rate: f64,
+    /// Least rate that says something.
+    least: f64,
+}
+
+impl<S: Clone, D: Fn(&S) -> Vec<f64>, B: Fn(&S) -> bool> Follower<'_, S, D, B> {
+    fn follow(
+        mut self,
+        thetas: &[Vec<f64>],
+        mut progress: impl FnMut(),
+    ) -> Result<Trace<S>, SolveError> {
+        let mut solutions = vec![self.last.clone()];
+        progress();
+        if let [from, to, ..] = thetas {
+            // Where even this is not found, the way is halved further.
+            if let Ok(found) = (self.solve)(Some(&self.last), &between(from, to, PROBE)) {
+                self.rate = self.moved(&found) / PROBE;
+            }
+        }
+        for pair in thetas.windows(2) {
+            if let Err(end) = self.advance([&pair[0], &pair[1]], 1.0, MOST_HALVINGS) {
+                return Ok(Trace { solutions, end: Some(end) });
+            }
+            solutions.push(self.last.clone());
+            progress();
+        }
+        Ok(Trace { solutions, end: None })
+    }
+
+    /// Largest change of a component of the displacement from the last equilibrium \[length\].
+    fn moved(&self, to: &S) -> f64 {
+        let [from, to] = [&self.last, to].map(&self.displacement);
+        from.iter().zip(&to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max)
+    }
+
+    /// Goes to the end of a way, which is a part of that from one θ to the next.
+    fn advance(
+        &mut self,
+        [from, to]: [&[f64]; 2],
+        part: f64,
+        halvings: usize,
+    ) -> Result<(), TraceEnd> {
+        let error = match (self.solve)(Some(&self.last), to) {
+            Ok(found) => {
+                let rate = self.moved(&found) / part;
+                if (self.branch)(&found) && rate <= GROWTH * self.rate.max(self.least) {
+                    (self.last, self.rate) = (found, rate);
+                    return Ok(());
+                }
+                None
+            }
+            Err(error) => Some(error),
+        };
+        if halvings == 0 {
+            return Err(TraceEnd { reached: from.to_vec(), beyond: to.to_vec(), error });
+        }
+        let half = between(from, to, 0.5);
+        self.advance([from, &half], 0.5 * part, halvings - 1)?;
+        self.advance([&half, to], 0.5 * part, halvings - 1)
+    }
+}
+
+fn between(from: &[f64], to: &[f64], part: f64) -> Vec<f64> {
+    from.iter().zip(to).map(|(a, b)| a + part * (b - a)).collect()
+}

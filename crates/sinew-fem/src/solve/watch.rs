@@ -1,0 +1,118 @@
+//! Watching a solve while it runs.
+
+use crate::diagnose::named::CellValue;
+use crate::{Advice, History, Iteration, NotConverged, SolveError};
+use std::fmt;
+
+/// A state that a solve has come to: what [`crate::Solver::solve_watched`] hands out once per iteration.
+///
+/// Its `Display` is one line under the columns of [`Progress::HEADER`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<'a> {
+    /// Number of the iteration, from 0, over all load steps.
+    pub number: usize,
+    /// Fraction of loads and prescribed motion.
+    pub load_factor: f64,
+    /// Norm of the unbalanced nodal forces at the free degrees of freedom \[stress·length²\].
+    pub residual: f64,
+    /// Residual at which the iteration ends.
+    pub tolerance: f64,
+    /// Total potential energy \[stress·length³\]; +∞ where a cell is inverted.
+    pub energy: f64,
+    /// Least volume ratio J of all cells.
+    pub least_volume_ratio: f64,
+    /// The cell that has it.
+    pub worst_cell: usize,
+    /// Fraction of a Newton step that led here; 0 where a load step begins and where the search went back.
+    pub step: f64,
+    /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
+    pub displacement: &'a [f64],
+    /// Nodal forces \[stress·length²\]: unbalanced at free degrees of freedom, reactions at prescribed ones.
+    pub forces: &'a [f64],
+}
+
+impl Progress<'_> {
+    /// Names of the columns of the line that a progress prints as.
+    pub const HEADER: &'static str =
+        " it  load      residual   goal       energy          min J     cell     step";
+}
+
+impl fmt::Display for Progress<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:3}  {:<8.6}  {:<9.2e}  {:<9.2e}  {:<14.7e}  {:<8.4}  {:<7}  {:.2e}",
+            self.number,
+            self.load_factor,
+            self.residual,
+            self.tolerance,
+            self.energy,
+            self.least_volume_ratio,
+            self.worst_cell,
+            self.step
+        )
+    }
+}
+
+/// Prints one line per iteration to the standard error stream, for [`crate::Solver::solve_watched`].
+pub fn print_progress(progress: &Progress<'_>) {
+    if progress.number == 0 {
+        eprintln!("{}", Progress::HEADER);
+    }
+    eprintln!("{progress}");
+}
+
+/// Log of the iterations of a solve.
+#[derive(Default)]
+pub(crate) struct Log<'w> {
+    pub iterations: Vec<Iteration>,
+    watch: Option<&'w mut dyn FnMut(&Progress<'_>)>,
+}
+
+impl<'w> Log<'w> {
+    pub(crate) fn watched(watch: &'w mut dyn FnMut(&Progress<'_>)) -> Self {
+        Self { iterations: Vec::new(), watch: Some(watch) }
+    }
+
+    /// Adds the state that an iteration starts from.
+    pub(crate) fn record(&mut self, iteration: Iteration, displacement: &[f64], forces: &[f64]) {
+        if let Some(watch) = &mut self.watch {
+            watch(&Progress {
+                number: self.iterations.len(),
+                load_factor: iteration.load_factor,
+                residual: iteration.residual,
+                tolerance: iteration.tolerance,
+                energy: iteration.energy,
+                least_volume_ratio: iteration.least_volume_ratio,
+                worst_cell: iteration.worst_cell,
+                step: self.iterations.last().map_or(0.0, |last| last.step),
+                displacement,
+                forces,
+            });
+        }
+        self.iterations.push(iteration);
+    }
+
+    /// Number of the last iterations in a row whose stiffness was indefinite.
+    pub(crate) fn indefinite(&self) -> usize {
+        self.iterations.iter().rev().take_while(|iteration| iteration.shift > 0.0).count()
+    }
+
+    /// All iterations; the log is empty afterwards.
+    pub(crate) fn take(&mut self) -> History {
+        History { iterations: std::mem::take(&mut self.iterations) }
+    }
+
+    /// The error of a solve that came no farther than `load_factor`.
+    pub(crate) fn failure(
+        &mut self,
+        load_factor: f64,
+        displacement: Vec<f64>,
+        worst_cells: Vec<CellValue>,
+    ) -> SolveError {
+        let history = self.take();
+        let advice = Advice::from_history(&history);
+        let failure = NotConverged { load_factor, displacement, history, worst_cells, advice };
+        SolveError::NotConverged(Box::new(failure))
+    }
+}

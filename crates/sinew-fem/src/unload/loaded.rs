@@ -1,0 +1,98 @@
+//! Other loaded states of a body at rest, and how their places move with θ and with the body at rest.
+
+use super::error::UnloadError;
+use super::image::Image;
+use super::state::{Level, Trial};
+use crate::elements::check::check_displacement;
+use crate::elements::system::Unknowns;
+use crate::solve::path::Path;
+use crate::solve::watch::Log;
+use crate::{BalanceSolution, Options, SolveError};
+use sinew_energy::ForceBalance;
+use std::time::Instant;
+
+/// Residual of a linear system beyond which its solution is no derivative [relative to its right-hand side].
+const MOST_LEFT: f64 = 1e-6;
+
+impl Image<'_> {
+    /// The equilibrium of a body at rest for θ, from a displacement near it.
+    pub(super) fn loaded(
+        &self,
+        rest: &ForceBalance,
+        near: &[f64],
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<BalanceSolution, SolveError> {
+        let start = Instant::now();
+        let mut system = self.system_of(rest)?;
+        system.check_theta(theta)?;
+        check_displacement(system.body, near)?;
+        let mut history = Log::default();
+        let path = Path::to_load(&mut system, theta, options);
+        let found = path.run(Unknowns::of(near), &mut history)?;
+        Ok(BalanceSolution::new(&system, found, theta, history.take(), start))
+    }
+
+    /// Changes of the places of a state along directions in θ and in the positions at rest; see [`super::Unload::loaded_slopes`].
+    pub(super) fn loaded_slopes(
+        &self,
+        rest: &ForceBalance,
+        state: &BalanceSolution,
+        theta_directions: &[Vec<f64>],
+        rest_directions: &[Vec<f64>],
+    ) -> Result<Vec<Vec<f64>>, UnloadError> {
+        let BalanceSolution { displacement, theta, .. } = state;
+        let mut system = self.system_of(rest)?;
+        system.check_theta(theta).map_err(SolveError::from)?;
+        check_displacement(system.body, displacement)?;
+        let moved = self.forces_by_rest(rest, state, rest_directions)?;
+        let shift = system.factorise_at(&Unknowns::of(displacement), theta, 1.0)?;
+        let slope = |(index, direction): (usize, &Vec<f64>)| {
+            let mut right = system.rate_by_theta(displacement, theta, 1.0, direction);
+            if let Some(moved) = moved.get(index) {
+                right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
+            }
+            right.iter_mut().for_each(|r| *r = -*r);
+            let (change, outcome) = system.solve(right, shift)?;
+            // Written so that a NaN is an error as well.
+            let solved = outcome.relative_residual <= MOST_LEFT;
+            if !solved || !change.iter().all(|c| c.is_finite()) {
+                return Err(SolveError::Singular.into());
+            }
+            let mut slope = vec![0.0; displacement.len()];
+            system.sparsity.scatter(change, &mut slope);
+            Ok(slope)
+        };
+        theta_directions.iter().enumerate().map(slope).collect()
+    }
+
+    /// Changes of the unbalanced forces of a state, whose places are held, along directions of the positions at rest: the state is
+    /// an image of its own.
+    fn forces_by_rest(
+        &self,
+        rest: &ForceBalance,
+        state: &BalanceSolution,
+        directions: &[Vec<f64>],
+    ) -> Result<Vec<Vec<f64>>, UnloadError> {
+        if directions.is_empty() {
+            return Ok(Vec::new());
+        }
+        directions.iter().try_for_each(|along| check_displacement(&rest.body, along))?;
+        let singular = || UnloadError::from(SolveError::Singular);
+        let displacement = state.displacement.clone();
+        let seen = rest.moved(&displacement, self.fibres).ok_or_else(singular)?;
+        let seen = self.of_state(&seen)?;
+        let motion = displacement.iter().map(|u| -u).collect();
+        let trial = Trial { motion, displacement, ..Trial::balanced(rest.clone()) };
+        let level = Level { factor: 1.0, theta: state.theta.clone() };
+        let tangent = seen.tangent(&trial, &level, None).ok_or_else(singular)?;
+        let sparsity = &seen.system.sparsity;
+        let product = |along: &Vec<f64>| {
+            let along: Vec<f64> = sparsity.gather(along).collect();
+            let mut forces = vec![0.0; along.len()];
+            tangent.entries.multiply(sparsity, &along, &mut forces);
+            forces
+        };
+        Ok(directions.iter().map(product).collect())
+    }
+}

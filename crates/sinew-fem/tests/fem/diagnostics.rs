@@ -1,0 +1,366 @@
+//! What a solve tells: its iterations as they come, a report, warnings, and the worst cells of a failure.
+
+use crate::support::{gravity, once, parameters, twice};
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Load, Magnitude, Scene, Support, SurfaceResponse, Units};
+use sinew_fem::{
+    Advice, BalanceSolver, IterationSeries, LARGEST_BULK_TO_SHEAR, Options, SolutionReport,
+    SolveError, Solver, Warning, locking, report, report_balance,
+};
+use sinew_mesh::{Mesh, TetMesh, box_hexahedra, box_tetrahedra, read_mesh, rectangle_triangles};
+
+const THETA: [f64; 2] = [75.0, 75.0];
+/// Weight of the once clamped beam [kPa mm²].
+const WEIGHT: f64 = 98.0;
+/// A pressure [kPa] that bends the beam far.
+const PRESSURE: f64 = 0.3;
+/// Balance of forces that a converged solution leaves, relative to the weight.
+const BALANCED: f64 = 1e-8;
+
+fn scene<const N: usize>(mesh: Mesh<N>, loads: Vec<Load>) -> Scene<NeoHookean, 0, N> {
+    Scene {
+        name: "diagnostics".into(),
+        units: Units::mm_kpa(),
+        mesh,
+        law: NeoHookean,
+        directions: vec![],
+        parameters: parameters(&["mu", "lambda"]),
+        loads,
+        supports: vec![Support::clamped("x_min")],
+    }
+}
+
+fn beam() -> TetMesh {
+    box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5])
+}
+
+#[test]
+fn every_iteration_is_handed_out_with_its_state() {
+    let potential = once();
+    let mut seen = Vec::new();
+    let mut last = Vec::new();
+    let mut solver = Solver::new(&potential).unwrap();
+    let solution = solver
+        .solve_watched(&THETA, &Options::default(), &mut |progress| {
+            let energy = potential.value(progress.displacement, &THETA);
+            assert!((energy - progress.energy).abs() <= 1e-9 * energy.abs().max(1.0));
+            let free = potential.free_degrees_of_freedom();
+            let squares = free.iter().map(|&i| progress.forces[i].powi(2)).sum::<f64>();
+            assert!((squares.sqrt() - progress.residual).abs() <= 1e-12 * progress.residual);
+            assert!(progress.to_string().starts_with(&format!("{:3}  1.0", progress.number)));
+            last = progress.displacement.to_vec();
+            seen.push((progress.residual, progress.tolerance, progress.least_volume_ratio));
+            assert_eq!(seen.len(), progress.number + 1);
+            assert_eq!(progress.step > 0.0, progress.number > 0);
+        })
+        .unwrap();
+    let recorded = solution.history.iterations.iter();
+    let recorded: Vec<_> =
+        recorded.map(|i| (i.residual, i.tolerance, i.least_volume_ratio)).collect();
+    assert_eq!((seen, last), (recorded, solution.displacement.clone()));
+    let unwatched = solver.solve(&THETA, &Options::default()).unwrap();
+    assert_eq!(unwatched.displacement, solution.displacement);
+}
+
+#[test]
+fn a_balance_is_watched_as_well() {
+    let mesh = box_tetrahedra([10.0, 2.0, 2.0], [4, 1, 1]).quadratic();
+    let body = scene(mesh, gravity(1.0)).lower_mixed().unwrap();
+    let mut residuals = Vec::new();
+    let solution = BalanceSolver::new(&body)
+        .unwrap()
+        .solve_watched(&THETA, &Options::default(), &mut |p| residuals.push(p.residual))
+        .unwrap();
+    let recorded: Vec<_> = solution.history.iterations.iter().map(|i| i.residual).collect();
+    assert_eq!(residuals, recorded);
+}
+
+#[test]
+fn iterations_become_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let potential = once();
+    let mut series = IterationSeries::new(&potential, folder.path().join("beam"));
+    let mut solver = Solver::new(&potential).unwrap();
+    let solution =
+        solver.solve_watched(&THETA, &Options::default(), &mut |p| series.add(p)).unwrap();
+    let pvd = std::fs::read_to_string(series.finish().unwrap()).unwrap();
+    let count = solution.history.iterations.len();
+    assert_eq!(pvd.matches("<DataSet").count(), count);
+    let name = format!("beam_{:04}.vtu", count - 1);
+    assert!(pvd.contains(&name), "{pvd}");
+    let (mesh, _) = read_mesh::<4>(folder.path().join(name)).unwrap();
+    assert_eq!(*mesh.point_fields["displacement"].to_f64(), solution.displacement);
+    let ratios = mesh.cell_fields["volume_ratio"].to_f64();
+    let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!((least - solution.least_volume_ratio).abs() < 1e-12);
+    let residual = mesh.point_fields["residual_force"].to_f64();
+    let norm = residual.iter().map(|r| r * r).sum::<f64>().sqrt();
+    // The nodes on the clamped side show no reaction.
+    assert!(norm <= solution.residual * (1.0 + 1e-12), "{norm:e} {:e}", solution.residual);
+
+    let mut lost = IterationSeries::new(&potential, folder.path().join("no/such/folder"));
+    solver.solve_watched(&THETA, &Options::default(), &mut |p| lost.add(p)).unwrap();
+    assert!(lost.finish().is_err());
+}
+
+fn solve_and_report<const N: usize>(mesh: Mesh<N>, loads: Vec<Load>) -> SolutionReport
+where
+    sinew_energy::Nodes<N>: sinew_energy::FiniteElement<N>,
+{
+    let potential = scene(mesh, loads).lower().unwrap();
+    let solution = Solver::new(&potential).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let report = report(&potential, &solution).unwrap();
+    // Summed in another order.
+    assert!((report.energy / solution.energy - 1.0).abs() < 1e-12);
+    let least = report.least_volume_ratios[0].value;
+    assert!((least - solution.least_volume_ratio).abs() < 1e-12);
+    report
+}
+
+#[test]
+fn reactions_balance_the_weight() {
+    let report = solve_and_report(beam(), gravity(1.0));
+    assert_eq!(report.reactions.len(), 1);
+    let clamp = &report.reactions[0];
+    assert!((clamp.force[2] - WEIGHT).abs() < BALANCED * WEIGHT, "{:?}", clamp.force);
+    assert!((report.loads[2] + WEIGHT).abs() < 1e-10 && clamp.force[0].abs() < BALANCED * WEIGHT);
+    assert_eq!((clamp.nodes.len(), clamp.centre), (30, [0.0, 5.0, 5.0]));
+    // About the clamp, the weight of the bent beam has an arm of less than half its length.
+    assert!(clamp.moment[1] < 0.0 && clamp.moment[1] > -50.0 * WEIGHT, "{:?}", clamp.moment);
+    assert!(report.relative_residual < 1e-10);
+    let [reference, deformed] = report.volume;
+    assert!((reference - 1e4).abs() < 1e-8 && (deformed / reference - 1.0).abs() < 0.05);
+    assert!(report.largest_stretch.value > 1.0 && report.largest_volume_ratio.value > 1.0);
+    assert!(report.imbalance().iter().all(|force| force.abs() < BALANCED * WEIGHT));
+    let text = report.to_string();
+    for part in ["reaction", "9.8000e1]", "+0.042 %", "lower_mixed"] {
+        assert!(text.contains(part), "{text}");
+    }
+}
+
+#[test]
+fn two_clamps_share_the_weight() {
+    let potential = twice();
+    let solution = Solver::new(&potential).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let report = report(&potential, &solution).unwrap();
+    assert_eq!(report.reactions.len(), 2);
+    let sum: f64 = report.reactions.iter().map(|r| r.force[2]).sum();
+    let weight = 150.0 * 10.0 * 2.0 * 9.8e-3;
+    assert!((sum - weight).abs() < BALANCED * weight, "{sum}");
+    // They pull the sagging beam apart, each outwards.
+    let [left, right] = [&report.reactions[0], &report.reactions[1]];
+    assert!(left.force[0] < 0.0 && (left.force[0] + right.force[0]).abs() < BALANCED * weight);
+}
+
+#[test]
+fn a_linear_body_stores_half_the_work_of_its_loads() {
+    let report = solve_and_report(beam(), gravity(1e-5));
+    // The beam stiffens with the square of its rotation, here below 1e-5.
+    assert!((report.strain_energy / report.external_work - 0.5).abs() < 1e-6);
+    assert!((report.largest_stretch.value - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn shapes_of_cells_are_named() {
+    let mut mesh = box_tetrahedra([2.0, 2.0, 2.0], [2; 3]);
+    let corner = mesh.node_sets["x_max"].iter().copied().find(|&n| mesh.points[n] == [2.0; 3]);
+    // Nearly onto the opposite corner of its box.
+    mesh.points[corner.unwrap()] = [1.01; 3];
+    let report = solve_and_report(mesh, gravity(0.1));
+    let worst = report.worst_reference_shapes[0];
+    assert_eq!(report.worst_reference_shapes.len(), 5);
+    assert!(report.worst_reference_shapes.is_sorted_by_key(|shape| shape.value));
+    assert!(worst.value < 0.1, "{worst}");
+    assert!(report.warnings.contains(&Warning::PoorMesh { worst }), "{report}");
+    assert!((report.worst_deformed_shapes[0].value / worst.value - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn hexahedra_and_incompressible_bodies_are_reported() {
+    let report = solve_and_report(box_hexahedra([10.0; 3], [3; 3]), gravity(1.0));
+    assert!((report.worst_reference_shapes[0].value - 1.0).abs() < 1e-12);
+    assert!((report.reactions[0].force[2] - 9.8).abs() < BALANCED * 9.8);
+    assert_eq!(report.warnings, []);
+
+    let mesh = box_tetrahedra([20.0, 2.0, 2.0], [6, 1, 1]).quadratic();
+    let body = scene(mesh, gravity(1.0)).lower_mixed().unwrap();
+    let solution = BalanceSolver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let report = report_balance(&body, &solution).unwrap();
+    let weight = 80.0 * 9.8e-3;
+    assert!((report.reactions[0].force[2] - weight).abs() < BALANCED * weight);
+    let [reference, deformed] = report.volume;
+    // The pressures test the volume of every cell together with its neighbours'.
+    assert!((deformed / reference - 1.0).abs() < 1e-8, "{deformed}");
+    assert_eq!(report.warnings, []);
+}
+
+#[test]
+fn loose_followers_are_loads() {
+    let pressure = Load::Pressure { facets: "x_max".into(), magnitude: Magnitude::Fixed(3.0) };
+    let body = scene(box_tetrahedra([4.0, 4.0, 4.0], [2; 3]), vec![pressure]);
+    let body = body.lower_follower().unwrap();
+    assert_eq!(body.followers.len(), 1);
+    let solution = BalanceSolver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let report = report_balance(&body, &solution).unwrap();
+    let [load, reaction] = [report.loads[0], report.reactions[0].force[0]];
+    // 3 kPa on a face of 16 mm² that hardly widens.
+    assert!((load + 48.0).abs() < 3.0 && (load + reaction).abs() < BALANCED * 48.0, "{load}");
+}
+
+#[test]
+fn a_state_under_part_of_the_load_balances_that_part() {
+    let mesh = || box_tetrahedra([20.0, 2.0, 2.0], [6, 1, 1]).quadratic();
+    let half = scene(mesh(), gravity(0.5)).lower_mixed().unwrap();
+    let mut solution =
+        BalanceSolver::new(&half).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let whole = scene(mesh(), gravity(1.0)).lower_mixed().unwrap();
+    solution.load_factor = 0.5;
+    let report = report_balance(&whole, &solution).unwrap();
+    let weight = 0.5 * 80.0 * 9.8e-3;
+    assert!((report.loads[2] + weight).abs() < 1e-12, "{report}");
+    assert!(report.imbalance().iter().all(|force| force.abs() < BALANCED * weight), "{report}");
+    assert!((report.energy + report.external_work - report.strain_energy).abs() < 1e-12);
+}
+
+#[test]
+fn plane_strain_is_reported_per_unit_of_thickness() {
+    let pull = Load::Traction { facets: "x_max".into(), value: [2.0, 0.0, 0.0] };
+    let report = solve_and_report(rectangle_triangles([4.0, 1.0], [16, 4]), vec![pull]);
+    let [clamp] = &report.reactions[..] else { panic!("{report}") };
+    assert!((clamp.force[0] + 2.0).abs() < BALANCED * 2.0 && clamp.force[2] == 0.0, "{report}");
+    // The contraction at the clamp is hindered alike on both edges.
+    assert!(clamp.force[1].abs() < 1e-2 && (report.volume[0] - 4.0).abs() < 1e-12);
+}
+
+#[test]
+fn locking_is_foreseen_from_material_and_mesh() {
+    let tets = scene(beam(), gravity(1.0));
+    let plain = tets.lower().unwrap();
+    let soft = locking(&plain, &THETA).unwrap().expect("too few elements for bending");
+    let bending = soft.bending.unwrap();
+    assert_eq!(soft.bulk_to_shear, None);
+    assert!((bending.elements_through_thickness - 2.75).abs() < 0.25, "{bending:?}");
+    assert!((bending.slenderness - 10.5).abs() < 0.6, "{bending:?}");
+
+    let stiff = [75.0, 7.5e3];
+    let warning = locking(&plain, &stiff).unwrap().unwrap();
+    let ratio = warning.bulk_to_shear.unwrap();
+    assert!((ratio - (100.0 + 2.0 / 3.0)).abs() < 1e-9 && ratio > LARGEST_BULK_TO_SHEAR);
+    let advice = warning.to_string();
+    for cure in ["Scene::lower_averaged()", "mesh.quadratic()", "Scene::lower_mixed()", "lose 8"] {
+        assert!(advice.contains(cure), "{advice}");
+    }
+
+    // Patches cure the volume, not the bending.
+    let averaged = locking(&tets.lower_averaged().unwrap(), &stiff).unwrap().unwrap();
+    assert!(averaged.bulk_to_shear.is_none() && averaged.bending.is_some());
+    let quadratic = scene(beam().quadratic(), vec![]).lower().unwrap();
+    assert_eq!(locking(&quadratic, &stiff), Ok(None));
+    let bricks = scene(box_hexahedra([10.0; 3], [4; 3]), vec![]);
+    assert!(locking(&bricks.lower().unwrap(), &stiff).unwrap().is_some());
+    assert_eq!(locking(&bricks.lower().unwrap(), &THETA), Ok(None));
+    let thin = scene(box_hexahedra([100.0, 10.0, 10.0], [20, 2, 2]), vec![]).lower().unwrap();
+    assert!(locking(&thin, &THETA).unwrap().is_some_and(|warning| warning.bending.is_some()));
+    assert_eq!(locking(&bricks.lower_averaged().unwrap(), &stiff), Ok(None));
+    let fine = scene(box_tetrahedra([100.0, 10.0, 10.0], [60, 12, 12]), vec![]);
+    assert_eq!(locking(&fine.lower().unwrap(), &THETA), Ok(None));
+    assert!(locking(&plain, &[75.0]).is_err());
+}
+
+#[test]
+fn doubtful_solutions_come_with_warnings() {
+    let potential = once();
+    let mut solution = Solver::new(&potential).unwrap().solve(&THETA, &Options::default()).unwrap();
+    solution.residual = 1e-3 * solution.force_scale;
+    solution.negative_pivots = 2;
+    // The tip pushed into the beam.
+    for &node in &beam().node_sets["x_max"] {
+        solution.displacement[3 * node] -= 7.5;
+    }
+    let found = report(&potential, &solution).unwrap();
+    let has = |wanted: fn(&Warning) -> bool| found.warnings.iter().any(wanted);
+    assert!(has(
+        |w| matches!(w, Warning::Residual { relative } if (*relative - 1e-3).abs() < 1e-12)
+    ));
+    assert!(has(|w| matches!(w, Warning::Unstable { negative_pivots: 2 })));
+    assert!(has(|w| matches!(w, Warning::Squeezed { worst } if worst.value < 0.3)));
+    assert!(has(|w| matches!(w, Warning::Locking(_))));
+
+    solution.displacement.pop();
+    assert!(matches!(report(&potential, &solution), Err(SolveError::Initial { .. })));
+}
+
+#[test]
+fn a_solution_carries_the_warning_that_its_elements_lock() {
+    // ν = 0.4999 in linear tetrahedra: the tip sinks by a fortieth of what it should.
+    let potential = scene(beam(), gravity(1.0)).lower().unwrap();
+    let theta = [75.0, 75.0 * 2.0 * 0.4999 / (1.0 - 2.0 * 0.4999)];
+    let solution = Solver::new(&potential).unwrap().solve(&theta, &Options::default()).unwrap();
+    assert_eq!(solution.locking, locking(&potential, &theta).unwrap());
+    let warning = solution.locking.expect("linear tetrahedra lock");
+    assert!(warning.bulk_to_shear.unwrap() > 1e3);
+    let quadratic = scene(beam().quadratic(), gravity(1.0)).lower().unwrap();
+    let solution = Solver::new(&quadratic).unwrap().solve(&THETA, &Options::default()).unwrap();
+    assert_eq!(solution.locking, None);
+}
+
+#[test]
+fn a_failed_solve_returns_what_it_found() {
+    let potential = once();
+    let short = Options { iterations: 3, ..Options::default() };
+    let failed = |error: SolveError| match error {
+        SolveError::NotConverged(failure) => failure,
+        other => panic!("{other}"),
+    };
+    let failure = failed(Solver::new(&potential).unwrap().solve(&THETA, &short).unwrap_err());
+    assert_eq!((failure.worst_cells.len(), failure.advice), (5, Advice::MoreIterations));
+    assert!(failure.worst_cells.is_sorted_by_key(|cell| cell.value));
+    let last = failure.history.iterations.last().unwrap();
+    let worst = failure.worst_cells[0];
+    assert!((worst.value - last.least_volume_ratio).abs() < 1e-12 && worst.cell == last.worst_cell);
+    assert!(failure.to_string().contains(&format!("(cell {})", worst.cell)), "{failure}");
+
+    // A patch that the prescribed motion turns over is named although its energy is infinite.
+    let mut turned = scene(beam(), vec![]);
+    turned.supports.push(Support::uniform("x_max", [Some(-120.0), None, None]));
+    let turned = turned.lower_averaged().unwrap();
+    let options = Options { iterations: 2, ..Options::default() };
+    let failure = failed(Solver::new(&turned).unwrap().solve(&THETA, &options).unwrap_err());
+    let last = failure.history.iterations.last().unwrap();
+    assert!(last.energy == f64::INFINITY && last.least_volume_ratio < 0.0, "{failure}");
+    assert_eq!(failure.worst_cells[0].value, last.least_volume_ratio, "{failure}");
+
+    // A pressure that follows the lower side needs load steps: some of them are done when the iterations run out.
+    let pressed = |pressure: f64| {
+        let magnitude = Magnitude::Fixed(pressure);
+        let load = Load::Pressure { facets: "z_min".into(), magnitude };
+        scene(beam(), vec![load]).lower_follower().unwrap()
+    };
+    let body = pressed(PRESSURE);
+    let mut solver = BalanceSolver::new(&body).unwrap();
+    let whole = solver.solve(&THETA, &Options::default()).unwrap();
+    assert!(whole.load_steps > 2);
+    let iterations = whole.history.iterations.len() - 1;
+    let short = Options { iterations, ..Options::default() };
+    let failure = failed(solver.solve(&THETA, &short).unwrap_err());
+    assert!(failure.load_factor > 0.0 && failure.load_factor < 1.0, "{failure}");
+    assert_eq!((failure.worst_cells.len(), failure.history.iterations.len()), (5, iterations));
+    // The state returned is the equilibrium at its load factor.
+    let mut forces = vec![0.0; failure.displacement.len()];
+    let part = pressed(PRESSURE * failure.load_factor);
+    part.body.value_and_gradient(&failure.displacement, &THETA, &mut forces);
+    let (follower, mut response) = (&part.followers[0], SurfaceResponse::default());
+    let mut loads = vec![0.0; forces.len()];
+    for facet in 0..follower.facets() {
+        follower.facet_force(facet, &failure.displacement, &mut response);
+        for (slot, force) in response.gradient.iter().enumerate() {
+            let dof = 3 * follower.facet_nodes(facet)[slot / 3] + slot % 3;
+            loads[dof] += PRESSURE * failure.load_factor * force;
+        }
+    }
+    forces.iter_mut().zip(&loads).for_each(|(sum, load)| *sum += load);
+    let free = part.body.free_degrees_of_freedom();
+    let scale = loads.iter().map(|load| load.abs()).sum::<f64>();
+    let largest = free.iter().map(|&i| forces[i].abs()).fold(0.0, f64::max);
+    assert!(largest < BALANCED * scale, "{largest:e} of {scale:e}");
+}

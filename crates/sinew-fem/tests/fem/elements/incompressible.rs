@@ -1,0 +1,142 @@
+//! The mixed elements of Taylor and Hood against closed forms and the literature.
+
+use crate::elements::scene::{node_at, roller, scene};
+use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
+use sinew_energy::{ForceBalance, Load, Magnitude, Support};
+use sinew_fem::{BalanceSolver, Options, SolveError};
+use sinew_mesh::{cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
+
+/// Without its volumetric part (λ = 0) the law leaves all of the volume to the field of pressure.
+const PLAIN: NeoHookean = NeoHookean;
+/// Accuracy of two or three quadratic elements through the wall.
+const CLOSE: f64 = 0.005;
+
+/// A thick shell of radii 1 and 2 and μ = 1, inflated through its limit point: the pressure at inner radius a is
+/// `p = 2/λ_b + 1/(2λ_b⁴) − 2/λ_a − 1/(2λ_a⁴)` with `λ_a = a`, `λ_b³ = (7 + a³)/8`
+/// (A. E. Green, W. Zerna, Theoretical Elasticity, 1954).
+#[test]
+fn a_thick_sphere_passes_its_limit_point() {
+    // Inner radius and pressure from the closed form; the maximum is at 1.82814731.
+    const EXACT: [(f64, f64); 8] = [
+        (1.05, 0.158081433746),
+        (1.1, 0.287154845934),
+        (1.2, 0.480159779291),
+        (1.3, 0.610816872211),
+        (1.5, 0.755433118712),
+        (1.82814731, 0.816423647955),
+        (2.0, 0.806926603107),
+        (3.0, 0.634506675236),
+    ];
+    let mesh = sphere_octant([1.0, 2.0], [2, 3]).quadratic_tetrahedra();
+    let load = Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Fixed(1.0) };
+    let planes = [("x_min", 0), ("y_min", 1), ("z_min", 2)].map(|(set, axis)| roller(set, axis));
+    let sphere = scene(PLAIN, mesh, vec![load], planes.into());
+    let body = sphere.lower_mixed().unwrap();
+    let volumes = EXACT.map(|(radius, _)| FRAC_PI_6 * (radius.powi(3) - 1.0));
+    let mut solver = BalanceSolver::new(&body).unwrap();
+    let trace = solver.trace_volume(&[1.0, 0.0], &volumes, &Options::default()).unwrap();
+    let pole = node_at(&sphere.mesh, [1.0, 0.0, 0.0]);
+    for ((radius, pressure), step) in EXACT.into_iter().zip(&trace) {
+        let found = step.solution.load_factor;
+        assert!((found / pressure - 1.0).abs() < CLOSE, "a = {radius}: {found} {pressure}");
+        // A single node is less exact than the volume that all enclose.
+        let pole = 1.0 + step.solution.displacement[3 * pole];
+        assert!((pole / radius - 1.0).abs() < 2.0 * CLOSE, "a = {radius}: {pole}");
+    }
+}
+
+/// A quarter of a thick tube of radii 1 and 2 and μ = 1 in plane strain: `p = ½[2 ln(λ_a/λ_b) + 1/λ_b² − 1/λ_a²]`
+/// with `λ_a = a`, `λ_b² = (3 + a²)/4`. Inner radius and pressure.
+const TUBE: [(f64, f64); 4] =
+    [(1.1, 0.131562278444), (1.3, 0.313376398042), (1.5, 0.428228409097), (2.0, 0.574053572307)];
+
+fn tube_of_triangles() -> ForceBalance {
+    let mut mesh = rectangle_triangles([1.0; 2], [3, 4]).quadratic();
+    mesh.map_points(|[x, y, _]| {
+        let (sine, cosine) = (FRAC_PI_2 * y).sin_cos();
+        [(1.0 + x) * cosine, (1.0 + x) * sine, 0.0]
+    });
+    let load = Load::Pressure { facets: "x_min".into(), magnitude: Magnitude::Fixed(1.0) };
+    let supports = vec![roller("y_min", 1), roller("y_max", 0)];
+    scene(PLAIN, mesh, vec![load], supports).lower_mixed().unwrap()
+}
+
+#[test]
+fn a_thick_tube_of_triangles_inflates_as_the_closed_form_says() {
+    let body = tube_of_triangles();
+    let volumes = TUBE.map(|(radius, _)| FRAC_PI_4 * (radius * radius - 1.0));
+    let mut solver = BalanceSolver::new(&body).unwrap();
+    let trace = solver.trace_volume(&[1.0, 0.0], &volumes, &Options::default()).unwrap();
+    for ((radius, pressure), step) in TUBE.into_iter().zip(&trace) {
+        let found = step.solution.load_factor;
+        assert!((found / pressure - 1.0).abs() < CLOSE, "a = {radius}: {found} {pressure}");
+    }
+}
+
+/// Volumes that are asked for again, that of the tube at rest among them, lead on as if they were asked for once.
+#[test]
+fn the_same_volume_may_be_asked_for_twice() {
+    let body = tube_of_triangles();
+    let factors = |volumes: &[f64]| {
+        let mut solver = BalanceSolver::new(&body).unwrap();
+        let trace = solver.trace_volume(&[1.0, 0.0], volumes, &Options::default()).unwrap();
+        trace.into_iter().map(|step| step.solution.load_factor).collect::<Vec<_>>()
+    };
+    let (once, again) = (factors(&[0.1, 0.2]), factors(&[0.0, 0.1, 0.1, 0.2]));
+    assert_eq!(again[0], 0.0);
+    // To the accuracy of balances.
+    assert!((again[2] / once[0] - 1.0).abs() < 1e-8 && (again[3] / once[1] - 1.0).abs() < 1e-8);
+}
+
+#[test]
+fn growths_of_steps_that_make_no_sense_end_in_a_trace_or_a_typed_failure() {
+    let body = tube_of_triangles();
+    for load_step_growth in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
+        let options = Options { load_step_growth, ..Options::default() };
+        let mut solver = BalanceSolver::new(&body).unwrap();
+        let trace = solver.trace_volume(&[1.0, 0.0], &[0.1, 0.2, 0.3], &options);
+        assert!(matches!(trace, Ok(_) | Err(SolveError::NotConverged(_))), "{load_step_growth}");
+    }
+}
+
+/// This tube of tetrahedra, whose pressure has no potential: its rim slides in two parallel planes.
+#[test]
+fn a_thick_tube_of_tetrahedra_inflates_as_the_closed_form_says() {
+    let mesh = cylinder_quarter([1.0, 2.0], 0.3, [2, 3, 1]).quadratic_tetrahedra();
+    let inside = node_at(&mesh, [1.0, 0.0, 0.0]);
+    let planes = [("x_min", 0), ("y_min", 1), ("z_min", 2), ("z_max", 2)];
+    let supports: Vec<_> = planes.map(|(set, axis)| roller(set, axis)).into();
+    for (radius, pressure) in &TUBE[..3] {
+        let magnitude = Magnitude::Fixed(*pressure);
+        let load = Load::Pressure { facets: "inner".into(), magnitude };
+        let tube = scene(PLAIN, mesh.clone(), vec![load], supports.clone());
+        let body = tube.lower_mixed().unwrap();
+        assert_eq!(body.followers.len(), 1);
+        let mut solver = BalanceSolver::new(&body).unwrap();
+        let solution = solver.solve(&[1.0, 0.0], &Options::default()).unwrap();
+        let found = 1.0 + solution.displacement[3 * inside];
+        assert!((found / radius - 1.0).abs() < CLOSE, "p = {pressure}: {found} {radius}");
+    }
+}
+
+/// Cook's membrane at finite strain in plane strain, nearly incompressible, against FEniCS with the same elements on the
+/// same mesh of 16 × 16 boxes; 6.93 on fine meshes.
+#[test]
+fn cooks_membrane_does_not_lock() {
+    const SHEAR: f64 = 80.1938;
+    const BULK: f64 = 400_942.0;
+    let mesh = cook_membrane(16).quadratic();
+    let [corner, middle] = [[48.0, 60.0, 0.0], [48.0, 52.0, 0.0]].map(|at| node_at(&mesh, at));
+    let load = Load::Traction { facets: "x_max".into(), value: [0.0, 6.25, 0.0] };
+    // All of the bulk modulus is the field's: any in the law would weigh J point by point.
+    let law = NeoHookeanShape.nearly_incompressible(1e-6);
+    let membrane = scene(law, mesh, vec![load], vec![Support::clamped("x_min")]);
+    let mut body = membrane.lower_mixed().unwrap();
+    body.pressure_field.as_mut().unwrap().compliance = 1.0 / BULK;
+    let solution = BalanceSolver::new(&body).unwrap().solve(&[SHEAR], &Options::default()).unwrap();
+    let rise = |node: usize| solution.displacement[3 * node + 1];
+    // The digits that FEniCS' numbers were written with.
+    assert!((rise(corner) - 6.919165).abs() < 1e-6, "{}", rise(corner));
+    assert!((rise(middle) - 6.951970).abs() < 1e-6, "{}", rise(middle));
+}

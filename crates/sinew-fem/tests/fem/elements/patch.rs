@@ -1,0 +1,195 @@
+//! Patch tests: a homogeneous deformation of the whole boundary is followed by the interior of any mesh.
+
+use crate::elements::scene::{distance, roller, scene, with_boundary};
+use sinew_energy::laws::{Guccione, HolzapfelOgden, NeoHookean, NeoHookeanShape};
+use sinew_energy::{Body, FiniteElement, Law, Nodes, Scene, Support};
+use sinew_fem::{BalanceSolver, Options, Solver};
+use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
+
+/// Rounding errors of positions in a unit cube, and of forces relative to the reactions.
+const TOLERANCE: f64 = 1e-10;
+
+/// Tolerance where GMRES solves the linear systems to a finite accuracy.
+const BALANCE_TOLERANCE: f64 = 1e-9;
+
+type Gradient = [[f64; 3]; 3];
+
+/// Simple shear, a stretch with a change of volume, and a large turn with a shear, all in the plane.
+const IN_PLANE: [Gradient; 3] = [
+    [[1.0, 0.4, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    [[1.2, 0.1, 0.0], [-0.1, 0.9, 0.0], [0.0, 0.0, 1.0]],
+    [[0.7, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]],
+];
+/// One more that leaves the plane.
+const IN_SPACE: [Gradient; 4] =
+    [IN_PLANE[0], IN_PLANE[1], IN_PLANE[2], [[1.1, 0.1, -0.2], [0.0, 0.9, 0.15], [0.1, 0.0, 1.05]]];
+/// Fibres off all axes.
+const FIBRE: [f64; 3] = [2.0 / 3.0, -2.0 / 3.0, 1.0 / 3.0];
+
+fn motion(f: &Gradient) -> impl Fn([f64; 3]) -> [f64; 3] {
+    |x| std::array::from_fn(|i| (0..3).map(|j| f[i][j] * x[j]).sum::<f64>() - x[i])
+}
+
+fn homogeneous<const N: usize>(mesh: &Mesh<N>, f: &Gradient) -> Vec<f64> {
+    mesh.points.iter().flat_map(|&x| motion(f)(x)).collect()
+}
+
+/// The exact field balances, and the solver finds it.
+fn check<L: Law<D>, const D: usize, const N: usize>(
+    name: &str,
+    scene: &Scene<L, D, N>,
+    theta: &[f64],
+    f: &Gradient,
+    lower: impl Fn(&Scene<L, D, N>) -> Body,
+) {
+    let mut scene = scene.clone();
+    scene.supports = vec![Support::moved("boundary", &scene.mesh, motion(f))];
+    let body = lower(&scene);
+    let exact = homogeneous(&scene.mesh, f);
+    let mut forces = vec![0.0; exact.len()];
+    body.value_and_gradient(&exact, theta, &mut forces);
+    let reactions = forces.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let free = body.free_degrees_of_freedom();
+    assert!(free.len() > exact.len() / 20, "{name}: hardly anything is free");
+    let unbalanced = free.iter().fold(0.0, |m: f64, &i| m.max(forces[i].abs()));
+    assert!(unbalanced < TOLERANCE * reactions, "{name} {f:?}: {unbalanced:e} of {reactions:e}");
+    let solution = Solver::new(&body).unwrap().solve(theta, &Options::default()).unwrap();
+    let error = distance(&solution.displacement, &exact);
+    assert!(error < TOLERANCE, "{name} {f:?}: {error:e}");
+}
+
+/// All laws on one mesh; directions by cell and by node, where their senses alternate.
+fn check_laws<const N: usize>(name: &str, mesh: Mesh<N>, deformations: &[Gradient], averaged: bool)
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    let mesh = with_boundary(mesh);
+    let (cells, nodes) = (mesh.cells.len(), mesh.points.len());
+    assert_ne!(cells, nodes, "the number of rows tells where directions are given");
+    for f in deformations {
+        let plain = scene(NeoHookean, mesh.clone(), vec![], vec![]);
+        check(name, &plain, &[1.0, 10.0], f, |s| lowered(s, averaged));
+        let mut fibres =
+            scene(HolzapfelOgden.nearly_incompressible(10.0), mesh.clone(), vec![], vec![]);
+        let theta = [0.5, 1.5, 1.0, 1.2];
+        fibres.directions = vec![[FIBRE]; cells];
+        check(name, &fibres, &theta, f, |s| lowered(s, averaged));
+        let opposite = FIBRE.map(|x| -x);
+        fibres.directions =
+            (0..nodes).map(|node| [if node % 3 == 0 { FIBRE } else { opposite }]).collect();
+        check(name, &fibres, &theta, f, |s| lowered(s, averaged));
+        let mut frames = scene(Guccione.nearly_incompressible(10.0), mesh.clone(), vec![], vec![]);
+        frames.directions = vec![Guccione::frame(FIBRE); nodes];
+        check(name, &frames, &[1.0, 3.0, 1.0, 2.0], f, |s| lowered(s, averaged));
+    }
+}
+
+fn lowered<L: Law<D>, const D: usize, const N: usize>(
+    scene: &Scene<L, D, N>,
+    averaged: bool,
+) -> Body
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    if averaged { scene.lower_averaged() } else { scene.lower() }.unwrap()
+}
+
+#[test]
+fn linear_tetrahedra() {
+    let mesh = box_tetrahedra([1.0; 3], [3; 3]).distorted(7, 0.3);
+    check_laws("P1", mesh.clone(), &IN_SPACE, false);
+    check_laws("P1 patches", mesh, &IN_SPACE, true);
+}
+
+#[test]
+fn quadratic_tetrahedra() {
+    let mesh = box_tetrahedra([1.0; 3], [2, 2, 3]).distorted(7, 0.3).quadratic();
+    check_laws("P2", mesh.clone(), &IN_SPACE, false);
+    check_laws("P2 averaged", mesh, &IN_SPACE[1..2], true);
+}
+
+#[test]
+fn hexahedra() {
+    let mesh = box_hexahedra([1.0; 3], [3; 3]).distorted(7, 0.3);
+    check_laws("Q1", mesh.clone(), &IN_SPACE, false);
+    check_laws("Q1 averaged", mesh, &IN_SPACE, true);
+}
+
+#[test]
+fn triangles() {
+    let mesh = rectangle_triangles([1.0; 2], [4, 3]).distorted(7, 0.3);
+    check_laws("P1 triangles", mesh.clone(), &IN_PLANE, false);
+    check_laws("P1 triangle patches", mesh, &IN_PLANE, true);
+    let straight = rectangle_triangles([1.0; 2], [3, 2]).distorted(7, 0.3).quadratic();
+    check_laws("P2 triangles", straight, &IN_PLANE, false);
+    let curved = rectangle_triangles([1.0; 2], [3, 2]).quadratic().distorted(7, 0.3);
+    check_laws("curved P2 triangles", curved, &IN_PLANE, false);
+}
+
+/// Curved tetrahedra need a rule of degree three, which the mixed formulation brings; the degree two of
+/// [`Scene::lower`] is exact for straight ones.
+#[test]
+fn curved_tetrahedra_with_a_field_of_pressure() {
+    const COMPLIANCE: f64 = 0.01;
+    let straight = box_tetrahedra([1.0; 3], [2; 3]).distorted(7, 0.3).quadratic();
+    let curved = box_tetrahedra([1.0; 3], [2; 3]).quadratic().distorted(7, 0.3);
+    for (name, mesh) in [("straight", straight), ("curved", curved)] {
+        let mesh = with_boundary(mesh);
+        for f in &IN_SPACE {
+            let supports = vec![Support::moved("boundary", &mesh, motion(f))];
+            let scene = scene(NeoHookean, mesh.clone(), vec![], supports);
+            let mut body = scene.lower_mixed().unwrap();
+            body.pressure_field.as_mut().unwrap().compliance = COMPLIANCE;
+            let mut solver = BalanceSolver::new(&body).unwrap();
+            let solution = solver.solve(&[1.0, 2.0], &Options::default()).unwrap();
+            let error = distance(&solution.displacement, &homogeneous(&mesh, f));
+            assert!(error < BALANCE_TOLERANCE, "{name} {f:?}: {error:e}");
+            let change = determinant(f) - 1.0;
+            let pressure = vec![change / COMPLIANCE; solution.pressure.len()];
+            // The pressure is the change of volume over the compliance.
+            let error = distance(&solution.pressure, &pressure);
+            assert!(error < BALANCE_TOLERANCE / COMPLIANCE, "{name} {f:?}: {error:e}");
+        }
+    }
+}
+
+/// An incompressible bar: `P₁₁ = μ(s − s⁻²)` (R. S. Rivlin, Phil. Trans. R. Soc. A 241, 1948).
+#[test]
+fn an_incompressible_bar_stretches_as_rivlin_says() {
+    const STRETCH: f64 = 1.5;
+    let mesh = box_tetrahedra([1.0; 3], [2; 3]).distorted(7, 0.3).quadratic();
+    let [end, corner] =
+        [[1.0, 0.5, 0.5], [1.0; 3]].map(|at| crate::elements::scene::node_at(&mesh, at));
+    let supports = vec![
+        roller("x_min", 0),
+        roller("y_min", 1),
+        roller("z_min", 2),
+        Support::uniform("x_max", [Some(STRETCH - 1.0), None, None]),
+    ];
+    let far = mesh.node_sets["x_max"].clone();
+    let bar = scene(NeoHookeanShape.nearly_incompressible(5.0), mesh, vec![], supports);
+    let body = bar.lower_mixed().unwrap();
+    let solution = BalanceSolver::new(&body).unwrap().solve(&[2.0], &Options::default()).unwrap();
+    let lateral = STRETCH.powf(-0.5) - 1.0;
+    let u = |node: usize, i: usize| solution.displacement[3 * node + i];
+    assert!(
+        (u(corner, 1) - lateral).abs() < BALANCE_TOLERANCE
+            && (u(corner, 2) - lateral).abs() < BALANCE_TOLERANCE
+    );
+    assert!((u(end, 1) - 0.5 * lateral).abs() < BALANCE_TOLERANCE);
+    // Deviatoric stress plus pressure vanish across: p = μ/3 (s² − 1/s)  at J = 1.
+    let pressure = 2.0 / 3.0 * (STRETCH * STRETCH - 1.0 / STRETCH);
+    for p in &solution.pressure {
+        assert!((p - pressure).abs() < 1e-8, "{p} {pressure}");
+    }
+    assert_eq!(far.len(), 25);
+}
+
+fn determinant(f: &Gradient) -> f64 {
+    (0..3)
+        .map(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            f[0][i] * (f[1][j] * f[2][k] - f[1][k] * f[2][j])
+        })
+        .sum()
+}

@@ -1,0 +1,135 @@
+//! Triangles against slabs of solid elements, and in plane stress.
+
+use crate::elements::scene::{distance, node_at, roller, scene};
+use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean, PlaneStress};
+use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, SceneError, Support};
+use sinew_fem::{BalanceSolver, Options, Solver};
+use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, cook_membrane, rectangle_triangles};
+
+const THETA: [f64; 2] = [10.0, 20.0];
+
+/// A strip under its weight, a traction and a pressure, clamped at both ends: deflection of the middle. Under
+/// triangles the pressure has a potential; the slab's rim slides in two parallel planes, so there it has none.
+fn deflection<const N: usize>(mesh: Mesh<N>, solid: bool) -> f64
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    let loads = vec![
+        Load::BodyForce([0.0, -0.01, 0.0]),
+        Load::Traction { facets: "y_max".into(), value: [0.01, -0.02, 0.0] },
+        Load::Pressure { facets: "y_min".into(), magnitude: Magnitude::Fixed(0.2) },
+    ];
+    let mut supports = vec![Support::clamped("x_min"), Support::clamped("x_max")];
+    if solid {
+        supports.extend([roller("z_min", 2), roller("z_max", 2)]);
+    }
+    let strip = scene(NeoHookean, mesh, loads, supports);
+    let body = strip.lower_follower().unwrap();
+    assert_eq!(
+        (body.body.pressures.len(), body.followers.len()),
+        if solid { (0, 1) } else { (1, 0) }
+    );
+    let solution = BalanceSolver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let middle = node_at(&strip.mesh, [2.0, 1.0, 0.0]);
+    solution.displacement[3 * middle + 1]
+}
+
+/// The slab is 0.25 thick: as its sides stay flat the thickness does not matter.
+#[test]
+fn a_strip_of_triangles_is_a_slab_held_on_both_sides() {
+    let triangles = deflection(rectangle_triangles([4.0, 1.0], [16, 4]).quadratic(), false);
+    assert!(triangles > 0.05, "{triangles}");
+    let slab = [4.0, 1.0, 0.25];
+    let tetrahedra = deflection(box_tetrahedra(slab, [16, 4, 1]).quadratic(), true);
+    // Both are converged to this.
+    assert!((tetrahedra / triangles - 1.0).abs() < 2e-3, "{tetrahedra} {triangles}");
+    let hexahedra = deflection(box_hexahedra(slab, [32, 8, 1]), true);
+    // Linear elements are stiffer, by the square of the element size.
+    assert!((hexahedra / triangles - 1.0).abs() < 0.02, "{hexahedra} {triangles}");
+}
+
+/// Plane stress in Young's modulus and Poisson's ratio.
+const PLATE: ByYoungPoisson<PlaneStress> = ByYoungPoisson(PlaneStress(LinearElastic));
+
+#[test]
+fn a_plate_pulled_along_one_axis_contracts_by_poissons_ratio() {
+    fn check<const N: usize>(mesh: Mesh<N>)
+    where
+        Nodes<N>: FiniteElement<N>,
+    {
+        const YOUNG: f64 = 3.0;
+        const POISSON: f64 = 0.4;
+        const TRACTION: f64 = 0.06;
+        let load = Load::Traction { facets: "x_max".into(), value: [TRACTION, 0.0, 0.0] };
+        let supports = vec![roller("x_min", 0), roller("y_min", 1)];
+        let plate = scene(PLATE, mesh, vec![load], supports);
+        let body = plate.lower().unwrap();
+        let solution =
+            Solver::new(&body).unwrap().solve(&[YOUNG, POISSON], &Options::default()).unwrap();
+        let strain = TRACTION / YOUNG;
+        let exact = |x: &[f64; 3]| [strain * x[0], -POISSON * strain * x[1], 0.0];
+        let exact: Vec<f64> = plate.mesh.points.iter().flat_map(exact).collect();
+        assert!(distance(&solution.displacement, &exact) < 1e-12);
+    }
+    check(rectangle_triangles([2.0, 1.0], [4, 3]).distorted(5, 0.3));
+    check(rectangle_triangles([2.0, 1.0], [3, 2]).quadratic().distorted(5, 0.3));
+}
+
+#[test]
+fn a_solid_is_not_in_plane_stress() {
+    let solid = scene(
+        PLATE,
+        box_hexahedra([2.0, 1.0, 1.0], [2, 1, 1]),
+        vec![],
+        vec![Support::clamped("x_min")],
+    );
+    let refused = solid.lower().unwrap_err();
+    assert!(matches!(refused, SceneError::PlaneLaw { nodes: 8, .. }), "{refused}");
+    // So is a mixed one.
+    let mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]).quadratic();
+    let solid = scene(PlaneStress(LinearElastic), mesh, vec![], vec![Support::clamped("x_min")]);
+    assert!(matches!(solid.lower_mixed(), Err(SceneError::PlaneLaw { nodes: 10, .. })));
+}
+
+#[test]
+fn triangles_that_leave_their_plane_are_refused() {
+    let refused = |mesh: Mesh<3>, load: Load| {
+        let strip = scene(NeoHookean, mesh, vec![load], vec![Support::clamped("x_min")]);
+        strip.lower().expect_err("it is not plane").to_string()
+    };
+    let flat = || rectangle_triangles([2.0, 1.0], [2, 1]);
+    let mut tilted = flat();
+    tilted.points.iter_mut().for_each(|x| x[2] = 0.3 * x[0]);
+    let said = refused(tilted, Load::BodyForce([0.0, -0.01, 0.0]));
+    assert!(said.contains("node 1 lies 3e-1 above"), "{said}");
+    // Far away, too, but for rounding errors of single precision there; at any height.
+    let moved = |by: f64, tilt: f64| {
+        let mut mesh = flat();
+        mesh.map_points(|[x, y, _]| [x + by, y, 7.0 + tilt * x]);
+        scene(NeoHookean, mesh, vec![], vec![Support::clamped("x_min")]).lower()
+    };
+    assert!(moved(1e6, 0.5).is_err() && moved(1e6, 1e-2).is_ok() && moved(0.0, 1e-3).is_err());
+    assert!(moved(0.0, 0.0).is_ok());
+    let said = refused(flat(), Load::BodyForce([0.0, -0.01, 2.0]));
+    assert!(said.contains("body force along z is 2"), "{said}");
+    let said = refused(flat(), Load::Traction { facets: "x_max".into(), value: [0.0, 0.0, -3.0] });
+    assert!(said.contains("traction on `x_max` along z is -3"), "{said}");
+    // NaN in a load is told as such.
+    let said = refused(flat(), Load::BodyForce([0.0, 0.0, f64::NAN]));
+    assert!(said.contains("is NaN"), "{said}");
+}
+
+/// E = 1, ν = ⅓, a force of 1 over the free end: the middle of that end rises by 23.96
+/// (R. D. Cook, J. Struct. Div. ASCE 100, 1974, and later refinements).
+#[test]
+fn cooks_linear_membrane_rises_as_in_the_literature() {
+    let mesh = cook_membrane(16).quadratic();
+    let middle = node_at(&mesh, [48.0, 52.0, 0.0]);
+    let load = Load::Traction { facets: "x_max".into(), value: [0.0, 1.0 / 16.0, 0.0] };
+    let membrane = scene(PLATE, mesh, vec![load], vec![Support::clamped("x_min")]);
+    let body = membrane.lower().unwrap();
+    let solution =
+        Solver::new(&body).unwrap().solve(&[1.0, 1.0 / 3.0], &Options::default()).unwrap();
+    let rise = solution.displacement[3 * middle + 1];
+    assert!((rise - 23.96).abs() < 0.02, "{rise}");
+}

@@ -1,0 +1,90 @@
+//! Slender bodies of soft material, where a linear step bends and thereby stretches.
+
+use crate::hard_cases::bodies::*;
+use crate::hard_cases::checks::*;
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Scene, Support};
+use sinew_fem::{Options, Solver};
+use sinew_mesh::box_tetrahedra;
+
+#[test]
+fn a_nearly_incompressible_beam_is_solved() {
+    let beam = once();
+    assert_sound(&beam, &solve(&beam, &[75.0, 7.5e5]).unwrap());
+}
+
+#[test]
+fn the_softest_corner_under_five_times_its_weight_is_solved() {
+    let mesh = box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]);
+    let beam = lower(NeoHookean, mesh, gravity(5.0), vec![Support::clamped("x_min")]);
+    let solution = solve(&beam, &[50.0, 50.0]).unwrap();
+    assert_sound(&beam, &solution);
+    // The same by loading it in five steps, each from the last.
+    let mut stepped = beam.clone();
+    let mut displacement = vec![0.0; beam.prescribed.len()];
+    for step in 1..=5 {
+        let part = f64::from(step) / 5.0;
+        stepped.nodal_force = beam.nodal_force.iter().map(|f| part * f).collect();
+        let mut solver = Solver::new(&stepped).unwrap();
+        let next = solver.solve_from(&displacement, &[50.0, 50.0], &Options::default()).unwrap();
+        displacement = next.displacement;
+    }
+    assert!(difference(&displacement, &solution.displacement) < 1e-8);
+}
+
+#[test]
+fn a_membrane_like_beam_a_tenth_as_stiff_as_the_softest_is_solved() {
+    let beam = twice();
+    assert_sound(&beam, &solve(&beam, &[5.0, 5.0]).unwrap());
+}
+
+#[test]
+fn a_beam_a_hundred_times_as_long_as_thick_softens_with_refinement_towards_beam_theory() {
+    // Small tip force; Euler–Bernoulli: w = F L³ / (3 E I) with L = 100, I = 1/12, E = 2.5 for μ = λ = 1.
+    let force = 1e-7;
+    let theory = force * 1e6 / (3.0 * 2.5 / 12.0);
+    let mut last = 0.0;
+    for cells in [[25, 1, 1], [50, 2, 2], [100, 4, 4]] {
+        let mesh = box_tetrahedra([100.0, 1.0, 1.0], cells);
+        let tip = mesh.node_sets["x_max"][0];
+        let loads = vec![traction("x_max", [0.0, 0.0, -force])];
+        let beam = Scene { loads, ..scene(NeoHookean, mesh) }.lower().unwrap();
+        let solution = solve(&beam, &[1.0, 1.0]).unwrap();
+        assert_equilibrium(&beam, &solution);
+        // Linear tetrahedra lock: stiffer than the truth on every mesh, less so on finer ones.
+        let part = -solution.displacement[3 * tip + 2] / theory;
+        println!("{cells:?}: {part:.3} of beam theory");
+        assert!(part > 1.5 * last && part < 1.0);
+        last = part;
+    }
+}
+
+#[test]
+fn a_whip_that_bends_by_its_own_length_is_solved() {
+    let mesh = box_tetrahedra([50.0, 1.0, 1.0], [50, 1, 1]);
+    let tip = mesh.node_sets["x_max"][0];
+    let loads = vec![traction("x_max", [0.0, 0.0, -2e-2])];
+    let whip = Scene { loads, ..scene(NeoHookean, mesh) }.lower().unwrap();
+    let solution = solve(&whip, &[1.0, 1.0]).unwrap();
+    assert_sound(&whip, &solution);
+    assert!(solution.displacement[3 * tip + 2] < -25.0);
+}
+
+#[test]
+fn a_straight_column_beyond_eulers_load_is_told_from_a_bowed_one_and_nudged_into_it() {
+    // Shortened by a tenth; a straight one bears (π h/L)²/3, 5e-4 of its length, clamped at both ends.
+    let mesh = box_tetrahedra([100.0, 4.0, 4.0], [20, 1, 1]);
+    let slide = Support::uniform("x_max", [Some(-10.0), Some(0.0), Some(0.0)]);
+    let column = lower(NeoHookean, mesh, vec![], vec![Support::clamped("x_min"), slide]);
+    let mut solver = Solver::new(&column).unwrap();
+    let straight = solver.solve(&[75.0, 75.0], &Options::default()).unwrap();
+    assert!(!straight.is_stable());
+    let report = sinew_fem::report(&column, &straight).unwrap().to_string();
+    assert!(report.contains("Euler") && report.contains("softest_mode"), "{report}");
+    let mode = solver.softest_mode(&straight).unwrap();
+    let nudged: Vec<_> =
+        straight.displacement.iter().zip(&mode.direction).map(|(u, d)| u + 2.0 * d).collect();
+    let bowed = solver.solve_from(&nudged, &[75.0, 75.0], &Options::default()).unwrap();
+    assert!(bowed.is_stable() && bowed.energy < straight.energy);
+    assert!(mode.stiffness < 0.0 && solver.softest_mode(&bowed).unwrap().stiffness > 0.0);
+}

@@ -1,0 +1,21 @@
+//! The solver against ground truth: closed forms, FEniCS, manufactured solutions, hard cases.
+
+#[path = "../../../../fixtures/organ/ventricles.rs"]
+mod ventricles;
+
+mod beams;
+mod continuation;
+mod diagnostics;
+mod elements;
+mod fenics;
+mod fibres;
+mod hard_cases;
+mod locking;
+mod patch;
+mod patches;
+mod stresses;
+mod support;
+mod sweeps;
+mod unload;
+mod unload_verdicts;
+mod ventricle;

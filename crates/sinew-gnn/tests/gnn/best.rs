@@ -1,0 +1,173 @@
+//! Trainings that leave their best weights, and the way back.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::common::*;
+use burn::tensor::Tensor;
+use sinew_gnn::*;
+
+fn config(embedding_share: f64) -> TrainingConfig {
+    TrainingConfig {
+        schedule: Schedule::Constant,
+        learning_rate: 1e-2,
+        embedding_share,
+        budget: Budget::Steps(120),
+        batch: 3,
+        evaluations: 40,
+        ..TrainingConfig::default()
+    }
+}
+
+fn trainer(data: &DataSet, config: TrainingConfig) -> Trainer {
+    let surrogate = untrained(data, &small_config(data, 2), 1, &devices()[0]);
+    let objective = data_fit(&surrogate);
+    Trainer::new(surrogate, data.clone(), objective, config).unwrap()
+}
+
+fn resumed(place: &Path, data: &DataSet) -> Trainer {
+    let objective = data_fit(trainer(data, config(1.0)).surrogate());
+    Trainer::resume(place, data.clone(), objective, &devices()[0]).unwrap()
+}
+
+/// A training that has learned for half of its steps and goes on with steps of a size that no network bears. Its embeddings come to
+/// rest before or after that.
+fn reckless(place: &Path, data: &DataSet, embedding_share: f64) -> Trainer {
+    let mut first = trainer(data, config(embedding_share)).with_checkpoints(place);
+    first.run(&mut Judge::until(60, data)).unwrap();
+    resumed(place, data).with_learning_rate(1.0)
+}
+
+/// Root of the mean square of the relative error over the validation samples.
+fn error(surrogate: &Surrogate, data: &DataSet) -> f64 {
+    let squares: f64 = data
+        .validation
+        .iter()
+        .map(|sample| {
+            let geometry = &data.geometries[sample.geometry];
+            let predicted = surrogate.predict(geometry, std::slice::from_ref(&sample.theta));
+            predicted.map_or(f64::INFINITY, |predicted| {
+                relative_difference(&sample.displacement, predicted.field(0)).powi(2)
+            })
+        })
+        .sum();
+    (squares / data.validation.len() as f64).sqrt()
+}
+
+/// Tells errors, keeps them with losses, and breaks after a number of steps.
+struct Judge<'a> {
+    data: &'a DataSet,
+    stop: usize,
+    losses: Vec<f64>,
+    errors: Vec<(usize, f64)>,
+}
+
+impl<'a> Judge<'a> {
+    fn until(stop: usize, data: &'a DataSet) -> Self {
+        Self { data, stop, losses: Vec::new(), errors: Vec::new() }
+    }
+}
+
+impl Observer for Judge<'_> {
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+        self.losses.push(progress.loss);
+        if progress.step == self.stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Option<f64> {
+        let error = error(surrogate, self.data);
+        self.errors.push((point.step, error));
+        Some(error)
+    }
+}
+
+#[test]
+fn the_best_weights_are_kept_and_returned_to_with_smaller_steps() {
+    let ((_, data), folder) = (plane_data(), tempfile::tempdir().unwrap());
+    for embedding_share in [1.0, 0.3, 0.52] {
+        let place = folder.path().join(embedding_share.to_string());
+        let mut trainer = reckless(&place, &data, embedding_share);
+        let mut judge = Judge::until(usize::MAX, &data);
+        let report = trainer.run(&mut judge).unwrap();
+        println!("returned {} times; {:?}", report.returns, judge.errors);
+        let kept = report.kept_error.unwrap();
+        let (best, last) = (judge.errors.iter().map(|(_, error)| *error), judge.errors.last());
+        assert!(best.fold(f64::INFINITY, f64::min) >= kept);
+        assert_eq!(error(trainer.surrogate(), &data), kept);
+        // What was learned was lost, and came back.
+        let worst = judge.errors.iter().map(|(_, error)| *error).fold(0.0, f64::max);
+        assert!(report.returns > 0 && worst > 3.0 * kept, "{worst} and {kept}");
+        assert!(last.is_some_and(|(_, last)| *last < 3.0 * kept), "{last:?} and {kept}");
+    }
+}
+
+/// Killed at an evaluation, between two, and after a return: the same numbers, and the same weights are kept.
+#[test]
+fn a_run_that_returned_to_its_best_weights_resumes_bit_for_bit() {
+    let ((_, data), folder) = (plane_data(), tempfile::tempdir().unwrap());
+    for embedding_share in [1.0, 0.52] {
+        let place = |name: &str| folder.path().join(format!("{name}-{embedding_share}"));
+        let mut whole = Judge::until(usize::MAX, &data);
+        let mut uninterrupted = reckless(&place("whole"), &data, embedding_share);
+        let expected = uninterrupted.run(&mut whole).unwrap();
+        assert!(expected.returns > 0);
+        for stop in [63, 67, 80, 110] {
+            let place = place(&stop.to_string());
+            let mut first = Judge::until(stop, &data);
+            reckless(&place, &data, embedding_share).run(&mut first).unwrap();
+            let mut rest = resumed(&place, &data);
+            let mut second = Judge::until(usize::MAX, &data);
+            let report = rest.run(&mut second).unwrap();
+            assert_eq!([first.losses, second.losses].concat(), whole.losses, "killed at {stop}");
+            assert_eq!(
+                (report.kept_step, report.kept_error, report.returns),
+                (expected.kept_step, expected.kept_error, expected.returns)
+            );
+            let of = |trainer: &Trainer| error(trainer.surrogate(), &data).to_bits();
+            assert_eq!(of(&rest), of(&uninterrupted));
+        }
+    }
+}
+
+/// A loss that is not finite in some of its calls.
+struct Failing {
+    fit: Box<dyn Objective>,
+    calls: AtomicUsize,
+    fails: fn(usize) -> bool,
+}
+
+impl Objective for Failing {
+    fn check(&self, data: &DataSet) -> Result<()> {
+        self.fit.check(data)
+    }
+
+    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
+        let call = self.calls.fetch_add(1, Ordering::Relaxed) + 1;
+        let loss = self.fit.loss(batch, displacement)?;
+        Ok(if (self.fails)(call) { loss * f64::NAN } else { loss })
+    }
+}
+
+#[test]
+fn a_step_that_is_not_finite_goes_back_to_the_best_weights() {
+    let (_, mut data) = plane_data();
+    let held_out = data.clone();
+    // Every call of the loss is then a step, in the first half of the run.
+    data.validation.clear();
+    let run = |fails: fn(usize) -> bool| {
+        let surrogate = untrained(&data, &small_config(&data, 2), 1, &devices()[0]);
+        let objective = Failing { fit: data_fit(&surrogate), calls: AtomicUsize::new(0), fails };
+        let (data, config) = (data.clone(), config(1.0));
+        let mut trainer = Trainer::new(surrogate, data, Box::new(objective), config).unwrap();
+        trainer.run(&mut Judge::until(usize::MAX, &held_out))
+    };
+    let report = run(|call| call == 10).unwrap();
+    assert_eq!((report.steps, report.returns), (120, 1));
+    // Before the first evaluation there is nothing to go back to, and what fails for ever ends.
+    for (fails, at) in [((|call| call == 2) as fn(usize) -> bool, 2), (|call| call >= 10, 10)] {
+        let failed = run(fails).unwrap_err();
+        assert!(matches!(failed, Error::Diverged { step, .. } if step <= at), "{failed}");
+        assert!(!failed.to_string().contains("learning rate of"), "{failed}");
+    }
+}

@@ -1,0 +1,149 @@
+//! Meshes that other programs hold in memory: cells of several kinds with fields and groups.
+
+use super::convert::{self, ReadReport};
+use super::grid::UnstructuredGrid;
+use crate::{AnyMesh, Field, MeshError, Problem};
+use std::ops::Range;
+
+/// Cells of several kinds in memory, as mesh files hold them, with fields and named groups.
+///
+/// [`MixedMesh::into_mesh`] makes a mesh of the cells of the highest dimension; those of the boundary become facet sets.
+///
+/// ```
+/// use sinew_mesh::MixedMesh;
+///
+/// let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let mut mixed = MixedMesh::new(corners);
+/// mixed.add_cells(10, 4, &[0, 1, 2, 3])?; // a tetrahedron, by VTK's number
+/// let triangle = mixed.add_cells(5, 3, &[0, 1, 2])?;
+/// mixed.name_cells("bottom", triangle);
+/// let (mesh, report) = mixed.into_mesh()?;
+/// assert_eq!((mesh.cell_count(), mesh.facet_sets()["bottom"].len(), report.matched_facets), (1, 1, 1));
+/// # Ok::<(), sinew_mesh::MeshError>(())
+/// ```
+#[derive(Debug)]
+pub struct MixedMesh(UnstructuredGrid);
+
+impl MixedMesh {
+    /// Nodes at their positions \[length\], without cells.
+    pub fn new(points: Vec<[f64; 3]>) -> Self {
+        Self(UnstructuredGrid { points, ..UnstructuredGrid::default() })
+    }
+
+    /// Adds cells of one kind, by VTK's number for it, with so many `nodes` each in VTK's order; their numbers among all cells.
+    ///
+    /// # Errors
+    /// Indices that do not divide into cells. Indices of nodes that there are not are an error of [`MixedMesh::into_mesh`].
+    pub fn add_cells(
+        &mut self,
+        vtk_type: u8,
+        nodes: usize,
+        indices: &[i64],
+    ) -> Result<Range<usize>, MeshError> {
+        if nodes == 0 || !indices.len().is_multiple_of(nodes) {
+            let what = format!("indices of a cell of {nodes} nodes");
+            let found = indices.len() % nodes.max(1);
+            return Err(MeshError::Cells(Box::new(Problem::Count {
+                what,
+                expected: nodes,
+                found,
+            })));
+        }
+        let grid = &mut self.0;
+        let first = grid.types.len();
+        grid.connectivity.extend(indices);
+        for _ in 0..indices.len() / nodes {
+            grid.types.push(vtk_type);
+            grid.offsets.push(grid.offsets[grid.offsets.len() - 1] + nodes);
+        }
+        Ok(first..grid.types.len())
+    }
+
+    /// Number of cells of all kinds.
+    pub fn cell_count(&self) -> usize {
+        self.0.types.len()
+    }
+
+    /// Adds a field with a row per node.
+    pub fn add_point_field(&mut self, name: impl Into<String>, field: Field) {
+        self.0.point_fields.insert(name.into(), field);
+    }
+
+    /// Adds a field with a row per cell of any kind.
+    pub fn add_cell_field(&mut self, name: impl Into<String>, field: Field) {
+        self.0.cell_fields.insert(name.into(), field);
+    }
+
+    /// Names cells by their numbers among all cells: a cell set, a facet set of cells of the boundary, or the nodes of cells of still
+    /// lower dimension.
+    pub fn name_cells(&mut self, name: impl Into<String>, cells: impl IntoIterator<Item = usize>) {
+        self.0.groups.entry(name.into()).or_default().extend(cells);
+    }
+
+    /// Names nodes.
+    pub fn name_nodes(&mut self, name: impl Into<String>, nodes: impl IntoIterator<Item = usize>) {
+        let set = self.0.node_sets.entry(name.into()).or_default();
+        set.extend(nodes);
+        set.sort_unstable();
+        set.dedup();
+    }
+
+    /// The mesh, as the readers of files make it, and what was changed for it.
+    ///
+    /// # Errors
+    /// Points that are not finite, indices of nodes that there are not, cells of a kind that is not computed with, fields of another
+    /// length, sets of nodes that there are not.
+    pub fn into_mesh(self) -> Result<(AnyMesh, ReadReport), MeshError> {
+        let (mesh, report) =
+            convert::to_any(self.0).map_err(|(_, problem)| MeshError::Cells(Box::new(problem)))?;
+        // Readers check the sets that a file names; nobody has checked these.
+        mesh.check()?;
+        Ok((mesh, report))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron() -> MixedMesh {
+        let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut mixed = MixedMesh::new(corners);
+        mixed.add_cells(10, 4, &[0, 1, 2, 3]).unwrap();
+        mixed
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_without_a_file() {
+        let said = |mixed: MixedMesh| mixed.into_mesh().unwrap_err().to_string();
+        let mut missing = tetrahedron();
+        missing.add_cells(10, 4, &[0, 1, 2, 7]).unwrap();
+        assert!(said(missing).contains('7'));
+        let mut set = tetrahedron();
+        set.name_nodes("tip", [4]);
+        assert!(said(set).contains("tip"));
+        let mut field = tetrahedron();
+        field.add_cell_field("region", Field::labels(vec![1, 2]));
+        assert!(said(field).contains("region"));
+        let mut wedge = tetrahedron();
+        wedge.add_cells(13, 6, &[0, 1, 2, 3, 0, 1]).unwrap();
+        assert!(said(wedge).contains("wedge"));
+        assert!(
+            tetrahedron().add_cells(5, 3, &[0, 1]).unwrap_err().to_string().contains("3 nodes")
+        );
+    }
+
+    #[test]
+    fn names_and_fields_go_with_their_cells() {
+        let mut mixed = tetrahedron();
+        let bottom = mixed.add_cells(5, 3, &[2, 1, 0]).unwrap();
+        mixed.name_cells("bottom", bottom);
+        mixed.name_nodes("tip", [3, 3]);
+        mixed.add_cell_field("stiff", Field::scalars(vec![2.0, 9.0]));
+        mixed.add_point_field("height", Field::scalars(vec![0.0, 0.0, 0.0, 1.0]));
+        let (mesh, _) = mixed.into_mesh().unwrap();
+        assert_eq!((mesh.facet_sets()["bottom"].len(), &mesh.node_sets()["tip"]), (1, &vec![3]));
+        assert_eq!(mesh.cell_fields()["stiff"].to_f64(), [2.0].as_slice());
+        assert_eq!(mesh.point_fields()["height"].rows(), 4);
+    }
+}

@@ -1,0 +1,16 @@
+//! Readers, writers, generators and selections; damaged files.
+
+#[path = "../../../../fixtures/organ/ventricles.rs"]
+mod ventricles;
+
+mod abaqus;
+mod chambers;
+mod damage;
+mod fixtures;
+mod mutations;
+mod organs;
+mod population;
+mod refusals;
+mod round_trip;
+mod selection;
+mod surfaces;

@@ -1,0 +1,31 @@
+"""Sinew in Python: soft-tissue mechanics, and emulators whose error is known.
+
+    case = Case.scene("OnceClampedBeam")
+    emulator = case.train()
+    print(emulator.estimate(emulator.predict({"mu": "80 kPa", "lambda": 60.0})))
+"""
+
+from ._native import __version__
+from .case import Case, Parameter, Unloaded
+from .emulator import Emulator
+from .errors import CaseError, EmulatorError, SinewError, SinewWarning, SolveError
+from .results import Answers, Corrections, Estimate, Fields, Predictions, Solutions
+
+__all__ = [
+    "Answers",
+    "Case",
+    "CaseError",
+    "Corrections",
+    "Emulator",
+    "EmulatorError",
+    "Estimate",
+    "Fields",
+    "Parameter",
+    "Predictions",
+    "SinewError",
+    "SinewWarning",
+    "Solutions",
+    "SolveError",
+    "Unloaded",
+    "__version__",
+]

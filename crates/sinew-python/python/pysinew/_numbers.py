@@ -1,0 +1,38 @@
+"""Numbers that users give, as arrays of doubles; what is no finite number is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import CaseError
+
+Floats = NDArray[np.float64]
+
+
+def floats(values: Any, what: str) -> Floats:
+    """An array of finite doubles in C order, whatever its order, stride or number type was."""
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise CaseError(f"{what}: rows of different lengths; give as many numbers in each") from error
+    if array.dtype.kind not in "fiu":
+        raise CaseError(f"{what}: numbers are needed, not {array.dtype}")
+    result = np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
+    bad = np.argwhere(~np.isfinite(result))
+    if len(bad):
+        place = ", ".join(str(index) for index in bad[0])
+        raise CaseError(f"{what}: {result[tuple(bad[0])]} at [{place}] is not a finite number")
+    return result
+
+
+def indices(values: Any, what: str) -> NDArray[np.int64]:
+    """An array of whole numbers, 0 or more."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "iu":
+        raise CaseError(f"{what}: whole numbers are needed, not {array.dtype}")
+    if array.size and int(array.min()) < 0:
+        raise CaseError(f"{what}: {int(array.min())} is not the number of a node or cell; give 0 or more")
+    return np.ascontiguousarray(array, dtype=np.int64)

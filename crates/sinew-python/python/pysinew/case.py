@@ -1,0 +1,345 @@
+"""Cases: a mesh, a law, fibres, loads, supports and ranges of parameters."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Literal, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _meshes, _theta, _views
+from ._native import NativeCase, scenes
+from ._numbers import Floats
+from ._progress import ProgressArgument, shown, warn
+from ._theta import Theta
+from .errors import CaseError, SolveError
+from .results import Answers, Solutions
+
+if TYPE_CHECKING:
+    from .emulator import Emulator
+
+__all__ = ["Case", "Parameter", "Unloaded"]
+
+Path = Union[str, "PathLike[str]"]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A free parameter with its range, in its own unit."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    #: `log` or `linear`.
+    sampling: str
+
+
+def _plain(value: Any) -> Any:
+    """Keys of a case file as JSON knows them."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, PathLike):
+        return os.fspath(value)
+    raise CaseError(f"a {type(value).__name__} has no place in a case; give numbers, texts, lists or dictionaries")
+
+
+class Case:
+    """A body with its parameters θ, from a case file, a built-in scene, or a mesh in memory.
+
+    `mesh` is one of meshio or pyvista, a pair (points, cells), the path of a file, or keys of `[mesh]` in a case file such as
+    `{"box": {"extent": [100, 10, 10], "cells": [12, 4, 5]}}`. The other arguments are the keys of a case file. Lengths are in
+    mm unless `unit` says otherwise, stresses in kPa.
+    """
+
+    _native: NativeCase
+
+    def __init__(
+        self,
+        *,
+        mesh: Any,
+        law: Union[str, Mapping[str, Any]],
+        parameters: Mapping[str, Any],
+        supports: Sequence[Mapping[str, Any]],
+        loads: Sequence[Mapping[str, Any]] = (),
+        fibres: Mapping[str, Any] | None = None,
+        select: Mapping[str, Any] | None = None,
+        formulation: str | None = None,
+        training: Mapping[str, Any] | None = None,
+        name: str = "case",
+        unit: str | None = None,
+        node_sets: Mapping[str, Any] | None = None,
+        facet_sets: Mapping[str, Any] | None = None,
+    ) -> None:
+        keys: dict[str, Any] = {
+            "name": name,
+            "law": law,
+            "formulation": formulation,
+            "parameters": parameters,
+            "supports": list(supports),
+            "loads": list(loads),
+            "fibres": fibres,
+            "select": select,
+            "training": training,
+        }
+        source: dict[str, Any] = {} if unit is None else {"unit": unit}
+        given = None
+        if isinstance(mesh, Mapping):
+            source = {**mesh, **source}
+        elif isinstance(mesh, (str, PathLike)):
+            source["file"] = os.fspath(mesh)
+        else:
+            given = _meshes.read(mesh, node_sets, facet_sets)
+        if given is None and (node_sets or facet_sets):
+            raise CaseError("node_sets and facet_sets belong to a mesh in memory; name sets of another by place with `select`")
+        keys["mesh"] = source
+        present = {key: value for key, value in keys.items() if value is not None}
+        try:
+            text = json.dumps(present, default=_plain, allow_nan=False)
+        except ValueError as error:
+            if isinstance(error, CaseError):
+                raise
+            raise CaseError(f"{name}: a number of the case is not finite") from error
+        self._open(NativeCase.from_json(text, name, given))
+
+    def _open(self, native: NativeCase) -> None:
+        self._native = native
+        warn(native.warnings())
+
+    @classmethod
+    def _of(cls, native: NativeCase) -> Case:
+        case = cls.__new__(cls)
+        case._open(native)
+        return case
+
+    @classmethod
+    def read(cls, path: Path) -> Case:
+        """A case file. A mesh file in it is relative to it."""
+        if not os.path.exists(path):
+            raise CaseError(f"there is no case file {os.fspath(path)}; `Case.scene` opens built-in scenes")
+        return cls._of(NativeCase.read(path))
+
+    @classmethod
+    def scene(cls, name: str) -> Case:
+        """A built-in scene by its name; `Case.scenes` lists them."""
+        if name.lower() not in (known.lower() for known in scenes()):
+            raise CaseError(f"there is no scene `{name}`; scenes: {', '.join(scenes())}")
+        return cls._of(NativeCase.read(name))
+
+    @staticmethod
+    def scenes() -> list[str]:
+        """Names of the built-in scenes."""
+        return scenes()
+
+    @classmethod
+    def parse(cls, text: str, name: str = "case") -> Case:
+        """A case from the text of a case file."""
+        return cls._of(NativeCase.parse(text, name))
+
+    def __repr__(self) -> str:
+        names = ", ".join(parameter.name for parameter in self.parameters)
+        return f"<Case {self.name}: {len(self.points)} nodes, {len(self.cells)} cells, parameters {names}>"
+
+    @property
+    def name(self) -> str:
+        """Name of the case."""
+        return self._native.name
+
+    @property
+    def text(self) -> str:
+        """The case as the text of a case file; a mesh in memory is not in it."""
+        return self._native.text
+
+    @property
+    def parameters(self) -> list[Parameter]:
+        """Free parameters, in the order of θ."""
+        return [Parameter(*each) for each in self._native.parameters]
+
+    @property
+    def points(self) -> Floats:
+        """Nodes in the reference configuration [mm], (nodes, 3)."""
+        return self._native.points
+
+    @property
+    def cells(self) -> NDArray[np.int64]:
+        """Nodes of the cells in VTK's order, (cells, nodes of a cell)."""
+        return self._native.cells
+
+    @property
+    def node_sets(self) -> dict[str, NDArray[np.int64]]:
+        """Nodes of each named set."""
+        return self._native.sets[0]
+
+    @property
+    def facet_sets(self) -> dict[str, NDArray[np.int64]]:
+        """Nodes of the facets of each named set, (facets, nodes of a facet)."""
+        return self._native.sets[1]
+
+    def quadratic(self) -> Case:
+        """The case in quadratic cells, to see what linear ones lose; its first nodes are the same."""
+        return Case._of(self._native.quadratic())
+
+    def to_pyvista(self) -> Any:
+        """The mesh as a `pyvista.UnstructuredGrid`."""
+        return _views.pyvista_of(self)
+
+    def to_meshio(self) -> Any:
+        """The mesh as a `meshio.Mesh`."""
+        return _views.meshio_of(self)
+
+    def sample(
+        self,
+        count: int,
+        seed: int = 1,
+        design: Literal["latin-hypercube", "sobol", "uniform"] = "latin-hypercube",
+    ) -> Floats:
+        """Parameter sets within the ranges, (count, p), in the parameters' own units. Same seed, same numbers."""
+        return self._native.shown(self._native.sample(count, seed, design))
+
+    def solve(
+        self,
+        theta: Theta = None,
+        *,
+        load_steps: bool = False,
+        folder: Path | None = None,
+        progress: ProgressArgument = None,
+    ) -> Solutions:
+        """Equilibria by the solver, on all cores.
+
+        θ is a dictionary (`{"mu": 12.0, "p": "8 mmHg"}`, or with columns as values), p numbers, a table n × p, or None for the
+        middle of the ranges. `load_steps` raises the load step by step from rest. In a `folder` solutions are kept as they are
+        made, and found again by a call with the same θ.
+
+        Raises `SolveError` where one set was asked for and has no equilibrium; of several, failures are listed.
+        """
+        thetas, one = _theta.read(self._native, theta)
+        warn(self._native.outside(thetas))
+        with shown(progress) as bar:
+            found = self._native.solve(thetas, load_steps, folder, bar)
+        warn(found["warnings"])
+        failures = dict(found["failures"])
+        if one and failures:
+            raise SolveError(f"{self._native.in_words(thetas[0])}: {failures[0]}")
+        if failures:
+            row, reason = next(iter(failures.items()))
+            warn([f"{len(failures)} of {len(thetas)} sets have no equilibrium, the first is set {row}: {reason}"])
+        values, displacement, seconds = self._native.shown(thetas), found["displacement"], found["seconds"]
+        if one:
+            values, displacement, seconds = values[0], displacement[0], seconds[0]
+        empty: list[list[str]] = [[] for _ in thetas]
+        return Solutions(self, values, displacement, empty, failures, np.asarray(seconds))
+
+    def answers(
+        self,
+        thetas: Theta,
+        accuracy: float = 1e-3,
+        *,
+        emulator: Emulator | None = None,
+        progress: ProgressArgument = None,
+    ) -> Answers:
+        """Displacements to a relative accuracy by the method that costs least, every one with its checked error."""
+        rows, one = _theta.read(self._native, thetas)
+        warn(self._native.outside(rows))
+        if emulator is not None and emulator.case is not self:
+            raise CaseError("the emulator is of another case; call `answers` of its own, `emulator.case`")
+        native = None if emulator is None else emulator._native
+        with shown(progress) as bar:
+            found = self._native.answers(rows, accuracy, native, bar)
+        failures = dict(found["failures"])
+        if one and failures:
+            raise SolveError(f"{self._native.in_words(rows[0])}: {failures[0]}")
+        values, displacement, error = self._native.shown(rows), found["displacement"], found["error"]
+        if one:
+            values, displacement, error = values[0], displacement[0], error[0]
+        return Answers(
+            self, values, displacement, found["set_warnings"], np.asarray(error), found["source"], failures, accuracy, found["method"]
+        )
+
+    def train(
+        self,
+        recipe: str | None = None,
+        *,
+        samples: int | None = None,
+        target: float | None = None,
+        minutes: float | None = None,
+        seed: int | None = None,
+        held_out: int | None = None,
+        design: str | None = None,
+        folder: Path | None = None,
+        resume: bool = False,
+        restart: bool = False,
+        progress: ProgressArgument = None,
+    ) -> Emulator:
+        """An emulator: `regression` of some solutions (the default), or `series`, a Taylor expansion about one.
+
+        Arguments replace those of the case's `training`. In a `folder` everything is kept as it is made: a run that was stopped
+        goes on with `resume`, one that is there is replaced with `restart`.
+        """
+        from .emulator import Emulator
+
+        given = {
+            "recipe": recipe,
+            "samples": samples,
+            "target": target,
+            "minutes": minutes,
+            "seed": seed,
+            "held_out": held_out,
+            "design": design,
+        }
+        options = json.dumps({key: value for key, value in given.items() if value is not None}, default=_plain)
+        locking = self._native.locking()
+        warn([] if locking is None else [locking])
+        with shown(progress) as bar:
+            native = self._native.train(options, folder, resume, restart, bar)
+        return Emulator(self, native)
+
+    def load(self, folder: Path) -> Emulator:
+        """An emulator of this case that `Emulator.save` or the program `sinew` stored."""
+        from .emulator import Emulator
+
+        return Emulator(self, self._native.load(folder))
+
+    def unload(
+        self,
+        theta: Theta = None,
+        *,
+        fibres: Literal["carried", "kept"] = "carried",
+        progress: ProgressArgument = None,
+    ) -> Unloaded:
+        """The body at rest whose loading gives this case's mesh, an image under load. Fibres of the image move with the tissue, or are
+        `kept` as the same vectors."""
+        if fibres not in ("carried", "kept"):
+            raise CaseError(f"fibres = {fibres!r}: give \"carried\" or \"kept\"")
+        rows, one = _theta.read(self._native, theta)
+        if not one:
+            raise CaseError(f"theta: give one set of parameters, not {len(rows)}")
+        warn(self._native.outside(rows))
+        with shown(progress) as bar:
+            native, found = self._native.unload(rows, fibres == "kept", bar)
+        warn(found["warnings"])
+        return Unloaded(
+            Case._of(native), found["displacement"], found["distance"], tuple(found["volume_ratios"]), found["iterations"]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Unloaded:
+    """A body at rest."""
+
+    #: The case at rest, ready to be solved.
+    case: Case
+    #: From the body at rest to the image [mm], (nodes, 3).
+    displacement: Floats
+    #: Largest distance of a node from its image after loading from rest [mm].
+    distance: float
+    #: Least and largest volume of a cell at rest relative to that in the image.
+    volume_ratios: tuple[float, ...]
+    #: Newton iterations.
+    iterations: int

@@ -1,0 +1,114 @@
+"""Emulators: displacements in microseconds, with their errors."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _theta
+from ._native import NativeEmulator
+from ._numbers import Floats
+from ._progress import ProgressArgument, shown
+from ._theta import Theta
+from .errors import CaseError
+from .results import Answers, Corrections, Estimate, Predictions
+
+if TYPE_CHECKING:
+    from .case import Case, Path
+
+__all__ = ["Emulator"]
+
+
+class Emulator:
+    """An emulator of one case, from `Case.train` or `Case.load`."""
+
+    def __init__(self, case: Case, native: NativeEmulator) -> None:
+        self.case = case
+        self._native = native
+
+    def __repr__(self) -> str:
+        return f"<Emulator of {self.case.name}: {self}>"
+
+    def __str__(self) -> str:
+        lines = [self._native.words]
+        error = self.median_error
+        if np.isfinite(error):
+            lines.append(f"error on the held-out cases: median {error:.1e}, largest {self.largest_error:.1e} of the displacement")
+        return "\n".join(lines)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """How it was made and how it did: simulations, times, candidates, errors on the held-out cases."""
+        found: dict[str, Any] = json.loads(self._native.record)
+        return found
+
+    @property
+    def warnings(self) -> list[str]:
+        """Reasons not to trust it."""
+        return self._native.warnings
+
+    def _held_out(self, quantile: str) -> float:
+        held_out = self.record["held_out"]
+        return float("nan") if held_out is None else float(held_out["relative"][quantile])
+
+    @property
+    def median_error(self) -> float:
+        """Median over the held-out cases of the mean nodal error relative to the mean nodal displacement."""
+        return self._held_out("q50")
+
+    @property
+    def largest_error(self) -> float:
+        """Largest of these errors."""
+        return self._held_out("max")
+
+    def predict(self, theta: Theta = None, *, refine: int = 0, progress: ProgressArgument = None) -> Predictions:
+        """Displacements; θ as in `Case.solve`. `refine` takes quasi-Newton steps with one stiffness for all."""
+        rows, one = _theta.read(self.case._native, theta)
+        with shown(progress) as bar:
+            displacement, warnings = self._native.predict(rows, refine, bar)
+        values = self.case._native.shown(rows)
+        return Predictions(self.case, values[0] if one else values, displacement[0] if one else displacement, warnings)
+
+    def estimate(self, prediction: Predictions, *, progress: ProgressArgument = None) -> Estimate:
+        """How far a prediction is from equilibrium, by Newton steps from it that contract, or why there is no telling."""
+        if prediction.case is not self.case:
+            raise CaseError("the prediction is of another case; estimate it by an emulator of its own")
+        rows, one = _theta.read(self.case._native, prediction.theta)
+        with shown(progress) as bar:
+            found = self._native.estimate(rows, prediction._rows(), bar)
+        return _estimate(found, one)
+
+    def correct(self, theta: Theta = None, steps: int = 1, *, progress: ProgressArgument = None) -> Corrections:
+        """Predictions after Newton steps, each of which about squares the error."""
+        rows, one = _theta.read(self.case._native, theta)
+        with shown(progress) as bar:
+            found = self._native.correct(rows, steps, bar)
+        values, displacement = self.case._native.shown(rows), found["displacement"]
+        if one:
+            values, displacement = values[0], displacement[0]
+        return Corrections(self.case, values, displacement, found["set_warnings"], _estimate(found, one))
+
+    def answers(self, thetas: Theta, accuracy: float = 1e-3, *, progress: ProgressArgument = None) -> Answers:
+        """Displacements to a relative accuracy, from this emulator's predictions where that costs least."""
+        return self.case.answers(thetas, accuracy, emulator=self, progress=progress)
+
+    def sensitivity(self, theta: Theta = None) -> Floats:
+        """Derivative of the displacement by each parameter [mm per unit of the parameter], (p, nodes, 3), at one θ."""
+        rows, one = _theta.read(self.case._native, theta)
+        if not one:
+            raise CaseError(f"theta: give one set of parameters, not {len(rows)}")
+        return self._native.sensitivity(rows)
+
+    def save(self, folder: Path) -> None:
+        """Stores it in a folder, for `Case.load` and for the program `sinew`."""
+        self._native.save(folder)
+
+
+def _estimate(found: dict[str, Any], one: bool) -> Estimate:
+    names = ("mean", "largest", "energy_norm", "relative", "residual")
+    mean, largest, energy_norm, relative, residual = (
+        np.asarray(found[name][0]) if one else found[name] for name in names
+    )
+    return Estimate(mean, largest, energy_norm, relative, residual, found["words"])

@@ -1,0 +1,511 @@
+//! Cases: bodies, their parameters and solutions.
+
+use crate::arrays::{cube, matrix, rows, stacked, vector};
+use crate::emulator::NativeEmulator;
+use crate::errors::{self, Kind};
+use crate::mesh::NativeMesh;
+use crate::{relay, training};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use sinew::case::{Formulation, hardly_moves};
+use sinew::{
+    Body, Case, Simulations, admissible, locking_in_words, outside, theta_in_words, theta_of,
+};
+use sinew_emulate::{Answers, Design, Source, simulate_by};
+use sinew_energy::{Fibres, Sampling};
+use sinew_fem::{
+    LoadSteps, LockingWarning, Options, Unload, UnloadOptions, cell_stresses, locking,
+};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Names of the built-in scenes.
+#[pyfunction]
+pub(crate) fn scenes() -> Vec<&'static str> {
+    sinew::scenes::SCENES.iter().map(|scene| scene.name).collect()
+}
+
+/// A case with its body.
+#[pyclass(frozen, module = "pysinew._native")]
+pub(crate) struct NativeCase {
+    case: Case,
+    pub(crate) body: Arc<Body>,
+}
+
+impl NativeCase {
+    fn lowered(py: Python<'_>, case: Case) -> PyResult<Self> {
+        let body = py.detach(|| case.body()).map_err(|error| Kind::Case.of(py, error))?;
+        Ok(Self { case, body: Arc::new(body) })
+    }
+
+    /// θ in the unit of the scene that the law has a meaning for.
+    pub(crate) fn thetas(&self, thetas: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Vec<f64>>> {
+        let (py, thetas) = (thetas.py(), rows(thetas));
+        for theta in &thetas {
+            admissible(&self.body, theta)
+                .map_err(|why| Kind::Case.of(py, format!("theta: {why}")))?;
+        }
+        Ok(thetas)
+    }
+
+    /// Shape of displacements of so many sets.
+    pub(crate) fn shape(&self, sets: usize) -> [usize; 3] {
+        [sets, self.body.nodes, 3]
+    }
+
+    fn locking_at(&self, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
+        let found = thetas.iter().filter_map(|theta| locking(&self.body, theta).ok().flatten());
+        found.max_by(|a, b| a.expected_share.total_cmp(&b.expected_share))
+    }
+}
+
+#[pymethods]
+impl NativeCase {
+    /// A case file, or a built-in scene of that name.
+    #[staticmethod]
+    fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let case = Case::read(&path).map_err(|error| Kind::Case.of(py, error))?;
+        Self::lowered(py, case)
+    }
+
+    /// The text of a case file, on a mesh in memory where one is given.
+    #[staticmethod]
+    #[pyo3(signature = (text, file, mesh=None))]
+    fn parse(py: Python<'_>, text: &str, file: &str, mesh: Option<&NativeMesh>) -> PyResult<Self> {
+        let mut case = Case::parse(text, file).map_err(|error| Kind::Case.of(py, error))?;
+        if let Some(mesh) = mesh {
+            let (mesh, unmatched) = mesh.make(py)?;
+            if unmatched > 0 {
+                let reason = format!(
+                    "mesh: {unmatched} cells of the boundary are facets of no cell; give facets by the nodes of their cell"
+                );
+                return Err(Kind::Case.of(py, reason));
+            }
+            case = case.on(mesh);
+        }
+        Self::lowered(py, case)
+    }
+
+    /// The keys of a case file as JSON, on a mesh in memory where one is given.
+    #[staticmethod]
+    #[pyo3(signature = (json, name, mesh=None))]
+    fn from_json(
+        py: Python<'_>,
+        json: &str,
+        name: &str,
+        mesh: Option<&NativeMesh>,
+    ) -> PyResult<Self> {
+        let table: toml::Table = serde_json::from_str(json)
+            .map_err(|error| Kind::Case.of(py, format!("{name}: {error}")))?;
+        let text = toml::to_string(&table)
+            .map_err(|error| Kind::Case.of(py, format!("{name}: {error}")))?;
+        Self::parse(py, &text, name, mesh)
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.case.name
+    }
+
+    #[getter]
+    fn about(&self) -> &str {
+        &self.case.about
+    }
+
+    #[getter]
+    fn text(&self) -> &str {
+        self.case.text()
+    }
+
+    /// Name, unit, smallest and largest value in that unit, sampling, of every parameter.
+    #[getter]
+    fn parameters(&self) -> Vec<(String, String, f64, f64, &'static str)> {
+        let of = |p: &sinew::Parameter| {
+            let [low, high] = p.range.map(|end| p.unit.shown(end));
+            let sampling = match p.sampling {
+                Sampling::Log => "log",
+                Sampling::Linear => "linear",
+            };
+            (p.name.clone(), p.unit.name().to_string(), low, high, sampling)
+        };
+        self.body.parameters.iter().map(of).collect()
+    }
+
+    /// Names of the cavities that pressures act in.
+    #[getter]
+    fn cavities(&self) -> Vec<String> {
+        self.body.cavities.iter().map(|cavity| cavity.name.clone()).collect()
+    }
+
+    #[getter]
+    fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let points = self.body.mesh.points();
+        matrix(py, points.as_flattened().to_vec(), [points.len(), 3])
+    }
+
+    #[getter]
+    fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
+        let mesh = &self.body.mesh;
+        let indices = mesh.cells().iter().map(|&node| node as i64).collect();
+        let count = mesh.cell_count();
+        matrix(py, indices, [count, mesh.cells().len() / count.max(1)])
+    }
+
+    /// VTK's number for the kind of cell.
+    #[getter]
+    fn vtk_type(&self) -> u8 {
+        self.body.element().vtk_type
+    }
+
+    /// Nodes of the sets of nodes and of facets, by name.
+    #[getter]
+    fn sets<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyDict>; 2]> {
+        let (nodes, facets) = (PyDict::new(py), PyDict::new(py));
+        let mesh = &self.body.mesh;
+        for (name, set) in mesh.node_sets() {
+            nodes.set_item(name, vector(py, set.iter().map(|&node| node as i64).collect()))?;
+        }
+        for (name, set) in mesh.facet_sets() {
+            let each: Vec<Vec<usize>> =
+                set.iter().map(|&facet| mesh.nodes_of_facet(facet)).collect();
+            let width = each.first().map_or(0, Vec::len);
+            let indices = each.iter().flatten().map(|&node| node as i64).collect();
+            facets.set_item(name, matrix(py, indices, [each.len(), width])?)?;
+        }
+        Ok([nodes, facets])
+    }
+
+    /// Doubts about the case, as the program tells them.
+    fn warnings(&self) -> Vec<String> {
+        self.case.warnings(&self.body)
+    }
+
+    /// A warning that the cells are too stiff somewhere in the ranges of the parameters, if they are.
+    fn locking(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let found = sinew_fem::locking_over_ranges(&self.body)
+            .map_err(|error| Kind::Solve.of(py, error))?;
+        Ok(found.map(|found| locking_in_words(&found)))
+    }
+
+    /// θ in the unit of the scene from names and texts such as `7 mmHg`.
+    fn theta<'py>(
+        &self,
+        py: Python<'py>,
+        pairs: Vec<(String, String)>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let pairs: Vec<(&str, &str)> =
+            pairs.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+        let theta =
+            theta_of(&pairs, &self.body.parameters).map_err(|error| Kind::Case.of(py, error))?;
+        Ok(vector(py, theta))
+    }
+
+    /// θ in the unit of the scene from the parameters' own.
+    fn in_scene<'py>(
+        &self,
+        py: Python<'py>,
+        thetas: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.converted(py, &thetas, sinew::Unit::in_scene)
+    }
+
+    /// θ in the parameters' own units from that of the scene.
+    fn shown<'py>(
+        &self,
+        py: Python<'py>,
+        thetas: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.converted(py, &thetas, sinew::Unit::shown)
+    }
+
+    /// θ in words.
+    fn in_words(&self, theta: PyReadonlyArray1<'_, f64>) -> String {
+        theta_in_words(&self.body, &theta.as_array().to_vec())
+    }
+
+    /// Values outside their ranges, in words.
+    fn outside(&self, thetas: PyReadonlyArray2<'_, f64>) -> Vec<String> {
+        rows(&thetas).iter().flat_map(|theta| outside(&self.body.parameters, theta)).collect()
+    }
+
+    /// The middle of the ranges, in the unit of the scene.
+    fn centre<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, self.body.centre())
+    }
+
+    /// A design of θ in the unit of the scene.
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        count: usize,
+        seed: u64,
+        design: &str,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let design: Design = serde_json::from_value(design.into())
+            .map_err(|error| Kind::Case.of(py, format!("design: {error}")))?;
+        let thetas = design
+            .sample(&self.body.parameters, count, seed)
+            .map_err(|error| errors::emulator(py, &error))?;
+        stacked(py, &thetas, self.body.parameters.len())
+    }
+
+    /// Volumes of the cavities, a row per displacement \[mm³\].
+    fn volumes<'py>(
+        &self,
+        py: Python<'py>,
+        displacements: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let fields = rows(&displacements);
+        let found: Vec<_> = fields.iter().map(|field| self.body.cavity_volumes(field)).collect();
+        stacked(py, &found, self.body.cavities.len())
+    }
+
+    /// Stress and strain of the cells at one displacement, by name.
+    fn stresses<'py>(
+        &self,
+        py: Python<'py>,
+        theta: PyReadonlyArray1<'py, f64>,
+        displacement: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (theta, field) = (theta.as_array().to_vec(), displacement.as_array().to_vec());
+        let cells = py
+            .detach(|| cell_stresses(&self.body, &field, &theta))
+            .map_err(|error| Kind::Solve.of(py, error))?;
+        let (found, count) = (PyDict::new(py), cells.len());
+        let tensor = |of: fn(&sinew_fem::CellStress) -> &[[f64; 3]; 3]| {
+            cube(
+                py,
+                cells.iter().flat_map(|cell| of(cell).as_flattened().to_vec()).collect(),
+                [count, 3, 3],
+            )
+        };
+        let triple = |of: fn(&sinew_fem::CellStress) -> [f64; 3]| {
+            matrix(py, cells.iter().flat_map(of).collect(), [count, 3])
+        };
+        found.set_item("cauchy_stress", tensor(|cell| &cell.cauchy)?)?;
+        found.set_item("green_lagrange_strain", tensor(|cell| &cell.green_lagrange)?)?;
+        found.set_item("principal_stresses", triple(|cell| cell.principal_stresses)?)?;
+        found.set_item("principal_stretches", triple(|cell| cell.principal_stretches)?)?;
+        found.set_item(
+            "volume_ratio",
+            vector(py, cells.iter().map(|cell| cell.volume_ratio).collect()),
+        )?;
+        let fibres: Option<Vec<sinew_fem::Fibre>> = cells.iter().map(|cell| cell.fibre).collect();
+        if let Some(fibres) = fibres {
+            let directions = fibres.iter().flat_map(|fibre| fibre.direction).collect();
+            found.set_item("fibre", matrix(py, directions, [count, 3])?)?;
+            found.set_item(
+                "fibre_stretch",
+                vector(py, fibres.iter().map(|f| f.stretch).collect()),
+            )?;
+            found
+                .set_item("fibre_stress", vector(py, fibres.iter().map(|f| f.stress).collect()))?;
+        }
+        Ok(found)
+    }
+
+    /// Solutions at every row of θ: displacements (NaN where there is none), failures by row, seconds by row, warnings.
+    #[pyo3(signature = (thetas, load_steps, folder, listener))]
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        thetas: PyReadonlyArray2<'py, f64>,
+        load_steps: bool,
+        folder: Option<PathBuf>,
+        listener: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (body, thetas) = (self.body.clone(), self.thetas(&thetas)?);
+        let asked = thetas.clone();
+        let load_steps = if load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
+        let found = relay::run(py, listener, move |observer| {
+            let options = Options { load_steps, ..Options::default() };
+            simulate_by(&body, &asked, "solve", folder.as_deref(), &options, observer)
+        })?;
+        let found = found.map_err(|error| errors::emulator(py, &error))?;
+        let mut warnings: Vec<String> =
+            self.locking_at(&thetas).iter().map(locking_in_words).collect();
+        warnings.extend(found.fields.iter().find_map(|field| hardly_moves(&self.body, field)));
+        warnings.extend(branched(&self.body, &found));
+        let (failures, seconds, fields) = by_row(&thetas, found, 3 * self.body.nodes);
+        let result = PyDict::new(py);
+        result.set_item("displacement", cube(py, fields, self.shape(thetas.len()))?)?;
+        result.set_item("failures", failures)?;
+        result.set_item("seconds", vector(py, seconds))?;
+        result.set_item("warnings", warnings)?;
+        Ok(result)
+    }
+
+    /// Displacements at every row of θ to a relative accuracy, each with its checked error.
+    #[pyo3(signature = (thetas, accuracy, emulator, listener))]
+    fn answers<'py>(
+        &self,
+        py: Python<'py>,
+        thetas: PyReadonlyArray2<'py, f64>,
+        accuracy: f64,
+        emulator: Option<&NativeEmulator>,
+        listener: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (body, thetas) = (self.body.clone(), self.thetas(&thetas)?);
+        let (asked, trained) = (thetas.clone(), emulator.map(NativeEmulator::shared));
+        let found = relay::run(py, listener, move |observer| match trained {
+            None => Answers::to(&body, &asked, accuracy, None, observer),
+            Some(trained) => trained.with(|emulator| {
+                Answers::to(emulator.body(), &asked, accuracy, Some(emulator), observer)
+            }),
+        })?;
+        let found = found.map_err(|error| errors::emulator(py, &error))?;
+        let count = thetas.len();
+        let mut fields = Vec::with_capacity(count * 3 * self.body.nodes);
+        let (mut error, mut source, mut said, mut failures) = (vec![], vec![], vec![], vec![]);
+        for (row, answer) in found.answers.iter().enumerate() {
+            match answer {
+                Ok(answer) => {
+                    fields.extend(&answer.displacement);
+                    error.push(answer.error);
+                    source.push(match answer.source {
+                        Source::Predicted => "predicted",
+                        Source::Solved => "solved",
+                    });
+                    said.push(answer.warnings.iter().map(ToString::to_string).collect());
+                }
+                Err(reason) => {
+                    fields.resize(fields.len() + 3 * self.body.nodes, f64::NAN);
+                    error.push(f64::NAN);
+                    source.push("none");
+                    said.push(Vec::new());
+                    failures.push((row, reason.clone()));
+                }
+            }
+        }
+        let result = PyDict::new(py);
+        result.set_item("displacement", cube(py, fields, self.shape(count))?)?;
+        result.set_item("error", vector(py, error))?;
+        result.set_item("source", source)?;
+        result.set_item("set_warnings", said)?;
+        result.set_item("failures", failures)?;
+        result.set_item("method", found.plan.method().name())?;
+        Ok(result)
+    }
+
+    /// An emulator by the case's recipe, its keys replaced by those in `options` (JSON).
+    #[pyo3(signature = (options, folder, resume, restart, listener))]
+    fn train(
+        &self,
+        py: Python<'_>,
+        options: &str,
+        folder: Option<PathBuf>,
+        resume: bool,
+        restart: bool,
+        listener: &Bound<'_, PyAny>,
+    ) -> PyResult<NativeEmulator> {
+        let training = training::replaced(&self.case.training, options)
+            .map_err(|reason| Kind::Case.of(py, reason))?;
+        let options = training::options(&training, folder, resume, restart);
+        NativeEmulator::trained(py, self.body.clone(), training, options, listener)
+    }
+
+    /// An emulator of this body that was stored.
+    fn load(&self, py: Python<'_>, folder: PathBuf) -> PyResult<NativeEmulator> {
+        NativeEmulator::loaded(py, self.body.clone(), &folder)
+    }
+
+    /// The case at rest whose loading gives this one's mesh back, and numbers about it.
+    #[pyo3(signature = (theta, keep_fibres, listener))]
+    fn unload<'py>(
+        &self,
+        py: Python<'py>,
+        theta: PyReadonlyArray2<'py, f64>,
+        keep_fibres: bool,
+        listener: &Bound<'py, PyAny>,
+    ) -> PyResult<(Self, Bound<'py, PyDict>)> {
+        let theta = self.thetas(&theta)?.concat();
+        let body = self.body.clone();
+        let fibres = if keep_fibres { Fibres::Kept } else { Fibres::Carried };
+        let found = relay::run(py, listener, move |_| {
+            Unload::new(&body)?.fibres(fibres).solve(&theta, &UnloadOptions::default())
+        })?;
+        let found = found.map_err(|error| Kind::Solve.of(py, error))?;
+        let rest =
+            self.case.at_rest(&self.body, &found).map_err(|error| Kind::Case.of(py, error))?;
+        let numbers = PyDict::new(py);
+        numbers
+            .set_item("displacement", matrix(py, found.displacement(), [self.body.nodes, 3])?)?;
+        numbers.set_item("distance", found.loading.map_or(f64::NAN, |loading| loading.distance))?;
+        numbers.set_item("volume_ratios", found.volume_ratios.map(|ratio| ratio.value))?;
+        numbers.set_item("iterations", found.iterations)?;
+        numbers
+            .set_item("warnings", found.locking.iter().map(locking_in_words).collect::<Vec<_>>())?;
+        Ok((Self::lowered(py, rest)?, numbers))
+    }
+
+    /// Writes mesh and displacement of one set as a VTU file.
+    fn write_vtu(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        displacement: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<()> {
+        let mut mesh = (*self.body.mesh).clone();
+        let field = sinew_mesh::Field::vectors(&crate::arrays::triples(&displacement));
+        mesh.point_fields_mut().insert("u".into(), field);
+        mesh.write_vtu(Path::new(&path)).map_err(|error| Kind::Case.of(py, error))
+    }
+
+    /// The case in quadratic cells.
+    fn quadratic(&self, py: Python<'_>) -> PyResult<Self> {
+        Self::lowered(py, self.case.clone().with_formulation(Formulation::Quadratic))
+    }
+}
+
+impl NativeCase {
+    fn converted<'py>(
+        &self,
+        py: Python<'py>,
+        thetas: &PyReadonlyArray2<'py, f64>,
+        convert: impl Fn(&sinew::Unit, f64) -> f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let parameters = &self.body.parameters;
+        let mut thetas = rows(thetas);
+        for theta in &mut thetas {
+            for (value, parameter) in theta.iter_mut().zip(parameters) {
+                *value = convert(&parameter.unit, *value);
+            }
+        }
+        stacked(py, &thetas, parameters.len())
+    }
+}
+
+/// Failures by row, seconds by row, and all displacements, NaN where there is none.
+fn by_row(
+    thetas: &[Vec<f64>],
+    found: Simulations,
+    length: usize,
+) -> (Vec<(usize, String)>, Vec<f64>, Vec<f64>) {
+    let mut failed = found.failures.into_iter().peekable();
+    let mut solved = found.fields.into_iter().zip(found.solve_seconds);
+    let (mut failures, mut seconds) = (Vec::new(), Vec::new());
+    let mut all = Vec::with_capacity(thetas.len() * length);
+    for (row, theta) in thetas.iter().enumerate() {
+        if let Some(failure) = failed.next_if(|failure| failure.theta == *theta) {
+            failures.push((row, failure.reason));
+            seconds.push(f64::NAN);
+            all.resize(all.len() + length, f64::NAN);
+        } else if let Some((field, own)) = solved.next() {
+            seconds.push(own);
+            all.extend(field);
+        }
+    }
+    (failures, seconds, all)
+}
+
+/// A warning about solutions that a rising load does not lead to.
+fn branched(body: &Body, found: &Simulations) -> Option<String> {
+    let first = found.branched.first()?;
+    let (count, all) = (found.branched.len(), found.fields.len());
+    Some(format!(
+        "{count} of {all} solutions are not those that a rising load leads to, the first at {}: the body has several stable \
+         equilibria; load_steps=True raises the load step by step",
+        theta_in_words(body, first)
+    ))
+}

@@ -1,0 +1,31 @@
+"""A small program of a user, which `mypy --strict` reads."""
+
+import numpy as np
+
+from pysinew import Answers, Case, CaseError, Emulator, Solutions
+
+
+def largest(case: Case, stiffness: float) -> float:
+    solutions: Solutions = case.solve({"mu": stiffness, "lambda": "12 kPa"})
+    return float(np.max(solutions.magnitude))
+
+
+def within(emulator: Emulator, count: int) -> int:
+    answers: Answers = emulator.answers(emulator.case.sample(count, seed=1), accuracy=1e-3)
+    return int(np.sum(answers.within))
+
+
+def main() -> None:
+    try:
+        case = Case.read("bar.toml")
+    except CaseError as error:
+        print(error)
+        return
+    emulator = case.train("regression", samples=25, progress=False)
+    prediction = emulator.predict([10.0, 12.0])
+    estimate = emulator.estimate(prediction)
+    print(largest(case, 10.0), within(emulator, 10), f"{float(estimate.mean):.1e}", prediction.volumes)
+
+
+if __name__ == "__main__":
+    main()

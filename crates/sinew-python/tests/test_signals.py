@@ -1,0 +1,105 @@
+"""Ctrl-C, progress, and the interpreter's lock."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from pysinew import Case
+
+LONG = """
+import sys, warnings
+from pysinew import Case
+warnings.simplefilter("ignore")
+case = Case.scene("IdealVentricle")
+{before}
+print("begun", flush=True)
+try:
+    {call}
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+    sys.exit(7)
+print("ended", flush=True)
+"""
+
+CALLS = {
+    "solve many": ("thetas = case.sample(2000)", "case.solve(thetas, progress=False)"),
+    "solve one in quadratic cells": ("case = case.quadratic()", "case.solve()"),
+    "train": ("", "case.train('regression', samples=2000, target=0.0)"),
+    "answers": ("thetas = case.sample(3000)", "case.answers(thetas, 1e-6)"),
+    "correct": ("e = case.train('series', held_out=2); thetas = case.sample(500)", "e.correct(thetas, 2)"),
+    "estimate": ("e = case.train('series', held_out=2); p = e.predict(case.sample(500))", "e.estimate(p)"),
+}
+
+
+@pytest.mark.parametrize("name", list(CALLS))
+def test_control_c_ends_within_a_second(name: str) -> None:
+    before, call = CALLS[name]
+    program = LONG.format(before=before, call=call)
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "begun\n"
+    time.sleep(0.5)
+    start = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    line = process.stdout.readline()
+    took = time.monotonic() - start
+    code = process.wait(timeout=60)
+    if line == "ended\n":
+        pytest.skip("the computation ended before it was interrupted")
+    print(f"{name}: {took:.2f} s")
+    assert (line, code) == ("interrupted\n", 7), process.communicate()[1]
+    # The second that is promised, and half of one for a loaded machine to wake the process.
+    assert took < 1.5
+
+
+def test_python_goes_on_beside_a_computation() -> None:
+    case = Case.scene("IdealVentricle")
+    counted, stop = [0], threading.Event()
+
+    def count() -> None:
+        while not stop.is_set():
+            counted[0] += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    start = time.monotonic()
+    case.solve(case.sample(8), progress=False)
+    took = time.monotonic() - start
+    stop.set()
+    thread.join()
+    # A held lock would let the other thread count once or twice.
+    assert counted[0] > 20 * took
+
+
+def test_progress_is_told_to_a_function(bar: Case) -> None:
+    told: list[tuple[str, float]] = []
+    bar.solve(bar.sample(400), progress=lambda stage, fraction, left, message: told.append((stage, fraction)))
+    assert told and told[-1][0] == "solve" and 0.0 < told[-1][1] <= 1.0
+
+
+def test_an_exception_of_the_listener_ends_the_computation(bar: Case) -> None:
+    def raises(*_: object) -> None:
+        raise ValueError("enough")
+
+    with pytest.raises(ValueError, match="enough"):
+        bar.solve(bar.sample(400), progress=raises)
+
+
+def test_two_threads_predict_at_once(emulator, bar: Case) -> None:
+    thetas, expected = bar.sample(200), None
+    expected = emulator.predict(thetas).displacement
+    found: list[np.ndarray] = []
+    threads = [threading.Thread(target=lambda: found.append(emulator.predict(thetas).displacement)) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 4 and all(np.array_equal(each, expected) for each in found)

@@ -1,0 +1,203 @@
+//! A body to be turned, moved and coloured in a browser, as data and as a page of its own.
+
+mod packed;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+pub use packed::{Packed, PackedRows, Rows};
+use serde::Serialize;
+
+pub(crate) const SCRIPT: &str = include_str!("viewer/viewer.js");
+pub(crate) const STYLE: &str = include_str!("viewer/viewer.css");
+
+/// Surface of a body with what moves and colours it: an emulator with a slider for every parameter, or a list of cases.
+///
+/// ```
+/// use sinew_report::{Packed, Viewer, ViewerCase};
+///
+/// let viewer = Viewer {
+///     title: "A triangle".into(),
+///     length: "mm".into(),
+///     points: Packed::f32([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
+///     triangles: Packed::u32([0, 1, 2]),
+///     cases: vec![ViewerCase {
+///         title: "as it is".into(),
+///         displacement: Packed::f32([0.0; 9]),
+///         values: Packed::f32([0.0, 0.5, 1.0]),
+///     }],
+///     ..Viewer::default()
+/// };
+/// assert!(viewer.to_html().contains("A triangle"));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Viewer {
+    /// Title.
+    pub title: String,
+    /// Subject, in a line.
+    pub about: String,
+    /// Unit of lengths.
+    pub length: String,
+    /// Positions of the surface's nodes in the reference configuration \[length\], `f32`, three for each.
+    pub points: Packed,
+    /// Triangles over the nodes, `u32`, counterclockwise seen from outside.
+    pub triangles: Packed,
+    /// Fibres.
+    pub strokes: Option<Strokes>,
+    /// Quantities that the surface may be coloured by.
+    pub quantities: Vec<Quantity>,
+    /// Emulator that moves the surface.
+    pub emulator: Option<ViewerEmulator>,
+    /// Cases to choose from, where there is no emulator.
+    pub cases: Vec<ViewerCase>,
+    /// Facts in names and values, such as errors that were measured.
+    pub facts: Vec<(String, String)>,
+    /// Notes to be read with the numbers.
+    pub notes: Vec<String>,
+}
+
+/// Short lines that lie in triangles and move with them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Strokes {
+    /// Triangle of each, `u32`.
+    pub triangles: Packed,
+    /// Half of each along the first and the last side from the triangle's first corner \[sides\], `f32`, two for each.
+    pub along: Packed,
+}
+
+/// Values at the nodes, and how they are coloured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Quantity {
+    /// Name.
+    pub name: String,
+    /// Unit; `"1"` for none.
+    pub unit: String,
+    /// Where its values come from.
+    pub source: Source,
+    /// Values of the first and the last colour.
+    pub scale: [f64; 2],
+    /// Whether colours are even in the logarithm.
+    pub logarithmic: bool,
+    /// The values, where they are a regression of their own.
+    pub model: Option<Model>,
+}
+
+/// Source of a quantity's values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// Lengths of the displacements.
+    #[default]
+    Displacement,
+    /// A regression of its own over θ.
+    Model,
+    /// Logarithms of errors relative to their mean: a regression of its own over θ, times the emulator's error.
+    Error,
+    /// Values of each case.
+    Case,
+}
+
+/// Regression `mean + Σ_k c_k mode_k` with `c = φ(x) W`, as `sinew-emulate` defines it (`RegressionParts`).
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Model {
+    /// Mean, `f32`.
+    pub mean: Packed,
+    /// Modes, each as long as the mean.
+    pub modes: Rows,
+    /// Lengths of the kernels.
+    pub lengths: Vec<f64>,
+    /// Points of the kernels, `f64`, row by row.
+    pub points: Packed,
+    /// Exponents of the monomials.
+    pub exponents: Vec<Vec<i32>>,
+    /// Weights, for every mode a row of one number per function.
+    pub weights: Rows,
+}
+
+/// Emulator of a body's surface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ViewerEmulator {
+    /// Parameters θ, in their order.
+    pub parameters: Vec<Slider>,
+    /// Displacement of the nodes \[length\], three components for each.
+    pub displacement: Model,
+    /// Natural logarithms of the mean and of the largest nodal error \[length\].
+    pub error: Option<Model>,
+    /// Cavities, closed by a cone over their rim.
+    pub cavities: Vec<ViewerCavity>,
+    /// Unit of volumes.
+    pub volume: String,
+    /// One length³ in that unit.
+    pub volume_scale: f64,
+}
+
+/// A parameter of θ.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Slider {
+    /// Name.
+    pub name: String,
+    /// Unit that it is shown in.
+    pub unit: String,
+    /// One of that unit in the unit of θ.
+    pub size: f64,
+    /// Range in the unit of θ.
+    pub range: [f64; 2],
+    /// Whether its scale is logarithmic.
+    pub logarithmic: bool,
+    /// Whether it is a pressure in a cavity.
+    pub pressure: bool,
+}
+
+/// A cavity of the body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ViewerCavity {
+    /// Name.
+    pub name: String,
+    /// Triangles over the nodes, `u32`.
+    pub triangles: Packed,
+    /// Apex of the cone \[length\].
+    pub apex: [f64; 3],
+    /// Parameter that is the pressure in it.
+    pub pressure: Option<usize>,
+    /// Smallest and largest volume over the ranges of θ, in the unit of volumes.
+    pub range: [f64; 2],
+}
+
+/// A displacement with values.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ViewerCase {
+    /// Title.
+    pub title: String,
+    /// Displacement of the nodes \[length\], `f32`, three components for each.
+    pub displacement: Packed,
+    /// Values at the nodes, `f32`; NaN for none.
+    pub values: Packed,
+}
+
+impl Viewer {
+    /// The page: one file that loads nothing from outside.
+    pub fn to_html(&self) -> String {
+        html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                }
+                body.viewer-page {
+                    main { (self.embedded()) }
+                    script { (PreEscaped(SCRIPT)) }
+                }
+            }
+        }
+        .into_string()
+    }
+
+    /// The element that the script turns into a view; the script stands once on a page, after all of them.
+    pub(crate) fn embedded(&self) -> Markup {
+        // What ends a script element would end this one too.
+        let data = serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c");
+        html! { div.viewer { script type="application/json" { (PreEscaped(data)) } } }
+    }
+}

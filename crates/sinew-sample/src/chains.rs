@@ -1,0 +1,82 @@
+//! Draws in chains, and what they say of a parameter.
+
+use crate::{ess_bulk, ess_tail, quantile, r_hat};
+
+/// Draws of a sampler.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Chains {
+    /// Parameters by chain and draw; all chains have equally many draws.
+    pub draws: Vec<Vec<Vec<f64>>>,
+    /// Trajectories of kept draws that diverged.
+    pub divergences: usize,
+    /// Gradients that were evaluated, those of the warm-up included.
+    pub gradients: u64,
+}
+
+/// Moments, quantiles and mixing of one parameter.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Summary {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub deviation: f64,
+    /// 2.5 %, 50 % and 97.5 % quantile.
+    pub quantiles: [f64; 3],
+    /// R̂.
+    pub r_hat: f64,
+    /// Effective sample size of the bulk.
+    pub ess_bulk: f64,
+    /// Effective sample size of the tails.
+    pub ess_tail: f64,
+}
+
+impl Chains {
+    /// Values of one parameter, chain by chain.
+    pub fn parameter(&self, index: usize) -> Vec<Vec<f64>> {
+        self.draws.iter().map(|chain| chain.iter().map(|draw| draw[index]).collect()).collect()
+    }
+
+    /// All draws, chain after chain.
+    pub fn pooled(&self) -> impl Iterator<Item = &Vec<f64>> {
+        self.draws.iter().flatten()
+    }
+
+    /// So many draws of each chain at equal distances, the last among them; all if there are fewer.
+    pub fn thinned(&self, per_chain: usize) -> Self {
+        let thin = |chain: &Vec<Vec<f64>>| {
+            let kept = per_chain.min(chain.len());
+            (1..=kept).map(|i| chain[i * chain.len() / kept - 1].clone()).collect()
+        };
+        Self { draws: self.draws.iter().map(thin).collect(), ..self.clone() }
+    }
+
+    /// Summary of one parameter.
+    pub fn summary(&self, index: usize) -> Summary {
+        Summary::of(&self.parameter(index))
+    }
+
+    /// The chains of both.
+    pub(crate) fn and(mut self, other: Self) -> Self {
+        self.draws.extend(other.draws);
+        self.divergences += other.divergences;
+        self.gradients += other.gradients;
+        self
+    }
+}
+
+impl Summary {
+    /// Summary of a quantity by chain and draw.
+    pub fn of(chains: &[Vec<f64>]) -> Self {
+        let all = chains.concat();
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let squares = all.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+        Self {
+            mean,
+            deviation: (squares / (all.len() as f64 - 1.0)).sqrt(),
+            quantiles: [0.025, 0.5, 0.975].map(|share| quantile(&all, share)),
+            r_hat: r_hat(chains),
+            ess_bulk: ess_bulk(chains),
+            ess_tail: ess_tail(chains),
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! R̂ and effective sample sizes of chains: Vehtari, Gelman, Simpson, Carpenter and Bürkner,
+//! "Rank-normalization, folding, and localization" (Bayesian Analysis, 2021).
+
+use crate::quantiles::quantile_of_sorted;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Fewest draws of a chain that anything is said of.
+const FEWEST_DRAWS: usize = 4;
+/// Range of values below which they count as one: the resolution of double precision, as numpy states it.
+const CONSTANT: f64 = 1e-15;
+/// Quantiles of the tail's effective sample size.
+const TAILS: [f64; 2] = [0.05, 0.95];
+
+/// R̂ of split chains, the larger of that of rank-normalised and of folded rank-normalised draws; one list of draws per
+/// chain, all of one length. NaN for fewer than two chains, fewer than four draws or values that are not finite.
+pub fn r_hat(chains: &[Vec<f64>]) -> f64 {
+    if chains.len() < 2 || !usable(chains) {
+        return f64::NAN;
+    }
+    let split = split(chains);
+    let median = quantile_of_sorted(&sorted(&split), 0.5);
+    let folded: Vec<Vec<f64>> =
+        split.iter().map(|chain| chain.iter().map(|x| (x - median).abs()).collect()).collect();
+    plain_r_hat(&normal_scores(&split)).max(plain_r_hat(&normal_scores(&folded)))
+}
+
+/// Effective sample size of the bulk: of rank-normalised split chains. NaN as [`r_hat`], but for one chain.
+pub fn ess_bulk(chains: &[Vec<f64>]) -> f64 {
+    if !usable(chains) {
+        return f64::NAN;
+    }
+    effective(&normal_scores(&split(chains)))
+}
+
+/// Effective sample size of the tails: the smaller of that of the 5 % and of the 95 % quantile. NaN as [`ess_bulk`].
+pub fn ess_tail(chains: &[Vec<f64>]) -> f64 {
+    if !usable(chains) {
+        return f64::NAN;
+    }
+    let all = sorted(chains);
+    let of = |share: f64| {
+        let bound = quantile_of_sorted(&all, share);
+        let below = |x: &f64| f64::from(u8::from(*x <= bound));
+        let inside: Vec<Vec<f64>> =
+            chains.iter().map(|chain| chain.iter().map(below).collect()).collect();
+        effective(&split(&inside))
+    };
+    of(TAILS[0]).min(of(TAILS[1]))
+}
+
+fn usable(chains: &[Vec<f64>]) -> bool {
+    let Some(first) = chains.first() else { return false };
+    first.len() >= FEWEST_DRAWS
+        && chains.iter().all(|chain| chain.len() == first.len())
+        && chains.iter().flatten().all(|x| x.is_finite())
+}
+
+fn sorted(chains: &[Vec<f64>]) -> Vec<f64> {
+    let mut all = chains.concat();
+    all.sort_unstable_by(f64::total_cmp);
+    all
+}
+
+/// First halves of all chains, then second halves; a middle draw is left out.
+fn split(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let half = chains[0].len() / 2;
+    let first = chains.iter().map(|chain| chain[..half].to_vec());
+    first.chain(chains.iter().map(|chain| chain[chain.len() - half..].to_vec())).collect()
+}
+
+/// Normal scores of the mean ranks among all draws (Blom, 1958).
+fn normal_scores(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let all = chains.concat();
+    let length = chains[0].len();
+    let normal = Normal::standard();
+    let count = all.len() as f64;
+    let score = |rank: f64| normal.inverse_cdf((rank - 0.375) / (count + 0.25));
+    let scores: Vec<f64> = ranks(&all).into_iter().map(score).collect();
+    scores.chunks(length).map(<[f64]>::to_vec).collect()
+}
+
+/// Ranks from 1, ties by their mean.
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let mut ranks = vec![0.0; values.len()];
+    let mut from = 0;
+    while from < order.len() {
+        let value = values[order[from]];
+        let same = order[from..].iter().take_while(|&&at| values[at] == value).count();
+        let mean = from as f64 + 0.5 * (same as f64 + 1.0);
+        order[from..from + same].iter().for_each(|&at| ranks[at] = mean);
+        from += same;
+    }
+    ranks
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Variance with n − 1.
+fn variance(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)
+}
+
+/// Means of the chains.
+fn means(chains: &[Vec<f64>]) -> Vec<f64> {
+    chains.iter().map(|chain| mean(chain)).collect()
+}
+
+fn plain_r_hat(chains: &[Vec<f64>]) -> f64 {
+    let draws = chains[0].len() as f64;
+    let between = draws * variance(&means(chains));
+    let within = mean(&chains.iter().map(|chain| variance(chain)).collect::<Vec<_>>());
+    ((between / within + draws - 1.0) / draws).sqrt()
+}
+
+/// Effective sample size by Geyer's initial positive and monotone sequences.
+fn effective(chains: &[Vec<f64>]) -> f64 {
+    let total = chains.len() * chains[0].len();
+    let all = chains.iter().flatten();
+    let ends =
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
+    if ends[1] - ends[0] < CONSTANT {
+        return total as f64;
+    }
+    let correlations = positive_sequence(chains);
+    let sum = 2.0 * correlations.kept.iter().sum::<f64>() + correlations.last;
+    let time = (sum - 1.0).max(1.0 / (total as f64).log10());
+    total as f64 / time
+}
+
+/// Autocorrelations that count twice, and one more that counts once.
+struct Correlations {
+    kept: Vec<f64>,
+    last: f64,
+}
+
+fn positive_sequence(chains: &[Vec<f64>]) -> Correlations {
+    let draws = chains[0].len();
+    let centre = means(chains);
+    // Mean over the chains of the autocovariance at a lag.
+    let covariance = |lag: usize| {
+        let of = |(chain, mean): (&Vec<f64>, &f64)| {
+            let pairs = chain.iter().zip(&chain[lag..]);
+            pairs.map(|(x, y)| (x - mean) * (y - mean)).sum::<f64>() / draws as f64
+        };
+        chains.iter().zip(&centre).map(of).sum::<f64>() / chains.len() as f64
+    };
+    let count = draws as f64;
+    let within = covariance(0) * count / (count - 1.0);
+    let between = if chains.len() > 1 { variance(&centre) } else { 0.0 };
+    let whole = within * (count - 1.0) / count + between;
+    let correlation = |lag: usize| 1.0 - (within - covariance(lag)) / whole;
+    let mut found = vec![0.0; draws];
+    let (mut even, mut odd) = (1.0, correlation(1));
+    (found[0], found[1]) = (even, odd);
+    let mut lag = 1;
+    while lag + 3 < draws && even + odd > 0.0 {
+        (even, odd) = (correlation(lag + 1), correlation(lag + 2));
+        if even + odd >= 0.0 {
+            (found[lag + 1], found[lag + 2]) = (even, odd);
+        }
+        lag += 2;
+    }
+    // One for a loop that was not entered: no lag before the first.
+    let most = lag.saturating_sub(2);
+    let entered = lag > 1;
+    if even > 0.0 {
+        found[if entered { most + 1 } else { 0 }] = even;
+    }
+    let mut lag = 1;
+    while entered && lag + 2 <= most {
+        let before = found[lag - 1] + found[lag];
+        if found[lag + 1] + found[lag + 2] > before {
+            (found[lag + 1], found[lag + 2]) = (0.5 * before, 0.5 * before);
+        }
+        lag += 2;
+    }
+    let kept = if entered { most + 1 } else { 0 };
+    Correlations { last: found[kept], kept: found[..kept].to_vec() }
+}

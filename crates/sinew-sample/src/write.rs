@@ -1,0 +1,95 @@
+//! Draws as files for other programs.
+
+use crate::error::SampleError;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Values by chain and draw, or one that was observed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+enum Values {
+    Draws(Vec<Vec<f64>>),
+    Observed(f64),
+}
+
+/// Groups of draws that `arviz` opens, one number by chain and draw under each name. Every draw has the same weight, since
+/// `arviz` reads no others.
+///
+/// ```python
+/// groups = json.load(open("posterior.json"))
+/// arviz.from_dict(**groups)  # versions 0.x
+/// arviz.from_dict({g: {n: numpy.array(x) for n, x in v.items()} for g, v in groups.items()})  # versions 1.x, which read no lists
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ArvizDict(BTreeMap<String, BTreeMap<String, Values>>);
+
+impl ArvizDict {
+    /// Empty.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a quantity by chain and draw to a group such as `posterior`, `prior` or `posterior_predictive`.
+    pub fn with(mut self, group: &str, name: &str, chains: Vec<Vec<f64>>) -> Self {
+        self.group(group).insert(name.into(), Values::Draws(chains));
+        self
+    }
+
+    /// Adds an observed value.
+    pub fn with_observed(mut self, name: &str, value: f64) -> Self {
+        self.group("observed_data").insert(name.into(), Values::Observed(value));
+        self
+    }
+
+    fn group(&mut self, name: &str) -> &mut BTreeMap<String, Values> {
+        self.0.entry(name.into()).or_default()
+    }
+
+    /// The text of the file; numbers that are not finite become `null`.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// [`SampleError::Io`] with the path.
+    pub fn write(&self, path: &Path) -> Result<(), SampleError> {
+        put(path, self.to_json())
+    }
+}
+
+/// Writes a table of draws: chain and draw from 0, then the columns, each by chain and draw.
+///
+/// # Errors
+/// [`SampleError::Length`] for columns that differ in their draws, [`SampleError::Io`] with the path.
+pub fn write_csv(path: &Path, columns: &[(String, Vec<Vec<f64>>)]) -> Result<(), SampleError> {
+    let shape = |of: &[Vec<f64>]| of.iter().map(Vec::len).collect::<Vec<_>>();
+    let first = columns.first().map(|(_, chains)| shape(chains)).unwrap_or_default();
+    for (name, chains) in columns {
+        if shape(chains) != first {
+            let (found, expected) = (shape(chains).iter().sum(), first.iter().sum());
+            let what = format!("draws of {name}");
+            return Err(SampleError::Length { what, found, expected });
+        }
+    }
+    let mut text = String::from("chain,draw");
+    columns.iter().for_each(|(name, _)| text += &format!(",{name}"));
+    text.push('\n');
+    for (chain, &draws) in first.iter().enumerate() {
+        for draw in 0..draws {
+            let _ = write!(text, "{chain},{draw}");
+            for (_, chains) in columns {
+                let _ = write!(text, ",{}", chains[chain][draw]);
+            }
+            text.push('\n');
+        }
+    }
+    put(path, text)
+}
+
+fn put(path: &Path, text: String) -> Result<(), SampleError> {
+    std::fs::write(path, text).map_err(|source| SampleError::Io { path: path.into(), source })
+}

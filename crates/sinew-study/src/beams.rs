@@ -1,0 +1,11 @@
+//! The thesis' two gravity beams: emulators against the solver.
+//!
+//! [`scenes`] are lowered to bodies, `recipes` says how emulators are made of them, `sinew` compares them, `fenics` measures the solver
+//! that judges them.
+
+mod fenics;
+pub mod options;
+mod recipes;
+pub mod run;
+pub mod samples;
+pub mod scenes;

@@ -1,0 +1,69 @@
+//! Our solver against an independent program on the same mesh: what the truth of all other rows rests on.
+
+use crate::beams::samples;
+use crate::beams::scenes::Beam;
+use anyhow::{Context, Result};
+use sinew_emulate::{METRICS, TestSet, store};
+use sinew_energy::{Body, metrics};
+use sinew_fem::{Options, Solver, sweep};
+use sinew_report::{Column, Distribution, ReportError, Row, Table};
+use std::path::Path;
+
+/// Result of the comparison.
+pub(crate) struct Found {
+    /// Rows `fem_cold` and `fem_warm`.
+    pub table: Table,
+    /// Their lines of `samples.csv`.
+    pub samples: String,
+    /// Median nodal distance of our linear tetrahedra from quadratic ones on the same mesh, at one of
+    /// the parameters \[mm\]: what the mesh costs, beside which an emulator's error is to be seen.
+    pub discretisation_mm: f64,
+}
+
+/// Solves at the parameters of the independent program, from rest and in a sweep; `times` are those of a solve from rest, of one
+/// in a sweep on its thread, and of one in a sweep on all threads \[s\].
+pub(crate) fn compare(beam: &Beam, body: &Body, times: [f64; 3]) -> Result<Found> {
+    let array = |what: &str, bytes| {
+        let file = format!("fixtures/beam/{}/{what}.npy", beam.name);
+        store::parse_table(Path::new(&file), bytes)
+    };
+    let thetas = array("theta", beam.fixture.theta)?;
+    let fields = array("displacement", beam.fixture.displacement)?;
+    let mut solver = Solver::new(body)?;
+    let mut cold = Vec::with_capacity(thetas.len());
+    for theta in &thetas {
+        cold.push(solver.solve(theta, &Options::default())?.displacement);
+    }
+    let swept = sweep(body, &thetas, &Options::default(), || ())?;
+    let warm = swept.solutions()?.iter().map(|solution| solution.displacement.clone()).collect();
+    let quadratic = array("p2_displacement", beam.fixture.quadratic)?.concat();
+    let centre = thetas.iter().position(|theta| theta == &[75.0, 75.0]);
+    let centre = centre.context("fixtures/beam holds no solution at mu = lambda = 75 kPa")?;
+    let mut distances = metrics::displacement_error(&quadratic, &cold[centre]);
+    distances.sort_by(f64::total_cmp);
+    let discretisation_mm = distances[distances.len() / 2];
+
+    let independent = TestSet { body, thetas, fields, median_solve_s: f64::NAN };
+    let errors = METRICS.map(|m| Column::new(m.name, m.unit("mm")).about(m.about));
+    let mut table =
+        Table::new(errors, [Column::new("solve", "s"), Column::new("in a batch", "s")], []);
+    let mut lines = String::new();
+    let [cold_s, warm_s, batch_s] = times;
+    let about =
+        ["from rest, one thread", "in a sweep, each solve starting from a neighbour's solution"];
+    for (method, about, fields, times) in
+        [("fem_cold", about[0], cold, [cold_s; 2]), ("fem_warm", about[1], warm, [warm_s, batch_s])]
+    {
+        let cases = independent.cases(&fields)?;
+        let errors = METRICS.iter().map(|metric| {
+            let name = format!("{} of {method}", metric.name);
+            Ok(Distribution::with_density(&name, metric.pooled(&cases).collect())?.into())
+        });
+        let errors = errors.collect::<Result<_, ReportError>>()?;
+        let row = Row::new(method, 0.0, times[0])?.time(times[1]);
+        let row = row.described(about, "FEniCS on the same mesh (fixtures/beam)");
+        table.push(Row { errors, ..row })?;
+        lines += &samples::lines(beam.name, method, &independent.thetas, &cases)?;
+    }
+    Ok(Found { table, samples: lines, discretisation_mm })
+}

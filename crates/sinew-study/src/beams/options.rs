@@ -1,0 +1,114 @@
+//! Command line.
+
+use crate::beams::scenes::{BEAMS, Beam};
+use clap::{Parser, ValueEnum};
+use serde::{Deserialize, Serialize};
+use sinew_gnn::Backend;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Compare data-driven (dd), physics-informed (pi) and hybrid emulators of the thesis' two gravity beams with the
+/// finite-element solver and with regression on few simulations, from the mesh to the report.
+#[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[command(name = "cargo xtask reproduce-beam", version, max_term_width = 110)]
+pub struct BeamOptions {
+    /// Beam
+    #[arg(long, value_enum, default_value_t = SceneChoice::Both)]
+    pub(crate) scene: SceneChoice,
+    /// Emulators to train, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "dd,pi,hybrid")]
+    pub method: Vec<Method>,
+    /// Wall time of the whole run, such as 90s, 10m or 1h: step counts are scaled to fit
+    #[arg(long, value_parser = humantime::parse_duration, conflicts_with_all = ["quick", "full"])]
+    pub budget: Option<Duration>,
+    /// Steps of all trainings relative to the default run: repeatable, where a time budget depends on the machine
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = parse_effort, conflicts_with_all = ["quick", "full", "budget"])]
+    pub effort: f64,
+    /// Same code with few simulations and steps, within a minute: a check, not a result
+    #[arg(long, conflicts_with = "full")]
+    pub quick: bool,
+    /// The thesis' schedule: a million steps of batch 1 with Adam at 1e-4 (more than a day)
+    #[arg(long)]
+    pub full: bool,
+    /// Seed that all seeds of the run derive from
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Backend of networks: flex (this processor), ndarray (deprecated), wgpu or cuda (graphics processors)
+    #[arg(long, default_value_t)]
+    pub backend: Backend,
+    /// Folder for report, tables, fields and checkpoints
+    #[arg(long, default_value = "out/reproduce-beam")]
+    pub out: PathBuf,
+    /// Continue the run in the output folder where it was interrupted
+    #[arg(long)]
+    #[serde(skip)]
+    pub resume: bool,
+    /// Print report.json to standard output at the end
+    #[arg(long)]
+    #[serde(skip)]
+    pub json: bool,
+}
+
+/// The two beams.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum SceneChoice {
+    /// Clamped at one end
+    Once,
+    /// Clamped at both ends
+    Twice,
+    /// One after the other
+    Both,
+}
+
+impl SceneChoice {
+    /// The chosen beams, in the order of the run.
+    pub(crate) fn beams(self) -> &'static [Beam] {
+        match self {
+            SceneChoice::Once => &BEAMS[..1],
+            SceneChoice::Twice => &BEAMS[1..],
+            SceneChoice::Both => &BEAMS,
+        }
+    }
+}
+
+/// An emulator that can be chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Supervised on simulated displacements, thesis (3.11)
+    Dd,
+    /// Minimum potential energy, without any simulation, thesis (3.12)
+    Pi,
+    /// Supervised on simulated displacements, in the energy norm
+    Hybrid,
+    /// Supervised on simulated displacements and deformation gradients, thesis (B.1)
+    Fdd,
+}
+
+impl Method {
+    /// Name in reports and files.
+    pub(crate) fn key(self) -> &'static str {
+        ["dd", "pi", "hybrid", "fdd"][self as usize]
+    }
+}
+
+fn parse_effort(text: &str) -> Result<f64, String> {
+    let factor: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if (0.01..=1000.0).contains(&factor) {
+        Ok(factor)
+    } else {
+        Err(format!("`{text}` is outside 0.01 to 1000"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn command_line_is_consistent() {
+        BeamOptions::command().debug_assert();
+    }
+}

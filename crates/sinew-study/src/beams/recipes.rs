@@ -1,0 +1,131 @@
+//! What the options of the beams mean: recipes, budgets, numbers of simulations.
+
+use crate::beams::options::{BeamOptions, Method};
+use crate::program;
+use sinew_emulate::{Budget, TrainingOptions};
+use sinew_gnn::TrainingConfig;
+use sinew_networks::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
+use sinew_networks::{Coordinates, Network, Recipe};
+use std::path::Path;
+
+/// Numbers of simulations.
+pub(crate) struct Samples {
+    /// Latin hypercube for training.
+    pub training: usize,
+    /// Uniform points that every error in the tables is over.
+    pub test: usize,
+    /// Name of the regression.
+    pub regression: usize,
+}
+
+impl Samples {
+    /// The thesis' 200 and 100; few for a quick check.
+    pub(crate) fn of(options: &BeamOptions) -> Self {
+        if options.quick {
+            Self { training: 32, test: 8, regression: 12 }
+        } else {
+            Self { training: 200, test: 100, regression: 25 }
+        }
+    }
+}
+
+/// Recipes by the names of their emulators: the chosen ones, and the regression that they are rivals of.
+pub(crate) fn recipes(options: &BeamOptions) -> Vec<(&'static str, Recipe)> {
+    let simulations = Samples::of(options).regression;
+    let regression = Regression { simulations, most: simulations, ..Regression::default() };
+    let chosen = options.method.iter().map(|&method| (method.key(), recipe(options, method)));
+    chosen.chain([("pod", regression.into())]).collect()
+}
+
+fn recipe(options: &BeamOptions, method: Method) -> Recipe {
+    let simulations = Samples::of(options).training;
+    let thesis = options.full.then(|| (Coordinates::Components, TrainingConfig::thesis()));
+    let network = if options.full { Network::thesis() } else { Network::default() };
+    match method {
+        Method::Dd | Method::Fdd => {
+            let base = DataDriven::default();
+            let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
+            // Both terms of (B.1) are then of one size at the start.
+            let gradient_weight = if method == Method::Fdd { 1.0 } else { 0.0 };
+            DataDriven { simulations, gradient_weight, coordinates, network, training }.into()
+        }
+        Method::Pi => {
+            let base = PhysicsInformed::default();
+            let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
+            let parameter_sets = if options.full { simulations } else { base.parameter_sets };
+            PhysicsInformed { parameter_sets, coordinates, network, training }.into()
+        }
+        Method::Hybrid => {
+            let base = Hybrid::default();
+            let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
+            Hybrid { simulations, coordinates, network, training }.into()
+        }
+    }
+}
+
+/// How one recipe is trained in a run.
+pub(crate) fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) -> TrainingOptions {
+    let training = program::training(options.quick, options.seed, folder, options.resume);
+    TrainingOptions {
+        budget: budget(options, recipe),
+        evaluations: if options.full { 500 } else { training.evaluations },
+        backend: options.backend.to_string(),
+        ..training
+    }
+}
+
+/// Time of simulations, evaluation of the tests, regression and report of one scene \[s\].
+const FIXED_SECONDS: f64 = 10.0;
+/// Share of a budget that emulators get at least.
+const LEAST_SHARE: f64 = 0.2;
+/// Steps of a quick check.
+const QUICK_STEPS: usize = 40;
+
+/// This recipe's share of the run's budget, in proportion to the cost of the default run.
+fn budget(options: &BeamOptions, recipe: &Recipe) -> Budget {
+    let Some(budget) = options.budget.map(|budget| budget.as_secs_f64()) else {
+        let quick = options.quick && recipe.cost() > 0.0;
+        return if quick { Budget::Steps(QUICK_STEPS) } else { Budget::Effort(options.effort) };
+    };
+    let scenes = options.scene.beams().len() as f64;
+    let total: f64 =
+        options.method.iter().map(|&method| self::recipe(options, method).cost()).sum();
+    let left = (budget - FIXED_SECONDS * scenes).max(LEAST_SHARE * budget);
+    match recipe.cost() {
+        0.0 => Budget::default(),
+        cost => Budget::Seconds(left / scenes * cost / total),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    fn options(arguments: &[&str]) -> BeamOptions {
+        let start = ["reproduce-beam"];
+        BeamOptions::try_parse_from(start.iter().chain(arguments)).unwrap()
+    }
+
+    #[test]
+    fn a_budget_is_split_without_rest() {
+        let options = options(&["--budget", "10m"]);
+        let seconds = |method| match budget(&options, &recipe(&options, method)) {
+            Budget::Seconds(seconds) => seconds,
+            other => panic!("{other:?}"),
+        };
+        let total: f64 = options.method.iter().map(|&method| 2.0 * seconds(method)).sum();
+        assert!((total - (600.0 - 2.0 * FIXED_SECONDS)).abs() < 1e-9, "{total}");
+        assert!(seconds(Method::Pi) > seconds(Method::Dd));
+    }
+
+    #[test]
+    fn the_full_schedule_is_the_thesis() {
+        let options = options(&["--full"]);
+        let Recipe::PhysicsInformed(pi) = recipe(&options, Method::Pi) else { panic!("pi") };
+        assert_eq!((&pi.coordinates, pi.network), (&Coordinates::Components, Network::thesis()));
+        assert_eq!(pi.training.budget, sinew_gnn::Budget::Steps(1_000_000));
+        assert_eq!((pi.training.learning_rate, pi.training.embedding_share), (1e-4, 1.0));
+        assert_eq!(budget(&options, &pi.into()), Budget::Effort(1.0));
+    }
+}

@@ -1,0 +1,190 @@
+//! The methods on ventricles: the coarse mesh, regression, networks, and what they make of one shape.
+
+use super::ventricle::{Ventricle, Ventricles};
+use super::{ALL, LARGEST};
+use crate::populations::simulated::{
+    Compared, Measured, Pace, Seen, Simulated, Variant, predicting,
+};
+use anyhow::{Context, Result, ensure};
+use sinew_emulate::{Design, FrozenStiffness};
+use sinew_gnn::{DataSet, Surrogate};
+use sinew_report::Distribution;
+use std::time::Instant;
+
+/// Steps of a training, one ventricle each, and their largest learning rate; the same when a network goes on to one shape.
+pub(super) const PACE: Pace = Pace { steps: 2000, rate: 4e-3, batch: 1, decoders_only: false };
+const TRANSFER: Pace = Pace { steps: 1500, rate: 1e-3, batch: 8, decoders_only: true };
+/// Simulations of one shape: to go on with, to choose weights, and to test with.
+const ONE_SHAPE: [usize; 3] = [85, 15, 100];
+/// Points of the map along each parameter.
+const POINTS: usize = 8;
+
+/// Data of the study.
+pub(super) struct Data<'a> {
+    pub ventricles: &'a Ventricles,
+    pub compared: Compared<'a, Ventricle>,
+    /// Wall time of the solver by way of the coarse mesh \[s\].
+    pub solver_s: f64,
+}
+
+impl Data<'_> {
+    pub(super) fn facts(&self, drawn: usize, wall_s: f64) -> Result<Vec<(String, String)>> {
+        let Compared { training, validation, unseen, .. } = self.compared;
+        let body = &unseen.first().context("no ventricle is left to test")?.body;
+        let of = |values: Vec<f64>| Distribution::of(values).context("no ventricle");
+        let sizes = unseen.iter().flat_map(|ventricle| Ventricle::lengths(&ventricle.displacement));
+        let sizes = of(sizes.collect())?;
+        let changes = of(unseen.iter().map(Ventricle::largest_volume_change).collect())?;
+        let volumes = of(unseen.iter().map(|v| 1e-3 * v.volume(&v.displacement)).collect())?;
+        let fact = |name: &str, what: String| (name.to_string(), what);
+        Ok(vec![
+            fact(
+                "ventricles",
+                format!(
+                    "{drawn} drawn; {} to train, {} to choose weights, {} to test below {:.0} mL; {} nodes, {} cells",
+                    training.len(),
+                    validation.len(),
+                    unseen.len(),
+                    1e-3 * LARGEST,
+                    body.nodes,
+                    body.cells.len() / body.nodes_per_cell
+                ),
+            ),
+            fact("simulations", format!("{wall_s:.0} s, or as long as it takes to read them")),
+            fact(
+                "displacements tested",
+                format!("mean {:.1} mm, largest {:.0} mm", sizes.mean, sizes.q100),
+            ),
+            fact(
+                "inflated cavities",
+                format!("{:.0} to {:.0} mL, median {:.0}", volumes.q0, volumes.q100, volumes.q50),
+            ),
+            fact("largest |J − 1| of a cell", format!("{:.1e} in the median", changes.q50)),
+        ])
+    }
+
+    /// One shape that nothing was trained on: as it is, and with simulations of it; and a map of errors.
+    #[allow(clippy::type_complexity, reason = "rows and a map")]
+    pub(super) fn one_shape(
+        &self,
+        general: &[(Variant, Surrogate)],
+    ) -> Result<(Vec<Measured>, Vec<Vec<Option<f64>>>)> {
+        let Compared { options, unseen, .. } = self.compared;
+        let Ventricle { numbers, body, .. } = &unseen[0];
+        let counts = if options.quick { [4, 2, 2] } else { ONE_SHAPE };
+        let simulated = |design: Design, count: usize| {
+            let thetas = design.sample(&body.parameters, count, options.seed)?;
+            self.ventricles.at(numbers, &thetas)
+        };
+        let learned = simulated(Design::LatinHypercube, counts[0] + counts[1])?;
+        let tested = simulated(Design::Uniform, counts[2])?;
+        ensure!(
+            learned.len() > counts[1] + 1,
+            "too few parameter sets of one shape have an equilibrium"
+        );
+        let (training, validation) = learned.split_at(learned.len() - counts[1]);
+        let of_pace =
+            |pace| Compared { training, validation, unseen: &tested, pace, ..self.compared };
+        let compared = of_pace(TRANSFER);
+        let mut rows = vec![coarse_alone(&compared)?];
+        for coarse in [false, true] {
+            rows.push(compared.regression(training.len(), Seen { numbers: 0, coarse })?);
+        }
+        let mut map = Vec::new();
+        for (variant, surrogate) in general {
+            let (topology, told) = (self.ventricles.graph(variant.virtual_nodes)?, variant.told);
+            let name = format!("{}{}", variant.name(), told.name());
+            let names =
+                [", of the population", ", trained further"].map(|how| format!("{name}{how}"));
+            let about = "trained on other shapes, which times do not count";
+            let found = predicting(surrogate, &topology, told);
+            let row = compared.measured([&names[0], about], (0.0, 0), told, &found)?;
+            rows.push(Measured { printed: [Some(0.295), Some(0.43)], ..row });
+            if told.coarse && map.is_empty() {
+                map = self.map(numbers, &found)?;
+            }
+            let about = format!("the same on {} simulations of this shape", training.len());
+            // Every sample has features of its own about a coarse solution, so that message passing has to learn too.
+            let compared = of_pace(Pace { decoders_only: !told.coarse, ..TRANSFER });
+            let from = |data: &DataSet| Ok(surrogate.carried_to(data)?);
+            let (row, _) = compared.trained([&names[1], &about], from, told, &topology)?;
+            rows.push(Measured { printed: [Some(0.113), Some(0.34)], ..row });
+        }
+        rows.iter_mut().for_each(|row| row.group = "one shape".into());
+        Ok((rows, map))
+    }
+
+    /// Errors over the first two parameters, the others in the middle.
+    fn map(
+        &self,
+        numbers: &[f64],
+        found: impl Fn(&Ventricle) -> Result<Vec<f64>>,
+    ) -> Result<Vec<Vec<Option<f64>>>> {
+        let points = if self.compared.options.quick { 2 } else { POINTS };
+        let at = |k: usize| 10f64.powf(-1.0 + 2.0 * (k as f64 + 0.5) / points as f64);
+        let cell = |a: usize, b: usize| -> Result<Option<f64>> {
+            let solved = self.ventricles.at(numbers, &[vec![at(a), at(b), 1.0, 1.0]])?;
+            let Some(ventricle) = solved.first() else { return Ok(None) };
+            let errors = Distribution::of(ventricle.distances(&found(ventricle)?));
+            Ok(errors.map(|errors| errors.q50.log10()))
+        };
+        let row = |b: usize| (0..points).map(|a| cell(a, b)).collect();
+        (0..points).map(row).collect()
+    }
+
+    /// Table 2.1: answers for a shape that changes and for one that stays, beside the solver.
+    pub(super) fn times(
+        &self,
+        (variant, surrogate): &(Variant, Surrogate),
+    ) -> Result<(String, String)> {
+        const AGAIN: u32 = 20;
+        let (first, told) = (&self.compared.unseen[0], variant.told);
+        let topology = self.ventricles.graph(variant.virtual_nodes)?;
+        let theta = std::slice::from_ref(&first.theta);
+        let time = |answer: &mut dyn FnMut() -> Result<()>| -> Result<f64> {
+            let start = Instant::now();
+            (0..AGAIN).try_for_each(|_| answer())?;
+            Ok(1e3 * start.elapsed().as_secs_f64() / f64::from(AGAIN))
+        };
+        let geometry = first.geometry(&topology, told)?;
+        let varying = time(&mut || {
+            surrogate.predict(&first.geometry(&topology, told)?, theta)?;
+            Ok(())
+        })?;
+        let fixed = surrogate.fixed_geometry(&geometry)?;
+        let fixed = time(&mut || fixed.predict(theta).map(|_| ()).map_err(Into::into))?;
+        let [coarse, solver] = [self.compared.coarse_s, self.solver_s].map(|s| 1e3 * s);
+        let what = format!(
+            "{varying:.1} ms where the shape changes, {fixed:.2} ms where it stays; the coarse solution {coarse:.0} ms, the solver by way of it {solver:.0} ms; {}, {} threads",
+            variant.name(),
+            rayon::current_num_threads()
+        );
+        Ok(("an answer".into(), what))
+    }
+}
+
+/// Prediction of the coarse mesh alone.
+pub(super) fn coarse_alone(compared: &Compared<'_, Ventricle>) -> Result<Measured> {
+    let about = "the equilibrium of the ventricle on a coarse mesh, by moving least squares";
+    let told = Seen { numbers: ALL, coarse: true };
+    compared.measured(["coarse solution", about], (0.0, 0), told, |ventricle| {
+        Ok(ventricle.coarse.displacement.clone())
+    })
+}
+
+/// Quasi-Newton steps with the stiffness of the mean ventricle, which is nearly incompressible as all of them.
+pub(super) fn one_stiffness(
+    ventricles: &Ventricles,
+    compared: &Compared<'_, Ventricle>,
+) -> Result<Measured> {
+    const STEPS: usize = 32;
+    let mean = ventricles.mean()?;
+    let emulator = FrozenStiffness::new(&mean)?;
+    let about = "from solution and stiffness of the mean ventricle, one solve in all";
+    let names = [&*format!("one stiffness, {STEPS} steps"), about];
+    let told = Seen { numbers: ALL, coarse: false };
+    compared.measured(names, (0.0, 0), told, |ventricle| {
+        let theta = std::slice::from_ref(&ventricle.theta);
+        Ok(emulator.descend(&ventricle.body, theta, STEPS)?.remove(0).displacement)
+    })
+}

@@ -1,0 +1,128 @@
+//! Command line.
+
+use super::stage;
+use crate::program;
+use clap::Parser;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use sinew_emulate::Shard;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Train one emulator for a population of shapes by energy alone, and measure it on unseen shapes, against
+/// regression on simulations of registered shapes and against the solver (thesis, chapter 2).
+#[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[command(name = "cargo xtask reproduce-populations", version, max_term_width = 110)]
+pub struct Options {
+    /// Populations, separated by commas [default: all]
+    #[arg(long, value_delimiter = ',', value_parser = keys())]
+    pub only: Vec<String>,
+    /// Wall time of the training of each population, such as 6m, in place of the default number of steps
+    #[arg(long, value_parser = humantime::parse_duration, conflicts_with = "quick")]
+    pub budget: Option<Duration>,
+    /// Same code on small meshes with few shapes and steps: a check, not a result
+    #[arg(long)]
+    pub quick: bool,
+    /// The ventricles of chapter 2 on a mesh like the thesis', 6788 nodes: hours
+    #[arg(long, conflicts_with = "quick")]
+    #[serde(default)]
+    pub full: bool,
+    /// Only simulate this part of the ventricles of chapter 2, such as 3/16, and end; a run with --resume finds what all parts simulated
+    #[arg(long)]
+    #[serde(skip)]
+    pub shard: Option<Shard>,
+    /// Leave out the rivals that learn from simulations
+    #[arg(long)]
+    #[serde(default)]
+    pub no_rivals: bool,
+    /// Leave out networks: what regression, one solution and one stiffness do
+    #[arg(long)]
+    #[serde(default)]
+    pub no_networks: bool,
+    /// Learn from the first of the simulations of the ventricles of chapter 2 only
+    #[arg(long, value_name = "COUNT", conflicts_with_all = ["quick", "shard"], value_parser = clap::value_parser!(u64).range(8..=850))]
+    #[serde(default)]
+    pub simulations: Option<u64>,
+    /// Folder of the surfaces of a real heart, patient1_LV_ENDOCARDIAL_000.vtk and its like
+    #[arg(long, default_value = "../shared/meshes/biv-me")]
+    pub hearts: PathBuf,
+    /// Seed that all seeds of the run derive from
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Study so many seeds, each one above the last, and show their medians beside each other
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[serde(default = "one")]
+    pub seeds: u64,
+    /// Folder for the report and what it is made of
+    #[arg(long, default_value = "out/reproduce-populations")]
+    pub out: PathBuf,
+    /// Keep the populations that an earlier run with the same options has finished
+    #[arg(long)]
+    #[serde(skip)]
+    pub resume: bool,
+}
+
+/// Names of all parts of the study, in their order.
+pub fn keys() -> Vec<&'static str> {
+    [stage::RECTANGLES, stage::INFLATED].into_iter().chain(stage::KEYS).collect()
+}
+
+fn one() -> u64 {
+    1
+}
+
+/// Results of a population's study, with the options of its run.
+#[derive(Serialize, Deserialize)]
+struct Kept<S> {
+    options: Options,
+    #[serde(flatten)]
+    study: S,
+}
+
+impl Options {
+    /// Options with each of its seeds.
+    pub(super) fn of_each_seed(&self) -> impl Iterator<Item = Self> {
+        let of = |k| Self { seed: self.seed.wrapping_add(k), seeds: 1, ..self.clone() };
+        (0..self.seeds).map(of)
+    }
+
+    /// Studies a population with each seed, or reads what an earlier run has found where this one goes on.
+    ///
+    /// # Errors
+    /// Whatever a study stumbles over; a file of a run with other options.
+    pub(super) fn study<S: Serialize + DeserializeOwned>(
+        &self,
+        key: &str,
+        study: impl Fn(&Self) -> anyhow::Result<S>,
+    ) -> anyhow::Result<Vec<S>> {
+        let one = |options: Self| {
+            let name = match options.seed == self.seed {
+                true => "study.json".into(),
+                false => format!("study-seed-{}.json", options.seed),
+            };
+            let file = self.out.join(key).join(name);
+            let kept: Kept<S> = program::kept(&file, self.resume, || {
+                Ok(Kept { study: study(&options)?, options: options.clone() })
+            })?;
+            options.require_same(&kept.options, &file)?;
+            Ok(kept.study)
+        };
+        self.of_each_seed().map(one).collect()
+    }
+
+    /// Requires that what was kept is of a run with these options.
+    fn require_same(&self, kept: &Self, file: &Path) -> anyhow::Result<()> {
+        let comparable = |options: &Self| Self {
+            only: Vec::new(),
+            resume: false,
+            shard: None,
+            ..options.clone()
+        };
+        anyhow::ensure!(
+            comparable(kept) == comparable(self),
+            "{} is of a run with other options; repeat them, or start anew without --resume",
+            file.display()
+        );
+        Ok(())
+    }
+}

@@ -1,0 +1,340 @@
+//! From populations to the report.
+
+use super::measure::{Group, Outcome, cpu_seconds};
+use super::options::{Options, keys};
+use super::rivals::{Rival, coarse, rivals};
+use super::section::{Study, section};
+use super::stage::{INFLATED, Individual, RECTANGLES, Stage};
+use super::{inflated, rectangles};
+use crate::program::Growing;
+use anyhow::{Context, Result};
+use sinew_emulate::{Emulator, FrozenStiffness};
+use sinew_networks::{Loss, Population, PopulationEmulator, Start};
+use sinew_report::{Report, Section};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+/// Streams that individuals are drawn from: what is trained on, simulated for rivals, and tested on never meet.
+const STREAMS: [u64; 3] = [11, 23, 47];
+
+/// How large a study of a population is.
+struct Size {
+    /// Individuals tested on.
+    tests: u64,
+    /// Simulations of the rivals.
+    simulations: &'static [usize],
+    /// Steps of a training.
+    steps: usize,
+    /// A network is trained by each of these.
+    losses: &'static [Loss],
+}
+
+/// Runs all populations that are asked for and writes the report, anew after each; the path of `report.html`. With a shard only simulates that, and
+/// returns their folder.
+///
+/// # Errors
+/// Whatever keeps a population from being learned, and files that cannot be written. Populations that are done are kept.
+pub fn reproduce(options: &Options) -> Result<PathBuf> {
+    if let Some(shard) = options.shard {
+        return inflated::simulate(options, shard);
+    }
+    let about = "Errors on shapes that no method has seen, beside CPU time; the truth is our finite-element solution.";
+    let names = ["sinew-populations", "Populations of shapes", about];
+    let mut growing = Growing::new(names, (options.seed, options.quick), options, headline)?;
+    let mut page = options.out.join("report.html");
+    for key in keys().into_iter().filter(|key| options.wants(key)) {
+        let section = match key {
+            RECTANGLES => rectangles::section(options),
+            INFLATED => inflated::section(options),
+            _ => {
+                let studies = options.study(key, |options| study(options, key));
+                studies.and_then(|studies| section(key, &studies))
+            }
+        };
+        let section = section.with_context(|| format!("population {key}"))?;
+        page = growing.add(section, &options.out)?;
+    }
+    Ok(page)
+}
+
+/// The method with the least median error, raw, on the bodies of each population.
+fn headline(report: &Report) -> String {
+    let best = |section: &Section| -> Option<String> {
+        let rows = section.tables().take(1).flat_map(|table| &table.rows);
+        let rows = rows.filter(|row| row.subject.is_empty() || row.subject == POPULATION);
+        let errors = rows.filter_map(|row| Some((row.errors.first()?.value.median()?, row)));
+        let (_, row) = errors.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(format!("{}: {}", section.name, row.method))
+    };
+    let all: Vec<String> = report.sections.iter().filter_map(best).collect();
+    format!("Nearest raw, by the median, on bodies of the population: {}.", all.join("; "))
+}
+
+/// Name of the group of bodies that are drawn as those trained on.
+const POPULATION: &str = "population";
+
+impl Options {
+    fn wants(&self, key: &str) -> bool {
+        self.only.is_empty() || self.only.iter().any(|only| only == key)
+    }
+
+    fn stream(&self, which: usize) -> u64 {
+        self.seed.wrapping_mul(1000) + STREAMS[which]
+    }
+
+    fn size(&self, key: &str) -> Size {
+        let of = |tests, simulations, steps, losses| Size { tests, simulations, steps, losses };
+        const ENERGY: &[Loss] = &[Loss::Energy];
+        const ALL: &[Loss] = &[Loss::Energy, Loss::Simulations, Loss::SimulationsByStiffness];
+        match (self.quick, key) {
+            (true, "rings") => of(3, &[8], 6, ALL),
+            (true, _) => of(3, &[8], 6, ENERGY),
+            (_, "rings") => of(200, &[50, 200, 400], 4000, ALL),
+            (_, "beams") => of(200, &[100, 400], 2000, ALL),
+            (_, "infarcts") => of(60, &[300], 1000, ENERGY),
+            _ => of(60, &[100, 300], 1500, ENERGY),
+        }
+    }
+}
+
+fn study(options: &Options, key: &str) -> Result<Study> {
+    let (stage, size) = (Stage::new(key, options.quick)?, options.size(key));
+    eprintln!("\n{}", stage.about);
+    let groups = groups(options, &stage, size.tests)?;
+    let mut study = Study::default();
+    for group in &groups {
+        let nodes: Vec<usize> = group.individuals.iter().map(|i| i.body.nodes).collect();
+        let least = nodes.iter().min().copied().unwrap_or_default();
+        let most = nodes.iter().max().copied().unwrap_or_default();
+        let nodes = if least == most { least.to_string() } else { format!("{least} to {most}") };
+        let [seconds, iterations] = group.solve;
+        let fact = format!(
+            "{} solved, {} without an equilibrium left out, {nodes} nodes; a cold solve takes {iterations:.0} iterations (median) and {:.0} ms",
+            group.truths.len(),
+            group.unsolved,
+            1e3 * seconds
+        );
+        study.facts.push((group.name.clone(), fact));
+    }
+    for &count in size.simulations.iter().filter(|_| !options.no_rivals) {
+        for Rival { names: [name, about], cpu_s, predict } in
+            rivals(&stage, options.stream(1), count)?
+        {
+            study.outcomes.push(groups[0].measure([&name, &about], cpu_s, predict)?);
+        }
+    }
+    followed(options, &stage, &groups, &mut study)?;
+    for &loss in size.losses.iter().filter(|_| !options.no_networks) {
+        network(options, &stage, &groups, (loss, size.steps), &mut study)?;
+    }
+    Ok(study)
+}
+
+/// Individuals of the population, and others: of other meshes, beyond its spread, of a person.
+fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
+    let draw = |stage: &Stage, count: u64| {
+        let (stage, stream) = (stage.clone(), options.stream(2));
+        (0..count).map(move |index| stage.draw(stream, index))
+    };
+    let mut groups = vec![Group::new(POPULATION, draw(stage, tests))?];
+    if !options.quick {
+        let fewer = tests / 4;
+        for (name, cells) in ["coarser meshes", "finer meshes"].into_iter().zip(stage.other_cells) {
+            groups.push(Group::new(name, draw(&Stage { cells, ..stage.clone() }, fewer))?);
+        }
+        if stage.scars > 0 {
+            let two = Stage { scars: 2, ..stage.clone() };
+            groups.push(Group::new("two infarcts", draw(&two, fewer))?);
+        }
+        let beyond = Stage { spread: 1.5, ..stage.clone() };
+        groups.push(Group::new("1.5 times the spread", draw(&beyond, fewer))?);
+        let hearts = stage.hearts(&options.hearts)?;
+        if !hearts.is_empty() {
+            groups.push(Group::new("a person's heart", hearts.into_iter().map(Ok))?);
+        }
+    }
+    Ok(groups)
+}
+
+/// Methods without a network.
+fn followed(options: &Options, stage: &Stage, groups: &[Group], study: &mut Study) -> Result<()> {
+    let about = "the same body on a mesh of few cells, by moving least squares";
+    study.outcomes.push(groups[0].measure(["coarse solution", about], 0.0, |individual| {
+        Ok(coarse(stage, individual)?.unwrap_or_else(|| individual.rest()))
+    })?);
+    for group in groups {
+        one_stiffness(stage, group, study)?;
+        series(options, group, study)?;
+    }
+    Ok(())
+}
+
+/// Quasi-Newton steps that predictions are refined by, and that the stiffness of one body is given for others.
+const REFINED: usize = 4;
+const FROM_ANOTHER: [usize; 2] = [16, 32];
+
+/// The answer after quasi-Newton steps.
+fn after(emulator: &Emulator<'_>, theta: &[f64], steps: usize) -> Result<Vec<f64>> {
+    Ok(emulator.refine(&[theta.to_vec()], steps)?.displacement)
+}
+
+fn refined(method: &str) -> String {
+    format!("{method}, {REFINED} quasi-Newton steps")
+}
+
+/// The mean body of the population, on the mesh of a group.
+fn one_stiffness(stage: &Stage, group: &Group, study: &mut Study) -> Result<()> {
+    let Some(mean) = stage.mean_like(&group.individuals[0].body)? else { return Ok(()) };
+    let emulator = FrozenStiffness::new(&mean)?;
+    for steps in FROM_ANOTHER {
+        let name = format!("one stiffness, {steps} steps");
+        let about = "from solution and stiffness of the mean body, one solve in all";
+        study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
+            let theta = std::slice::from_ref(&individual.theta);
+            Ok(emulator.descend(&individual.body, theta, steps)?.remove(0).displacement)
+        })?);
+    }
+    Ok(())
+}
+
+/// One solve of each body, followed, and refined with its stiffness.
+fn series(options: &Options, group: &Group, study: &mut Study) -> Result<()> {
+    let about = "Taylor expansion of second order about one solve";
+    for (name, steps) in [("no network".into(), 0), (refined("no network"), REFINED)] {
+        study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
+            let emulator = Emulator::series(&individual.body, options.seed)?;
+            after(&emulator, &individual.theta, steps)
+        })?);
+    }
+    if group.name == POPULATION {
+        let body = &group.individuals[0].body;
+        let start = std::time::Instant::now();
+        let emulator = Emulator::series(body, options.seed)?;
+        let fact = answers(group, (start, &emulator))?;
+        study.facts.push(("answers, no network".into(), fact));
+    }
+    Ok(())
+}
+
+fn network(
+    options: &Options,
+    stage: &Stage,
+    groups: &[Group],
+    (loss, steps): (Loss, usize),
+    study: &mut Study,
+) -> Result<()> {
+    let mut recipe = Population { start: stage.start, loss, ..Population::default() };
+    recipe.training.budget = match options.budget {
+        Some(time) => sinew_gnn::Budget::Seconds(time.as_secs_f64()),
+        None => sinew_gnn::Budget::Steps(steps),
+    };
+    let (name, from) = match loss {
+        Loss::Energy => ("network", "by energy"),
+        Loss::Simulations => ("network, dd", "on simulations of every body, mean nodal distance"),
+        Loss::SimulationsByStiffness => {
+            ("network, hybrid", "on simulations of every body, in the energy norm")
+        }
+    };
+    let start = cpu_seconds();
+    let (mut apart, mut last, mut curve) = (0.0, None, Vec::new());
+    let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
+    let emulator = recipe.train(&draw, options.seed, &mut |progress, emulator| {
+        let now = cpu_seconds();
+        let error = on_the_way(&groups[0], emulator)?;
+        curve.push([now - start - apart, error]);
+        eprintln!(
+            "{name}: {:6} steps, {:.0} CPU-seconds: loss {:+.5}, median error {:.2} %",
+            progress.step,
+            now - start - apart,
+            progress.loss,
+            100.0 * error
+        );
+        apart += cpu_seconds() - now;
+        last = Some(progress);
+        Ok(ControlFlow::Continue(()))
+    })?;
+    study.curves.push((name.into(), curve));
+    let spent = cpu_seconds() - start - apart;
+    let last = last.context("a training that has not begun")?;
+    let fact = format!("{} of the stream left out, for they could not be prepared", last.left_out);
+    study.facts.push((format!("training, {name}"), fact));
+    let start = std::time::Instant::now();
+    let met = emulator.meet(&groups[0].individuals[0].body)?;
+    study.facts.push((format!("answers, {name}"), answers(&groups[0], (start, &met))?));
+    let solves = match stage.start {
+        Start::Near { .. } => "one solve in all",
+        Start::Equilibrium => "one solve of each body",
+    };
+    let about = format!("{from}, {} shapes, {solves}", recipe.bodies * last.step);
+    for group in groups {
+        study.outcomes.extend(measured(group, &emulator, [name, &about], spent, stage.start)?);
+    }
+    Ok(())
+}
+
+/// How long the first individual takes: from `start` until its first answer, for the next, for each of many, plain and refined.
+fn answers(group: &Group, (start, met): (std::time::Instant, &Emulator<'_>)) -> Result<String> {
+    const MANY: usize = 200;
+    let Individual { body, theta, .. } = &group.individuals[0];
+    met.predict(std::slice::from_ref(theta))?;
+    let first = 1e3 * start.elapsed().as_secs_f64();
+    let time = |count: usize, steps: usize| -> Result<f64> {
+        let thetas = vec![theta.clone(); count];
+        let start = std::time::Instant::now();
+        met.refine(&thetas, steps)?;
+        Ok(1e3 * start.elapsed().as_secs_f64() / count as f64)
+    };
+    let (next, many) = (time(1, 0)?, time(MANY, 0)?);
+    // The stiffness is factorised with the first.
+    time(1, REFINED)?;
+    let fine = time(MANY, REFINED)?;
+    Ok(format!(
+        "{} nodes: the first after {first:.0} ms, the next after {next:.2} ms, {many:.2} ms each of {MANY} together, {fine:.1} ms with {REFINED} quasi-Newton steps; {} threads",
+        body.nodes,
+        rayon::current_num_threads()
+    ))
+}
+
+/// A network on individuals; where it does not start from equilibrium, its state at the centre followed too.
+fn measured(
+    group: &Group,
+    emulator: &PopulationEmulator,
+    [name, about]: [&str; 2],
+    spent: f64,
+    start: Start,
+) -> Result<Vec<Outcome>> {
+    let met = |individual: &Individual, steps: usize| {
+        after(&emulator.meet(&individual.body)?, &individual.theta, steps)
+    };
+    let mut outcomes = vec![
+        group.measure([name, about], spent, |individual| met(individual, 0))?,
+        group.measure([&refined(name), about], spent, |individual| met(individual, REFINED))?,
+    ];
+    if start != Start::Equilibrium {
+        let about = format!(
+            "the network's state for the centre of the parameters, {CARRIED_STEPS} Newton steps there, outputs to second order"
+        );
+        let carried = format!("{name}, carried");
+        outcomes.push(group.measure([&carried, &about], spent, |individual| {
+            let theta = std::slice::from_ref(&individual.theta);
+            Ok(emulator.carried(&individual.body, theta, CARRIED_STEPS)?.remove(0))
+        })?);
+    }
+    Ok(outcomes)
+}
+
+/// Newton steps from the network's state for the centre of the parameters to one that is followed.
+const CARRIED_STEPS: usize = 2;
+
+/// Median error on the first individuals.
+fn on_the_way(group: &Group, emulator: &PopulationEmulator) -> sinew_emulate::Result<f64> {
+    const SOME: usize = 20;
+    let mut errors = Vec::new();
+    for (individual, truth) in group.individuals.iter().zip(&group.truths).take(SOME) {
+        let met = emulator.meet(&individual.body)?;
+        let found = met.predict(std::slice::from_ref(&individual.theta))?.displacement;
+        errors.push(super::measure::distance(&found, truth));
+    }
+    errors.sort_by(f64::total_cmp);
+    Ok(errors[errors.len() / 2])
+}

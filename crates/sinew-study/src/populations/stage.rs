@@ -1,0 +1,343 @@
+//! The populations: how their bodies are drawn.
+
+use crate::organs::newcomers::{heart, surface};
+use anyhow::{Context, Result};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sinew::case::FibreRule;
+use sinew::{Body, Case, Parameter};
+use sinew_emulate::Design;
+use sinew_mesh::{AnyMesh, BeamShape, Field, RingShape, ShapeError, VentricleShape};
+use sinew_networks::Start;
+use std::path::Path;
+
+/// A population of bodies.
+#[derive(Clone, Debug)]
+pub(super) struct Stage {
+    /// Description.
+    pub about: &'static str,
+    /// Law, loads, supports and parameters.
+    pub case: Case,
+    pub kind: Kind,
+    pub cells: [usize; 3],
+    /// Cells of a mesh that is solved in milliseconds.
+    pub coarse_cells: [usize; 3],
+    /// Cells of meshes coarser and finer than those of the population.
+    pub other_cells: [[usize; 3]; 2],
+    /// Meshes of the bodies trained on, one after the other.
+    pub training_cells: Vec<[usize; 3]>,
+    /// State of a body that the network starts from.
+    pub start: Start,
+    /// Deviation of the shape numbers, in those of the population.
+    pub spread: f64,
+    /// Infarcts of every body.
+    pub scars: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Rings,
+    Beams,
+    Ventricles,
+    /// Ventricles of hexahedra, whose fibres are those of the rule on tetrahedra.
+    Inflated,
+}
+
+/// A shape of the population with one parameter set.
+#[derive(Debug)]
+pub(super) struct Individual {
+    /// Shape numbers.
+    pub numbers: Vec<f64>,
+    /// Its body.
+    pub body: Body,
+    /// Parameters, within their ranges.
+    pub theta: Vec<f64>,
+    /// Scars that no mesh knows.
+    scars: Vec<Scar>,
+    /// The body on a coarse mesh, where that is not made from the numbers.
+    coarse: Option<Body>,
+}
+
+impl Individual {
+    /// No displacement.
+    pub(super) fn rest(&self) -> Vec<f64> {
+        vec![0.0; 3 * self.body.nodes]
+    }
+}
+
+/// Names of the two parts that are no stage, on the command line and of their folders.
+pub(super) const RECTANGLES: &str = "rectangles";
+pub(super) const INFLATED: &str = "inflated";
+/// Names of the stages.
+pub(super) const KEYS: [&str; 4] = ["rings", "beams", "ventricles", "infarcts"];
+
+impl Stage {
+    fn of(
+        about: &'static str,
+        (kind, case): (Kind, Case),
+        [cells, coarse_cells]: [[usize; 3]; 2],
+        other_cells: [[usize; 3]; 2],
+        start: Start,
+    ) -> Self {
+        let (training_cells, spread, scars) = (vec![cells], 1.0, 0);
+        Self {
+            about,
+            case,
+            kind,
+            cells,
+            coarse_cells,
+            other_cells,
+            training_cells,
+            start,
+            spread,
+            scars,
+        }
+    }
+
+    /// The stage of a name, on small meshes for a quick check.
+    ///
+    /// # Errors
+    /// A name that is none.
+    pub(super) fn new(key: &str, quick: bool) -> Result<Self> {
+        let read = |scene: &str| Case::read(Path::new(scene)).context("a built-in scene");
+        let sized = |small: [usize; 3], large: [usize; 3]| if quick { small } else { large };
+        Ok(match key {
+            "rings" => Self::of(
+                "Plane rings of 30 shape numbers under a pressure inside and springs outside, the four parameters of Holzapfel and Ogden each over two decades",
+                (Kind::Rings, Case::parse(include_str!("ring.toml"), "ring.toml")?),
+                [sized([12, 2, 0], [32, 4, 0]), [16, 2, 0]],
+                [[24, 3, 0], [44, 6, 0]],
+                Start::Equilibrium,
+            ),
+            "beams" => Self::of(
+                "Beams of random length, thickness, taper, waves, bend and twist under their own weight",
+                (Kind::Beams, read("OnceClampedBeam")?),
+                [sized([6, 2, 2], [10, 3, 3]), [5, 2, 2]],
+                [[8, 2, 3], [13, 4, 4]],
+                Start::Near { newton_steps: 0 },
+            ),
+            "ventricles" => Self {
+                // A network does not know meshes: most of what it learns it learns on coarse ones.
+                training_cells: match quick {
+                    true => vec![[1, 16, 6]],
+                    false => vec![[2, 16, 8], [2, 16, 8], [2, 16, 8], [2, 24, 12]],
+                },
+                ..Self::of(
+                    "Left ventricles of 32 smooth modes with the spread of 1093 hearts, fibres by rule, under the pressure of their cavity",
+                    (Kind::Ventricles, read("IdealVentricle")?),
+                    [sized([1, 16, 6], [2, 32, 16]), [2, 16, 6]],
+                    [[2, 24, 12], [2, 40, 20]],
+                    Start::Equilibrium,
+                )
+            },
+            "infarcts" => Self {
+                about: "The same left ventricles, each with an infarct anywhere: a round scar five to twenty times as stiff, which no mesh knows",
+                scars: 1,
+                ..Self::new("ventricles", quick)?
+            },
+            _ => anyhow::bail!("there is no population `{key}`; there are: {}", KEYS.join(", ")),
+        })
+    }
+
+    /// The ventricles of the thesis' chapter 2, on fine and on coarse cells.
+    pub(super) fn inflated(cells: [[usize; 3]; 2]) -> Result<Self> {
+        /// Variances are a tenth above those of the hearts, as in the thesis.
+        const SPREAD: f64 = 1.048808848170152;
+        let about = "Ventricles of random shape, inflated";
+        let case = Case::parse(include_str!("inflated/inflated.toml"), "inflated.toml")?;
+        let stage = Self::of(about, (Kind::Inflated, case), cells, cells, Start::Equilibrium);
+        Ok(Self { spread: SPREAD, ..stage })
+    }
+
+    /// The frames of a person's beat, each with parameters of its own; none for other populations or where there is no surface in the folder.
+    pub(super) fn hearts(&self, folder: &Path) -> Result<Vec<Individual>> {
+        const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
+        const NODES: [usize; 2] = [1500, 400];
+        let there = |frame: &&&str| surface(folder, "LV_ENDOCARDIAL", frame).exists();
+        if self.kind != Kind::Ventricles || self.scars > 0 {
+            return Ok(Vec::new());
+        }
+        let frames = FRAMES.iter().filter(there);
+        let individual = |frame: &&str| {
+            let mut case = Case::read(Path::new("LeftVentricle"))?;
+            (case.law, case.parameters) = (self.case.law.clone(), self.case.parameters.clone());
+            let [body, coarse] = NODES
+                .map(|nodes| -> Result<Body> { Ok(case.body_on(heart(folder, frame, nodes)?)?) });
+            let (body, coarse) = (body?, Some(coarse?));
+            let (numbers, scars) = (Vec::new(), Vec::new());
+            Ok(Individual { numbers, theta: body.centre(), body, scars, coarse })
+        };
+        let mut hearts = frames.map(individual).collect::<Result<Vec<_>>>()?;
+        if let Some(first) = hearts.first() {
+            let thetas = Design::Sobol.sample(&first.body.parameters, hearts.len(), 1)?;
+            hearts.iter_mut().zip(thetas).for_each(|(heart, theta)| heart.theta = theta);
+        }
+        Ok(hearts)
+    }
+
+    fn mesh(&self, numbers: &[f64]) -> Result<AnyMesh, ShapeError> {
+        Ok(match self.kind {
+            Kind::Rings => {
+                let [around, across, _] = self.cells;
+                RingShape::new(numbers)?.triangles([around, across])?.into()
+            }
+            Kind::Beams => BeamShape::new(numbers)?.tetrahedra(self.cells)?.into(),
+            Kind::Ventricles => VentricleShape::new(numbers)?.tetrahedra(self.cells)?.into(),
+            Kind::Inflated => VentricleShape::new(numbers)?.hexahedra(self.cells)?.into(),
+        })
+    }
+
+    fn on_coarse_cells(&self) -> Self {
+        Self { cells: self.coarse_cells, ..self.clone() }
+    }
+
+    /// The bodies of a shape on the fine and on the coarse cells; numbers left out are zero.
+    pub(super) fn bodies(&self, numbers: &[f64]) -> Result<[Body; 2]> {
+        let body = |stage: &Self| -> Result<Body> {
+            let mut mesh = stage.mesh(numbers)?;
+            if stage.kind == Kind::Inflated {
+                let [endocardium, epicardium, base] = ["endo", "epi", "base"].map(String::from);
+                let [angles, sheet_angles] = [[60.0, -60.0], [0.0; 2]];
+                let rule = FibreRule { endocardium, epicardium, base, angles, sheet_angles };
+                let tetrahedra = VentricleShape::new(numbers)?.tetrahedra(stage.cells)?.into();
+                let frames = rule.at_nodes(&tetrahedra).map_err(anyhow::Error::msg)?;
+                let fibres: Vec<[f64; 3]> = frames.iter().map(|[fibre, ..]| *fibre).collect();
+                mesh.point_fields_mut().insert("fibre".into(), Field::vectors(&fibres));
+            }
+            Ok(stage.case.body_on(mesh)?)
+        };
+        Ok([body(self)?, body(&self.on_coarse_cells())?])
+    }
+
+    /// Numbers of a shape that can be meshed with fine and with coarse cells.
+    pub(super) fn shape(&self, random: &mut ChaCha8Rng) -> Vec<f64> {
+        let stages = [self.clone(), self.on_coarse_cells()];
+        loop {
+            let numbers = self.any_numbers(random);
+            if stages.iter().all(|stage| stage.mesh(&numbers).is_ok()) {
+                return numbers;
+            }
+        }
+    }
+
+    /// Numbers that may be those of no shape.
+    fn any_numbers(&self, random: &mut ChaCha8Rng) -> Vec<f64> {
+        let number = |_| match self.kind {
+            Kind::Beams => self.spread * 12f64.sqrt() * (random.random::<f64>() - 0.5),
+            _ => self.spread * normal(random),
+        };
+        (0..self.numbers()).map(number).collect()
+    }
+
+    /// The individual of a stream and its number, the same for the same; shapes that the population does not have are drawn again.
+    pub(super) fn draw(&self, stream: u64, index: u64) -> Result<Individual> {
+        let seed = stream.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        loop {
+            let mut numbers = self.any_numbers(&mut random);
+            let Ok(mesh) = self.mesh(&numbers) else { continue };
+            let mut body = self.case.body_on(mesh)?;
+            let scars: Vec<Scar> =
+                (0..self.scars).map(|_| Scar::draw(&body, &mut random)).collect();
+            body = scarred(body, &scars)?;
+            numbers.extend(scars.iter().flat_map(Scar::numbers));
+            let theta = Design::Uniform.sample(&body.parameters, 1, random.random())?.remove(0);
+            return Ok(Individual { numbers, body, theta, scars, coarse: None });
+        }
+    }
+
+    /// An individual on a mesh so coarse that it is solved in milliseconds; `None` where that does not unfold.
+    pub(super) fn coarse(&self, individual: &Individual) -> Result<Option<Body>> {
+        if let Some(coarse) = &individual.coarse {
+            return Ok(Some(coarse.clone()));
+        }
+        let numbers = &individual.numbers[..self.numbers()];
+        let Ok(mesh) = self.on_coarse_cells().mesh(numbers) else { return Ok(None) };
+        Ok(Some(scarred(self.case.body_on(mesh)?, &individual.scars)?))
+    }
+
+    /// The body of the population whose shape numbers are zero, on the mesh of another; `None` where that is none of the population's.
+    pub(super) fn mean_like(&self, body: &Body) -> Result<Option<Body>> {
+        for cells in std::iter::once(self.cells).chain(self.other_cells) {
+            let mean = self.case.body_on(Self { cells, ..self.clone() }.mesh(&[])?)?;
+            if mean.cells == body.cells {
+                return Ok(Some(mean));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Bodies for a training, from a stream of their own.
+    pub(super) fn body_of_stream(
+        &self,
+        stream: u64,
+        index: u64,
+    ) -> Result<Body, sinew_networks::Error> {
+        let cells = self.training_cells[index as usize % self.training_cells.len()];
+        let draw = Self { cells, ..self.clone() }.draw(stream, index);
+        draw.map(|individual| individual.body)
+            .map_err(|error| sinew_networks::Error::Draw { index, reason: format!("{error:#}") })
+    }
+
+    fn numbers(&self) -> usize {
+        match self.kind {
+            Kind::Rings => RingShape::NUMBERS,
+            Kind::Beams => BeamShape::NUMBERS,
+            _ => VentricleShape::NUMBERS,
+        }
+    }
+}
+
+/// Scar tissue around a node.
+#[derive(Debug)]
+struct Scar {
+    centre: [f64; 3],
+    /// \[mm\].
+    radius: f64,
+    factor: f64,
+}
+
+/// A body with scars.
+fn scarred(body: Body, scars: &[Scar]) -> Result<Body> {
+    Ok(scars.iter().try_fold(body, |body, scar| {
+        let factors = scar.factors(&body);
+        body.stiffened(&factors)
+    })?)
+}
+
+impl Scar {
+    fn draw(body: &Body, random: &mut ChaCha8Rng) -> Self {
+        let mut between = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
+        let node = between(0.0, body.nodes as f64) as usize;
+        let (radius, factor) = (between(10.0, 20.0), between(5f64.ln(), 20f64.ln()).exp());
+        Self { centre: body.positions[node.min(body.nodes - 1)], radius, factor }
+    }
+
+    /// How many times as stiff every node is.
+    fn factors(&self, body: &Body) -> Vec<f64> {
+        let at = |x: &[f64; 3]| {
+            let squared: f64 = x.iter().zip(self.centre).map(|(a, b)| (a - b).powi(2)).sum();
+            let share = (1.0 - squared / self.radius.powi(2)).max(0.0);
+            1.0 + (self.factor - 1.0) * share.powi(2)
+        };
+        body.positions.iter().map(at).collect()
+    }
+
+    /// Inputs of a regression, of about size one.
+    fn numbers(&self) -> [f64; 5] {
+        let [x, y, z] = self.centre.map(|x| x / 30.0);
+        [x, y, z, (self.radius - 15.0) / 3.0, (self.factor / 10.0).ln() / 0.4]
+    }
+}
+
+/// Ranges of so many numbers of a shape, as parameters of a regression: √3 deviations to either side.
+pub(super) fn shape_parameters(count: usize) -> impl Iterator<Item = Parameter> {
+    let range = 3f64.sqrt();
+    (1..=count).map(move |k| Parameter::linear(format!("shape {k}"), "", -range..=range))
+}
+
+/// A standard normal number (Box and Muller 1958).
+fn normal(random: &mut ChaCha8Rng) -> f64 {
+    let [u, v] = [1.0 - random.random::<f64>(), random.random::<f64>()];
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}

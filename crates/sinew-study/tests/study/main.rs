@@ -1,0 +1,5 @@
+//! Quick runs of the studies: the same code as the full ones, on small meshes with few steps.
+
+mod beams;
+mod organs;
+mod populations;

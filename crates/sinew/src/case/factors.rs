@@ -1,0 +1,201 @@
+//! Factors from place to place: a stiffness that differs, and where muscle contracts.
+
+use super::source::{Source, advise};
+use super::supports::add_node_set;
+use super::{Case, CaseError, laws};
+use serde::Deserialize;
+use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
+use sinew_energy::Body;
+use sinew_mesh::AnyMesh;
+use std::fmt;
+
+/// Factors of cells: a field of the mesh, or one factor for the nodes of a set.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Factors {
+    /// Cell or point field with one factor each.
+    pub field: Option<String>,
+    /// Instead, a set of nodes.
+    pub nodes: Option<String>,
+    /// The factor there; it is 1 elsewhere.
+    pub factor: Option<f64>,
+}
+
+/// Whether a body contracts along its fibres, and where.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Active {
+    /// It does not.
+    #[default]
+    No,
+    /// It does, everywhere alike.
+    Everywhere,
+    /// It does, by factors of the tension.
+    Where(Factors),
+}
+
+impl Active {
+    /// Whether it contracts at all.
+    pub fn contracts(&self) -> bool {
+        *self != Self::No
+    }
+
+    /// The factors of the tension, if they differ.
+    pub(super) fn factors(&self) -> Option<&Factors> {
+        match self {
+            Self::Where(factors) => Some(factors),
+            Self::No | Self::Everywhere => None,
+        }
+    }
+}
+
+impl Factors {
+    /// Makes sure that the mesh has what the factors name, and that they are one of a field and a set.
+    fn prepare(&self, key: &str, mesh: &mut AnyMesh, source: &Source) -> Result<(), CaseError> {
+        match (&self.field, &self.nodes, self.factor) {
+            (Some(_), None, None) => Ok(()),
+            (None, Some(nodes), Some(_)) => {
+                add_node_set(mesh, nodes).map_err(|reason| source.error(&[key, "nodes"], reason))
+            }
+            _ => {
+                let reason = "give the `field` of the mesh with the factors, or `nodes` of a set and their `factor`";
+                Err(source.error(&[key], reason.into()))
+            }
+        }
+    }
+
+    /// One factor per cell of the body, above zero or not below it.
+    fn of_cells(
+        &self,
+        key: &str,
+        positive: bool,
+        body: &Body,
+        source: &Source,
+    ) -> Result<Vec<f64>, CaseError> {
+        let required = if positive { "above zero" } else { "zero or more" };
+        let fits =
+            |factor: f64| factor.is_finite() && (factor > 0.0 || (factor == 0.0 && !positive));
+        let mesh = &*body.mesh;
+        let Some(name) = &self.field else {
+            let factor = self.factor.unwrap_or(1.0);
+            if !fits(factor) {
+                let reason = format!("{factor} is no factor here; give a finite number {required}");
+                return Err(source.error(&[key, "factor"], reason));
+            }
+            let mut of_nodes = vec![1.0; body.nodes];
+            let set = self.nodes.as_ref().and_then(|nodes| mesh.node_sets().get(nodes));
+            set.into_iter().flatten().for_each(|&node| of_nodes[node] = factor);
+            return means(key, body, &of_nodes, source);
+        };
+        let error = |reason| source.error(&[key, "field"], reason);
+        let of_cell = mesh.cell_fields().get(name);
+        let Some(field) = of_cell.or_else(|| mesh.point_fields().get(name)) else {
+            let known = mesh.cell_fields().keys().chain(mesh.point_fields().keys());
+            let advice = advise(name, known.map(String::as_str), "fields of the mesh");
+            return Err(error(format!("the mesh has no field `{name}`{advice}")));
+        };
+        if field.components != 1 {
+            let (components, values) = (field.components, "a factor is one number");
+            return Err(error(format!("the field `{name}` has {components} components, {values}")));
+        }
+        let values = field.to_f64();
+        if let Some(at) = values.iter().position(|&factor| !fits(factor)) {
+            let (place, value) = (if of_cell.is_some() { "cell" } else { "node" }, values[at]);
+            let reason =
+                format!("`{name}` is {value} at {place} {at}; give finite numbers {required}");
+            return Err(error(reason));
+        }
+        match of_cell {
+            Some(_) => Ok(values.into_owned()),
+            None => means(key, body, &values, source),
+        }
+    }
+}
+
+/// Means of nodal factors over the nodes of each cell.
+fn means(key: &str, body: &Body, of_nodes: &[f64], source: &Source) -> Result<Vec<f64>, CaseError> {
+    body.cell_factors(of_nodes).map_err(|error| source.error(&[key], error.to_string()))
+}
+
+const STIFFNESS: &str = "stiffness";
+const ACTIVE: &str = "active";
+
+impl Case {
+    /// Refuses a contraction that the law cannot do.
+    pub(super) fn check_active(&self, law: &laws::Row) -> Result<(), CaseError> {
+        if !self.active.contracts() || law.is_fibrous_solid() {
+            return Ok(());
+        }
+        let able = laws::LAWS.iter().filter(|row| row.is_fibrous_solid()).map(|row| row.name);
+        let able = able.collect::<Vec<_>>().join(", ");
+        let reason = format!(
+            "a tension acts along fibres, and `{}` reads none; leave it out, or take one of {able}",
+            law.name
+        );
+        Err(self.source.error(&[ACTIVE], reason))
+    }
+
+    /// Sets that factors name, for selections.
+    pub(super) fn sets_of_factors(&self) -> impl Iterator<Item = &String> {
+        let factors = self.stiffness.iter().chain(self.active.factors());
+        factors.filter_map(|factors| factors.nodes.as_ref())
+    }
+
+    /// Makes sure that the mesh has the sets that factors name.
+    pub(super) fn prepare_factors(&self, mesh: &mut AnyMesh) -> Result<(), CaseError> {
+        let stiffness = self.stiffness.iter().map(|factors| (STIFFNESS, factors));
+        let mut all = stiffness.chain(self.active.factors().map(|factors| (ACTIVE, factors)));
+        all.try_for_each(|(key, factors)| factors.prepare(key, mesh, &self.source))
+    }
+
+    /// The body with its field of stiffness, which leaves the tension as it is, and with factors of the tension.
+    pub(super) fn with_factors(&self, body: Body) -> Result<Body, CaseError> {
+        let error = |key: &str, error: sinew_energy::SceneError| {
+            self.source.error(&[key], error.to_string())
+        };
+        let of = |key, positive, factors: Option<&Factors>| {
+            factors.map(|factors| factors.of_cells(key, positive, &body, &self.source)).transpose()
+        };
+        let stiffness = of(STIFFNESS, true, self.stiffness.as_ref())?;
+        let tension = of(ACTIVE, false, self.active.factors())?;
+        let tension = match (self.active.contracts(), &stiffness, tension) {
+            (false, _, _) | (true, None, None) => None,
+            (true, None, Some(tension)) => Some(tension),
+            // What is stiffened is the whole energy, the tension's as well.
+            (true, Some(stiffness), tension) => {
+                let tension = tension.unwrap_or_else(|| vec![1.0; stiffness.len()]);
+                Some(tension.iter().zip(stiffness).map(|(c, f)| c / f).collect())
+            }
+        };
+        let mut body = body;
+        if let Some(tension) = tension {
+            body =
+                body.with_parameter_field(laws::TENSION, &tension).map_err(|e| error(ACTIVE, e))?;
+        }
+        if let Some(stiffness) = stiffness {
+            body = body.stiffened_cells(&stiffness).map_err(|e| error(STIFFNESS, e))?;
+        }
+        Ok(body)
+    }
+}
+
+/// `true`, `false`, or a table of factors.
+impl<'de> Deserialize<'de> for Active {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Active;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(
+                    "true, false, or a table { field = \"…\" } or { nodes = \"…\", factor = … }",
+                )
+            }
+            fn visit_bool<E>(self, contracts: bool) -> Result<Active, E> {
+                Ok(if contracts { Active::Everywhere } else { Active::No })
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Active, A::Error> {
+                Factors::deserialize(MapAccessDeserializer::new(map)).map(Active::Where)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}

@@ -1,0 +1,128 @@
+//! Equilibria along a parameter, each from the one before.
+
+use super::{ThetaArguments, refuse};
+use anyhow::{Result, anyhow};
+use sinew::case::Lowered;
+use sinew::output::{Balanced, Results, Row};
+use sinew::{Body, Options, parse_way, theta_in_words};
+use sinew_emulate::{Counter, Terminal};
+use sinew_fem::{BalanceSolver, Solver, TraceEnd};
+use std::path::Path;
+
+/// Which way, and how many frames.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Way {
+    /// Follow the body along a parameter, from a load that rises from rest at the first end: NAME=START..END, such as p=0..8mmHg.
+    /// --theta gives the others
+    #[arg(long, value_name = "NAME=START..END", conflicts_with_all = ["check_mesh", "load_steps", "pictures", "arrays"])]
+    along: Option<String>,
+    /// Steps along it; there is one frame more
+    #[arg(long, value_name = "COUNT", default_value_t = 20, requires = "along", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    frames: u32,
+}
+
+/// Displacement of a frame, with its pressures; empty without such a field.
+type Frame = (Vec<f64>, Vec<f64>);
+
+impl Way {
+    /// The way, if there is one.
+    pub(crate) fn given(&self) -> Option<&str> {
+        self.along.as_deref()
+    }
+
+    /// Follows the way, and writes what is found.
+    pub(crate) fn follow(
+        &self,
+        way: &str,
+        lowered: &Lowered,
+        theta: &ThetaArguments,
+        stresses: bool,
+        folder: &Path,
+    ) -> Result<()> {
+        let body = lowered.body();
+        let (index, ends) = parse_way(way, &body.parameters)?;
+        let given = theta.read(body)?.thetas();
+        let [theta] = &given[..] else {
+            return refuse(format!("--along: give one set of parameters, not {}", given.len()));
+        };
+        let at = |frame: u32| {
+            let part = f64::from(frame) / f64::from(self.frames);
+            let mut theta = theta.clone();
+            // Without rounding at either end.
+            theta[index] = (1.0 - part) * ends[0] + part * ends[1];
+            theta
+        };
+        let thetas: Vec<Vec<f64>> = (0..=self.frames).map(at).collect();
+        for end in [&thetas[0], &thetas[thetas.len() - 1]] {
+            if let Err(why) = sinew::admissible(body, end) {
+                return refuse(format!("--along {way}: {why}"));
+            }
+        }
+        let (frames, end) = traced(lowered, &thetas)?;
+        write(lowered, index, &thetas, &frames, stresses, folder)?;
+        println!("written: {}", folder.display());
+        match end {
+            None => Ok(()),
+            Some(end) => Err(ended(body, &end, frames.len(), thetas.len())),
+        }
+    }
+}
+
+/// Frames as far as the path goes.
+fn traced(lowered: &Lowered, thetas: &[Vec<f64>]) -> Result<(Vec<Frame>, Option<TraceEnd>)> {
+    let options = Options::default();
+    let mut terminal = Terminal::default();
+    let mut counter = Counter::new(&mut terminal, "follow", 0, thetas.len());
+    let count = || {
+        // An interruption ends the process.
+        let _ = counter.step(1, "");
+    };
+    let (frames, end): (Vec<Frame>, _) = match lowered {
+        Lowered::Potential(body) => {
+            let trace = Solver::new(body)?.trace(thetas, &options, count)?;
+            let frame = |solution: sinew::Solution| (solution.displacement, Vec::new());
+            (trace.solutions.into_iter().map(frame).collect(), trace.end)
+        }
+        Lowered::Balance(balance) => {
+            let trace = BalanceSolver::new(balance)?.trace(thetas, &options, count)?;
+            let frame =
+                |solution: sinew_fem::BalanceSolution| (solution.displacement, solution.pressure);
+            (trace.solutions.into_iter().map(frame).collect(), trace.end)
+        }
+    };
+    counter.finish(&format!("{} frames", frames.len()));
+    Ok((frames, end))
+}
+
+fn write(
+    lowered: &Lowered,
+    index: usize,
+    thetas: &[Vec<f64>],
+    frames: &[Frame],
+    stresses: bool,
+    folder: &Path,
+) -> Result<()> {
+    let body = lowered.body();
+    let mut rows = Vec::with_capacity(frames.len());
+    for (theta, (field, pressure)) in thetas.iter().zip(frames) {
+        let balance = lowered.balance().map(|balance| Balanced { balance, pressure });
+        rows.push(Row { theta: theta.clone(), fields: vec![field], balance, ..Row::default() });
+    }
+    let unit = &body.parameters[index].unit;
+    let loads: Vec<f64> = thetas.iter().map(|theta| unit.shown(theta[index])).collect();
+    Results { body, names: vec!["solved"], rows, stresses }.write_along(folder, index, &loads)?;
+    Ok(())
+}
+
+/// Where a path ended, and why.
+fn ended(body: &Body, end: &TraceEnd, found: usize, asked: usize) -> anyhow::Error {
+    let reached = theta_in_words(body, &end.reached);
+    let beyond = theta_in_words(body, &end.beyond);
+    let why = match &end.error {
+        None => "the nearest equilibrium there is on another branch: a limit point or a bifurcation lies between them".into(),
+        Some(error) => error.to_string(),
+    };
+    anyhow!(
+        "{found} of {asked} frames were found and written; the path ends between {reached} and {beyond}: {why}"
+    )
+}

@@ -1,0 +1,260 @@
+//! Posteriors of a patient's parameters.
+
+use super::Usage;
+use anyhow::{Context, Result};
+use clap::Args;
+use sinew::calibration::{Curve, parameter_in_words, report, verdict, volumes_in_words};
+use sinew::case::stress_in_kpa;
+use sinew::{PatientFile, Prepared};
+use sinew_calibrate::{
+    CalibrateError, Identifiability, Mode, Patient, Posterior, Solves, calibrate, look_ahead,
+};
+use sinew_emulate::{Observer, Progress, Terminal};
+use sinew_report::Provenance;
+use sinew_report::format::{digits, trimmed};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Misfit \[standard deviations\] from which on `--check` marks a datum.
+const DOUBTFUL: f64 = 3.0;
+
+/// Which patient.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+PATIENT is a case file whose mesh is the image, with [phases], [[data]] and [calibration] (docs/calibration.md). Writes posterior.csv,
+posterior.json (for arviz), edpvr.csv, rest.vtu, report.html and report.json into OUT/calibrate. A posterior that the solver does not
+confirm is an error, not a result. solves.csv keeps every solve: --resume goes on from there to the same numbers.
+
+Example: sinew calibrate patient.toml --check")]
+pub(crate) struct Calibrate {
+    /// Patient file
+    patient: PathBuf,
+    /// Mesh file (VTK, VTU, gmsh or Abaqus) instead of the file's own mesh
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// Folder for results [default: out/NAME]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Say what the data can decide, with units, phases and segments as they were read, and stop before sampling
+    #[arg(long)]
+    check: bool,
+    /// Stop with an error when this time is over, such as 60s or 5m
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    budget: Option<Duration>,
+    /// Go on from the solves of a run that was stopped
+    #[arg(long)]
+    resume: bool,
+    /// Seed instead of the file's
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+fn duration(text: &str) -> Result<Duration, String> {
+    let end = text.find(|c: char| c.is_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(end);
+    let size = match unit.trim() {
+        "" | "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(format!("`{unit}` is not a unit of time; write 60s, 5m or 1h")),
+    };
+    let value: f64 =
+        number.trim().parse().map_err(|_| format!("`{text}` is not a time, such as 60s"))?;
+    Duration::try_from_secs_f64(value * size)
+        .map_err(|_| format!("`{text}` is not a time, such as 60s"))
+}
+
+impl Calibrate {
+    pub(crate) fn run(&self) -> Result<()> {
+        let clock = Instant::now();
+        let file = PatientFile::read(&self.patient)?;
+        let file = match &self.mesh {
+            Some(mesh) => file.with_mesh(mesh.clone()),
+            None => file,
+        };
+        let prepared = file.prepare()?;
+        file.case
+            .warnings(&prepared.body)
+            .iter()
+            .for_each(|warning| eprintln!("warning: {warning}"));
+        let patient = prepared.patient().map_err(Usage)?;
+        let name: String = file.case.name.chars().map(kept).collect();
+        let folder =
+            self.out.clone().unwrap_or_else(|| Path::new("out").join(name)).join("calibrate");
+        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        let solves = Solves::new(&patient, teller()).within(self.budget);
+        if self.check {
+            let mut solves = solves;
+            say_setting(&prepared);
+            let (mode, seen) = look_ahead(&prepared.problem, &mut solves).map_err(told)?;
+            say_ahead(&prepared, &mode, &seen);
+            return Ok(());
+        }
+        let identity = identity(file.case.text(), &prepared);
+        let mut solves =
+            solves.kept_in(&folder.join("solves.csv"), &identity, self.resume).map_err(told)?;
+        let mut options = file.options();
+        options.seed = self.seed.unwrap_or(options.seed);
+        let posterior = calibrate(&prepared.problem, &mut solves, &options).map_err(told)?;
+        self.write(&file, &prepared, &patient, &posterior, &folder, clock)
+    }
+
+    fn write(
+        &self,
+        file: &PatientFile,
+        prepared: &Prepared,
+        patient: &Patient,
+        posterior: &Posterior,
+        folder: &Path,
+        clock: Instant,
+    ) -> Result<()> {
+        posterior.write_csv(&folder.join("posterior.csv"))?;
+        let further = prepared.reported.iter();
+        let further: Vec<_> = further
+            .map(|seen| (format!("{} [{}]", seen.name, seen.unit), seen.observable, seen.size))
+            .collect();
+        posterior.to_arviz(&further).write(&folder.join("posterior.json"))?;
+        let mut curves = Vec::new();
+        for (cavity, _) in &prepared.pressures {
+            match Curve::new(prepared, posterior, cavity) {
+                Ok(curve) => curves.push(curve),
+                Err(reason) => eprintln!("warning: no pressure–volume curve: {reason}"),
+            }
+        }
+        if let Some(curve) = curves.first() {
+            let path = folder.join("edpvr.csv");
+            std::fs::write(&path, curve.to_csv()).with_context(|| path.display().to_string())?;
+        }
+        let rest = patient.states_checked(&posterior.mode.theta, false)?;
+        if let Some(unloaded) = &rest.unloaded {
+            sinew::mesh_at_rest(&prepared.body, unloaded).write_vtu(&folder.join("rest.vtu"))?;
+        }
+        let provenance = Provenance::of_this_run("sinew", env!("CARGO_MANIFEST_DIR"));
+        let provenance = Provenance {
+            seed: Some(self.seed.unwrap_or(file.options().seed)),
+            config: file.case.text().trim_end().into(),
+            ..provenance.finished(clock.elapsed().as_secs_f64())
+        };
+        let page =
+            report(&file.case.name, prepared, posterior, &curves, provenance).write(folder)?;
+        say(prepared, posterior);
+        println!("written: {}", page.display());
+        Ok(())
+    }
+}
+
+fn kept(c: char) -> char {
+    if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' }
+}
+
+/// An error of the input is one of the command line.
+fn told(error: CalibrateError) -> anyhow::Error {
+    match error {
+        CalibrateError::Input(reason) | CalibrateError::Store(reason) => Usage(reason).into(),
+        error @ CalibrateError::Unreachable { .. } => Usage(error.to_string()).into(),
+        other => other.into(),
+    }
+}
+
+/// Progress of solves on the terminal; a stage ends when the next one begins.
+fn teller() -> Box<dyn FnMut(&str, usize, usize) + Send> {
+    let mut terminal = Terminal::default();
+    let mut stage_now = String::new();
+    let (mut first, mut clock) = (0, Instant::now());
+    Box::new(move |stage, done, of| {
+        if stage_now != stage {
+            if !stage_now.is_empty() {
+                terminal.finished(&stage_now, "done", clock.elapsed().as_secs_f64());
+            }
+            stage_now = stage.to_string();
+            (first, clock) = (done, Instant::now());
+        }
+        let pace = clock.elapsed().as_secs_f64() / (done - first.min(done)) as f64;
+        let _ = terminal.progress(&Progress {
+            stage,
+            fraction: done as f64 / of.max(1) as f64,
+            seconds_left: pace * (of - done) as f64,
+            message: "",
+        });
+    })
+}
+
+/// What decides the values of a solve: the file and the mesh.
+fn identity(text: &str, prepared: &Prepared) -> String {
+    let mut hash = DefaultHasher::new();
+    text.hash(&mut hash);
+    prepared.body.positions.iter().flatten().for_each(|x| x.to_bits().hash(&mut hash));
+    format!("# solves of a patient, {:016x}", hash.finish())
+}
+
+/// Phases, cavities, segments and data as they were read.
+fn say_setting(prepared: &Prepared) {
+    let body = &prepared.body;
+    let mmhg = stress_in_kpa("mmHg").unwrap_or(1.0);
+    println!("{} nodes, {} cells", body.nodes, body.cell_count());
+    let at_image = body.cavity_volumes(&vec![0.0; 3 * body.nodes]);
+    for (cavity, volume) in body.cavities.iter().zip(at_image) {
+        println!("volume of {} in the image: {} mL", cavity.name, digits(volume / 1e3, 4));
+    }
+    for (phase, values) in &prepared.phases {
+        let said = values.iter().map(|(name, kpa)| {
+            format!("{name} = {} kPa = {} mmHg", trimmed(*kpa, 4), trimmed(kpa / mmhg, 4))
+        });
+        println!("phase {phase}: {}", said.collect::<Vec<_>>().join(", "));
+    }
+    if let Some(segments) = &prepared.segments {
+        println!("segments: {}", segments.names().join(", "));
+    }
+    for unknown in &prepared.problem.unknowns {
+        let [low, high] = unknown.prior.range().map(|end| trimmed(unknown.shown(end), 4));
+        println!("unknown: {} from {low} to {high}", unknown.head());
+    }
+}
+
+/// What the data can decide.
+fn say_ahead(prepared: &Prepared, mode: &Mode, seen: &Identifiability) {
+    println!("\nmost likely parameters:");
+    for (unknown, theta) in prepared.problem.unknowns.iter().zip(&mode.theta) {
+        let [low, high] = unknown.prior.range();
+        let share = (theta / low).ln() / (high / low).ln();
+        let end = match share {
+            s if s < 0.02 => ", at the lower end of its range",
+            s if s > 0.98 => ", at the upper end of its range",
+            _ => "",
+        };
+        println!("  {} = {}{end}", unknown.head(), digits(unknown.shown(*theta), 3));
+    }
+    println!("data beside what the body does there:");
+    for (datum, misfit) in prepared.problem.data.iter().zip(&mode.misfits) {
+        let shown = |value: f64| digits(value / datum.size, 4);
+        let model = mode.observed.values[datum.observable];
+        let mark = if misfit.abs() > DOUBTFUL { "  <- look at value, unit and phase" } else { "" };
+        println!(
+            "  {}: measured {} ± {} {}, computed {}, {misfit:+.1} sd{mark}",
+            datum.name,
+            shown(datum.value),
+            shown(datum.deviation),
+            datum.unit,
+            shown(model)
+        );
+    }
+    println!("before anything is sampled:");
+    seen.in_words().iter().for_each(|line| println!("  {line}"));
+}
+
+/// The result.
+fn say(prepared: &Prepared, posterior: &Posterior) {
+    println!("{}", verdict(prepared, posterior));
+    volumes_in_words(prepared, posterior).iter().for_each(|line| println!("  {line}"));
+    let count = posterior.problem.unknowns.len();
+    (0..count).for_each(|at| println!("  {}", parameter_in_words(posterior, at)));
+    posterior.identifiability.in_words().iter().for_each(|line| println!("  {line}"));
+    posterior.predictive.in_words().iter().for_each(|line| println!("  warning: {line}"));
+    let found = &posterior.correction;
+    let [r_hat, bulk, tail] = posterior.mixing();
+    println!(
+        "  R̂ {r_hat:.3}, {bulk:.0} effective draws in the bulk and {tail:.0} in the tails, {} solves, {:.1} s",
+        found.solves, found.seconds
+    );
+}

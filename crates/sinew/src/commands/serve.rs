@@ -1,0 +1,107 @@
+//! A body for samplers and other programs, over HTTP.
+
+use super::{CaseArguments, Usage, chosen, refuse, trained};
+use anyhow::Result;
+use clap::Args;
+use sinew::serve::{Reply, Service};
+use std::io::Read;
+use std::net::IpAddr;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use tiny_http::{Header, Request, Response, Server};
+
+/// Largest request that is read \[bytes\].
+const MOST_BYTES: u64 = 1 << 20;
+
+/// Which body, and where.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Speaks UM-Bridge 1.0, whose clients exist in Python, R, Julia, MATLAB and C++. Models: emulator (a prediction), corrected (a
+prediction and one Newton step), solver (the equilibrium). The input is theta in the units of the case file; the output is
+one vector, whose entries are printed at the start. Evaluate, Gradient and ApplyJacobian are supported. Without a trained
+emulator there is the solver alone. Ends with Ctrl-C.
+
+Example: sinew train IdealVentricle --recipe regression && sinew serve IdealVentricle
+  python: umbridge.HTTPModel('http://127.0.0.1:4242', 'emulator')([[0.2, 2.0, 3.0, 2.0, 8.0]])")]
+pub(crate) struct Serve {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// Port; 0 takes one that is free
+    #[arg(long, default_value_t = 4242)]
+    port: u16,
+    /// Address to listen at; whoever reaches another one than the loopback can ask
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
+    bind: IpAddr,
+    /// Name of the emulator's folder within OUT [default: the only one, or that of the case's recipe]
+    #[arg(long, value_name = "NAME")]
+    emulator: Option<String>,
+    /// Requests that are answered at the same time [default: the processor's cores]
+    #[arg(long, value_name = "COUNT")]
+    threads: Option<usize>,
+}
+
+impl Serve {
+    pub(crate) fn run(&self) -> Result<()> {
+        let (case, body, folder) = self.case.open()?;
+        let emulator = match (&self.emulator, trained(&folder)) {
+            (None, Err(none)) if none.is::<Usage>() => {
+                eprintln!("{none}; the solver alone is served");
+                None
+            }
+            _ => {
+                let (_, path) = chosen(self.emulator.as_deref(), &case, &folder)?;
+                Some(sinew::load(&path, &body)?)
+            }
+        };
+        let service = Service::new(&body, emulator);
+        let server = match Server::http((self.bind, self.port)) {
+            Ok(server) => server,
+            Err(error) => {
+                return refuse(format!(
+                    "--bind {} --port {}: {error}; choose another port",
+                    self.bind, self.port
+                ));
+            }
+        };
+        let parameters: Vec<_> =
+            body.parameters.iter().map(|parameter| parameter.unit.head(&parameter.name)).collect();
+        println!("models: {}", service.models().join(", "));
+        println!("input: {}", parameters.join(", "));
+        println!("output: {}", service.outputs().join(", "));
+        println!("serving {} at http://{}", body.name, server.server_addr());
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        std::thread::scope(|scope| {
+            for _ in 0..self.threads.unwrap_or(cores).max(1) {
+                scope.spawn(|| {
+                    while let Ok(request) = server.recv() {
+                        answer(&service, request);
+                    }
+                });
+            }
+        });
+        Ok(())
+    }
+}
+
+/// Answers one request; a client that left hears nothing.
+fn answer(service: &Service<'_>, mut request: Request) {
+    let mut text = String::new();
+    let read = request.as_reader().take(MOST_BYTES).read_to_string(&mut text);
+    let (method, url) = (request.method().to_string(), request.url().to_string());
+    let path = url.split('?').next().unwrap_or_default();
+    let failed = |status, message: &str| Reply {
+        status,
+        text: serde_json::json!({ "error": { "type": "InternalError", "message": message } })
+            .to_string(),
+    };
+    let reply = match read {
+        Err(error) => failed(400, &format!("the request cannot be read: {error}")),
+        // A fault of the program ends one request, not the server.
+        Ok(_) => catch_unwind(AssertUnwindSafe(|| service.answer(&method, path, &text)))
+            .unwrap_or_else(|_| failed(500, "the program failed; its terminal says where")),
+    };
+    let mut response = Response::from_string(reply.text).with_status_code(reply.status);
+    if let Ok(header) = Header::from_bytes("Content-Type", "application/json") {
+        response.add_header(header);
+    }
+    let _ = request.respond(response);
+}

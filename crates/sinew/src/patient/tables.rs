@@ -1,0 +1,162 @@
+//! The tables of a patient file.
+
+use serde::Deserialize;
+use sinew_calibrate::CalibrateOptions;
+use std::collections::BTreeMap;
+
+/// What a patient file holds beside its case, whose keys are read elsewhere.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(super) struct Tables {
+    /// Values of loads and tensions by phase; `image` is the state of the mesh.
+    #[serde(default)]
+    pub phases: BTreeMap<String, BTreeMap<String, Quantity>>,
+    /// Measurements.
+    #[serde(default)]
+    pub data: Vec<Entry>,
+    /// Settings.
+    #[serde(default)]
+    pub calibration: Settings,
+}
+
+/// A number, or one with its unit.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub(super) enum Quantity {
+    Number(f64),
+    Text(String),
+}
+
+/// A name, or a number that is one.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub(super) enum Name {
+    Number(i64),
+    Text(String),
+}
+
+impl Name {
+    pub(super) fn text(&self) -> String {
+        match self {
+            Self::Number(number) => number.to_string(),
+            Self::Text(text) => text.clone(),
+        }
+    }
+}
+
+/// One measurement, or one of each segment.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Entry {
+    /// Facet set of the cavity whose volume it is.
+    pub volume: Option<String>,
+    /// Direction of the strain that it is.
+    pub strain: Option<Along>,
+    /// Direction of the displacement that it is.
+    pub displacement: Option<[f64; 3]>,
+    /// Place of the displacement in the image \[mm\].
+    pub point: Option<[f64; 3]>,
+    /// Segment of the strain.
+    pub segment: Option<Name>,
+    /// Phase.
+    pub phase: Option<String>,
+    /// Phase that strains and displacements are counted from; the image unless told.
+    pub from: Option<String>,
+    /// Value.
+    pub value: Option<f64>,
+    /// Values of all segments in their order.
+    pub values: Option<Vec<f64>>,
+    /// Standard deviation, in the unit of the value or a share of it.
+    pub sd: Option<Quantity>,
+    /// Unit of the value.
+    pub unit: Option<String>,
+}
+
+/// Direction of a strain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Along {
+    Circumferential,
+    Longitudinal,
+    Radial,
+    Fibre,
+}
+
+/// Settings of a calibration.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Settings {
+    /// Whether the image is taken as unloaded.
+    pub image_at_rest: bool,
+    /// Whether fibres move with the tissue (`carried`) or are the same vectors at rest (`kept`).
+    pub fibres: Fibres,
+    /// Log-normal priors by name of the parameter; the others are log-uniform over their ranges.
+    pub priors: BTreeMap<String, LogNormal>,
+    /// Relative standard deviation of all pressures together.
+    pub pressure_common: Option<f64>,
+    /// Relative standard deviation of the pressure of each phase.
+    pub pressure_each: Option<f64>,
+    /// Kinds of data whose noise is inferred.
+    pub infer_noise: Vec<String>,
+    /// Standard deviation of an error that all data of a kind share.
+    pub bias: BTreeMap<String, Quantity>,
+    /// Surfaces of the wall, for directions and segments.
+    pub wall: Option<Wall>,
+    /// Division in segments: `aha17`, `4x6` (levels and sectors) or `field:NAME`.
+    pub segments: Option<String>,
+    /// Seed.
+    pub seed: Option<u64>,
+    /// Draws of the result.
+    pub draws: Option<usize>,
+    /// Design points of the emulator.
+    pub design: Option<usize>,
+    /// Draws that the solver checks in each round.
+    pub checks: Option<usize>,
+    /// Rounds at most.
+    pub rounds: Option<usize>,
+    /// Highest degree of the emulator's polynomials.
+    pub degree: Option<usize>,
+}
+
+/// Convention of the fibres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Fibres {
+    #[default]
+    Carried,
+    Kept,
+}
+
+/// A log-normal prior.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LogNormal {
+    /// Median, in the unit of the parameter.
+    pub median: f64,
+    /// Relative standard deviation, as that of the logarithm.
+    pub sd: f64,
+}
+
+/// Surfaces of a wall, and the direction of the septum.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Wall {
+    pub endocardium: String,
+    pub epicardium: String,
+    pub base: String,
+    pub septum: Option<[f64; 3]>,
+}
+
+impl Settings {
+    pub(super) fn options(&self) -> CalibrateOptions {
+        let plain = CalibrateOptions::default();
+        CalibrateOptions {
+            seed: self.seed.unwrap_or(plain.seed),
+            draws: self.draws.unwrap_or(plain.draws),
+            design: self.design.unwrap_or(plain.design),
+            checks: self.checks.unwrap_or(plain.checks),
+            rounds: self.rounds.unwrap_or(plain.rounds),
+            degree: self.degree.unwrap_or(plain.degree),
+            ..plain
+        }
+    }
+}

@@ -1,0 +1,355 @@
+//! A body for samplers and other programs: the requests of UM-Bridge 1.0 and their answers.
+
+mod quantities;
+
+use crate::Emulator;
+use quantities::Quantities;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use sinew_emulate::Error as EmulatorError;
+use sinew_energy::Body;
+use sinew_fem::{Options, SolveError, Solver};
+use std::sync::Mutex;
+
+/// Step of central differences, as a share of a parameter's range: half of the digits of a double is left.
+const STEP: f64 = 1e-5;
+
+/// Models of one body for the protocol of UM-Bridge 1.0 (Seelinger et al., "UM-Bridge: Uncertainty quantification and modeling
+/// bridge", J. Open Source Software, 2023).
+///
+/// The input of each is θ in the parameters' own units. The output is one vector, [`Service::outputs`]. `solver` finds the
+/// equilibrium, `emulator` predicts, and `corrected` takes one Newton step from the prediction: a hierarchy for multilevel samplers.
+///
+/// ```
+/// use sinew::{Case, serve::Service};
+///
+/// let case = Case::parse(
+///     r#"
+///     law = "neo-hookean"
+///     loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]
+///     supports = [{ clamped = "x_min" }]
+///     mesh.box = { extent = [30.0, 6.0, 6.0], cells = [6, 2, 2] }
+///     parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0] }
+///     "#,
+///     "bar.toml",
+/// )?;
+/// let body = case.body()?;
+/// let service = Service::new(&body, None);
+/// let reply = service.answer("POST", "/Evaluate", r#"{"name": "solver", "input": [[10.0, 12.0]]}"#);
+/// assert!(reply.status == 200 && reply.text.starts_with(r#"{"output":[["#));
+/// let refused = service.answer("POST", "/Evaluate", r#"{"name": "solver", "input": [[10.0]]}"#);
+/// assert!(refused.status == 400 && refused.text.contains("InvalidInput"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Service<'b> {
+    body: &'b Body,
+    emulator: Option<Emulator<'b>>,
+    /// Solvers that are not at work.
+    solvers: Mutex<Vec<Solver<'b>>>,
+}
+
+/// Answer to a request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reply {
+    /// Status of HTTP: 200, 400 for what the client has to change, 404, or 500 where there is no result.
+    pub status: u16,
+    /// JSON.
+    pub text: String,
+}
+
+/// Which model answers.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Model {
+    Emulator,
+    Corrected,
+    Solver,
+}
+
+impl Model {
+    const ALL: [Self; 3] = [Self::Emulator, Self::Corrected, Self::Solver];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Emulator => "emulator",
+            Self::Corrected => "corrected",
+            Self::Solver => "solver",
+        }
+    }
+}
+
+/// A request as the protocol writes it; what a request does not need is absent.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Request {
+    name: String,
+    input: Option<Vec<Vec<f64>>>,
+    out_wrt: Option<usize>,
+    in_wrt: Option<usize>,
+    sens: Option<Vec<f64>>,
+    vec: Option<Vec<f64>>,
+}
+
+/// An error of the protocol.
+struct Fault {
+    status: u16,
+    kind: &'static str,
+    message: String,
+}
+
+fn refuse<T>(message: impl Into<String>) -> Result<T, Fault> {
+    Err(Fault { status: 400, kind: "InvalidInput", message: message.into() })
+}
+
+impl From<EmulatorError> for Fault {
+    fn from(error: EmulatorError) -> Self {
+        Self { status: 500, kind: "InvalidOutput", message: error.to_string() }
+    }
+}
+
+impl From<SolveError> for Fault {
+    fn from(error: SolveError) -> Self {
+        EmulatorError::from(error).into()
+    }
+}
+
+impl<'b> Service<'b> {
+    /// Of a body, with the emulator that `emulator` and `corrected` use; `solver` alone without one.
+    pub fn new(body: &'b Body, emulator: Option<Emulator<'b>>) -> Self {
+        Self { body, emulator, solvers: Mutex::default() }
+    }
+
+    /// Names of the models.
+    pub fn models(&self) -> Vec<&'static str> {
+        let there = |model: &Model| self.emulator.is_some() || *model == Model::Solver;
+        Model::ALL.into_iter().filter(there).map(Model::name).collect()
+    }
+
+    /// Names of the entries of the output with their units: volumes of cavities \[length³\], then mean and largest nodal displacement
+    /// \[length\].
+    pub fn outputs(&self) -> Vec<String> {
+        Quantities(self.body).names()
+    }
+
+    /// Answer to a request; never a panic, whatever it holds.
+    pub fn answer(&self, method: &str, path: &str, text: &str) -> Reply {
+        let found = match (method, path.trim_end_matches('/')) {
+            ("GET", "/Info") => Ok(json!({ "protocolVersion": 1.0, "models": self.models() })),
+            ("POST", path) => self.posted(path, text),
+            (method, path) => Err(Fault {
+                status: 404,
+                kind: "UnsupportedFeature",
+                message: format!("{method} {path} is no request of UM-Bridge 1.0"),
+            }),
+        };
+        let (status, value) = match found {
+            Ok(value) => (200, value),
+            Err(Fault { status, kind, message }) => {
+                (status, json!({ "error": { "type": kind, "message": message } }))
+            }
+        };
+        Reply { status, text: value.to_string() }
+    }
+
+    fn posted(&self, path: &str, text: &str) -> Result<Value, Fault> {
+        let known = [
+            "/ModelInfo",
+            "/InputSizes",
+            "/OutputSizes",
+            "/Evaluate",
+            "/Gradient",
+            "/ApplyJacobian",
+        ];
+        if !known.contains(&path) {
+            let message = format!("{path} is not supported; there are: {}", known.join(", "));
+            return Err(Fault { status: 400, kind: "UnsupportedFeature", message });
+        }
+        let request: Request = match serde_json::from_str(text) {
+            Ok(request) => request,
+            Err(error) => {
+                return refuse(format!(
+                    "the request cannot be read: {error}; send JSON with finite numbers"
+                ));
+            }
+        };
+        let named =
+            |model: &Model| model.name() == request.name && self.models().contains(&model.name());
+        let Some(model) = Model::ALL.into_iter().find(named) else {
+            let message = format!(
+                "there is no model `{}`; there are: {}",
+                request.name,
+                self.models().join(", ")
+            );
+            return Err(Fault { status: 400, kind: "ModelNotFound", message });
+        };
+        match path {
+            "/ModelInfo" => Ok(json!({ "support": {
+                "Evaluate": true, "Gradient": true, "ApplyJacobian": true, "ApplyHessian": false
+            } })),
+            "/InputSizes" => Ok(json!({ "inputSizes": [self.body.parameters.len()] })),
+            "/OutputSizes" => Ok(json!({ "outputSizes": [self.outputs().len()] })),
+            _ => self.computed(path, model, &request),
+        }
+    }
+
+    fn computed(&self, path: &str, model: Model, request: &Request) -> Result<Value, Fault> {
+        let theta = self.theta(request.input.as_deref())?;
+        if path == "/Evaluate" {
+            let output = Quantities(self.body).of(&self.displacement(model, &theta)?);
+            return Ok(json!({ "output": [finite(output)?] }));
+        }
+        for (name, index) in [("outWrt", request.out_wrt), ("inWrt", request.in_wrt)] {
+            if index != Some(0) {
+                let given = index.map_or("missing".into(), |index| index.to_string());
+                return refuse(format!(
+                    "{name} is {given}; there is one input and one output, so give 0"
+                ));
+            }
+        }
+        let vector = |name: &str, given: &Option<Vec<f64>>, expected: usize| match given {
+            Some(values) if values.len() == expected => Ok(values.clone()),
+            given => {
+                let found = given.as_ref().map_or(0, Vec::len);
+                refuse(format!("{name} has {found} entries; give {expected}"))
+            }
+        };
+        let output = match path {
+            "/Gradient" => {
+                self.gradient(model, &theta, &vector("sens", &request.sens, self.outputs().len())?)?
+            }
+            _ => self.along(model, &theta, &vector("vec", &request.vec, theta.len())?)?,
+        };
+        Ok(json!({ "output": finite(output)? }))
+    }
+
+    /// θ in the units of the scene, of values that its law has a meaning for.
+    fn theta(&self, input: Option<&[Vec<f64>]>) -> Result<Vec<f64>, Fault> {
+        let parameters = &self.body.parameters;
+        let names =
+            || parameters.iter().map(|p| p.unit.head(&p.name)).collect::<Vec<_>>().join(", ");
+        let Some([values]) = input else {
+            let found = input.map_or(0, <[_]>::len);
+            return refuse(format!("the input has {found} vectors; give one: {}", names()));
+        };
+        if values.len() != parameters.len() {
+            let (found, expected) = (values.len(), parameters.len());
+            return refuse(format!("the input has {found} entries; give {expected}: {}", names()));
+        }
+        let theta: Vec<f64> =
+            parameters.iter().zip(values).map(|(p, &value)| p.unit.in_scene(value)).collect();
+        match crate::admissible(self.body, &theta) {
+            Ok(()) => Ok(theta),
+            Err(reason) => refuse(reason),
+        }
+    }
+
+    fn displacement(&self, model: Model, theta: &[f64]) -> Result<Vec<f64>, Fault> {
+        if model == Model::Solver {
+            return self
+                .with_solver(|solver| Ok(solver.solve(theta, &Options::default())?.displacement));
+        }
+        let predicted = self.emulator()?.predict(&[theta.to_vec()])?.displacement;
+        match model {
+            Model::Corrected => {
+                self.with_solver(|solver| Ok(solver.newton_step(&predicted, theta)?.displacement))
+            }
+            _ => Ok(predicted),
+        }
+    }
+
+    /// Derivatives of the displacement, parameter by parameter [length per unit of the scene].
+    fn sensitivity(&self, model: Model, theta: &[f64]) -> Result<Vec<Vec<f64>>, Fault> {
+        match model {
+            Model::Emulator => Ok(self.emulator()?.sensitivity(theta)?),
+            Model::Solver => self.with_solver(|solver| {
+                let solution = solver.solve(theta, &Options::default())?;
+                Ok(solver.sensitivity(&solution)?)
+            }),
+            Model::Corrected => {
+                let column = |(index, parameter): (usize, &sinew_energy::Parameter)| {
+                    let step = STEP * (parameter.range[1] - parameter.range[0]);
+                    let at = |by: f64| {
+                        let mut moved = theta.to_vec();
+                        moved[index] += by;
+                        self.displacement(model, &moved)
+                    };
+                    let (ahead, behind) = (at(step)?, at(-step)?);
+                    Ok(ahead.iter().zip(behind).map(|(a, b)| (a - b) / (2.0 * step)).collect())
+                };
+                self.body.parameters.iter().enumerate().map(column).collect()
+            }
+        }
+    }
+
+    /// `sensᵀ ∂q/∂θ` in the parameters' own units.
+    fn gradient(&self, model: Model, theta: &[f64], sens: &[f64]) -> Result<Vec<f64>, Fault> {
+        let quantities = Quantities(self.body);
+        let slopes = match model {
+            // One linear system, whatever the number of parameters.
+            Model::Solver => self.with_solver(|solver| {
+                let solution = solver.solve(theta, &Options::default())?;
+                let slope = quantities.slope(&solution.displacement, sens);
+                Ok(solver.adjoint_sensitivity(&solution, &slope)?)
+            })?,
+            _ => {
+                let slope = quantities.slope(&self.displacement(model, theta)?, sens);
+                let columns = self.sensitivity(model, theta)?;
+                columns.iter().map(|column| dot(column, &slope)).collect()
+            }
+        };
+        Ok(self.per_own_unit(&slopes))
+    }
+
+    /// `∂q/∂θ vec` with a direction in the parameters' own units.
+    fn along(&self, model: Model, theta: &[f64], vec: &[f64]) -> Result<Vec<f64>, Fault> {
+        let displacement = self.displacement(model, theta)?;
+        let mut rate = vec![0.0; displacement.len()];
+        for (column, by) in self.sensitivity(model, theta)?.iter().zip(self.per_own_unit(vec)) {
+            rate.iter_mut().zip(column).for_each(|(rate, of)| *rate += by * of);
+        }
+        Ok(Quantities(self.body).rates(&displacement, &rate))
+    }
+
+    /// Derivatives per unit of the scene as derivatives per own unit; and directions in own units as those of the scene.
+    fn per_own_unit(&self, values: &[f64]) -> Vec<f64> {
+        let sizes = self.body.parameters.iter().map(|p| p.unit.in_scene(1.0));
+        values.iter().zip(sizes).map(|(value, size)| value * size).collect()
+    }
+
+    fn emulator(&self) -> Result<&Emulator<'b>, Fault> {
+        let missing =
+            || Fault { status: 400, kind: "ModelNotFound", message: "there is no emulator".into() };
+        self.emulator.as_ref().ok_or_else(missing)
+    }
+
+    /// Calls with a solver, of which one is prepared for every request at the same time.
+    fn with_solver<T>(
+        &self,
+        call: impl FnOnce(&mut Solver<'b>) -> Result<T, Fault>,
+    ) -> Result<T, Fault> {
+        let idle = || self.solvers.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let taken = idle().pop();
+        let mut solver = match taken {
+            Some(solver) => solver,
+            None => Solver::new(self.body)?,
+        };
+        let called = call(&mut solver);
+        idle().push(solver);
+        called
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Requires numbers that JSON has a place for.
+fn finite(values: Vec<f64>) -> Result<Vec<f64>, Fault> {
+    match values.iter().find(|value| !value.is_finite()) {
+        None => Ok(values),
+        Some(value) => Err(Fault {
+            status: 500,
+            kind: "InvalidOutput",
+            message: format!("the output holds {value}; give parameters nearer to their ranges"),
+        }),
+    }
+}

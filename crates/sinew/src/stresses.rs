@@ -1,0 +1,84 @@
+//! Stress, strain and fibres as fields of a mesh and as arrays.
+
+use sinew_energy::Body;
+use sinew_fem::{CellStress, Fibre};
+use sinew_mesh::{AnyMesh, Field, FieldValues};
+
+/// A field of the cells of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StressField {
+    /// Name, without spaces.
+    pub name: &'static str,
+    /// Numbers of a cell: 9 of a tensor, row by row.
+    pub components: usize,
+    /// Numbers, cell by cell.
+    pub values: Vec<f64>,
+}
+
+/// The fields of stress, strain and fibres; those of fibres only where the law has some. Stresses and strains are means over the
+/// quadrature points of a cell; `volume` is that of the cell in the current configuration \[length³\], `volume_ratio` is J.
+pub fn stress_fields(body: &Body, cells: &[CellStress]) -> Vec<StressField> {
+    let fibres: Option<Vec<Fibre>> = cells.iter().map(|cell| cell.fibre).collect();
+    let field = |name, components, values| StressField { name, components, values };
+    let tensor = |name, of: fn(&CellStress) -> &[[f64; 3]; 3]| {
+        field(name, 9, cells.iter().flat_map(|cell| of(cell).as_flattened().to_vec()).collect())
+    };
+    let triple =
+        |name, of: fn(&CellStress) -> [f64; 3]| field(name, 3, cells.iter().flat_map(of).collect());
+    let ratios: Vec<f64> = cells.iter().map(|cell| cell.volume_ratio).collect();
+    let volumes = volumes_at_rest(body).zip(&ratios).map(|(volume, ratio)| volume * ratio);
+    let mut fields = vec![
+        tensor("cauchy_stress", |cell| &cell.cauchy),
+        tensor("green_lagrange_strain", |cell| &cell.green_lagrange),
+        triple("principal_stresses", |cell| cell.principal_stresses),
+        triple("principal_stretches", |cell| cell.principal_stretches),
+        field("volume", 1, volumes.collect()),
+        field("volume_ratio", 1, ratios),
+    ];
+    if let Some(fibres) = fibres {
+        let directions = fibres.iter().flat_map(|fibre| fibre.direction).collect();
+        fields.push(field(FIBRE, 3, directions));
+        fields.push(field("fibre_stretch", 1, fibres.iter().map(|f| f.stretch).collect()));
+        fields.push(field("fibre_stress", 1, fibres.iter().map(|f| f.stress).collect()));
+    }
+    fields
+}
+
+/// A direction and its opposite are one fibre, and have no mean.
+const FIBRE: &str = "fibre";
+/// Volumes of cells add up, and have no mean that means something.
+const VOLUME: &str = "volume";
+
+/// Adds stress, strain and fibres to a mesh, at its cells and averaged to its nodes by volume.
+pub fn add_stresses(mesh: &mut AnyMesh, body: &Body, cells: &[CellStress]) {
+    for StressField { name, components, values } in stress_fields(body, cells) {
+        if ![FIBRE, VOLUME].contains(&name) {
+            let values = FieldValues::Float(at_nodes(body, components, &values));
+            mesh.point_fields_mut().insert(name.into(), Field { components, values });
+        }
+        let values = FieldValues::Float(values);
+        mesh.cell_fields_mut().insert(name.into(), Field { components, values });
+    }
+}
+
+/// Volumes of the cells in the reference configuration \[length³\].
+fn volumes_at_rest(body: &Body) -> impl Iterator<Item = f64> {
+    body.volumes.chunks(body.points_per_cell).map(|of| of.iter().sum::<f64>())
+}
+
+/// Values of cells averaged to nodes by the volumes of the cells.
+pub(crate) fn at_nodes(body: &Body, components: usize, values: &[f64]) -> Vec<f64> {
+    let (mut sums, mut weights) = (vec![0.0; components * body.nodes], vec![0.0; body.nodes]);
+    let cells = body.cell_nodes().zip(volumes_at_rest(body)).zip(values.chunks(components));
+    for ((nodes, volume), row) in cells {
+        for &node in nodes {
+            weights[node] += volume;
+            let sums = &mut sums[components * node..][..components];
+            sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += volume * value);
+        }
+    }
+    sums.chunks_mut(components).zip(&weights).for_each(|(row, weight)| {
+        row.iter_mut().for_each(|value| *value /= weight.max(f64::MIN_POSITIVE));
+    });
+    sums
+}

@@ -1,0 +1,277 @@
+//! An emulator as one page for a browser: a body that moves with sliders for its parameters, with its error shown.
+
+mod compact;
+mod error;
+mod fields;
+mod surface;
+
+use crate::Emulator;
+use compact::Compact;
+use error::ErrorModel;
+use fields::Colour;
+use rayon::prelude::*;
+use sinew_emulate::{
+    Counter, Design, Error as EmulatorError, Observer, PodRegression, RegressionError, split_seed,
+};
+use sinew_energy::{Body, Magnitude};
+use sinew_report::format::digits;
+use sinew_report::{Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerEmulator};
+use surface::Surface;
+
+/// Predictions that regressions of the page are fitted to.
+const PREDICTIONS: usize = 500;
+/// Predictions that they are measured on.
+const CHECKED: usize = 100;
+/// Predictions between two signs of progress.
+const AT_ONCE: usize = 20;
+/// Highest total degree of polynomials.
+const DEGREE: usize = 8;
+/// Largest error that a page may add, relative to the emulator's own.
+const MOST_ADDED: f64 = 1.0 / 3.0;
+
+/// Distance of the page's displacements from the program's by rounding alone, relative to their norm: below the 1e-6 that nobody sees.
+const ROUNDING: f64 = 8e-7;
+
+/// Why there is no page.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewerError {
+    /// The emulator cannot be asked, or has no error that it was measured by.
+    #[error(transparent)]
+    Emulator(#[from] EmulatorError),
+    /// The predictions, or what is shown of them, cannot be regressed.
+    #[error(transparent)]
+    Regression(#[from] RegressionError),
+    /// A body without a surface in three dimensions.
+    #[error("the body has no surface to be shown; a page needs a mesh of tetrahedra or hexahedra")]
+    NoSurface,
+    /// An emulator that was not measured on held-out cases.
+    #[error(
+        "the emulator was not measured on held-out cases, so the error that a page adds cannot be judged; train it by a recipe"
+    )]
+    NotMeasured,
+    /// A regression of the predictions that adds too much to their error.
+    #[error(
+        "a page cannot hold this emulator: a regression of {PREDICTIONS} of its predictions is {added:.1e} of the displacement off \
+         them, more than a third of the emulator's own error of {own:.1e}; export one of the recipe regression, or train over \
+         smaller ranges"
+    )]
+    Distilled {
+        /// Mean relative distance of the regression from the predictions.
+        added: f64,
+        /// Mean relative error of the emulator on its held-out cases.
+        own: f64,
+    },
+}
+
+/// Parameter sets with their predictions.
+struct Sampled {
+    thetas: Vec<Vec<f64>>,
+    fields: Vec<Vec<f64>>,
+}
+
+/// An emulator as a page: its displacements at the surface, stress or fibres, cavities, and its error over θ.
+///
+/// A regression is evaluated by the page as it is, in 32 bits. Any other emulator is replaced by a regression of 500 of its
+/// predictions, whose distance from 100 others is on the page. The error is a regression of checked error estimates
+/// ([`sinew_fem::Solver::error_estimate`]) of what the page shows; how often it is within a factor of three is on the page as well.
+/// Same seed, same page.
+///
+/// # Errors
+/// An emulator that adds more than a third of its own error when it is regressed, a body that has no surface, predictions of which
+/// most invert cells.
+pub fn viewer(
+    emulator: &Emulator<'_>,
+    seed: u64,
+    observer: &mut dyn Observer,
+) -> Result<Viewer, ViewerError> {
+    let body = emulator.body();
+    let surface = Surface::of(body).ok_or(ViewerError::NoSurface)?;
+    let mut sample = |design: Design, count, stream| -> Result<Sampled, ViewerError> {
+        let thetas = design.sample(&body.parameters, count, split_seed(seed, stream))?;
+        let fields = predicted(emulator, &thetas, observer)?;
+        Ok(Sampled { thetas, fields })
+    };
+    let fitted = sample(Design::Sobol, PREDICTIONS, 0)?;
+    let checked = sample(Design::Uniform, CHECKED, 1)?;
+    let motion = Motion::of(emulator, &surface, &fitted, &checked)?;
+    let mut viewer = Viewer {
+        title: body.name.clone(),
+        about: emulator.record.about.split(',').next().unwrap_or_default().into(),
+        length: body.units.length.clone(),
+        points: Packed::f32(surface.positions(body)),
+        triangles: surface.packed(),
+        strokes: surface.strokes(body),
+        facts: facts(emulator, &motion),
+        notes: emulator.record.warnings.iter().map(ToString::to_string).collect(),
+        ..Viewer::default()
+    };
+    viewer.quantities.push(displacement(body, &surface, &checked));
+    for Colour { quantity, error } in fields::colours(body, &surface, &fitted, &checked)? {
+        let told = format!("{} % off that of the emulator's predictions", digits(100.0 * error, 2));
+        viewer.facts.push((quantity.name.clone(), told));
+        viewer.quantities.push(quantity);
+    }
+    let found = ErrorModel::of(emulator, &motion.shown, &surface, &fitted, &checked, observer)?;
+    viewer.facts.push(("shown error".into(), found.told.clone()));
+    viewer.quantities.extend(found.quantity);
+    viewer.emulator = Some(ViewerEmulator {
+        parameters: sliders(body),
+        displacement: motion.shown.packed(),
+        error: found.level,
+        ..cavities(body, &surface, &fitted)
+    });
+    Ok(viewer)
+}
+
+/// Predictions with signs of progress.
+fn predicted(
+    emulator: &Emulator<'_>,
+    thetas: &[Vec<f64>],
+    observer: &mut dyn Observer,
+) -> Result<Vec<Vec<f64>>, EmulatorError> {
+    let stage = "predict for the page";
+    let mut counter = Counter::new(observer, stage, 0, thetas.len());
+    let mut fields = Vec::with_capacity(thetas.len());
+    for some in thetas.chunks(AT_ONCE) {
+        fields.extend(emulator.predict(some)?.fields());
+        if counter.step(some.len(), "").is_break() {
+            return Err(EmulatorError::Interrupted { stage: stage.into() });
+        }
+    }
+    Ok(fields)
+}
+
+/// Displacements as the page computes them.
+struct Motion {
+    shown: Compact,
+    /// Mean relative distance from the emulator's predictions; `None` where the page evaluates the emulator itself.
+    added: Option<f64>,
+}
+
+impl Motion {
+    fn of(
+        emulator: &Emulator<'_>,
+        surface: &Surface,
+        fitted: &Sampled,
+        checked: &Sampled,
+    ) -> Result<Self, ViewerError> {
+        if let Some(regression) = emulator.regression() {
+            let rows = surface.rows();
+            let shown = Compact::of(regression.clone(), Some(&rows), &fitted.thetas, ROUNDING)?;
+            return Ok(Self { shown, added: None });
+        }
+        let own = emulator.record.held_out.as_ref().ok_or(ViewerError::NotMeasured)?;
+        let own = own.relative.mean;
+        let at = |field: &Vec<f64>| surface.of_field(field);
+        let fields: Vec<_> = fitted.fields.iter().map(at).collect();
+        let parameters = &emulator.body().parameters;
+        let regression =
+            PodRegression::fit_polynomial(parameters, &fitted.thetas, &fields, DEGREE)?;
+        let shown = Compact::of(regression, None, &fitted.thetas, ROUNDING)?;
+        let added = relative(&shown, checked, at)?;
+        // Written so that a NaN is refused as well.
+        let bearable = added <= MOST_ADDED * own;
+        if !bearable {
+            return Err(ViewerError::Distilled { added, own });
+        }
+        Ok(Self { shown, added: Some(added) })
+    }
+}
+
+/// Lengths of displacements, on a scale from 0 to the largest.
+fn displacement(body: &Body, surface: &Surface, checked: &Sampled) -> Quantity {
+    let squares = |field: &Vec<f64>| -> Vec<f64> {
+        let field = surface.of_field(field);
+        field.as_chunks::<3>().0.iter().map(|u| u.iter().map(|x| x * x).sum()).collect()
+    };
+    let largest = checked.fields.iter().flat_map(squares).fold(0.0, f64::max).sqrt();
+    Quantity {
+        name: "Displacement".into(),
+        unit: body.units.length.clone(),
+        source: Source::Displacement,
+        scale: [0.0, largest],
+        ..Quantity::default()
+    }
+}
+
+/// Mean relative distance of a regression from values of predictions.
+fn relative(
+    shown: &Compact,
+    checked: &Sampled,
+    values: impl Fn(&Vec<f64>) -> Vec<f64> + Sync,
+) -> Result<f64, RegressionError> {
+    let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
+    let pairs = checked.thetas.par_iter().zip(&checked.fields);
+    let each: Vec<f64> = pairs
+        .map(|(theta, field)| {
+            let (own, truth) = (shown.at(theta)?, values(field));
+            let apart = norm(&mut own.iter().zip(&truth).map(|(a, b)| a - b));
+            Ok(apart / norm(&mut truth.iter().copied()).max(f64::MIN_POSITIVE))
+        })
+        .collect::<Result<_, RegressionError>>()?;
+    Ok(each.iter().sum::<f64>() / each.len().max(1) as f64)
+}
+
+fn sliders(body: &Body) -> Vec<Slider> {
+    let pressures: Vec<_> = body.pressures.iter().map(|surface| surface.magnitude).collect();
+    let slider = |(index, parameter): (usize, &sinew_energy::Parameter)| Slider {
+        name: parameter.name.clone(),
+        unit: parameter.unit.name().into(),
+        size: parameter.unit.in_scene(1.0),
+        range: parameter.range,
+        logarithmic: parameter.sampling == sinew_energy::Sampling::Log,
+        pressure: pressures.contains(&Magnitude::Theta(index)),
+    };
+    body.parameters.iter().enumerate().map(slider).collect()
+}
+
+/// Cavities with the ranges of their volumes.
+fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator {
+    let (volume, volume_scale) = match &*body.units.length {
+        "mm" => ("ml".to_string(), 1e-3),
+        other => (format!("{other}³"), 1.0),
+    };
+    let volumes: Vec<_> = fitted.fields.iter().map(|field| body.cavity_volumes(field)).collect();
+    let cavity = |(index, cavity): (usize, &sinew_energy::Cavity)| {
+        let own = || volumes.iter().map(|volumes| volume_scale * volumes[index]);
+        let of_theta = |pressure: &&sinew_energy::PressureSurface| {
+            cavity.triangles.first().is_some_and(|nodes| pressure.nodes.contains(&nodes[0]))
+        };
+        let pressure = match body.pressures.iter().find(of_theta)?.magnitude {
+            Magnitude::Theta(index) => Some(index),
+            Magnitude::Fixed(_) => None,
+        };
+        let triangles: Option<Vec<u32>> =
+            cavity.triangles.as_flattened().iter().map(|&node| surface.place(node)).collect();
+        Some(ViewerCavity {
+            name: cavity.name.clone(),
+            triangles: Packed::u32(triangles?),
+            apex: cavity.apex,
+            pressure,
+            range: [own().fold(f64::INFINITY, f64::min), own().fold(0.0, f64::max)],
+        })
+    };
+    let cavities = body.cavities.iter().enumerate().filter_map(cavity).collect();
+    ViewerEmulator { cavities, volume, volume_scale, ..ViewerEmulator::default() }
+}
+
+fn facts(emulator: &Emulator<'_>, motion: &Motion) -> Vec<(String, String)> {
+    let (body, record) = (emulator.body(), &emulator.record);
+    let fact = |name: &str, value: String| (name.to_string(), value);
+    let percent = |share: f64| format!("{} %", digits(100.0 * share, 2));
+    let mut facts = vec![
+        fact("mesh", format!("{} nodes, {} cells", body.nodes, body.cell_count())),
+        fact("law", body.material.name().to_string()),
+        fact("emulator", record.about.clone()),
+    ];
+    if let Some(errors) = &record.held_out {
+        let [mean, largest] = [errors.relative.mean, errors.relative.max].map(percent);
+        let told = format!("{mean} of the displacement in the mean, {largest} at most");
+        facts.push(fact("emulator's error on held-out cases", told));
+    }
+    if let Some(added) = motion.added {
+        let told = format!("{} of the displacement in the mean", percent(added));
+        facts.push(fact("added by the page's regression", told));
+    }
+    facts
+}

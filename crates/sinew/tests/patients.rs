@@ -1,0 +1,205 @@
+//! Patient files: what they are read as, what is refused in words, and the program on one.
+
+use sinew::PatientFile;
+use sinew_calibrate::{Forward, Solves, look_ahead};
+use std::path::Path;
+use std::process::Command;
+
+/// A small ventricle with three volumes and strains of four segments.
+const PATIENT: &str = r#"
+law = { name = "holzapfel-ogden", bulk_modulus = 25.0 }
+loads = [{ pressure = "p", facets = "endo" }]
+supports = [{ clamped = "base" }]
+parameters = { a = [0.1, 0.4], b = 2.0, a_f = [1.5, 5.0], b_f = 2.1, p = { range = [0.0, 40.0], unit = "mmHg", sampling = "linear" } }
+
+[mesh]
+ellipsoid = { short = [20.0, 30.0], long = [52.0, 62.0], base = 15.0, cells = [2, 8, 4] }
+
+[fibres.rule]
+endocardium = "endo"
+epicardium = "epi"
+base = "base"
+angles = [60.0, -60.0]
+
+[phases.image]
+p = "8 mmHg"
+[phases.low]
+p = "3 mmHg"
+[phases.high]
+p = "16 mmHg"
+
+[[data]]
+volume = "endo"
+phase = "low"
+value = 44.0
+unit = "mL"
+sd = "3 %"
+
+[[data]]
+volume = "endo"
+phase = "high"
+value = 72.0
+unit = "mL"
+sd = 2.0
+
+[[data]]
+strain = "circumferential"
+phase = "high"
+values = [0.05, 0.06, 0.05, 0.06]
+sd = 0.02
+
+[calibration]
+wall = { endocardium = "endo", epicardium = "epi", base = "base", septum = [-1.0, 0.0, 0.0] }
+segments = "1x4"
+"#;
+
+fn refused(from: &str, to: &str) -> String {
+    assert!(PATIENT.contains(from), "{from}");
+    let text = PATIENT.replace(from, to);
+    let file = PatientFile::parse(&text, "patient.toml");
+    file.and_then(|file| file.prepare()).expect_err(to).to_string()
+}
+
+#[test]
+fn units_phases_and_segments_are_read() {
+    let prepared = PatientFile::parse(PATIENT, "patient.toml").unwrap().prepare().unwrap();
+    let problem = &prepared.problem;
+    assert_eq!(
+        problem.unknowns.iter().map(|u| u.head()).collect::<Vec<_>>(),
+        ["a [kPa]", "a_f [kPa]"]
+    );
+    assert_eq!((problem.data.len(), prepared.segments.as_ref().unwrap().names().len()), (6, 4));
+    // 16 mmHg in kPa, and 3 % of 44 mL in mm³.
+    assert!((prepared.phases["high"]["p"] - 2.133158).abs() < 1e-6);
+    let low = problem.data.iter().find(|d| d.name == "volume of endo at low").unwrap();
+    assert_eq!((low.value, low.deviation), (44_000.0, 0.03 * 44.0 * 1e3));
+    let reported: Vec<_> = prepared.reported.iter().map(|seen| seen.name.as_str()).collect();
+    let expected = ["rest", "high", "low"].map(|state| format!("volume of endo at {state}"));
+    assert_eq!(reported, expected);
+}
+
+#[test]
+fn mistakes_are_refused_with_their_place() {
+    let says = |from: &str, to: &str, expected: &[&str]| {
+        let error = refused(from, to);
+        expected.iter().for_each(|words| assert!(error.contains(words), "{words}: {error}"));
+    };
+    says("value = 72.0", "value = nan", &["data.1.value", "is NaN"]);
+    says("unit = \"mL\"\nsd = 2.0", "sd = 2.0", &["data.1.unit", "the unit is missing", "mL"]);
+    says("unit = \"mL\"\nsd = 2.0", "unit = \"mmHg\"\nsd = 2.0", &["`mmHg` is not a unit here"]);
+    says("p = \"16 mmHg\"", "p = 16.0", &["phases.high.p", "the unit is missing", "16 mmHg"]);
+    says("p = \"16 mmHg\"", "p = \"16 bar\"", &["`bar` is not a unit of stress"]);
+    says("p = \"16 mmHg\"", "q = \"16 mmHg\"", &["no parameter `q`", "a, a_f, p"]);
+    says("[phases.high]", "[phases.low]", &["`low` is there twice"]);
+    says(
+        "phase = \"high\"\nvalue = ",
+        "phase = \"hihg\"\nvalue = ",
+        &["no phase `hihg`", "`high`?"],
+    );
+    says(
+        "volume = \"endo\"\nphase = \"low\"",
+        "volume = \"lv\"\nphase = \"low\"",
+        &["no cavity `lv`", "endo"],
+    );
+    says("values = [0.05, 0.06, 0.05, 0.06]", "values = [0.05]", &["1 values for 4 segments"]);
+    says("values = [0.05, 0.06, 0.05, 0.06]", "segment = 9\nvalue = 0.1", &["no segment `9`"]);
+    says("segments = \"1x4\"", "segments = \"aha\"", &["`aha` is not a division"]);
+    says(", septum = [-1.0, 0.0, 0.0]", "", &["septum"]);
+    says("sd = 2.0", "sd = 0.0", &["standard deviation is 0"]);
+    says(
+        "a = [0.1, 0.4]",
+        "a = { range = [0.0, 0.4], sampling = \"linear\" }",
+        &["parameters.a", "positive"],
+    );
+    says(
+        "segments = \"1x4\"",
+        "segments = \"1x4\"\ninfer_noise = [\"strains\"]",
+        &["kind `strains`", "`strain`?"],
+    );
+    says("segments = \"1x4\"", "segments = \"1x4\"\nsede = 3", &["`seed`?"]);
+    says("[phases.image]\np = \"8 mmHg\"", "", &["the loads of the image are missing"]);
+}
+
+#[test]
+fn pressures_in_kpa_that_were_meant_in_mmhg_are_seen_ahead() {
+    // 3 and 16 kPa are 22 and 120 mmHg: the volumes cannot be those.
+    let text = PATIENT.replace("p = \"3 mmHg\"", "p = \"3 kPa\"");
+    let prepared = PatientFile::parse(&text, "patient.toml").unwrap().prepare().unwrap();
+    let model = prepared.patient().unwrap();
+    let mut solves = Solves::new(&model, Box::new(|_, _, _| ()));
+    let (mode, _) = look_ahead(&prepared.problem, &mut solves).unwrap();
+    let low = prepared.problem.data.iter().position(|d| d.name == "volume of endo at low").unwrap();
+    assert!(mode.misfits[low] < -5.0, "{:?}", mode.misfits);
+}
+
+#[test]
+fn factors_of_pressures_are_parameters() {
+    let text = PATIENT.replace(
+        "segments = \"1x4\"",
+        "segments = \"1x4\"\npressure_common = 0.1\npressure_each = 0.05",
+    );
+    let prepared = PatientFile::parse(&text, "patient.toml").unwrap().prepare().unwrap();
+    let names: Vec<_> = prepared.problem.unknowns.iter().map(|u| u.name.as_str()).collect();
+    let own = ["high", "image", "low"].map(|phase| format!("pressure factor at {phase}"));
+    assert_eq!(names[..3], ["a", "a_f", "pressure factor"]);
+    assert_eq!(names[3..], own);
+    // All stresses times a factor leave the displacements: the two other laws' parameters are known, so only nearly here.
+    let model = prepared.patient().unwrap();
+    let [plain, pressed] = [1.0, 1.1]
+        .map(|factor| model.observe(&[0.2, 2.8, factor, 1.0, 1.0, 1.0], false).unwrap().values);
+    assert!(pressed[1] > plain[1], "{pressed:?} {plain:?}");
+    let curve = prepared.curve("endo", &[1.0]).unwrap();
+    let (from, names) = (curve.parameter_names(), prepared.curve_parameters());
+    assert_eq!((from.len(), names), (4, vec![0, 1, 2, 4]));
+}
+
+#[test]
+fn the_program_makes_data_and_their_posterior() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_sinew"))
+            .args(arguments)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+        (output.status.code(), text)
+    };
+    let short = PATIENT.to_string() + "draws = 80\nchecks = 40\ndesign = 20\n";
+    std::fs::write(folder.path().join("patient.toml"), short).unwrap();
+    let (code, said) =
+        run(&["synthesise", "patient.toml", "--theta", "a=0.2,a_f=2.8", "-o", "made.toml"]);
+    assert_eq!(code, Some(0), "{said}");
+    let (code, said) = run(&["calibrate", "made.toml", "--check"]);
+    assert_eq!(code, Some(0), "{said}");
+    for words in
+        ["phase high: p = 2.133 kPa = 16 mmHg", "segments: 1-1", "The data decide", "mL, computed"]
+    {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let out = ["--out", "out"];
+    let (code, said) = run(&["calibrate", "made.toml", "--budget", "0.01s", out[0], out[1]]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("--resume"), "{said}");
+    let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("the solver confirms this posterior"), "{said}");
+    let made = folder.path().join("out/calibrate");
+    for name in ["posterior.csv", "posterior.json", "edpvr.csv", "rest.vtu", "report.html"] {
+        assert!(made.join(name).exists(), "{name}");
+    }
+    let read = |name: &str| std::fs::read_to_string(made.join(name)).unwrap();
+    let first = read("posterior.csv");
+    assert_eq!(first.lines().count(), 81);
+    assert_eq!(first.lines().next().unwrap(), "chain,draw,a [kPa],a_f [kPa]");
+    // The truth lies within the band of the curve at rest, give or take its width.
+    let dict: serde_json::Value = serde_json::from_str(&read("posterior.json")).unwrap();
+    assert_eq!(dict["posterior"]["a [kPa]"].as_array().unwrap().len(), 4);
+    assert!(dict["observed_data"]["volume of endo at low"].is_number());
+    // Killed while writing its solves, and resumed: the same bits.
+    let solves = read("solves.csv");
+    std::fs::write(made.join("solves.csv"), &solves[..solves.len() / 2]).unwrap();
+    let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
+    assert_eq!((code, read("posterior.csv")), (Some(0), first), "{said}");
+    assert!(Path::new(&made).join("report.json").exists());
+}

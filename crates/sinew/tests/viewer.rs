@@ -1,0 +1,189 @@
+//! The page of an emulator: its script predicts what the program predicts, its error is right, and it refuses what it cannot hold.
+
+use serde_json::{Value, json};
+use sinew::recipe::Regression;
+use sinew::{
+    Body, Case, Design, Emulator, Record, TestSet, Train, TrainingOptions, ViewerError, simulate,
+    viewer,
+};
+use sinew_emulate::{Predictor, recipe::Taylor};
+use sinew_report::Viewer;
+use std::path::Path;
+use std::process::Command;
+
+/// Largest distance of the script from the program, relative to the displacement: rounding of 32 bits.
+const ROUNDING: f64 = 1e-6;
+
+const BEAM: &str = r#"
+law = { name = "guccione", bulk_modulus = 25.0 }
+loads = [{ traction = [0.0, 0.0, 0.15], facets = "z_min" }]
+supports = [{ clamped = "x_min" }]
+fibres = { direction = [1.0, 0.0, 0.0] }
+mesh.box = { extent = [100.0, 10.0, 10.0], cells = [10, 3, 3] }
+training = { held_out = 20 }
+parameters = { C = [1.75, 3.5], b_f = [1.75, 3.5], b_t = [1.75, 3.5], b_fs = [1.75, 3.5] }
+"#;
+
+const BAR: &str = r#"
+law = "neo-hookean"
+loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]
+supports = [{ clamped = "x_min" }]
+mesh.box = { extent = [30.0, 6.0, 6.0], cells = [6, 2, 2] }
+parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0] }
+training = { held_out = 20 }
+"#;
+
+fn body(text: &str) -> Body {
+    Case::parse(text, "case.toml").unwrap().body().unwrap()
+}
+
+fn regression(body: &Body, simulations: usize) -> Emulator<'_> {
+    let recipe = Regression { simulations, most: simulations, target: 0.0 };
+    recipe.train(body, &TrainingOptions::default(), &mut ()).unwrap()
+}
+
+/// Displaced nodes of the surface by the page's own script, set by set, and the nodes at rest; `None` without node.
+fn by_script(page: &str, thetas: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+    if Command::new("node").arg("--version").output().is_err() {
+        eprintln!("skipped: there is no node on this machine to run the page's script");
+        return None;
+    }
+    let data = page.split("<script type=\"application/json\">").nth(1).unwrap();
+    let data = data.split("</script>").next().unwrap();
+    let script = page.rsplit("<script>").next().unwrap().split("</script>").next().unwrap();
+    let run = format!(
+        "{script}\nconst data = {data}; const thetas = {};
+        const {{ array, regression, shareOf }} = globalThis.sinewViewer;
+        const [{{ parameters, displacement }}, points] = [data.emulator, array(Float32Array, data.points)];
+        const [model, all] = [regression(displacement), []];
+        for (const theta of thetas) all.push(Array.from(model(theta.map((value, i) => shareOf(parameters[i], value)))));
+        const start = performance.now();
+        for (let i = 0; i < 1000; i++) model([(0.37 * i) % 1, (0.61 * i) % 1, 0.5, 0.5, 0.5].slice(0, parameters.length));
+        console.error(`${{(performance.now() - start) / 1000}} ms a prediction`);
+        console.log(JSON.stringify([all, Array.from(points)]));",
+        json!(thetas)
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.cjs");
+    std::fs::write(&file, run).unwrap();
+    let output = Command::new("node").arg(&file).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{told}");
+    eprintln!("{told}");
+    Some(serde_json::from_slice(&output.stdout).unwrap())
+}
+
+/// Largest distance of the script from the emulator over parameter sets, relative to the displacement.
+fn distance(viewer: &Viewer, emulator: &Emulator<'_>) -> Option<f64> {
+    let body = emulator.body();
+    let thetas = Design::Uniform.sample(&body.parameters, 100, 7).unwrap();
+    let (fields, points) = by_script(&viewer.to_html(), &thetas)?;
+    let single = |x: &[f64; 3]| x.map(|x| (x as f32).to_bits());
+    let nodes: Vec<usize> = points
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .map(|x| body.positions.iter().position(|own| single(own) == single(x)).unwrap())
+        .collect();
+    let predicted = emulator.predict(&thetas).unwrap();
+    let apart = (0..thetas.len()).map(|case| {
+        let (own, all) = (&fields[case], predicted.field(case));
+        let truth: Vec<f64> = nodes.iter().flat_map(|n| all[3 * n..3 * n + 3].to_vec()).collect();
+        assert_eq!(own.len(), truth.len());
+        let norm =
+            |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
+        norm(&mut own.iter().zip(&truth).map(|(a, b)| a - b)) / norm(&mut truth.iter().copied())
+    });
+    Some(apart.fold(0.0, f64::max))
+}
+
+/// How many of a hundred shown errors are right, as the page says.
+fn right(viewer: &Viewer) -> usize {
+    let told = &viewer.facts.iter().find(|(name, _)| name == "shown error").unwrap().1;
+    told.split(" in ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn the_script_predicts_as_the_program_does() {
+    for (text, simulations) in [(BAR, 12), (BEAM, 30)] {
+        let body = body(text);
+        let emulator = regression(&body, simulations);
+        assert!(emulator.regression().is_some(), "{}", emulator.record.about);
+        let viewer = viewer(&emulator, 1, &mut ()).unwrap();
+        assert_eq!(viewer.strokes.is_some(), text == BEAM);
+        assert!(right(&viewer) >= 90, "{:?}", viewer.facts);
+        if let Some(distance) = distance(&viewer, &emulator) {
+            assert!(distance < ROUNDING, "{distance:e}");
+        }
+    }
+}
+
+#[test]
+fn an_expansion_is_regressed_and_its_added_error_is_told() {
+    let body = body(BAR);
+    let emulator = Taylor.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let own = emulator.record.held_out.as_ref().unwrap().relative.mean;
+    let page = viewer(&emulator, 1, &mut ()).unwrap();
+    assert!(page.facts.iter().any(|(name, _)| name.starts_with("added")), "{:?}", page.facts);
+    assert!(right(&page) >= 90, "{:?}", page.facts);
+    if let Some(distance) = distance(&page, &emulator) {
+        assert!(distance < own, "{distance:e} for {own:e}");
+    }
+    assert_eq!(viewer(&emulator, 1, &mut ()).unwrap(), page, "the same seed gives the same page");
+}
+
+/// An expansion with a ripple that no polynomial follows.
+#[derive(Debug)]
+struct Rippled(Box<dyn Predictor>);
+
+impl Predictor for Rippled {
+    fn kind(&self) -> &'static str {
+        "rippled"
+    }
+
+    fn predict(&self, body: &Body, thetas: &[Vec<f64>]) -> sinew_emulate::Result<Vec<f64>> {
+        let mut fields = self.0.predict(body, thetas)?;
+        for (theta, field) in thetas.iter().zip(fields.chunks_mut(3 * body.nodes)) {
+            let ripple = 1.0 + 0.05 * (300.0 * theta[0]).sin();
+            field.iter_mut().for_each(|u| *u *= ripple);
+        }
+        Ok(fields)
+    }
+
+    fn save(&self, _: &Path) -> sinew_emulate::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn what_a_page_cannot_hold_is_refused_with_numbers() {
+    let body = body(BAR);
+    let (predictor, mut record) =
+        Taylor.train(&body, &TrainingOptions::default(), &mut ()).unwrap().into_parts();
+    let rippled = Emulator::new(&body, Box::new(Rippled(predictor)), record.clone());
+    // Its own error is that of the ripple, which the held-out cases see.
+    let thetas = Design::Uniform.sample(&body.parameters, 20, 3).unwrap();
+    let test = TestSet::new(&body, simulate(&body, &thetas, "test", None, &mut ()).unwrap());
+    record.held_out = Some(test.errors(&rippled.predict(&test.thetas).unwrap().fields()).unwrap());
+    let rippled = Emulator::new(&body, rippled.into_parts().0, record);
+    let error = viewer(&rippled, 1, &mut ()).unwrap_err();
+    assert!(matches!(error, ViewerError::Distilled { added, own } if added > own / 3.0), "{error}");
+    let unmeasured = Emulator::new(&body, rippled.into_parts().0, Record::new("rippled"));
+    assert!(matches!(viewer(&unmeasured, 1, &mut ()), Err(ViewerError::NotMeasured)));
+}
+
+#[test]
+fn a_page_is_one_small_file_that_asks_for_nothing() {
+    let body = body(BEAM);
+    let page = viewer(&regression(&body, 25), 1, &mut ()).unwrap().to_html();
+    assert!(page.len() < 1_000_000, "{} bytes", page.len());
+    for address in ["http:", "https:", "src=", "@import", "fetch(", "XMLHttpRequest"] {
+        assert!(!page.contains(address), "{address}");
+    }
+    let script = page.rsplit("<script>").next().unwrap();
+    assert!(script.lines().count() <= 500, "{} lines", script.lines().count());
+    let data = page.split("<script type=\"application/json\">").nth(1).unwrap();
+    let data: Value = serde_json::from_str(data.split("</script>").next().unwrap()).unwrap();
+    let names: Vec<_> = data["quantities"].as_array().unwrap().iter().map(|q| &q["name"]).collect();
+    assert_eq!(names, ["Displacement", "Fibre stretch", "Fibre stress", "Error"]);
+}

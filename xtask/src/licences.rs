@@ -1,0 +1,133 @@
+//! Licences of what is linked: every dependency must grant one that is on the list.
+
+use crate::command::cargo;
+use anyhow::{Context, Result, ensure};
+use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, PackageId};
+use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
+
+/// Licences that ask for no more than their notice, by SPDX; the list of `deny.toml`.
+const ALLOWED: &[&str] = &[
+    "0BSD",
+    "Apache-2.0",
+    "Apache-2.0 WITH LLVM-exception",
+    "BSD-1-Clause",
+    "BSD-2-Clause",
+    "BSD-3-Clause",
+    "BSL-1.0",
+    "CC0-1.0",
+    "ISC",
+    "MIT",
+    "MIT-0",
+    "MPL-2.0",
+    "NCSA",
+    "Unicode-3.0",
+    "Unlicense",
+    "Zlib",
+    "bzip2-1.0.6",
+];
+
+/// Crates whose manifest names a file in place of a licence, with the licence in it.
+const READ: &[(&str, &str)] = &[("cfg_block", "Apache-2.0")];
+
+/// Prints how many crates are linked under each licence, and fails with those whose licence is not on the list.
+pub(crate) fn check() -> Result<()> {
+    let metadata = MetadataCommand::new().exec().context("cargo metadata failed")?;
+    let linked = linked(&metadata)?;
+    let (mut by_licence, mut wrong) = (BTreeMap::<String, usize>::new(), Vec::new());
+    for package in metadata.packages.iter().filter(|package| linked.contains(&package.id)) {
+        let read = READ.iter().find(|(name, _)| *name == package.name.as_str());
+        let read = read.map(|(_, licence)| licence.to_string());
+        let licence = package.license.clone().or(read).unwrap_or_default();
+        if !allowed(&licence) {
+            wrong.push(format!("{} {}: {licence}", package.name, package.version));
+        }
+        *by_licence.entry(licence).or_default() += 1;
+    }
+    for (licence, count) in &by_licence {
+        println!("{count:4} {licence}");
+    }
+    ensure!(wrong.is_empty(), "licences that are not on the list:\n  {}", wrong.join("\n  "));
+    eprintln!("licences: {} crates are linked, each under one of the list", linked.len());
+    deny()
+}
+
+/// Runs `cargo deny` by the rules of `deny.toml`, where it is installed.
+fn deny() -> Result<()> {
+    let known = Command::new(env!("CARGO")).args(["deny", "--version"]).output()?;
+    if !known.status.success() {
+        eprintln!("licences: cargo deny is not installed; bans and sources are not checked");
+        return Ok(());
+    }
+    cargo(&["deny", "check", "licenses", "bans", "sources"], &[])
+}
+
+/// Packages below the workspace by normal dependencies.
+fn linked(metadata: &Metadata) -> Result<BTreeSet<PackageId>> {
+    let nodes = &metadata.resolve.as_ref().context("cargo metadata resolves dependencies")?.nodes;
+    let mut open: Vec<&PackageId> = metadata.workspace_members.iter().collect();
+    let mut seen: BTreeSet<PackageId> = open.iter().map(|&id| id.clone()).collect();
+    while let Some(id) = open.pop() {
+        let Some(node) = nodes.iter().find(|node| node.id == *id) else { continue };
+        for below in &node.deps {
+            let is_linked = below.dep_kinds.iter().any(|kind| kind.kind == DependencyKind::Normal);
+            if is_linked && seen.insert(below.pkg.clone()) {
+                open.push(&below.pkg);
+            }
+        }
+    }
+    Ok(seen)
+}
+
+/// Whether an SPDX expression grants a licence of the list: one of several joined by OR, all of those joined by AND.
+fn allowed(expression: &str) -> bool {
+    // Before SPDX expressions a slash was OR.
+    let expression = expression.replace('/', " OR ");
+    let expression = expression.trim();
+    if let Some(inner) = expression.strip_prefix('(').and_then(|rest| rest.strip_suffix(')'))
+        && !inner.contains(['(', ')'])
+    {
+        return allowed(inner);
+    }
+    let parts = |word: &str| split(expression, word);
+    match (parts(" AND "), parts(" OR ")) {
+        (all, _) if all.len() > 1 => all.iter().all(|part| allowed(part)),
+        (_, any) if any.len() > 1 => any.iter().any(|part| allowed(part)),
+        _ => ALLOWED.contains(&expression),
+    }
+}
+
+/// Parts of an expression between a word outside of brackets.
+fn split<'a>(expression: &'a str, word: &str) -> Vec<&'a str> {
+    let (mut parts, mut depth, mut start) = (Vec::new(), 0, 0);
+    for (at, c) in expression.char_indices() {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        if depth == 0 && at >= start && expression[at..].starts_with(word) {
+            parts.push(&expression[start..at]);
+            start = at + word.len();
+        }
+    }
+    parts.push(&expression[start..]);
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn expressions_are_read_as_spdx() {
+        for good in [
+            "MIT",
+            "MIT/Apache-2.0",
+            "GPL-3.0 OR MIT",
+            "(MIT OR GPL-2.0) AND Unicode-3.0",
+            "Apache-2.0 WITH LLVM-exception",
+        ] {
+            assert!(allowed(good), "{good}");
+        }
+        for bad in ["", "GPL-3.0", "MIT AND GPL-3.0", "(MIT OR Apache-2.0) AND AGPL-3.0"] {
+            assert!(!allowed(bad), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! Crates as they would be published: packed, looked into, and two of them built and tested outside of the repository.
+
+use crate::readme::{self, published};
+use anyhow::{Context, Result, bail, ensure};
+use cargo_metadata::{Metadata, MetadataCommand, Package};
+use std::path::Path;
+use std::process::Command;
+
+/// Crates that are built and tested from their packages.
+const TRIED: [&str; 2] = ["sinew-mesh", "sinew-fem"];
+/// Files that every package holds.
+const HELD: [&str; 4] = ["Cargo.toml", "README.md", "LICENSE-MIT", "LICENSE-APACHE"];
+/// Largest package that a registry takes \[bytes\].
+const MOST_BYTES: u64 = 10 << 20;
+/// Platforms whose standard library is looked for, to check crates without Burn on.
+const PLATFORMS: [&str; 2] = ["aarch64-unknown-linux-gnu", "wasm32-unknown-unknown"];
+
+/// Packs all published crates, and builds and tests [`TRIED`] from what was packed; fails on a warning.
+pub(crate) fn run() -> Result<()> {
+    let metadata = MetadataCommand::new().exec().context("cargo metadata failed")?;
+    readme::check()?;
+    keys(&metadata)?;
+    let packages = metadata.target_directory.join("package").into_std_path_buf();
+    pack(&metadata)?;
+    let trial = packages.join("trial");
+    let _ = std::fs::remove_dir_all(&trial);
+    std::fs::create_dir_all(&trial)?;
+    for package in published(&metadata) {
+        unpack(package, &packages, &trial)?;
+    }
+    test(&metadata, &trial)?;
+    crate::licences::check()?;
+    platforms()
+}
+
+/// Requires what registries show of a crate.
+fn keys(metadata: &Metadata) -> Result<()> {
+    let mut wrong = Vec::new();
+    for package in published(metadata) {
+        let missing = [
+            ("description", package.description.is_none()),
+            ("documentation", package.documentation.is_none()),
+            ("licence", package.license.is_none()),
+            ("keywords (1 to 5)", !(1..=5).contains(&package.keywords.len())),
+            ("categories", package.categories.is_empty()),
+        ];
+        wrong.extend(
+            missing.iter().filter(|key| key.1).map(|key| format!("{}: {}", package.name, key.0)),
+        );
+    }
+    ensure!(wrong.is_empty(), "keys that are missing:\n  {}", wrong.join("\n  "));
+    if published(metadata).iter().any(|package| package.repository.is_none()) {
+        eprintln!(
+            "package: `repository` is not set; its owner puts the address into [workspace.package] and the crates"
+        );
+    }
+    Ok(())
+}
+
+/// Packs all of them together, so that one finds the others.
+fn pack(metadata: &Metadata) -> Result<()> {
+    let names = published(metadata).into_iter().map(|package| package.name.to_string());
+    let names: Vec<String> = names.flat_map(|name| ["-p".into(), name]).collect();
+    let said = quiet(
+        Command::new(env!("CARGO")).args(["package", "--no-verify", "--allow-dirty"]).args(&names),
+    )?;
+    // What `exclude` leaves out, cargo says.
+    let meant = |line: &&str| !line.contains("is not included in the published package");
+    let warnings: Vec<&str> =
+        said.lines().filter(|line| line.starts_with("warning")).filter(meant).collect();
+    ensure!(warnings.is_empty(), "cargo package warns:\n  {}", warnings.join("\n  "));
+    Ok(())
+}
+
+/// Unpacks one, and requires what it is to hold.
+fn unpack(package: &Package, packages: &Path, trial: &Path) -> Result<()> {
+    let name = format!("{}-{}", package.name, package.version);
+    let file = packages.join(format!("{name}.crate"));
+    let bytes = file.metadata().with_context(|| file.display().to_string())?.len();
+    ensure!(bytes <= MOST_BYTES, "{} has {bytes} bytes, more than {MOST_BYTES}", file.display());
+    quiet(Command::new("tar").arg("-xzf").arg(&file).arg("-C").arg(trial))?;
+    for held in HELD {
+        ensure!(trial.join(&name).join(held).exists(), "{name} lacks {held}");
+    }
+    println!("{name}: {:.0} kB", bytes as f64 / 1024.0);
+    Ok(())
+}
+
+/// Builds and tests from packages, in a workspace that knows nothing of the repository.
+fn test(metadata: &Metadata, trial: &Path) -> Result<()> {
+    let folder = |package: &Package| format!("{}-{}", package.name, package.version);
+    let tried =
+        published(metadata).into_iter().filter(|package| TRIED.contains(&package.name.as_str()));
+    let members: Vec<_> = tried.map(|package| format!("{:?}", folder(package))).collect();
+    let patched = published(metadata)
+        .into_iter()
+        .map(|p| format!("{} = {{ path = {:?} }}\n", p.name, folder(p)));
+    let profile = "[profile.test]\nopt-level = 3\n";
+    let text = format!(
+        "[workspace]\nresolver = \"3\"\nmembers = [{}]\n\n[patch.crates-io]\n{}\n{profile}",
+        members.join(", "),
+        patched.collect::<String>()
+    );
+    std::fs::write(trial.join("Cargo.toml"), text)?;
+    std::fs::copy(metadata.workspace_root.join("Cargo.lock"), trial.join("Cargo.lock"))?;
+    let target = metadata.target_directory.join("package-trial");
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["test", "--workspace"]).current_dir(trial).env("CARGO_TARGET_DIR", target);
+    let said = quiet(cargo.env("RUSTFLAGS", "-D warnings"))?;
+    let own: Vec<&str> = said.lines().filter(|line| line.starts_with("warning")).collect();
+    // Patches of crates that neither needs are no fault of theirs.
+    let own: Vec<_> =
+        own.into_iter().filter(|line| !line.contains("was not used in the crate graph")).collect();
+    ensure!(own.is_empty(), "building from packages warns:\n  {}", own.join("\n  "));
+    println!("built and tested from their packages: {}", TRIED.join(", "));
+    Ok(())
+}
+
+/// Checks crates without Burn for other platforms, where their standard library is installed.
+fn platforms() -> Result<()> {
+    let root = quiet_output(Command::new("rustc").args(["--print", "sysroot"]))?;
+    for platform in PLATFORMS {
+        if !Path::new(root.trim()).join("lib/rustlib").join(platform).exists() {
+            eprintln!(
+                "package: {platform} is not checked, for its standard library is not installed"
+            );
+            continue;
+        }
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["check", "--target", platform]);
+        quiet(TRIED.iter().fold(&mut cargo, |cargo, name| cargo.args(["-p", name])))?;
+        println!("{platform}: {} are checked", TRIED.join(", "));
+    }
+    Ok(())
+}
+
+/// Runs a command; what it said on standard error.
+fn quiet(command: &mut Command) -> Result<String> {
+    eprintln!("$ {command:?}");
+    let output = command.output().with_context(|| format!("{command:?} could not be started"))?;
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    if !output.status.success() {
+        bail!("{command:?} failed:\n{}\n{said}", String::from_utf8_lossy(&output.stdout));
+    }
+    Ok(said)
+}
+
+/// Runs a command; what it said on standard output.
+fn quiet_output(command: &mut Command) -> Result<String> {
+    let output = command.output().with_context(|| format!("{command:?} could not be started"))?;
+    ensure!(output.status.success(), "{command:?} failed");
+    Ok(String::from_utf8(output.stdout)?)
+}

@@ -1,0 +1,103 @@
+//! The page of an emulator as a person meets it: pictures that follow the sliders, keys, widths, times.
+
+use crate::browser::Browser;
+use anyhow::Result;
+use serde_json::Value;
+use std::path::Path;
+
+/// Text that only such a page has.
+pub(crate) const MARK: &str = "class=\"viewer-page\"";
+/// Sizes of a telephone and of a desktop window \[px\].
+const SIZES: [[u32; 2]; 2] = [[400, 860], [1400, 900]];
+/// Longest time of a prediction \[ms\].
+const MOST_MS: f64 = 2.0;
+/// Two frames later, as a picture.
+const PICTURE: &str =
+    "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
+    const { draw, canvas } = sinewViewer.views[0]; draw(); done(canvas.toDataURL()); })))";
+/// Least time of a prediction \[ms\]: other programs take their turns in longer ones.
+const TIME: &str = "(() => { const { model, state } = sinewViewer.views[0];
+    const times = Array.from({ length: 101 }, (_, i) => { const shares = state.shares.map((s) => (s + 0.37 * i) % 1);
+        const start = performance.now(); for (let k = 0; k < 5; k++) model(shares); return (performance.now() - start) / 5; });
+    return Math.min(...times); })()";
+
+/// Faults of a page in two widths, light and dark; what is right is told.
+pub(crate) fn check(program: &Path, page: &Path, script: &str) -> Result<Vec<String>> {
+    let mut browser = Browser::start(program)?;
+    let mut wrong = Vec::new();
+    for size in SIZES {
+        for dark in [false, true] {
+            let mode = format!(
+                "{} ({} px, {})",
+                page.display(),
+                size[0],
+                if dark { "dark" } else { "light" }
+            );
+            browser.open(page, size, dark)?;
+            let (mut found, time) = look(&mut browser)?;
+            found.extend(seen(&mut browser, script)?);
+            found.extend(browser.faults());
+            let told = if found.is_empty() { "nothing wrong" } else { "faults" };
+            eprintln!("{mode}: {told}, {time:.2} ms a prediction");
+            wrong.extend(found.into_iter().map(|fault| format!("{mode}: {fault}")));
+        }
+    }
+    Ok(wrong)
+}
+
+fn look(browser: &mut Browser) -> Result<(Vec<String>, f64)> {
+    let mut found = Vec::new();
+    let mut require = |holds: bool, fault: &str| {
+        if !holds {
+            found.push(fault.to_string());
+        }
+    };
+    let views = browser.evaluate("globalThis.sinewViewer?.views.length ?? 0")?;
+    require(views == 1, "nothing is drawn");
+    if views != 1 {
+        return Ok((found, f64::NAN));
+    }
+    let parameters = browser.evaluate("sinewViewer.views[0].state.shares.length")?;
+    for index in 0..parameters.as_u64().unwrap_or(0) {
+        let (before, slider) = (
+            browser.evaluate(PICTURE)?,
+            format!("document.querySelectorAll('.rows input[type=range]')[{index}]"),
+        );
+        browser.evaluate(&format!("{slider}.focus()"))?;
+        for _ in 0..3 {
+            browser.press("PageUp", 33)?;
+        }
+        for _ in 0..2 {
+            browser.press("ArrowRight", 39)?;
+        }
+        let after = browser.evaluate(PICTURE)?;
+        let share = browser.evaluate(&format!("+{slider}.value"))?;
+        require(share.as_f64() > Some(0.51), &format!("keys do not move slider {index}"));
+        require(before != after, &format!("two values of parameter {index} give the same picture"));
+    }
+    let before = browser.evaluate(PICTURE)?;
+    browser.evaluate("document.querySelector('.viewer canvas').focus()")?;
+    browser.press("ArrowLeft", 37)?;
+    require(browser.evaluate(PICTURE)? != before, "keys do not turn the body");
+    browser.press(" ", 32)?;
+    let playing = browser.evaluate("sinewViewer.views[0].state.playing > 0")?;
+    require(playing == Value::Bool(true), "the space bar does not play");
+    browser.press(" ", 32)?;
+    let pictures = browser.evaluate(
+        "(async () => { const pictures = []; for (const item of document.querySelectorAll('.menu button')) { item.click();
+            await new Promise(requestAnimationFrame); sinewViewer.views[0].draw(); pictures.push(sinewViewer.views[0].canvas.toDataURL()); }
+            return new Set(pictures).size === pictures.length; })()",
+    )?;
+    require(pictures == Value::Bool(true), "two quantities give the same picture");
+    let time = browser.evaluate(TIME)?.as_f64().unwrap_or(f64::NAN);
+    require(time <= MOST_MS, &format!("a prediction takes {time:.1} ms"));
+    Ok((found, time))
+}
+
+/// Faults that a script finds in the page as it is shown.
+fn seen(browser: &mut Browser, script: &str) -> Result<Vec<String>> {
+    browser.evaluate(&format!("{{ {script} }}"))?;
+    let text = browser.evaluate("document.getElementById('page-check').textContent")?;
+    let seen: Value = serde_json::from_str(text.as_str().unwrap_or_default())?;
+    Ok(seen["found"].as_array().into_iter().flatten().map(ToString::to_string).collect())
+}
