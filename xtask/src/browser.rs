@@ -14,7 +14,7 @@ pub(crate) struct Browser {
     profile: PathBuf,
     session: Option<String>,
     calls: u64,
-    /// What the page did unasked, such as messages on its console.
+    /// Events of the page, such as messages on its console.
     pub(crate) events: Vec<Value>,
 }
 

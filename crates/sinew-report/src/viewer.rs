@@ -70,7 +70,7 @@ pub struct Quantity {
     pub name: String,
     /// Unit; `"1"` for none.
     pub unit: String,
-    /// Where its values come from.
+    /// Source of its values.
     pub source: Source,
     /// Values of the first and the last colour.
     pub scale: [f64; 2],
