@@ -53,7 +53,7 @@ fn fenics() -> Result {
     let energy = body.value(&solution.displacement, &theta);
     assert!((energy + 766.970_681).abs() < 1e-6, "{energy}: FEniCS on the same mesh [kPa mm³]");
 
-    let thetas = vec![vec![60.0, 60.0], vec![90.0, 90.0]];
+    let thetas = [vec![60.0, 60.0], vec![90.0, 90.0]];
     let solutions = sweep(&body, &thetas, &Options::default(), || ())?;
     let fields = solutions.solutions()?.iter().map(|s| s.displacement.clone()).collect();
     Fields { body: &body, thetas: &thetas, found: vec![("solved", fields)] }.write(&folder, 2)?;
@@ -102,7 +102,7 @@ fn felupe() -> Result {
         .support(Support::roller_on_plane("x_min", [1.0, 0.0, 0.0]))
         .support(Support::uniform("x_max", [Some(0.2), None, None]));
     let body = scene.lower()?;
-    let theta = vec![75.0, 75.0];
+    let theta = [75.0, 75.0];
     let mut solver = Solver::new(&body)?;
     let solution = solver.solve(&theta, &Options::default())?;
     let stresses = cell_stresses(&body, &solution.displacement, &theta)?;
@@ -153,7 +153,7 @@ fn jax_fem() -> Result {
         .support(Support::clamped("x_min"));
     let body = scene.lower()?;
     let mut solver = Solver::new(&body)?;
-    let theta = vec![60.0, 80.0];
+    let theta = [60.0, 80.0];
     let solution = solver.solve(&theta, &Options::default())?;
     let near = solver.solve_from(&solution.displacement, &[60.6, 80.0], &Options::default())?;
 

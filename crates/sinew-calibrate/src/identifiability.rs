@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Posterior over prior standard deviation from which on data do not decide a parameter.
 const UNDECIDED: f64 = 0.9;
-/// The same up to which they do.
+/// Posterior over prior standard deviation up to which data decide a parameter.
 const DECIDED: f64 = 0.5;
 /// Share of a direction's length from which on a parameter is named.
 const NAMED: f64 = 0.3;

@@ -22,7 +22,7 @@ pub struct Klotz {
 
 /// Pressure that volumes are normalised at \[mmHg\].
 const PRESSURE: f64 = 30.0;
-/// Of the normalised curve p = A ((V − V₀)/(V₃₀ − V₀))^B \[mmHg\].
+/// Coefficient and exponent of the normalised curve p = A ((V − V₀)/(V₃₀ − V₀))^B \[mmHg\].
 const A: f64 = 27.78;
 const B: f64 = 2.76;
 

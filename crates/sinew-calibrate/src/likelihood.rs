@@ -13,7 +13,7 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    /// With logarithms of the factors of inferred kinds, and the covariance that an emulator adds.
+    /// Noise from the logarithms of the factors of inferred kinds, and the covariance that an emulator adds.
     pub(crate) fn new(problem: &Problem, factors: &[f64], emulator: Option<&DMatrix<f64>>) -> Self {
         let count = problem.data.len();
         let mut covariance = match emulator {

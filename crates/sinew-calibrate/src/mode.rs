@@ -222,7 +222,7 @@ impl State {
         (self.jacobian.tr_mul(&noise.solve_all(&self.jacobian)), noise)
     }
 
-    /// With the likeliest factors of noise, as if there were no shared bias.
+    /// Replaces the factors of noise by the likeliest ones, as if there were no shared bias.
     fn with_factors(mut self, problem: &Problem) -> Self {
         let first = problem.unknowns.len();
         for place in 0..problem.inferred() {

@@ -31,7 +31,7 @@ pub struct Posterior {
     pub draws: Chains,
     /// The solver's observables by chain and draw.
     pub observed: Vec<Vec<Vec<f64>>>,
-    /// What data decide, linearised at the mode.
+    /// Parameters and directions that data decide, linearised at the mode.
     pub identifiability: Identifiability,
     /// Data beside their predictions.
     pub predictive: Predictive,
@@ -157,7 +157,7 @@ impl Posterior {
         dict
     }
 
-    /// As many draws of the prior.
+    /// Draws of the prior, as many.
     fn with_prior(&self, mut dict: ArvizDict) -> ArvizDict {
         let mut random = ChaCha8Rng::seed_from_u64(split_seed(self.seed, PRIOR));
         let shape: Vec<usize> = self.draws.draws.iter().map(Vec::len).collect();

@@ -29,7 +29,7 @@ pub struct DatumCheck {
     pub residual: f64,
     /// Two-sided posterior predictive probability.
     pub p: f64,
-    /// The same from the posterior without this datum; none where importance weights do not get there.
+    /// Leave-one-out predictive probability: the posterior without this datum; `None` where importance weights are unreliable.
     pub p_left_out: Option<f64>,
 }
 

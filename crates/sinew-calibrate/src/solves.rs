@@ -31,7 +31,7 @@ pub struct Solves<'f> {
 }
 
 impl<'f> Solves<'f> {
-    /// Nothing remembered yet; `told` hears of each stage, solves done and solves to do.
+    /// Empty memory of solves; `told` hears of each stage, solves done and solves to do.
     pub fn new(forward: &'f dyn Forward, told: Box<Told<'f>>) -> Self {
         Self {
             forward,

@@ -108,7 +108,7 @@ impl<const D: usize> Lift<D> {
         }
     }
 
-    /// What a derivative alone makes of the powers of s below `degrees`.
+    /// Derivative of the powers of s below `degrees`.
     fn on_powers(&self, degrees: usize) -> Vec<f64> {
         let falling = |k: usize| (0..self.order).map(|j| k as f64 - j as f64).product::<f64>();
         let lower = |k: usize| if k == self.order { falling(k) } else { 0.0 };

@@ -41,7 +41,7 @@ impl Chains {
         self.draws.iter().flatten()
     }
 
-    /// So many draws of each chain at equal distances, the last among them; all if there are fewer.
+    /// Chains thinned to this number of draws at equal distances, the last among them; all if there are fewer.
     pub fn thinned(&self, per_chain: usize) -> Self {
         let thin = |chain: &Vec<Vec<f64>>| {
             let kept = per_chain.min(chain.len());

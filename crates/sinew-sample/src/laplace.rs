@@ -77,7 +77,7 @@ impl Laplace {
         &self.factor * self.factor.transpose()
     }
 
-    /// The same with another mode.
+    /// Laplace approximation of the same covariance at another mode.
     pub fn moved_to(&self, mode: &[f64]) -> Self {
         Self { mode: DVector::from_column_slice(mode), ..self.clone() }
     }

@@ -57,7 +57,7 @@ pub struct Reply {
     pub text: String,
 }
 
-/// Which model answers.
+/// Model that answers.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Model {
     Emulator,
@@ -113,7 +113,7 @@ impl From<SolveError> for Fault {
 }
 
 impl<'b> Service<'b> {
-    /// Models of a body, with the emulator that `emulator` and `corrected` use; `solver` alone without one.
+    /// Service for a body, with the emulator that `emulator` and `corrected` use; `solver` alone without one.
     pub fn new(body: &'b Body, emulator: Option<Emulator<'b>>) -> Self {
         Self { body, emulator, solvers: Mutex::default() }
     }

@@ -195,7 +195,7 @@ fn lower_half<'m>(sparsity: &'m Sparsity, matrix: &'m [f64]) -> SparseColMatRef<
 mod tests {
     use super::*;
 
-    /// With as many shares as threads the last digits would change from a few thousand unknowns on.
+    /// Guards against as many shares as threads, where the last digits would change from a few thousand unknowns on.
     #[test]
     fn a_factor_does_not_depend_on_the_number_of_threads() {
         const SIDE: usize = 20;

@@ -7,9 +7,9 @@ use sinew_fem::{CellStress, Options, Solver, cell_stresses};
 use sinew_mesh::{FieldValues, Mesh, box_hexahedra, box_tetrahedra};
 use std::path::Path;
 
-/// Wanted accuracy against closed forms [relative to the largest value].
+/// Tolerance against closed forms [relative to the largest value].
 const CLOSED: f64 = 1e-10;
-/// Wanted accuracy against FElupe [relative to the largest value]; both displacements are good to 1e-13.
+/// Tolerance against FElupe [relative to the largest value]; both displacements are good to 1e-13.
 const FELUPE: f64 = 1e-8;
 
 /// A body of one law that nothing acts on.

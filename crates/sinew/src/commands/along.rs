@@ -9,7 +9,7 @@ use sinew_emulate::{Counter, Terminal};
 use sinew_fem::{BalanceSolver, Solver, TraceEnd};
 use std::path::Path;
 
-/// Which way, and how many frames.
+/// Path in θ and number of frames.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Way {
     /// Follow the body along a parameter, from a load that rises from rest at the first end: NAME=START..END, such as p=0..8mmHg.
@@ -114,7 +114,7 @@ fn write(
     Ok(())
 }
 
-/// The end of a path, with the reason.
+/// Error that says where a path ended, and why.
 fn ended(body: &Body, end: &TraceEnd, found: usize, asked: usize) -> anyhow::Error {
     let reached = theta_in_words(body, &end.reached);
     let beyond = theta_in_words(body, &end.beyond);

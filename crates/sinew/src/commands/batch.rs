@@ -44,7 +44,7 @@ struct Asked {
 pub(crate) struct Answer<'a> {
     /// Displacements, one by each name.
     pub fields: Vec<&'a [f64]>,
-    /// Balance of the first of them, where there is no potential.
+    /// Force balance of the first of them, for loads without a potential.
     pub balance: Option<Balanced<'a>>,
     pub quality: Option<Quality>,
     pub warnings: Vec<String>,

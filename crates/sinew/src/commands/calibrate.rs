@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 /// Misfit \[standard deviations\] from which on `--check` marks a datum.
 const DOUBTFUL: f64 = 3.0;
 
-/// Which patient.
+/// Patient file and folder.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 PATIENT is a case file whose mesh is the image, with [phases], [[data]] and [calibration] (docs/calibration.md). Writes posterior.csv,
@@ -180,7 +180,7 @@ fn teller() -> Box<dyn FnMut(&str, usize, usize) + Send> {
     })
 }
 
-/// What decides the values of a solve: the file and the mesh.
+/// Hash of the inputs of a solve: the file and the mesh.
 fn identity(text: &str, prepared: &Prepared) -> String {
     let mut hash = DefaultHasher::new();
     text.hash(&mut hash);
@@ -212,7 +212,7 @@ fn say_setting(prepared: &Prepared) {
     }
 }
 
-/// What the data can decide.
+/// Prints which parameters the data determine.
 fn say_ahead(prepared: &Prepared, mode: &Mode, seen: &Identifiability) {
     println!("\nmost likely parameters:");
     for (unknown, theta) in prepared.problem.unknowns.iter().zip(&mode.theta) {

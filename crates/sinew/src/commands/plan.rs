@@ -6,7 +6,7 @@ use clap::Args;
 use sinew::Design;
 use sinew_emulate::Plan as Costs;
 
-/// For how many parameter sets.
+/// Numbers of parameter sets.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Solves twice, counts and times the Newton steps, and prints the expected cost of each method: the solver, a Taylor

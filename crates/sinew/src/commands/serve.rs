@@ -12,7 +12,7 @@ use tiny_http::{Header, Request, Response, Server};
 /// Largest request that is read \[bytes\].
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Which body, and where.
+/// Body and address.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Speaks UM-Bridge 1.0, whose clients exist in Python, R, Julia, MATLAB and C++. Models: emulator (a prediction), corrected (a

@@ -6,7 +6,7 @@ use clap::Args;
 use sinew::{PatientFile, parse_theta};
 use std::path::PathBuf;
 
-/// Which patient, at which parameters.
+/// Patient file and true parameters.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The entries of [[data]] in PATIENT need a phase, a unit and a standard deviation; their values are made. Pressures are taken as exact.

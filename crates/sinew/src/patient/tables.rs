@@ -4,7 +4,7 @@ use serde::Deserialize;
 use sinew_calibrate::CalibrateOptions;
 use std::collections::BTreeMap;
 
-/// What a patient file holds beside its case, whose keys are read elsewhere.
+/// Tables of a patient file beside its case, whose keys are read elsewhere.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub(super) struct Tables {
     /// Values of loads and tensions by phase; `image` is the state of the mesh.

@@ -21,7 +21,7 @@ const DEGREE: usize = 4;
 const FLOOR: f64 = 1e-2;
 /// Part of the logarithms' norm that the pattern of the error may lack: it says where the error is, in colours of a decade each.
 const PATTERN: f64 = 0.1;
-/// Part of the logarithms' norm that its level may lack.
+/// Part of the logarithms' norm that the level of the error may lack.
 const LEVEL: f64 = 1e-4;
 /// Factor within which a shown error is said to be right.
 const FACTOR: f64 = 3.0;
@@ -42,7 +42,7 @@ struct Errors {
 pub(super) struct ErrorModel {
     /// Logarithms of the mean and the largest; `None` where too few predictions have an estimate.
     pub(super) level: Option<Model>,
-    /// Colours of the error at the nodes.
+    /// Pattern of the error over the body.
     pub(super) quantity: Option<Quantity>,
     /// How often it is right, in words.
     pub(super) told: String,
