@@ -83,15 +83,19 @@ impl Emulator<'_> {
     }
 }
 
-/// An answer from a prediction by quasi-Newton steps with the stiffness that the solver factorised last; `None` where they do not contract.
+/// An answer from a prediction by quasi-Newton steps with the stiffness that the solver factorised last, and how many of them; `None` where they do not
+/// contract. They may have been seen to contract at a neighbour.
 pub(crate) fn converged(
     solver: &Solver<'_>,
     predicted: &[f64],
     theta: &[f64],
-    accuracy: f64,
-) -> Result<Option<Answer>> {
-    let found = solver.converge(predicted, theta, accuracy, QUASI_NEWTON)?;
-    Ok(found.map(|found| Answer::predicted(found.displacement, found.error, 0)))
+    (accuracy, seen): (f64, bool),
+) -> Result<Option<(Answer, usize)>> {
+    let found = match seen {
+        true => solver.converge_near(predicted, theta, accuracy, QUASI_NEWTON)?,
+        false => solver.converge(predicted, theta, accuracy, QUASI_NEWTON)?,
+    };
+    Ok(found.map(|found| (Answer::predicted(found.displacement, found.error, 0), found.steps)))
 }
 
 /// An answer from a prediction by Newton steps until what their contraction leaves open is below the tolerance, `None` where they do not

@@ -21,6 +21,20 @@ const FEWEST_OPEN: usize = 10;
 /// Predictions of which a smaller part contracts are given up: those that do not cost some Newton steps, as a solve does.
 const WORTH_IT: f64 = 0.5;
 
+/// Parameter sets, and components of the displacement, from which on a regression of the answers pays: its fit costs as much as some hundred answers of a
+/// ventricle of 1500 nodes.
+const MANY: usize = 1000;
+const LARGE: usize = 1500;
+/// Answers that it begins with, and at most has.
+const FIRST: usize = 100;
+const MOST_LEARNED: usize = 400;
+/// Error of these answers relative to the tolerance, and at least: predictions from them are to be within an eighth of it.
+const SHARP: f64 = 0.03;
+const SHARPEST: f64 = 1e-9;
+/// Quasi-Newton steps behind an answer whose contraction was seen, and neighbours after it for which that is believed.
+const CHECKED: usize = 2;
+const TRUSTED: usize = 10;
+
 /// Answers to all parameter sets, with the plan that they were made by.
 #[derive(Debug)]
 pub struct Answers {
@@ -80,7 +94,12 @@ impl Answers {
         if let Some(emulator) = emulator {
             let predict =
                 |theta: &Vec<f64>| Ok(emulator.predict(std::slice::from_ref(theta))?.displacement);
-            found.confirm(emulator, (plan.method(), &predict), &mut counter)?;
+            let predictions = (plan.method(), &predict as &Predict<'_>);
+            if thetas.len() >= MANY && thetas.len() * body.prescribed.len() >= MANY * LARGE {
+                found.grow(emulator, predictions, &mut counter)?;
+            }
+            let open = found.open();
+            found.confirm(&open, emulator, predictions, accuracy, &mut counter)?;
             found.learn(emulator, &mut counter)?;
             if found.open().len() > 2 * AT_ONCE {
                 found.solve(AT_ONCE, &mut counter)?;
@@ -102,8 +121,21 @@ struct Found<'a> {
     answers: Vec<Option<Result<Answer>>>,
 }
 
+/// How a chain of neighbours takes steps.
+struct Stepping {
+    accuracy: f64,
+    /// Whether predictions come from a descent.
+    descends: bool,
+    /// Whether a stiffness is held that contracted.
+    held: bool,
+    /// Sets for which quasi-Newton steps with it count as seen to contract.
+    seen: usize,
+}
+
+/// Predicts the displacement at θ.
+type Predict<'a> = dyn Fn(&Vec<f64>) -> Result<Vec<f64>> + Sync + 'a;
 /// A method and its predictions.
-type Predictions<'a> = (Method, &'a (dyn Fn(&Vec<f64>) -> Result<Vec<f64>> + Sync));
+type Predictions<'a> = (Method, &'a Predict<'a>);
 
 impl Found<'_> {
     /// Parameter sets without an answer.
@@ -115,18 +147,19 @@ impl Found<'_> {
     /// last that needed a Newton step. Ends early where few of some sets contract.
     fn confirm(
         &mut self,
+        cases: &[usize],
         emulator: &Emulator<'_>,
         predictions: Predictions<'_>,
+        accuracy: f64,
         counter: &mut Counter<'_>,
     ) -> Result<()> {
-        let open = self.open();
-        let thetas: Vec<_> = open.iter().map(|&case| self.thetas[case].clone()).collect();
+        let thetas: Vec<_> = cases.iter().map(|&case| self.thetas[case].clone()).collect();
         let ordered: Vec<usize> =
-            neighbours(&thetas).into_iter().map(|place| open[place]).collect();
+            neighbours(&thetas).into_iter().map(|place| cases[place]).collect();
         // Few at first: where these do not contract, others would not either.
         let (first, rest) = ordered.split_at(CHAIN.min(ordered.len()));
         for cases in std::iter::once(first).chain(rest.chunks(AT_ONCE)) {
-            let chain = |cases: &[usize]| self.chain(cases, emulator, predictions);
+            let chain = |cases: &[usize]| self.chain(cases, emulator, predictions, accuracy);
             let found: Vec<_> = cases.par_chunks(CHAIN).map(chain).collect::<Result<_>>()?;
             let mut count = 0;
             for (case, answer) in found.into_iter().flatten() {
@@ -147,17 +180,17 @@ impl Found<'_> {
         cases: &[usize],
         emulator: &Emulator<'_>,
         (method, predict): Predictions<'_>,
+        accuracy: f64,
     ) -> Result<Vec<(usize, Option<Result<Answer>>)>> {
         emulator.with_solver(|solver| {
             let descends = emulator.predictor.newton_steps() > 0.0;
-            let (mut held, mut found) = (false, Vec::with_capacity(cases.len()));
+            let mut stepping = Stepping { accuracy, descends, held: false, seen: 0 };
+            let mut found = Vec::with_capacity(cases.len());
             for &case in cases {
                 let (start, theta) = (Instant::now(), &self.thetas[case]);
                 // A prediction that is not finite is one that does not contract.
                 let answer = match predict(theta) {
-                    Ok(predicted) => {
-                        self.stepped(solver, &predicted, theta, (&mut held, descends))?
-                    }
+                    Ok(predicted) => self.stepped(solver, &predicted, theta, &mut stepping)?,
                     Err(_) => None,
                 };
                 let told = |mut answer: Answer| {
@@ -181,22 +214,27 @@ impl Found<'_> {
         solver: &mut Solver<'_>,
         predicted: &[f64],
         theta: &[f64],
-        (held, descends): (&mut bool, bool),
+        stepping: &mut Stepping,
     ) -> Result<Option<Result<Answer>>> {
-        if *held && let Some(answer) = converged(solver, predicted, theta, self.accuracy)? {
+        let near = (stepping.accuracy, stepping.seen > 0);
+        if stepping.held
+            && let Some((answer, steps)) = converged(solver, predicted, theta, near)?
+        {
+            stepping.seen =
+                if steps >= CHECKED { TRUSTED } else { stepping.seen.saturating_sub(1) };
             return Ok(Some(Ok(answer)));
         }
         let few = self.thetas.len() < FEW;
         let (mut taken, mut start) = (0, vec![0.0; predicted.len()]);
         if !(few && is_far(self.body, predicted, theta)) {
-            let within = (self.accuracy, if few { 1 } else { MOST_STEPS });
+            let within = (stepping.accuracy, if few { 1 } else { MOST_STEPS });
             let (answer, steps) = confirmed(solver, predicted, theta, within)?;
-            (*held, taken) = (answer.is_some(), steps);
+            (stepping.held, stepping.seen, taken) = (answer.is_some(), 0, steps);
             if answer.is_some() || !few {
                 return Ok(answer.map(Ok));
             }
             // Steps that lowered the energy of this very body led there.
-            if descends {
+            if stepping.descends {
                 start.copy_from_slice(predicted);
             }
         }
@@ -205,12 +243,71 @@ impl Found<'_> {
         Ok(Some(solved.map_err(Error::from)))
     }
 
+    /// A regression for many sets: it is fitted to accurate answers at some of them, grows with those at which its predictions still need steps,
+    /// and answers the others; most of its predictions then are answers by one step that is computed and not taken.
+    fn grow(
+        &mut self,
+        emulator: &Emulator<'_>,
+        predictions: Predictions<'_>,
+        counter: &mut Counter<'_>,
+    ) -> Result<()> {
+        let accuracy = (SHARP * self.accuracy).max(SHARPEST);
+        let first = self.spread(FIRST);
+        self.confirm(&first, emulator, predictions, accuracy, counter)?;
+        let mut known = self.answered(&first);
+        let Ok(mut regression) = self.fitted(&known) else { return Ok(()) };
+        while known.len() < MOST_LEARNED {
+            let next = self.spread(known.len().min(MOST_LEARNED - known.len()));
+            let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
+            self.confirm(&next, emulator, (Method::Regression, &predict), accuracy, counter)?;
+            let more = self.answered(&next);
+            if (more.len() as f64) < WORTH_IT * next.len() as f64 {
+                break;
+            }
+            known.extend(more);
+            let (thetas, fields) = self.samples(&known);
+            let Ok(grown) = regression.refitted(&thetas, &fields) else { break };
+            regression = grown;
+        }
+        let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
+        let open = self.open();
+        self.confirm(&open, emulator, (Method::Regression, &predict), self.accuracy, counter)
+    }
+
+    /// So many of the open sets, evenly over their order.
+    fn spread(&self, count: usize) -> Vec<usize> {
+        let open = self.open();
+        let count = count.min(open.len());
+        (0..count).map(|place| open[place * open.len() / count]).collect()
+    }
+
+    /// Those of some sets that have answers.
+    fn answered(&self, cases: &[usize]) -> Vec<usize> {
+        let has = |case: &usize| matches!(self.answers[*case], Some(Ok(_)));
+        cases.iter().copied().filter(has).collect()
+    }
+
+    /// Parameter sets and displacements of some answers.
+    fn samples(&self, cases: &[usize]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+        let answers = cases.iter().filter_map(|&case| match &self.answers[case] {
+            Some(Ok(answer)) => Some((self.thetas[case].clone(), answer.displacement.clone())),
+            _ => None,
+        });
+        answers.unzip()
+    }
+
+    fn fitted(&self, cases: &[usize]) -> Result<PodRegression> {
+        let (thetas, fields) = self.samples(cases);
+        Ok(PodRegression::fit(&self.body.parameters, &thetas, &fields)?)
+    }
+
     /// Answers from regressions of answers, each round's one of those to the rounds before, while a round answers enough of what is open.
     fn learn(&mut self, emulator: &Emulator<'_>, counter: &mut Counter<'_>) -> Result<()> {
         while let Some(regression) = self.regression() {
             let open = self.open().len();
             let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
-            self.confirm(emulator, (Method::Regression, &predict), counter)?;
+            let cases = self.open();
+            self.confirm(&cases, emulator, (Method::Regression, &predict), self.accuracy, counter)?;
             if ((open - self.open().len()) as f64) < WORTH_IT * open as f64 {
                 break;
             }
@@ -234,18 +331,17 @@ impl Found<'_> {
             open.iter().map(to).fold(f64::INFINITY, f64::min)
         };
         let answered = (0..self.thetas.len()).filter_map(|case| match &self.answers[case] {
-            Some(Ok(answer)) => Some((far(case), case, &answer.displacement)),
+            Some(Ok(_)) => Some((far(case), case)),
             _ => None,
         });
-        let mut near: Vec<_> = answered.filter(|(far, ..)| far.is_finite()).collect();
+        let mut near: Vec<_> = answered.filter(|(far, _)| far.is_finite()).collect();
         if near.len() < LEARNED {
             return None;
         }
         near.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
         near.truncate(LEARNED);
-        let thetas: Vec<_> = near.iter().map(|(_, case, _)| self.thetas[*case].clone()).collect();
-        let fields: Vec<_> = near.iter().map(|(.., field)| field.to_vec()).collect();
-        PodRegression::fit(&self.body.parameters, &thetas, &fields).ok()
+        let near: Vec<usize> = near.into_iter().map(|(_, case)| case).collect();
+        self.fitted(&near).ok()
     }
 
     /// Solves at most so many of the open sets, neighbours one after the other.

@@ -243,3 +243,33 @@ fn one_set_takes_no_more_newton_steps_than_a_solve() {
         }
     }
 }
+
+#[test]
+fn many_sets_grow_a_regression_whose_answers_are_truly_within_their_tolerance() {
+    let body = ventricle(&[]);
+    let thetas = Design::LatinHypercube.sample(&body.parameters, 3300, 13).unwrap();
+    // Every tenth is solved: they are spread as all are.
+    let places: Vec<usize> = (0..thetas.len()).step_by(10).collect();
+    let some: Vec<_> = places.iter().map(|&place| thetas[place].clone()).collect();
+    let truths = sweep(&body, &some, &Options::default(), || ()).unwrap().results;
+    for accuracy in [1e-2, 1e-4] {
+        let found = Answers::to(&body, &thetas, accuracy, None, &mut ()).unwrap();
+        let answers: Vec<Answer> = found.answers.into_iter().map(Result::unwrap).collect();
+        assert!(answers.iter().all(|answer| answer.is_within(accuracy)));
+        let error = |(&place, truth): (&usize, &Result<sinew_fem::Solution, _>)| {
+            let truth = &truth.as_ref().unwrap().displacement;
+            let sum = |other: &[f64]| displacement_error(truth, other).iter().sum::<f64>();
+            sum(&answers[place].displacement) / sum(&vec![0.0; truth.len()])
+        };
+        let largest = places.iter().zip(&truths).map(error).fold(0.0, f64::max);
+        assert!(largest <= accuracy, "{largest:e} for {accuracy:e}");
+        let count = |method| answers.iter().filter(|answer| answer.method == method).count();
+        let (learned, solved) = (count(Method::Regression), count(Method::Solver));
+        let steps: usize = answers.iter().map(|answer| answer.steps).sum();
+        println!(
+            "{accuracy:e}: {largest:.1e}, {learned} by regression, {solved} solved, {steps} Newton steps"
+        );
+        // The first hundred come from the expansion.
+        assert!(learned >= 3000 && solved <= 10, "{learned} {solved}");
+    }
+}

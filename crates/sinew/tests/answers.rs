@@ -267,6 +267,27 @@ fn an_accuracy_is_met_without_an_emulator() {
 }
 
 #[test]
+fn an_unseen_body_is_answered_from_another() {
+    let folder = plate();
+    let folder = folder.path();
+    // Narrower and under its own name.
+    let other = PLATE.replace("extent = [30.0, 20.0, 6.0]", "extent = [30.0, 18.0, 6.5]");
+    assert_ne!(other, PLATE);
+    std::fs::write(folder.join("other.toml"), other).unwrap();
+    let told =
+        done(folder, "predict other.toml --accuracy 1e-4 --from plate.toml --theta mu=10,p=2");
+    assert!(told.contains("1 within 1e-4") && told.contains("taken emulator"), "{told}");
+    let planned = done(folder, "plan other.toml --count 1 --from plate.toml");
+    assert!(planned.contains("emulator + Newton steps"), "{planned}");
+    let coarser = PLATE.replace("cells = [4, 3, 2]", "cells = [4, 3, 1]");
+    std::fs::write(folder.join("coarser.toml"), coarser).unwrap();
+    let (code, told) = sinew(folder, "predict other.toml --accuracy 1e-4 --from coarser.toml");
+    assert!(code == 2 && told.contains("--from coarser.toml"), "{code}: {told}");
+    let (code, told) = sinew(folder, "predict other.toml --from plate.toml");
+    assert!(code == 2 && told.contains("--accuracy"), "{code}: {told}");
+}
+
+#[test]
 fn pictures_hold_stress_and_strain_where_they_are_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("plate.toml"), PLATE).unwrap();

@@ -1,5 +1,6 @@
 //! Interpolation of mode coefficients, and polynomials with a ridge penalty for it.
 
+use super::process::solve_process;
 use nalgebra::{Cholesky, DMatrix, RowDVector};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -56,6 +57,24 @@ pub(super) struct Fitted {
 }
 
 impl Fitted {
+    /// With the same hyperparameters at other points.
+    pub(super) fn refitted(&self, points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Option<Self> {
+        let exponents = &self.basis.exponents;
+        match &self.interpolation {
+            Interpolation::Polynomial { ridge, .. } => {
+                let basis = Basis::monomials(exponents.clone());
+                let (weights, leave_one_out) = solve_ridge(&basis.at_all(points), targets, *ridge)?;
+                let interpolation = self.interpolation.clone();
+                Some(Self { interpolation, basis, weights, leave_one_out })
+            }
+            Interpolation::GaussianProcess { trend, lengths, nugget } => {
+                let logarithms = lengths.iter().chain([nugget]).map(|value| value.ln());
+                let logarithms: Vec<f64> = logarithms.collect();
+                solve_process(points, targets, *trend, exponents, &logarithms)
+            }
+        }
+    }
+
     /// The coefficients at one point.
     pub(super) fn at(&self, x: &RowDVector<f64>) -> RowDVector<f64> {
         self.basis.at(x) * &self.weights

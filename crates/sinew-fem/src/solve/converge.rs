@@ -59,6 +59,31 @@ impl Solver<'_> {
         accuracy: f64,
         most: usize,
     ) -> Result<Option<Converged>, SolveError> {
+        self.converged(from, theta, (accuracy, most), SEEN)
+    }
+
+    /// As [`Solver::converge`], where steps with the same stiffness were seen to contract at a neighbouring θ: an accurate prediction is its own answer, by one
+    /// step that is computed and not taken, at a contraction ratio of one half or the largest that is seen.
+    ///
+    /// # Errors
+    /// As for [`Solver::converge`].
+    pub fn converge_near(
+        &self,
+        from: &[f64],
+        theta: &[f64],
+        accuracy: f64,
+        most: usize,
+    ) -> Result<Option<Converged>, SolveError> {
+        self.converged(from, theta, (accuracy, most), 0)
+    }
+
+    fn converged(
+        &self,
+        from: &[f64],
+        theta: &[f64],
+        (accuracy, most): (f64, usize),
+        seen: usize,
+    ) -> Result<Option<Converged>, SolveError> {
         let (body, system) = (self.body(), &self.system);
         self.check(from, theta)?;
         let potential = Potential { body, theta, frames: &body.frames };
@@ -80,7 +105,7 @@ impl Solver<'_> {
             norms.push((-dot(&at.slope, &direction)).max(0.0).sqrt());
             let balanced = norm(&at.slope) <= BALANCED * at.force_scale(potential);
             let [size, _] = mean_and_largest(&at.displacement);
-            let error = if balanced { 0.0 } else { left_open(&lengths, &norms) / size };
+            let error = if balanced { 0.0 } else { left_open(&lengths, &norms, seen) / size };
             if error <= accuracy {
                 let found = Converged { displacement: at.displacement, error, steps };
                 return Ok(below_rest(body, theta, at.energy).then_some(found));
@@ -99,13 +124,18 @@ fn below_rest(body: &Body, theta: &[f64], energy: f64) -> bool {
     !rest || energy <= body.value(&vec![0.0; 3 * body.nodes], theta) + NOISE * energy.abs()
 }
 
-/// Length of the series of steps that starts with the last of some; infinite where the last ones do not contract in the mean and in the energy norm.
-fn left_open(lengths: &[f64], norms: &[f64]) -> f64 {
-    let Some(tail) = lengths.len().checked_sub(SEEN + 1) else { return f64::INFINITY };
+/// Length of the series of steps that starts with the last of some, of which so many must have been seen to contract; infinite where the last ones do not
+/// contract in the mean and in the energy norm.
+fn left_open(lengths: &[f64], norms: &[f64], seen: usize) -> f64 {
+    if lengths.len() <= seen {
+        return f64::INFINITY;
+    }
+    let tail = lengths.len().saturating_sub(SEEN + 1);
     let ratios = |sizes: &[f64]| -> f64 {
         sizes[tail..].windows(2).map(|pair| pair[1] / pair[0]).fold(0.0, f64::max)
     };
     let slowest = ratios(lengths).max(ratios(norms));
+    let counted = if lengths.len() > SEEN { slowest } else { CONTRACTS };
     let last = lengths[lengths.len() - 1];
-    if slowest <= CONTRACTS { SAFETY * last / (1.0 - slowest) } else { f64::INFINITY }
+    if slowest <= CONTRACTS { SAFETY * last / (1.0 - counted) } else { f64::INFINITY }
 }
