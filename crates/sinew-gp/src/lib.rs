@@ -59,6 +59,8 @@
 //!
 //! Everything is in double precision.
 
+mod answer;
+mod averages;
 mod coefficients;
 mod compile;
 mod condition;
@@ -68,7 +70,6 @@ mod domain;
 mod edge;
 mod ensemble;
 mod error;
-mod everywhere;
 mod evidence;
 mod factor;
 mod field;
@@ -76,6 +77,7 @@ mod fit;
 mod functional;
 mod gradient;
 mod gram;
+mod hold_out;
 mod inverse;
 mod kernel;
 mod laplace;
@@ -100,6 +102,7 @@ mod structure;
 #[cfg(feature = "burn")]
 mod tensor;
 mod warning;
+mod warnings;
 
 pub use condition::{Condition, Periodicity};
 pub use constraint::{Constraints, Feature, constraints};
@@ -115,7 +118,7 @@ pub use kernel::{
     Hyperparameter, Kernel, Linear, MOST_PAIRS, Matern, Measure, Orders, Periodic, Product,
     RationalQuadratic, Request, Scaled, Smoothness, SquaredExponential, Sum, check_kernel,
 };
-pub use laplace::laplace;
+pub use laplace::{ensemble, laplace};
 pub use model::Model;
 pub use network::{Network, NetworkOptions};
 pub use nuts::{NutsOptions, nuts};
