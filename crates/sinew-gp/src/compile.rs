@@ -1,7 +1,7 @@
 //! Observations in numbers: what does not change with the parameters.
 
 use crate::coefficients::PointCoefficients;
-use crate::data::{Group, Noise, Role};
+use crate::data::{Averages, Group, Noise, Role};
 use crate::error::GpError;
 use crate::operator::{Operator, Parameter};
 use crate::prior::{Prior, check_smoothness};
@@ -16,13 +16,28 @@ pub(crate) enum Variance {
     Known(f64),
     /// Position of its logarithm among the parameters.
     Learned(usize),
+    /// Position of the logarithm of the scale of Student's t distribution, with so many degrees of freedom. Logarithms of the
+    /// values' weights stand from position `weights` on.
+    StudentT { scale: usize, weights: usize, freedom: f64 },
+}
+
+impl Variance {
+    /// Position of the logarithm of a learned standard deviation.
+    pub(crate) fn learned(self) -> Option<usize> {
+        match self {
+            Self::Known(_) => None,
+            Self::Learned(position) | Self::StudentT { scale: position, .. } => Some(position),
+        }
+    }
 }
 
 /// Observations compiled for one operator.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Compiled<const D: usize> {
     /// Its position among the groups as they were given.
     pub number: usize,
+    /// Points, the first of each observation.
+    pub points: Vec<[f64; D]>,
     /// Points of the problem's equation; empty for other operators.
     pub places: Vec<[f64; D]>,
     /// Legs of an observation, which is the sum of the operator's values over these: one set of points, or the
@@ -32,6 +47,8 @@ pub(crate) struct Compiled<const D: usize> {
     pub first_leg: usize,
     pub values: Vec<f64>,
     pub variance: Variance,
+    /// Number of values that each observation stands for, where it is a mean of many.
+    pub averages: Option<Averages>,
     /// Position of the first observation in the covariance matrix.
     pub offset: usize,
     pub role: Role,
@@ -60,6 +77,25 @@ impl<const D: usize> Compiled<D> {
             }
         }
         largest(&residual) <= AGREEMENT * size
+    }
+
+    /// What the variance of each observation's noise is divided by, at parameters on their scales.
+    pub(crate) fn weights(&self, scaled: &[f64]) -> Vec<f64> {
+        let count = self.values.len();
+        match (self.variance, &self.averages) {
+            (Variance::StudentT { weights, .. }, _) => {
+                scaled[weights..weights + count].iter().map(|w| w.exp()).collect()
+            }
+            (_, Some(averages)) => averages.counts.clone(),
+            _ => vec![1.0; count],
+        }
+    }
+
+    /// Logarithm of the likelihood of what values differ by from their averages, and its derivative in ln σ.
+    pub(crate) fn scatter(&self, sigma: f64) -> (f64, f64) {
+        let Some(Averages { squares, freedom, .. }) = self.averages else { return (0.0, 0.0) };
+        let ratio = squares / (sigma * sigma);
+        (-0.5 * ratio - freedom * sigma.ln(), ratio - freedom)
     }
 
     /// Root mean square of what values differ from the prior mean by.
@@ -140,14 +176,20 @@ pub(crate) fn compile<const D: usize>(
         Noise::Exact => Variance::Known(0.0),
         Noise::Known(sigma) => Variance::Known(sigma),
         Noise::Learned => Variance::Learned(usize::MAX),
+        Noise::StudentT(freedom) => {
+            Variance::StudentT { scale: usize::MAX, weights: usize::MAX, freedom }
+        }
     };
+    let points = places.clone();
     let places = if group.operator.is_none() { places } else { Vec::new() };
     Ok(Compiled {
         number,
         legs,
         values,
+        points,
         places,
         variance,
+        averages: group.averages.clone(),
         offset: 0,
         first_leg: 0,
         role: group.role,

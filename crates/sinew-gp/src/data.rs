@@ -17,6 +17,10 @@ pub enum Noise {
     Known(f64),
     /// Inferred along with the other parameters.
     Learned,
+    /// Student's t with so many degrees of freedom (4 is a usual choice), its scale inferred: for values of which some are
+    /// far off. Each value has a weight that divides the variance of its error, gamma distributed (Gelman et al. 2013, §17.2);
+    /// a fit and [`crate::laplace`] take the most probable ones, [`crate::nuts`] draws them.
+    StudentT(f64),
 }
 
 /// Part that a group of observations has in the evidence.
@@ -42,6 +46,19 @@ pub(crate) struct Group<const D: usize> {
     pub values: Vec<f64>,
     pub noise: Noise,
     pub role: Role,
+    /// Where each value is a mean of many.
+    pub averages: Option<Averages>,
+}
+
+/// Statistics of values that were averaged.
+#[derive(Clone, Debug)]
+pub(crate) struct Averages {
+    /// Number of values of each mean.
+    pub counts: Vec<f64>,
+    /// Sum of squares of what is left of the values by a linear function in each cell.
+    pub squares: f64,
+    /// Degrees of freedom of that sum.
+    pub freedom: f64,
 }
 
 /// Observations of u, of the equation's right-hand side, and of other linear functionals of u.
@@ -100,13 +117,14 @@ impl<const D: usize> Data<D> {
         self.functional(Operator::identity(), points, values, noise)
     }
 
-    /// Adds values of the right-hand side f of the problem's equation at collocation points.
+    /// Adds values of the right-hand side f of the problem's equation at collocation points. One that is the same at ten exact points
+    /// or more is taken to be the same in between, where [`crate::Model::fit`] adds points ([`crate::FitOptions::most_points`]).
     pub fn equation(self, points: &[[f64; D]], values: &[f64], noise: Noise) -> Self {
         self.group(None, points, values, noise, Role::Imposed)
     }
 
     /// The problem's equation everywhere, without error: [`crate::Model::fit`] imposes it at as many points as it takes
-    /// until intervals no longer move (15 for each dimension at first, [`crate::FitOptions::most_points`] at most).
+    /// until it is off by next to nothing in between (15 for each dimension at first, [`crate::FitOptions::most_points`] at most).
     ///
     /// ```
     /// use sinew_gp::{Data, field};
@@ -230,6 +248,7 @@ impl<const D: usize> Data<D> {
             values: values.to_vec(),
             noise,
             role,
+            averages: None,
         });
         self
     }
@@ -255,7 +274,9 @@ pub(crate) fn check<const D: usize>(
                 )));
             }
             // Rounding leaves points of the boundary next to it.
-            if let Some(outside) = points().find(|point| !domain.contains_within(**point, 1e-9)) {
+            let stands_for_many = group.averages.is_some();
+            let outside = points().find(|point| !domain.contains_within(**point, 1e-9));
+            if let Some(outside) = outside.filter(|_| !stands_for_many) {
                 return Err(GpError::Data(format!(
                     "point {index} of observation group {number} {} lies outside the domain; check its unit, or remove it",
                     place(outside)
@@ -268,8 +289,14 @@ pub(crate) fn check<const D: usize>(
                     "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
                 )));
             }
+            Noise::StudentT(freedom) if !(freedom.is_finite() && freedom >= 1.0) => {
+                return Err(GpError::Data(format!(
+                    "Student's t with {freedom} degrees of freedom for {}; give 1 or more, as 4",
+                    noise_name(index)
+                )));
+            }
             Noise::Exact => check_contradictions(group, number, &domain.extents())?,
-            Noise::Known(_) | Noise::Learned => {}
+            Noise::Known(_) | Noise::Learned | Noise::StudentT(_) => {}
         }
     }
     let empty = |group: &Group<D>| group.points.is_empty();
@@ -283,6 +310,11 @@ pub(crate) fn check<const D: usize>(
         ))),
         None => Ok(()),
     }
+}
+
+/// Name of the noise of a group of observations, by which messages call the group.
+pub(crate) fn noise_name(group: usize) -> String {
+    format!("noise {}", group + 1)
 }
 
 /// An equation everywhere where nobody chooses its points.

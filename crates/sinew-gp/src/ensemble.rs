@@ -1,10 +1,12 @@
 //! Several probable parameter vectors: predictions that include what is not known of them.
 
 use crate::error::GpError;
+use crate::fit::Fit;
 use crate::functional::Functional;
 use crate::model::Model;
 use crate::operator::Operator;
 use crate::posterior::{Posterior, Prediction};
+use crate::warning::Warning;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -14,11 +16,43 @@ pub struct Ensemble<const D: usize> {
     model: Arc<Model<D>>,
     /// Parameter vectors, on their scales, equally probable.
     pub draws: Vec<Vec<f64>>,
+    /// Shape of the tail of the importance weights, for draws by [`crate::laplace`]: above 0.5 their averages cannot be trusted,
+    /// and [`crate::nuts`] is the one to ask.
+    pub k_hat: Option<f64>,
+    warnings: Vec<Warning>,
 }
 
 impl<const D: usize> Ensemble<D> {
     pub(crate) fn new(model: Arc<Model<D>>, draws: Vec<Vec<f64>>) -> Self {
-        Self { model, draws }
+        Self { model, draws, k_hat: None, warnings: Vec::new() }
+    }
+
+    /// Draws about a fit, with what they leave in doubt.
+    pub(crate) fn checked(
+        fit: &Fit<D>,
+        draws: Vec<Vec<f64>>,
+        k_hat: Option<f64>,
+    ) -> Result<Self, GpError> {
+        if let Some(unresolved) = fit.withheld() {
+            return Err(unresolved);
+        }
+        let mut ensemble = Self { k_hat, ..Self::new(fit.model().clone(), draws) };
+        let heavy = k_hat.filter(|k_hat| *k_hat > TRUSTED);
+        ensemble.warnings.extend(heavy.map(|k_hat| Warning::HeavyWeights { k_hat }));
+        for parameter in fit.model().theta.iter().filter(|_| !ensemble.draws.is_empty()) {
+            let (name, mode) = (parameter.name(), fit.parameter(parameter.name())?);
+            let [lower, upper] = ensemble.interval(name, NEARLY_ALL)?;
+            if !(lower..=upper).contains(&mode) {
+                let parameter = name.to_string();
+                ensemble.warnings.push(Warning::ModeApart { parameter, mode, lower, upper });
+            }
+        }
+        Ok(ensemble)
+    }
+
+    /// Warnings about the draws; empty if no fault was found. [`crate::Fit::warnings`] are about the fit.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
     }
 
     /// Drawn values of a parameter by name, in its own unit.
@@ -109,6 +143,49 @@ impl<const D: usize> Ensemble<D> {
         self.mixture(|posterior| posterior.predict_operator(operator, points))
     }
 
+    /// Quantiles of an operator applied to u at points, for each share one value a point: of the mixture of the draws' normal
+    /// distributions, skewed where parameters make it so. Shares of 0.025 and 0.975 bound a 95 % band.
+    ///
+    /// # Errors
+    /// As [`Ensemble::predict_operator`]; and if a share does not lie between 0 and 1.
+    pub fn quantiles_of(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+        shares: &[f64],
+    ) -> Result<Vec<Vec<f64>>, GpError> {
+        shares.iter().try_for_each(|share| check_share(*share))?;
+        let members = self.members(|posterior| posterior.predict_operator(operator, points))?;
+        let at = |point: usize, share: f64| {
+            let each = members.iter().map(|m| (m.mean[point], m.standard_deviation[point]));
+            quantile_of_mixture(&each.collect::<Vec<_>>(), share)
+        };
+        Ok(shares.iter().map(|s| (0..points.len()).map(|point| at(point, *s)).collect()).collect())
+    }
+
+    /// Functions u drawn from the posterior, each by its values at the points and with parameters of its own.
+    ///
+    /// # Errors
+    /// As [`Ensemble::predict`].
+    pub fn sample(
+        &self,
+        points: &[[f64; D]],
+        count: usize,
+        seed: u64,
+    ) -> Result<Vec<Vec<f64>>, GpError> {
+        if self.draws.is_empty() {
+            return Err(no_draws());
+        }
+        // Evenly over the draws, each with its own stream.
+        let one = |number: usize| {
+            let draw = &self.draws[number * self.draws.len() / count];
+            let posterior = Posterior::new(self.model.clone(), draw)?;
+            let own = seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+            Ok(posterior.sample(points, 1, own)?.remove(0))
+        };
+        (0..count).into_par_iter().map(one).collect()
+    }
+
     /// Mean and standard deviation of a weighted sum, as an integral; parameters as in
     /// [`Ensemble::predict_operator`].
     ///
@@ -122,17 +199,23 @@ impl<const D: usize> Ensemble<D> {
         Ok((sum.mean[0], sum.standard_deviation[0]))
     }
 
+    /// Prediction of each draw; one at least.
+    fn members(
+        &self,
+        predict: impl Fn(&Posterior<D>) -> Result<Prediction, GpError> + Sync,
+    ) -> Result<Vec<Prediction>, GpError> {
+        let of = |draw: &Vec<f64>| predict(&Posterior::new(self.model.clone(), draw)?);
+        let members: Vec<Prediction> = self.draws.par_iter().map(of).collect::<Result<_, _>>()?;
+        if members.is_empty() { Err(no_draws()) } else { Ok(members) }
+    }
+
     /// All draws' predictions as one: the variance within them on average, and that between them.
     fn mixture(
         &self,
         predict: impl Fn(&Posterior<D>) -> Result<Prediction, GpError> + Sync,
     ) -> Result<Prediction, GpError> {
-        let members: Vec<Prediction> = self
-            .draws
-            .par_iter()
-            .map(|draw| predict(&Posterior::new(self.model.clone(), draw)?))
-            .collect::<Result<_, _>>()?;
-        let values = members.first().ok_or_else(no_draws)?.mean.len();
+        let members = self.members(predict)?;
+        let values = members[0].mean.len();
         let count = members.len() as f64;
         let average = |of: &dyn Fn(&Prediction) -> f64| members.iter().map(of).sum::<f64>() / count;
         let mean: Vec<f64> = (0..values).map(|value| average(&|m| m.mean[value])).collect();
@@ -146,6 +229,12 @@ impl<const D: usize> Ensemble<D> {
     }
 }
 
+/// Level of the interval that the most probable value is looked for in.
+const NEARLY_ALL: f64 = 0.99;
+/// Shape of the tail of importance weights up to which their variance is finite (Vehtari et al. 2024, who go up to 0.7 for weights of
+/// one proposal; about a spike, moved proposals end between at half the width).
+pub(crate) const TRUSTED: f64 = 0.5;
+
 fn check_share(share: f64) -> Result<(), GpError> {
     match (0.0..=1.0).contains(&share) {
         true => Ok(()),
@@ -157,6 +246,37 @@ fn check_share(share: f64) -> Result<(), GpError> {
 
 fn no_draws() -> GpError {
     GpError::Request("the ensemble has no draws; keep at least one".into())
+}
+
+/// Value below which a share of a mixture of normal distributions lies, of means and standard deviations, by bisection.
+fn quantile_of_mixture(members: &[(f64, f64)], share: f64) -> f64 {
+    const WIDE: f64 = 9.0;
+    const HALVINGS: usize = 80;
+    let ends = |sign: f64| members.iter().map(move |(m, s)| m + sign * WIDE * s);
+    let mut low = ends(-1.0).fold(f64::INFINITY, f64::min);
+    let mut high = ends(1.0).fold(f64::NEG_INFINITY, f64::max);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        let below = members.iter().map(|(m, s)| match middle - m {
+            distance if *s > 0.0 => normal_share(distance / s),
+            distance => f64::from(u8::from(distance >= 0.0)),
+        });
+        match below.sum::<f64>() < share * members.len() as f64 {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// Share of a standard normal distribution below z, to 1e-7 (Abramowitz & Stegun 1964, 26.2.17).
+fn normal_share(z: f64) -> f64 {
+    const COEFFICIENTS: [f64; 5] =
+        [0.319381530, -0.356563782, 1.781477937, -1.821255978, 1.330274429];
+    let t = 1.0 / (1.0 + 0.2316419 * z.abs());
+    let polynomial = COEFFICIENTS.iter().rev().fold(0.0, |sum, c| (sum + c) * t);
+    let tail = polynomial * (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    if z >= 0.0 { 1.0 - tail } else { tail }
 }
 
 /// Quantile of ascending values, at least one, by linear interpolation.

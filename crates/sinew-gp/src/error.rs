@@ -30,6 +30,46 @@ pub enum GpError {
         /// Largest relative jitter tried.
         jitter: f64,
     },
+    /// An equation so far off between its points that no interval can be given.
+    #[error(
+        "no interval: between its points the equation is off by {residual:.1e} where its terms are of the size {term:.1e}, worst at {}; add points there, stretch the axis where the solution or a condition is steep, or raise `FitOptions::most_points`",
+        place(at)
+    )]
+    Unresolved {
+        /// The place where it is worst.
+        at: Vec<f64>,
+        /// Root mean square over places.
+        residual: f64,
+        /// That of the largest term of the equation.
+        term: f64,
+    },
+    /// Matrices of all observations that do not fit into memory.
+    #[error(
+        "a fit to {observations} observations takes matrices of {gigabytes:.1} GB, more than the {most:.1} GB of `FitOptions::most_memory`; average values over cells by `Data::averaged`, or fit some of them by `Data::thinned`"
+    )]
+    TooLarge {
+        /// Number of observations.
+        observations: usize,
+        /// What the matrices take.
+        gigabytes: f64,
+        /// What they may take.
+        most: f64,
+    },
+    /// A reduced posterior further from the exact one than was asked for.
+    #[error(
+        "{chosen} observations leave a divergence of up to {divergence:.1e} nats from the posterior of all, where {asked:.1e} was asked for{}; allow more observations or a larger divergence in `ReducedOptions`, or average values by `Data::averaged`",
+        if *rounding { ", and rounding lets no further one be chosen" } else { "" }
+    )]
+    NotReduced {
+        /// Observations chosen.
+        chosen: usize,
+        /// Bound of the divergence \[nats\].
+        divergence: f64,
+        /// What was asked for.
+        asked: f64,
+        /// Whether rounding ended the choice.
+        rounding: bool,
+    },
     /// No restart of a fit succeeded.
     #[error("none of {restarts} restarts reached a finite evidence; last: {last}")]
     NoFit {

@@ -1,5 +1,6 @@
 //! The most probable parameters, searched for from several starts.
 
+use crate::ensemble::Ensemble;
 use crate::error::GpError;
 use crate::model::Model;
 use crate::optimise::minimise;
@@ -7,10 +8,10 @@ use crate::posterior::Posterior;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// How a fit is searched for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitOptions {
     /// Number of random starts; one at least is tried.
     pub restarts: usize,
@@ -18,15 +19,22 @@ pub struct FitOptions {
     pub iterations: usize,
     /// Seed of the starts.
     pub seed: u64,
-    /// Collocation points at most, where [`crate::Data::equation_everywhere`] leaves their number open.
+    /// Collocation points that the fit adds up to, where it knows the right-hand side between those given (see [`Model::fit`]). With 0,
+    /// points and equation stay as they are given, and what they leave open is not in the intervals.
     pub most_points: usize,
+    /// Memory \[bytes\] that matrices of all observations may take.
+    pub most_memory: f64,
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { restarts: 4, iterations: 300, seed: 0, most_points: 300 }
+        Self { restarts: 4, iterations: 300, seed: 0, most_points: 200, most_memory: 8e9 }
     }
 }
+
+/// Starts that are looked at before climbing, and their seed.
+const SCANNED: usize = 48;
+const SCAN_SEED: u64 = 0x5ca7;
 
 /// One start and where it led.
 #[derive(Clone, Debug)]
@@ -66,6 +74,21 @@ pub struct Fit<const D: usize> {
     best: usize,
     /// Collocation points that did not suffice.
     pub(crate) unsettled: Option<usize>,
+    /// Error of the equation where it was left out, before it was put into the model.
+    pub(crate) hold_out: Option<HoldOut>,
+    /// Ensemble of its own, once made.
+    pub(crate) ensemble: OnceLock<Result<Ensemble<D>, GpError>>,
+}
+
+/// Error of the equation at places that the fit did not know of.
+#[derive(Clone, Debug)]
+pub(crate) struct HoldOut {
+    /// The worst of them.
+    pub at: Vec<f64>,
+    /// Root mean square.
+    pub residual: f64,
+    /// That of the equation's largest term.
+    pub term: f64,
 }
 
 impl<const D: usize> Model<D> {
@@ -73,6 +96,37 @@ impl<const D: usize> Model<D> {
     pub(crate) fn random_starts(&self, options: &FitOptions) -> Vec<Vec<f64>> {
         let mut random = ChaCha8Rng::seed_from_u64(options.seed);
         (0..options.restarts.max(1)).map(|_| self.random_start(&mut random)).collect()
+    }
+
+    /// Starts of [`Model::fit`]: half of them as drawn, half the most probable of some dozens, in which parameters of the equation are
+    /// spread evenly over their ranges. Evidences with a maximum for each number of waves are climbed from near the right one.
+    pub(crate) fn chosen_starts(&self, options: &FitOptions) -> Vec<Vec<f64>> {
+        let mut starts = self.random_starts(options);
+        let chosen = starts.len() / 2;
+        if self.theta.is_empty() || chosen == 0 {
+            return starts;
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(options.seed ^ SCAN_SEED);
+        let mut scanned: Vec<Vec<f64>> =
+            (0..SCANNED).map(|_| self.random_start(&mut random)).collect();
+        for position in self.theta_offset..self.theta_offset + self.theta.len() {
+            let [lower, upper] = self.scaled_bounds()[position];
+            let mut order: Vec<(u64, usize)> = (0..SCANNED).map(|k| (random.random(), k)).collect();
+            order.sort_unstable();
+            for (stratum, (_, k)) in order.into_iter().enumerate() {
+                let share = (stratum as f64 + random.random::<f64>()) / SCANNED as f64;
+                scanned[k][position] = lower + share * (upper - lower);
+            }
+        }
+        let value = |x: Vec<f64>| {
+            let value = self.log_evidence(&x).map(|value| value + self.log_hyperprior(&x));
+            (value.unwrap_or(f64::NEG_INFINITY), x)
+        };
+        let mut scanned: Vec<(f64, Vec<f64>)> = scanned.into_par_iter().map(value).collect();
+        scanned.sort_by(|a, b| b.0.total_cmp(&a.0));
+        starts.truncate(starts.len() - chosen);
+        starts.extend(scanned.into_iter().take(chosen).map(|(_, start)| start));
+        starts
     }
 
     /// [`Model::fit`] from given starts, on the parameters' scales; they are moved into the bounds. An equation that holds
@@ -107,9 +161,12 @@ impl<const D: usize> Model<D> {
             })?;
         // Until more points of an equation everywhere have left the answer as it is.
         let places = || model.groups.iter().map(|group| group.places.len()).sum();
-        let unsettled = model.everywhere.as_ref().map(|_| places());
+        let unsettled = model.source.as_ref().map(|_| places());
         match &restarts[best].outcome {
-            Ok(_) => Ok(Fit { model, restarts, best, unsettled }),
+            Ok(_) => {
+                let (hold_out, ensemble) = (None, OnceLock::new());
+                Ok(Fit { model, restarts, best, unsettled, hold_out, ensemble })
+            }
             Err(last) => Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) }),
         }
     }
@@ -168,6 +225,18 @@ impl<const D: usize> Model<D> {
 }
 
 impl<const D: usize> Fit<D> {
+    /// This fit as the last and best after others.
+    pub(crate) fn after(
+        mut self,
+        mut restarts: Vec<Restart>,
+        unsettled: Option<usize>,
+        hold_out: HoldOut,
+    ) -> Self {
+        let best = restarts.len() + self.best;
+        restarts.append(&mut self.restarts);
+        Self { restarts, best, unsettled, hold_out: Some(hold_out), ..self }
+    }
+
     /// Outcome of the best restart.
     pub fn outcome(&self) -> &Outcome {
         self.restarts[self.best].outcome.as_ref().expect("the best restart succeeded")

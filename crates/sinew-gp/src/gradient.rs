@@ -103,14 +103,18 @@ impl<const D: usize> State<'_, D> {
         let (mut cotangent, w) = self.cotangents(factored);
         let mut noise = Vec::new();
         for (number, group) in self.model.groups.iter().enumerate() {
-            let mut trace = 0.0;
-            for row in group.rows() {
+            let (mut trace, sigma) = (0.0, self.noise[number]);
+            for (own, row) in group.rows().enumerate() {
                 let diagonal = &mut cotangent[row * (size + 1)];
-                trace += *diagonal;
+                let slope = *diagonal * sigma * sigma / self.weights[number][own];
+                trace += slope;
+                if let Variance::StudentT { weights, .. } = group.variance {
+                    noise.push((weights + own, -slope));
+                }
                 *diagonal *= 1.0 + factored.jitter;
             }
-            if let Variance::Learned(position) = group.variance {
-                noise.push((position, 2.0 * self.noise[number].powi(2) * trace));
+            if let Some(position) = group.variance.learned() {
+                noise.push((position, 2.0 * trace - group.scatter(sigma).1));
             }
         }
         let mut gradient = self.propagated(&cotangent, &w);

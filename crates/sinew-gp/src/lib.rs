@@ -89,6 +89,8 @@
 //! \mathbb E[A u] = A m + A k_{\cdot y}\,C^{-1}(y-m), \qquad \operatorname{var}[A u] = A A' k - A k_{\cdot y}\,C^{-1} (A k_{\cdot y})^{\mathsf T}
 //! ```
 
+mod answer;
+mod averages;
 mod coefficients;
 mod compile;
 mod condition;
@@ -98,7 +100,6 @@ mod domain;
 mod edge;
 mod ensemble;
 mod error;
-mod everywhere;
 mod evidence;
 mod factor;
 mod field;
@@ -106,6 +107,7 @@ mod fit;
 mod functional;
 mod gradient;
 mod gram;
+mod hold_out;
 mod inverse;
 mod kernel;
 mod laplace;
@@ -130,6 +132,7 @@ mod structure;
 #[cfg(feature = "burn")]
 mod tensor;
 mod warning;
+mod warnings;
 
 pub use condition::{Condition, Periodicity};
 pub use constraint::{Constraints, Feature, constraints};
@@ -145,7 +148,7 @@ pub use kernel::{
     Hyperparameter, Kernel, Linear, MOST_PAIRS, Matern, Measure, Orders, Periodic, Product,
     RationalQuadratic, Request, Scaled, Smoothness, SquaredExponential, Sum, check_kernel,
 };
-pub use laplace::laplace;
+pub use laplace::{ensemble, laplace};
 pub use model::Model;
 pub use network::{Network, NetworkOptions};
 pub use nuts::{NutsOptions, nuts};

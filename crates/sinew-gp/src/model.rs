@@ -2,11 +2,11 @@
 
 use crate::coefficients::register;
 use crate::compile::{Compiled, Variance, compile};
-use crate::data::{Data, Role, check, no_data};
+use crate::data::{Data, Group, Noise, Role, check, no_data, noise_name};
 use crate::domain::Domain;
 use crate::error::GpError;
-use crate::everywhere::Everywhere;
 use crate::evidence::{Evaluation, Evidence};
+use crate::field::Field;
 use crate::gram::PairPlan;
 use crate::kernel::{Hyperparameter, Measure};
 use crate::operator::Parameter;
@@ -51,7 +51,7 @@ fn of_kernel<const D: usize>(
 }
 
 /// A prior and observations, ready to be fitted.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Model<const D: usize> {
     pub(crate) prior: Prior<D>,
     pub(crate) parameters: Vec<FreeParameter>,
@@ -68,8 +68,10 @@ pub struct Model<const D: usize> {
     pub(crate) evidence: Evidence,
     /// Number of legs of all groups.
     pub(crate) legs: usize,
-    /// The equation whose points the fit chooses.
-    pub(crate) everywhere: Option<Everywhere<D>>,
+    /// Right-hand side of an equation that holds everywhere.
+    pub(crate) source: Option<Field<D>>,
+    /// All data, for models with more points.
+    pub(crate) given: Vec<Group<D>>,
     /// For each part, plans between legs at `[first · legs + second]`.
     pub(crate) plans: Vec<Vec<PairPlan<D>>>,
 }
@@ -86,11 +88,12 @@ impl<const D: usize> Model<D> {
     pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
         let Data { groups, everywhere } = data;
         if let Some(source) = everywhere {
-            let rest = Data { groups, everywhere: None };
-            let everywhere = Everywhere { source, rest };
-            let first = everywhere.at(&prior.domain, Everywhere::<D>::first())?;
-            return Ok(Self { everywhere: Some(everywhere), ..Self::new(prior, first, evidence)? });
+            let at = prior.domain.sample(FIRST_POINTS * D, POINTS_SEED)?;
+            let f: Vec<f64> = at.iter().map(|x| source.value(*x)).collect();
+            let data = Data { groups, everywhere: None }.equation(&at, &f, Noise::Exact);
+            return Ok(Self { source: Some(source), ..Self::new(prior, data, evidence)? });
         }
+        let given = groups.clone();
         let mut groups = groups;
         groups.extend(prior.boundary.iter().cloned());
         check(&groups, &prior.domain)?;
@@ -122,7 +125,8 @@ impl<const D: usize> Model<D> {
         let evidence = evidence.resolve(&compiled, imposed, size, theta.len());
         let mut model = Self {
             legs,
-            everywhere: None,
+            source: None,
+            given,
             plans: plans(&prior, &compiled),
             prior,
             parameters: Vec::new(),
@@ -179,6 +183,13 @@ impl<const D: usize> Model<D> {
         })
     }
 
+    /// Number of parameters but for the weights of values, which are last.
+    pub(crate) fn without_weights(&self) -> usize {
+        let weighted = |group: &&Compiled<D>| matches!(group.variance, Variance::StudentT { .. });
+        let weights = self.groups.iter().filter(weighted).map(|group| group.values.len());
+        self.parameters.len() - weights.sum::<usize>()
+    }
+
     /// Refuses a parameter vector of wrong length.
     pub(crate) fn check_count(&self, scaled: &[f64]) -> Result<(), GpError> {
         let (found, expected) = (scaled.len(), self.parameters.len());
@@ -232,7 +243,9 @@ impl<const D: usize> Model<D> {
         }
         let scale = scales.iter().copied().fold(0.0, f64::max);
         for group in &mut self.groups {
-            if let Variance::Learned(position) = &mut group.variance {
+            if let Variance::Learned(position) | Variance::StudentT { scale: position, .. } =
+                &mut group.variance
+            {
                 *position = parameters.len();
                 // Of conditions that are all zero, what functions of the data's size would break them by.
                 let broken = || scale * group.operator_size(&middle);
@@ -244,8 +257,18 @@ impl<const D: usize> Model<D> {
                     },
                     Role::Imposed => Hyperprior::Flat,
                 };
-                let name = format!("noise {}", group.number + 1);
+                let name = noise_name(group.number);
                 parameters.push(positive(name, scale, [NOISE_BOUNDS, NOISE_START], hyperprior));
+            }
+        }
+        // Weights last: they are nobody's result.
+        for group in &mut self.groups {
+            let Variance::StudentT { weights, freedom, .. } = &mut group.variance else { continue };
+            *weights = parameters.len();
+            let hyperprior = Hyperprior::Gamma { shape: 0.5 * *freedom };
+            for value in 0..group.values.len() {
+                let name = format!("weight {value} of {}", noise_name(group.number));
+                parameters.push(positive(name, 1.0, [WEIGHT_BOUNDS, WEIGHT_START], hyperprior));
             }
         }
         self.parameters = parameters;
@@ -312,6 +335,14 @@ const NOISE_START: [f64; 2] = [0.01, 0.1];
 /// all; without a belief these would be taken for next to nothing.
 const NOISE_MEDIAN: f64 = 0.05;
 const NOISE_DEVIATION: f64 = 1.5;
+
+/// Weights of values: of one a million standard deviations off, to one closer than any.
+const WEIGHT_BOUNDS: [f64; 2] = [1e-12, 10.0];
+const WEIGHT_START: [f64; 2] = [0.5, 1.0];
+
+/// Points that an equation everywhere begins with, for each dimension, and the seed of their places.
+const FIRST_POINTS: usize = 15;
+const POINTS_SEED: u64 = 0x5eed;
 
 /// A name that no other parameter has: in a sum of like kernels hyperparameters are numbered.
 fn distinct(name: String, taken: &[FreeParameter]) -> String {

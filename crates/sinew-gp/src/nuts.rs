@@ -38,7 +38,7 @@ impl Default for NutsOptions {
 #[doc(alias("MCMC", "HMC"))]
 pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>, GpError> {
     let model = fit.model();
-    let space = Space::new(model, &fit.outcome().parameters)?;
+    let space = Space::new(model, &fit.outcome().parameters, true)?;
     let settings = DiagNutsSettings {
         num_tune: options.warmup as u64,
         num_draws: options.draws as u64,
@@ -54,7 +54,7 @@ pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensem
     let mut draw = || Ok(space.parameters(&chain.draw().map_err(stopped)?.0));
     (0..options.warmup).try_for_each(|_| draw().map(|_| ()))?;
     let draws = (0..options.draws).map(|_| draw()).collect::<Result<_, GpError>>()?;
-    Ok(Ensemble::new(model.clone(), draws))
+    Ensemble::checked(fit, draws, None)
 }
 
 /// Doublings of a trajectory at most.

@@ -30,6 +30,11 @@ pub enum Hyperprior {
         /// Standard deviation of the logarithm.
         standard_deviation: f64,
     },
+    /// Gamma with mean 1, of this shape: of the weights of [`crate::Noise::StudentT`], with half its degrees of freedom.
+    Gamma {
+        /// Shape.
+        shape: f64,
+    },
 }
 
 impl Hyperprior {
@@ -37,6 +42,10 @@ impl Hyperprior {
     pub(crate) fn log_density(self, coordinate: f64) -> (f64, f64) {
         match self {
             Self::Flat => (0.0, 0.0),
+            Self::Gamma { shape } => {
+                let rate = shape * coordinate.exp();
+                (shape * coordinate - rate, shape - rate)
+            }
             Self::LogNormal { median, standard_deviation: deviation } => {
                 let z = (coordinate - median.ln()) / deviation;
                 (-0.5 * z * z, -z / deviation)

@@ -220,26 +220,29 @@ impl<const D: usize> Posterior<D> {
     pub(crate) fn is_collapsed(&self) -> bool {
         let Ok(state) = State::new(&self.model, &self.parameters) else { return false };
         let (mut left, mut variation) = (0.0, 0.0);
+        let sigmas: Vec<f64> = state.sigmas().collect();
         for (group, sigma) in self.model.groups.iter().zip(&state.noise) {
             if group.role != Role::Observed || *sigma == 0.0 {
                 continue;
             }
             // In units of the noise, so that groups of different units count alike. The posterior mean at an observation
             // is y − σ² α.
-            left += group.rows().map(|row| (sigma * self.weights[row]).powi(2)).sum::<f64>();
+            left += group.rows().map(|row| (sigmas[row] * self.weights[row]).powi(2)).sum::<f64>();
             let spread = spread(&group.values).unwrap_or_default() / sigma;
             variation += spread * spread * group.values.len() as f64;
         }
         left > (1.0 - COLLAPSE) * variation && variation > 0.0
     }
 
-    /// Leave-one-out residual of an exact observation: α / (K⁻¹) at its row.
-    pub(crate) fn left_out(&self, row: usize) -> f64 {
-        let Whitening::Inverse(factor) = &self.whitening else { return 0.0 };
+    /// Leave-one-out residual of an observation and its standard deviation: α / (K⁻¹) and (K⁻¹)^−½ at its row (Rasmussen &
+    /// Williams 2006, §5.4.2).
+    pub(crate) fn left_out(&self, row: usize) -> [f64; 2] {
+        let Whitening::Inverse(factor) = &self.whitening else { return [0.0, 1.0] };
         let mut column = vec![0.0; self.model.size];
         column[row] = 1.0;
         factor.forward(&mut column);
-        self.weights[row] / column.iter().map(|x| x * x).sum::<f64>()
+        let precision = column.iter().map(|x| x * x).sum::<f64>();
+        [self.weights[row] / precision, precision.sqrt().recip()]
     }
 
     /// Standard deviation of an operator before the data, root mean square over points.

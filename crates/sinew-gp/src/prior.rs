@@ -11,12 +11,13 @@ use crate::problem::Problem;
 use crate::structure::{AxisStructure, Lift};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::sync::Arc;
 
 /// One summand σ² φ(x) φ(x′) k(x, x′) of a prior's covariance.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Part<const D: usize> {
     pub feature: Feature<D>,
-    pub kernel: Box<dyn Kernel<D>>,
+    pub kernel: Arc<dyn Kernel<D>>,
 }
 
 impl<const D: usize> Part<D> {
@@ -39,7 +40,7 @@ impl<const D: usize> Part<D> {
 
 /// A Gaussian-process prior over solutions: three ways to account for boundary conditions behind
 /// one interface.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Prior<const D: usize> {
     pub(crate) domain: Domain<D>,
     pub(crate) equation: Operator<D>,
@@ -76,7 +77,7 @@ impl<const D: usize> Prior<D> {
         check_smoothness(kernel, problem.equation())?;
         check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
-        let part = |feature: Feature<D>| Part { kernel: feature.kernel(kernel), feature };
+        let part = |feature: Feature<D>| Part { kernel: feature.kernel(kernel).into(), feature };
         let parts = features.into_iter().map(part).collect();
         Ok(Self { domain, equation, mean, parts, boundary: Vec::new() })
     }
@@ -236,5 +237,6 @@ fn pseudo<const D: usize>(
         values,
         noise: Noise::Learned,
         role: Role::Imposed,
+        averages: None,
     }
 }

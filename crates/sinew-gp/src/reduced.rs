@@ -29,7 +29,7 @@ pub struct ReducedOptions {
 
 impl Default for ReducedOptions {
     fn default() -> Self {
-        Self { most: 600, divergence: 0.01 }
+        Self { most: 600, divergence: 0.05 }
     }
 }
 
@@ -90,9 +90,10 @@ impl<const D: usize> Model<D> {
     /// ```
     ///
     /// # Errors
-    /// If the parameters are not those of this model, its covariance has no factor, or an equation holds everywhere.
+    /// If the parameters are not those of this model, its covariance has no factor, or an equation holds everywhere;
+    /// [`GpError::NotReduced`] where the bound stays above what was asked for.
     pub fn reduced(self, fit: &Fit<D>, options: &ReducedOptions) -> Result<Reduced<D>, GpError> {
-        if self.everywhere.is_some() {
+        if self.source.is_some() {
             return Err(unplaced());
         }
         let names = |model: &Self| -> Vec<String> {
@@ -116,6 +117,12 @@ impl<const D: usize> Model<D> {
         let factor = Mat::from_fn(self.size, count, |i, j| columns[j][i]);
         drop(columns);
         let divergence = divergence(&factor, &scaled, &left, &exact)?;
+        let asked = options.divergence;
+        // The choice ends by an estimate of the bound.
+        if divergence > SLACK * asked {
+            let rounding = count < options.most.min(self.size);
+            return Err(GpError::NotReduced { chosen: count, divergence, asked, rounding });
+        }
 
         // GᵀG = V Λ Vᵀ, so that the posterior of the chosen ones needs no difference of like matrices.
         let eigen = decomposed(&(factor.transpose() * &factor))?;
@@ -160,6 +167,8 @@ impl<const D: usize> Model<D> {
             *group = Compiled {
                 legs: group.legs.iter().map(|leg| leg.of_points(&own)).collect(),
                 values: own.iter().map(|k| group.values[*k]).collect(),
+                points: own.iter().map(|k| group.points[*k]).collect(),
+                averages: None,
                 places: own.iter().filter_map(|k| group.places.get(*k).copied()).collect(),
                 offset,
                 ..*group
@@ -172,12 +181,6 @@ impl<const D: usize> Model<D> {
 }
 
 impl<const D: usize> State<'_, D> {
-    /// Standard deviation of each observation's noise.
-    fn sigmas(&self) -> impl Iterator<Item = f64> {
-        let groups = self.model.groups.iter().zip(&self.noise);
-        groups.flat_map(|(group, sigma)| vec![*sigma; group.values.len()])
-    }
-
     /// Pivot by pivot, the observation of which the others tell least.
     fn incomplete(&self, options: &ReducedOptions) -> Incomplete {
         let size = self.model.size;
@@ -219,6 +222,8 @@ impl<const D: usize> State<'_, D> {
     }
 }
 
+/// Factor that the bound may exceed what was asked for by.
+const SLACK: f64 = 1.5;
 /// Remainder of a variance, relative to it, that rounding cannot tell from zero.
 const ROUNDING: f64 = 1e-14;
 

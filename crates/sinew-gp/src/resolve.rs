@@ -1,106 +1,136 @@
-//! How many collocation points: more of them until the answer no longer moves.
+//! The fit of a model: many starts, points where the equation is off, and what stays off as noise.
 
+use crate::data::{Data, Noise};
 use crate::error::GpError;
-use crate::everywhere::Everywhere;
-use crate::fit::{Fit, FitOptions};
-use crate::laplace::laplace;
+use crate::fit::{Fit, FitOptions, HoldOut};
+use crate::hold_out::{Candidate, EVEN};
 use crate::model::Model;
-use std::sync::Arc;
 
-/// Factor from one number of points to the next.
-const GROWTH: f64 = 1.6;
-/// Share of an interval's width that its ends and the estimate may move by: twice what 400 draws leave open.
-const MOVE: f64 = 0.15;
-const DRAWS: usize = 400;
-/// Accuracy of u, where no parameter of the equation is sought, relative to its largest value.
-const MOVE_OF_U: f64 = 1e-3;
-/// Seeds of the places where u is compared, and of draws.
-const SEEDS: [u64; 2] = [0x100c, 0xd4a3];
-
-/// Quantities watched while points are added.
-struct Watched {
-    /// For each parameter of the equation, on its scale: lower end, estimate, upper end.
-    intervals: Vec<[f64; 3]>,
-    u: Vec<f64>,
-}
-
-impl Watched {
-    fn of<const D: usize>(fit: &Fit<D>) -> Result<Self, GpError> {
-        let model = fit.model();
-        let theta = model.theta_offset..model.theta_offset + model.theta.len();
-        let mut intervals = Vec::new();
-        if !theta.is_empty() {
-            let ensemble = laplace(fit, DRAWS, SEEDS[1])?;
-            for parameter in &model.parameters[theta] {
-                let [lower, upper] = ensemble.interval(&parameter.name, 0.95)?;
-                let all = [lower, fit.parameter(&parameter.name)?, upper];
-                intervals.push(all.map(|value| parameter.to_scale(value)));
-            }
-        }
-        let places = model.prior.domain.sample(50, SEEDS[0])?;
-        Ok(Self { intervals, u: fit.posterior()?.mean(&places)? })
-    }
-
-    fn has_settled(&self, before: &Self) -> bool {
-        if self.intervals.is_empty() {
-            let size = self.u.iter().fold(f64::MIN_POSITIVE, |most, u| most.max(u.abs()));
-            let moved = self.u.iter().zip(&before.u).map(|(a, b)| (a - b).abs());
-            return moved.fold(0.0, f64::max) <= MOVE_OF_U * size;
-        }
-        self.intervals.iter().zip(&before.intervals).all(|(now, before)| {
-            let width = now[2] - now[0];
-            now.iter().zip(before).all(|(a, b)| (a - b).abs() <= MOVE * width)
-        })
-    }
-}
+/// Rounds of further points at most, and what each adds relative to those before.
+const ROUNDS: usize = 8;
+const GROWTH: f64 = 0.5;
+/// Error of the equation relative to its largest term at which points suffice: for parameters, and for u alone.
+const RESOLVED: f64 = 0.02;
+const RESOLVED_ALONE: f64 = 1e-3;
+/// Share of the error before that a round must stay below, at least every other time.
+const BETTER: f64 = 0.8;
+/// Distance of new points from others, in units of that of as many evenly spread ones.
+const APART: f64 = 0.3;
 
 impl<const D: usize> Model<D> {
-    /// Maximises evidence times [`crate::Hyperprior`]s from random starts, in parallel.
+    /// Maximises evidence times [`crate::Hyperprior`]s from several starts, in parallel: half of them drawn at random, half the
+    /// most probable of many.
     ///
-    /// The best restart that did not collapse is taken, or the best if all did.
+    /// The best restart that did not collapse is taken, or the best if all did. Where the equation holds everywhere
+    /// ([`crate::Data::equation_everywhere`]), or has the same right-hand side at all of its points (ten or more), further points are
+    /// imposed where it is off, up to [`FitOptions::most_points`]. The error that is left, at points left out or in between, is
+    /// taken for noise of the equation, so that intervals and bands are as wide as it leaves them.
     ///
     /// # Errors
-    /// If no restart has a finite evidence.
+    /// If no restart has a finite evidence, or matrices of all observations would take more than [`FitOptions::most_memory`].
     pub fn fit(self, options: &FitOptions) -> Result<Fit<D>, GpError> {
-        let starts = self.random_starts(options);
-        resolve(self.fit_from(starts, options.iterations)?, options)
+        self.check_memory(options)?;
+        let starts = self.chosen_starts(options);
+        let mut fit = self.fit_from(starts, options.iterations)?;
+        if options.most_points == 0 {
+            return Ok(fit);
+        }
+        let aim = if fit.model().theta.is_empty() { RESOLVED_ALONE } else { RESOLVED };
+        let (mut error, mut idle) = (f64::INFINITY, 0);
+        for round in 0.. {
+            let Some(found) = fit.left_out()? else { return Ok(fit) };
+            let now = found.residual / found.term;
+            idle = if now <= BETTER * error { 0 } else { idle + 1 };
+            error = error.min(now);
+            let more = match now <= aim || round == ROUNDS || idle == 2 {
+                true => None,
+                false => fit.with_more_points(options, round)?,
+            };
+            let Some(model) = more else {
+                let open = fit.model().source.is_some() && now > aim;
+                let points = fit.model().groups.iter().map(|group| group.places.len()).sum();
+                fit.unsettled = open.then_some(points);
+                return fit.with_collocation_error(found, options.iterations);
+            };
+            let mut starts = model.random_starts(options);
+            starts.truncate(1);
+            starts.push(fit.outcome().parameters.clone());
+            fit = model.fit_from(starts, options.iterations)?;
+        }
+        unreachable!("the last round returns")
     }
-}
 
-/// Refits with more and more points, from the parameters before, until nothing moves.
-fn resolve<const D: usize>(mut fit: Fit<D>, options: &FitOptions) -> Result<Fit<D>, GpError> {
-    let Some(everywhere) = fit.model().everywhere.clone() else { return Ok(fit) };
-    let mut count = Everywhere::<D>::first();
-    let mut before = Watched::of(&fit)?;
-    loop {
-        let more = ((count as f64 * GROWTH) as usize).min(options.most_points);
-        if more <= count {
-            fit.unsettled = Some(count);
-            return Ok(fit);
+    fn check_memory(&self, options: &FitOptions) -> Result<(), GpError> {
+        // Covariance, its cotangents and an inverse.
+        let needed = 24.0 * (self.size as f64).powi(2);
+        match needed <= options.most_memory {
+            true => Ok(()),
+            false => Err(GpError::TooLarge {
+                observations: self.size,
+                gigabytes: needed / 1e9,
+                most: options.most_memory / 1e9,
+            }),
         }
-        count = more;
-        let start = fit.outcome().parameters.clone();
-        let old = fit.into_model();
-        let asked = old.evidence;
-        let data = everywhere.at(&old.prior.domain, count)?;
-        let mut model = Model::new(old.prior, data, asked)?;
-        model.everywhere = Some(everywhere.clone());
-        let mut starts = model.random_starts(options);
-        starts.truncate(options.restarts.saturating_sub(1));
-        starts.push(start);
-        fit = model.fit_from(starts, options.iterations)?;
-        let now = Watched::of(&fit)?;
-        if now.has_settled(&before) {
-            fit.unsettled = None;
-            return Ok(fit);
-        }
-        before = now;
     }
 }
 
 impl<const D: usize> Fit<D> {
-    /// The model again, which no one else holds while points are added.
-    fn into_model(self) -> Model<D> {
-        Arc::into_inner(self.model).expect("a fit in the making is shared with no one")
+    /// The model with points of its equation where that is off most; none where its right-hand side is known at its points only, or
+    /// there are enough of them.
+    fn with_more_points(
+        &self,
+        options: &FitOptions,
+        round: usize,
+    ) -> Result<Option<Model<D>>, GpError> {
+        let model = self.model();
+        let count: usize = model.groups.iter().map(|group| group.places.len()).sum();
+        if model.source.is_none() && count < EVEN {
+            return Ok(None);
+        }
+        let room = options.most_points.saturating_sub(count);
+        let wanted = ((GROWTH * count as f64) as usize).max(2).min(room);
+        let mut candidates = self.candidates(round as u64)?;
+        candidates.sort_by(|a, b| b.residual.abs().total_cmp(&a.residual.abs()));
+        let mut known: Vec<[f64; D]> =
+            model.groups.iter().flat_map(|group| group.places.iter().copied()).collect();
+        let extents = model.prior.domain.extents();
+        let apart = APART * ((count + wanted) as f64).powf(-1.0 / D as f64);
+        let mut chosen: Vec<Candidate<D>> = Vec::new();
+        for candidate in candidates {
+            let near = |other: &[f64; D]| {
+                let axis = |d: usize| ((candidate.at[d] - other[d]) / extents[d]).powi(2);
+                (0..D).map(axis).sum::<f64>().sqrt() < apart
+            };
+            if chosen.len() < wanted && !known.iter().any(near) {
+                known.push(candidate.at);
+                chosen.push(candidate);
+            }
+        }
+        let mut groups = model.given.clone();
+        let exact = groups.iter_mut().find(|g| g.operator.is_none() && g.noise == Noise::Exact);
+        let Some(group) = exact.filter(|_| !chosen.is_empty()) else { return Ok(None) };
+        group.points.extend(chosen.iter().map(|candidate| candidate.at));
+        group.values.extend(chosen.iter().map(|candidate| candidate.value));
+        let data = Data { groups, everywhere: None };
+        let more = Model::new(model.prior.clone(), data, model.evidence)?;
+        Ok(Some(Model { source: model.source.clone(), ..more }))
+    }
+
+    /// The fit with the error of collocation as noise of an equation that was exact, from the parameters before: so that
+    /// intervals and bands are as much wider as the points leave open. As it was where that error is next to nothing.
+    fn with_collocation_error(
+        mut self,
+        found: HoldOut,
+        iterations: usize,
+    ) -> Result<Self, GpError> {
+        if found.residual <= RESOLVED * found.term {
+            self.hold_out = Some(found);
+            return Ok(self);
+        }
+        let start = self.outcome().parameters.clone();
+        let (unsettled, restarts) = (self.unsettled, self.restarts);
+        let model = std::sync::Arc::unwrap_or_clone(self.model).with_noise(found.residual);
+        let fit = model.fit_from(vec![start], iterations)?;
+        Ok(fit.after(restarts, unsettled, found))
     }
 }

@@ -21,8 +21,9 @@ use crate::problem::Problem;
 use crate::series::{MOST_VARIABLES, Series};
 use std::sync::Arc;
 
-/// Numbers of the arguments and of the term's parameters.
-type Term<const M: usize> = dyn Fn([Series; M], &[Series]) -> Series + Send + Sync;
+/// Of the arguments, the term's parameters, and the place.
+type Term<const D: usize, const M: usize> =
+    dyn Fn([Series; M], &[Series], [f64; D]) -> Series + Send + Sync;
 
 /// A problem whose equation has a nonlinear term in M derivatives of u.
 #[doc(alias = "Gauss-Newton")]
@@ -32,7 +33,7 @@ pub struct SemiLinear<const D: usize, const M: usize> {
     arguments: [Derivative<D>; M],
     /// Unknowns inside the term.
     parameters: Vec<Parameter>,
-    term: Arc<Term<M>>,
+    term: Arc<Term<D, M>>,
 }
 
 /// Result of the linearisations of an equation.
@@ -82,7 +83,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         term: impl Fn([Series; M]) -> Series + Send + Sync + 'static,
     ) -> Self {
         const { assert!(M > 0, "a nonlinear term has at least one argument") };
-        let term = move |arguments: [Series; M], _: &[Series]| term(arguments);
+        let term = move |arguments: [Series; M], _: &[Series], _: [f64; D]| term(arguments);
         Self { problem, arguments, parameters: Vec::new(), term: Arc::new(term) }
     }
 
@@ -110,11 +111,39 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         parameters: [Parameter; P],
         term: impl Fn([Series; M], [Series; P]) -> Series + Send + Sync + 'static,
     ) -> Self {
+        let term = move |u: [Series; M], known: [Series; P], _: [f64; D]| term(u, known);
+        Self::with_coordinates(problem, arguments, parameters, term)
+    }
+
+    /// [`SemiLinear::with_parameters`] with a term that depends on the place, too: a reaction g(x) u², or a source that is
+    /// nonlinear in a parameter.
+    ///
+    /// ```
+    /// use sinew_gp::{Derivative, Domain, Parameter, Problem, SemiLinear};
+    ///
+    /// // Absorbed light heats a rod: −u″ − exp(−a x) = 0 with an unknown a.
+    /// let domain = Domain::interval("x", [0.0, 1.0])?;
+    /// let [dx] = domain.derivatives();
+    /// let absorption = Parameter::new("a", [0.1, 10.0])?;
+    /// let heated = SemiLinear::with_coordinates(
+    ///     Problem::new(domain, -(dx * dx))?,
+    ///     [Derivative::identity()],
+    ///     [absorption],
+    ///     |_, [a], [x]| -(a * -x).exp(),
+    /// );
+    /// # Ok::<(), sinew_gp::GpError>(())
+    /// ```
+    pub fn with_coordinates<const P: usize>(
+        problem: Problem<D>,
+        arguments: [Derivative<D>; M],
+        parameters: [Parameter; P],
+        term: impl Fn([Series; M], [Series; P], [f64; D]) -> Series + Send + Sync + 'static,
+    ) -> Self {
         const { assert!(M > 0, "a nonlinear term has at least one argument") };
         const { assert!(M + P <= MOST_VARIABLES, "too many arguments and parameters") };
-        let term = move |arguments: [Series; M], parameters: &[Series]| {
+        let term = move |arguments: [Series; M], parameters: &[Series], x: [f64; D]| {
             let known = std::array::from_fn(|k| parameters[k].clone());
-            term(arguments, known)
+            term(arguments, known, x)
         };
         Self { problem, arguments, parameters: parameters.to_vec(), term: Arc::new(term) }
     }
@@ -186,7 +215,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             self.theta(Some(&solution.fit)).into_iter().map(Series::number).collect();
         for (index, (sum, v)) in sum.iter_mut().zip(arguments).enumerate() {
             let variables = Series::plain(v);
-            *sum += (variables[0].constant(0.0) + (self.term)(variables, &theta)).value();
+            *sum += (variables[0].constant(0.0) + (self.term)(variables, &theta, points[index]))
+                .value();
             if !sum.is_finite() {
                 return Err(singular_term(index, &v));
             }

@@ -15,6 +15,8 @@ pub(crate) struct Space<'a, const D: usize> {
     /// Ends of each parameter's interval, on its scale.
     bounds: Vec<[f64; 2]>,
     centre: Vec<f64>,
+    /// Weights of values that are held, on their scales.
+    held: Vec<f64>,
     /// S, of which S Sᵀ is the inverse of the curvature at q̂, one column for each direction.
     pub factor: Mat<f64>,
 }
@@ -29,6 +31,8 @@ const ITERATIONS: usize = 100;
 const STEP: f64 = 1e-2;
 /// Curvature that the logarithm of the density has at least: about that of |dx/dq| alone.
 const LEAST_CURVATURE: f64 = 0.25;
+/// Decrease of the logarithm of the density at two deviations below which a direction is wider than that; 2 for a normal one.
+const FALL: f64 = 0.7;
 
 /// The logistic function and its slope, of which neither vanishes by rounding.
 fn logistic(q: f64) -> (f64, f64) {
@@ -37,20 +41,28 @@ fn logistic(q: f64) -> (f64, f64) {
 }
 
 impl<'a, const D: usize> Space<'a, D> {
-    /// About the maximum next to `fitted`, on the parameters' scales.
+    /// About the maximum next to `fitted`, on the parameters' scales; with `free_weights`, weights of values are among the
+    /// coordinates, else they stay as fitted.
     ///
     /// # Errors
     /// If the evidence cannot be evaluated there.
-    pub(crate) fn new(model: &'a Model<D>, fitted: &[f64]) -> Result<Self, GpError> {
-        let bounds = model.scaled_bounds();
-        let count = fitted.len();
+    pub(crate) fn new(
+        model: &'a Model<D>,
+        fitted: &[f64],
+        free_weights: bool,
+    ) -> Result<Self, GpError> {
+        let mut bounds = model.scaled_bounds();
+        let count = if free_weights { fitted.len() } else { model.without_weights() };
+        bounds.truncate(count);
+        let (fitted, held) = fitted.split_at(count);
+        let held = held.to_vec();
         let share = |(x, [lower, upper]): (&f64, &[f64; 2])| {
             let share = ((x - lower) / (upper - lower)).clamp(INWARDS, 1.0 - INWARDS);
             (share / (1.0 - share)).ln()
         };
         let start: Vec<f64> = fitted.iter().zip(&bounds).map(share).collect();
         let factor = Mat::zeros(count, count);
-        let mut space = Self { model, bounds, centre: start, factor };
+        let mut space = Self { model, bounds, centre: start, held, factor };
         space.evaluate(&space.centre)?;
         let negative = |q: &[f64]| -> Evaluated {
             let (value, gradient) = space.evaluate(q).ok()?;
@@ -94,8 +106,31 @@ impl<'a, const D: usize> Space<'a, D> {
             return Err(GpError::NotPositiveDefinite { size: count, jitter: 0.0 });
         };
         let (vectors, values) = (eigen.U(), eigen.S().column_vector());
-        let spread = |mode: usize| values[mode].max(LEAST_CURVATURE).sqrt().recip();
-        Ok(Mat::from_fn(count, count, |row, mode| vectors[(row, mode)] * spread(mode)))
+        let top = self.log_density_of(&self.centre);
+        let spread = |mode: usize| {
+            let direction: Vec<f64> = vectors.col(mode).iter().copied().collect();
+            self.spread(&direction, values[mode].max(LEAST_CURVATURE).sqrt().recip(), top)
+        };
+        let spreads: Vec<f64> = (0..count).map(spread).collect();
+        Ok(Mat::from_fn(count, count, |row, mode| vectors[(row, mode)] * spreads[mode]))
+    }
+
+    /// Width along a direction: that of the curvature at the centre, `curved`, or more where the density falls by less than a
+    /// third of what a normal one of that width does at two deviations, on either side: a spike on a broad density.
+    fn spread(&self, direction: &[f64], curved: f64, top: f64) -> f64 {
+        let widest = LEAST_CURVATURE.sqrt().recip();
+        let mut spread = curved;
+        for side in [1.0, -1.0] {
+            let falls = |spread: f64| {
+                let at = self.centre.iter().zip(direction);
+                let at: Vec<f64> = at.map(|(q, d)| q + side * 2.0 * spread * d).collect();
+                top - self.log_density_of(&at)
+            };
+            while spread < widest && falls(spread) < FALL {
+                spread = (2.0 * spread).min(widest);
+            }
+        }
+        spread
     }
 
     pub(crate) fn dimension(&self) -> usize {
@@ -112,7 +147,8 @@ impl<'a, const D: usize> Space<'a, D> {
 
     fn scaled(&self, q: &[f64]) -> Vec<f64> {
         let ends = q.iter().zip(&self.bounds);
-        ends.map(|(q, [lower, upper])| lower + (upper - lower) * logistic(*q).0).collect()
+        let free = ends.map(|(q, [lower, upper])| lower + (upper - lower) * logistic(*q).0);
+        free.chain(self.held.iter().copied()).collect()
     }
 
     /// The parameters at z, on their scales.
@@ -127,10 +163,13 @@ impl<'a, const D: usize> Space<'a, D> {
 
     /// Logarithm of the density at z; −∞ where the evidence has no value.
     pub(crate) fn log_density(&self, z: &[f64]) -> f64 {
-        let q = self.unwhitened(z);
-        let x = self.scaled(&q);
+        self.log_density_of(&self.unwhitened(z))
+    }
+
+    fn log_density_of(&self, q: &[f64]) -> f64 {
+        let x = self.scaled(q);
         match self.model.log_evidence(&x) {
-            Ok(value) => finite(value + self.model.log_hyperprior(&x) + Self::log_slope(&q)),
+            Ok(value) => finite(value + self.model.log_hyperprior(&x) + Self::log_slope(q)),
             Err(_) => f64::NEG_INFINITY,
         }
     }

@@ -41,6 +41,8 @@ pub(crate) struct State<'a, const D: usize> {
     monomials: Vec<Vec<f64>>,
     /// For each group, the standard deviation of its noise.
     pub noise: Vec<f64>,
+    /// For each group, what the variance of each observation's noise is divided by.
+    pub weights: Vec<Vec<f64>>,
 }
 
 /// a_β = amplitude · Σ_t μ_t A_{t,β}.
@@ -87,10 +89,13 @@ impl<'a, const D: usize> State<'a, D> {
             .iter()
             .map(|group| match group.variance {
                 Variance::Known(sigma) => sigma,
-                Variance::Learned(position) => scaled[position].exp(),
+                Variance::Learned(position) | Variance::StudentT { scale: position, .. } => {
+                    scaled[position].exp()
+                }
             })
             .collect();
-        Ok(Self { model, kernels, theta, coefficients, monomials, noise })
+        let weights = model.groups.iter().map(|group| group.weights(scaled)).collect();
+        Ok(Self { model, kernels, theta, coefficients, monomials, noise, weights })
     }
 
     /// Number among all legs of a leg of a group.
@@ -234,11 +239,9 @@ impl<'a, const D: usize> State<'a, D> {
         let mut jitter = FIRST_JITTER;
         let factor = loop {
             let mut matrix = self.covariance();
-            for (group, sigma) in self.model.groups.iter().zip(&self.noise) {
-                for row in group.rows() {
-                    let diagonal = &mut matrix[row * (size + 1)];
-                    *diagonal = *diagonal * (1.0 + jitter) + sigma * sigma;
-                }
+            for (row, sigma) in self.sigmas().enumerate() {
+                let diagonal = &mut matrix[row * (size + 1)];
+                *diagonal = *diagonal * (1.0 + jitter) + sigma * sigma;
             }
             if let Some(factor) = Factor::new(matrix, size, self.threads()) {
                 break factor;
@@ -252,6 +255,12 @@ impl<'a, const D: usize> State<'a, D> {
         let mut whitened = self.residual();
         factor.forward(&mut whitened);
         Ok(Factored { factor, whitened, jitter })
+    }
+
+    /// Standard deviation of each observation's noise.
+    pub(crate) fn sigmas(&self) -> impl Iterator<Item = f64> {
+        let groups = self.noise.iter().zip(&self.weights);
+        groups.flat_map(|(sigma, weights)| weights.iter().map(move |weight| sigma / weight.sqrt()))
     }
 
     /// The first row that counts in full. Those before are imposed, and count [`State::weight`].
@@ -274,7 +283,9 @@ impl<'a, const D: usize> State<'a, D> {
         };
         let split = self.first_row();
         let measured = of(split..self.model.size);
-        measured + self.weight() * of(0..split)
+        let groups = self.model.groups.iter().zip(&self.noise);
+        let scatter: f64 = groups.map(|(group, sigma)| group.scatter(*sigma).0).sum();
+        measured + self.weight() * of(0..split) + scatter
     }
 }
 

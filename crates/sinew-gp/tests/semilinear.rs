@@ -168,3 +168,41 @@ fn samples_of_an_operator_scatter_as_predicted() -> Result<(), GpError> {
     assert!((spread / expected - 1.0).abs() < 4.0 / 8000.0_f64.sqrt(), "{spread} {expected}");
     Ok(())
 }
+
+#[test]
+fn terms_depend_on_the_place() -> Result<(), GpError> {
+    let (kernel, options) = (SquaredExponential::new(), FitOptions::default());
+    let at: Vec<[f64; 1]> = (0..15).map(|k| [(f64::from(k) + 0.5) / 15.0]).collect();
+    // −u″ = exp(−a x) with a = 2, from eight deflections: u = (1 − x + x e⁻² − e⁻²ˣ)/4.
+    let absorption = Parameter::new("a", [0.2, 20.0])?;
+    let heated = SemiLinear::with_coordinates(
+        string(),
+        [Derivative::identity()],
+        [absorption],
+        |_, [a], [x]| -(a * -x).exp(),
+    );
+    let exact = |x: f64| 0.25 * (1.0 - x + x * (-2.0_f64).exp() - (-2.0 * x).exp());
+    let places: Vec<[f64; 1]> = (1..9).map(|k| [f64::from(k) / 9.0]).collect();
+    let y: Vec<f64> = places.iter().map(|[x]| exact(*x)).collect();
+    let data =
+        Data::new().values(&places, &y, Noise::Known(1e-4)).equation(&at, &[0.0; 15], Noise::Exact);
+    let solution = heated.solve(&kernel, &data, &options, 20)?;
+    let found = solution.fit.parameter("a")?;
+    println!("a {found:.4}");
+    assert!(solution.has_converged() && (found - 2.0).abs() < 0.02, "{found}");
+    // −u″ + (1 + x) u² = f for u = sin πx.
+    let graded =
+        SemiLinear::with_coordinates(string(), [Derivative::identity()], [], |[u], [], [x]| {
+            u.squared() * (1.0 + x)
+        });
+    let load = |x: f64| {
+        let u = (PI * x).sin();
+        PI * PI * u + (1.0 + x) * u * u
+    };
+    let f: Vec<f64> = at.iter().map(|[x]| load(*x)).collect();
+    let data = Data::new().equation(&at, &f, Noise::Exact);
+    let solution = graded.solve(&kernel, &data, &options, 20)?;
+    let middle = solution.fit.posterior()?.mean(&[[0.5]])?[0];
+    assert!(solution.has_converged() && (middle - 1.0).abs() < 1e-4, "{middle}");
+    Ok(())
+}

@@ -227,6 +227,8 @@ impl<const D: usize> Inference<D> {
             restarts: self.restarts,
             iterations: self.scale.pick(FitOptions::default().iterations, 40),
             seed: task.seed_for(Purpose::Starts),
+            // Rows are named by their number of points.
+            most_points: 0,
             ..FitOptions::default()
         })
     }

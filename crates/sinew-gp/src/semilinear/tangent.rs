@@ -64,7 +64,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             let variable = |k: usize| Series::variable(numbers[k], k, &degrees);
             let known: Vec<Series> = (M..M + count).map(variable).collect();
             let arguments: [Series; M] = std::array::from_fn(variable);
-            let g = arguments[0].constant(0.0) + (self.term)(arguments, &known);
+            let g = arguments[0].constant(0.0) + (self.term)(arguments, &known, *point);
             let (factors, shift) = Expansion { g, v, theta }.sorted();
             // Slopes that are not finite leave no finite shift either.
             if !shift.is_finite() {

@@ -1,0 +1,71 @@
+//! What a fit says in short: parameters with intervals, warnings, and bands of u over what is not known of them.
+
+use crate::ensemble::Ensemble;
+use crate::error::GpError;
+use crate::fit::Fit;
+use crate::laplace::ensemble;
+use crate::posterior::Prediction;
+use std::fmt;
+
+/// Draws and seed of a fit's own ensemble.
+const DRAWS: usize = 300;
+const SEED: u64 = 0x1eaf;
+
+impl<const D: usize> Fit<D> {
+    /// The fit's own ensemble of 300 draws, made when it is first asked for ([`crate::ensemble`]).
+    ///
+    /// # Errors
+    /// As [`crate::ensemble`].
+    pub fn ensemble(&self) -> Result<&Ensemble<D>, GpError> {
+        let made = self.ensemble.get_or_init(|| ensemble(self, DRAWS, SEED));
+        made.as_ref().map_err(Clone::clone)
+    }
+
+    /// The central interval of a parameter that holds the share `level` of the fit's own ensemble.
+    ///
+    /// # Errors
+    /// As [`Ensemble::interval`] and [`Fit::ensemble`].
+    pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
+        self.ensemble()?.interval(name, level)
+    }
+
+    /// Mean and standard deviation of u over what is not known of parameters, lengthscales and noise: bands that cover, where those
+    /// of [`Fit::posterior`] take all of these for known.
+    ///
+    /// # Errors
+    /// As [`Ensemble::predict`] and [`Fit::ensemble`].
+    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
+        self.ensemble()?.predict(points)
+    }
+}
+
+/// Parameters of the equation and levels of noise with 95 % intervals, then all warnings.
+impl<const D: usize> fmt::Display for Fit<D> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let model = self.model();
+        let learned = model.groups.iter().filter_map(|group| group.variance.learned());
+        let theta = model.theta_offset..model.theta_offset + model.theta.len();
+        for position in theta.chain(learned) {
+            let name = &model.parameters()[position].name;
+            match (self.parameter(name), self.interval(name, 0.95)) {
+                (Ok(value), Ok([lower, upper])) => writeln!(
+                    formatter,
+                    "{name} {value:.4e}, 95 % between {lower:.4e} and {upper:.4e}"
+                )?,
+                (Err(error), _) | (_, Err(error)) => writeln!(formatter, "{name}: {error}")?,
+            }
+        }
+        match self.warnings() {
+            Ok(warnings) => {
+                for warning in warnings {
+                    writeln!(formatter, "warning: {warning}")?;
+                }
+            }
+            Err(error) => writeln!(formatter, "warning: {error}")?,
+        }
+        for warning in self.ensemble().iter().flat_map(|ensemble| ensemble.warnings()) {
+            writeln!(formatter, "warning: {warning}")?;
+        }
+        Ok(())
+    }
+}

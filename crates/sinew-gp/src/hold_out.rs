@@ -1,0 +1,130 @@
+//! The error of collocation, from places that the fit does not know of.
+
+use crate::compile::Variance;
+use crate::error::GpError;
+use crate::fit::{Fit, HoldOut};
+use crate::model::Model;
+use crate::operator::Operator;
+
+/// Points that are left out at most, for time.
+const MOST_LEFT_OUT: usize = 200;
+/// Places where the equation is looked at, and their seed.
+const PLACES: usize = 300;
+const SEED: u64 = 0x0a11;
+/// Share of the left-hand side's standard deviation before the data below which terms count as zero: a residual is not held
+/// against what is next to nothing.
+const NOTHING: f64 = 1e-3;
+/// Points at which a right-hand side is the same, from which on it is taken to be the same everywhere.
+pub(crate) const EVEN: usize = 10;
+
+/// A place where the equation may be imposed.
+pub(crate) struct Candidate<const D: usize> {
+    pub at: [f64; D],
+    /// The right-hand side.
+    pub value: f64,
+    /// What the left-hand side of the posterior mean is off by.
+    pub residual: f64,
+}
+
+/// Squares of residuals, and the place of the largest.
+#[derive(Default)]
+struct Residuals {
+    sum: f64,
+    count: usize,
+    worst: (f64, Vec<f64>),
+}
+
+impl Residuals {
+    fn add(&mut self, residual: f64, at: &[f64]) {
+        self.sum += residual * residual;
+        self.count += 1;
+        if residual.abs() > self.worst.0 {
+            self.worst = (residual.abs(), at.to_vec());
+        }
+    }
+
+    fn size(&self) -> f64 {
+        (self.sum / self.count.max(1) as f64).sqrt()
+    }
+}
+
+/// The one value of a right-hand side at all of its points.
+fn even(values: &[f64]) -> Option<f64> {
+    let (first, rest) = values.split_first()?;
+    rest.iter().all(|value| value == first).then_some(*first)
+}
+
+/// Error of the equation in units of its largest term from which on intervals are withheld.
+const WITHHELD: f64 = 2.0;
+
+impl<const D: usize> Fit<D> {
+    /// Error in place of intervals of an equation that next to nothing was seen of.
+    pub(crate) fn withheld(&self) -> Option<GpError> {
+        let found =
+            self.hold_out.as_ref().filter(|found| found.residual > WITHHELD * found.term)?;
+        let HoldOut { at, residual, term } = found.clone();
+        Some(GpError::Unresolved { at, residual, term })
+    }
+
+    /// The equation left out at each of its points in turn, by the inverse of the covariance; and at other places where its
+    /// right-hand side is known, because it holds everywhere or is the same at all points. None without an equation.
+    pub(crate) fn left_out(&self) -> Result<Option<HoldOut>, GpError> {
+        let (model, posterior) = (self.model(), self.posterior()?);
+        let (mut own, mut elsewhere) = (Residuals::default(), Residuals::default());
+        let mut term = 0.0_f64;
+        for group in model.groups.iter().filter(|g| !g.places.is_empty()) {
+            let at = &group.places;
+            term = term.max(NOTHING * posterior.prior_deviation(&model.prior.equation, at)?);
+            for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
+                own.add(posterior.left_out(row)[0], at);
+            }
+            for summand in model.prior.equation.terms() {
+                let values = posterior.mean_of(&Operator::of(summand), at)?;
+                let square: f64 = values.iter().map(|v| v * v).sum();
+                term = term.max((square / values.len() as f64).sqrt());
+            }
+        }
+        self.look_elsewhere(&mut elsewhere)?;
+        let worse = if elsewhere.size() > own.size() { elsewhere } else { own };
+        let (residual, at) = (worse.size(), worse.worst.1);
+        Ok((worse.count > 0).then_some(HoldOut { at, residual, term }))
+    }
+
+    fn look_elsewhere(&self, residuals: &mut Residuals) -> Result<(), GpError> {
+        for candidate in self.candidates(SEED)? {
+            residuals.add(candidate.residual, &candidate.at);
+        }
+        Ok(())
+    }
+
+    /// Places with the residual of the equation there, where its right-hand side is known; else none.
+    pub(crate) fn candidates(&self, seed: u64) -> Result<Vec<Candidate<D>>, GpError> {
+        let model = self.model();
+        let mut exact = model.groups.iter().filter(|group| !group.places.is_empty());
+        let Some(group) = exact.next() else { return Ok(Vec::new()) };
+        let even = even(&group.values).filter(|_| group.values.len() >= EVEN);
+        let even =
+            even.filter(|_| group.variance == Variance::Known(0.0) && exact.next().is_none());
+        let known = |x: &[f64; D]| model.source.as_ref().map(|source| source.value(*x)).or(even);
+        let places = model.prior.domain.sample(PLACES, seed)?;
+        let values: Vec<f64> = places.iter().filter_map(known).collect();
+        if values.len() < places.len() {
+            return Ok(Vec::new());
+        }
+        let found = self.posterior()?.mean_of(&model.prior.equation, &places)?;
+        let each = places.into_iter().zip(values).zip(found);
+        Ok(each.map(|((at, value), u)| Candidate { at, value, residual: u - value }).collect())
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// With noise of this standard deviation on equations that were exact.
+    pub(crate) fn with_noise(mut self, sigma: f64) -> Self {
+        for group in self.groups.iter_mut().filter(|group| !group.places.is_empty()) {
+            if group.variance == Variance::Known(0.0) {
+                group.variance = Variance::Known(sigma);
+            }
+        }
+        self
+    }
+}

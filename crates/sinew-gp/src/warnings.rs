@@ -1,0 +1,185 @@
+//! What a fit cannot tell, said aloud.
+
+use crate::compile::{Compiled, Variance};
+use crate::data::{Role, noise_name};
+use crate::error::GpError;
+use crate::fit::{Fit, HoldOut};
+use crate::model::Model;
+use crate::space::Space;
+use crate::warning::Warning;
+use faer::linalg::solvers::SelfAdjointEigen;
+use faer::{Mat, Side as Triangle};
+use std::sync::Arc;
+
+/// Values below which a level of noise is mostly what is believed of it: the standard deviation of its logarithm from n
+/// values is about (2n)^−½.
+const FEW: usize = 4;
+/// Share of an interval within which its end counts as reached.
+const END: f64 = 1e-6;
+/// Standard deviation of a parameter's q (see [`Space`]) from which on the data count as silent; without any it is
+/// π/√3 ≈ 1.8, with an interval cut in half about 1.
+const SILENT: f64 = 1.2;
+/// Share in a direction from which on a parameter is named.
+const SHARE: f64 = 0.3;
+/// Residual of left-out points, in units of the equation's largest term, that is resolved.
+const RESOLVED: f64 = 0.1;
+/// Values of a group that are left out at most, for time.
+const MOST_VALUES: usize = 400;
+/// Leave-one-out residual in its standard deviations that is no chance: 1e-5 for one of a hundred normal values.
+const FAR: f64 = 5.0;
+/// The same in units of their median, where noise is learned, and least in standard deviations.
+const FAR_LEARNED: f64 = 7.0;
+const LEAST_FAR: f64 = 2.0;
+/// The same in units of the size of the others; 1e-3 for the largest of 25 normal values.
+const STUDENTISED: f64 = 6.0;
+/// Values from which on their median is known well enough.
+const ENOUGH: usize = 8;
+/// Median of the size of a standard normal variate, and least share of it that counts.
+const MEDIAN: f64 = 0.6745;
+const SMALLEST: f64 = 1e-3;
+
+impl<const D: usize> Fit<D> {
+    /// Warnings about the fit; empty if no fault was found. Takes twice as many evaluations
+    /// of the evidence's gradient as there are parameters.
+    ///
+    /// # Errors
+    /// If the evidence cannot be evaluated next to the fit.
+    pub fn warnings(&self) -> Result<Vec<Warning>, GpError> {
+        let model = self.model();
+        let mut warnings = at_bounds(model, &self.outcome().parameters);
+        let observed = |g: &&Compiled<D>| g.role == Role::Observed;
+        for group in model.groups.iter().filter(observed) {
+            if let (Some(noise), true) = (group.variance.learned(), group.values.len() < FEW) {
+                let noise = model.parameters[noise].name.clone();
+                warnings.push(Warning::FewValues { noise, values: group.values.len() });
+            }
+        }
+        if !model.theta.is_empty() && !model.groups.iter().any(|g| observed(&g)) {
+            warnings.push(Warning::NothingMeasured);
+        }
+        if self.outcome().collapsed {
+            warnings.push(Warning::Collapsed);
+        }
+        warnings.extend(unidentified(model, &self.outcome().parameters)?);
+        warnings.extend(self.unresolved()?);
+        warnings.extend(self.outliers()?);
+        warnings.extend(self.unsettled.map(|points| Warning::Unsettled { points }));
+        Ok(warnings)
+    }
+
+    fn unresolved(&self) -> Result<Option<Warning>, GpError> {
+        let found = match &self.hold_out {
+            Some(known) => Some(known.clone()),
+            None => self.left_out()?,
+        };
+        let large = found.filter(|found| found.residual > RESOLVED * found.term);
+        Ok(large.map(|HoldOut { at, residual, term }| Warning::Unresolved { at, residual, term }))
+    }
+
+    /// The value of each group of measurements that the others predict worst, if that is too bad to be chance.
+    fn outliers(&self) -> Result<Vec<Warning>, GpError> {
+        let (model, posterior) = (self.model(), self.posterior()?);
+        let mut outliers = Vec::new();
+        for group in model.groups.iter().filter(|group| group.role == Role::Observed) {
+            if group.variance == Variance::Known(0.0) {
+                continue;
+            }
+            let step = 1 + group.values.len() / MOST_VALUES;
+            let numbered = group.rows().enumerate().step_by(step);
+            let scores: Vec<(usize, f64)> = numbered
+                .map(|(own, row)| {
+                    let [residual, deviation] = posterior.left_out(row);
+                    (own, residual / deviation)
+                })
+                .collect();
+            // Learned noise is as large as the outlier makes it: others then are closer than their deviation says.
+            let mut sizes: Vec<f64> = scores.iter().map(|(_, z)| z.abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            let typical = (sizes[sizes.len() / 2] / MEDIAN).clamp(SMALLEST, 1.0);
+            let learned = group.variance.learned().is_some() && sizes.len() >= ENOUGH;
+            // Without the value itself (externally studentised), and against the median where others mask it.
+            let squares: f64 = sizes.iter().map(|z| z * z).sum();
+            let others = |z: f64| ((squares - z * z) / (sizes.len() as f64 - 2.0)).max(0.0).sqrt();
+            let far = |z: f64| {
+                let masked = z.abs() > FAR_LEARNED * typical && z.abs() > LEAST_FAR;
+                z.abs() > FAR || learned && (masked || z.abs() > STUDENTISED * others(z))
+            };
+            let Some((value, z)) = scores
+                .iter()
+                .copied()
+                .filter(|(_, z)| far(*z))
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+            else {
+                continue;
+            };
+            let others = scores.iter().filter(|(_, z)| far(*z)).count() - 1;
+            let (noise, at) = (noise_name(group.number), group.points[value].to_vec());
+            outliers.push(Warning::Outlier {
+                noise,
+                value,
+                at,
+                measured: group.values[value],
+                z,
+                others,
+            });
+        }
+        Ok(outliers)
+    }
+}
+
+fn at_bounds<const D: usize>(model: &Model<D>, scaled: &[f64]) -> Vec<Warning> {
+    let theta = model.theta_offset..model.theta_offset + model.theta.len();
+    let learned = |k: usize| model.groups.iter().any(|g| g.variance.learned() == Some(k));
+    let watched = (0..scaled.len()).filter(|k| theta.contains(k) || learned(*k));
+    watched
+        .filter_map(|k| {
+            let end = model.end_reached(k, scaled[k])?;
+            let parameter = &model.parameters[k];
+            Some(Warning::AtBound {
+                parameter: parameter.name.clone(),
+                bound: parameter.bounds[end],
+            })
+        })
+        .collect()
+}
+
+impl<const D: usize> Model<D> {
+    /// Which end of its interval a parameter is at, if any.
+    pub(crate) fn end_reached(&self, parameter: usize, scaled: f64) -> Option<usize> {
+        let [lower, upper] = self.scaled_bounds()[parameter];
+        let near = END * (upper - lower);
+        if scaled - lower <= near {
+            return Some(0);
+        }
+        (upper - scaled <= near).then_some(1)
+    }
+}
+
+/// The direction of θ in which its posterior is widest, if that is nearly all there is.
+fn unidentified<const D: usize>(
+    model: &Arc<Model<D>>,
+    scaled: &[f64],
+) -> Result<Option<Warning>, GpError> {
+    let (offset, count) = (model.theta_offset, model.theta.len());
+    if count == 0 {
+        return Ok(None);
+    }
+    let factor = Space::new(model, scaled, false)?.factor;
+    let covariance = Mat::from_fn(count, count, |i, j| {
+        let (a, b) = (factor.row(offset + i), factor.row(offset + j));
+        a.iter().zip(b.iter()).map(|(a, b)| a * b).sum::<f64>()
+    });
+    let Ok(eigen) = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower) else {
+        return Err(GpError::NotPositiveDefinite { size: count, jitter: 0.0 });
+    };
+    // Eigenvalues ascend.
+    let (last, values) = (count - 1, eigen.S().column_vector());
+    if values[last].max(0.0).sqrt() < SILENT {
+        return Ok(None);
+    }
+    let share = |k: usize| (model.theta[k].name().to_string(), eigen.U()[(k, last)]);
+    let mut direction: Vec<(String, f64)> =
+        (0..count).map(share).filter(|(_, share)| share.abs() > SHARE).collect();
+    direction.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    Ok(Some(Warning::Unidentified { direction }))
+}
