@@ -242,7 +242,7 @@
     const facts = data.facts.flatMap((pair) => pair.map((textContent, index) => make(index ? "dd" : "dt", { textContent })));
     if (facts.length) panel.append(make("details", {}, make("summary", { textContent: "How these numbers were made" }), make("dl", {}, ...facts)));
     panel.append(make("p", { className: "keys", textContent: "Drag to turn, wheel or pinch to zoom, shift or two fingers to move. Keys on the " +
-      "body: arrows turn, + and − zoom, 0 begins again, space plays, F fibres, E edges, R rest, C colours." }));
+      `body: arrows turn, + and − zoom, 0 begins again, ${emulator ? "space plays, F fibres, C colours, " : ""}E edges, R rest.` }));
     root.append(make("div", { className: "stage" }, canvas, tools, legend), panel);
     const paint = painter(canvas); if (!paint) return void (legend.textContent = "This browser has no WebGL2, which the body is drawn with.");
     // State.
@@ -405,10 +405,6 @@
       [sliders[index].slider.value, sliders[index].number.value] = [share, text]; sliders[index].slider.setAttribute("aria-valuetext", text + unitOf(parameters[index].unit));
       refresh(true);
     };
-    if (shown.length > 1) {
-      const list = make("select", { label: "Case" }, ...shown.map((one, value) => make("option", { value, textContent: one.title })));
-      list.addEventListener("change", () => { state.chosen = +list.value; refresh(true); }); rows.append(list);
-    }
     // Buttons; each tells whether it is pressed.
     const buttons = [];
     const button = (text, title, pressed, act) => {
@@ -426,6 +422,8 @@
       state.playing = performance.now() - BEAT * Math.acos(1 - 2 * clamp(state.shares[state.active]));
       play.textContent = "❚❚"; refresh();
     });
+    const pick = (index) => () => { state.chosen = index; refresh(true); };
+    if (shown.length > 1) rows.append(...shown.map(({ title }, index) => button(title, title, () => state.chosen === index, pick(index))));
     const toggle = (name, title) => button(name, title, () => state[name], () => { state[name] = !state[name]; refresh(); });
     const [edges, rest] = [toggle("edges", "Edges of the mesh (E)"), toggle("rest", "Outline of the body at rest (R)")];
     const fibre = strokes && toggle("fibres", "Fibres (F)");
@@ -477,7 +475,8 @@
       pointers.set(event.pointerId, now); refresh();
     });
     on("contextmenu", (event) => event.preventDefault());
-    on("wheel", (event) => { event.preventDefault(); zoom(Math.exp(0.0012 * event.deltaY)); refresh(); }, { passive: false });
+    // On a page with other things the wheel scrolls until the body is clicked.
+    on("wheel", (event) => { if (!dark && document.activeElement !== canvas) return; event.preventDefault(); zoom(Math.exp(0.0012 * event.deltaY)); refresh(); }, { passive: false });
     const keys = { ArrowLeft: () => turn(0.12, 0), ArrowRight: () => turn(-0.12, 0), ArrowUp: () => turn(0, -0.12), ArrowDown: () => turn(0, 0.12),
       "+": () => zoom(0.88), "-": () => zoom(1.14), 0: () => again.click(), " ": () => play?.click(), f: () => fibre?.click(), e: () => edges.click(),
       r: () => rest.click(), c: () => menus[(state.quantity + 1) % menus.length].click() };
