@@ -4,7 +4,7 @@ use crate::error::PatientError;
 use crate::observable::Direction;
 use crate::segments::Segments;
 use nalgebra::Vector3;
-use sinew_fem::fibres::{Depth, FibreRule, Frame, Surfaces, VentricleCoordinates};
+use sinew_fem::fibres::{Depth, FibreError, FibreRule, Frame, Surfaces, VentricleCoordinates};
 use sinew_mesh::TetMesh;
 
 /// Least angle \[degrees\] between the axis and the direction of the septum.
@@ -42,6 +42,8 @@ pub struct WallCoordinates {
     frames: Vec<Frame>,
     /// From the axis to the centre of each cell \[length\].
     from_axis: Vec<Vector3<f64>>,
+    /// Apex of the endocardium \[length\].
+    apex: Vector3<f64>,
     /// Unit vector from the apex to the base.
     axis: Vector3<f64>,
 }
@@ -71,7 +73,7 @@ impl WallCoordinates {
         };
         let depths = mesh.cells.iter().map(depth).collect();
         let frames = coordinates.cell_frames(&FibreRule::new(0.0, 0.0)?, Depth::Thickness);
-        Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, axis })
+        Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, apex, axis })
     }
 
     /// Coordinates that have angles too, from the septum, whose middle lies in a direction from the cavity.
@@ -99,6 +101,26 @@ impl WallCoordinates {
         };
         self.angles = self.from_axis.iter().map(angle).collect();
         Ok(self)
+    }
+
+    /// Coordinates that have angles too, from the middle of the facets that face the other ventricle, such as the set `septum` of a wall
+    /// between surfaces ([`sinew_mesh::ChamberWall`]).
+    ///
+    /// # Errors
+    /// A set that is not there or empty, and one around the axis or at its ends.
+    pub fn with_septum_facets(self, mesh: &TetMesh, set: &str) -> Result<Self, PatientError> {
+        let Some(facets) = mesh.facet_sets.get(set) else {
+            let known = mesh.facet_sets.keys().cloned().collect();
+            return Err(FibreError::UnknownSurface { name: set.into(), known }.into());
+        };
+        if facets.is_empty() {
+            return Err(FibreError::EmptySurface { name: set.into() }.into());
+        }
+        let nodes = mesh.nodes_of_facets(facets);
+        let place = |node: &usize| Vector3::from(mesh.points[*node]) - self.apex;
+        let middle = nodes.iter().map(place).sum::<Vector3<f64>>() / nodes.len() as f64;
+        let across = middle - self.axis * middle.dot(&self.axis);
+        self.with_septum(across.into())
     }
 
     /// Number of cells.
@@ -172,4 +194,87 @@ impl WallCoordinates {
 fn sector(angle: f64, sectors: usize) -> usize {
     let at = angle.rem_euclid(360.0) / 360.0 * sectors as f64;
     (at as usize).min(sectors.saturating_sub(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_mesh::TruncatedEllipsoid;
+
+    const SURFACES: Surfaces<'static> =
+        Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
+
+    fn centre(mesh: &TetMesh, cell: usize) -> [f64; 3] {
+        std::array::from_fn(|i| {
+            mesh.cells[cell].iter().map(|&node| mesh.points[node][i]).sum::<f64>() / 4.0
+        })
+    }
+
+    #[test]
+    fn coordinates_of_an_ellipsoid_are_those_of_its_formula() {
+        let mesh = TruncatedEllipsoid::LAND.wall([2, 16, 8]).tetrahedra();
+        let wall = WallCoordinates::new(&mesh, &SURFACES).unwrap().with_septum([-2.0, 0.0, 0.3]);
+        let wall = wall.unwrap();
+        for cell in 0..mesh.cells.len() {
+            let [x, y, z] = centre(&mesh, cell);
+            // The base is at z = 5, the apex of the endocardium at −17.
+            assert!((wall.heights[cell] - (z + 17.0) / 22.0).abs() < 1e-9);
+            // From −x on; an eye at the apex looks up, so that y is on the left of −x as it turns counterclockwise.
+            let angle = y.atan2(-x).to_degrees().rem_euclid(360.0);
+            let off = (wall.angles[cell] - angle).rem_euclid(360.0);
+            assert!(off.min(360.0 - off) < 1e-6, "{} is not {angle}", wall.angles[cell]);
+            assert!((0.0..=1.0).contains(&wall.depths[cell]));
+            let radial = wall.direction(cell, Direction::Radial);
+            let around = wall.direction(cell, Direction::Circumferential);
+            if wall.heights[cell] > 0.3 {
+                assert!(radial[0] * x + radial[1] * y > 0.0, "{radial:?} at {x}, {y}");
+                assert!((around[0] * x + around[1] * y).abs() < 0.35 * x.hypot(y), "{around:?}");
+            }
+        }
+    }
+
+    /// M. D. Cerqueira et al. (2002): seen from the apex with the septum on the left, the anterior wall is up and the lateral one on the right.
+    #[test]
+    fn segments_lie_as_in_the_polar_map() {
+        let mesh = TruncatedEllipsoid::LAND.wall([2, 16, 8]).tetrahedra();
+        let wall = WallCoordinates::new(&mesh, &SURFACES).unwrap();
+        let segments = wall.with_septum([-1.0, 0.0, 0.0]).unwrap().aha17().unwrap();
+        let mean = |name: &str, axis: usize| {
+            let cells = segments.cells_of(name).unwrap();
+            cells.iter().map(|&cell| centre(&mesh, cell)[axis]).sum::<f64>() / cells.len() as f64
+        };
+        // Seen from below with −x on the left, −y is up.
+        for (anterior, inferior) in [("1", "4"), ("7", "10"), ("13", "15")] {
+            assert!(mean(anterior, 1) < -2.0 && mean(inferior, 1) > 2.0, "{anterior}");
+        }
+        for septal in ["2", "3", "8", "9", "14"] {
+            assert!(mean(septal, 0) < -1.5, "{septal}");
+        }
+        assert!(mean("2", 1) < 0.0 && mean("3", 1) > 0.0);
+        assert!(mean("5", 1) > 0.0 && mean("6", 1) < 0.0 && mean("5", 0) > 1.0);
+        assert!(mean("1", 2) > mean("7", 2) && mean("7", 2) > mean("13", 2));
+        assert!(mean("17", 2) < -17.0);
+    }
+
+    #[test]
+    fn the_septum_may_be_facets() {
+        let mut mesh = TruncatedEllipsoid::LAND.wall([2, 16, 8]).tetrahedra();
+        let on_the_left = |facet: &sinew_mesh::Facet| {
+            mesh.facet_nodes(*facet).iter().all(|&node| mesh.points[node][0] < -3.0)
+        };
+        let septum = mesh.facet_sets["epi"].iter().copied().filter(on_the_left).collect();
+        mesh.facet_sets.insert("septum".into(), septum);
+        mesh.facet_sets.insert("none".into(), Vec::new());
+        let wall = WallCoordinates::new(&mesh, &SURFACES).unwrap();
+        let [by_facets, by_direction] = [
+            wall.clone().with_septum_facets(&mesh, "septum").unwrap(),
+            wall.clone().with_septum([-1.0, 0.0, 0.0]).unwrap(),
+        ];
+        for (a, b) in by_facets.angles.iter().zip(&by_direction.angles) {
+            let off = (a - b).rem_euclid(360.0);
+            assert!(off.min(360.0 - off) < 1.0, "{a} {b}");
+        }
+        assert!(wall.clone().with_septum_facets(&mesh, "none").is_err());
+        assert!(wall.with_septum_facets(&mesh, "rv").unwrap_err().to_string().contains("septum"));
+    }
 }

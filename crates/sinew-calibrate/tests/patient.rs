@@ -155,4 +155,12 @@ fn numbers_depend_on_theta_alone() {
         runs.into_iter().map(|run| run.join().unwrap()).collect()
     });
     assert_eq!(first, threaded);
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let again = pool.install(|| {
+            let patient = patient();
+            thetas.iter().map(|theta| at(&patient, theta)).collect::<Vec<_>>()
+        });
+        assert_eq!(first, again, "{threads} threads");
+    }
 }

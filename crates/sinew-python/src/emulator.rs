@@ -82,6 +82,9 @@ impl NativeEmulator {
     }
 }
 
+/// Displacements, and the warnings of each.
+type Predicted<'py> = (Bound<'py, PyArray3<f64>>, Vec<Vec<String>>);
+
 #[pymethods]
 impl NativeEmulator {
     /// How it was made, as JSON.
@@ -127,7 +130,7 @@ impl NativeEmulator {
         thetas: PyReadonlyArray2<'py, f64>,
         refine: usize,
         listener: &Bound<'py, PyAny>,
-    ) -> PyResult<(Bound<'py, PyArray3<f64>>, Vec<Vec<String>>)> {
+    ) -> PyResult<Predicted<'py>> {
         let thetas = rows(&thetas);
         let shape = [thetas.len(), self.body().nodes, 3];
         let found = if refine > 0 || thetas.len() >= MANY {

@@ -30,7 +30,7 @@ pub(crate) fn replaced(own: &Training, given: &str) -> Result<Training, String> 
         seed: given.seed.or(own.seed),
         held_out: given.held_out.or(own.held_out),
         design: given.design.or(own.design),
-        network: given.network.or_else(|| own.network.clone()),
+        network: given.network.or(own.network),
     })
 }
 

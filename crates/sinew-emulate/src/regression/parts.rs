@@ -72,8 +72,8 @@ mod tests {
             PodRegression::fit_polynomial(&parameters, &thetas, &fields, 3).unwrap();
         assert!(by_polynomial.parts().lengths.is_empty() && by_polynomial.leave_one_out() < 0.02);
         for regression in [by_process, by_polynomial] {
-            let (parts, theta) = (regression.parts(), [2.2, 0.7]);
-            let share = [(theta[0] as f64).ln() / 3f64.ln(), theta[1] / 2.0];
+            let (parts, theta) = (regression.parts(), [2.2_f64, 0.7]);
+            let share = [theta[0].ln() / 3f64.ln(), theta[1] / 2.0];
             let x = share.map(|s| 12f64.sqrt() * (s - 0.5));
             let kernels = parts.points.iter().map(|p| {
                 let square = |d: usize| ((x[d] - p[d]) / parts.lengths[d]).powi(2);

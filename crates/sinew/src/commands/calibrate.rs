@@ -157,8 +157,11 @@ fn told(error: CalibrateError) -> anyhow::Error {
     }
 }
 
+/// Hears the stage, the solves made and their number.
+type Teller = Box<dyn FnMut(&str, usize, usize) + Send>;
+
 /// Progress of solves on the terminal; a stage ends when the next one begins.
-fn teller() -> Box<dyn FnMut(&str, usize, usize) + Send> {
+fn teller() -> Teller {
     let mut terminal = Terminal::default();
     let mut stage_now = String::new();
     let (mut first, mut clock) = (0, Instant::now());

@@ -4,7 +4,7 @@ use super::Usage;
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::{PatientFile, parse_theta};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Patient file and true parameters.
 #[derive(Debug, Args)]
@@ -40,6 +40,6 @@ impl Synthesise {
     }
 }
 
-fn same(a: &PathBuf, b: &PathBuf) -> bool {
+fn same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
