@@ -130,17 +130,9 @@ fn tried(root: &Path, python: &Path, folder: &Path, wheel: &Path) -> Result<()> 
     call(pytest.env("SINEW_PROGRAM", program))
 }
 
-/// The program `sinew` in the profile and with the features of the wheel.
+/// The program `sinew`, as tests of the workspace build it.
 fn program_to_compare_with() -> Result<PathBuf> {
-    let mut build =
-        vec!["build", "--release", "-p", "sinew", "--no-default-features", "--bin", "sinew"];
+    cargo(&["build", "--workspace", "--bin", "sinew"], &[])?;
     let folder = MetadataCommand::new().no_deps().exec()?.target_directory.into_std_path_buf();
-    let mut place = folder;
-    if cfg!(all(target_os = "linux", target_arch = "x86_64")) {
-        // Beside the wheel's own dependencies, which are compiled for a named target.
-        build.extend(["--target", TARGET]);
-        place.push(TARGET);
-    }
-    cargo(&build, &[])?;
-    Ok(place.join("release").join(format!("sinew{}", std::env::consts::EXE_SUFFIX)))
+    Ok(folder.join("debug").join(format!("sinew{}", std::env::consts::EXE_SUFFIX)))
 }

@@ -35,7 +35,7 @@ pub use surface_write::{to_obj, to_stl, to_vtk_surface, to_vtp};
 pub use vtk_write::{VtkEncoding, to_vtk};
 pub use vtu_write::{to_pvd, to_vtu, to_vtu_with};
 
-use crate::{AnyMesh, Mesh, MeshError, Place, Problem, TriangleMesh};
+use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
 use cursor::Fault;
 use grid::UnstructuredGrid;
 
@@ -73,9 +73,7 @@ pub fn read_mesh<const N: usize>(
 /// # Errors
 /// [`MeshError::Content`] with the place and the reason.
 pub fn parse(file: &str, bytes: &[u8]) -> Result<(AnyMesh, ReadReport), MeshError> {
-    parse_grid(file, bytes)
-        .and_then(convert::to_any)
-        .map_err(|fault| MeshError::in_file(file, fault))
+    parse_grid(file, bytes).and_then(to_any).map_err(|fault| MeshError::in_file(file, fault))
 }
 
 /// Reads the bytes of a mesh file with a known kind of cell; see [`read_mesh`].
@@ -88,6 +86,41 @@ pub fn parse_mesh<const N: usize>(
 ) -> Result<(Mesh<N>, ReadReport), MeshError> {
     let mesh = parse_grid(file, bytes).and_then(convert::to_mesh);
     mesh.map_err(|fault| MeshError::in_file(file, fault))
+}
+
+/// Makes a mesh of the first kind of cell that a grid has: quadratic tetrahedra, hexahedra, tetrahedra, quadratic triangles,
+/// triangles.
+fn to_any(grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault> {
+    fn of<const N: usize>(grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault>
+    where
+        AnyMesh: From<Mesh<N>>,
+    {
+        convert::to_mesh::<N>(grid).map(|(mesh, report)| (mesh.into(), report))
+    }
+    let has = |nodes| grid.types.contains(&Element::with_nodes(nodes).vtk_type);
+    // A grid without any of them is refused as one of tetrahedra.
+    match [10, 8, 4, 6, 3].into_iter().find(|&nodes| has(nodes)) {
+        Some(10) => of::<10>(grid),
+        Some(8) => of::<8>(grid),
+        Some(6) => of::<6>(grid),
+        Some(3) => of::<3>(grid),
+        _ => of::<4>(grid),
+    }
+}
+
+impl MixedMesh {
+    /// The mesh, as the readers of files make it, and what was changed for it.
+    ///
+    /// # Errors
+    /// Points that are not finite, indices of nodes that there are not, cells of a kind that is not computed with, fields of another
+    /// length, sets of nodes that there are not.
+    pub fn into_mesh(self) -> Result<(AnyMesh, ReadReport), MeshError> {
+        let (mesh, report) =
+            to_any(self.0).map_err(|(_, problem)| MeshError::Cells(Box::new(problem)))?;
+        // Readers check the sets that a file names; nobody has checked these.
+        mesh.check()?;
+        Ok((mesh, report))
+    }
 }
 
 /// Reads an npy array; see [`parse_npy`].

@@ -5,7 +5,7 @@ use super::grid::{UnstructuredGrid, cell_type_name, vtk_type};
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_field, check_points};
 use crate::topology::{FacetKey, facet_key, facets, sorted_key};
-use crate::{AnyMesh, Defect, Element, Facet, Field, Mesh, Problem, repair_orientation};
+use crate::{Defect, Facet, Field, Mesh, Problem, repair_orientation};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// An integer cell field with more values than this on the facets of a file is taken for
@@ -26,26 +26,6 @@ pub struct ReadReport {
     pub dropped_cells: usize,
     /// Nodes that belong to no cell. They are kept; see [`crate::remove_unused_nodes`].
     pub unused_nodes: usize,
-}
-
-/// Makes a mesh of the first kind of cell that a grid has: quadratic tetrahedra, hexahedra, tetrahedra, quadratic triangles,
-/// triangles.
-pub(crate) fn to_any(grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault> {
-    fn of<const N: usize>(grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault>
-    where
-        AnyMesh: From<Mesh<N>>,
-    {
-        to_mesh::<N>(grid).map(|(mesh, report)| (mesh.into(), report))
-    }
-    let has = |nodes| grid.types.contains(&Element::with_nodes(nodes).vtk_type);
-    // A grid without any of them is refused as one of tetrahedra.
-    match [10, 8, 4, 6, 3].into_iter().find(|&nodes| has(nodes)) {
-        Some(10) => of::<10>(grid),
-        Some(8) => of::<8>(grid),
-        Some(6) => of::<6>(grid),
-        Some(3) => of::<3>(grid),
-        _ => of::<4>(grid),
-    }
 }
 
 /// Makes a mesh of the cells with `N` nodes.

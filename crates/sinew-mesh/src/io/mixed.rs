@@ -1,8 +1,7 @@
 //! Meshes that other programs hold in memory: cells of several kinds with fields and groups.
 
-use super::convert::{self, ReadReport};
 use super::grid::UnstructuredGrid;
-use crate::{AnyMesh, Field, MeshError, Problem};
+use crate::{Field, MeshError, Problem};
 use std::ops::Range;
 
 /// Cells of several kinds in memory, as mesh files hold them, with fields and named groups.
@@ -22,7 +21,7 @@ use std::ops::Range;
 /// # Ok::<(), sinew_mesh::MeshError>(())
 /// ```
 #[derive(Debug)]
-pub struct MixedMesh(UnstructuredGrid);
+pub struct MixedMesh(pub(super) UnstructuredGrid);
 
 impl MixedMesh {
     /// Nodes at their positions \[length\], without cells.
@@ -86,19 +85,6 @@ impl MixedMesh {
         set.extend(nodes);
         set.sort_unstable();
         set.dedup();
-    }
-
-    /// The mesh, as the readers of files make it, and what was changed for it.
-    ///
-    /// # Errors
-    /// Points that are not finite, indices of nodes that there are not, cells of a kind that is not computed with, fields of another
-    /// length, sets of nodes that there are not.
-    pub fn into_mesh(self) -> Result<(AnyMesh, ReadReport), MeshError> {
-        let (mesh, report) =
-            convert::to_any(self.0).map_err(|(_, problem)| MeshError::Cells(Box::new(problem)))?;
-        // Readers check the sets that a file names; nobody has checked these.
-        mesh.check()?;
-        Ok((mesh, report))
     }
 }
 
