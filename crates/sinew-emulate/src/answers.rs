@@ -274,14 +274,14 @@ impl Found<'_> {
         self.confirm(&open, emulator, (Method::Regression, &predict), self.accuracy, counter)
     }
 
-    /// So many of the open sets, evenly over their order.
+    /// At most `count` of the open sets, evenly over their order.
     fn spread(&self, count: usize) -> Vec<usize> {
         let open = self.open();
         let count = count.min(open.len());
         (0..count).map(|place| open[place * open.len() / count]).collect()
     }
 
-    /// Those of some sets that have answers.
+    /// Sets of `cases` that have answers.
     fn answered(&self, cases: &[usize]) -> Vec<usize> {
         let has = |case: &usize| matches!(self.answers[*case], Some(Ok(_)));
         cases.iter().copied().filter(has).collect()

@@ -79,7 +79,7 @@ impl<const D: usize> Compiled<D> {
         largest(&residual) <= AGREEMENT * size
     }
 
-    /// What the variance of each observation's noise is divided by, at parameters on their scales.
+    /// Divisors of the noise variance of each observation, at parameters on their scales.
     pub(crate) fn weights(&self, scaled: &[f64]) -> Vec<f64> {
         let count = self.values.len();
         match (self.variance, &self.averages) {

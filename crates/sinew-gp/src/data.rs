@@ -46,7 +46,7 @@ pub(crate) struct Group<const D: usize> {
     pub values: Vec<f64>,
     pub noise: Noise,
     pub role: Role,
-    /// Where each value is a mean of many.
+    /// Statistics of the averages, if each value is a mean of many.
     pub averages: Option<Averages>,
 }
 

@@ -50,9 +50,9 @@ pub enum GpError {
     TooLarge {
         /// Number of observations.
         observations: usize,
-        /// What the matrices take.
+        /// Memory of the matrices \[GB\].
         gigabytes: f64,
-        /// What they may take.
+        /// Largest memory allowed \[GB\].
         most: f64,
     },
     /// A reduced posterior further from the exact one than was asked for.
@@ -65,7 +65,7 @@ pub enum GpError {
         chosen: usize,
         /// Bound of the divergence \[nats\].
         divergence: f64,
-        /// What was asked for.
+        /// Divergence that was asked for \[nats\].
         asked: f64,
         /// Whether rounding ended the choice.
         rounding: bool,

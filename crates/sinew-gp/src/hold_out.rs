@@ -22,7 +22,7 @@ pub(crate) struct Candidate<const D: usize> {
     pub at: [f64; D],
     /// The right-hand side.
     pub value: f64,
-    /// What the left-hand side of the posterior mean is off by.
+    /// Error of the left-hand side of the posterior mean.
     pub residual: f64,
 }
 
@@ -118,7 +118,7 @@ impl<const D: usize> Fit<D> {
 }
 
 impl<const D: usize> Model<D> {
-    /// With noise of this standard deviation on equations that were exact.
+    /// Model with noise of this standard deviation on equations that were exact.
     pub(crate) fn with_noise(mut self, sigma: f64) -> Self {
         for group in self.groups.iter_mut().filter(|group| !group.places.is_empty()) {
             if group.variance == Variance::Known(0.0) {

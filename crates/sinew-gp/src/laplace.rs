@@ -69,7 +69,7 @@ pub fn ensemble<const D: usize>(
     }
 }
 
-/// The same up to which proposals stay as they are.
+/// Pareto k̂ up to which proposals stay unchanged.
 const LIGHT: f64 = 0.4;
 /// Factor of the covariance that proposals move to: that of weights that were cut off is too small.
 const INFLATION: f64 = 1.3;
@@ -104,7 +104,7 @@ impl Proposals {
         (z, -power * (square / f64::from(FREEDOM)).ln_1p())
     }
 
-    /// With the mean and the covariance of weighted draws; as before where these have no covariance.
+    /// Moves to the mean and the covariance of weighted draws; unchanged where these have no covariance.
     fn moved(self, drawn: &[(Vec<f64>, f64)], weights: &[f64]) -> Self {
         let (dimension, total) = (self.centre.len(), weights.iter().sum::<f64>());
         let weighted = || drawn.iter().map(|(z, _)| z).zip(weights);

@@ -21,7 +21,7 @@ use crate::problem::Problem;
 use crate::series::{MOST_VARIABLES, Series};
 use std::sync::Arc;
 
-/// Of the arguments, the term's parameters, and the place.
+/// Function of the arguments, the term's parameters, and the place.
 type Term<const D: usize, const M: usize> =
     dyn Fn([Series; M], &[Series], [f64; D]) -> Series + Send + Sync;
 

@@ -27,10 +27,10 @@ const RESOLVED: f64 = 0.1;
 const MOST_VALUES: usize = 400;
 /// Leave-one-out residual in its standard deviations that is no chance: 1e-5 for one of a hundred normal values.
 const FAR: f64 = 5.0;
-/// The same in units of their median, where noise is learned, and least in standard deviations.
+/// Such a residual in units of their median, where noise is learned, and least in standard deviations.
 const FAR_LEARNED: f64 = 7.0;
 const LEAST_FAR: f64 = 2.0;
-/// The same in units of the size of the others; 1e-3 for the largest of 25 normal values.
+/// Such a residual in units of the size of the others; 1e-3 for the largest of 25 normal values.
 const STUDENTISED: f64 = 6.0;
 /// Values from which on their median is known well enough.
 const ENOUGH: usize = 8;

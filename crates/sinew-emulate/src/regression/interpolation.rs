@@ -57,7 +57,7 @@ pub(super) struct Fitted {
 }
 
 impl Fitted {
-    /// With the same hyperparameters at other points.
+    /// Interpolation with these hyperparameters at other points.
     pub(super) fn refitted(&self, points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Option<Self> {
         let exponents = &self.basis.exponents;
         match &self.interpolation {

@@ -25,7 +25,7 @@ impl Reader<'_> {
         self.case.source.error(&["data", &self.number, key], reason.into())
     }
 
-    /// What it is a measurement of, with values.
+    /// Observables that it measures, with values.
     pub(super) fn observables(&self) -> Result<Vec<(Observable, f64)>, CaseError> {
         let entry = self.entry;
         let phase =
