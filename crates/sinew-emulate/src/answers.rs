@@ -113,6 +113,36 @@ impl Answers {
     }
 }
 
+impl Emulator<'_> {
+    /// The displacement at `theta` to a relative accuracy: [`Answers::to`] for one parameter set.
+    ///
+    /// The prediction is moved by Newton steps until two simplified steps after one contract and what they leave open is below the
+    /// tolerance. Where the first does not contract, or the prediction is far, the solver starts from rest: a Newton step more than its own at most. An answer above the
+    /// tolerance says so: [`Answer::is_within`].
+    ///
+    /// ```
+    /// # use sinew_emulate::Emulator;
+    /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+    /// # let beam = Scene::new(sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 2]), NeoHookean)
+    /// #     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+    /// #     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+    /// #     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
+    /// #     .support(Support::clamped("x_min"))
+    /// #     .lower()?;
+    /// let emulator = Emulator::series(&beam, 1)?; // one solve, no training
+    /// let answer = emulator.answer(&[60.0, 90.0], 1e-4)?;
+    /// assert!(answer.is_within(1e-4) && answer.steps == 1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// θ of the wrong length, an accuracy outside 1e-10 to 0.5, no equilibrium.
+    pub fn answer(&self, theta: &[f64], accuracy: f64) -> Result<Answer> {
+        let found = Answers::to(self.body, &[theta.to_vec()], accuracy, Some(self), &mut ())?;
+        found.answers.into_iter().next().unwrap_or(Err(Error::Unanswered))
+    }
+}
+
 /// Answers so far.
 struct Found<'a> {
     body: &'a Body,
