@@ -1,6 +1,6 @@
 //! Times of a patient's observables on an ideal left ventricle: `cargo run -p sinew-calibrate --example patient_cost [LAYERS AROUND ALONG]`.
 
-#[path = "../tests/support/heart.rs"]
+#[path = "../tests/calibrate/support/heart.rs"]
 mod heart;
 
 use heart::{MMHG, NAMES, THETA, passive, segments, wall};

@@ -1,7 +1,8 @@
 //! Answers to an accuracy: a prediction, moved by Newton steps until the checked estimate of its error is below a tolerance.
 
 use crate::evaluate::share;
-use crate::{Body, Error, Method, Result, Warning};
+use crate::plan::Method;
+use crate::{Body, Error, Result, Warning};
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{Solution, Solver};
 

@@ -323,7 +323,7 @@ fn surfaces_become_a_ventricle_that_solves() {
     );
     assert!(solved.contains("volume of region:1"), "{solved}");
     // The same with the sets' own names and the rule instead of the field.
-    let page = include_str!("../../../docs/case-file.md");
+    let page = include_str!("../../../../docs/case-file.md");
     let blocks = page.split("```toml\n").map(|block| block.split("```").next().unwrap());
     let case = blocks.skip(1).find(|block| block.contains("wall.vtu")).unwrap();
     assert!(case.trim().lines().count() <= 25);

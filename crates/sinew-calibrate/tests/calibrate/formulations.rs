@@ -1,11 +1,6 @@
 //! Derivatives through unloading for every formulation that can be unloaded, and segments of cells other than linear tetrahedra.
 
-#[path = "support/heart.rs"]
-mod heart;
-#[path = "support/slopes.rs"]
-mod slopes;
-
-use heart::MMHG;
+use crate::support::heart::MMHG;
 use sinew_calibrate::{At, Observable, Patient, PatientBuilder, Segments};
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, FiniteElement, Law, Load, Magnitude, Nodes, Parameter, Scene, Support};
@@ -42,7 +37,7 @@ fn seen<'p>(patient: PatientBuilder<'p>, body: &Body) -> PatientBuilder<'p> {
 
 fn check(name: &str, body: &Body, theta: &[f64]) {
     let patient = seen(Patient::of(body), body).build().unwrap();
-    slopes::check(name, &patient, theta);
+    crate::support::slopes::check(name, &patient, theta);
 }
 
 #[test]
@@ -66,7 +61,7 @@ fn a_loose_rim_moves_its_lid() {
         .load(Load::Foundation { facets: "base".into(), normal: 0.2, tangential: 0.1 });
     let balance = loose.lower_follower().unwrap();
     let patient = seen(Patient::of_balance(&balance), &balance.body).build().unwrap();
-    let found = slopes::check("a loose rim", &patient, &[14.0, 40.0]);
+    let found = crate::support::slopes::check("a loose rim", &patient, &[14.0, 40.0]);
     assert!(found.values[0] < found.values[1] && found.values[1] < found.values[2]);
 }
 
@@ -96,8 +91,13 @@ fn hexahedra_have_strains_in_segments_of_a_field() {
         .observe_strains(sinew_calibrate::Direction::Fibre, "image", "as in the image")
         .build()
         .unwrap();
-    let found =
-        slopes::check_rows("hexahedra", &patient, &[2.0, 2.0, 2.0, 2.0], 2, slopes::SHORT_STEP);
+    let found = crate::support::slopes::check_rows(
+        "hexahedra",
+        &patient,
+        &[2.0, 2.0, 2.0, 2.0],
+        2,
+        crate::support::slopes::SHORT_STEP,
+    );
     // The phase has the loads of the image, so it is the image.
     assert!(found.values[2..].iter().all(|strain| strain.abs() < 1e-10), "{:?}", found.values);
 }

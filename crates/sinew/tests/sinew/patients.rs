@@ -206,7 +206,7 @@ fn the_program_makes_data_and_their_posterior() {
 
 #[test]
 fn the_patient_file_of_the_documentation_is_one() {
-    let page = include_str!("../../../docs/calibration.md");
+    let page = include_str!("../../../../docs/calibration.md");
     let blocks: Vec<&str> = page.split("```toml\n").skip(1).collect();
     assert_eq!(blocks.len(), 1);
     let text = blocks[0].split("```").next().unwrap();

@@ -1,9 +1,6 @@
 //! Damaged case files: each is a body or an error that names the file, never a panic.
 
-#[path = "../../sinew-mesh/tests/mesh/damage.rs"]
-mod damage;
-
-use damage::damaged;
+use crate::damage::damaged;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -33,7 +30,7 @@ static ORGAN: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
 
 /// The cases of the page and the built-in scenes on coarse meshes, and one on a file.
 fn bases() -> Vec<String> {
-    const PAGE: &str = include_str!("../../../docs/case-file.md");
+    const PAGE: &str = include_str!("../../../../docs/case-file.md");
     let blocks = PAGE.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next());
     let scenes = sinew::scenes::SCENES.iter().map(|scene| scene.text);
     let mut bases: Vec<String> = blocks.chain(scenes).map(coarse).collect();

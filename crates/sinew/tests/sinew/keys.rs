@@ -59,7 +59,7 @@ fn an_active_bar_contracts_as_its_closed_form_says() {
     assert!(largest.fold(0.0, f64::max) < 1e-8 * theta[4]);
     // Pulled back to its length it is stressed by T_a along it and not at all across, without a change of shape.
     let supports = "supports = [{ nodes = \"x_max\", x = 0.0 }, ";
-    let held = crate::body(&MUSCLE.replace("supports = [", supports));
+    let held = crate::keys::body(&MUSCLE.replace("supports = [", supports));
     let solution = Solver::new(&held).unwrap().solve(&theta, &Options::default()).unwrap();
     for cell in sinew_fem::cell_stresses(&held, &solution.displacement, &theta).unwrap() {
         let [along, across, _] = cell.principal_stresses;

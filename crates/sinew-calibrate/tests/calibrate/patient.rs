@@ -1,14 +1,9 @@
 //! Observables of patients and their derivatives through unloading.
 
-#[path = "support/heart.rs"]
-mod heart;
-#[path = "support/slopes.rs"]
-mod slopes;
-
-use heart::{MMHG, NAMES, THETA, beating, mesh, passive, segments, wall};
+use crate::support::heart::{MMHG, NAMES, THETA, beating, mesh, passive, segments, wall};
+use crate::support::slopes::{SHORT_STEP, check, check_rows};
 use sinew_calibrate::{Direction, Forward, Observable, Patient, Setting};
 use sinew_energy::Fibres;
-use slopes::{SHORT_STEP, check, check_rows};
 
 #[test]
 fn volumes_and_strains_of_a_passive_heart_have_exact_derivatives() {

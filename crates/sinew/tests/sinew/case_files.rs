@@ -4,7 +4,7 @@ use sinew::Case;
 use std::path::Path;
 use toml::{Table, Value};
 
-const PAGE: &str = include_str!("../../../docs/case-file.md");
+const PAGE: &str = include_str!("../../../../docs/case-file.md");
 
 /// The TOML blocks of the page.
 fn blocks() -> Vec<&'static str> {

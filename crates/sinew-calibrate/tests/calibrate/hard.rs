@@ -1,9 +1,6 @@
 //! Hard cases of patients: each ends in the answer that it should, or in an error that says what is wrong.
 
-#[path = "support/heart.rs"]
-mod heart;
-
-use heart::{MMHG, NAMES, THETA, mesh, passive, segments, wall};
+use crate::support::heart::{MMHG, NAMES, THETA, mesh, passive, segments, wall};
 use sinew_calibrate::{
     Direction, Forward, ForwardError, Observable, Patient, PatientBuilder, PatientError, Segments,
     Setting, StateError, WallCoordinates,
@@ -115,7 +112,7 @@ fn a_cell_that_is_folded_in_the_image_is_named() {
     let middle = |i: usize| (mesh.points[b][i] + mesh.points[c][i] + mesh.points[d][i]) / 3.0;
     mesh.points[a] = std::array::from_fn(|i| 2.0 * middle(i) - mesh.points[a][i]);
     let fibres = vec![[[1.0, 0.0, 0.0]]; mesh.cells.len()];
-    let folded = Scene { mesh, directions: fibres, ..passive(heart::mesh(), 25.0) };
+    let folded = Scene { mesh, directions: fibres, ..passive(crate::support::heart::mesh(), 25.0) };
     assert!(matches!(folded.lower(), Err(SceneError::InvertedCell { .. })));
 }
 

@@ -1,0 +1,5 @@
+//! Answers to an accuracy, quasi-Newton steps, regressions.
+
+mod converge;
+mod regression;
+mod to_an_accuracy;

@@ -1,0 +1,4 @@
+//! The program of the benchmarks, and its references against each other.
+
+mod program;
+mod references;

@@ -1,0 +1,16 @@
+//! The program and its library: case files, mistakes of newcomers, answers, pages, patients.
+
+#[path = "../../../sinew-mesh/tests/mesh/damage.rs"]
+mod damage;
+
+mod answers;
+mod case_files;
+mod damaged_cases;
+mod keys;
+mod locking;
+mod newcomer;
+mod organs;
+mod patients;
+mod program;
+mod serve;
+mod viewer;
