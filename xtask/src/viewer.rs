@@ -80,7 +80,7 @@ fn look(browser: &mut Browser) -> Result<(Vec<String>, f64)> {
     browser.press("ArrowLeft", 37)?;
     require(browser.evaluate(PICTURE)? != before, "keys do not turn the body");
     browser.press(" ", 32)?;
-    let playing = browser.evaluate("sinewViewer.views[0].state.playing > 0")?;
+    let playing = browser.evaluate("!!sinewViewer.views[0].state.playing")?;
     require(playing == Value::Bool(true), "the space bar does not play");
     browser.press(" ", 32)?;
     let pictures = browser.evaluate(

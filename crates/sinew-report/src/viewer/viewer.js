@@ -419,7 +419,7 @@
     const play = emulator && button("▶", "Play", () => !!state.playing, () => {
       if (state.playing) return stop();
       if (parameters[pressure].pressure) state.active = pressure;
-      state.playing = performance.now() - BEAT * Math.acos(1 - 2 * clamp(state.shares[state.active]));
+      state.playing = performance.now() - BEAT * Math.acos(1 - 2 * clamp(state.shares[state.active])) || -1;
       play.textContent = "❚❚"; refresh();
     });
     const pick = (index) => () => { state.chosen = index; refresh(true); };

@@ -6,11 +6,14 @@ use sinew::{
     Body, Case, Design, Emulator, Record, TestSet, Train, TrainingOptions, ViewerError, simulate,
     viewer,
 };
-use sinew_emulate::{Predictor, recipe::Taylor};
+use sinew_emulate::{PodRegression, Predictor, recipe::Taylor};
+use sinew_energy::Parameter;
 use sinew_report::Viewer;
 use std::path::Path;
 use std::process::Command;
 
+/// Rounding of a sum of a few dozen products, relative to the largest of them.
+const SUMS: f64 = 1e-12;
 /// Largest distance of the script from the program, relative to the displacement: rounding of 32 bits.
 const ROUNDING: f64 = 1e-6;
 
@@ -186,4 +189,39 @@ fn a_page_is_one_small_file_that_asks_for_nothing() {
     let data: Value = serde_json::from_str(data.split("</script>").next().unwrap()).unwrap();
     let names: Vec<_> = data["quantities"].as_array().unwrap().iter().map(|q| &q["name"]).collect();
     assert_eq!(names, ["Displacement", "Fibre stretch", "Fibre stress", "Error"]);
+}
+
+#[test]
+fn a_regression_is_the_sum_of_its_parts() {
+    let parameters =
+        [Parameter::log("k", "kPa", 1.0..=3.0), Parameter::linear("q", "1", 0.0..=2.0)];
+    let thetas: Vec<Vec<f64>> = (0..30)
+        .map(|i| vec![1.0 + 2.0 * (0.37 * i as f64).fract(), 2.0 * (0.61 * i as f64).fract()])
+        .collect();
+    let field = |t: &Vec<f64>| vec![5.0 / t[0], (0.3 * t[0] * t[1]).sin(), t[1].exp(), t[0] + t[1]];
+    let fields: Vec<_> = thetas.iter().map(field).collect();
+    let by_process = PodRegression::fit(&parameters, &thetas, &fields).unwrap();
+    let by_polynomial = PodRegression::fit_polynomial(&parameters, &thetas, &fields, 3).unwrap();
+    assert!(by_polynomial.parts().lengths.is_empty() && by_polynomial.leave_one_out() < 0.02);
+    for regression in [by_process, by_polynomial] {
+        let (parts, theta) = (regression.parts(), [2.2f64, 0.7]);
+        let share = [theta[0].ln() / 3f64.ln(), theta[1] / 2.0];
+        let x = share.map(|s| 12f64.sqrt() * (s - 0.5));
+        let kernels = parts.points.iter().map(|p| {
+            let square = |d: usize| ((x[d] - p[d]) / parts.lengths[d]).powi(2);
+            (-0.5 * (square(0) + square(1))).exp()
+        });
+        let monomials = parts.exponents.iter().map(|e| x[0].powi(e[0]) * x[1].powi(e[1]));
+        let functions: Vec<f64> = kernels.chain(monomials).collect();
+        let mut sum = parts.mean.to_vec();
+        for (k, mode) in parts.modes.iter().enumerate() {
+            let c: f64 = functions.iter().zip(&parts.weights).map(|(f, row)| f * row[k]).sum();
+            sum.iter_mut().zip(*mode).for_each(|(sum, m)| *sum += c * m);
+        }
+        let size = functions.iter().map(|f| f.abs()).sum::<f64>();
+        let largest = parts.weights.iter().flatten().fold(1.0, |m: f64, w| m.max(w.abs()));
+        for (own, predicted) in sum.iter().zip(regression.predict(&theta).unwrap()) {
+            assert!((own - predicted).abs() < SUMS * size * largest, "{own} {predicted}");
+        }
+    }
 }
