@@ -33,7 +33,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let at = duct.sample(count, 3)?;
         let data = Data::new().equation(&at, &vec![4.0; count], Noise::Exact);
         let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
-        let options = FitOptions { restarts: 2, iterations: 60, seed: 1, ..FitOptions::default() };
+        let options = FitOptions {
+            restarts: 2,
+            iterations: 60,
+            seed: 1,
+            most_points: 0,
+            ..FitOptions::default()
+        };
         let fit = Model::new(prior, data, Evidence::Auto)?.fit(&options)?;
 
         // The solution, and its slope as an operator on it: both are Gaussian.

@@ -9,7 +9,8 @@ use crate::model::Model;
 /// Rounds of further points at most, and what each adds relative to those before.
 const ROUNDS: usize = 8;
 const GROWTH: f64 = 0.5;
-/// Error of the equation relative to its largest term at which points suffice: for parameters, and for u alone.
+/// Error of the equation relative to its largest term at which points suffice, and where u alone is sought of one that holds
+/// everywhere.
 const RESOLVED: f64 = 0.02;
 const RESOLVED_ALONE: f64 = 1e-3;
 /// Share of the error before that a round must stay below, at least every other time.
@@ -35,7 +36,8 @@ impl<const D: usize> Model<D> {
         if options.most_points == 0 {
             return Ok(fit);
         }
-        let aim = if fit.model().theta.is_empty() { RESOLVED_ALONE } else { RESOLVED };
+        let alone = fit.model().theta.is_empty() && fit.model().source.is_some();
+        let aim = if alone { RESOLVED_ALONE } else { RESOLVED };
         let (mut error, mut idle) = (f64::INFINITY, 0);
         for round in 0.. {
             let Some(found) = fit.left_out()? else { return Ok(fit) };

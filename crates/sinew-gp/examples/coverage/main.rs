@@ -146,7 +146,9 @@ fn run<const D: usize>(
     let data = (case.given)(case, data)?;
     let prior = Prior::constrained(&case.problem, &SquaredExponential::new())?;
     let model = Model::new(prior, data, options.evidence)?;
-    let fit = model.fit(&FitOptions { seed, ..FitOptions::default() })?;
+    // Points that are asked for stay as many.
+    let most_points = if options.points.is_some() { 0 } else { FitOptions::default().most_points };
+    let fit = model.fit(&FitOptions { seed, most_points, ..FitOptions::default() })?;
     let fit_seconds = start.elapsed().as_secs_f64();
 
     let inside = domain.sample(50, 99)?;

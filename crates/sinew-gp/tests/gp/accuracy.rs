@@ -52,7 +52,7 @@ fn observed<const D: usize>(
 
 fn fit<const D: usize>(prior: Prior<D>, data: Data<D>, seed: u64) -> Fit<D> {
     let model = must(Model::new(prior, data, Evidence::Auto));
-    must(model.fit(&FitOptions { restarts: 4, seed, ..FitOptions::default() }))
+    must(model.fit(&FitOptions { restarts: 4, seed, most_points: 0, ..FitOptions::default() }))
 }
 
 fn report<const D: usize>(label: &str, fit: &Fit<D>, err: f64, theta: &str) {
@@ -281,7 +281,13 @@ fn membrane(corners: &[[f64; 2]], load: f64, count: usize) -> Fit<2> {
     let at = must(domain.sample(count, 3));
     let data = Data::new().equation(&at, &vec![load; count], Noise::Exact);
     let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
-    let options = FitOptions { restarts: 2, iterations: 60, seed: 1, ..FitOptions::default() };
+    let options = FitOptions {
+        restarts: 2,
+        iterations: 60,
+        seed: 1,
+        most_points: 0,
+        ..FitOptions::default()
+    };
     must(must(Model::new(prior, data, Evidence::Auto)).fit(&options))
 }
 
@@ -344,7 +350,7 @@ fn one_value_of_the_equation_keeps_fits_from_collapse() {
             false => Prior::unconstrained(&problem, &kernel),
         };
         let data = observed(&domain, exact, [25, 25], 0.025, seed);
-        let options = FitOptions { restarts: 4, seed, ..FitOptions::default() };
+        let options = FitOptions { restarts: 4, seed, most_points: 0, ..FitOptions::default() };
         must(must(Model::new(must(prior), data, Evidence::Auto)).fit(&options))
     };
     for constrained in [true, false] {

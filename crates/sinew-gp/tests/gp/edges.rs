@@ -54,7 +54,13 @@ fn error(problem: &Problem<2>, count: usize) -> f64 {
     let load: Vec<f64> = at.iter().map(|point| 0.75 * value(point)).collect();
     let prior = must(Prior::constrained(problem, &SquaredExponential::new()));
     let data = Data::new().equation(&at, &load, Noise::Exact);
-    let options = FitOptions { restarts: 2, iterations: 60, seed: 1, ..FitOptions::default() };
+    let options = FitOptions {
+        restarts: 2,
+        iterations: 60,
+        seed: 1,
+        most_points: 0,
+        ..FitOptions::default()
+    };
     let fit = must(must(Model::new(prior, data, Evidence::Auto)).fit(&options));
     let grid = must(domain.sample(300, 9));
     let mean = must(must(fit.posterior()).mean(&grid));
@@ -218,7 +224,8 @@ fn notched(u: fn(&[Series; 2]) -> Series, load: fn([f64; 2]) -> f64, seed: u64) 
     let f: Vec<f64> = at.iter().map(|x| load(*x)).collect();
     let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
     let data = Data::new().equation(&at, &f, Noise::Exact);
-    let options = FitOptions { restarts: 2, iterations: 60, seed, ..FitOptions::default() };
+    let options =
+        FitOptions { restarts: 2, iterations: 60, seed, most_points: 0, ..FitOptions::default() };
     let fit = must(must(Model::new(prior, data, Evidence::Auto)).fit(&options));
     let posterior = must(fit.posterior());
     let grid = must(domain.sample(400, 99));
