@@ -71,7 +71,7 @@ impl Surface {
         for (index, (&corners, &cell)) in self.triangles.iter().zip(&self.cells).enumerate() {
             let fibre = *body.material.directions(cell * body.points_per_cell).first()?;
             let corners = corners.map(|corner| body.positions[self.nodes[corner]]);
-            if index % every == 0
+            if index.is_multiple_of(every)
                 && let Some(stroke) = within(corners, fibre)
             {
                 triangles.push(index as u32);
