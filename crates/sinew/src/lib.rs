@@ -1,8 +1,33 @@
 //! From your own mesh to an emulator you can trust.
 //!
+//! Displacements to an accuracy that is asked for:
+//!
+//! ```
+//! use sinew::mesh::box_tetrahedra;
+//! use sinew::{Answers, Design, Load, Parameter, Scene, Support, laws::NeoHookean};
+//!
+//! // A bar that bends under its own weight, of any stiffness in a range.
+//! let body = Scene::new(box_tetrahedra([30.0, 6.0, 6.0], [6, 2, 2]), NeoHookean)
+//!     .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
+//!     .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
+//!     .load(Load::BodyForce([0.0, 0.0, -9.8e-3])) // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+//!     .support(Support::clamped("x_min"))
+//!     .lower()?;
+//!
+//! // Thirty parameter sets to a relative error of 1e-3, by the method with the fewest expected Newton steps.
+//! let thetas = Design::LatinHypercube.sample(&body.parameters, 30, 1)?;
+//! let found = Answers::to(&body, &thetas, 1e-3, None, &mut ())?;
+//! for answer in found.answers {
+//!     assert!(answer?.is_within(1e-3)); // checked by steps that contract
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The crates below are modules of this one: [`mesh`], [`energy`], [`fem`], [`emulate`], [`calibrate`] and [`report`].
+//!
 //! A case file names a mesh, a law, fibres, loads, supports and the ranges of parameters θ; [`Case`] reads it,
 //! [`Case::body`] makes the [`Body`] that everything else speaks to. The program `sinew` does all of this from a
-//! terminal; `docs/case-file.md` describes every key.
+//! terminal; `docs/case-file.md` describes every key. An emulator of a case, measured on unseen parameters, is below.
 //!
 //! Compile with `--release`: Sinew's own workspace optimises all profiles, a crate that depends on it does not.
 //!
@@ -93,6 +118,10 @@ pub use theta::{
 };
 pub use viewer::{ViewerError, viewer};
 pub use wall::ventricle;
+pub use {
+    sinew_calibrate as calibrate, sinew_emulate as emulate, sinew_energy as energy,
+    sinew_fem as fem, sinew_mesh as mesh, sinew_report as report,
+};
 
 /// Reads an emulator of `body`; networks need the feature `networks`.
 ///
