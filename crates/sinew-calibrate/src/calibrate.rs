@@ -99,12 +99,8 @@ pub fn calibrate(
         let few = kept.thinned(options.checks.div_ceil(CHAINS));
         let stage = format!("check by the solver, round {round}");
         let mut verified = Verified::new(&target, solves, &stage, few)?;
-        // The last round is not held up by an accuracy that ratios correct.
-        let good = match round == options.rounds {
-            true => verified.is_confirmed(),
-            false => verified.is_accurate(),
-        };
-        if good {
+        let promising = verified.is_promising(round == options.rounds);
+        if promising {
             verified = Verified::new(&target, solves, "correction by the solver", kept)?;
         }
         let correction = Correction {
@@ -114,7 +110,7 @@ pub fn calibrate(
             seconds: solves.seconds(),
             ..verified.correction.clone()
         };
-        if good && verified.is_confirmed() {
+        if promising && verified.is_confirmed() {
             return Ok(Posterior::new(problem, &modes[0], &verified, correction, options.seed));
         }
         reached = correction;

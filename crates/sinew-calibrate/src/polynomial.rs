@@ -212,6 +212,7 @@ mod tests {
         let fitted = Polynomial::fit(&samples(true), &[1.0, 1.0], 1).unwrap();
         let error = fitted.leave_one_out[(0, 0)].sqrt();
         assert!((0.1..2.0).contains(&error), "{error}");
-        assert!(fitted.leave_one_out[(1, 1)] < 1e-12);
+        // All observables share the ridge; the largest takes some three times itself off the line's slope of three.
+        assert!(fitted.leave_one_out[(1, 1)] < (10.0 * RIDGES[3]).powi(2));
     }
 }

@@ -11,6 +11,8 @@ use sinew_sample::{Chains, effective_share, psis, quantile, split_seed};
 
 /// Largest Pareto k̂ of a posterior that counts as confirmed (Vehtari et al. 2024: below it means have the usual error).
 const MOST_K: f64 = 0.5;
+/// Largest k̂ of a few draws that all draws are worth being asked for: from so few it scatters by 0.1 to 0.2.
+const MOST_K_OF_FEW: f64 = 0.7;
 /// Least effective share.
 const LEAST_SHARE: f64 = 0.5;
 /// Largest error of the emulator \[standard deviations of the datum\] that is not worth another round.
@@ -69,9 +71,11 @@ impl Verified {
         self.correction.k_hat <= MOST_K && self.correction.share >= LEAST_SHARE
     }
 
-    /// Whether the emulator is as good as another round would be worth.
-    pub(crate) fn is_accurate(&self) -> bool {
-        self.is_confirmed() && self.correction.largest_error <= MOST_ERROR
+    /// Whether all draws are worth being solved, after these few; the last round is not held up by an accuracy that ratios correct.
+    pub(crate) fn is_promising(&self, last: bool) -> bool {
+        let Correction { k_hat, share, largest_error, .. } = self.correction;
+        let accurate = last || largest_error <= MOST_ERROR;
+        k_hat <= MOST_K_OF_FEW && share >= LEAST_SHARE && accurate
     }
 
     /// Equally weighted draws of the solver's posterior by independence Metropolis over the draws of each chain (Tierney 1994),
