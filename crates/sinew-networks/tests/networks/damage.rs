@@ -197,7 +197,7 @@ fn simulations_that_were_damaged_are_refused() {
     *bytes.last_mut().unwrap() ^= 1;
     std::fs::write(&files[0].0, bytes).unwrap();
     let told = read_simulations(&body, folder.path()).unwrap_err().to_string();
-    assert!(told.contains("displacement.npy is not as it was stored"), "{told}");
+    assert!(told.contains("displacement.npy was changed after it was stored"), "{told}");
 }
 
 #[test]

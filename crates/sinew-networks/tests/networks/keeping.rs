@@ -181,7 +181,7 @@ fn recipes_of_one_case_share_their_simulations() {
     }
     let refused = few().train(&body, &in_case(folder.path(), "damaged"), &mut ());
     let refused = refused.err().unwrap().to_string();
-    assert!(refused.contains("displacement.npy is not as it was stored"), "{refused}");
+    assert!(refused.contains("displacement.npy was changed after it was stored"), "{refused}");
 }
 
 #[test]
