@@ -23,7 +23,7 @@ const SHIFT_GROWTH: f64 = 8.0;
 const MOST_SHIFTS: usize = 12;
 
 /// Shares that the dense blocks of a large factor are divided into. The division is fixed, so that numbers do not depend on the number of
-/// threads.
+/// threads; one thread alone takes blocks whole, to the same bits.
 const SHARES: NonZeroUsize = NonZeroUsize::new(4).unwrap();
 /// Entries of a factor from which its blocks are large enough to be divided.
 const LARGE: usize = 2_000_000;
@@ -74,10 +74,11 @@ impl Factor {
 
     fn of(symbolic: Arc<SymbolicCholesky<usize>>) -> Result<Self, SolveError> {
         let memory = || SolveError::OutOfMemory { unknowns: symbolic.nrows() };
-        let shares = shares(&symbolic);
-        let scratch = symbolic
-            .factorize_numeric_llt_scratch::<f64>(shares, Default::default())
-            .or(symbolic.factorize_numeric_ldlt_scratch::<f64>(shares, Default::default()));
+        // A factor that is prepared on one thread may be computed on many.
+        let scratch = |par| symbolic.factorize_numeric_llt_scratch::<f64>(par, Default::default());
+        let mut scratch = scratch(Par::Seq).or(scratch(Par::Rayon(SHARES)));
+        scratch = scratch
+            .or(symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default()));
         let mut entries = Vec::new();
         entries.try_reserve_exact(symbolic.len_val()).map_err(|_| memory())?;
         entries.resize(symbolic.len_val(), 0.0);
@@ -119,7 +120,7 @@ impl Factor {
             matrix,
             Side::Lower,
             LdltRegularization::default(),
-            shares(&self.symbolic),
+            Par::Seq,
             MemStack::new(&mut self.memory),
             Default::default(),
         );
@@ -183,7 +184,8 @@ impl Factor {
 }
 
 fn shares(symbolic: &SymbolicCholesky<usize>) -> Par {
-    if symbolic.len_val() < LARGE { Par::Seq } else { Par::Rayon(SHARES) }
+    let alone = rayon::current_num_threads() == 1;
+    if alone || symbolic.len_val() < LARGE { Par::Seq } else { Par::Rayon(SHARES) }
 }
 
 fn lower_half<'m>(sparsity: &'m Sparsity, matrix: &'m [f64]) -> SparseColMatRef<'m, usize, f64> {
