@@ -16,7 +16,7 @@ pub fn singles(values: &[f32]) -> String {
 /// `count` finite numbers of double precision.
 ///
 /// # Errors
-/// Text that is none, another count, a number that is not finite.
+/// Text that is not base64, another count, a number that is not finite.
 pub fn read_doubles(text: &str, count: usize) -> Result<Vec<f64>, String> {
     let values: Vec<f64> = decoded(text)?.into_iter().map(f64::from_le_bytes).collect();
     if values.len() != count {
@@ -31,7 +31,7 @@ pub fn read_doubles(text: &str, count: usize) -> Result<Vec<f64>, String> {
 /// Numbers of single precision.
 ///
 /// # Errors
-/// Text that is none.
+/// Text that is not base64.
 pub fn read_singles(text: &str) -> Result<Vec<f32>, String> {
     Ok(decoded(text)?.into_iter().map(f32::from_le_bytes).collect())
 }

@@ -149,7 +149,7 @@ pub type TableRow = (usize, Result<Vec<f64>, ThetaText>);
 
 /// θ from a CSV table: names in the first line, such as `mu,lambda` or `a,p [mmHg]`, in any order; a row per θ. Without a unit
 /// in its head a column has that of its parameter. Empty lines and those that begin with `#` are left out. A row with a number
-/// too few, too many or that is none is an error of its own, with its line.
+/// too few, too many or malformed is an error of its own, with its line.
 ///
 /// # Errors
 /// A file that cannot be read; a column that is missing, is not a parameter or has another unit; no row.

@@ -39,7 +39,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
     let mut blocks = vec![Block::Text(format!(
         "The emulator that was trained by energy on {} meets ventricles of other shapes, meshes and numbers of nodes: as it \
          is, but for one solve that tells where to begin, after {spent} of training by energy there, and beside an emulator \
-         that starts from nothing with the same time (thesis B.5: 90 s).",
+         trained from scratch for the same time (thesis B.5: 90 s).",
         trained.name
     ))];
     for shape in &SHAPES {

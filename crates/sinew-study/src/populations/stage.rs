@@ -97,7 +97,7 @@ impl Stage {
     /// The stage of a name, on small meshes for a quick check.
     ///
     /// # Errors
-    /// A name that is none.
+    /// A name that is not a population's.
     pub(super) fn new(key: &str, quick: bool) -> Result<Self> {
         let read = |scene: &str| Case::read(Path::new(scene)).context("a built-in scene");
         let sized = |small: [usize; 3], large: [usize; 3]| if quick { small } else { large };
@@ -256,7 +256,7 @@ impl Stage {
         Ok(Some(scarred(self.case.body_on(mesh)?, &individual.scars)?))
     }
 
-    /// The body of the population whose shape numbers are zero, on the mesh of another; `None` where that is none of the population's.
+    /// The body of the population whose shape numbers are zero, on the mesh of another; `None` if that mesh is not a shape of the population.
     pub(super) fn mean_like(&self, body: &Body) -> Result<Option<Body>> {
         for cells in std::iter::once(self.cells).chain(self.other_cells) {
             let mean = self.case.body_on(Self { cells, ..self.clone() }.mesh(&[])?)?;

@@ -124,7 +124,7 @@ fn a_start_that_turns_a_cell_over_is_refused_with_the_cell() {
     let node = (0..body.nodes).find(|&node| body.positions[node] == [5.0, 0.5, 0.5]).unwrap();
     turned[3 * node] = -3.0;
     let Err(SolveError::Inadmissible { cell }) = held.descend(&turned, &[2.0, 2.0], 3) else {
-        panic!("a cell that is turned over has no energy");
+        panic!("an inverted cell has no energy");
     };
     assert!(body.cell_nodes().nth(cell).unwrap().contains(&node));
     assert!(held.descend(&[0.0], &[2.0, 2.0], 3).is_err());
