@@ -34,7 +34,7 @@
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
 //! - [`Solver::trace`] and [`BalanceSolver::trace`] give the equilibria at parameters in their order, each from the one before.
-//! - [`HeldStiffness`] descends at many θ with a stiffness that is factorised once.
+//! - [`FrozenTangent`] descends at many θ with a stiffness that is factorised once.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
@@ -101,7 +101,7 @@ pub use solve::balance::{BalanceSolution, BalanceSolver};
 pub use solve::buckling::SoftestMode;
 pub use solve::continuation::{Curve, CurvePoint};
 pub use solve::converge::Converged;
-pub use solve::held::{Descent, HeldStiffness};
+pub use solve::frozen_tangent::{Descent, FrozenTangent};
 pub use solve::history::{History, Iteration};
 pub use solve::line::Line;
 pub use solve::nested::coarse_displacement;

@@ -1,6 +1,6 @@
 //! Many θ of one body.
 
-use crate::solve::held::Potential;
+use crate::solve::frozen_tangent::Potential;
 use crate::solve::order::neighbours;
 use crate::{BalanceSolution, BalanceSolver, LoadSteps, Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
