@@ -7,8 +7,6 @@ use crate::fit::{Fit, HoldOut};
 use crate::model::Model;
 use crate::space::Space;
 use crate::warning::Warning;
-use faer::linalg::solvers::SelfAdjointEigen;
-use faer::{Mat, Side as Triangle};
 use std::sync::Arc;
 
 /// Values below which a level of noise is mostly what is believed of it: the standard deviation of its logarithm from n
@@ -164,20 +162,13 @@ fn unidentified<const D: usize>(
     if count == 0 {
         return Ok(None);
     }
-    let factor = Space::new(model, scaled, false)?.factor;
-    let covariance = Mat::from_fn(count, count, |i, j| {
-        let (a, b) = (factor.row(offset + i), factor.row(offset + j));
-        a.iter().zip(b.iter()).map(|(a, b)| a * b).sum::<f64>()
-    });
-    let Ok(eigen) = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower) else {
-        return Err(GpError::NotPositiveDefinite { size: count, jitter: 0.0 });
-    };
-    // Eigenvalues ascend.
-    let (last, values) = (count - 1, eigen.S().column_vector());
-    if values[last].max(0.0).sqrt() < SILENT {
+    let covariance = Space::new(model, scaled, false)?.about.covariance();
+    let eigen = covariance.view((offset, offset), (count, count)).symmetric_eigen();
+    let last = eigen.eigenvalues.imax();
+    if eigen.eigenvalues[last].max(0.0).sqrt() < SILENT {
         return Ok(None);
     }
-    let share = |k: usize| (model.theta[k].name().to_string(), eigen.U()[(k, last)]);
+    let share = |k: usize| (model.theta[k].name().to_string(), eigen.eigenvectors[(k, last)]);
     let mut direction: Vec<(String, f64)> =
         (0..count).map(share).filter(|(_, share)| share.abs() > SHARE).collect();
     direction.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));

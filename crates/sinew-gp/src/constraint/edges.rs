@@ -64,9 +64,9 @@ impl<const D: usize> Conditioned<D> {
                 .enumerate()
                 .filter_map(|(end, (jet, shape))| jet.as_ref().map(|jet| (end, jet, shape)))
         };
-        if let Some((a, b, c)) = self.condition.spring() {
-            let sum = self.trace(&shapes, jets, x) * (&f * a.at(x.clone()) / b + 1.0);
-            return if data { sum - &f * c.at(x.clone()) / b } else { sum };
+        if let Some((a, c)) = self.condition.spring() {
+            let sum = self.trace(&shapes, jets, x) * (&f * a.at(x.clone()) + 1.0);
+            return if data { sum - &f * c.at(x.clone()) } else { sum };
         }
         match &self.condition {
             Condition::Dirichlet(value) => {
@@ -98,10 +98,10 @@ impl<const D: usize> Conditioned<D> {
 
     /// Factor of a free trace, if the condition leaves one.
     fn free_trace(&self, x: &[Series; D]) -> Option<Series> {
-        let (a, b, _) = self.condition.spring()?;
+        let (a, _) = self.condition.spring()?;
         let (f, s) = (self.edge.height(&x[0], &x[1]), self.edge.fraction(&x[0], &x[1]));
         let rest = s.constant(1.0) - &s;
-        let start = f * a.at(x.clone()) / b + 1.0;
+        let start = f * a.at(x.clone()) + 1.0;
         let ends = [s, rest].into_iter().zip(self.joined);
         Some(ends.filter(|(_, joined)| *joined).fold(start, |p, (end, _)| p * end.squared()))
     }

@@ -36,8 +36,8 @@ impl<const D: usize> EdgeLift<D> {
             data: data.clone(),
             edge: edge.clone(),
         };
-        if let Condition::Robin { value_factor, slope_factor, data } = condition {
-            return vec![lift(value_factor.clone(), *slope_factor, data)];
+        if let Condition::Robin { value_factor, data, .. } = condition {
+            return vec![lift(value_factor.clone(), 1.0, data)];
         }
         let given = condition.derivatives().into_iter();
         given

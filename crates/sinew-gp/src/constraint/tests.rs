@@ -121,7 +121,7 @@ fn every_kind_of_condition_holds_for_whatever_is_drawn() {
             Some(Condition::Cauchy { value: u(), slope: slope() }),
             Some(Condition::Robin {
                 value_factor: factor(axis),
-                slope_factor: -0.5,
+                slope_factor: constant(-0.5),
                 data: springy,
             }),
             given(&[0, 2]),
@@ -155,7 +155,7 @@ fn every_kind_of_condition_holds_for_whatever_is_drawn() {
 fn factors_vary_on_one_axis_only() {
     let robin = |value_factor: Field<2>| Condition::Robin {
         value_factor,
-        slope_factor: 1.0,
+        slope_factor: constant(1.0),
         data: constant(0.0),
     };
     let both = Problem::new(square(["x", "y"]), Derivative::along(0))
@@ -181,7 +181,7 @@ fn derivatives_that_make_no_condition_are_refused() {
     let prism = Domain::prism(["x", "y"], &L_SHAPE, ("t", [0.0, 1.0])).unwrap();
     let robin = Condition::Robin {
         value_factor: field(|[_, _, t]: [Series; 3]| t + 1.0),
-        slope_factor: 1.0,
+        slope_factor: constant(1.0),
         data: constant(0.0),
     };
     let edge = Problem::new(prism, Derivative::along(0)).and_then(|p| p.edge(1, robin));
@@ -263,7 +263,7 @@ fn edge_condition(kind: usize, outwards: [f64; 2]) -> Option<Condition<2>> {
         3 => Some(Condition::Cauchy { value: value(), slope: slope() }),
         _ => Some(Condition::Robin {
             value_factor: field(|[x, y]: [Series; 2]| x * 0.4 + y * 0.7 + 2.0),
-            slope_factor: -0.5,
+            slope_factor: constant(-0.5),
             data: field(move |x: [Series; 2]| {
                 let factor = &x[0] * 0.4 + &x[1] * 0.7 + 2.0;
                 reference(&x) * factor - reference_slope(outwards).at(x) * 0.5
