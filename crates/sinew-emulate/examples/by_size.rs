@@ -86,7 +86,7 @@ fn measure(
     let found = sweep(body, &thetas[..solved], &Options::default(), || ())?;
     let solve_s = (cpu_s() - start) / solved as f64;
     let start = cpu_s();
-    let prepared = Emulator::series(body, 1)?;
+    let prepared = Emulator::taylor(body, 1)?;
     let prepare_s = cpu_s() - start;
     drop(prepared);
     let start = cpu_s();

@@ -80,7 +80,7 @@ impl Answers {
         let (plan, centre) = Plan::quick(body, thetas, accuracy, emulator)?;
         let expansion = match (plan.method(), centre) {
             (Method::Expansion, Some(Centre { solver, displacement })) => {
-                Some(Emulator::series_about(solver, body, &displacement, 1)?)
+                Some(Emulator::taylor_about(solver, body, &displacement, 1)?)
             }
             _ => None,
         };
@@ -129,7 +129,7 @@ impl Emulator<'_> {
     /// #     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
     /// #     .support(Support::clamped("x_min"))
     /// #     .lower()?;
-    /// let emulator = Emulator::series(&beam, 1)?; // one solve, no training
+    /// let emulator = Emulator::taylor(&beam, 1)?; // one solve, no training
     /// let answer = emulator.answer(&[60.0, 90.0], 1e-4)?;
     /// assert!(answer.is_within(1e-4) && answer.steps == 1);
     /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -4,7 +4,7 @@ use crate::parameters::{check_length, extrapolation};
 use crate::{Emulator, Estimate, Prediction, Result, Warning, taylor};
 use rayon::prelude::*;
 use sinew_energy::metrics::displacement_error;
-use sinew_fem::{Descent, HeldStiffness, NewtonStep, SolveError, Solver};
+use sinew_fem::{Descent, FrozenTangent, NewtonStep, SolveError, Solver};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -87,7 +87,7 @@ impl<'b> Emulator<'b> {
     }
 
     /// The stiffness at the centre, factorised once; by several threads at once where they need it at once.
-    fn held(&self) -> Result<Arc<HeldStiffness<'b>>> {
+    fn held(&self) -> Result<Arc<FrozenTangent<'b>>> {
         let kept = || self.held.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if let Some(held) = &*kept() {
             return Ok(held.clone());
@@ -95,7 +95,7 @@ impl<'b> Emulator<'b> {
         let centre = self.body.centre();
         let state = self.predict(std::slice::from_ref(&centre))?.displacement;
         let state = taylor::admissible(self.body, &state);
-        let held = self.with_solver(|solver| Ok(solver.held_stiffness(&state, &centre)?))?;
+        let held = self.with_solver(|solver| Ok(solver.frozen_tangent(&state, &centre)?))?;
         Ok(kept().get_or_insert_with(|| Arc::new(held)).clone())
     }
 

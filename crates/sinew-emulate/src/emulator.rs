@@ -10,7 +10,7 @@ use crate::store::{content, read_json, write_json};
 use crate::taylor::{self, TaylorExpansion};
 use crate::{Body, Error, PodRegression, Result, Warning};
 use serde::{Deserialize, Serialize};
-use sinew_fem::{HeldStiffness, Solver};
+use sinew_fem::{FrozenTangent, Solver};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -25,7 +25,7 @@ pub struct Emulator<'b> {
     /// Solvers that are not at work, prepared when they are first needed.
     pub(crate) solvers: Mutex<Vec<Solver<'b>>>,
     /// Stiffness at the centre of the ranges, likewise.
-    pub(crate) held: Mutex<Option<Arc<HeldStiffness<'b>>>>,
+    pub(crate) held: Mutex<Option<Arc<FrozenTangent<'b>>>>,
 }
 
 /// Displacements for some parameters.
@@ -55,7 +55,7 @@ impl Prediction {
     }
 }
 
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const DESCRIPTION: &str = "emulator.json";
 
 #[derive(Serialize, Deserialize)]
@@ -83,7 +83,7 @@ impl<'b> Emulator<'b> {
     ///     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
     ///     .support(Support::clamped("x_min"))
     ///     .lower()?;
-    /// let (emulator, theta) = (Emulator::series(&beam, 1)?, vec![60.0, 90.0]);
+    /// let (emulator, theta) = (Emulator::taylor(&beam, 1)?, vec![60.0, 90.0]);
     /// let predicted = emulator.predict(&[theta.clone()])?.displacement;
     /// let corrected = emulator.correct(&theta, 2)?.displacement;
     /// let size = |u: Vec<f64>| u.iter().map(|u| u * u).sum::<f64>().sqrt();
@@ -94,30 +94,30 @@ impl<'b> Emulator<'b> {
     ///
     /// # Errors
     /// A body that cannot be solved at the centre.
-    pub fn series(body: &'b Body, seed: u64) -> Result<Self> {
+    pub fn taylor(body: &'b Body, seed: u64) -> Result<Self> {
         require_some(body)?;
         let start = Instant::now();
-        Ok(Self::of_series(body, TaylorExpansion::of(body, seed)?, start))
+        Ok(Self::of_taylor(body, TaylorExpansion::of(body, seed)?, start))
     }
 
     /// About the solution at the centre of the parameters' ranges, where a solver has it already.
-    pub(crate) fn series_about(
+    pub(crate) fn taylor_about(
         mut solver: Solver<'b>,
         body: &'b Body,
         solved: &[f64],
         seed: u64,
     ) -> Result<Self> {
         let start = Instant::now();
-        let series = TaylorExpansion::about_solved(&mut solver, solved, seed)?;
-        Ok(Self { solvers: Mutex::new(vec![solver]), ..Self::of_series(body, series, start) })
+        let taylor = TaylorExpansion::about_solved(&mut solver, solved, seed)?;
+        Ok(Self { solvers: Mutex::new(vec![solver]), ..Self::of_taylor(body, taylor, start) })
     }
 
-    fn of_series(body: &'b Body, series: TaylorExpansion, start: Instant) -> Self {
+    fn of_taylor(body: &'b Body, taylor: TaylorExpansion, start: Instant) -> Self {
         let mut record = Record::new(taylor::KEY);
         record.about = taylor::ABOUT.into();
         record.prepare_s = start.elapsed().as_secs_f64();
         record.simulations = 1;
-        Self::new(body, Box::new(Regressed { series: Some(series), regression: None }), record)
+        Self::new(body, Box::new(Regressed { taylor: Some(taylor), regression: None }), record)
     }
 
     /// Emulator of a predictor of `body`.

@@ -4,7 +4,7 @@ use crate::predictor::Predictor;
 use crate::record::Record;
 use crate::{Body, Emulator, Error, Result};
 use rayon::prelude::*;
-use sinew_fem::{Descent, HeldStiffness, Options, SolveError, Solver};
+use sinew_fem::{Descent, FrozenTangent, Options, SolveError, Solver};
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// Solution of one body and its factorised stiffness, for unseen bodies that share its mesh's connectivity and its supports, whatever their shapes,
 /// materials and scars.
 ///
-/// From that solution, quasi-Newton steps with the frozen stiffness ([`HeldStiffness`]) lower the potential energy of another body. Nothing is trained
+/// From that solution, quasi-Newton steps with the frozen stiffness ([`FrozenTangent`]) lower the potential energy of another body. Nothing is trained
 /// and nothing prepared for it. [`FrozenStiffness::on`] makes an [`Emulator`] of the unseen body, which answers to an accuracy as any other;
 /// [`FrozenStiffness::descend`] gives the steps alone. On left ventricles of random shape and parameters 16 leave 1.2 % in the median in a tenth of
 /// the time of a solve, 32 leave 0.03 %; beams that bend far need more than they are worth, and
@@ -41,7 +41,7 @@ use std::sync::Arc;
 /// ```
 #[derive(Clone)]
 pub struct FrozenStiffness<'b> {
-    held: Arc<HeldStiffness<'b>>,
+    held: Arc<FrozenTangent<'b>>,
 }
 
 /// Short name of predictions by it.
@@ -65,7 +65,7 @@ impl<'b> FrozenStiffness<'b> {
     pub fn new(body: &'b Body) -> Result<Self> {
         let (mut solver, centre) = (Solver::new(body)?, body.centre());
         let known = solver.solve(&centre, &Options::default())?.displacement;
-        Ok(Self { held: Arc::new(solver.held_stiffness(&known, &centre)?) })
+        Ok(Self { held: Arc::new(solver.frozen_tangent(&known, &centre)?) })
     }
 
     /// Emulator of an unseen body.

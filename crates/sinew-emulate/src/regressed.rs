@@ -7,7 +7,7 @@ use crate::{Body, Error, PodRegression, Result};
 use rayon::prelude::*;
 use std::path::Path;
 
-const FILE: &str = "series.json";
+const FILE: &str = "taylor.json";
 /// Kind of these predictors, by which a stored one is known.
 pub(crate) const KIND: &str = "regression";
 
@@ -15,7 +15,7 @@ pub(crate) const KIND: &str = "regression";
 #[derive(Clone, Debug)]
 pub(crate) struct Regressed {
     /// Expansion that the regression is about; its mean alone where there is none.
-    pub series: Option<TaylorExpansion>,
+    pub taylor: Option<TaylorExpansion>,
     /// `None` where only the Taylor expansion was asked for.
     pub regression: Option<PodRegression>,
 }
@@ -27,39 +27,39 @@ impl Regressed {
             Some(regression) => regression.predict(theta)?,
             None => vec![0.0; 3 * body.nodes],
         };
-        if let Some(series) = &self.series {
+        if let Some(taylor) = &self.taylor {
             field
                 .iter_mut()
-                .zip(series.at(body, theta)?)
-                .for_each(|(u, of_series)| *u += of_series);
+                .zip(taylor.at(body, theta)?)
+                .for_each(|(u, of_taylor)| *u += of_taylor);
         }
         Ok(field)
     }
 
-    /// A regression of the fields, or of what a series leaves of them where that halves the error by leaving one simulation out; and
+    /// A regression of the fields, or of what a Taylor expansion leaves of them where that halves the error by leaving one simulation out; and
     /// that error, root mean square norm relative to that of the fields.
     pub(crate) fn fit(
         body: &Body,
-        series: Option<&TaylorExpansion>,
+        taylor: Option<&TaylorExpansion>,
         thetas: &[Vec<f64>],
         fields: &[Vec<f64>],
     ) -> Result<(Self, f64)> {
         let plain = PodRegression::fit(&body.parameters, thetas, fields)?;
         let error = plain.leave_one_out();
-        let plain = (Self { series: None, regression: Some(plain) }, error);
-        let Some(series) = series else { return Ok(plain) };
+        let plain = (Self { taylor: None, regression: Some(plain) }, error);
+        let Some(taylor) = taylor else { return Ok(plain) };
         let left = |(theta, field): (&Vec<f64>, &Vec<f64>)| -> Result<Vec<f64>> {
-            let series = series.at(body, theta)?;
-            Ok(field.iter().zip(series).map(|(u, of_series)| u - of_series).collect())
+            let taylor = taylor.at(body, theta)?;
+            Ok(field.iter().zip(taylor).map(|(u, of_taylor)| u - of_taylor).collect())
         };
         let left: Vec<Vec<f64>> = thetas.iter().zip(fields).map(left).collect::<Result<_>>()?;
         let regression = PodRegression::fit(&body.parameters, thetas, &left)?;
         let error = regression.leave_one_out() * norm(&left) / norm(fields).max(f64::MIN_POSITIVE);
-        // A series takes longer to predict.
+        // A Taylor expansion takes longer to predict.
         if 2.0 * error >= plain.1 {
             return Ok(plain);
         }
-        Ok((Self { series: Some(series.clone()), regression: Some(regression) }, error))
+        Ok((Self { taylor: Some(taylor.clone()), regression: Some(regression) }, error))
     }
 
     /// Description in words.
@@ -67,7 +67,7 @@ impl Regressed {
         let regression = self.regression.as_ref().map(|regression| {
             format!("{} modes, {}", regression.modes(), regression.interpolation())
         });
-        match (&self.series, regression) {
+        match (&self.taylor, regression) {
             (None, Some(regression)) => regression,
             (_, None) => "second order about one solution".into(),
             (Some(_), Some(regression)) => {
@@ -78,12 +78,12 @@ impl Regressed {
 
     /// Reads a folder that [`Predictor::save`] wrote.
     pub(crate) fn load(folder: &Path, body: &Body) -> Result<Self> {
-        let series = read_json::<TaylorExpansion>(&folder.join(FILE))?;
+        let taylor = read_json::<TaylorExpansion>(&folder.join(FILE))?;
         let regression = match PodRegression::load(folder, &body.parameters) {
-            Err(Error::NoEmulator { .. }) if series.is_some() => None,
+            Err(Error::NoEmulator { .. }) if taylor.is_some() => None,
             found => Some(found?),
         };
-        Ok(Self { series, regression })
+        Ok(Self { taylor, regression })
     }
 }
 
@@ -98,12 +98,12 @@ impl Predictor for Regressed {
     }
 
     fn regression(&self) -> Option<&PodRegression> {
-        self.regression.as_ref().filter(|_| self.series.is_none())
+        self.regression.as_ref().filter(|_| self.taylor.is_none())
     }
 
     fn save(&self, folder: &Path) -> Result<()> {
-        if let Some(series) = &self.series {
-            write_json(&folder.join(FILE), series)?;
+        if let Some(taylor) = &self.taylor {
+            write_json(&folder.join(FILE), taylor)?;
         }
         self.regression.as_ref().map_or(Ok(()), |regression| regression.save(folder))
     }

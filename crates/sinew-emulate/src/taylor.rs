@@ -18,7 +18,7 @@ use sinew_graph::Topology;
 pub struct TaylorExpansion(Motions);
 
 /// Short name of the recipe, and what it makes.
-pub(crate) const KEY: &str = "series";
+pub(crate) const KEY: &str = "taylor";
 pub(crate) const ABOUT: &str = "Taylor expansion of second order about one solution";
 
 /// Parameter sets that parts of the orders are tried at.

@@ -1,13 +1,13 @@
 //! Equilibria: Newton's method, load increments, arc-length continuation, sweeps, sensitivities.
 
-pub(crate) mod around;
 pub(crate) mod balance;
 pub(crate) mod buckling;
 pub(crate) mod continuation;
 pub(crate) mod control;
 pub(crate) mod converge;
-pub(crate) mod held;
+pub(crate) mod frozen_tangent;
 pub(crate) mod history;
+pub(crate) mod limit_point;
 pub(crate) mod line;
 pub(crate) mod line_search;
 pub(crate) mod loading;

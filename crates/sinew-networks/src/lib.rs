@@ -21,7 +21,7 @@
 //! ```
 //!
 //! - [`Recipe`] names all recipes: networks ([`recipe::DataDriven`], [`recipe::PhysicsInformed`], [`recipe::Hybrid`]), what beats them on
-//!   one geometry ([`recipe::Regression`], the Taylor expansion [`Recipe::Series`]), and [`recipe::Auto`], which chooses by errors on
+//!   one geometry ([`recipe::Regression`], the Taylor expansion [`Recipe::Taylor`]), and [`recipe::Auto`], which chooses by errors on
 //!   held-out cases.
 //! - [`Population`]: one network for all bodies of a population; [`PopulationEmulator`] answers for unseen bodies.
 //! - [`load`]: an emulator from its folder, be it a network or not.

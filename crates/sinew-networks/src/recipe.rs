@@ -32,7 +32,7 @@ pub enum Recipe {
     /// A network on simulated displacements whose errors are weighed by the body's stiffness.
     Hybrid(Hybrid),
     /// Taylor expansion of second order about the solution at the centre of the parameters' ranges: nothing is trained.
-    Series,
+    Taylor,
     /// Decomposition of few simulations and a Gaussian process: the best of a fixed geometry with few parameters.
     Regression(Regression),
     /// The one that does best on the held-out cases.
@@ -51,7 +51,7 @@ impl Recipe {
             Self::DataDriven(_) => "dd",
             Self::PhysicsInformed(_) => "pi",
             Self::Hybrid(_) => "hybrid",
-            Self::Series => "series",
+            Self::Taylor => "taylor",
             Self::Regression(_) => "regression",
             Self::Auto(_) => "auto",
         }
@@ -65,7 +65,7 @@ impl Recipe {
             | Self::Hybrid(Hybrid { coordinates, network, training, .. }) => {
                 Some((coordinates, *network, training))
             }
-            Self::Series | Self::Regression(_) | Self::Auto(_) => None,
+            Self::Taylor | Self::Regression(_) | Self::Auto(_) => None,
         }
     }
 
@@ -119,7 +119,7 @@ impl Train for Recipe {
                 "network by minimum potential energy, without simulations; a few linear solves give its scales and Taylor polynomial"
                     .into()
             }
-            Self::Series => Taylor.about(record),
+            Self::Taylor => Taylor.about(record),
             Self::Regression(regression) => regression.about(record),
             Self::Auto(recipe) => recipe.regression.about(record),
         }
@@ -149,7 +149,7 @@ impl Train for Recipe {
             Self::DataDriven(recipe) => recipe.model(session, held_out, record),
             Self::PhysicsInformed(recipe) => recipe.model(session, held_out, record),
             Self::Hybrid(recipe) => recipe.model(session, held_out, record),
-            Self::Series => return Taylor.predictor(session, held_out, record),
+            Self::Taylor => return Taylor.predictor(session, held_out, record),
             Self::Regression(recipe) => return recipe.predictor(session, held_out, record),
             Self::Auto(recipe) => return recipe.predictor(session, held_out, record),
         }

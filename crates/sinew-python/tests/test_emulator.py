@@ -53,7 +53,7 @@ def test_sensitivities_are_derivatives_by_own_units() -> None:
     text = BAR.replace("mu = [8.0, 16.0]", 'mu = { range = [8000.0, 16000.0], unit = "Pa" }')
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SinewWarning)
-        emulator = Case.parse(text).train("series", progress=False)
+        emulator = Case.parse(text).train("taylor", progress=False)
     theta = np.array([10_000.0, 12.0])
     found = emulator.sensitivity(theta)
     for k, step in enumerate((10.0, 0.01)):

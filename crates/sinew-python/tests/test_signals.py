@@ -33,8 +33,8 @@ CALLS = {
     "solve one in quadratic cells": ("case = case.quadratic()", "case.solve()"),
     "train": ("", "case.train('regression', samples=2000, target=0.0)"),
     "answers": ("thetas = case.sample(3000)", "case.answers(thetas, 1e-6)"),
-    "correct": ("e = case.train('series', held_out=2); thetas = case.sample(500)", "e.correct(thetas, 2)"),
-    "estimate": ("e = case.train('series', held_out=2); p = e.predict(case.sample(500))", "e.estimate(p)"),
+    "correct": ("e = case.train('taylor', held_out=2); thetas = case.sample(500)", "e.correct(thetas, 2)"),
+    "estimate": ("e = case.train('taylor', held_out=2); p = e.predict(case.sample(500))", "e.estimate(p)"),
 }
 
 

@@ -38,7 +38,7 @@ pub struct Options {
         long,
         value_delimiter = ',',
         value_enum,
-        default_value = "series,regression,dd,hybrid,pi"
+        default_value = "taylor,regression,dd,hybrid,pi"
     )]
     pub recipe: Vec<RecipeName>,
     /// Parameter sets of each body
@@ -285,7 +285,7 @@ mod tests {
         let all = bodies::all(Path::new("no such folder")).unwrap();
         assert!(all.len() >= 12, "{}", all.len());
         let options =
-            Options::try_parse_from(["coverage", "--recipe", "series,regression", "--cases", "12"]);
+            Options::try_parse_from(["coverage", "--recipe", "taylor,regression", "--cases", "12"]);
         let options = Options { out: folder.path().into(), ..options.unwrap() };
         for name in ["soft block", "balloon beyond its limit"] {
             let (_, body) = all.iter().find(|(known, _)| known == name).unwrap();

@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!(off < 0.01, "{off}");
 
     // Many answers for this patient: one solve, followed, and four steps from each with its own stiffness.
-    let emulator = Emulator::series(&patient, 1)?;
+    let emulator = Emulator::taylor(&patient, 1)?;
     let raw = emulator.predict(std::slice::from_ref(&theta))?;
     let fine = emulator.refine(std::slice::from_ref(&theta), 4)?;
     let [raw_off, fine_off] = [&raw, &fine].map(|found| distance(found.field(0), &truth));

@@ -105,9 +105,7 @@ pub use sinew_emulate::{
 pub use sinew_energy::{
     Body, Load, Parameter, Sampling, Scene, SceneError, Support, ThetaError, Unit, laws,
 };
-pub use sinew_fem::{
-    BalanceSolver, HeldStiffness, Line, Options, Solution, SolveError, Solver, sweep,
-};
+pub use sinew_fem::{FrozenTangent, Line, Options, Solution, SolveError, Solver, sweep};
 pub use sinew_mesh::MeshError;
 #[cfg(feature = "networks")]
 pub use sinew_networks::{Backend, Recipe, load, recipe};

@@ -92,9 +92,9 @@ impl Regression {
         held_out: &TestSet<'_>,
         record: &mut Record,
     ) -> Result<(Regressed, f64)> {
-        let series = series(session, record);
+        let expansion = expansion(session, record);
         let mut trial =
-            Trial { regression: self, series: series.as_ref(), held_out, record, best: None };
+            Trial { regression: self, taylor: expansion.as_ref(), held_out, record, best: None };
         if let Some(folder) = &session.options.simulations {
             let mut found = read_simulations(session.body, folder)?;
             found.keep(self.most);
@@ -127,7 +127,7 @@ impl Regression {
 /// Fits to more and more simulations, and the best of them.
 struct Trial<'a> {
     regression: &'a Regression,
-    series: Option<&'a TaylorExpansion>,
+    taylor: Option<&'a TaylorExpansion>,
     held_out: &'a TestSet<'a>,
     record: &'a mut Record,
     best: Option<(Regressed, f64)>,
@@ -137,7 +137,7 @@ impl Trial<'_> {
     /// Fits, notes it in the record, and takes it if it is the best; its error.
     fn fit(&mut self, session: &mut Session<'_, '_>, found: &Simulations) -> Result<f64> {
         let (start, body) = (Instant::now(), session.body);
-        let (fit, left_out) = Regressed::fit(body, self.series, &found.thetas, &found.fields)?;
+        let (fit, left_out) = Regressed::fit(body, self.taylor, &found.thetas, &found.fields)?;
         let seconds = start.elapsed().as_secs_f64();
         self.record.train_s += seconds;
         let error = self.error(body, &fit)?;
@@ -174,12 +174,12 @@ impl Trial<'_> {
     }
 }
 
-/// The series of second order; none for a body that has no solution at the centre of its parameters' ranges.
-fn series(session: &Session<'_, '_>, record: &mut Record) -> Option<TaylorExpansion> {
+/// The Taylor expansion of second order; none for a body that has no solution at the centre of its parameters' ranges.
+fn expansion(session: &Session<'_, '_>, record: &mut Record) -> Option<TaylorExpansion> {
     let start = Instant::now();
-    let series = TaylorExpansion::of(session.body, session.options.seed).ok();
+    let taylor = TaylorExpansion::of(session.body, session.options.seed).ok();
     record.prepare_s += start.elapsed().as_secs_f64();
-    series
+    taylor
 }
 
 #[cfg(test)]
@@ -211,7 +211,7 @@ mod tests {
         all.fields[8..].iter_mut().flatten().for_each(|u| *u *= 1.5);
         let mut record = Record::new(recipe.key());
         let (regression, record) = (&recipe, &mut record);
-        let mut trial = Trial { regression, series: None, held_out: &held_out, record, best: None };
+        let mut trial = Trial { regression, taylor: None, held_out: &held_out, record, best: None };
         let [first, second] = [&good, &all].map(|found| trial.fit(&mut session, found).unwrap());
         assert!(second > 10.0 * first, "{second:e} for {first:e}");
         let (fit, error) = trial.best(&mut session).unwrap();

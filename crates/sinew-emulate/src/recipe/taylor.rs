@@ -37,11 +37,11 @@ impl Train for Taylor {
         record: &mut Record,
     ) -> Result<Box<dyn Predictor>> {
         let body = session.body;
-        let series = timed(&mut record.prepare_s, || {
+        let taylor = timed(&mut record.prepare_s, || {
             require_some(body)?;
             TaylorExpansion::of(body, session.options.seed)
         })?;
         session.simulations = 1;
-        Ok(Box::new(Regressed { series: Some(series), regression: None }))
+        Ok(Box::new(Regressed { taylor: Some(taylor), regression: None }))
     }
 }

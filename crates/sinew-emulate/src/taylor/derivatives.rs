@@ -94,7 +94,7 @@ fn second_order(
                 (0..count).map(|p| if axes.contains(&p) { sign } else { 0.0 }).collect();
             let from = first.followed(&at, body)?;
             let theta = scaling.unstandardise(&at)?;
-            match solver.step_with_held_stiffness(&from, &theta) {
+            match solver.step_with_frozen_tangent(&from, &theta) {
                 Ok(to) => {
                     let moved = to.iter().zip(&from);
                     sum.iter_mut()

@@ -57,7 +57,7 @@ fn true_error(body: &Body, theta: &[f64], displacement: &[f64]) -> f64 {
 fn every_answer_is_truly_within_its_tolerance() {
     let body = bar();
     let thetas = Design::LatinHypercube.sample(&body.parameters, 60, 3).unwrap();
-    let expansion = Emulator::series(&body, 1).unwrap();
+    let expansion = Emulator::taylor(&body, 1).unwrap();
     let raw = |theta: &Vec<f64>| {
         let predicted = expansion.predict(std::slice::from_ref(theta)).unwrap().displacement;
         true_error(&body, theta, &predicted)
@@ -119,7 +119,7 @@ fn a_tolerance_that_makes_no_sense_is_refused() {
 fn answers_do_not_depend_on_the_number_of_threads() {
     let body = bar();
     let thetas = Design::LatinHypercube.sample(&body.parameters, 30, 5).unwrap();
-    let emulator = Emulator::series(&body, 1).unwrap();
+    let emulator = Emulator::taylor(&body, 1).unwrap();
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let found = pool.install(|| Answers::to(&body, &thetas, 1e-4, Some(&emulator), &mut ()));
@@ -229,11 +229,11 @@ fn one_set_takes_no_more_newton_steps_than_a_solve() {
     for body in [&bar, &unseen] {
         let none = single(body, None, 0.0, "no emulator");
         assert_eq!(none[0], none[1]);
-        let series = Emulator::series(body, 1).unwrap();
-        let [steps, solved] = single(body, Some(&series), 0.0, "expansion");
+        let taylor = Emulator::taylor(body, 1).unwrap();
+        let [steps, solved] = single(body, Some(&taylor), 0.0, "expansion");
         println!("expansion: {steps} for {solved}");
         assert!(steps <= 0.6 * solved, "{steps} for {solved}");
-        let centre = series.predict(&[body.centre()]).unwrap().displacement;
+        let centre = taylor.predict(&[body.centre()]).unwrap().displacement;
         for factor in [-1.0, 0.0, 0.3, 0.8, 1.3, 2.0, 10.0] {
             let wrong = Box::new(Wrong(centre.clone(), factor));
             let emulator = Emulator::new(body, wrong, Record::new("wrong"));

@@ -2,7 +2,7 @@
 
 use crate::elements::supports::place;
 use crate::linear::vector::{dot, norm};
-use crate::solve::held::{BALANCED, Memory, NOISE, Potential};
+use crate::solve::frozen_tangent::{BALANCED, Memory, NOISE, Potential};
 use crate::{SolveError, Solver};
 use sinew_energy::Body;
 use sinew_energy::metrics::mean_and_largest;

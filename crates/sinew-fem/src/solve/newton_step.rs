@@ -99,7 +99,7 @@ impl Solver<'_> {
     /// # Errors
     /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where it inverts a cell, or
     /// [`SolveError::Singular`] where nothing was factorised.
-    pub fn step_with_held_stiffness(
+    pub fn step_with_frozen_tangent(
         &mut self,
         displacement: &[f64],
         theta: &[f64],

@@ -55,10 +55,10 @@ impl PopulationEmulator {
         let topology = self.template.graph(body, self.seed)?;
         // The form is not chosen at `thetas`, so that an answer does not depend on what else was asked.
         let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, self.seed)?;
-        let series = TaylorExpansion::about(&mut solver, &topology, &state, &tried)?;
+        let taylor = TaylorExpansion::about(&mut solver, &topology, &state, &tried)?;
         let fields: Vec<_> = thetas
             .iter()
-            .map(|theta| series.at(body, theta))
+            .map(|theta| taylor.at(body, theta))
             .collect::<sinew_emulate::Result<Vec<_>>>()?;
         require_finite(body, thetas, &fields.concat())?;
         Ok(fields)

@@ -181,7 +181,7 @@ fn gains(
 
 /// The Newton step that a state lacks \[length\], with the stiffness that is factorised, and the energy that it would gain.
 fn missing_step(solver: &mut Solver<'_>, state: &[f64], theta: &[f64]) -> Result<(Vec<f64>, f64)> {
-    let mut step = solver.step_with_held_stiffness(state, theta)?;
+    let mut step = solver.step_with_frozen_tangent(state, theta)?;
     step.iter_mut().zip(state).for_each(|(to, from)| *to -= from);
     let mut gradient = vec![0.0; state.len()];
     solver.body().value_and_gradient(state, theta, &mut gradient);

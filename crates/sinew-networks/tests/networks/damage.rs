@@ -125,11 +125,11 @@ fn five_thousand_damaged_emulators_predict_nothing_else() {
         let training = steps(&base.training, count);
         DataDriven { simulations: 6, network: small_network(), training, ..base }.into()
     };
-    // With a series and without one.
+    // With a Taylor expansion and without one.
     let found = [
         refused(&body, [&regression(4), &regression(5)], 1500),
         refused(&body, [&regression(16), &regression(17)], 1500),
-        refused(&body, [&Recipe::Series, &Recipe::Series], 500),
+        refused(&body, [&Recipe::Taylor, &Recipe::Taylor], 500),
         refused(&body, [&network(4), &network(6)], 1500),
     ];
     println!("{found:?} refused of 1500, 1500, 500 and 1500");
@@ -144,23 +144,23 @@ fn a_file_that_was_added_or_lost_is_named() {
     let of = |simulations| -> Recipe {
         Regression { simulations, most: simulations, target: 0.0 }.into()
     };
-    let [about_series, plain] = [(4, "series"), (16, "plain")].map(|(simulations, name)| {
+    let [about_taylor, plain] = [(4, "taylor"), (16, "plain")].map(|(simulations, name)| {
         let place = folder.path().join(name);
         of(simulations).train(&body, &options, &mut ()).unwrap().save(&place).unwrap();
         place
     });
     let told = |place: &Path| sinew_networks::load(place, &body).err().unwrap().to_string();
-    // A plain regression with another one's series would predict both together.
-    let series = plain.join("regression/series.json");
-    assert!(!series.exists());
-    std::fs::copy(about_series.join("regression/series.json"), &series).unwrap();
-    assert!(told(&plain).contains("series.json was not stored with the other files"));
-    std::fs::remove_file(&series).unwrap();
+    // A plain regression with another one's expansion would predict both together.
+    let taylor = plain.join("regression/taylor.json");
+    assert!(!taylor.exists());
+    std::fs::copy(about_taylor.join("regression/taylor.json"), &taylor).unwrap();
+    assert!(told(&plain).contains("taylor.json was not stored with the other files"));
+    std::fs::remove_file(&taylor).unwrap();
     sinew_networks::load(&plain, &body).unwrap();
     std::fs::remove_file(plain.join("checksums.json")).unwrap();
     assert!(told(&plain).contains("checksums.json is missing"));
-    std::fs::remove_file(about_series.join("regression/series.json")).unwrap();
-    assert!(told(&about_series).contains("series.json is missing"));
+    std::fs::remove_file(about_taylor.join("regression/taylor.json")).unwrap();
+    assert!(told(&about_taylor).contains("taylor.json is missing"));
 }
 
 #[test]
@@ -209,7 +209,7 @@ fn answers_that_are_no_numbers_name_their_parameter() {
         .load(Load::ThesisPressure { facets: "z_max".into(), magnitude: Magnitude::Theta(2) })
         .support(Support::clamped("x_min"));
     let body = scene.lower().unwrap();
-    let emulator = Emulator::series(&body, 1).unwrap();
+    let emulator = Emulator::taylor(&body, 1).unwrap();
     let told =
         emulator.predict(&[vec![9.0, 9.0, 0.1], vec![9.0, 9.0, 1e300]]).unwrap_err().to_string();
     assert!(
@@ -222,14 +222,14 @@ fn answers_that_are_no_numbers_name_their_parameter() {
 #[test]
 fn a_body_without_free_parameters_is_refused_in_words() {
     let body = beam(1.0).with_known(&[("mu", 10.0), ("lambda", 12.0)]).unwrap();
-    let recipes: [Recipe; 3] = [Recipe::Series, Recipe::auto(), DataDriven::default().into()];
+    let recipes: [Recipe; 3] = [Recipe::Taylor, Recipe::auto(), DataDriven::default().into()];
     let trained = recipes
         .map(|recipe| recipe.train(&body, &TrainingOptions::default(), &mut ()).err().unwrap());
-    let series = Emulator::series(&body, 1).err().unwrap();
+    let taylor = Emulator::taylor(&body, 1).err().unwrap();
     let known = body.clone();
     let draw = move |_: u64| Ok(known.clone());
     let population = Population::default().prepare(&draw, 1).err().unwrap();
-    let told = trained.into_iter().chain([series]).map(|error| error.to_string());
+    let told = trained.into_iter().chain([taylor]).map(|error| error.to_string());
     for told in told.chain([population.to_string()]) {
         assert!(told.contains("no free parameters") && told.contains("mu = 10"), "{told}");
     }

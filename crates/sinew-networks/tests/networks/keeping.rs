@@ -157,7 +157,7 @@ fn recipes_of_one_case_share_their_simulations() {
     assert!(first > 0 && seconds > 0.0);
     // What they took is told all the same.
     assert_eq!((again, &same, of_log), (0, &predicted, seconds));
-    assert_eq!(solves(&Recipe::Series, "series").0, 0, "the held-out cases are there");
+    assert_eq!(solves(&Recipe::Taylor, "taylor").0, 0, "the held-out cases are there");
     // Other samples and other bodies are solved.
     let seeded = TrainingOptions { seed: 2, ..in_case(folder.path(), "seeded") };
     let mut observer = patient();

@@ -46,7 +46,7 @@ fn regression_on_few_simulations_is_nearly_exact() {
 #[test]
 fn one_solution_followed_to_second_order_needs_no_training() {
     let body = beam(1.0);
-    let emulator = Recipe::Series.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let emulator = Recipe::Taylor.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     assert_eq!((emulator.record.simulations, emulator.record.steps), (1, 0));
     check(&emulator, 5e-3, 0.02);
     // At the centre of the ranges it is the solution, and its derivatives are those of the solution.
@@ -74,14 +74,14 @@ fn apart(found: &[f64], truth: &[f64]) -> f64 {
 }
 
 #[test]
-fn few_simulations_are_regressed_about_the_series() {
+fn few_simulations_are_regressed_about_the_expansion() {
     let body = beam(1.0);
     let of = |recipe: Recipe| recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     let few = of(Regression { simulations: 4, most: 4, target: 0.0 }.into());
     let detail = few.record.choice.as_ref().unwrap().candidates[0].detail.clone();
     assert!(detail.ends_with("of what second order about one solution leaves"), "{detail}");
-    assert!(errors(&few).relative.q50 < errors(&of(Recipe::Series)).relative.q50);
-    // With so many that the series says nothing more, it is not asked.
+    assert!(errors(&few).relative.q50 < errors(&of(Recipe::Taylor)).relative.q50);
+    // With so many that the Taylor expansion says nothing more, it is not asked.
     let many = of(Regression { simulations: 16, most: 16, target: 0.0 }.into());
     let detail = &many.record.choice.as_ref().unwrap().candidates[0].detail;
     assert!(!detail.contains("second order"), "{detail}");

@@ -68,7 +68,7 @@ fn predictions_are_refined_with_one_stiffness() {
     let test = test_set(&body, 20);
     let options = TrainingOptions::default();
     let network = quick_network(50).train(&body, &options, &mut ()).unwrap();
-    for emulator in [network, Emulator::series(&body, 1).unwrap()] {
+    for emulator in [network, Emulator::taylor(&body, 1).unwrap()] {
         let after = |steps: usize| {
             let refined = emulator.refine(&test.thetas, steps).unwrap();
             relative(&test, &refined.fields())
@@ -260,7 +260,7 @@ fn errors_relative_to_nothing_are_numbers() {
     assert!(case.relative.is_finite() && case.err_pi.is_finite() && case.energy_excess.is_finite());
     assert!(case.relative > 1e9);
     // Nor is an estimate at rest.
-    let emulator = Emulator::series(&body, 1).unwrap();
+    let emulator = Emulator::taylor(&body, 1).unwrap();
     let estimate = emulator.estimate(&emulator.predict(&test.thetas).unwrap(), 0).unwrap();
     let distance = estimate.distance.unwrap();
     assert_eq!((distance.energy_norm, distance.relative, distance.mean), (0.0, 0.0, 0.0));
@@ -371,7 +371,7 @@ fn where_there_is_no_equilibrium_refined_fields_and_estimates_say_so() {
         scene = scene.support(Support::clamped(side));
     }
     let body = scene.lower().unwrap();
-    let emulator = Emulator::series(&body, 1).unwrap();
+    let emulator = Emulator::taylor(&body, 1).unwrap();
     let (within, beyond) = (vec![1.4, 7.0, 0.05], vec![1.0, 5.0, 2.0]);
     let refined = emulator.refine(&[within, beyond], 200).unwrap();
     assert_eq!(refined.warnings[0], []);

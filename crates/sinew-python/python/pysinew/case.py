@@ -277,7 +277,7 @@ class Case:
         restart: bool = False,
         progress: ProgressArgument = None,
     ) -> Emulator:
-        """An emulator: `regression` of some solutions (the default), or `series`, a Taylor expansion about one.
+        """An emulator: `regression` of some solutions (the default), or `taylor`, a Taylor expansion about one.
 
         Arguments replace those of the case's `training`. In a `folder` everything is kept as it is made: a run that was stopped
         goes on with `resume`, one that is there is replaced with `restart`.

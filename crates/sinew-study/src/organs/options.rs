@@ -27,7 +27,7 @@ pub struct Options {
     #[arg(long)]
     pub quick: bool,
     /// Recipes to train
-    #[arg(long, value_delimiter = ',', value_enum, default_value = "pi,series,regression")]
+    #[arg(long, value_delimiter = ',', value_enum, default_value = "pi,taylor,regression")]
     pub recipe: Vec<RecipeName>,
     /// Folder of left_ventricle.vtk and liver.vtk, where there are such
     #[arg(long, default_value = "../shared/meshes")]

@@ -202,14 +202,14 @@ fn series(options: &Options, group: &Group, study: &mut Study) -> Result<()> {
     let about = "Taylor expansion of second order about one solve";
     for (name, steps) in [("no network".into(), 0), (refined("no network"), REFINED)] {
         study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
-            let emulator = Emulator::series(&individual.body, options.seed)?;
+            let emulator = Emulator::taylor(&individual.body, options.seed)?;
             after(&emulator, &individual.theta, steps)
         })?);
     }
     if group.name == POPULATION {
         let body = &group.individuals[0].body;
         let start = std::time::Instant::now();
-        let emulator = Emulator::series(body, options.seed)?;
+        let emulator = Emulator::taylor(body, options.seed)?;
         let fact = answers(group, (start, &emulator))?;
         study.facts.push(("answers, no network".into(), fact));
     }

@@ -15,7 +15,7 @@ const CLASSES: [(&str, &str); 6] = [
     ("POD + GP", "regression"),
     ("nearest", "regression"),
     ("mean", "regression"),
-    ("no network", "series"),
+    ("no network", "taylor"),
     ("one stiffness", "one stiffness"),
     ("coarse solution", "solver on a coarse mesh"),
 ];

@@ -56,7 +56,7 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     assert_eq!(
         cube.rows.len(),
         10,
-        "pi, series and regression, raw and after two corrections, and the solver"
+        "pi, taylor and regression, raw and after two corrections, and the solver"
     );
     // Raw medians are held against what is printed, corrected ones are not.
     assert_eq!(cube.verdicts().count(), 6);

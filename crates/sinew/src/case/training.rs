@@ -45,7 +45,7 @@ pub enum RecipeName {
     #[default]
     Auto,
     /// Taylor expansion of second order about one solution: nothing is trained.
-    Series,
+    Taylor,
     /// Few simulations, their main modes, and a Gaussian process.
     Regression,
     /// A network on simulations, weighed by the body's stiffness.
@@ -61,7 +61,7 @@ impl RecipeName {
     pub fn key(self) -> &'static str {
         match self {
             Self::Auto => "auto",
-            Self::Series => "series",
+            Self::Taylor => "taylor",
             Self::Regression => "regression",
             Self::Hybrid => "hybrid",
             Self::Pi => "pi",
@@ -103,7 +103,7 @@ impl Training {
     ) -> Result<Emulator<'b>, Error> {
         use sinew_emulate::{Train, recipe::Taylor};
         match self.recipe {
-            RecipeName::Series => Taylor.train(body, options, observer),
+            RecipeName::Taylor => Taylor.train(body, options, observer),
             RecipeName::Auto | RecipeName::Regression => {
                 self.regression().train(body, options, observer)
             }
@@ -111,7 +111,7 @@ impl Training {
                 let key = network.key();
                 let reason = format!(
                     "the recipe `{key}` trains a network, which this build leaves out; build with the feature `networks`, or \
-                     choose series or regression"
+                     choose taylor or regression"
                 );
                 Err(Error::Network(reason.into()))
             }
@@ -124,7 +124,7 @@ impl Training {
         let network = self.network.unwrap_or_default();
         match self.recipe {
             RecipeName::Auto => Auto { regression: self.regression(), ..Auto::default() }.into(),
-            RecipeName::Series => Recipe::Series,
+            RecipeName::Taylor => Recipe::Taylor,
             RecipeName::Regression => self.regression().into(),
             RecipeName::Hybrid => {
                 let own = Hybrid::default();

@@ -15,7 +15,7 @@ a run that was stopped, --restart replaces one. Simulations go to
 OUT/simulations, where every recipe finds those it needs. Held-out simulations are the validation set: they decide which weights of
 a network are kept (early stopping), and check the error estimate.
 
-Recipes: series (Taylor expansion of second order about one solve, no training), regression (POD and Gaussian process on
+Recipes: taylor (Taylor expansion of second order about one solve, no training), regression (POD and Gaussian process on
 few simulations: lowest error for one geometry and few parameters), dd (network, supervised), hybrid (the same in the
 energy norm), pi (network, physics-informed, without simulations), auto (regression, and hybrid if that misses the target).
 
@@ -86,7 +86,7 @@ impl Train {
             ..own
         };
         if self.simulations.is_some()
-            && matches!(training.recipe, RecipeName::Pi | RecipeName::Series)
+            && matches!(training.recipe, RecipeName::Pi | RecipeName::Taylor)
         {
             return refuse(format!(
                 "`{}` learns from no simulations; leave --simulations out, or choose regression, hybrid, dd or auto",

@@ -136,15 +136,15 @@ fn answers_of_two_emulators_stay_and_those_of_an_earlier_run_go() {
     let folder = plate();
     let folder = folder.path();
     done(folder, "train plate.toml");
-    done(folder, "train plate.toml --recipe series");
+    done(folder, "train plate.toml --recipe taylor");
     done(folder, "sample plate.toml --count 5");
-    done(folder, "predict plate.toml --theta out/plate/sample/thetas.csv --emulator series");
-    let of_series = std::fs::read(folder.join("out/plate/predict/series/cases.csv")).unwrap();
+    done(folder, "predict plate.toml --theta out/plate/sample/thetas.csv --emulator taylor");
+    let of_taylor = std::fs::read(folder.join("out/plate/predict/taylor/cases.csv")).unwrap();
     let quick = "predict plate.toml --quick --theta out/plate/sample/thetas.csv";
     done(folder, quick);
     assert_eq!(
-        std::fs::read(folder.join("out/plate/predict/series/cases.csv")).unwrap(),
-        of_series
+        std::fs::read(folder.join("out/plate/predict/taylor/cases.csv")).unwrap(),
+        of_taylor
     );
     let kept = folder.join("out/plate/predict/regression");
     assert!(kept.join("0004.vtu").exists() && kept.join("cases.pvd").exists());
@@ -158,7 +158,7 @@ fn answers_of_two_emulators_stay_and_those_of_an_earlier_run_go() {
     std::fs::rename(folder.join("out/plate/regression"), folder.join("out/plate/mine")).unwrap();
     let (code, told) = sinew(folder, "predict plate.toml");
     assert!(code == 2 && told.contains("several emulators"), "{told}");
-    assert!(told.contains("--emulator NAME: mine, series"), "{told}");
+    assert!(told.contains("--emulator NAME: mine, taylor"), "{told}");
     let (code, told) = sinew(folder, "predict plate.toml --emulator regresion");
     assert!(code == 2 && told.contains("--emulator regresion") && told.contains("mine"), "{told}");
 }

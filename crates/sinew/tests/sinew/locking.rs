@@ -21,7 +21,7 @@ loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]
 supports = [{ clamped = "x_min" }]
 mesh.box = { extent = [10.0, 10.0, 10.0], cells = [3, 3, 3] }
 parameters = { E = [8.0, 16.0], nu = [0.2, 0.45] }
-training = { recipe = "series", held_out = 2 }
+training = { recipe = "taylor", held_out = 2 }
 "#;
 
 fn folder(name: &str, text: &str) -> tempfile::TempDir {
@@ -137,16 +137,16 @@ fn a_cavity_has_a_curve_of_pressure_and_volume() {
     assert!(volumes.len() == 9 && volumes.is_sorted(), "{volumes:?}");
     let pressures = &inflation.pressures;
     assert!(pressures.is_sorted() && [pressures[0], pressures[8]] == [0.2, 1.0], "{pressures:?}");
-    let emulator = sinew::Emulator::series(&body, 1).unwrap();
+    let emulator = sinew::Emulator::taylor(&body, 1).unwrap();
     let predicted = inflation.predicted(&emulator).unwrap();
-    // The series is about the middle.
+    // The expansion is about the middle.
     assert!((predicted[0][4] / volumes[4] - 1.0).abs() < 1e-3, "{predicted:?} for {volumes:?}");
 
     let thetas = vec![body.centre()];
     let found = sinew::simulate(&body, &thetas, "test", None, &mut ()).unwrap();
     let test = sinew::TestSet::new(&body, found);
     let mut comparison = sinew::Comparison::new(&test).unwrap();
-    comparison.add("series", &emulator, &test, 1).unwrap();
+    comparison.add("taylor", &emulator, &test, 1).unwrap();
     let page = comparison.report().unwrap().to_html();
     assert!(page.contains("Pressure and volume") && page.contains("volume [ml]"));
     // A beam has no cavity.

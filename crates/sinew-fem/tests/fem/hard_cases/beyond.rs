@@ -229,11 +229,11 @@ fn a_displacement_and_theta_that_are_swapped_are_called_that() {
     let body = column(0.001, 0.0);
     let mut solver = Solver::new(&body).unwrap();
     let (rest, theta, options) = (vec![0.0; body.prescribed.len()], [1.0, 1.0], Options::default());
-    let held = solver.held_stiffness(&rest, &theta).unwrap();
+    let held = solver.frozen_tangent(&rest, &theta).unwrap();
     let errors = [
         solver.solve_from(&theta, &rest, &options).unwrap_err(),
         solver.newton_step(&theta, &rest).unwrap_err(),
-        solver.held_stiffness(&theta, &rest).err().unwrap(),
+        solver.frozen_tangent(&theta, &rest).err().unwrap(),
         held.descend(&theta, &rest, 3).unwrap_err(),
     ];
     for error in errors {

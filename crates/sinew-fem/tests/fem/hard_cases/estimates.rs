@@ -85,7 +85,7 @@ fn a_pressure_beyond_the_limit_point_has_no_estimate() {
     let mut solver = Solver::new(&body).unwrap();
     let bears = [1.0, 5.0, 0.05];
     let known = solver.solve(&bears, &Options::default()).unwrap().displacement;
-    let held = solver.held_stiffness(&known, &bears).unwrap();
+    let held = solver.frozen_tangent(&known, &bears).unwrap();
     let beyond = [1.0, 5.0, 2.0];
     assert!(solver.solve(&beyond, &Options::default()).is_err(), "there is no equilibrium");
     for steps in [0, 4, 200] {
@@ -179,7 +179,7 @@ fn unbalanced_forces_are_relative_to_the_own_ones() {
     let (large, small, theta) = (block(1.0), block(1e-3), [50.0, 50.0]);
     let mut solver = Solver::new(&large).unwrap();
     let known = solver.solve(&theta, &Options::default()).unwrap().displacement;
-    let held = solver.held_stiffness(&known, &theta).unwrap();
+    let held = solver.frozen_tangent(&known, &theta).unwrap();
     let truth = solve(&small, &theta).unwrap().displacement;
     let rest = vec![0.0; truth.len()];
     let found = held.descend_on(&small, &rest, &theta, 1).unwrap();

@@ -4,16 +4,16 @@ use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{Guccione, NeoHookean};
 use sinew_energy::{Body, Load, Scene, Support};
-use sinew_fem::{HeldStiffness, Options, SolveError, Solver};
+use sinew_fem::{FrozenTangent, Options, SolveError, Solver};
 use sinew_mesh::box_tetrahedra;
 
 /// Steps that a solve by Newton's method is worth.
 const MANY: usize = 60;
 
-fn held_at<'b>(body: &'b Body, theta: &[f64]) -> HeldStiffness<'b> {
+fn held_at<'b>(body: &'b Body, theta: &[f64]) -> FrozenTangent<'b> {
     let mut solver = Solver::new(body).unwrap();
     let known = solver.solve(theta, &Options::default()).unwrap().displacement;
-    solver.held_stiffness(&known, theta).unwrap()
+    solver.frozen_tangent(&known, theta).unwrap()
 }
 
 fn beam(load: f64) -> Body {
@@ -63,7 +63,7 @@ fn steps_from_an_inverted_cell_name_it() {
         let worst = (0..body.cell_count()).min_by(|&a, &b| ratio(a).total_cmp(&ratio(b))).unwrap();
         let expected = SolveError::Inadmissible { cell: worst };
         let theta = [2.0, 2.0];
-        assert_eq!(solver.step_with_held_stiffness(&turned, &theta).unwrap_err(), expected);
+        assert_eq!(solver.step_with_frozen_tangent(&turned, &theta).unwrap_err(), expected);
         assert_eq!(held.descend(&turned, &theta, 3).unwrap_err(), expected);
     }
 }
@@ -130,7 +130,7 @@ fn a_start_that_turns_a_cell_over_is_refused_with_the_cell() {
     assert!(held.descend(&[0.0], &[2.0, 2.0], 3).is_err());
     assert!(held.descend(&held.displacement, &[2.0], 3).is_err());
     let solver = Solver::new(&body).unwrap();
-    assert!(solver.held_stiffness(&turned, &[2.0, 2.0]).is_err());
+    assert!(solver.frozen_tangent(&turned, &[2.0, 2.0]).is_err());
 }
 
 /// The stiffness of one shape leads to the equilibrium of another, with a scar that it does not know; a body of other cells or supports is

@@ -1,4 +1,4 @@
-//! A few equilibria by the length of their curve, where a path of rising loads comes near to a limit point: do loads fall beyond it?
+//! Arc-length steps where a path of rising loads comes near to a limit point: do loads fall beyond it?
 
 use crate::linear::vector::norm;
 use crate::solve::outlook::Turn;

@@ -50,7 +50,7 @@ pub(crate) const NOISE: f64 = 1e-14;
 ///     .lower()?;
 /// let mut solver = Solver::new(&beam)?;
 /// let known = solver.solve(&[75.0, 75.0], &Options::default())?.displacement;
-/// let held = solver.held_stiffness(&known, &[75.0, 75.0])?;
+/// let held = solver.frozen_tangent(&known, &[75.0, 75.0])?;
 /// let near = held.descend(&known, &[50.0, 90.0], 6)?;
 /// let exact = solver.solve(&[50.0, 90.0], &Options::default())?;
 /// assert!(near.unbalanced() < 1e-4);
@@ -58,7 +58,7 @@ pub(crate) const NOISE: f64 = 1e-14;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[doc(alias("frozen stiffness", "modified Newton", "quasi-Newton"))]
-pub struct HeldStiffness<'p> {
+pub struct FrozenTangent<'p> {
     system: System<'p>,
     /// Displacement of the state, node by node \[length\].
     pub displacement: Vec<f64>,
@@ -114,19 +114,19 @@ impl<'p> Solver<'p> {
     /// # Errors
     /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where that inverts a cell,
     /// [`SolveError::Singular`], [`SolveError::OutOfMemory`].
-    pub fn held_stiffness(
+    pub fn frozen_tangent(
         &self,
         displacement: &[f64],
         theta: &[f64],
-    ) -> Result<HeldStiffness<'p>, SolveError> {
+    ) -> Result<FrozenTangent<'p>, SolveError> {
         let mut own = self.fresh()?;
         own.visit(displacement, (theta, 1.0), None)?;
         own.system.factorise(true).ok_or(SolveError::Singular)?;
-        Ok(HeldStiffness { system: own.system, displacement: displacement.to_vec() })
+        Ok(FrozenTangent { system: own.system, displacement: displacement.to_vec() })
     }
 }
 
-impl<'p> HeldStiffness<'p> {
+impl<'p> FrozenTangent<'p> {
     /// The body.
     pub fn body(&self) -> &'p Body {
         self.system.body
@@ -162,7 +162,7 @@ impl<'p> HeldStiffness<'p> {
     /// both are nearly incompressible ([`Descent::unbalanced`] stays about one), because changes of volume are stiff.
     ///
     /// # Errors
-    /// As for [`HeldStiffness::descend`], and [`SolveError::OtherBody`].
+    /// As for [`FrozenTangent::descend`], and [`SolveError::OtherBody`].
     pub fn descend_on(
         &self,
         body: &Body,
@@ -253,7 +253,7 @@ impl System<'_> {
         enough: f64,
     ) -> Result<Descent, SolveError> {
         let (start, Potential { body, theta, .. }) = (Instant::now(), potential);
-        check_state(body, from, theta)?;
+        check_state(body.into(), from, theta)?;
         let mut first = from.to_vec();
         place(body, 1.0, &mut first);
         let mut at = self.at(first, potential);
