@@ -106,7 +106,7 @@ fn main() -> Result<()> {
         }
         Task::ReproduceGp(options) => study("sinew-study-gp", "reproduce-gp", options),
         Task::ReproduceCalibration(options) => {
-            study("sinew-study-calibrate", "reproduce-calibration", options)
+            study("sinew-calibration", "reproduce-calibration", options)
         }
         Task::Coverage(Options { options }) => command::coverage(&options),
         Task::CoverageEstimates(options) => study("sinew-coverage", "coverage-estimates", options),
