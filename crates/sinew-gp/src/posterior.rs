@@ -121,16 +121,10 @@ impl<const D: usize> Posterior<D> {
         let state = State::new(&self.model, &self.parameters)?;
         let query = self.query(&state, operator, points)?;
         let (mean, whitened) = self.conditioned(&state, &query);
-        let mut scratch = Scratch::default();
-        let deviation = (0..points.len())
-            .map(|point| {
-                let mut prior = [0.0];
-                self.add_own(&state, &query, (point, point), &mut prior, &mut scratch);
-                let known: f64 = whitened.col(point).iter().map(|w| w * w).sum();
-                (prior[0] - known).max(0.0).sqrt()
-            })
-            .collect();
-        Ok(Prediction { mean, standard_deviation: deviation })
+        let known = |point: usize| whitened.col(point).iter().map(|w| w * w).sum::<f64>();
+        let left = self.variances(&state, &query).into_iter().enumerate();
+        let deviation = left.map(|(point, prior)| (prior - known(point)).max(0.0).sqrt());
+        Ok(Prediction { mean, standard_deviation: deviation.collect() })
     }
 
     /// Mean and standard deviation of a weighted sum, as an integral.
@@ -230,12 +224,8 @@ impl<const D: usize> Posterior<D> {
     ) -> Result<f64, GpError> {
         let state = State::new(&self.model, &self.parameters)?;
         let query = self.query(&state, operator, points)?;
-        let mut scratch = Scratch::default();
-        let mut sum = [0.0];
-        for point in 0..points.len() {
-            self.add_own(&state, &query, (point, point), &mut sum, &mut scratch);
-        }
-        Ok((sum[0] / points.len().max(1) as f64).sqrt())
+        let sum: f64 = self.variances(&state, &query).iter().sum();
+        Ok((sum / points.len().max(1) as f64).sqrt())
     }
 
     fn query(
@@ -315,6 +305,16 @@ impl<const D: usize> Posterior<D> {
         }
         solve_lower_triangular_in_place(self.factor.view(), cross.as_mut(), Par::Seq);
         (mean, cross)
+    }
+
+    /// Prior variances at the query's points.
+    fn variances(&self, state: &State<'_, D>, query: &Query<D>) -> Vec<f64> {
+        let mut scratch = Scratch::default();
+        let mut variances = vec![0.0; query.points.count];
+        for (point, own) in variances.chunks_mut(1).enumerate() {
+            self.add_own(state, query, (point, point), own, &mut scratch);
+        }
+        variances
     }
 
     /// Prior covariances of the query's points from `first` on with point `column`.

@@ -129,28 +129,15 @@ fn at_bounds<const D: usize>(model: &Model<D>, scaled: &[f64]) -> Vec<Warning> {
     let theta = model.theta_offset..model.theta_offset + model.theta.len();
     let learned = |k: usize| model.groups.iter().any(|g| g.variance.learned() == Some(k));
     let watched = (0..scaled.len()).filter(|k| theta.contains(k) || learned(*k));
-    watched
-        .filter_map(|k| {
-            let end = model.end_reached(k, scaled[k])?;
-            let parameter = &model.parameters[k];
-            Some(Warning::AtBound {
-                parameter: parameter.name.clone(),
-                bound: parameter.bounds[end],
-            })
-        })
-        .collect()
-}
-
-impl<const D: usize> Model<D> {
-    /// Which end of its interval a parameter is at, if any.
-    pub(crate) fn end_reached(&self, parameter: usize, scaled: f64) -> Option<usize> {
-        let [lower, upper] = self.scaled_bounds()[parameter];
+    let bounds = model.scaled_bounds();
+    let reached = |k: usize| {
+        let (own, [lower, upper]) = (&model.parameters[k], bounds[k]);
         let near = END * (upper - lower);
-        if scaled - lower <= near {
-            return Some(0);
-        }
-        (upper - scaled <= near).then_some(1)
-    }
+        let ends = [scaled[k] - lower <= near, upper - scaled[k] <= near];
+        let bound = own.bounds[ends.iter().position(|reached| *reached)?];
+        Some(Warning::AtBound { parameter: own.name.clone(), bound })
+    };
+    watched.filter_map(reached).collect()
 }
 
 /// The direction of θ in which its posterior is widest, if that is nearly all there is.

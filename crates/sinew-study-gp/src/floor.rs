@@ -80,8 +80,11 @@ impl Found {
     /// Intervals of θ and the band of u against the truth.
     fn covered<const D: usize>(&self, setting: &Setting<D>, family: Family<D>) -> Covered {
         let half = |variance: f64| self.quantile * variance.max(0.0).sqrt();
-        let intervals = self.theta.iter().zip(self.covariance.diagonal().iter());
-        let intervals = intervals.map(|(x, v)| [x - half(*v), x + half(*v)]).collect();
+        let interval = |(k, x): (usize, &f64)| {
+            let half = half(self.covariance[(k, k)]);
+            [x - half, x + half]
+        };
+        let intervals = self.theta.iter().enumerate().map(interval).collect();
         let inside = setting.inside();
         let (mean, by) =
             (values(family, &self.theta, &inside), slopes(family, &self.theta, &inside));

@@ -148,16 +148,6 @@ impl<const D: usize> Edges<D> {
         Self { boundary, inner, near, polygon, equation }
     }
 
-    /// Conditions on one edge.
-    pub(super) fn lifts(&self, edge: usize) -> Vec<EdgeLift<D>> {
-        if let (Some(value), Some(polygon)) = (&self.boundary, &self.polygon) {
-            return EdgeLift::of(&Condition::Dirichlet(value.clone()), &polygon.edges()[edge]);
-        }
-        let of = |own: &Conditioned<D>| EdgeLift::of(&own.condition, &own.edge);
-        let edges = self.inner.iter().flat_map(|blend| &blend.edges);
-        edges.filter(|own| own.number == edge).flat_map(of).collect()
-    }
-
     pub(super) fn check_corners(&self, domain: &Domain<D>) -> Result<(), GpError> {
         let mut corners = self.inner.iter().flat_map(|blend| blend.corners.iter().flatten());
         corners.try_for_each(|corner| corner.check(domain))

@@ -304,12 +304,11 @@ fn conditions_on_edges_hold_for_whatever_is_drawn() {
         for first in (0..15).step_by(4) {
             let problem = polygon_problem(corners, first);
             let drawn = draw(&problem);
-            let edges = Edges::new(&problem);
             let polygon = problem.domain().cross_section().unwrap();
             for edge in 0..corners.len() {
                 for fraction in [0.03, 0.5, 0.71] {
                     let x = Series::plain(polygon.on_edge(edge, fraction));
-                    for lift in edges.lifts(edge) {
+                    for lift in edge_lifts(&problem, edge) {
                         let value = lift.apply(&drawn, &x).value();
                         let missed = value - lift.data.at(x.clone()).value();
                         // Slopes are of size 1 / length.
@@ -415,11 +414,10 @@ fn a_prism_in_time_keeps_fluxes_through_its_edges() {
     let good = problem(field(|[x, y, _]: [Series; 3]| x + y.squared()));
     let drawn = draw(&good);
     assert!(miss(&good) < TOLERANCE);
-    let own = Edges::new(&good);
     for edge in 0..6 {
         let [x, y] = good.domain().cross_section().unwrap().on_edge(edge, 0.37);
         let at = Series::plain([x, y, 0.6]);
-        for lift in own.lifts(edge) {
+        for lift in edge_lifts(&good, edge) {
             let missed = lift.apply(&drawn, &at).value() - lift.data.at(at.clone()).value();
             assert!(missed.abs() < TOLERANCE, "edge {edge}: {missed:e}");
         }

@@ -1,9 +1,9 @@
 //! Where inference is at its limits: the right answer, or an error that says what to do.
 
 use sinew_gp::{
-    Condition, Data, Derivative, Domain, Evidence, Fit, FitOptions, Formula, Functional, GpError,
-    Hyperparameter, Kernel, Measure, Model, Noise, Parameter, Prior, Problem, SemiLinear, Series,
-    Side, Smoothness, SquaredExponential, constant, field, linear, matern, periodic,
+    Condition, Data, Domain, Evidence, Fit, FitOptions, Formula, Functional, GpError,
+    Hyperparameter, Kernel, Measure, Model, Noise, Parameter, Prior, Problem, Series, Side,
+    Smoothness, SquaredExponential, constant, linear, matern, periodic,
 };
 use std::f64::consts::PI;
 
