@@ -89,7 +89,7 @@ pub fn simulate_shard(
     let own = shard.folder(folder);
     let thetas = &thetas[shard.samples(thetas.len())];
     if read_json::<Seal>(&own.join(SEAL))?.is_some_and(|seal| damaged(&seal, &own).is_some()) {
-        // What changed since it was solved is solved again.
+        // A shard whose files changed is solved again.
         std::fs::remove_dir_all(&own)
             .map_err(|source| Error::File { path: own.clone(), source })?;
     }

@@ -13,8 +13,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Samples that are solved and stored together: what a killed run loses at most. The partition depends on nothing
-/// else, so a resumed run gives the numbers of an uninterrupted one.
+/// Samples that are solved and stored together. A killed run loses at most these. The partition is fixed, so a resumed run
+/// gives the numbers of an uninterrupted one.
 const BLOCK: usize = 100;
 
 /// Solutions of a block that are compared with that of a rising load, which costs another solve each.
@@ -29,8 +29,8 @@ pub struct Simulations {
     pub fields: Vec<Vec<f64>>,
     /// Samples that have no solution.
     pub failures: Vec<Failure>,
-    /// Parameters of solutions beside which a rising load leads to another stable equilibrium. Those are compared whose search met an indefinite
-    /// stiffness, at most [`MOST_COMPARED`] of a hundred samples.
+    /// Parameters at which a rising load leads to another stable equilibrium than the solution. At most [`MOST_COMPARED`]
+    /// solutions of a hundred samples are compared: those whose search met an indefinite stiffness.
     pub branched: Vec<Vec<f64>>,
     /// Wall time of all solves on all threads \[s\].
     pub seconds: f64,
@@ -58,8 +58,8 @@ struct Log {
     branched: Vec<Vec<f64>>,
     seconds: f64,
     solve_seconds: Vec<f64>,
-    /// CRC-32 of this log without them, of the parameters and of the fields: of the rows that count, for a killed run may have
-    /// written more.
+    /// CRC-32 of this log without checksums, of the parameters and of the fields. Only the rows that the log counts enter:
+    /// a killed run may have written more.
     #[serde(default)]
     checksums: [u32; 3],
 }

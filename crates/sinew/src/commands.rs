@@ -91,8 +91,8 @@ fn tell_doubts(case: &Case, body: &Body) {
 /// Another body whose solution and stiffness are known.
 #[derive(Debug, Args)]
 pub(crate) struct Neighbour {
-    /// Case file or built-in scene of another body with the same cells between its nodes and the same supports: its solution and its stiffness
-    /// give the predictions for an unseen body
+    /// Case file or built-in scene of another body with the same connectivity and the same supports: its solution and
+    /// stiffness give the predictions for this body
     #[arg(long, value_name = "CASE")]
     from: Option<PathBuf>,
 }
@@ -236,7 +236,7 @@ pub(crate) fn told(error: &anyhow::Error) -> String {
     text
 }
 
-/// Whether the person at the keyboard can mend it without a computation.
+/// Whether the error is one of usage: the user can correct it without a computation.
 pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         let asked = cause.downcast_ref::<EmulatorError>().is_some_and(is_setting);

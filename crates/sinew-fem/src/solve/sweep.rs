@@ -10,12 +10,13 @@ use thiserror::Error;
 /// else, so results do not depend on the number of threads.
 pub const CHAIN: usize = 25;
 
-/// Part of the way to the next θ over which the change of forces is differenced: exact for laws linear in θ,
-/// small enough for the others, and ten times cheaper than [`Solver::sensitivity`] for a mere guess.
+/// Difference step \[relative to the change of θ\] of the forces: exact for laws linear in θ, small enough for the
+/// others, and ten times cheaper than [`Solver::sensitivity`], as only a guess is needed.
 const DIFFERENCE: f64 = 1e-2;
 
-/// Quasi-Newton steps with the predecessor's stiffness before the first of Newton's own, and unbalanced forces \[relative\] that end them:
-/// beams then take 2.3 factorisations for 3.8 and ventricles 3.5 for 5.5, and a quarter less time; twice as many steps gain no more.
+/// Quasi-Newton steps with the predecessor's stiffness before Newton's method, and the relative residual that ends
+/// them. Beams take 2.3 factorisations instead of 3.8, ventricles 3.5 instead of 5.5, in a quarter less time. Twice as
+/// many steps gain no more.
 const STEPS: usize = 8;
 const ENOUGH: f64 = 1e-6;
 
@@ -67,8 +68,8 @@ impl Sweep {
         })
     }
 
-    /// Indices of the solutions whose search met an indefinite stiffness though it began near another sample's: the body may have several stable
-    /// equilibria, and neighbours may be on different branches of them. [`Solver::under_rising_load`] tells. Costs nothing.
+    /// Indices of the solutions whose search met an indefinite stiffness: neighbouring samples may be on different
+    /// branches of stable equilibria. Check them by [`Solver::under_rising_load`].
     pub fn jumped(&self) -> Vec<usize> {
         let jumped = |result: &Result<Solution, _>| result.as_ref().is_ok_and(|s| s.jumped);
         self.results.iter().enumerate().filter(|(_, r)| jumped(r)).map(|(index, _)| index).collect()
@@ -143,7 +144,6 @@ impl Solver<'_> {
         // The last factor belongs to the iterate before the last: near enough for a guess.
         let mut guess = displacement.clone();
         self.system.add_newton_step(&forces, &mut guess);
-        // A guess that cannot be had is the last equilibrium itself.
         if !guess.iter().all(|u| u.is_finite()) {
             guess.clone_from(displacement);
         }

@@ -45,7 +45,7 @@ pub(crate) struct Sample {
     shard: Option<Shard>,
 }
 
-/// How samples were drawn, for those who put the shards together.
+/// Design, seed and counts of the samples, stored for the merging of the shards.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Campaign {
     count: usize,
