@@ -29,7 +29,7 @@
 //! - Of several stable equilibria [`Solver::solve`] finds one with few iterations, with [`LoadSteps::Always`] the one that a rising load leads
 //!   to; [`Solver::under_rising_load`] compares, [`Sweep::jumped`] names the samples of a sweep to look at.
 //! - [`Solver::converge`] answers to an accuracy by quasi-Newton steps with a neighbour's stiffness, and bounds the error by their contraction.
-//! - [`sweep`] and [`sweep_balances`] solve for many θ on all cores, each from its neighbour.
+//! - [`sweep`] and [`sweep_balances`] solve for many θ on all cores, each from its neighbour; [`resume_sweep`] stops and goes on.
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
@@ -111,7 +111,7 @@ pub use solve::order::neighbours;
 pub use solve::series::IterationSeries;
 pub use solve::solution::Solution;
 pub use solve::solver::Solver;
-pub use solve::sweep::{CHAIN, Sweep, SweepError, sweep, sweep_balances};
+pub use solve::sweep::{CHAIN, Earlier, Sweep, SweepError, resume_sweep, sweep, sweep_balances};
 pub use solve::trace::{Trace, TraceEnd};
 pub use solve::volume::VolumeStep;
 pub use solve::watch::{Progress, print_progress};

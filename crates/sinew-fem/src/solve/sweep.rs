@@ -5,6 +5,9 @@ use crate::solve::order::neighbours;
 use crate::{BalanceSolution, BalanceSolver, LoadSteps, Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
 use sinew_energy::{Body, ForceBalance};
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use thiserror::Error;
 
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
@@ -49,6 +52,13 @@ pub struct SweepError {
 }
 
 impl<S> Sweep<S> {
+    fn new(thetas: &[Vec<f64>], found: Mutex<Vec<(usize, Result<S, SolveError>)>>) -> Self {
+        let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+        found.sort_by_key(|&(index, _)| index);
+        let results = found.into_iter().map(|(_, result)| result).collect();
+        Self { thetas: thetas.to_vec(), results }
+    }
+
     /// All solutions.
     ///
     /// # Errors
@@ -93,16 +103,48 @@ pub fn sweep(
     options: &Options,
     progress: impl Fn() + Sync,
 ) -> Result<Sweep, SolveError> {
+    let found = Mutex::new(Vec::with_capacity(thetas.len()));
+    resume_sweep(potential, thetas, &[], options, |index, result| {
+        found.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
+        progress();
+        ControlFlow::Continue(())
+    })?;
+    Ok(Sweep::new(thetas, found))
+}
+
+/// Earlier result of a sample, from a sweep that was stopped.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Earlier {
+    /// Displacement of its equilibrium, node by node \[length\].
+    Solved(Vec<f64>),
+    /// There was no equilibrium.
+    Failed,
+}
+
+/// [`sweep`] that may be stopped and go on. Samples that are in `earlier`, by index, are left out; chains go on from them, so that the others
+/// are those of an uninterrupted sweep to the solver's rounding, and to the bit without earlier ones.
+///
+/// `each` is given every result with its index, on the thread that found it; a break ends all chains after the solves that are under way.
+///
+/// # Errors
+/// A body that cannot be solved for any θ, see [`Solver::new`].
+pub fn resume_sweep(
+    potential: &Body,
+    thetas: &[Vec<f64>],
+    earlier: &[Option<Earlier>],
+    options: &Options,
+    each: impl Fn(usize, Result<Solution, SolveError>) -> ControlFlow<()> + Sync,
+) -> Result<(), SolveError> {
     let solver = Solver::new(potential)?;
-    chained(
-        thetas,
-        || solver.fresh(),
-        |solver, near: Option<&Solution>, theta| match near {
-            Some(near) => solver.solve_near(near, theta, options),
-            None => solver.solve(theta, options),
-        },
-        progress,
-    )
+    let solve = |solver: &mut Solver<'_>, near: Option<&Solution>, theta: &[f64]| match near {
+        Some(near) => solver.solve_near(near, theta, options),
+        None => solver.solve(theta, options),
+    };
+    // An equilibrium again, for its factor.
+    let again = |solver: &mut Solver<'_>, displacement: &[f64], theta: &[f64]| {
+        solver.solve_from(displacement, theta, options).ok()
+    };
+    chained((thetas, earlier), || solver.fresh(), solve, again, each)
 }
 
 /// Sweep of a balance of forces: incompressible bodies, and pressures on surfaces with a loose rim. Within a chain each solve starts
@@ -117,41 +159,55 @@ pub fn sweep_balances(
     progress: impl Fn() + Sync,
 ) -> Result<Sweep<BalanceSolution>, SolveError> {
     let solver = BalanceSolver::new(balance)?;
+    let found = Mutex::new(Vec::with_capacity(thetas.len()));
     chained(
-        thetas,
+        (thetas, &[]),
         || solver.fresh(),
         |solver, near: Option<&BalanceSolution>, theta| match near {
             Some(near) => solver.solve_from(near, theta, options),
             None => solver.solve(theta, options),
         },
-        progress,
-    )
+        |_, _, _| None,
+        |index, result| {
+            found.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
+            progress();
+            ControlFlow::Continue(())
+        },
+    )?;
+    Ok(Sweep::new(thetas, found))
 }
 
-/// Solves in chains of neighbours, each chain by a solver of its own.
+/// Solves in chains of neighbours, each chain by a solver of its own; `again` makes a solution of an earlier displacement.
 fn chained<W, S: Clone + Send>(
-    thetas: &[Vec<f64>],
+    (thetas, earlier): (&[Vec<f64>], &[Option<Earlier>]),
     fresh: impl Fn() -> Result<W, SolveError> + Sync,
     solve: impl Fn(&mut W, Option<&S>, &[f64]) -> Result<S, SolveError> + Sync,
-    progress: impl Fn() + Sync,
-) -> Result<Sweep<S>, SolveError> {
-    let path = neighbours(thetas);
-    let solve_chain = |chain: &[usize]| -> Result<Vec<_>, SolveError> {
-        let (mut solver, mut last) = (fresh()?, None::<S>);
-        let mut results = Vec::with_capacity(chain.len());
+    again: impl Fn(&mut W, &[f64], &[f64]) -> Option<S> + Sync,
+    each: impl Fn(usize, Result<S, SolveError>) -> ControlFlow<()> + Sync,
+) -> Result<(), SolveError> {
+    let (path, stopped) = (neighbours(thetas), AtomicBool::new(false));
+    let solve_chain = |chain: &[usize]| -> Result<(), SolveError> {
+        let (mut solver, mut last, mut before) = (fresh()?, None::<S>, None);
         for &index in chain {
+            if let Some(Some(known)) = earlier.get(index) {
+                (last, before) = (None, Some((index, known)));
+                continue;
+            }
+            if stopped.load(Ordering::Relaxed) {
+                break;
+            }
+            if let Some((index, Earlier::Solved(displacement))) = before.take() {
+                last = again(&mut solver, displacement, &thetas[index]);
+            }
             let result = solve(&mut solver, last.as_ref(), &thetas[index]);
             last = result.as_ref().ok().cloned();
-            results.push((index, result));
-            progress();
+            if each(index, result).is_break() {
+                stopped.store(true, Ordering::Relaxed);
+            }
         }
-        Ok(results)
+        Ok(())
     };
-    let chains: Result<Vec<_>, _> = path.par_chunks(CHAIN).map(solve_chain).collect();
-    let mut results: Vec<_> = chains?.into_iter().flatten().collect();
-    results.sort_by_key(|&(index, _)| index);
-    let results = results.into_iter().map(|(_, result)| result).collect();
-    Ok(Sweep { thetas: thetas.to_vec(), results })
+    path.par_chunks(CHAIN).try_for_each(solve_chain)
 }
 
 impl Solver<'_> {
