@@ -66,7 +66,7 @@ impl<'a> Block<'a> {
         self.found.fields.len() + self.found.failures.len()
     }
 
-    /// What is found, sample by sample.
+    /// Results so far, sample by sample.
     pub(crate) fn earlier(&self) -> Vec<Option<Earlier>> {
         let Simulations { thetas, fields, failures, .. } = &self.found;
         let solved =

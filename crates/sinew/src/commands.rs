@@ -58,7 +58,7 @@ impl CaseArguments {
         Ok((case, folder))
     }
 
-    /// The same arguments for a shell.
+    /// Arguments that name the same case, for a shell.
     fn words(&self) -> String {
         let mut words = vec![script::quoted(&self.case.to_string_lossy())];
         for (option, path) in [("--mesh", &self.mesh), ("--out", &self.out)] {

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 const MOST_SECONDS: f64 = 90.0;
 const SHARDS: usize = 16;
 
-/// Where Slurm and Munge are installed: both put daemons where a user's PATH may not look.
+/// File of a daemon; Slurm and Munge put theirs where a user's PATH may not look.
 fn daemon(name: &str) -> Option<PathBuf> {
     let folders = std::env::var_os("PATH").unwrap_or_default();
     let known = ["/usr/sbin", "/usr/local/sbin"].map(PathBuf::from);
