@@ -74,6 +74,8 @@ enum Task {
         #[arg(long)]
         test: bool,
     },
+    /// Run a campaign on a Slurm of two nodes that it starts on this machine, and one by Snakemake; says skipped where these are missing
+    Campaigns,
     /// Pack all published crates, and build and test sinew-mesh and sinew-fem from their packages outside of the repository
     Package,
     /// Print the licences of what is linked; fails on one that is not on the list
@@ -116,6 +118,7 @@ fn main() -> Result<()> {
         Task::Words => words::check(),
         Task::Circles => circles::check(),
         Task::Wheel { test } => wheel::run(test),
+        Task::Campaigns => command::campaigns(),
         Task::Package => package::run(),
         Task::Licences => licences::check(),
         Task::Readmes => readme::write(),

@@ -7,7 +7,6 @@ use crate::{Body, Error, Result, identity};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 /// Part of a set of samples that are solved apart, on as many machines as there are.
 ///
@@ -42,25 +41,6 @@ impl Shard {
 impl std::fmt::Display for Shard {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}/{}", self.index, self.of)
-    }
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    /// ```
-    /// use sinew_emulate::Shard;
-    /// let shard: Shard = "3/16".parse()?;
-    /// assert_eq!(shard.samples(100), 12..18);
-    /// assert!("0/4".parse::<Shard>().is_err() && "5/4".parse::<Shard>().is_err());
-    /// # Ok::<(), String>(())
-    /// ```
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let numbers =
-            text.split_once('/').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
-        numbers.and_then(|(index, of)| Self::new(index, of)).ok_or_else(|| {
-            format!("`{text}` is no shard; write INDEX/COUNT counted from 1, such as 3/16")
-        })
     }
 }
 

@@ -62,7 +62,9 @@ pub enum Error {
     )]
     Fields { found: usize, expected: usize, length: usize },
     /// The observer asked to stop.
-    #[error("interrupted in the stage `{stage}`; resume to continue from the stored state")]
+    #[error(
+        "interrupted in the stage `{stage}`; what was found is stored, and resuming goes on from there"
+    )]
     Interrupted { stage: String },
     /// A folder with simulations of other parameters or of another body.
     #[error("{} holds simulations of other parameters or of another body; choose another folder, or delete it", folder.display())]

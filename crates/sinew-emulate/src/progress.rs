@@ -55,6 +55,12 @@ impl<'a> Counter<'a> {
         Self { observer, stage, start: std::time::Instant::now(), kept, done: kept, count }
     }
 
+    /// Counts pieces of an earlier run.
+    pub(crate) fn keep(&mut self, pieces: usize) {
+        self.kept += pieces;
+        self.done += pieces;
+    }
+
     /// Counts some more; whether to go on.
     pub fn step(&mut self, pieces: usize, message: &str) -> ControlFlow<()> {
         self.done += pieces;

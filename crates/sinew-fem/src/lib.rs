@@ -30,7 +30,7 @@
 //!   [`LoadSteps::Always`] finds that of a rising load. [`Solver::under_rising_load`] compares both; [`Sweep::jumped`]
 //!   lists samples of a sweep that may be on another branch.
 //! - [`Solver::converge`] solves to a prescribed accuracy by quasi-Newton steps with a neighbour's stiffness. Their contraction bounds the error.
-//! - [`sweep`] solves for many θ on all cores, each from its neighbour.
+//! - [`sweep`] solves for many θ on all cores, each from its neighbour; [`resume_sweep`] can be stopped and resumed.
 //! - [`Solver::softest_mode`] gives the buckling mode, to displace a body from an unstable equilibrium.
 //! - [`Solver::follow`] traces the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
@@ -112,7 +112,7 @@ pub use solve::order::neighbours;
 pub use solve::series::IterationSeries;
 pub use solve::solution::Solution;
 pub use solve::solver::Solver;
-pub use solve::sweep::{CHAIN, Sweep, SweepError, sweep};
+pub use solve::sweep::{CHAIN, Earlier, Sweep, SweepError, resume_sweep, sweep};
 pub use solve::trace::{Trace, TraceEnd};
 pub use solve::volume::VolumeStep;
 pub use solve::watch::{Progress, print_progress};
