@@ -1,7 +1,7 @@
 //! Studies of the thesis' mechanics: beams, organs, populations, coverage of error estimates.
 //!
 //! Each is a list of scenes and a report: [`beams`] (`cargo xtask reproduce-beam`), [`organs`] (`reproduce-organs`), [`populations`]
-//! (`reproduce-populations`), [`coverage`] (`coverage-estimates`). [`program`], [`manifest`] and [`timing`] are what they share.
+//! (`reproduce-populations`), [`coverage`] (`coverage-estimates`). [`thesis`] holds all printed figures against their reports. [`program`], [`manifest`] and [`timing`] are what they share.
 
 pub mod beams;
 pub mod coverage;
@@ -9,4 +9,5 @@ pub mod manifest;
 pub mod organs;
 pub mod populations;
 pub mod program;
+pub mod thesis;
 pub mod timing;
