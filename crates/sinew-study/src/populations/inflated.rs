@@ -55,15 +55,15 @@ pub(super) fn section(options: &Options) -> Result<Section> {
     let mut blocks = vec![
         Block::Text(about.into()),
         Block::Facts(study.facts),
-        Block::Table(table(KEY, &study.population)?),
+        Block::Table(table(&study.population)?),
     ];
     if !study.one_shape.is_empty() {
         let about = "One shape that no network has seen, and what some simulations of it add:";
-        blocks.extend([Block::Text(about.into()), Block::Table(table(KEY, &study.one_shape)?)]);
+        blocks.extend([Block::Text(about.into()), Block::Table(table(&study.one_shape)?)]);
     }
     if !study.volumes.is_empty() {
         let about = "Volumes of cavities by methods that find no displacements:";
-        blocks.extend([Block::Text(about.into()), Block::Table(table(KEY, &study.volumes)?)]);
+        blocks.extend([Block::Text(about.into()), Block::Table(table(&study.volumes)?)]);
     }
     if !cases.rows.is_empty() {
         let about = "Volumes of single cases, chosen as in the thesis (§2.4.5):";

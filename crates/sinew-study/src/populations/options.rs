@@ -39,6 +39,14 @@ pub struct Options {
     #[arg(long)]
     #[serde(default)]
     pub no_networks: bool,
+    /// Networks of plane beams on the graph of a template instead of the average beam (Tables A.5 to A.7)
+    #[arg(long)]
+    #[serde(default)]
+    pub template: bool,
+    /// Only so many of the networks of plane beams
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
+    #[serde(skip)]
+    pub networks: Option<u64>,
     /// Learn from the first of the simulations of the ventricles of chapter 2 only
     #[arg(long, value_name = "COUNT", conflicts_with_all = ["quick", "shard"], value_parser = clap::value_parser!(u64).range(8..=850))]
     #[serde(default)]

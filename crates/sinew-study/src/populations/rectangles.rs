@@ -56,7 +56,7 @@ pub(super) fn section(options: &Options) -> Result<Section> {
     let mut blocks = vec![
         Block::Text(about.into()),
         Block::Facts(study.facts),
-        Block::Table(table(stage::RECTANGLES, &study.trained)?),
+        Block::Table(table(&study.trained)?),
     ];
     blocks.extend(who_wins);
     blocks.push(Block::charts(
@@ -102,7 +102,7 @@ fn study(options: &Options) -> Result<Study> {
     for count in if options.quick { &[6][..] } else { &[225, 25] } {
         trained.push(compared.regression(*count, TOLD)?);
     }
-    let (mut embedding, variants) = (Chart::default(), variants(options.quick));
+    let (mut embedding, variants) = (Chart::default(), variants(options));
     for (index, variant) in variants.iter().enumerate() {
         let topology = graph(variant, options.seed)?;
         let about =
@@ -124,27 +124,25 @@ fn study(options: &Options) -> Result<Study> {
 }
 
 /// Networks of Tables A.1 to A.7.
-fn variants(quick: bool) -> Vec<Variant> {
+fn variants(options: &Options) -> Vec<Variant> {
     const LAYERS: [&[usize]; 5] = [&[4], &[8], &[48, 12], &[48, 12, 4], &[48, 24, 6]];
-    let of = |steps, latent, virtual_nodes, template| Variant {
+    let of = |steps, latent, virtual_nodes| Variant {
         steps,
         latent,
         virtual_nodes,
-        template,
+        template: options.template,
         told: TOLD,
         raw: false,
     };
-    if quick {
-        return vec![of(1, 8, &[], false), of(1, 8, TWO, false), of(1, 8, TWO, true)];
+    if options.quick {
+        return vec![of(1, 8, &[]), of(1, 8, TWO)];
     }
-    let augmented = |template: bool| {
-        let steps = (1..=6).map(move |k| of(k, 40, TWO, template));
-        let layers = LAYERS.into_iter().map(move |nodes| of(2, 40, nodes, template));
-        let widths = [3, 6, 10, 20, 60].into_iter().map(move |m| of(2, m, TWO, template));
-        steps.chain(layers).chain(widths)
-    };
-    let alone = (1..=6).map(|k| of(k, 40, &[], false));
-    alone.chain(augmented(false)).chain(augmented(true)).collect()
+    let alone = (1..=if options.template { 0 } else { 6 }).map(|k| of(k, 40, &[]));
+    let steps = (1..=6).map(|k| of(k, 40, TWO));
+    let layers = LAYERS.into_iter().map(|nodes| of(2, 40, nodes));
+    let widths = [3, 6, 10, 20, 60].into_iter().map(|m| of(2, m, TWO));
+    let all = alone.chain(steps).chain(layers).chain(widths);
+    all.take(options.networks.map_or(usize::MAX, |count| count as usize)).collect()
 }
 
 /// Virtual nodes of most networks.

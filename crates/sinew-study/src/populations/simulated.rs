@@ -380,8 +380,8 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The table of what was measured in a population: errors of nodes, of volumes, or both; beside medians that the thesis prints.
-pub(super) fn table(key: &str, measured: &[Measured]) -> Result<Table> {
+/// The table of what was measured: errors of nodes, of volumes, or both; beside medians that the thesis prints.
+pub(super) fn table(measured: &[Measured]) -> Result<Table> {
     let columns = [
         Column::new("err_u", "mm").about("‖u − û‖ at every node of every body tested"),
         Column::new("volume", "%").about("|V − V̂| / V of the cavity"),
@@ -405,7 +405,7 @@ pub(super) fn table(key: &str, measured: &[Measured]) -> Result<Table> {
         let cell = |k: &usize| -> Result<Cell> {
             let found =
                 Distribution::of(errors(method)[*k].clone()).context("nothing was tested")?;
-            let printed = thesis::median(key, &method.method, &columns[*k].name);
+            let printed = thesis::median(&method.method, &columns[*k].name);
             Ok(Cell::from(found).against("thesis", printed))
         };
         let mut cells = there.iter().map(cell);

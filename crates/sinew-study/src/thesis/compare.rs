@@ -61,22 +61,24 @@ pub struct Compared {
 /// # Errors
 /// A table that is not well formed, or a run without the displacement that limits are in proportion to.
 pub fn compare(table: &Table, runs: &Runs) -> Result<Vec<Compared>> {
-    let run = runs.get(&table.run);
-    table.cells()?.into_iter().map(|cell| one(table, cell, run)).collect()
+    let names = [&table.run, &table.rivals];
+    let runs: Vec<&Stored> = names.into_iter().filter_map(|name| runs.get(name)).collect();
+    table.cells()?.into_iter().map(|cell| one(table, cell, &runs)).collect()
 }
 
-fn one(table: &Table, cell: Cell, run: Option<&Stored>) -> Result<Compared> {
-    let factor = match (&table.scale, run) {
+fn one(table: &Table, cell: Cell, runs: &[&Stored]) -> Result<Compared> {
+    let factor = match (&table.scale, runs.first()) {
         (Some(scale), Some(run)) => run.mean_of_fact(&scale.fact)? / scale.printed,
         _ => 1.0,
     };
     let limit = if factor == 1.0 { cell.limit } else { rounded(cell.limit * factor, cell.digits) };
     let place = [&*table.section, &*cell.own, &*cell.column];
-    let value = |found: Found| in_unit(table, &cell, run?, found);
-    let own = run.and_then(|run| run.value(place, cell.statistic)).and_then(value);
+    let own = runs.iter().find_map(|run| {
+        run.value(place, cell.statistic).and_then(|found| in_unit(table, &cell, run, found))
+    });
     let judged = |found: Option<Found>| {
         let Some(found) = found else {
-            let there = run.is_some_and(|run| run.has(&table.section, &cell.own));
+            let there = runs.iter().any(|run| run.has(&table.section, &cell.own));
             let standing = if there { Standing::Unstated } else { Standing::NotRun };
             return Ours { standing, found: None, ratio: f64::NAN };
         };
@@ -88,12 +90,14 @@ fn one(table: &Table, cell: Cell, run: Option<&Stored>) -> Result<Compared> {
         let standing = if met { Standing::Met } else { Standing::Missed };
         Ours { standing, found: Some(found), ratio }
     };
-    let best = run.and_then(|run| {
+    let least = |run: &&Stored| {
         let subject = run.subject(place).unwrap_or_default();
-        run.least([&*table.section, subject, &*cell.column], &cell.best, cell.statistic)
-    });
+        let all = [&*table.section, subject, &*cell.column];
+        let found = run.least(all, &cell.best, cell.statistic)?;
+        in_unit(table, &cell, run, found)
+    };
     // A baseline, as the solver is, may be of the thesis' kind where no other method is.
-    let best = best.and_then(value).into_iter().chain(own.clone());
+    let best = runs.iter().filter_map(least).chain(own.clone());
     let better = |a: &Found, b: &Found| match table.kind.grows() {
         true => b.value.total_cmp(&a.value),
         false => a.value.total_cmp(&b.value),

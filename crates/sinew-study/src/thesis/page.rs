@@ -84,7 +84,7 @@ fn runs(runs: &Runs) -> String {
     let mut machines = Vec::new();
     for run in &thesis().run {
         let Some(Stored { command, cpu_s, report }) = runs.get(&run.name) else {
-            let command = run.command("");
+            let command = run.command();
             let _ = writeln!(
                 text,
                 "| {} | `{command}` | not run, about {} | | | |",

@@ -80,7 +80,7 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
         } else {
             format!(", about {:.0} of {left:.0} CPU minutes", run.minutes)
         };
-        eprintln!("\n== run {number} of {of}, {}{time}: {}", run.name, run.command(""));
+        eprintln!("\n== run {number} of {of}, {}{time}: {}", run.name, run.command());
         let stored = options.run(run).with_context(|| format!("run {}", run.name))?;
         if !options.quick {
             stored.write(&documents().join("thesis"), &run.name)?;
@@ -94,9 +94,9 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
 }
 
 impl Run {
-    /// Command that repeats the run, with further options.
-    pub fn command(&self, more: &str) -> String {
-        format!("cargo xtask {} {}{more}", self.task, self.arguments)
+    /// Command that repeats the run.
+    pub fn command(&self) -> String {
+        format!("cargo xtask {} {}", self.task, self.arguments)
     }
 }
 
@@ -105,7 +105,7 @@ impl Options {
         let of = |table: &Table| table.run == run.name && self.only.contains(&table.chapter);
         let chosen =
             self.only.is_empty() || self.only.contains(&run.name) || thesis().table.iter().any(of);
-        let done = kept.get(&run.name).is_some_and(|stored| stored.command == run.command(""));
+        let done = kept.get(&run.name).is_some_and(|stored| stored.command == run.command());
         chosen && !self.write && (self.again || !done)
     }
 
@@ -137,8 +137,8 @@ impl Options {
         let status = status.with_context(|| program.display().to_string())?;
         let spent = cpu_seconds_of_children() - before + earlier.unwrap_or(0.0);
         store::write_json(&cost, &spent)?;
-        ensure!(status.success(), "{} ended with {status}", run.command(""));
-        let stored = Stored::new(run.command(""), Some(spent), Report::read(&report)?);
+        ensure!(status.success(), "{} ended with {status}", run.command());
+        let stored = Stored::new(run.command(), Some(spent), Report::read(&report)?);
         std::fs::remove_file(&cost)?;
         Ok(stored)
     }

@@ -22,7 +22,7 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
         ["rectangles", "inflated", "speed", "rings", "beams", "ventricles", "infarcts"]
     );
     let plane = report.sections[0].tables().next().unwrap();
-    assert_eq!(plane.rows.len(), 4, "a regression, a network without virtual nodes and two with");
+    assert_eq!(plane.rows.len(), 3, "a regression, a network without virtual nodes and one with");
     let inflated: Vec<_> = report.sections[1].tables().collect();
     let row = |table: usize, method: &str| {
         let found = inflated[table].rows.iter().find(|row| row.method.contains(method));
