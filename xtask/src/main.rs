@@ -109,7 +109,7 @@ fn main() -> Result<()> {
         Task::ReproduceGp(options) => study("sinew-study-gp", "reproduce-gp", options),
         Task::Thesis(options) => study("sinew-thesis", "thesis", options),
         Task::ReproduceCalibration(options) => {
-            study("sinew-study-calibrate", "reproduce-calibration", options)
+            study("sinew-calibration", "reproduce-calibration", options)
         }
         Task::Coverage(Options { options }) => command::coverage(&options),
         Task::CoverageEstimates(options) => study("sinew-coverage", "coverage-estimates", options),

@@ -9,7 +9,7 @@ use crate::polynomial::Polynomial;
 use crate::posterior::Posterior;
 use crate::problem::Problem;
 use crate::solves::Solves;
-use crate::verify::{Verified, log_likelihood};
+use crate::verify::Verified;
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -173,9 +173,8 @@ fn fit(
     let log_posterior = |theta: &[f64], observed| {
         let coordinates = problem.unknowns.iter().zip(theta);
         let mut y: Vec<f64> = coordinates.map(|(u, t)| u.prior.coordinate(*t)).collect();
-        let prior: f64 = y.iter().map(|y| y * y).sum();
         y.extend(factors);
-        log_likelihood(problem, &y, observed) - 0.5 * prior
+        problem.log_posterior(&y, observed)
     };
     let heights: Vec<f64> = answers.iter().map(|(t, o)| log_posterior(t, o)).collect();
     let best = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);

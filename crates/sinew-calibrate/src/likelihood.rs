@@ -1,5 +1,6 @@
 //! The likelihood of data with correlated errors, and the posterior over an emulator.
 
+use crate::Observed;
 use crate::datum::FACTOR_DEVIATION;
 use crate::polynomial::Polynomial;
 use crate::problem::Problem;
@@ -54,6 +55,19 @@ impl Noise {
     /// Variances of single errors.
     pub(crate) fn inverse(&self) -> DMatrix<f64> {
         self.factor.inverse()
+    }
+}
+
+impl Problem {
+    /// Logarithm of the likelihood of observables at coordinates, up to a constant.
+    pub(crate) fn log_likelihood(&self, y: &[f64], observed: &Observed) -> f64 {
+        let residual = &self.measured - self.scaled(observed);
+        Noise::new(self, &self.log_factors(y), None).log_likelihood(&residual)
+    }
+
+    /// Logarithm of the posterior density of coordinates with the observables that a model has there, up to a constant.
+    pub fn log_posterior(&self, y: &[f64], observed: &Observed) -> f64 {
+        self.log_likelihood(y, observed) - 0.5 * y.iter().map(|y| y * y).sum::<f64>()
     }
 }
 

@@ -206,15 +206,8 @@ impl State {
     fn new(problem: &Problem, y: Vec<f64>, theta: Vec<f64>, observed: Observed) -> Option<Self> {
         let jacobian = problem.jacobian(&theta, &y, &observed)?;
         let residual = &problem.measured - problem.scaled(&observed);
-        let mut state = Self { y, theta, observed, jacobian, residual, cost: 0.0 };
-        state.cost = state.cost(problem);
-        Some(state)
-    }
-
-    fn cost(&self, problem: &Problem) -> f64 {
-        let noise = Noise::new(problem, &problem.log_factors(&self.y), None);
-        let prior: f64 = self.y.iter().map(|y| y * y).sum();
-        0.5 * prior - noise.log_likelihood(&self.residual)
+        let cost = -problem.log_posterior(&y, &observed);
+        Some(Self { y, theta, observed, jacobian, residual, cost })
     }
 
     fn information(&self, problem: &Problem) -> (DMatrix<f64>, Noise) {
@@ -232,7 +225,7 @@ impl State {
                 of_kind.fold([0.0, 0.0], |[n, s], at| [n + 1.0, s + self.residual[at].powi(2)]);
             self.y[first + place] = likeliest_factor(count, squares);
         }
-        self.cost = self.cost(problem);
+        self.cost = -problem.log_posterior(&self.y, &self.observed);
         self
     }
 }

@@ -13,7 +13,8 @@ use crate::observable::Observable;
 use crate::observables::Quantity;
 use anchor::Anchor;
 use parts::Parts;
-use sinew_energy::{Body, ForceBalance};
+use sinew_energy::Body;
+use sinew_fem::Balance;
 use sinew_fem::ThinWall;
 use std::sync::OnceLock;
 
@@ -62,14 +63,9 @@ pub struct Patient<'p> {
 }
 
 impl<'p> Patient<'p> {
-    /// A patient of a body that was lowered on the image.
-    pub fn of(image: &'p Body) -> PatientBuilder<'p> {
-        PatientBuilder::of(image)
-    }
-
-    /// A patient of a balance of forces that was lowered on the image, whose pressures may act on surfaces with a loose rim.
-    pub fn of_balance(image: &'p ForceBalance) -> PatientBuilder<'p> {
-        PatientBuilder::of_balance(image)
+    /// A patient of a body that was lowered on the image, or of a balance of forces, whose pressures may act on surfaces with a loose rim.
+    pub fn of(image: impl Into<Balance<'p>>) -> PatientBuilder<'p> {
+        PatientBuilder::of(image.into())
     }
 
     /// The body on the image.

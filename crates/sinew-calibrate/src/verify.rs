@@ -1,7 +1,7 @@
 //! Correction of an emulator's draws by the solver: importance ratios, and one sweep of independence Metropolis.
 
 use crate::correction::Correction;
-use crate::likelihood::{Noise, Target};
+use crate::likelihood::Target;
 use crate::problem::Problem;
 use crate::solves::Solves;
 use crate::{CalibrateError, Observed};
@@ -47,7 +47,7 @@ impl Verified {
         let answers = solves.at(stage, &thetas)?;
         let found: Vec<Option<Observed>> = answers.into_iter().map(Result::ok).collect();
         let ratio = |(y, observed): (&Vec<f64>, &Option<Observed>)| match observed {
-            Some(observed) => log_likelihood(problem, y, observed) - target.log_likelihood(y),
+            Some(observed) => problem.log_likelihood(y, observed) - target.log_likelihood(y),
             None => f64::NEG_INFINITY,
         };
         let all: Vec<f64> = draws.pooled().zip(&found).map(ratio).collect();
@@ -102,12 +102,6 @@ impl Verified {
         let draws = Chains { draws: swept, ..self.draws.clone() };
         (draws, seen, f64::from(accepted) / f64::from(proposed.max(1)))
     }
-}
-
-/// Logarithm of the solver's likelihood at coordinates, up to a constant.
-pub(crate) fn log_likelihood(problem: &Problem, y: &[f64], observed: &Observed) -> f64 {
-    let residual = &problem.measured - problem.scaled(observed);
-    Noise::new(problem, &problem.log_factors(y), None).log_likelihood(&residual)
 }
 
 /// Place drawn with weights of these logarithms.

@@ -4,7 +4,7 @@ use crate::answer::{MOST_STEPS, check_accuracy, confirmed};
 use crate::parameters::check_length;
 use crate::{Body, Emulator, Result};
 use serde::{Deserialize, Serialize};
-use sinew_fem::{Options, Solver};
+use sinew_fem::{CHAIN, Options, Solver};
 
 /// Parameter sets below which nothing is measured: an emulator answers where there is one, or the solver. Measuring takes two solves.
 pub(crate) const FEW: usize = 4;
@@ -12,6 +12,10 @@ pub(crate) const FEW: usize = 4;
 /// Newton steps that an answer from a prediction costs as much as: three quasi-Newton steps with a neighbour's stiffness, and a Newton step for
 /// the sets at which these do not contract (measured: 0.3 for a left ventricle, 0.5 over a decade of stiffness).
 const ANSWER: f64 = 0.5;
+
+/// Newton steps of a solve in a sweep, with its quasi-Newton steps: neighbours are nearer there than the centre of the ranges (measured: 2.3
+/// factorisations a set for beams, 3.5 for ventricles).
+const SWEPT: f64 = 4.0;
 
 /// Accuracy of the solution that an expansion is about, where an emulator predicts it first: far below the error of the expansion.
 const CENTRE: f64 = 1e-8;
@@ -118,7 +122,8 @@ impl Plan {
             return Ok((plan, None));
         };
         plan.step_s = Some(counted.step_s);
-        plan.costs.push(Cost { method: Method::Solver, prepare: 0.0, each: counted.near });
+        let each = if plan.sets < CHAIN { counted.near } else { counted.near.min(SWEPT) };
+        plan.costs.push(Cost { method: Method::Solver, prepare: 0.0, each });
         if !body.parameters.is_empty() {
             let prepare = counted.expansion(body);
             plan.costs.push(Cost { method: Method::Expansion, prepare, each: ANSWER });
@@ -141,10 +146,14 @@ impl Plan {
         self.step_s.map(|step_s| step_s * newton_steps)
     }
 
-    /// Expected wall time of all answers by a method on the threads there are \[s\]; `None` where nothing was measured.
+    /// Threads that answer side by side.
+    pub fn threads(&self) -> usize {
+        rayon::current_num_threads().min(self.sets.max(1))
+    }
+
+    /// Expected wall time of all answers by a method on [`Plan::threads`] \[s\]; `None` where nothing was measured.
     pub fn total_s(&self, cost: &Cost) -> Option<f64> {
-        let threads = rayon::current_num_threads().min(self.sets.max(1)) as f64;
-        self.seconds(cost.prepare + cost.each * self.sets as f64 / threads)
+        self.seconds(cost.prepare + cost.each * self.sets as f64 / self.threads() as f64)
     }
 }
 

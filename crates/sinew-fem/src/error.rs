@@ -52,9 +52,14 @@ pub enum SolveError {
         sinew_energy::listed(theta)
     )]
     CurveEnded { place: f64, theta: Vec<f64>, failure: Box<NotConverged> },
+    /// A balance of forces without a potential, where one is needed.
+    #[error(
+        "mixed elements and pressures with a loose rim have no potential, which this needs; solve them by Solver::solve, or lower the scene by Scene::lower"
+    )]
+    NoPotential,
     /// A path that cannot be followed by its volume.
     #[error(
-        "the volume cannot be prescribed because {problem}; follow the load instead, by BalanceSolver::solve"
+        "the volume cannot be prescribed because {problem}; follow the load instead, by Solver::solve"
     )]
     VolumeControl { problem: &'static str },
     /// A line that equilibria cannot be followed along.

@@ -22,10 +22,10 @@ pub use unloaded::{Loading, Unloaded};
 
 use crate::elements::check::{check_displacement, check_length};
 use crate::elements::system::System;
-use crate::{BalanceSolution, Options, SolveError};
+use crate::{Balance, Options, Solution, SolveError};
 use image::Image;
 use newton::Search;
-use sinew_energy::{Body, Fibres, ForceBalance, ThetaError};
+use sinew_energy::{Fibres, ForceBalance, ThetaError};
 use std::time::Instant;
 
 /// Finds the body at rest whose loaded state is an image.
@@ -73,24 +73,14 @@ impl<'p> Unload<'p> {
     /// Prepares for a body that was lowered on the image; its directions are those in the image, and move with the tissue.
     ///
     /// # Errors
-    /// A body that is malformed, whose supports leave a part of it free to move, or whose loads were changed after it was lowered.
-    pub fn new(image: &'p Body) -> Result<Self, UnloadError> {
-        Self::prepare(System::new(image)?)
-    }
-
-    /// Prepares for a balance of forces, whose pressures may act on surfaces with a loose rim.
-    ///
-    /// # Errors
-    /// As for [`Unload::new`], and [`UnloadError::PressureField`].
-    pub fn balance(image: &'p ForceBalance) -> Result<Self, UnloadError> {
-        if image.pressure_field.is_some() {
+    /// A body that is malformed, whose supports leave a part of it free to move, or whose loads were changed after it was lowered;
+    /// [`UnloadError::PressureField`].
+    pub fn new(image: impl Into<Balance<'p>>) -> Result<Self, UnloadError> {
+        let image = image.into();
+        if image.pressures() > 0 {
             return Err(UnloadError::PressureField);
         }
-        Self::prepare(System::balance(image)?)
-    }
-
-    fn prepare(system: System<'p>) -> Result<Self, UnloadError> {
-        Ok(Self { search: Search::new(Image::new(system)?) })
+        Ok(Self { search: Search::new(Image::new(System::new(image)?)?) })
     }
 
     /// Chooses fibres that move with the tissue, the default, or are kept at rest as they are in the image.
@@ -230,7 +220,7 @@ impl<'p> Unload<'p> {
         near: &[f64],
         theta: &[f64],
         options: &Options,
-    ) -> Result<BalanceSolution, SolveError> {
+    ) -> Result<Solution, SolveError> {
         self.search.image.loaded(rest, near, theta, options)
     }
 
@@ -243,7 +233,7 @@ impl<'p> Unload<'p> {
     pub fn loaded_slopes(
         &self,
         rest: &ForceBalance,
-        state: &BalanceSolution,
+        state: &Solution,
         theta_directions: &[Vec<f64>],
         rest_directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {

@@ -1,8 +1,8 @@
 //! Gaussian processes that satisfy boundary conditions exactly and learn PDE parameters.
 //!
-//! Describe a domain, a linear equation and its boundary conditions; a prior all of whose
-//! functions satisfy the conditions follows by itself, and from noisy data the solution and the
-//! equation's parameters, with intervals.
+//! Describe a domain, a linear equation and its boundary conditions. The crate builds a prior whose
+//! functions all satisfy the conditions. From noisy data it infers the solution and the
+//! equation's parameters, with credible intervals.
 //!
 //! ```
 //! use std::f64::consts::PI;
@@ -39,7 +39,7 @@
 //! assert!((at_the_end.mean[0] - exact([1.5, 1.0])).abs() < 0.02);
 //! assert_eq!(at_the_end.standard_deviation[1], 0.0); // on the boundary nothing is uncertain
 //!
-//! // What leaves through the right end altogether: −∫ κ u_x dt.
+//! // Total heat flux through the right end: −∫ κ u_x dt.
 //! let flux = Functional::face_integral(&rod, ("x", Side::Upper), -(&diffusivity * dx), 8)?;
 //! let (heat, deviation) = posterior.predict_functional(&flux)?;
 //! assert!((heat - (1.0 - (-0.7_f64).exp())).abs() < 0.02);
@@ -50,9 +50,9 @@
 //!   in, as pseudo-observations, or ignored (HCGP, PCGP and UCGP in Chapter 4 of the thesis);
 //!   [`Network`]: a neural network with the conditions built in (HCNN), on the same prior;
 //! - [`Model::fit`], [`laplace`] and [`nuts`]: the most probable parameters, and ensembles of
-//!   probable ones for intervals that cover, all of the density that [`Evidence`] names;
+//!   posterior draws for credible intervals; [`Evidence`] names the density;
 //! - [`Model::reduced`]: tens of thousands of values, with the distance from the exact posterior;
-//! - [`Fit::warnings`]: what the fit cannot tell;
+//! - [`Fit::warnings`]: parameters at bounds or not identified, and other faults of a fit;
 //! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
 //! - `log_evidence_tensor` (feature `burn`): the evidence inside a Burn graph;
 //! - [`SemiLinear`]: equations with a nonlinear term, by the Gauss–Newton method.

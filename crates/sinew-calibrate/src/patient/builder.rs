@@ -8,8 +8,8 @@ use crate::observables::{CavityVolume, PointDisplacement, Quantity, SegmentStrai
 use crate::segments::Segments;
 use crate::setting::{Entry, Setting};
 use crate::wall::WallCoordinates;
-use sinew_energy::{Body, Fibres, ForceBalance};
-use sinew_fem::Unload;
+use sinew_energy::{Body, Fibres};
+use sinew_fem::{Balance, Unload};
 use std::sync::OnceLock;
 
 /// Settings of a state by the names of the entries of θ of the body.
@@ -18,7 +18,7 @@ type Settings = Vec<(String, Setting)>;
 /// Collects what a [`Patient`] is made of.
 #[derive(Clone, Debug)]
 pub struct PatientBuilder<'p> {
-    image: Image<'p>,
+    image: Balance<'p>,
     parameters: Vec<String>,
     settings: Settings,
     phases: Vec<(String, Settings)>,
@@ -29,22 +29,8 @@ pub struct PatientBuilder<'p> {
     observables: Vec<Observable>,
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Image<'p> {
-    Body(&'p Body),
-    Balance(&'p ForceBalance),
-}
-
 impl<'p> PatientBuilder<'p> {
-    pub(super) fn of(image: &'p Body) -> Self {
-        Self::new(Image::Body(image))
-    }
-
-    pub(super) fn of_balance(image: &'p ForceBalance) -> Self {
-        Self::new(Image::Balance(image))
-    }
-
-    fn new(image: Image<'p>) -> Self {
+    pub(super) fn of(image: Balance<'p>) -> Self {
         Self {
             image,
             parameters: Vec::new(),
@@ -152,15 +138,11 @@ impl<'p> PatientBuilder<'p> {
         self.check_use(&image_entries, &phase_entries)?;
         let start = self.anchor()?;
         let quantities = self.quantities()?;
-        let (body, unload) = match self.image {
-            Image::Body(body) => (body, Unload::new(body)?),
-            Image::Balance(balance) => (&balance.body, Unload::balance(balance)?),
-        };
-        let unload = unload.fibres(self.fibres.unwrap_or_default());
+        let unload = Unload::new(self.image)?.fibres(self.fibres.unwrap_or_default());
         let at_rest = self.fibres.is_none().then(|| unload.image_at_rest()).transpose()?;
         let phases = self.phases.into_iter().map(|(name, _)| name).collect();
         let parts = Parts {
-            image: body,
+            image: self.image.body(),
             unload,
             at_rest,
             parameters: self.parameters,
@@ -173,10 +155,7 @@ impl<'p> PatientBuilder<'p> {
     }
 
     fn body(&self) -> &'p Body {
-        match self.image {
-            Image::Body(body) => body,
-            Image::Balance(balance) => &balance.body,
-        }
+        self.image.body()
     }
 
     /// Names of the entries of θ of the body.

@@ -4,7 +4,7 @@ use super::anchor::Anchor;
 use super::states::{PatientStates, StateError};
 use crate::setting::Entry;
 use sinew_energy::{Body, ForceBalance};
-use sinew_fem::{BalanceSolution, Options, Unload, UnloadOptions, Unloaded};
+use sinew_fem::{Options, Solution, Unload, UnloadOptions, Unloaded};
 
 /// Most iterations from a predicted body at rest; farther off, the search from the image is as good.
 const NEAR: usize = 12;
@@ -112,7 +112,7 @@ impl Parts<'_> {
         rest: &Rest,
         theta: &[f64],
         predicted: &[Vec<f64>],
-    ) -> Result<Vec<BalanceSolution>, StateError> {
+    ) -> Result<Vec<Solution>, StateError> {
         let phase = |(index, predicted): (usize, &Vec<f64>)| {
             let near: Vec<f64> = predicted.iter().zip(&rest.motion).map(|(v, w)| v - w).collect();
             self.phase(unload, rest, index, theta, &near)
@@ -126,7 +126,7 @@ impl Parts<'_> {
         unload: &Unload<'_>,
         rest: &Rest,
         theta: &[f64],
-    ) -> Result<Vec<BalanceSolution>, StateError> {
+    ) -> Result<Vec<Solution>, StateError> {
         let thetas: Vec<_> = self.phase_entries.iter().map(|e| values(e, theta)).collect();
         let image = values(&self.image_entries, theta);
         let of_law = self.image.material.parameters().len();
@@ -136,7 +136,7 @@ impl Parts<'_> {
         if self.at_rest.is_none() {
             known.push((image, rest.motion.iter().map(|w| -w).collect()));
         }
-        let mut found: Vec<Option<BalanceSolution>> = vec![None; thetas.len()];
+        let mut found: Vec<Option<Solution>> = vec![None; thetas.len()];
         for _ in 0..thetas.len() {
             let open = (0..thetas.len()).filter(|&index| found[index].is_none());
             let pairs = open.flat_map(|phase| (0..known.len()).map(move |start| (phase, start)));
@@ -157,7 +157,7 @@ impl Parts<'_> {
         index: usize,
         theta: &[f64],
         near: &[f64],
-    ) -> Result<BalanceSolution, StateError> {
+    ) -> Result<Solution, StateError> {
         let values = values(&self.phase_entries[index], theta);
         let found = unload.loaded(&rest.body, near, &values, &Options::default());
         found.map_err(|source| StateError::Phase { phase: self.phases[index].clone(), source })
@@ -169,7 +169,7 @@ impl Parts<'_> {
         unload: &mut Unload<'_>,
         rest: &Rest,
         theta: &[f64],
-        phases: &[BalanceSolution],
+        phases: &[Solution],
     ) -> Result<Vec<Vec<Vec<f64>>>, StateError> {
         let still = vec![vec![0.0; rest.motion.len()]; self.parameters.len()];
         let at = |state: &str| {

@@ -13,7 +13,7 @@ use crate::solve::line::Line;
 use crate::solve::path::{Along, Path, Point};
 use crate::solve::search::Equilibrium;
 use crate::solve::watch::Log;
-use crate::{BalanceSolution, BalanceSolver, History, Options, Solution, SolveError, Solver};
+use crate::{Options, Solution, SolveError, Solver};
 use std::time::Instant;
 
 /// An equilibrium that is farther off than so many times the step is of another branch.
@@ -29,7 +29,7 @@ const CUT: f64 = 0.5;
 /// as are wanted. After an error, [`SolveError::CurveEnded`] with the last equilibrium, nothing follows.
 #[doc(alias("arc length", "Riks", "continuation"))]
 #[must_use = "an iterator does nothing until it is asked"]
-pub struct Curve<'s, 'p, S> {
+pub struct Curve<'s, 'p> {
     path: Path<'s, 'p>,
     stage: Stage,
     /// Change of the unknowns from place to place at the last equilibrium, and whether places rise along the curve there.
@@ -39,21 +39,17 @@ pub struct Curve<'s, 'p, S> {
     step: f64,
     least: f64,
     longest: f64,
-    solution: Reported<'p, S>,
 }
-
-/// A solution of an equilibrium with its number of load steps, θ, iterations and beginning.
-type Reported<'p, S> = fn(&System<'p>, (Equilibrium, usize), &[f64], History, Instant) -> S;
 
 /// An equilibrium on a [`Curve`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct CurvePoint<S> {
+pub struct CurvePoint {
     /// Place on the line, 1 at its end.
     pub place: f64,
     /// Length of the curve up to here.
     pub length: f64,
     /// The equilibrium.
-    pub solution: S,
+    pub solution: Solution,
 }
 
 /// Next step of the continuation.
@@ -102,8 +98,8 @@ impl<'p> Solver<'p> {
         &'s mut self,
         line: &Line,
         options: &Options,
-    ) -> Result<Curve<'s, 'p, Solution>, SolveError> {
-        Curve::new(&mut self.system, None, line, options, Solution::new)
+    ) -> Result<Curve<'s, 'p>, SolveError> {
+        Curve::new(&mut self.system, None, line, options)
     }
 
     /// Follows as [`Solver::follow`] does, from an equilibrium at the line's start, or a displacement \[length\] near to it, where there are several.
@@ -115,55 +111,25 @@ impl<'p> Solver<'p> {
         initial: &[f64],
         line: &Line,
         options: &Options,
-    ) -> Result<Curve<'s, 'p, Solution>, SolveError> {
-        self.check(initial, &line.thetas[0])?;
-        let from = Some(Unknowns::of(initial));
-        Curve::new(&mut self.system, from, line, options, Solution::new)
+    ) -> Result<Curve<'s, 'p>, SolveError> {
+        let from = Some(self.at(initial, &line.thetas[0])?);
+        Curve::new(&mut self.system, from, line, options)
     }
 }
 
-impl<'p> BalanceSolver<'p> {
-    /// The equilibria along a line in loads and parameters, through limit points, as [`Solver::follow`].
-    ///
-    /// # Errors
-    /// As for [`Solver::follow`].
-    pub fn follow<'s>(
-        &'s mut self,
-        line: &Line,
-        options: &Options,
-    ) -> Result<Curve<'s, 'p, BalanceSolution>, SolveError> {
-        Curve::new(&mut self.system, None, line, options, BalanceSolution::new)
-    }
-
-    /// Follows as `follow` does, from an equilibrium at or near the line's start, where there are several.
-    ///
-    /// # Errors
-    /// As for [`Solver::follow`], and a solution of another body.
-    pub fn follow_from<'s>(
-        &'s mut self,
-        near: &BalanceSolution,
-        line: &Line,
-        options: &Options,
-    ) -> Result<Curve<'s, 'p, BalanceSolution>, SolveError> {
-        let from = self.checked(near, &line.thetas[0])?;
-        Curve::new(&mut self.system, Some(from), line, options, BalanceSolution::new)
-    }
-}
-
-impl<'s, 'p, S> Curve<'s, 'p, S> {
+impl<'s, 'p> Curve<'s, 'p> {
     fn new(
         system: &'s mut System<'p>,
         from: Option<Unknowns>,
         line: &Line,
         options: &Options,
-        solution: Reported<'p, S>,
     ) -> Result<Self, SolveError> {
         line.check(system)?;
         let path = Path::from_rest(system, line.clone(), options);
         let step = options.first_load_step;
         let (stage, longest) = (Stage::Start(from), f64::INFINITY);
         let tangent = (Vec::new(), true);
-        Ok(Self { path, stage, tangent, scale: 1.0, step, least: 0.0, longest, solution })
+        Ok(Self { path, stage, tangent, scale: 1.0, step, least: 0.0, longest })
     }
 
     /// No two equilibria are farther apart along the curve than this, to draw it finely; the whole line without limit points is
@@ -317,8 +283,8 @@ impl<'s, 'p, S> Curve<'s, 'p, S> {
     }
 }
 
-impl<S> Iterator for Curve<'_, '_, S> {
-    type Item = Result<CurvePoint<S>, SolveError>;
+impl Iterator for Curve<'_, '_> {
+    type Item = Result<CurvePoint, SolveError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let (start, mut log) = (Instant::now(), Log::default());
@@ -335,7 +301,7 @@ impl<S> Iterator for Curve<'_, '_, S> {
                 let Equilibrium { place, .. } = found;
                 let (_, theta) = self.path.line.at(place);
                 let (length, system) = (self.path.reached().at, &*self.path.system);
-                let solution = (self.solution)(system, (found, 1), &theta, log.take(), start);
+                let solution = Solution::new(system, (found, 1), &theta, log.take(), start);
                 Ok(CurvePoint { place, length, solution })
             }
             Err(failure) => {

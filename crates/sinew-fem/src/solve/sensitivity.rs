@@ -4,7 +4,7 @@ use crate::elements::check::check_displacement;
 use crate::elements::followers::Followers;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::dot;
-use crate::{BalanceSolution, BalanceSolver, Solution, SolveError, Solver};
+use crate::{Solution, SolveError, Solver};
 use sinew_energy::{Body, Magnitude, PressureSurface};
 use sinew_num::Mat3;
 
@@ -21,9 +21,8 @@ impl Solver<'_> {
     /// # Errors
     /// A solution of another body, [`SolveError::Singular`], or [`SolveError::Inadmissible`] where derivatives overflow.
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
-        let Solution { displacement, theta, load_factor, .. } = solution;
-        self.check(displacement, theta)?;
-        self.system.sensitivity(&Unknowns::of(displacement), theta, *load_factor)
+        let at = self.checked(solution, &solution.theta)?;
+        self.system.sensitivity(&at, &solution.theta, solution.load_factor)
     }
 
     /// Sensitivities at a displacement \[length\] near to an equilibrium under the whole load, as if it were one.
@@ -63,18 +62,6 @@ impl Solver<'_> {
             dot(&self.system.rate_by_theta(displacement, theta, *load_factor, &direction), &adjoint)
         };
         self.system.finite((0..theta.len()).map(entry).collect())
-    }
-}
-
-impl BalanceSolver<'_> {
-    /// Derivative of the displacement in each entry of θ, as [`Solver::sensitivity`], under the solution's fraction of the
-    /// loads.
-    ///
-    /// # Errors
-    /// As for [`Solver::sensitivity`].
-    pub fn sensitivity(&mut self, solution: &BalanceSolution) -> Result<Vec<Vec<f64>>, SolveError> {
-        let at = self.checked(solution, &solution.theta)?;
-        self.system.sensitivity(&at, &solution.theta, solution.load_factor)
     }
 }
 

@@ -6,23 +6,31 @@ use crate::{History, LockingWarning};
 use std::time::Instant;
 
 /// An equilibrium of a body.
+///
+/// Where there is no potential ([`Solution::has_potential`]), `energy` leaves out loose followers and the field of pressure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
     pub displacement: Vec<f64>,
+    /// The field of pressure at [`sinew_energy::PressureField::nodes`] \[stress\], compression negative; empty without one.
+    pub pressure: Vec<f64>,
     /// Total potential energy \[stress·length³\].
     pub energy: f64,
+    /// Whether the equilibrium is a stationary point of that energy.
+    pub has_potential: bool,
     /// Parameters of law and loads.
     pub theta: Vec<f64>,
     /// Fraction of all loads and prescribed motions, 1 but on the way along a [`crate::Curve`].
     pub load_factor: f64,
     /// Norm of the unbalanced nodal forces \[stress·length²\].
     pub residual: f64,
+    /// Norm of the changes of volume that the pressures should prevent \[length³\].
+    pub volume_residual: f64,
     /// Norm of the loads and reactions \[stress·length²\], to compare the residual with.
     pub force_scale: f64,
     /// Least volume ratio J of all cells.
     pub least_volume_ratio: f64,
-    /// Number of negative eigenvalues of the last stiffness: 0 for a stable equilibrium.
+    /// Number of negative eigenvalues of the symmetric part of the last stiffness of the displacements: 0 for a stable equilibrium of a potential.
     pub negative_pivots: usize,
     /// Elements that are too stiff for this body, so that the displacement is too small.
     pub locking: Option<LockingWarning>,
@@ -33,6 +41,8 @@ pub struct Solution {
     /// once, or from a state near it, the search may have passed equilibria that a rising load stops at, see
     /// [`crate::Solver::under_rising_load`].
     pub jumped: bool,
+    /// Iterations of all linear systems; 0 with a potential, whose factor solves them.
+    pub linear_iterations: usize,
     /// All iterations.
     pub history: History,
     /// Wall-clock time of the solve \[s\].
@@ -50,17 +60,21 @@ impl Solution {
     ) -> Self {
         Self {
             displacement: found.unknowns.displacement,
+            pressure: found.unknowns.pressure,
             // The sum over all cells in one order, the same as every reader of the potential gets.
             energy: system.assembly.energy,
+            has_potential: system.has_potential(),
             theta: theta.to_vec(),
             load_factor: found.load_factor,
             residual: found.residual.force,
+            volume_residual: found.residual.volume,
             force_scale: found.force_scale,
             least_volume_ratio: found.least_volume_ratio,
             negative_pivots: found.negative_pivots,
             locking: system.locking(theta),
             load_steps,
             jumped: found.jumped,
+            linear_iterations: found.linear_iterations,
             history,
             seconds: start.elapsed().as_secs_f64(),
         }

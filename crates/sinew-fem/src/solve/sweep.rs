@@ -2,9 +2,8 @@
 
 use crate::solve::frozen_tangent::Potential;
 use crate::solve::order::neighbours;
-use crate::{BalanceSolution, BalanceSolver, LoadSteps, Options, Solution, SolveError, Solver};
+use crate::{Balance, LoadSteps, Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
-use sinew_energy::{Body, ForceBalance};
 use thiserror::Error;
 
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
@@ -22,11 +21,11 @@ const ENOUGH: f64 = 1e-6;
 
 /// The outcome of a sweep.
 #[derive(Clone, Debug)]
-pub struct Sweep<S = Solution> {
+pub struct Sweep {
     /// The samples.
     pub thetas: Vec<Vec<f64>>,
     /// One result per θ, in the order they were given.
-    pub results: Vec<Result<S, SolveError>>,
+    pub results: Vec<Result<Solution, SolveError>>,
 }
 
 /// A sweep in which samples failed.
@@ -48,12 +47,12 @@ pub struct SweepError {
     pub source: SolveError,
 }
 
-impl<S> Sweep<S> {
+impl Sweep {
     /// All solutions.
     ///
     /// # Errors
     /// The first failure; [`Sweep::results`] still holds what succeeded.
-    pub fn solutions(&self) -> Result<Vec<&S>, SweepError> {
+    pub fn solutions(&self) -> Result<Vec<&Solution>, SweepError> {
         let failures = self.results.iter().enumerate();
         let mut failures = failures.filter_map(|(i, r)| r.as_ref().err().map(|e| (i, e)));
         let Some((index, source)) = failures.next() else {
@@ -67,9 +66,7 @@ impl<S> Sweep<S> {
             source: source.clone(),
         })
     }
-}
 
-impl Sweep {
     /// Indices of the solutions whose search met an indefinite stiffness though it began near another sample's: the body may have several stable
     /// equilibria, and neighbours may be on different branches of them. [`Solver::under_rising_load`] tells. Costs nothing.
     pub fn jumped(&self) -> Vec<usize> {
@@ -87,60 +84,22 @@ impl Sweep {
 /// # Errors
 /// A body that cannot be solved for any θ, see [`Solver::new`]; failures of single samples are in the results.
 #[doc(alias = "parameter study")]
-pub fn sweep(
-    potential: &Body,
+pub fn sweep<'p>(
+    balance: impl Into<Balance<'p>>,
     thetas: &[Vec<f64>],
     options: &Options,
     progress: impl Fn() + Sync,
 ) -> Result<Sweep, SolveError> {
-    let solver = Solver::new(potential)?;
-    chained(
-        thetas,
-        || solver.fresh(),
-        |solver, near: Option<&Solution>, theta| match near {
-            Some(near) => solver.solve_near(near, theta, options),
-            None => solver.solve(theta, options),
-        },
-        progress,
-    )
-}
-
-/// Sweep of a balance of forces: incompressible bodies, and pressures on surfaces with a loose rim. Within a chain each solve starts
-/// from its predecessor's solution.
-///
-/// # Errors
-/// A balance that cannot be solved for any θ, see [`BalanceSolver::new`]; failures of single samples are in the results.
-pub fn sweep_balances(
-    balance: &ForceBalance,
-    thetas: &[Vec<f64>],
-    options: &Options,
-    progress: impl Fn() + Sync,
-) -> Result<Sweep<BalanceSolution>, SolveError> {
-    let solver = BalanceSolver::new(balance)?;
-    chained(
-        thetas,
-        || solver.fresh(),
-        |solver, near: Option<&BalanceSolution>, theta| match near {
-            Some(near) => solver.solve_from(near, theta, options),
-            None => solver.solve(theta, options),
-        },
-        progress,
-    )
-}
-
-/// Solves in chains of neighbours, each chain by a solver of its own.
-fn chained<W, S: Clone + Send>(
-    thetas: &[Vec<f64>],
-    fresh: impl Fn() -> Result<W, SolveError> + Sync,
-    solve: impl Fn(&mut W, Option<&S>, &[f64]) -> Result<S, SolveError> + Sync,
-    progress: impl Fn() + Sync,
-) -> Result<Sweep<S>, SolveError> {
+    let solver = Solver::new(balance)?;
     let path = neighbours(thetas);
     let solve_chain = |chain: &[usize]| -> Result<Vec<_>, SolveError> {
-        let (mut solver, mut last) = (fresh()?, None::<S>);
+        let (mut solver, mut last) = (solver.fresh()?, None::<Solution>);
         let mut results = Vec::with_capacity(chain.len());
         for &index in chain {
-            let result = solve(&mut solver, last.as_ref(), &thetas[index]);
+            let result = match &last {
+                Some(near) => solver.solve_neighbour(near, &thetas[index], options),
+                None => solver.solve(&thetas[index], options),
+            };
             last = result.as_ref().ok().cloned();
             results.push((index, result));
             progress();
@@ -156,12 +115,15 @@ fn chained<W, S: Clone + Send>(
 
 impl Solver<'_> {
     /// The equilibrium for θ from the one this solver found last, moved along its derivative in θ.
-    fn solve_near(
+    fn solve_neighbour(
         &mut self,
         near: &Solution,
         theta: &[f64],
         options: &Options,
     ) -> Result<Solution, SolveError> {
+        if !near.has_potential {
+            return self.solve_near(near, theta, options);
+        }
         self.body().check_theta(theta)?;
         let Solution { displacement, theta: from, .. } = near;
         if !near.is_stable() || options.load_steps == LoadSteps::Always {

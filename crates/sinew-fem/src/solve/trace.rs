@@ -1,6 +1,6 @@
 //! Equilibria at given parameters in their order, each from the one before: what a body does while a load rises.
 
-use crate::{BalanceSolution, BalanceSolver, LoadSteps, Options, Solution, SolveError, Solver};
+use crate::{LoadSteps, Options, Solution, SolveError, Solver};
 use sinew_energy::Body;
 
 /// Most times that the way from one θ to the next is halved before the path counts as ended: the end is known to a thousandth of that way.
@@ -8,9 +8,9 @@ const MOST_HALVINGS: usize = 10;
 
 /// Equilibria along a path, as far as it goes.
 #[derive(Clone, Debug)]
-pub struct Trace<S = Solution> {
+pub struct Trace {
     /// Equilibria at the first of the parameters that were asked for, in their order.
-    pub solutions: Vec<S>,
+    pub solutions: Vec<Solution>,
     /// Why there are no more, if there are not as many as were asked for.
     pub end: Option<TraceEnd>,
 }
@@ -25,9 +25,6 @@ pub struct TraceEnd {
     /// Error of the solver there; `None` where it found an equilibrium on another branch only.
     pub error: Option<SolveError>,
 }
-
-/// Solves for a θ from another equilibrium, or from rest.
-type Solve<'a, S> = dyn FnMut(Option<&S>, &[f64]) -> Result<S, SolveError> + 'a;
 
 /// Largest change of the displacement per change of θ, relative to that of the step before, that counts as the same branch. Towards a limit point
 /// it grows as the inverse root of the distance: 2.4-fold from one step to the next of its length, 4-fold to one of an eighth.
@@ -74,47 +71,11 @@ impl Solver<'_> {
         thetas.iter().try_for_each(|theta| self.system.check_theta(theta))?;
         let (risen, near) = both(options);
         let least = NO_SNAP * extent(self.system.body);
-        let mut solve = |from: Option<&Solution>, theta: &[f64]| match from {
-            Some(from) => self.solve_from(&from.displacement, theta, &near),
-            None => self.solve(theta, &risen),
+        let Some(first) = thetas.first() else {
+            return Err(SolveError::Line { problem: "it has no point" });
         };
-        let last = first(&mut solve, thetas)?;
-        let branch = |solution: &Solution| !solution.jumped && solution.is_stable();
-        let displacement = |solution: &Solution| solution.displacement.clone();
-        Follower { solve: &mut solve, displacement, branch, last, rate: least, least }
-            .follow(thetas, progress)
-    }
-}
-
-impl BalanceSolver<'_> {
-    /// As [`Solver::trace`].
-    ///
-    /// # Errors
-    /// As [`Solver::trace`].
-    pub fn trace(
-        &mut self,
-        thetas: &[Vec<f64>],
-        options: &Options,
-        progress: impl FnMut(),
-    ) -> Result<Trace<BalanceSolution>, SolveError> {
-        thetas.iter().try_for_each(|theta| self.system.check_theta(theta))?;
-        let (risen, near) = both(options);
-        let least = NO_SNAP * extent(self.system.body);
-        let mut solve = |from: Option<&BalanceSolution>, theta: &[f64]| match from {
-            Some(from) => self.solve_from(from, theta, &near),
-            None => self.solve(theta, &risen),
-        };
-        let last = first(&mut solve, thetas)?;
-        let displacement = |solution: &BalanceSolution| solution.displacement.clone();
-        Follower {
-            solve: &mut solve,
-            displacement,
-            branch: |_: &BalanceSolution| true,
-            last,
-            rate: least,
-            least,
-        }
-        .follow(thetas, progress)
+        let last = self.solve(first, &risen)?;
+        Follower { solver: self, options: near, last, rate: least, least }.follow(thetas, progress)
     }
 }
 
@@ -123,14 +84,6 @@ fn both(options: &Options) -> (Options, Options) {
     let iterations = options.iterations_per_load.min(options.iterations);
     let near = Options { load_steps: LoadSteps::WhenNeeded, iterations, ..*options };
     (Options { load_steps: LoadSteps::Always, ..*options }, near)
-}
-
-/// The equilibrium at the first θ.
-fn first<S>(solve: &mut Solve<'_, S>, thetas: &[Vec<f64>]) -> Result<S, SolveError> {
-    let Some(first) = thetas.first() else {
-        return Err(SolveError::Line { problem: "it has no point" });
-    };
-    solve(None, first)
 }
 
 /// Longest edge of the box around a body \[length\].
@@ -143,29 +96,27 @@ fn extent(body: &Body) -> f64 {
 }
 
 /// An equilibrium on its way.
-struct Follower<'a, S, D, B> {
-    solve: &'a mut Solve<'a, S>,
-    displacement: D,
-    /// Whether nothing says that an equilibrium is on another branch.
-    branch: B,
-    last: S,
+struct Follower<'a, 'p> {
+    solver: &'a mut Solver<'p>,
+    options: Options,
+    last: Solution,
     /// Largest change of a component of the displacement over the last step, per way from one θ to the next \[length\].
     rate: f64,
     /// Least rate that says something.
     least: f64,
 }
 
-impl<S: Clone, D: Fn(&S) -> Vec<f64>, B: Fn(&S) -> bool> Follower<'_, S, D, B> {
+impl Follower<'_, '_> {
     fn follow(
         mut self,
         thetas: &[Vec<f64>],
         mut progress: impl FnMut(),
-    ) -> Result<Trace<S>, SolveError> {
+    ) -> Result<Trace, SolveError> {
         let mut solutions = vec![self.last.clone()];
         progress();
         if let [from, to, ..] = thetas {
             // Where even this is not found, the way is halved further.
-            if let Ok(found) = (self.solve)(Some(&self.last), &between(from, to, PROBE)) {
+            if let Ok(found) = self.next(&between(from, to, PROBE)) {
                 self.rate = self.moved(&found) / PROBE;
             }
         }
@@ -180,9 +131,14 @@ impl<S: Clone, D: Fn(&S) -> Vec<f64>, B: Fn(&S) -> bool> Follower<'_, S, D, B> {
     }
 
     /// Largest change of a component of the displacement from the last equilibrium \[length\].
-    fn moved(&self, to: &S) -> f64 {
-        let [from, to] = [&self.last, to].map(&self.displacement);
-        from.iter().zip(&to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max)
+    fn moved(&self, to: &Solution) -> f64 {
+        let [from, to] = [&self.last, to].map(|solution| &solution.displacement);
+        from.iter().zip(to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max)
+    }
+
+    /// The equilibrium for θ from the last one.
+    fn next(&mut self, theta: &[f64]) -> Result<Solution, SolveError> {
+        self.solver.solve_near(&self.last, theta, &self.options)
     }
 
     /// Goes to the end of a way, which is a part of that from one θ to the next.
@@ -192,10 +148,10 @@ impl<S: Clone, D: Fn(&S) -> Vec<f64>, B: Fn(&S) -> bool> Follower<'_, S, D, B> {
         part: f64,
         halvings: usize,
     ) -> Result<(), TraceEnd> {
-        let error = match (self.solve)(Some(&self.last), to) {
+        let error = match self.next(to) {
             Ok(found) => {
                 let rate = self.moved(&found) / part;
-                if (self.branch)(&found) && rate <= GROWTH * self.rate.max(self.least) {
+                if same_branch(&found) && rate <= GROWTH * self.rate.max(self.least) {
                     (self.last, self.rate) = (found, rate);
                     return Ok(());
                 }
@@ -210,6 +166,11 @@ impl<S: Clone, D: Fn(&S) -> Vec<f64>, B: Fn(&S) -> bool> Follower<'_, S, D, B> {
         self.advance([from, &half], 0.5 * part, halvings - 1)?;
         self.advance([&half, to], 0.5 * part, halvings - 1)
     }
+}
+
+/// Whether nothing says that an equilibrium is on another branch.
+fn same_branch(found: &Solution) -> bool {
+    !found.has_potential || !found.jumped && found.is_stable()
 }
 
 fn between(from: &[f64], to: &[f64], part: f64) -> Vec<f64> {
