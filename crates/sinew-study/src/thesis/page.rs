@@ -13,8 +13,8 @@ printed figures are in `crates/sinew-study/thesis.toml`, what is kept of the rep
 
 *Own kind* is the thesis' kind of method: a network trained on simulations or on the energy, a plain network, a constrained process. *Best* is the method of least
 error, at most one Newton step included; the solver alone is none. *×* is ours over the printed figure, for gains the other way round. ✓ is at or below what is
-printed, in the digits that are printed and in two at least. *s* is CPU time of simulations and training before the first answer, wall time in chapter 3; where
-neither is reported it is left out. Medians are over all nodes of all test cases, as in the thesis. *Not run* says that no run is kept that has the method.
+printed, in the digits that are printed and in two at least. *s* is the time before the first answer: CPU time of simulations and training in chapter 2, wall time of them
+in chapter 3, of a fit in chapter 4. Medians are over all nodes of all test cases, as in the thesis. *Not run* says that no run is kept that has the method.
 ";
 
 /// Writes the page from what is kept of the runs.
@@ -30,18 +30,19 @@ pub fn page(runs: &Runs) -> Result<String> {
     let mut text = HEAD.to_string();
     text += &summary(&found);
     text += &self::runs(runs);
-    let mut chapter = "";
-    for (table, cells) in &found {
-        if table.chapter != chapter {
-            chapter = &table.chapter;
-            let _ = write!(text, "\n## {}\n", chapter_name(chapter));
+    for chapter in CHAPTERS {
+        let _ = write!(text, "\n## {}\n", chapter_name(chapter));
+        for (table, cells) in found.iter().filter(|(table, _)| table.chapter == chapter) {
+            text += &self::table(table, cells);
         }
-        text += &self::table(table, cells);
     }
     text += &remarks("Contradictions and misprints of the thesis", &thesis().misprint);
     text += &remarks("Slips of these documents, mended", &thesis().slip);
     Ok(text)
 }
+
+/// Chapters and appendices in the order of the page.
+const CHAPTERS: [&str; 6] = ["1", "2", "A", "3", "B", "4"];
 
 fn chapter_name(chapter: &str) -> String {
     let name = if chapter.parse::<u32>().is_ok() { "Chapter" } else { "Appendix" };
@@ -66,7 +67,7 @@ fn summary(found: &[(&Table, Vec<Compared>)]) -> String {
             let _ = writeln!(text, "| {name} | {} | {own} | {best} |", cells.len());
         }
     };
-    for chapter in ["1", "2", "A", "3", "B", "4"] {
+    for chapter in CHAPTERS {
         for (times, what) in [(false, "errors"), (true, "times")] {
             let name = format!("{}, {what}", chapter_name(chapter));
             line(name, &|table| table.chapter == chapter && table.kind.is_time() == times);

@@ -46,7 +46,7 @@ fn keys() -> Vec<&'static str> {
 
 /// Folder of the documents of this workspace.
 fn documents() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("")).join("docs")
 }
 
 /// What is kept of all runs.

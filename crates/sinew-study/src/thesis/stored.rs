@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::store;
-use sinew_report::{Block, Cell, Report, Row, Section, Table, Value};
+use sinew_report::{Block, Cell, Column, Report, Row, Section, Table, Value};
 use std::path::Path;
 
 /// Digits that are kept of every number.
@@ -168,7 +168,8 @@ fn cells<'a>(table: &Table, row: &'a Row, column: &str) -> Option<&'a Cell> {
 
 fn found_in(table: &Table, row: &Row, column: &str, statistic: &str) -> Option<Found> {
     let value = number(&cells(table, row, column)?.value, statistic)?;
-    let once = table.times.iter().zip(&row.times).filter(|(column, _)| column.once);
+    let before = |column: &Column| column.once || column.name == "seconds";
+    let once = table.times.iter().zip(&row.times).filter(|(column, _)| before(column));
     let once: Vec<f64> = once.filter_map(|(_, cell)| cell.value.median()).collect();
     let before_s = (!once.is_empty()).then(|| once.iter().sum());
     let about = if row.subject.is_empty() { name(row) } else { row.name() };
