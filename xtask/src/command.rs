@@ -25,6 +25,12 @@ pub(crate) fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<
 /// workspace, so that the heavy dependencies are compiled once for both; this one needs nothing that the study does not.
 pub(crate) fn study(program: &str, task: &str, options: &[String]) -> Result<()> {
     let mut build = vec!["build", "--workspace", "--bin", program, "--example", "small_ventricle"];
+    if task == "thesis" {
+        // It starts the others.
+        for other in ["sinew-study", "sinew-organs", "sinew-populations", "sinew-study-gp"] {
+            build.extend(["--bin", other]);
+        }
+    }
     // A backend is compiled in by its feature, so that the default build stays small.
     let features = backend(options).map(|backend| format!("sinew-study/{backend}"));
     if let Some(features) = &features {

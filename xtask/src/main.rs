@@ -51,6 +51,8 @@ enum Task {
     /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
     /// conditions exactly, beside the figures it prints
     ReproduceGp(Options),
+    /// Hold every figure that the thesis prints against ours: run the studies that are missing and write docs/thesis.md
+    Thesis(Options),
     /// Calibrate synthetic patients: how often intervals hold the truth, and how far posteriors are from brute force
     ReproduceCalibration(Options),
     /// How often 95 % intervals of Gaussian processes hold the truth, on eighteen problems that are not the thesis': sets of
@@ -107,6 +109,7 @@ fn main() -> Result<()> {
             study("sinew-populations", "reproduce-populations", options)
         }
         Task::ReproduceGp(options) => study("sinew-study-gp", "reproduce-gp", options),
+        Task::Thesis(options) => study("sinew-thesis", "thesis", options),
         Task::ReproduceCalibration(options) => {
             study("sinew-calibration", "reproduce-calibration", options)
         }

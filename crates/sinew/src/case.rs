@@ -26,7 +26,7 @@ pub use fibres::{FibreRule, Fibres};
 pub use laws::Law;
 pub use loads::{FoundationLoad, Load, Pressure, Rim};
 pub use lowered::Lowered;
-pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, MeshSource};
+pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
 pub use parameters::Range;
 pub use sanity::hardly_moves;
 pub use select::{
