@@ -55,7 +55,7 @@ enum Task {
     Thesis(Options),
     /// Calibrate synthetic patients: how often intervals hold the truth, and how far posteriors are from brute force
     ReproduceCalibration(Options),
-    /// How often 95 % intervals of Gaussian processes hold the truth, on eighteen problems that are not the thesis': sets of
+    /// How often 95 % intervals of Gaussian processes hold the truth, on twenty-one problems that are not the thesis': sets of
     /// data, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
     Coverage(Options),
     /// How often error estimates of emulators mislead, on bodies and ranges that nothing was tuned for
