@@ -2,7 +2,6 @@
 
 use crate::correction::Correction;
 use crate::likelihood::Target;
-use crate::problem::Problem;
 use crate::solves::Solves;
 use crate::{CalibrateError, Observed};
 use rand::{RngExt, SeedableRng};
