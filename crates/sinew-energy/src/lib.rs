@@ -73,6 +73,7 @@ mod known;
 mod law;
 pub mod laws;
 mod lower;
+mod mapped;
 mod material;
 pub mod metrics;
 mod moved;

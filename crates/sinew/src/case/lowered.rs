@@ -30,7 +30,7 @@ impl Lowered {
         }
     }
 
-    /// What a solver solves.
+    /// The balance of forces to solve.
     pub fn to_solve(&self) -> Balance<'_> {
         match self {
             Self::Potential(body) => body.into(),
