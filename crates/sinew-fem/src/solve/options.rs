@@ -34,6 +34,8 @@ pub struct Options {
     /// equilibrium without a potential, where the accuracy of linear systems bounds what can be had. Minima of a
     /// potential have it on the way to another load, and go down to what rounding errors amount to in the end.
     pub accuracy: f64,
+    /// Unbalanced forces that are enough for a minimum of a potential; 0, the default, is what rounding errors amount to.
+    pub minimum_accuracy: f64,
     /// Accuracy without a potential on the way to another load, where only the next step starts.
     pub accuracy_on_the_way: f64,
 }
@@ -48,6 +50,7 @@ impl Default for Options {
             load_step_growth: 2.0,
             least_load_step: 1e-4,
             accuracy: 1e-10,
+            minimum_accuracy: 0.0,
             accuracy_on_the_way: 1e-2,
         }
     }

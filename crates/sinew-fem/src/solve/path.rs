@@ -205,7 +205,7 @@ impl<'s, 'p> Path<'s, 'p> {
     /// rounding errors amount to.
     pub(crate) fn accuracy(&self) -> f64 {
         let minimised = self.system.has_potential() && matches!(self.along, Along::Place);
-        if minimised { 0.0 } else { self.options.accuracy }
+        if minimised { self.options.minimum_accuracy } else { self.options.accuracy }
     }
 
     /// Whether steps have become too short, or iterations run out.

@@ -5,11 +5,11 @@
 //! stiffness, so that fill is that of its Cholesky factor.
 
 use crate::linear::sparsity::Sparsity;
-use crate::linear::vector::dot;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
+use faer::prelude::IntoConst;
 use faer::{Accum, Mat, Par};
 use std::sync::Arc;
 
@@ -175,7 +175,9 @@ impl Multifrontal {
             rest.extend(others.iter().map(|&row| right[row]));
             own.clear();
             let columns = eliminated.iter().enumerate();
-            own.extend(columns.map(|(at, &row)| right[row] - dot(&rest, block.right.col_as_slice(at))));
+            own.extend(
+                columns.map(|(at, &row)| right[row] - dot(&rest, block.right.col_as_slice(at))),
+            );
             for at in (0..own.len()).rev() {
                 let column = block.triangles.col_as_slice(at);
                 let value = own[at] / column[at];
@@ -185,6 +187,17 @@ impl Multifrontal {
             eliminated.iter().zip(&own).for_each(|(&row, value)| right[row] = *value);
         }
     }
+}
+
+/// Product of two vectors, in sums that a processor takes at once.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        (0..8).for_each(|i| sums[i] += a[i] * b[i]);
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 /// Adds a multiple of a vector.
@@ -244,6 +257,7 @@ fn eliminate(dense: &mut Mat<f64>, count: usize) -> Option<Block> {
     let mut memory = MemBuffer::new(scratch);
     let size = dense.nrows();
     let (mut own, right, mut below, rest) = dense.as_mut().split_at_mut(count, count);
+    let right = right.into_const();
     lu_in_place(
         own.as_mut(),
         &mut order,
