@@ -57,7 +57,7 @@ pub(crate) fn modes(
             break;
         }
         let thetas: Vec<_> = open.iter().map(|&i| problem.theta(&searches[i].candidate)).collect();
-        let answers = solves.at("search for the mode", &thetas)?;
+        let answers = solves.at("search for the mode", &thetas, true)?;
         for ((&at, answer), theta) in open.iter().zip(answers).zip(thetas) {
             searches[at].tell(problem, answer, theta);
         }

@@ -114,11 +114,21 @@ impl<'f> Solves<'f> {
         keys.into_iter().filter_map(with).collect()
     }
 
-    /// Answers at many θ with derivatives, in their order, whatever the number of threads.
+    /// Tells the model of a θ that most later ones lie near.
+    pub(crate) fn expect_near(&self, theta: &[f64]) {
+        self.forward.expect_near(theta);
+    }
+
+    /// Answers at many θ in their order, whatever the number of threads; those that are known as they are.
     ///
     /// # Errors
     /// [`CalibrateError::Budget`] when the time is over.
-    pub fn at(&mut self, stage: &str, thetas: &[Vec<f64>]) -> Result<Vec<Answer>, CalibrateError> {
+    pub fn at(
+        &mut self,
+        stage: &str,
+        thetas: &[Vec<f64>],
+        derivatives: bool,
+    ) -> Result<Vec<Answer>, CalibrateError> {
         let key = |theta: &[f64]| theta.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
         let keys: Vec<Vec<u64>> = thetas.iter().map(|theta| key(theta)).collect();
         let mut new: Vec<usize> = Vec::new();
@@ -133,7 +143,7 @@ impl<'f> Solves<'f> {
             self.in_time(stage)?;
             let (forward, file) = (self.forward, self.file.as_ref());
             let solve = |&place: &usize| {
-                let answer = checked(forward, &thetas[place]);
+                let answer = checked(forward, &thetas[place], derivatives);
                 keep(file, &thetas[place], &answer);
                 (keys[place].clone(), answer)
             };
@@ -168,8 +178,8 @@ fn keep(file: Option<&Mutex<File>>, theta: &[f64], answer: &Answer) {
 }
 
 /// An answer of the right lengths and finite, or an error.
-fn checked(forward: &dyn Forward, theta: &[f64]) -> Answer {
-    let observed = forward.observe(theta, true)?;
+fn checked(forward: &dyn Forward, theta: &[f64], derivatives: bool) -> Answer {
+    let observed = forward.observe(theta, derivatives)?;
     let rows = &observed.jacobian;
     let lengths = observed.values.len() == forward.observables()
         && (rows.is_empty() || rows.len() == observed.values.len())

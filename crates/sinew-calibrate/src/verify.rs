@@ -2,7 +2,6 @@
 
 use crate::correction::Correction;
 use crate::likelihood::Target;
-use crate::problem::Problem;
 use crate::solves::Solves;
 use crate::{CalibrateError, Observed};
 use rand::{RngExt, SeedableRng};
@@ -10,11 +9,11 @@ use rand_chacha::ChaCha8Rng;
 use sinew_sample::{Chains, effective_share, psis, quantile, split_seed};
 
 /// Largest Pareto k̂ of a posterior that counts as confirmed (Vehtari et al. 2024: below it means have the usual error).
-const MOST_K: f64 = 0.5;
+pub(crate) const MOST_K: f64 = 0.5;
 /// Largest k̂ of a few draws at which all draws are solved. From few draws k̂ scatters by 0.1 to 0.2.
 const MOST_K_OF_FEW: f64 = 0.7;
 /// Least effective share.
-const LEAST_SHARE: f64 = 0.5;
+pub(crate) const LEAST_SHARE: f64 = 0.5;
 /// Error of the emulator \[standard deviations of the datum\] above which another round follows.
 const MOST_ERROR: f64 = 0.1;
 /// Share of draws whose error counts: tails hold the rest.
@@ -35,16 +34,17 @@ pub(crate) struct Verified {
 }
 
 impl Verified {
-    /// Solves at draws of the emulator's posterior and compares.
+    /// Solves at draws of the emulator's posterior and compares; derivatives are for the next emulator.
     pub(crate) fn new(
         target: &Target,
         solves: &mut Solves,
         stage: &str,
         draws: Chains,
+        derivatives: bool,
     ) -> Result<Self, CalibrateError> {
         let problem = target.problem;
         let thetas: Vec<_> = draws.pooled().map(|y| problem.theta(y)).collect();
-        let answers = solves.at(stage, &thetas)?;
+        let answers = solves.at(stage, &thetas, derivatives)?;
         let found: Vec<Option<Observed>> = answers.into_iter().map(Result::ok).collect();
         let ratio = |(y, observed): (&Vec<f64>, &Option<Observed>)| match observed {
             Some(observed) => problem.log_likelihood(y, observed) - target.log_likelihood(y),

@@ -165,7 +165,7 @@ impl<'p> Unload<'p> {
         self.solve_from_motion(motion.to_vec(), theta, options)
     }
 
-    /// Another one of the same image with nothing factorised, for another thread; it shares what is prepared.
+    /// Another one of the same image, for another thread; it shares what is prepared, and the last factor.
     ///
     /// # Errors
     /// [`SolveError::OutOfMemory`].

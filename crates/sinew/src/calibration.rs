@@ -1,11 +1,15 @@
 //! What a calibration found: pressure–volume curve, sentences, page.
 
 use crate::case::stress_in_kpa;
+use crate::comparison::triangles;
 use crate::patient::Prepared;
 use rayon::prelude::*;
 use sinew_calibrate::{Decided, Forward, Klotz, Posterior};
+use sinew_fem::Unloaded;
 use sinew_report::format::{digits, seconds, trimmed};
-use sinew_report::{Block, Cell, Chart, Provenance, Report, Section, Series, Style, density};
+use sinew_report::{
+    Block, Cell, Chart, Provenance, Report, Section, Series, Style, Surfaces, density,
+};
 use sinew_sample::quantile;
 use std::fmt::Write;
 
@@ -48,6 +52,9 @@ impl Curve {
         let places = prepared.curve_parameters();
         let thetas: Vec<Vec<f64>> =
             thin.pooled().map(|draw| places.iter().map(|&at| draw[at]).collect()).collect();
+        if let Some(middle) = thetas.get(thetas.len() / 2) {
+            patient.expect_near(middle);
+        }
         let solve = |theta: &Vec<f64>| patient.observe(theta, false).ok().map(|seen| seen.values);
         let found: Vec<Vec<f64>> = thetas.par_iter().filter_map(solve).collect();
         if found.is_empty() {
@@ -169,6 +176,7 @@ pub fn report(
     prepared: &Prepared,
     posterior: &Posterior,
     curves: &[Curve],
+    rest: Option<&Unloaded>,
     provenance: Provenance,
 ) -> Report {
     let about = format!(
@@ -184,6 +192,7 @@ pub fn report(
         Section { name: "curve".into(), title: "Pressure and volume".into(), blocks: Vec::new() };
     curve.blocks.push(Block::List(volumes_in_words(prepared, posterior)));
     curve.blocks.extend(curves.iter().map(|curve| curve_block(curve, prepared, posterior)));
+    curve.blocks.extend(rest.and_then(|rest| shapes(prepared, rest)));
     let sections = [
         curve,
         parameters(posterior),
@@ -193,6 +202,20 @@ pub fn report(
     ];
     report.sections.extend(sections);
     report
+}
+
+/// The body at rest beside that of the image.
+fn shapes(prepared: &Prepared, unloaded: &Unloaded) -> Option<Block> {
+    let (image, rest) = (&prepared.body, &unloaded.rest.body);
+    let mut surfaces = Surfaces::new(&triangles(&image.mesh), &rest.positions).ok()?;
+    surfaces.quantity = "distance from the place at rest".into();
+    (surfaces.unit, surfaces.length, surfaces.linear) = ("mm".into(), "mm".into(), true);
+    let moved = unloaded.motion.as_chunks::<3>().0.iter();
+    let moved: Vec<f64> = moved.map(|w| w.iter().map(|x| x * x).sum::<f64>().sqrt()).collect();
+    let still = vec![0.0; moved.len()];
+    surfaces.push("most likely parameters", "at rest", &rest.positions, &still).ok()?;
+    surfaces.push("the mesh", "in the image", &image.positions, &moved).ok()?;
+    Some(Block::Surfaces(surfaces))
 }
 
 fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Block {

@@ -216,7 +216,7 @@ fn deformed(body: &sinew_energy::Body, field: &[f64]) -> Vec<[f64; 3]> {
 pub(crate) const SOLVER: &str = "Newton solver";
 
 /// Triangles of a mesh's boundary, by the corners of its facets.
-fn triangles(mesh: &sinew_mesh::AnyMesh) -> Vec<[usize; 3]> {
+pub(crate) fn triangles(mesh: &sinew_mesh::AnyMesh) -> Vec<[usize; 3]> {
     let facets = mesh.boundary_facets().into_iter();
     facets
         .flat_map(|facet| match mesh.nodes_of_facet(facet)[..] {

@@ -34,6 +34,8 @@ pub struct Options {
     /// \[relative to the body's volume\]. Minima of a potential meet it at intermediate loads, and are solved to
     /// rounding errors at the final load.
     pub accuracy: f64,
+    /// Residual that is enough for a minimum of a potential; 0, the default, solves to rounding errors.
+    pub minimum_accuracy: f64,
     /// Accuracy without a potential at intermediate loads.
     pub accuracy_on_the_way: f64,
 }
@@ -48,6 +50,7 @@ impl Default for Options {
             load_step_growth: 2.0,
             least_load_step: 1e-4,
             accuracy: 1e-10,
+            minimum_accuracy: 0.0,
             accuracy_on_the_way: 1e-2,
         }
     }

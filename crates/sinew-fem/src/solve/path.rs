@@ -203,7 +203,7 @@ impl<'s, 'p> Path<'s, 'p> {
     /// Relative residual of the final equilibria; 0 for minima of a potential, which are solved to rounding errors.
     pub(crate) fn accuracy(&self) -> f64 {
         let minimised = self.system.has_potential() && matches!(self.along, Along::Place);
-        if minimised { 0.0 } else { self.options.accuracy }
+        if minimised { self.options.minimum_accuracy } else { self.options.accuracy }
     }
 
     /// Whether steps have become too short, or iterations run out.

@@ -122,7 +122,7 @@ impl<'p> Search<'p> {
         for _ in 0..options.iterations_per_load {
             let gap = self.image.gap(&trial.motion, level.factor);
             let size = trial.size();
-            if gap.is_none() && size <= BALANCED {
+            if gap.is_none() && size <= BALANCED.max(options.accuracy) {
                 return Some(trial);
             }
             if *iterations >= options.iterations || rises > MOST_RISES {

@@ -12,6 +12,9 @@ pub(super) const COMMON: &str = "pressure factor";
 /// The state that the mesh shows.
 pub(super) const IMAGE: &str = "image";
 
+/// Unbalanced forces of a state \[relative\]: strains are off by a millionth, data by their noise.
+const ACCURACY: f64 = 1e-7;
+
 /// A quantity that is reported beside the data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seen {
@@ -114,7 +117,7 @@ impl Prepared {
         }
         let start = self.problem.theta(&vec![0.0; self.problem.unknowns.len()]);
         let start: Vec<f64> = self.curve_parameters().iter().map(|&at| start[at]).collect();
-        builder.start(&start)
+        builder.start(&start).accuracy(ACCURACY)
     }
 
     fn states(
