@@ -95,3 +95,10 @@ pub(crate) fn benches(options: &[String]) -> Result<()> {
     arguments.extend(options.iter().map(String::as_str));
     cargo(&arguments, &[])
 }
+
+/// Campaigns on a Slurm and by Snakemake, which are started for it.
+pub(crate) fn campaigns() -> Result<()> {
+    let test = ["test", "--workspace", "--test", "sinew", "--"];
+    let options = ["--ignored", "--nocapture", "--test-threads", "1", "campaigns"];
+    cargo(&test.into_iter().chain(options).collect::<Vec<_>>(), &[])
+}

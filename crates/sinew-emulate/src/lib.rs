@@ -68,6 +68,8 @@
 
 mod answer;
 mod answers;
+mod array_task;
+mod block;
 mod calibration;
 mod campaign;
 mod checksums;

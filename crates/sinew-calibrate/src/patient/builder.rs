@@ -10,7 +10,7 @@ use crate::setting::{Entry, Setting};
 use crate::wall::WallCoordinates;
 use sinew_energy::{Body, Fibres};
 use sinew_fem::{Balance, Unload};
-use std::sync::OnceLock;
+use std::sync::{OnceLock, RwLock};
 
 /// Settings of a state by the names of the entries of θ of the body.
 type Settings = Vec<(String, Setting)>;
@@ -27,6 +27,7 @@ pub struct PatientBuilder<'p> {
     wall: Option<&'p WallCoordinates>,
     segments: Option<&'p Segments>,
     observables: Vec<Observable>,
+    accuracy: f64,
 }
 
 impl<'p> PatientBuilder<'p> {
@@ -41,6 +42,7 @@ impl<'p> PatientBuilder<'p> {
             wall: None,
             segments: None,
             observables: Vec::new(),
+            accuracy: 0.0,
         }
     }
 
@@ -81,10 +83,16 @@ impl<'p> PatientBuilder<'p> {
         self
     }
 
-    /// θ that others are predicted from, best near the middle of what is asked for; unless told the middle of the body's ranges, and 1
-    /// for parameters that the body has not.
+    /// θ of the anchor, from which other θ are predicted, best near their middle. The default is the middle of the body's
+    /// ranges, and 1 for the patient's other parameters.
     pub fn start(mut self, theta: &[f64]) -> Self {
         self.start = Some(theta.to_vec());
+        self
+    }
+
+    /// Unbalanced forces that are enough for a state \[relative to loads and reactions\]; 0, the default, is what rounding errors amount to.
+    pub fn accuracy(mut self, accuracy: f64) -> Self {
+        self.accuracy = accuracy;
         self
     }
 
@@ -149,9 +157,10 @@ impl<'p> PatientBuilder<'p> {
             image_entries,
             phases,
             phase_entries,
+            accuracy: self.accuracy,
         };
-        let (observables, anchor) = (self.observables, OnceLock::new());
-        Ok(Patient { parts, observables, quantities, start, anchor })
+        let (observables, anchor, focus) = (self.observables, OnceLock::new(), RwLock::default());
+        Ok(Patient { parts, observables, quantities, start, anchor, focus })
     }
 
     fn body(&self) -> &'p Body {

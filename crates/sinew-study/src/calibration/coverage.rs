@@ -7,7 +7,7 @@ use crate::program;
 use anyhow::{Result, anyhow};
 use serde::{Deserialize, Serialize};
 use sinew_calibrate::{Correction, Forward, Solves, calibrate};
-use sinew_report::{Block, Cell, Chart, Section, Series, Style};
+use sinew_report::{Block, Chart, Section, Series, Style};
 use sinew_sample::{RankEcdf, quantile, split_seed};
 
 /// Patients of a quick check.

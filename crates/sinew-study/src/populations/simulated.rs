@@ -117,7 +117,7 @@ impl<B: Simulated> Compared<'_, B> {
         self.trained(names, start, variant.told, topology)
     }
 
-    /// The same in a file that a run which goes on reads, with `more` of what the network tells.
+    /// Stores it for a resumed run, with `more` results of the network.
     pub(super) fn kept_network<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,

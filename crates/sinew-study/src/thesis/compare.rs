@@ -50,9 +50,9 @@ pub struct Compared {
     pub cell: Cell,
     /// Limit, in proportion to displacements where the table says so.
     pub limit: f64,
-    /// By the thesis' kind of method.
+    /// Figure of the thesis' kind of method.
     pub own: Ours,
-    /// By the method of least error.
+    /// Figure of the method of least error.
     pub best: Ours,
 }
 

@@ -48,7 +48,7 @@ impl Stored {
         Self { command, cpu_s, report }
     }
 
-    /// What is kept of a run in a folder, if anything is.
+    /// Reads the kept report of a run, if there is one.
     ///
     /// # Errors
     /// A file that holds something else.

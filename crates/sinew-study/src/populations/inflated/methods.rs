@@ -148,7 +148,7 @@ impl Data<'_> {
         Ok([varying, fixed])
     }
 
-    /// The same in words, beside the solver.
+    /// Row of the table in words, beside the solver.
     pub(super) fn times(&self, general: &(Variant, Surrogate)) -> Result<(String, String)> {
         let [varying, fixed] = self.answer_times(general)?;
         let all = [varying, fixed, self.compared.coarse_s, self.solver_s];
