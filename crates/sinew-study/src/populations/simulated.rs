@@ -88,7 +88,7 @@ pub(super) struct Compared<'a, B> {
     pub pace: Pace,
     /// CPU time of a simulation \[s\].
     pub simulation_s: f64,
-    /// Wall time of a body on its coarse mesh \[s\].
+    /// CPU time of a body on its coarse mesh \[s\].
     pub coarse_s: f64,
 }
 
