@@ -28,8 +28,6 @@ const LARGE: usize = 1500;
 /// Answers that it begins with, and at most has.
 const FIRST: usize = 100;
 const MOST_LEARNED: usize = 400;
-/// Open sets among which those that it grows by are chosen.
-const CANDIDATES: usize = 2000;
 /// Error of these answers relative to the tolerance, and at least: predictions from them are to be within an eighth of it.
 const SHARP: f64 = 0.03;
 const SHARPEST: f64 = 1e-9;
@@ -288,12 +286,8 @@ impl Found<'_> {
         self.confirm(&first, emulator, predictions, accuracy, counter)?;
         let mut known = self.answered(&first);
         let Ok(mut regression) = self.fitted(&known) else { return Ok(()) };
-        let Ok(mut coarser) = self.refitted(&regression, &known[..known.len() / 2]) else {
-            return Ok(());
-        };
         while known.len() < MOST_LEARNED {
-            let count = known.len().min(MOST_LEARNED - known.len());
-            let next = self.least_known([&regression, &coarser], count)?;
+            let next = self.spread(known.len().min(MOST_LEARNED - known.len()));
             let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
             self.confirm(&next, emulator, (Method::Regression, &predict), accuracy, counter)?;
             let more = self.answered(&next);
@@ -301,8 +295,9 @@ impl Found<'_> {
                 break;
             }
             known.extend(more);
-            let Ok(grown) = self.refitted(&regression, &known) else { break };
-            coarser = std::mem::replace(&mut regression, grown);
+            let (thetas, fields) = self.samples(&known);
+            let Ok(grown) = regression.refitted(&thetas, &fields) else { break };
+            regression = grown;
         }
         let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
         let open = self.open();
@@ -314,15 +309,6 @@ impl Found<'_> {
         let open = self.open();
         let count = count.min(open.len());
         (0..count).map(|place| open[place * open.len() / count]).collect()
-    }
-
-    /// Open sets at which a regression of more answers differs most from one of fewer: where its error is largest.
-    fn least_known(&self, [fine, coarse]: [&PodRegression; 2], count: usize) -> Result<Vec<usize>> {
-        let differ = |case: usize| Ok((fine.distance(coarse, &self.thetas[case])?, case));
-        let candidates = self.spread(CANDIDATES).into_par_iter();
-        let mut all: Vec<(f64, usize)> = candidates.map(differ).collect::<Result<_>>()?;
-        all.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
-        Ok(all.into_iter().take(count).map(|(_, case)| case).collect())
     }
 
     /// Sets of `cases` that have answers.
@@ -343,11 +329,6 @@ impl Found<'_> {
     fn fitted(&self, cases: &[usize]) -> Result<PodRegression> {
         let (thetas, fields) = self.samples(cases);
         Ok(PodRegression::fit(&self.body.parameters, &thetas, &fields)?)
-    }
-
-    fn refitted(&self, regression: &PodRegression, cases: &[usize]) -> Result<PodRegression> {
-        let (thetas, fields) = self.samples(cases);
-        Ok(regression.refitted(&thetas, &fields)?)
     }
 
     /// Answers from regressions of answers, each round's one of those to the rounds before, while a round answers enough of what is open.

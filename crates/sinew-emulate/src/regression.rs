@@ -147,16 +147,6 @@ impl PodRegression {
         Ok(field.as_slice().to_vec())
     }
 
-    /// Distance of the field at `theta` from that of a regression that this one was refitted from, or the other way round: they share modes.
-    ///
-    /// # Errors
-    /// As [`PodRegression::predict`].
-    pub(crate) fn distance(&self, other: &Self, theta: &[f64]) -> Result<f64, RegressionError> {
-        check_theta(0, &self.parameters, theta)?;
-        let at = inputs(&self.parameters, theta);
-        Ok((self.fitted.at(&at) - other.fitted.at(&at)).norm())
-    }
-
     /// Number of modes kept.
     pub fn modes(&self) -> usize {
         self.modes.ncols()
