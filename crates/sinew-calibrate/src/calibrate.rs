@@ -1,4 +1,4 @@
-//! From data to a posterior that the solver confirms.
+//! Calibration: a posterior by an emulator, checked and corrected by the solver.
 
 use crate::CalibrateError;
 use crate::correction::Correction;
@@ -9,7 +9,7 @@ use crate::polynomial::Polynomial;
 use crate::posterior::Posterior;
 use crate::problem::Problem;
 use crate::solves::Solves;
-use crate::verify::{Verified, log_likelihood};
+use crate::verify::{LEAST_SHARE, MOST_K, Verified};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -61,19 +61,21 @@ const CHAINS: usize = 4;
 const PRIOR_SHARE: f64 = 0.3;
 /// Standard deviations of the rest of the design over those of the Laplace approximation.
 const INFLATION: f64 = 1.5;
-/// R̂ on the emulator from which on chains disagree.
+/// Power of the emulator's likelihood after a round whose ratios have a heavy tail: standard deviations are a tenth larger.
+const WIDER: f64 = 0.8;
+/// R̂ above which the chains on the emulator disagree.
 const DISAGREE: f64 = 1.05;
-/// Misfit \[standard deviations\] from which on a datum is out of reach where no solve came nearer.
+/// Misfit \[standard deviations\] above which a datum is out of reach, if no solve comes nearer.
 const OUT_OF_REACH: f64 = 5.0;
-/// Least and largest length over which derivatives count \[prior standard deviations\].
+/// Bounds of the lengths that scale derivatives in the fit of the emulator \[prior standard deviations\].
 const LENGTHS: [f64; 2] = [0.05, 1.0];
 /// Seed streams.
 const STARTS: u64 = 0x5354;
 const DESIGN: u64 = 0x4445;
 const CHAIN: u64 = 0x4348;
 
-/// The posterior of the solver. Draws of an emulator's posterior are checked by the solver, which adds its answers to the
-/// emulator's design until importance weights are good, and then corrected by one accept–reject sweep.
+/// The posterior of the solver. Draws of an emulator's posterior are checked by the solver. Its solves are added to the
+/// emulator's design until the importance weights are good. One sweep of independence Metropolis then corrects the draws.
 ///
 /// # Errors
 /// No answer of the solver at any start; a datum out of reach; chains that disagree; a posterior that the solver does not confirm,
@@ -86,22 +88,24 @@ pub fn calibrate(
     let modes = mode::modes(problem, solves, starts(problem, options))?;
     check_reach(problem, solves, &modes[0])?;
     let about = Laplace::from_precision(&modes[0].y, modes[0].precision.clone())?;
+    solves.expect_near(&modes[0].theta);
     let design = design(problem, &modes, options)?;
-    solves.at("design points", &design.iter().map(|y| problem.theta(y)).collect::<Vec<_>>())?;
+    let design: Vec<_> = design.iter().map(|y| problem.theta(y)).collect();
+    solves.at("design points", &design, true)?;
     check_reach(problem, solves, &modes[0])?;
-    let mut reached = Correction::default();
+    let (mut reached, mut power) = (Correction::default(), 1.0);
     for round in 1..=options.rounds {
         let Some(emulator) = fit(problem, solves, &modes[0], &about, options.degree) else { break };
-        let target = Target::new(problem, &emulator);
+        let target = Target::new(problem, &emulator, power);
         let chains = sample(&target, &about, &modes, options, round)?;
         agree(problem, &chains, &modes)?;
         let kept = chains.thinned(options.draws.div_ceil(CHAINS));
         let few = kept.thinned(options.checks.div_ceil(CHAINS));
         let stage = format!("check by the solver, round {round}");
-        let mut verified = Verified::new(&target, solves, &stage, few)?;
+        let mut verified = Verified::new(&target, solves, &stage, few, true)?;
         let promising = verified.is_promising(round == options.rounds);
         if promising {
-            verified = Verified::new(&target, solves, "correction by the solver", kept)?;
+            verified = Verified::new(&target, solves, "correction by the solver", kept, false)?;
         }
         let correction = Correction {
             rounds: round,
@@ -113,12 +117,16 @@ pub fn calibrate(
         if promising && verified.is_confirmed() {
             return Ok(Posterior::new(problem, &modes[0], &verified, correction, options.seed));
         }
+        // Ratios whose tail alone is too heavy are those of proposals that are too narrow.
+        if correction.k_hat > MOST_K && correction.share >= LEAST_SHARE {
+            power = WIDER;
+        }
         reached = correction;
     }
     Err(CalibrateError::Unconfirmed(Box::new(reached)))
 }
 
-/// The mode and what data decide there, from one start: all that can be said before anything is sampled.
+/// Mode from one start and the parameters that the data determine there, before sampling.
 ///
 /// # Errors
 /// No answer of the solver near the middle of the prior, or a datum out of reach.
@@ -160,7 +168,7 @@ fn design(
     Ok(points)
 }
 
-/// The emulator through all solves, weighed by how likely the data are there.
+/// Emulator fitted to all solves. Solves with a higher posterior density have a larger weight.
 fn fit(
     problem: &Problem,
     solves: &Solves,
@@ -173,9 +181,8 @@ fn fit(
     let log_posterior = |theta: &[f64], observed| {
         let coordinates = problem.unknowns.iter().zip(theta);
         let mut y: Vec<f64> = coordinates.map(|(u, t)| u.prior.coordinate(*t)).collect();
-        let prior: f64 = y.iter().map(|y| y * y).sum();
         y.extend(factors);
-        log_likelihood(problem, &y, observed) - 0.5 * prior
+        problem.log_posterior(&y, observed)
     };
     let heights: Vec<f64> = answers.iter().map(|(t, o)| log_posterior(t, o)).collect();
     let best = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -191,7 +198,7 @@ fn fit(
     Polynomial::fit(&samples, &lengths(problem, about), degree)
 }
 
-/// Posterior standard deviations of the standardised logarithms.
+/// Posterior standard deviations of the standardised logarithms, within [`LENGTHS`].
 fn lengths(problem: &Problem, about: &Laplace) -> Vec<f64> {
     let covariance: DMatrix<f64> = about.covariance();
     let length = |(at, unknown): (usize, &crate::Unknown)| {

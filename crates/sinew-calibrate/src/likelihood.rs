@@ -1,5 +1,6 @@
 //! The likelihood of data with correlated errors, and the posterior over an emulator.
 
+use crate::Observed;
 use crate::datum::FACTOR_DEVIATION;
 use crate::polynomial::Polynomial;
 use crate::problem::Problem;
@@ -51,9 +52,22 @@ impl Noise {
         -0.5 * (self.log_determinant + residual.dot(&self.solve(residual)))
     }
 
-    /// Variances of single errors.
+    /// Inverse of the covariance.
     pub(crate) fn inverse(&self) -> DMatrix<f64> {
         self.factor.inverse()
+    }
+}
+
+impl Problem {
+    /// Logarithm of the likelihood of observables at coordinates, up to a constant.
+    pub(crate) fn log_likelihood(&self, y: &[f64], observed: &Observed) -> f64 {
+        let residual = &self.measured - self.scaled(observed);
+        Noise::new(self, &self.log_factors(y), None).log_likelihood(&residual)
+    }
+
+    /// Logarithm of the posterior density of coordinates with the observables that a model has there, up to a constant.
+    pub fn log_posterior(&self, y: &[f64], observed: &Observed) -> f64 {
+        self.log_likelihood(y, observed) - 0.5 * y.iter().map(|y| y * y).sum::<f64>()
     }
 }
 
@@ -64,13 +78,15 @@ pub(crate) struct Target<'a> {
     pub emulator: &'a Polynomial,
     /// Noise, where no factor is inferred.
     fixed: Option<Noise>,
+    /// Power of the likelihood: below 1 it has wider tails.
+    power: f64,
 }
 
 impl<'a> Target<'a> {
-    pub(crate) fn new(problem: &'a Problem, emulator: &'a Polynomial) -> Self {
+    pub(crate) fn new(problem: &'a Problem, emulator: &'a Polynomial, power: f64) -> Self {
         let none = problem.inferred() == 0;
         let fixed = none.then(|| Noise::new(problem, &[], Some(&emulator.leave_one_out)));
-        Self { problem, emulator, fixed }
+        Self { problem, emulator, fixed, power }
     }
 
     /// Emulated observables of the data in standard deviations.
@@ -89,7 +105,7 @@ impl<'a> Target<'a> {
                 &own
             }
         };
-        noise.log_likelihood(&residual)
+        self.power * noise.log_likelihood(&residual)
     }
 
     fn noise(&self, y: &[f64]) -> Noise {
@@ -119,13 +135,14 @@ impl LogDensity for Target<'_> {
         let pulled = slopes.tr_mul(&solved);
         for (at, unknown) in problem.unknowns.iter().enumerate() {
             let [_, deviation] = unknown.prior.moments();
-            gradient[at] = pulled[at] * unknown.prior.logarithm(y[at])[1] / deviation - y[at];
+            gradient[at] = pulled[at] * unknown.prior.logarithm(y[at])[1] / deviation;
         }
         if problem.inferred() > 0 {
             noise_gradient(problem, &solved, &noise.inverse(), y, gradient);
         }
+        gradient.iter_mut().zip(y).for_each(|(slope, y)| *slope = self.power * *slope - y);
         let prior: f64 = y.iter().map(|y| y * y).sum();
-        noise.log_likelihood(&residual) - 0.5 * prior
+        self.power * noise.log_likelihood(&residual) - 0.5 * prior
     }
 }
 
@@ -139,7 +156,7 @@ fn noise_gradient(
 ) {
     let factors = problem.log_factors(y);
     let first = problem.unknowns.len();
-    (first..y.len()).for_each(|at| gradient[at] = -y[at]);
+    gradient[first..].fill(0.0);
     for at in 0..problem.data.len() {
         let Some(place) = problem.factor_of(at) else { continue };
         let variance = (2.0 * problem.log_factor(at, &factors)).exp();

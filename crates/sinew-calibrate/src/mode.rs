@@ -10,15 +10,16 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Steps of a search at most.
 const MOST_STEPS: usize = 25;
-/// A step of this length \[posterior standard deviations\] ends a search: far below what a Laplace approximation is off by.
+/// Step length that ends a search \[posterior standard deviations\], far below the error of a Laplace approximation.
 const CONVERGED: f64 = 0.02;
 /// Longest step \[prior standard deviations\].
 const LONGEST_STEP: f64 = 1.5;
 /// Moves of a start towards the middle of the prior until the solver has an answer.
 const HALVINGS: usize = 4;
-/// Distance \[posterior standard deviations\] of two modes that are not one.
+/// Distance above which two modes are distinct \[posterior standard deviations\].
 const APART: f64 = 3.0;
-/// Twice the log posterior that a mode may be below the best: less than 1e-4 of its mass.
+/// Twice the difference of the log posterior to the best mode, above which a mode is dropped: it has less than 1e-4 of the
+/// mass.
 const NEGLIGIBLE: f64 = 20.0;
 /// Steps of Newton's method for a factor of noise: a convex function of one number.
 const FACTOR_STEPS: usize = 30;
@@ -56,7 +57,7 @@ pub(crate) fn modes(
             break;
         }
         let thetas: Vec<_> = open.iter().map(|&i| problem.theta(&searches[i].candidate)).collect();
-        let answers = solves.at("search for the mode", &thetas)?;
+        let answers = solves.at("search for the mode", &thetas, true)?;
         for ((&at, answer), theta) in open.iter().zip(answers).zip(thetas) {
             searches[at].tell(problem, answer, theta);
         }
@@ -206,15 +207,8 @@ impl State {
     fn new(problem: &Problem, y: Vec<f64>, theta: Vec<f64>, observed: Observed) -> Option<Self> {
         let jacobian = problem.jacobian(&theta, &y, &observed)?;
         let residual = &problem.measured - problem.scaled(&observed);
-        let mut state = Self { y, theta, observed, jacobian, residual, cost: 0.0 };
-        state.cost = state.cost(problem);
-        Some(state)
-    }
-
-    fn cost(&self, problem: &Problem) -> f64 {
-        let noise = Noise::new(problem, &problem.log_factors(&self.y), None);
-        let prior: f64 = self.y.iter().map(|y| y * y).sum();
-        0.5 * prior - noise.log_likelihood(&self.residual)
+        let cost = -problem.log_posterior(&y, &observed);
+        Some(Self { y, theta, observed, jacobian, residual, cost })
     }
 
     fn information(&self, problem: &Problem) -> (DMatrix<f64>, Noise) {
@@ -222,7 +216,7 @@ impl State {
         (self.jacobian.tr_mul(&noise.solve_all(&self.jacobian)), noise)
     }
 
-    /// Replaces the factors of noise by the likeliest ones, as if there were no shared bias.
+    /// Replaces the factors of noise by their posterior mode, without shared bias.
     fn with_factors(mut self, problem: &Problem) -> Self {
         let first = problem.unknowns.len();
         for place in 0..problem.inferred() {
@@ -232,7 +226,7 @@ impl State {
                 of_kind.fold([0.0, 0.0], |[n, s], at| [n + 1.0, s + self.residual[at].powi(2)]);
             self.y[first + place] = likeliest_factor(count, squares);
         }
-        self.cost = self.cost(problem);
+        self.cost = -problem.log_posterior(&self.y, &self.observed);
         self
     }
 }

@@ -1,4 +1,4 @@
-//! A body lowered on an image, its states under other loads, and what is seen of them.
+//! A body lowered on an image, its states under other loads, and their observables.
 
 mod anchor;
 mod builder;
@@ -13,15 +13,16 @@ use crate::observable::Observable;
 use crate::observables::Quantity;
 use anchor::Anchor;
 use parts::Parts;
-use sinew_energy::{Body, ForceBalance};
+use sinew_energy::Body;
+use sinew_fem::Balance;
 use sinew_fem::ThinWall;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock, RwLock};
 
-/// A body whose image shows it loaded, unloaded for each θ and loaded again in phases, with what is seen of it.
+/// A body imaged under load, unloaded for each θ and loaded again in phases, with its observables.
 ///
 /// θ are the parameters of the patient, in the unit of the scene: parameters of the law and, where [`crate::Setting`]s say so, factors
-/// of loads. Each state of each θ is solved from a prediction about one solved θ, so that numbers depend on θ
-/// alone, not on the order of calls or the number of threads.
+/// of loads. Each state of each θ is solved from a prediction about one solved θ, the start or one that [`Forward::expect_near`] was told,
+/// so that numbers depend on θ alone, not on the order of calls or the number of threads.
 ///
 /// ```
 /// use sinew_calibrate::{Forward, Observable, Patient};
@@ -58,18 +59,15 @@ pub struct Patient<'p> {
     quantities: Vec<Box<dyn Quantity>>,
     /// θ of the anchor.
     start: Vec<f64>,
-    anchor: OnceLock<Option<Anchor>>,
+    anchor: OnceLock<Option<Anchor<'p>>>,
+    /// θ near which most solves are expected.
+    focus: RwLock<Option<Arc<Anchor<'p>>>>,
 }
 
 impl<'p> Patient<'p> {
-    /// A patient of a body that was lowered on the image.
-    pub fn of(image: &'p Body) -> PatientBuilder<'p> {
-        PatientBuilder::of(image)
-    }
-
-    /// A patient of a balance of forces that was lowered on the image, whose pressures may act on surfaces with a loose rim.
-    pub fn of_balance(image: &'p ForceBalance) -> PatientBuilder<'p> {
-        PatientBuilder::of_balance(image)
+    /// A patient of a body that was lowered on the image, or of a balance of forces, whose pressures may act on surfaces with a loose rim.
+    pub fn of(image: impl Into<Balance<'p>>) -> PatientBuilder<'p> {
+        PatientBuilder::of(image.into())
     }
 
     /// The body on the image.
@@ -103,10 +101,14 @@ impl<'p> Patient<'p> {
     /// θ that makes no sense, no body at rest, or no stable equilibrium at a phase.
     pub fn states(&self, theta: &[f64], derivatives: bool) -> Result<PatientStates, StateError> {
         self.parts.check(theta)?;
-        self.parts.solve(theta, self.anchor(), derivatives)
+        let start = self.anchor();
+        let focus = self.focus.read().ok().and_then(|focus| focus.clone());
+        let near = [focus.as_deref(), start].into_iter().flatten();
+        let near = near.min_by(|a, b| a.reach(theta).total_cmp(&b.reach(theta)));
+        self.parts.solve(theta, near, derivatives)
     }
 
-    /// All states at θ without a prediction; the body at rest is loaded to see that it comes to the image.
+    /// All states at θ without a prediction. Loading the body at rest is checked to give the image.
     ///
     /// # Errors
     /// As for [`Patient::states`].
@@ -120,12 +122,8 @@ impl<'p> Patient<'p> {
     }
 
     /// The solved start; none where it has no states.
-    fn anchor(&self) -> Option<&Anchor> {
-        let solve = || {
-            let states = self.parts.solve(&self.start, None, true).ok()?;
-            Some(Anchor::new(&self.start, states))
-        };
-        self.anchor.get_or_init(solve).as_ref()
+    fn anchor(&self) -> Option<&Anchor<'p>> {
+        self.anchor.get_or_init(|| self.parts.anchor(&self.start, None)).as_ref()
     }
 
     /// Values of the observables in states, with derivatives where the states have them.
@@ -152,6 +150,17 @@ impl Forward for Patient<'_> {
 
     fn observables(&self) -> usize {
         self.quantities.len()
+    }
+
+    fn expect_near(&self, theta: &[f64]) {
+        let anchor = self
+            .parts
+            .check(theta)
+            .ok()
+            .and_then(|()| self.parts.anchor(theta, self.anchor()).map(Arc::new));
+        if let Ok(mut focus) = self.focus.write() {
+            *focus = anchor;
+        }
     }
 
     fn observe(&self, theta: &[f64], derivatives: bool) -> Result<Observed, ForwardError> {

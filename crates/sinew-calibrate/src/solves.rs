@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 /// Observables at one θ, or a reason why there are none.
 pub type Answer = Result<Observed, ForwardError>;
-/// Told of each stage with solves done and to do.
+/// Callback with the stage, the solves done and the solves to do.
 pub(crate) type Told<'t> = dyn FnMut(&str, usize, usize) + Send + 't;
 
 /// Solves in one call to the thread pool: enough for many cores, few enough to tell of progress.
@@ -31,7 +31,7 @@ pub struct Solves<'f> {
 }
 
 impl<'f> Solves<'f> {
-    /// Empty memory of solves; `told` hears of each stage, solves done and solves to do.
+    /// Empty memory of solves. `told` is called with the stage, the solves done and the solves to do.
     pub fn new(forward: &'f dyn Forward, told: Box<Told<'f>>) -> Self {
         Self {
             forward,
@@ -50,8 +50,8 @@ impl<'f> Solves<'f> {
         self
     }
 
-    /// Writes each answer to a file as soon as it is there; with `resume` those of an earlier run are taken from it. `identity`
-    /// says what was solved: a file of something else is refused.
+    /// Writes each answer to a file at once. With `resume`, the answers of an earlier run are read from it. `identity`
+    /// names the inputs: a file with another identity is refused.
     ///
     /// # Errors
     /// A file that cannot be read or written, or is of another patient.
@@ -65,7 +65,7 @@ impl<'f> Solves<'f> {
             |error: std::io::Error| CalibrateError::Store(format!("{}: {error}", path.display()));
         if resume && path.exists() {
             let text = std::fs::read_to_string(path).map_err(wrong)?;
-            // What was killed while writing has no end of line.
+            // A line without an end was cut off by a kill.
             let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
             let mut lines = whole.lines();
             if lines.next() != Some(identity) {
@@ -114,11 +114,21 @@ impl<'f> Solves<'f> {
         keys.into_iter().filter_map(with).collect()
     }
 
-    /// Answers at many θ with derivatives, in their order, whatever the number of threads.
+    /// Tells the model of a θ that most later ones lie near.
+    pub(crate) fn expect_near(&self, theta: &[f64]) {
+        self.forward.expect_near(theta);
+    }
+
+    /// Answers at many θ in their order, whatever the number of threads; those that are known as they are.
     ///
     /// # Errors
     /// [`CalibrateError::Budget`] when the time is over.
-    pub fn at(&mut self, stage: &str, thetas: &[Vec<f64>]) -> Result<Vec<Answer>, CalibrateError> {
+    pub fn at(
+        &mut self,
+        stage: &str,
+        thetas: &[Vec<f64>],
+        derivatives: bool,
+    ) -> Result<Vec<Answer>, CalibrateError> {
         let key = |theta: &[f64]| theta.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
         let keys: Vec<Vec<u64>> = thetas.iter().map(|theta| key(theta)).collect();
         let mut new: Vec<usize> = Vec::new();
@@ -133,7 +143,7 @@ impl<'f> Solves<'f> {
             self.in_time(stage)?;
             let (forward, file) = (self.forward, self.file.as_ref());
             let solve = |&place: &usize| {
-                let answer = checked(forward, &thetas[place]);
+                let answer = checked(forward, &thetas[place], derivatives);
                 keep(file, &thetas[place], &answer);
                 (keys[place].clone(), answer)
             };
@@ -158,7 +168,7 @@ impl<'f> Solves<'f> {
     }
 }
 
-/// Appends an answer. A file that can no longer be written costs a later run its solves, and this one nothing.
+/// Appends an answer. If the file can no longer be written, this run goes on; a later run repeats the solves.
 fn keep(file: Option<&Mutex<File>>, theta: &[f64], answer: &Answer) {
     if let Some(file) = file
         && let Ok(mut file) = file.lock()
@@ -168,8 +178,8 @@ fn keep(file: Option<&Mutex<File>>, theta: &[f64], answer: &Answer) {
 }
 
 /// An answer of the right lengths and finite, or an error.
-fn checked(forward: &dyn Forward, theta: &[f64]) -> Answer {
-    let observed = forward.observe(theta, true)?;
+fn checked(forward: &dyn Forward, theta: &[f64], derivatives: bool) -> Answer {
+    let observed = forward.observe(theta, derivatives)?;
     let rows = &observed.jacobian;
     let lengths = observed.values.len() == forward.observables()
         && (rows.is_empty() || rows.len() == observed.values.len())

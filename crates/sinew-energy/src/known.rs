@@ -1,8 +1,7 @@
 //! Parameters whose values are known, so that θ does not list them.
 
-use crate::{Barriers, Body, ForceBalance, Magnitude, Material, Parameter, Response, SceneError};
-use sinew_num::Mat3;
-use std::ops::RangeInclusive;
+use crate::mapped::Mapped;
+use crate::{Body, ForceBalance, Magnitude, Parameter, SceneError};
 use std::sync::Arc;
 
 impl Body {
@@ -65,7 +64,7 @@ impl Body {
     fn hold(&mut self, held: &[Option<f64>]) {
         let of_law = &held[..self.material.parameters().len()];
         if of_law.iter().any(Option::is_some) {
-            self.material = Arc::new(Known::new(self.material.clone(), of_law));
+            self.material = Arc::new(Mapped::known(self.material.clone(), of_law));
         }
         self.pressures.iter_mut().for_each(|pressure| pressure.magnitude.hold(held));
         let known = |(p, value): (&Parameter, &Option<f64>)| Some((p.name.clone(), (*value)?));
@@ -89,117 +88,12 @@ impl ForceBalance {
 }
 
 impl Magnitude {
-    /// Takes a known value in, or the place among the entries of θ that are left.
+    /// Replaces an entry of θ by its known value, or renumbers it among the remaining entries.
     fn hold(&mut self, held: &[Option<f64>]) {
         if let Self::Theta(index) = *self {
             let before = held.iter().take(index).flatten().count();
             let value = held.get(index).copied().flatten();
             *self = value.map_or(Self::Theta(index - before), Self::Fixed);
         }
-    }
-}
-
-/// A material some of whose parameters are known.
-#[derive(Debug)]
-struct Known {
-    material: Arc<dyn Material>,
-    /// Names of the parameters that are left, and their places among all.
-    names: Vec<&'static str>,
-    places: Vec<usize>,
-    /// Values of all parameters; those that are left are filled in.
-    values: Vec<f64>,
-}
-
-impl Known {
-    fn new(material: Arc<dyn Material>, held: &[Option<f64>]) -> Self {
-        let places: Vec<_> = (0..held.len()).filter(|&index| held[index].is_none()).collect();
-        let names = places.iter().map(|&index| material.parameters()[index]).collect();
-        let values = held.iter().map(|value| value.unwrap_or_default()).collect();
-        Self { material, names, places, values }
-    }
-
-    /// All entries from those that are left, beside these.
-    fn among(&self, mut all: Vec<f64>, left: &[f64]) -> Vec<f64> {
-        self.places.iter().zip(left).for_each(|(&place, &value)| all[place] = value);
-        all
-    }
-
-    fn whole(&self, parameters: &[f64]) -> Vec<f64> {
-        self.among(self.values.clone(), parameters)
-    }
-
-    fn with(&self, material: Arc<dyn Material>) -> Arc<dyn Material> {
-        let Self { names, places, values, .. } = self;
-        let (names, places, values) = (names.clone(), places.clone(), values.clone());
-        Arc::new(Self { material, names, places, values })
-    }
-}
-
-impl Material for Known {
-    fn name(&self) -> &'static str {
-        self.material.name()
-    }
-
-    fn parameters(&self) -> &[&'static str] {
-        &self.names
-    }
-
-    fn bounds(&self, index: usize) -> RangeInclusive<f64> {
-        self.material.bounds(self.places[index])
-    }
-
-    fn points(&self) -> Option<usize> {
-        self.material.points()
-    }
-
-    fn directions(&self, point: usize) -> &[[f64; 3]] {
-        self.material.directions(point)
-    }
-
-    fn energy(
-        &self,
-        point: usize,
-        parameters: &[f64],
-        h: &Mat3<f64>,
-        barriers: Option<&Barriers>,
-    ) -> f64 {
-        self.material.energy(point, &self.whole(parameters), h, barriers)
-    }
-
-    fn stress(
-        &self,
-        point: usize,
-        parameters: &[f64],
-        h: &Mat3<f64>,
-        barriers: Option<&Barriers>,
-    ) -> (f64, Mat3<f64>) {
-        self.material.stress(point, &self.whole(parameters), h, barriers)
-    }
-
-    fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
-        self.material.response(point, &self.whole(parameters), h)
-    }
-
-    fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>> {
-        Some(self.with(self.material.with_softer_volume(factor)?))
-    }
-
-    fn stiffened(&self, factors: Vec<f64>) -> Arc<dyn Material> {
-        self.with(self.material.stiffened(factors))
-    }
-
-    fn carried(&self, maps: &[Mat3<f64>]) -> Option<Arc<dyn Material>> {
-        Some(self.with(self.material.carried(maps)?))
-    }
-
-    fn stress_rate(
-        &self,
-        point: usize,
-        parameters: &[f64],
-        rates: &[f64],
-        h: &Mat3<f64>,
-    ) -> Mat3<f64> {
-        let rates = self.among(vec![0.0; self.values.len()], rates);
-        self.material.stress_rate(point, &self.whole(parameters), &rates, h)
     }
 }

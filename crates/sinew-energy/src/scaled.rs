@@ -1,9 +1,8 @@
 //! A parameter of the law that differs from cell to cell, such as the tension of a muscle with a scar in it.
 
+use crate::mapped::Mapped;
 use crate::stiffened::check;
-use crate::{Barriers, Body, Material, Response, SceneError};
-use sinew_num::Mat3;
-use std::ops::RangeInclusive;
+use crate::{Body, SceneError};
 use std::sync::Arc;
 
 impl Body {
@@ -46,98 +45,7 @@ impl Body {
         };
         check(factors, self.cell_count(), "cell", |factor| factor >= 0.0)?;
         let factors = self.per_point(factors);
-        let material = Arc::new(Scaled { material: self.material.clone(), index, factors });
+        let material = Arc::new(Mapped::scaled(self.material.clone(), index, factors));
         Ok(Self { material, ..self })
-    }
-}
-
-/// A material that reads one parameter times a factor at each point.
-#[derive(Debug)]
-struct Scaled {
-    material: Arc<dyn Material>,
-    /// The parameter.
-    index: usize,
-    /// Factors, point by point.
-    factors: Vec<f64>,
-}
-
-impl Scaled {
-    fn at(&self, point: usize, parameters: &[f64]) -> Vec<f64> {
-        let mut own = parameters.to_vec();
-        own[self.index] *= self.factors[point];
-        own
-    }
-
-    fn with(&self, material: Arc<dyn Material>) -> Arc<dyn Material> {
-        Arc::new(Self { material, index: self.index, factors: self.factors.clone() })
-    }
-}
-
-impl Material for Scaled {
-    fn name(&self) -> &'static str {
-        self.material.name()
-    }
-
-    fn parameters(&self) -> &[&'static str] {
-        self.material.parameters()
-    }
-
-    fn bounds(&self, index: usize) -> RangeInclusive<f64> {
-        self.material.bounds(index)
-    }
-
-    fn points(&self) -> Option<usize> {
-        Some(self.factors.len())
-    }
-
-    fn directions(&self, point: usize) -> &[[f64; 3]] {
-        self.material.directions(point)
-    }
-
-    fn energy(
-        &self,
-        point: usize,
-        parameters: &[f64],
-        h: &Mat3<f64>,
-        barriers: Option<&Barriers>,
-    ) -> f64 {
-        self.material.energy(point, &self.at(point, parameters), h, barriers)
-    }
-
-    fn stress(
-        &self,
-        point: usize,
-        parameters: &[f64],
-        h: &Mat3<f64>,
-        barriers: Option<&Barriers>,
-    ) -> (f64, Mat3<f64>) {
-        self.material.stress(point, &self.at(point, parameters), h, barriers)
-    }
-
-    fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
-        self.material.response(point, &self.at(point, parameters), h)
-    }
-
-    fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>> {
-        Some(self.with(self.material.with_softer_volume(factor)?))
-    }
-
-    fn stiffened(&self, factors: Vec<f64>) -> Arc<dyn Material> {
-        self.with(self.material.stiffened(factors))
-    }
-
-    fn carried(&self, maps: &[Mat3<f64>]) -> Option<Arc<dyn Material>> {
-        Some(self.with(self.material.carried(maps)?))
-    }
-
-    fn stress_rate(
-        &self,
-        point: usize,
-        parameters: &[f64],
-        rates: &[f64],
-        h: &Mat3<f64>,
-    ) -> Mat3<f64> {
-        let (parameters, rates) = (self.at(point, parameters), self.at(point, rates));
-        self.material.stress_rate(point, &parameters, &rates, h)
     }
 }

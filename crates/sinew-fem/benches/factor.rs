@@ -34,6 +34,10 @@ fn beam(cells: [usize; 3]) -> Body {
 fn rest(potential: &Body) -> Solution {
     Solution {
         displacement: vec![0.0; 3 * potential.nodes],
+        pressure: Vec::new(),
+        has_potential: true,
+        volume_residual: 0.0,
+        linear_iterations: 0,
         energy: 0.0,
         theta: THETA.to_vec(),
         load_factor: 1.0,

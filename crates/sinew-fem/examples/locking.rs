@@ -7,7 +7,7 @@ use sinew_energy::laws::NeoHookean;
 use sinew_energy::{
     Body, FiniteElement, Load, Nodes, Parameter, Sampling, Scene, SceneError, Support, Units,
 };
-use sinew_fem::{BalanceSolver, Options, Solver};
+use sinew_fem::{Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
 use std::error::Error;
 
@@ -169,8 +169,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         if let Some(field) = &mut body.pressure_field {
             field.compliance = if bulk > own { 1.0 / (bulk - own) } else { continue };
         }
-        let mut solver = BalanceSolver::new(&body)?;
-        let unknowns = solver.unknowns().iter().sum();
+        let mut solver = Solver::new(&body)?;
+        let unknowns = solver.unknowns() + solver.pressures();
         let found = solver.solve(&[75.0, own], &Options::default())?;
         let deflection = tip(&quadratic.mesh, &found.displacement);
         let (iterations, steps) = (found.history.iterations.len(), found.load_steps);

@@ -3,7 +3,7 @@
 
 use sinew_energy::laws::{Guccione, HolzapfelOgden};
 use sinew_energy::{ForceBalance, Load, Magnitude, Parameter, Scene, SceneError, Support};
-use sinew_fem::{BalanceSolver, Options};
+use sinew_fem::{Options, Solver};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 const BULK_MODULUS: f64 = 25.0; // kPa
@@ -59,7 +59,7 @@ fn count(
     [low, high]: [f64; 2],
     points: usize,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let mut solver = BalanceSolver::new(body)?;
+    let mut solver = Solver::new(body)?;
     let (mut iterations, mut steps, mut refused, mut worst) = (vec![], vec![], 0, 0.0_f64);
     let mut seconds = 0.0;
     for point in 1..=points {

@@ -1,7 +1,8 @@
 //! Unloads random ventricles and, where they are, frames of a real heart, and counts clean answers, typed refusals and wrong answers.
 //!
 //! `cargo run -p sinew-fem --example unload_robustness [SHAPES [FOLDER]]`: so many shapes, 100 unless told, with two layers and with
-//! one, each at a random θ of the box and 4, 8 or 20 mmHg; FOLDER holds the surfaces of biv-me, each frame at 3 θ and 3 pressures.
+//! one, each at a random θ of the box and 4, 8 or 20 mmHg; FOLDER holds the surfaces of biv-me, each frame at 3 θ and 3 pressures, frames of
+//! systole with a tension. A refusal comes with the largest part of the load that has an answer, on this mesh and on a finer one.
 
 #[path = "../tests/fem/support/ventricle.rs"]
 mod ventricle;
@@ -9,7 +10,8 @@ mod ventricle;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use sinew_energy::Body;
+use sinew_energy::laws::{ActiveTension, HolzapfelOgden};
+use sinew_energy::{Body, Load, Magnitude, Parameter, Scene};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{LoadSteps, Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
 use sinew_mesh::{
@@ -25,6 +27,11 @@ const PRESSURES: [f64; 3] = [4.0, 8.0, 20.0];
 /// Nodes of an answer return to the image to this \[mm\], or it is wrong.
 const CLOSED: f64 = 1e-8;
 const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
+/// Frames between end diastole and filling, at 20, 40 and 100 mmHg with a tension of so much [kPa a mmHg].
+const SYSTOLE: [&str; 3] = ["004", "008", "012"];
+const TENSION: f64 = 0.5;
+/// Nodes of the walls of a real heart, and of finer ones.
+const NODES: [usize; 2] = [900, 2500];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut words = std::env::args().skip(1);
@@ -37,9 +44,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let Some(folder) = words.next() else { return Ok(()) };
     let start = Instant::now();
-    let frames: Vec<_> =
-        FRAMES.into_par_iter().map(|frame| real(Path::new(&folder), frame)).collect();
-    tell("frames of a real heart", &frames.concat(), start);
+    let frames = FRAMES.into_par_iter().map(|frame| (frame, real(Path::new(&folder), frame)));
+    let (systole, diastole): (Vec<_>, Vec<_>) =
+        frames.collect::<Vec<_>>().into_iter().partition(|(frame, _)| SYSTOLE.contains(frame));
+    for (name, frames) in [("diastole", diastole), ("systole, with tension", systole)] {
+        let found: Vec<Outcome> = frames.into_iter().flat_map(|(_, found)| found).collect();
+        tell(&format!("frames of a real heart in {name}"), &found, start);
+    }
     Ok(())
 }
 
@@ -68,20 +79,51 @@ fn random(index: u64, cells: [usize; 3]) -> Outcome {
     };
     let shape = std::iter::repeat_with(|| std::array::from_fn::<f64, 12, _>(|_| normal()));
     let mesh = shape.take(100).find_map(|numbers| {
-        VentricleShape::new(&numbers).and_then(|shape| shape.tetrahedra(cells)).ok()
+        let shape = VentricleShape::new(&numbers).ok()?;
+        Some((shape.tetrahedra(cells).ok()?, shape.tetrahedra(cells.map(|c| 3 * c / 2)).ok()?))
     });
-    let Some(mut mesh) = mesh else { return ("no mesh", format!("shape {index}")) };
+    let Some((mut mesh, mut finer)) = mesh else { return ("no mesh", format!("shape {index}")) };
     mesh.name_sides();
+    finer.name_sides();
     let [a, b, a_f, b_f] = std::array::from_fn(|i| {
         let [least, most] = BOX[i].1;
         least * f64::powf(most / least, random.random())
     });
     let pressure = PRESSURES[index as usize % 3];
     let thin = if cells[0] == 1 { "one layer" } else { "" };
-    match body(mesh) {
-        Ok(body) => outcome(&body, &[a, b, a_f, b_f, pressure * MMHG], thin),
+    let theta = [a, b, a_f, b_f, pressure * MMHG];
+    match body(mesh, false) {
+        Ok(body) => {
+            let (word, mut line) = outcome(&body, &theta, thin);
+            if word == "typed" {
+                line += &parts(&body, self::body(finer, false).ok().as_ref(), &theta);
+            }
+            (word, line)
+        }
         Err(error) => ("no body", error),
     }
+}
+
+/// How much of the load has an answer.
+fn parts(body: &Body, finer: Option<&Body>, theta: &[f64]) -> String {
+    let [own, finer] = [Some(body), finer].map(|b| b.map_or(f64::NAN, |b| borne(b, theta)));
+    format!("; {own:.2} of the load has an answer, {finer:.2} on a finer mesh")
+}
+
+/// The largest part of pressure and tension, which follow the law's parameters in θ, that has an answer.
+fn borne(body: &Body, theta: &[f64]) -> f64 {
+    let Ok(mut unload) = Unload::new(body) else { return f64::NAN };
+    let mut part = |part: f64| {
+        let mut theta = theta.to_vec();
+        theta[BOX.len()..].iter_mut().for_each(|load| *load *= part);
+        unload.solve(&theta, &UnloadOptions::default()).is_ok()
+    };
+    let (mut low, mut high) = if part(1.0) { return 1.0 } else { (0.0, 1.0) };
+    for _ in 0..5 {
+        let middle = 0.5 * (low + high);
+        if part(middle) { low = middle } else { high = middle }
+    }
+    low
 }
 
 /// The frames at three θ and three pressures.
@@ -90,27 +132,38 @@ fn real(folder: &Path, frame: &str) -> Vec<Outcome> {
         let path = folder.join(format!("patient1_{name}_{frame}.vtk"));
         Ok(read_mesh::<3>(path).map_err(|e| e.to_string())?.0)
     };
-    let wall = || -> Result<TetMesh, String> {
+    let body = |nodes: usize| -> Result<Body, String> {
         let [endocardium, epicardium, other] =
             ["LV_ENDOCARDIAL", "EPICARDIAL", "RV_ENDOCARDIAL"].map(surface);
         let (endocardium, epicardium, other) = (endocardium?, epicardium?, other?);
         let chamber =
             Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: Some(&other) };
-        let options = WallOptions { size: Size::Nodes(900), ..WallOptions::default() };
+        let options = WallOptions { size: Size::Nodes(nodes), ..WallOptions::default() };
         let mut mesh = chamber.wall(&options).map_err(|e| e.to_string())?.tetrahedra();
         mesh.name_sides();
-        Ok(mesh)
+        self::body(mesh, SYSTOLE.contains(&frame))
     };
-    let body = match wall().and_then(body) {
+    let coarse = match body(NODES[0]) {
         Ok(body) => body,
         Err(error) => return vec![("no body", format!("frame {frame}: {error}"))],
     };
+    let mut finer = None;
     // Inside of the box: its softest corner, which comes first, is a hard case of its own.
     let thetas = ventricle::thetas(3, 0.0);
     let cases = thetas[1..].iter().flat_map(|theta| PRESSURES.map(|pressure| (theta, pressure)));
     cases
         .map(|([a, b, a_f, b_f, _], pressure)| {
-            let (word, line) = outcome(&body, &[*a, *b, *a_f, *b_f, pressure * MMHG], "");
+            let mut theta = vec![*a, *b, *a_f, *b_f];
+            if SYSTOLE.contains(&frame) {
+                theta.extend([5.0 * TENSION * pressure, 5.0 * pressure * MMHG]);
+            } else {
+                theta.push(pressure * MMHG);
+            }
+            let (word, mut line) = outcome(&coarse, &theta, "");
+            if word == "typed" {
+                let finer = finer.get_or_insert_with(|| body(NODES[1]));
+                line += &parts(&coarse, finer.as_ref().ok(), &theta);
+            }
             (word, format!("frame {frame}: {line}"))
         })
         .collect()
@@ -132,12 +185,30 @@ impl Sides for TetMesh {
     }
 }
 
-fn body(mut mesh: TetMesh) -> Result<Body, String> {
+/// θ = (a, b, a_f, b_f, pressure), or with the tension before the pressure.
+fn body(mut mesh: TetMesh, active: bool) -> Result<Body, String> {
     let surfaces = Surfaces { endocardium: "region:1", epicardium: "epicardium", base: "base" };
     let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY).map_err(|e| e.to_string())?;
     let fibres: Vec<_> = frames.iter().map(|[fibre, _, _]| *fibre).collect();
     mesh.cell_fields.insert("fibre".into(), Field::vectors(&fibres));
-    scene(mesh, BULK_MODULUS).lower().map_err(|e| e.to_string())
+    let passive = scene(mesh, BULK_MODULUS);
+    if !active {
+        return passive.lower().map_err(|e| e.to_string());
+    }
+    let mut parameters = passive.parameters.clone();
+    parameters.insert(BOX.len(), Parameter::linear("T_a", "kPa", 0.0..=100.0));
+    let magnitude = Magnitude::Theta(BOX.len() + 1);
+    let scene = Scene {
+        name: passive.name,
+        units: passive.units,
+        law: HolzapfelOgden.nearly_incompressible(BULK_MODULUS).with_active(ActiveTension),
+        directions: passive.directions,
+        parameters,
+        loads: vec![Load::Pressure { facets: "region:1".into(), magnitude }],
+        supports: passive.supports,
+        mesh: passive.mesh,
+    };
+    scene.lower().map_err(|e| e.to_string())
 }
 
 /// Unloads, and loads an answer again by a solver of its own.

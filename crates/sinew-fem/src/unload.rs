@@ -1,4 +1,4 @@
-//! The body at rest of which an image shows the loaded state: inverse elastostatics.
+//! Inverse elastostatics: the body at rest whose loaded state is given by an image.
 
 mod entries;
 mod error;
@@ -22,10 +22,10 @@ pub use unloaded::{Loading, Unloaded};
 
 use crate::elements::check::{check_displacement, check_length};
 use crate::elements::system::System;
-use crate::{BalanceSolution, Options, SolveError};
+use crate::{Balance, Options, Solution, SolveError};
 use image::Image;
 use newton::Search;
-use sinew_energy::{Body, Fibres, ForceBalance, ThetaError};
+use sinew_energy::{Fibres, ForceBalance, ThetaError};
 use std::time::Instant;
 
 /// Finds the body at rest whose loaded state is an image.
@@ -59,11 +59,12 @@ use std::time::Instant;
 /// ```
 ///
 /// After S. Govindjee, P. A. Mihalic, Int. J. Numer. Meth. Engng 43 (1998), by Newton's method with the exact derivative of the
-/// forward balance at (x; X), which is not symmetric. So the round trip closes to rounding errors for every formulation. Supports, springs, loads
+/// forward balance at (x; X), which is not symmetric. Loading the result therefore returns the image to rounding
+/// errors, in every formulation. Supports, springs, loads
 /// per volume and area, and parameters are those of the body at rest; a prescribed motion leads from rest to the image.
 ///
-/// A search that converges is no answer yet: the body at rest may cross itself, the image may be unstable, and loading may lead to another
-/// equilibrium. Each has its [`UnloadError`].
+/// A converged search is checked: the body at rest may cross itself, the image may be unstable, and loading may lead to
+/// another equilibrium. Each has its [`UnloadError`].
 #[doc(alias("inverse design", "stress-free configuration", "prestress"))]
 pub struct Unload<'p> {
     search: Search<'p>,
@@ -73,24 +74,14 @@ impl<'p> Unload<'p> {
     /// Prepares for a body that was lowered on the image; its directions are those in the image, and move with the tissue.
     ///
     /// # Errors
-    /// A body that is malformed, whose supports leave a part of it free to move, or whose loads were changed after it was lowered.
-    pub fn new(image: &'p Body) -> Result<Self, UnloadError> {
-        Self::prepare(System::new(image)?)
-    }
-
-    /// Prepares for a balance of forces, whose pressures may act on surfaces with a loose rim.
-    ///
-    /// # Errors
-    /// As for [`Unload::new`], and [`UnloadError::PressureField`].
-    pub fn balance(image: &'p ForceBalance) -> Result<Self, UnloadError> {
-        if image.pressure_field.is_some() {
+    /// A body that is malformed, whose supports leave a part of it free to move, or whose loads were changed after it was lowered;
+    /// [`UnloadError::PressureField`].
+    pub fn new(image: impl Into<Balance<'p>>) -> Result<Self, UnloadError> {
+        let image = image.into();
+        if image.pressures() > 0 {
             return Err(UnloadError::PressureField);
         }
-        Self::prepare(System::balance(image)?)
-    }
-
-    fn prepare(system: System<'p>) -> Result<Self, UnloadError> {
-        Ok(Self { search: Search::new(Image::new(system)?) })
+        Ok(Self { search: Search::new(Image::new(System::new(image)?)?) })
     }
 
     /// Chooses fibres that move with the tissue, the default, or are kept at rest as they are in the image.
@@ -154,7 +145,7 @@ impl<'p> Unload<'p> {
             let found = (trial, iterations, 1);
             return Ok(Unloaded::new(&self.search.image, found, theta, loading, start));
         }
-        // Of several bodies at rest, the one that a rising load leads to; the verdict is the one on it.
+        // Of several bodies at rest, that of a rising load is taken and judged.
         let (trial, load_steps) = self.search.step_by_step(theta, options, &mut iterations)?;
         let loading = self.search.image.judge(&trial, theta, options)?;
         let found = (trial, iterations, load_steps);
@@ -174,7 +165,7 @@ impl<'p> Unload<'p> {
         self.solve_from_motion(motion.to_vec(), theta, options)
     }
 
-    /// Another one of the same image with nothing factorised, for another thread; it shares what is prepared.
+    /// Another one of the same image, for another thread; it shares what is prepared, and the last factor.
     ///
     /// # Errors
     /// [`SolveError::OutOfMemory`].
@@ -230,7 +221,7 @@ impl<'p> Unload<'p> {
         near: &[f64],
         theta: &[f64],
         options: &Options,
-    ) -> Result<BalanceSolution, SolveError> {
+    ) -> Result<Solution, SolveError> {
         self.search.image.loaded(rest, near, theta, options)
     }
 
@@ -243,7 +234,7 @@ impl<'p> Unload<'p> {
     pub fn loaded_slopes(
         &self,
         rest: &ForceBalance,
-        state: &BalanceSolution,
+        state: &Solution,
         theta_directions: &[Vec<f64>],
         rest_directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {

@@ -4,7 +4,7 @@ use crate::compile::Variance;
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::factor::Factor;
-use crate::gram::{Block, Scratch, Side};
+use crate::gram::{Block, PairPlan, Scratch, Side};
 use crate::model::Model;
 use faer::Par;
 use rayon::prelude::*;
@@ -35,8 +35,8 @@ pub(crate) struct State<'a, const D: usize> {
     pub kernels: Vec<(f64, Vec<f64>)>,
     /// The operators' parameters.
     pub theta: Vec<f64>,
-    /// For each part and leg, a_β.
-    pub coefficients: Vec<Vec<Vec<f64>>>,
+    /// For each part and leg, a_β at [`State::slot`].
+    pub coefficients: Vec<Vec<f64>>,
     /// For each group, values of the monomials.
     monomials: Vec<Vec<f64>>,
     /// For each group, the standard deviation of its noise.
@@ -74,14 +74,11 @@ impl<'a, const D: usize> State<'a, D> {
         let coefficients = kernels
             .iter()
             .enumerate()
-            .map(|(part, (amplitude, _))| {
-                let groups = model.groups.iter().zip(&monomials);
-                groups
-                    .flat_map(|(group, monomials)| {
-                        let arrays = group.legs.iter().map(|leg| &leg.parts[part].arrays);
-                        arrays.map(|arrays| combine(*amplitude, monomials, arrays))
-                    })
-                    .collect()
+            .flat_map(|(part, (amplitude, _))| {
+                model.groups.iter().zip(&monomials).flat_map(move |(group, monomials)| {
+                    let arrays = group.legs.iter().map(move |leg| &leg.parts[part].arrays);
+                    arrays.map(|arrays| combine(*amplitude, monomials, arrays))
+                })
             })
             .collect();
         let noise = model
@@ -103,22 +100,34 @@ impl<'a, const D: usize> State<'a, D> {
         self.model.groups[group].first_leg + leg
     }
 
+    /// Position of the coefficients of a part on a leg.
+    pub(crate) fn slot(&self, part: usize, leg: [usize; 2]) -> usize {
+        part * self.model.legs + self.leg(leg)
+    }
+
     pub(crate) fn side(&self, part: usize, [group, leg]: [usize; 2]) -> Side<'_, D> {
         Side {
             axes: &self.model.groups[group].legs[leg].parts[part].axes,
-            coefficients: &self.coefficients[part][self.leg([group, leg])],
+            coefficients: &self.coefficients[self.slot(part, [group, leg])],
         }
     }
 
     /// Covariance of one part between a leg of one group and a leg of another, each by group and leg.
     pub(crate) fn block(&self, part: usize, first: [usize; 2], second: [usize; 2]) -> Block<'_, D> {
-        Block {
-            kernel: &*self.model.prior.parts[part].kernel,
-            hyperparameters: &self.kernels[part].1,
-            plan: &self.model.plans[part][self.leg(first) * self.model.legs + self.leg(second)],
-            first: self.side(part, first),
-            second: self.side(part, second),
-        }
+        let plan = &self.model.plans[part][self.leg(first) * self.model.legs + self.leg(second)];
+        self.between(part, plan, self.side(part, first), self.side(part, second))
+    }
+
+    /// Covariance of one part between any points.
+    pub(crate) fn between<'b>(
+        &'b self,
+        part: usize,
+        plan: &'b PairPlan<D>,
+        first: Side<'b, D>,
+        second: Side<'b, D>,
+    ) -> Block<'b, D> {
+        let kernel = &*self.model.prior.parts[part].kernel;
+        Block { kernel, hyperparameters: &self.kernels[part].1, plan, first, second }
     }
 
     /// All pairs of a leg of one group and a leg of another.
@@ -182,27 +191,6 @@ impl<'a, const D: usize> State<'a, D> {
             matrix.chunks_mut(size).enumerate().for_each(|numbered| column(numbered, &mut scratch));
         }
         matrix
-    }
-
-    /// Covariances without noise of all observations with that of one row.
-    pub(crate) fn column(&self, row: usize) -> Vec<f64> {
-        let (mut column, mut scratch) = (vec![0.0; self.model.size], Scratch::default());
-        for (number, group) in self.model.groups.iter().enumerate() {
-            self.add_covariances((number, 0), row, &mut column[group.rows()], &mut scratch);
-        }
-        column
-    }
-
-    /// Variances without noise of all observations.
-    pub(crate) fn diagonal(&self) -> Vec<f64> {
-        let (mut diagonal, mut scratch) = (vec![0.0; self.model.size], Scratch::default());
-        for (number, group) in self.model.groups.iter().enumerate() {
-            for (own, row) in group.rows().enumerate() {
-                let entry = &mut diagonal[row..=row];
-                self.add_covariances((number, own), row, entry, &mut scratch);
-            }
-        }
-        diagonal
     }
 
     /// Whether there is work enough to share out.

@@ -96,11 +96,21 @@ pub enum Warning {
     },
     /// Importance weights of [`crate::laplace`] with a tail so heavy that its averages cannot be trusted.
     #[error(
-        "importance weights are heavy-tailed (k̂ = {k_hat:.2}, above 0.5): Laplace's approximation misses much of the posterior; draw by `nuts`"
+        "importance weights are heavy-tailed (k̂ = {k_hat:.2}, above 0.4): Laplace's approximation misses much of the posterior; draw by `nuts`"
     )]
     HeavyWeights {
         /// Shape of the tail.
         k_hat: f64,
+    },
+    /// Chains of [`crate::nuts`] that do not agree.
+    #[error(
+        "the two chains disagree on {parameter} (R̂ = {r_hat:.2}); raise `NutsOptions::warmup` and `draws`"
+    )]
+    NotMixed {
+        /// Its name.
+        parameter: String,
+        /// R̂ of split chains.
+        r_hat: f64,
     },
     /// A most probable value outside of what nearly all draws say.
     #[error(

@@ -3,10 +3,9 @@
 use crate::case::{Cost, Formulation};
 use anyhow::Result;
 use sinew_energy::{
-    Body, FiniteElement, ForceBalance, Law, Load, Nodes, Parameter, Scene, SceneError, Support,
-    TaylorHoodElement,
+    Body, FiniteElement, Law, Load, Nodes, Parameter, Scene, SceneError, Support, TaylorHoodElement,
 };
-use sinew_fem::{BalanceSolution, BalanceSolver, Options, Solution, Solver};
+use sinew_fem::{Balance, Options, Solution, Solver};
 use sinew_mesh::{Mesh, boundary_facets};
 use std::time::Instant;
 
@@ -34,21 +33,15 @@ pub(crate) fn with_directions<L: Law<D>, const D: usize, const N: usize>(
     Scene { directions: vec![directions; scene.mesh.cells.len()], ..scene }
 }
 
-/// The minimum of a potential; the time covers preparation and solve.
-pub(crate) fn minimum(potential: &Body, theta: &[f64]) -> Result<(Solution, Cost)> {
+/// An equilibrium; the time covers preparation and solve.
+pub(crate) fn equilibrium<'p>(
+    balance: impl Into<Balance<'p>>,
+    theta: &[f64],
+) -> Result<(Solution, Cost)> {
     let start = Instant::now();
-    let mut solver = Solver::new(potential)?;
+    let mut solver = Solver::new(balance)?;
     let solution = solver.solve(theta, &Options::default())?;
-    Ok((solution, Cost::since(start, solver.unknowns())))
-}
-
-/// A balance of forces; the time covers preparation and solve.
-pub(crate) fn balance(body: &ForceBalance, theta: &[f64]) -> Result<(BalanceSolution, Cost)> {
-    let start = Instant::now();
-    let mut solver = BalanceSolver::new(body)?;
-    let solution = solver.solve(theta, &Options::default())?;
-    let unknowns = solver.unknowns().iter().sum();
-    Ok((solution, Cost::since(start, unknowns)))
+    Ok((solution, Cost::since(start, solver.unknowns() + solver.pressures())))
 }
 
 /// The potential of displacements alone, with averaged volume ratios where the formulation has them.
@@ -91,7 +84,7 @@ pub(crate) fn displaced<L: Law<D>, const D: usize, const N: usize>(
 where
     Nodes<N>: FiniteElement<N>,
 {
-    let (solution, cost) = minimum(&lower(&scene, formulation)?, theta)?;
+    let (solution, cost) = equilibrium(&lower(&scene, formulation)?, theta)?;
     Ok(Found { mesh: scene.mesh, displacement: solution.displacement, cost })
 }
 
@@ -107,7 +100,7 @@ where
 {
     let mut body = scene.lower_mixed()?;
     body.pressure_field.iter_mut().for_each(|field| field.compliance = compliance);
-    let (solution, cost) = balance(&body, theta)?;
+    let (solution, cost) = equilibrium(&body, theta)?;
     Ok(Found { mesh: scene.mesh, displacement: solution.displacement, cost })
 }
 

@@ -1,17 +1,21 @@
 //! What a calibration found: pressure–volume curve, sentences, page.
 
 use crate::case::stress_in_kpa;
+use crate::comparison::triangles;
 use crate::patient::Prepared;
 use rayon::prelude::*;
 use sinew_calibrate::{Decided, Forward, Klotz, Posterior};
+use sinew_fem::Unloaded;
 use sinew_report::format::{digits, seconds, trimmed};
-use sinew_report::{Block, Cell, Chart, Provenance, Report, Section, Series, Style, density};
+use sinew_report::{
+    Block, Cell, Chart, Provenance, Report, Section, Series, Style, Surfaces, density,
+};
 use sinew_sample::quantile;
 use std::fmt::Write;
 
 /// Pressures of the curve \[mmHg\].
 const PRESSURES: [f64; 10] = [2.0, 5.0, 8.0, 11.0, 14.0, 17.0, 20.0, 23.0, 26.0, 30.0];
-/// Draws that the curve is solved for: its band is that of so many.
+/// Draws that the curve is solved for, which give its band.
 const CURVE_DRAWS: usize = 48;
 /// One millilitre in mm³.
 const MILLILITRE: f64 = 1e3;
@@ -48,6 +52,9 @@ impl Curve {
         let places = prepared.curve_parameters();
         let thetas: Vec<Vec<f64>> =
             thin.pooled().map(|draw| places.iter().map(|&at| draw[at]).collect()).collect();
+        if let Some(middle) = thetas.get(thetas.len() / 2) {
+            patient.expect_near(middle);
+        }
         let solve = |theta: &Vec<f64>| patient.observe(theta, false).ok().map(|seen| seen.values);
         let found: Vec<Vec<f64>> = thetas.par_iter().filter_map(solve).collect();
         if found.is_empty() {
@@ -106,7 +113,7 @@ fn measured(prepared: &Prepared, posterior: &Posterior, cavity: &str) -> Vec<[f6
     posterior.problem.data.iter().filter_map(pair).collect()
 }
 
-/// A parameter in a line: its interval where data decide it, and that they do not where they do not.
+/// A parameter in a line: its interval if the data determine it, else a note that they do not.
 pub fn parameter_in_words(posterior: &Posterior, parameter: usize) -> String {
     let unknown = &posterior.problem.unknowns[parameter];
     let left = posterior.contraction(parameter);
@@ -169,6 +176,7 @@ pub fn report(
     prepared: &Prepared,
     posterior: &Posterior,
     curves: &[Curve],
+    rest: Option<&Unloaded>,
     provenance: Provenance,
 ) -> Report {
     let about = format!(
@@ -184,6 +192,7 @@ pub fn report(
         Section { name: "curve".into(), title: "Pressure and volume".into(), blocks: Vec::new() };
     curve.blocks.push(Block::List(volumes_in_words(prepared, posterior)));
     curve.blocks.extend(curves.iter().map(|curve| curve_block(curve, prepared, posterior)));
+    curve.blocks.extend(rest.and_then(|rest| shapes(prepared, rest)));
     let sections = [
         curve,
         parameters(posterior),
@@ -193,6 +202,20 @@ pub fn report(
     ];
     report.sections.extend(sections);
     report
+}
+
+/// The body at rest beside that of the image.
+fn shapes(prepared: &Prepared, unloaded: &Unloaded) -> Option<Block> {
+    let (image, rest) = (&prepared.body, &unloaded.rest.body);
+    let mut surfaces = Surfaces::new(&triangles(&image.mesh), &rest.positions).ok()?;
+    surfaces.quantity = "distance from the place at rest".into();
+    (surfaces.unit, surfaces.length, surfaces.linear) = ("mm".into(), "mm".into(), true);
+    let moved = unloaded.motion.as_chunks::<3>().0.iter();
+    let moved: Vec<f64> = moved.map(|w| w.iter().map(|x| x * x).sum::<f64>().sqrt()).collect();
+    let still = vec![0.0; moved.len()];
+    surfaces.push("most likely parameters", "at rest", &rest.positions, &still).ok()?;
+    surfaces.push("the mesh", "in the image", &image.positions, &moved).ok()?;
+    Some(Block::Surfaces(surfaces))
 }
 
 fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Block {
@@ -240,7 +263,7 @@ fn parameters(posterior: &Posterior) -> Section {
 fn pair(posterior: &Posterior, prior: &[Vec<f64>], a: usize, b: usize) -> Chart {
     let [x, y] = [a, b].map(|at| posterior.problem.unknowns[at].head());
     let [u, v] = [a, b].map(|at| posterior.shown(at).concat());
-    // As many as can be told apart.
+    // Few enough points to be distinguished.
     let points = |u: &[f64], v: &[f64]| {
         let every = u.len().div_ceil(MOST_POINTS).max(1);
         u.iter().zip(v).step_by(every).map(|(u, v)| [*u, *v]).collect::<Vec<_>>()

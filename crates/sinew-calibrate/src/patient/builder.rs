@@ -8,9 +8,9 @@ use crate::observables::{CavityVolume, PointDisplacement, Quantity, SegmentStrai
 use crate::segments::Segments;
 use crate::setting::{Entry, Setting};
 use crate::wall::WallCoordinates;
-use sinew_energy::{Body, Fibres, ForceBalance};
-use sinew_fem::Unload;
-use std::sync::OnceLock;
+use sinew_energy::{Body, Fibres};
+use sinew_fem::{Balance, Unload};
+use std::sync::{OnceLock, RwLock};
 
 /// Settings of a state by the names of the entries of θ of the body.
 type Settings = Vec<(String, Setting)>;
@@ -18,7 +18,7 @@ type Settings = Vec<(String, Setting)>;
 /// Collects what a [`Patient`] is made of.
 #[derive(Clone, Debug)]
 pub struct PatientBuilder<'p> {
-    image: Image<'p>,
+    image: Balance<'p>,
     parameters: Vec<String>,
     settings: Settings,
     phases: Vec<(String, Settings)>,
@@ -27,24 +27,11 @@ pub struct PatientBuilder<'p> {
     wall: Option<&'p WallCoordinates>,
     segments: Option<&'p Segments>,
     observables: Vec<Observable>,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Image<'p> {
-    Body(&'p Body),
-    Balance(&'p ForceBalance),
+    accuracy: f64,
 }
 
 impl<'p> PatientBuilder<'p> {
-    pub(super) fn of(image: &'p Body) -> Self {
-        Self::new(Image::Body(image))
-    }
-
-    pub(super) fn of_balance(image: &'p ForceBalance) -> Self {
-        Self::new(Image::Balance(image))
-    }
-
-    fn new(image: Image<'p>) -> Self {
+    pub(super) fn of(image: Balance<'p>) -> Self {
         Self {
             image,
             parameters: Vec::new(),
@@ -55,6 +42,7 @@ impl<'p> PatientBuilder<'p> {
             wall: None,
             segments: None,
             observables: Vec::new(),
+            accuracy: 0.0,
         }
     }
 
@@ -95,10 +83,16 @@ impl<'p> PatientBuilder<'p> {
         self
     }
 
-    /// θ that others are predicted from, best near the middle of what is asked for; unless told the middle of the body's ranges, and 1
-    /// for parameters that the body has not.
+    /// θ of the anchor, from which other θ are predicted, best near their middle. The default is the middle of the body's
+    /// ranges, and 1 for the patient's other parameters.
     pub fn start(mut self, theta: &[f64]) -> Self {
         self.start = Some(theta.to_vec());
+        self
+    }
+
+    /// Unbalanced forces that are enough for a state \[relative to loads and reactions\]; 0, the default, is what rounding errors amount to.
+    pub fn accuracy(mut self, accuracy: f64) -> Self {
+        self.accuracy = accuracy;
         self
     }
 
@@ -152,31 +146,25 @@ impl<'p> PatientBuilder<'p> {
         self.check_use(&image_entries, &phase_entries)?;
         let start = self.anchor()?;
         let quantities = self.quantities()?;
-        let (body, unload) = match self.image {
-            Image::Body(body) => (body, Unload::new(body)?),
-            Image::Balance(balance) => (&balance.body, Unload::balance(balance)?),
-        };
-        let unload = unload.fibres(self.fibres.unwrap_or_default());
+        let unload = Unload::new(self.image)?.fibres(self.fibres.unwrap_or_default());
         let at_rest = self.fibres.is_none().then(|| unload.image_at_rest()).transpose()?;
         let phases = self.phases.into_iter().map(|(name, _)| name).collect();
         let parts = Parts {
-            image: body,
+            image: self.image.body(),
             unload,
             at_rest,
             parameters: self.parameters,
             image_entries,
             phases,
             phase_entries,
+            accuracy: self.accuracy,
         };
-        let (observables, anchor) = (self.observables, OnceLock::new());
-        Ok(Patient { parts, observables, quantities, start, anchor })
+        let (observables, anchor, focus) = (self.observables, OnceLock::new(), RwLock::default());
+        Ok(Patient { parts, observables, quantities, start, anchor, focus })
     }
 
     fn body(&self) -> &'p Body {
-        match self.image {
-            Image::Body(body) => body,
-            Image::Balance(balance) => &balance.body,
-        }
+        self.image.body()
     }
 
     /// Names of the entries of θ of the body.

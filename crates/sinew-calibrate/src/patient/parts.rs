@@ -4,9 +4,9 @@ use super::anchor::Anchor;
 use super::states::{PatientStates, StateError};
 use crate::setting::Entry;
 use sinew_energy::{Body, ForceBalance};
-use sinew_fem::{BalanceSolution, Options, Unload, UnloadOptions, Unloaded};
+use sinew_fem::{Options, Solution, Unload, UnloadOptions, Unloaded};
 
-/// Most iterations from a predicted body at rest; farther off, the search from the image is as good.
+/// Iterations from a predicted body at rest at most. If it is farther off, the search from the image is as fast.
 const NEAR: usize = 12;
 
 /// Displacements from the image come in this order: image, rest, then phases.
@@ -25,6 +25,8 @@ pub(super) struct Parts<'p> {
     pub phases: Vec<String>,
     /// Entries of θ of the body in the phases.
     pub phase_entries: Vec<Vec<Entry>>,
+    /// Unbalanced forces of states \[relative\].
+    pub accuracy: f64,
 }
 
 /// The body at rest with its motion from the image.
@@ -34,7 +36,7 @@ struct Rest {
     found: Option<Unloaded>,
 }
 
-impl Parts<'_> {
+impl<'p> Parts<'p> {
     /// Checks θ of the patient, and of the body in each state.
     pub(super) fn check(&self, theta: &[f64]) -> Result<(), StateError> {
         let (given, needed) = (theta.len(), self.parameters.len());
@@ -54,17 +56,33 @@ impl Parts<'_> {
     pub(super) fn solve(
         &self,
         theta: &[f64],
-        anchor: Option<&Anchor>,
+        anchor: Option<&Anchor<'_>>,
+        derivatives: bool,
+    ) -> Result<PatientStates, StateError> {
+        let unload = anchor.map_or(&self.unload, |anchor| &anchor.unload);
+        let mut unload = unload.fresh().map_err(sinew_fem::UnloadError::from)?;
+        self.solve_by(&mut unload, theta, anchor, derivatives)
+    }
+
+    /// States at θ with slopes, to predict others from.
+    pub(super) fn anchor(&self, theta: &[f64], near: Option<&Anchor<'_>>) -> Option<Anchor<'p>> {
+        let mut unload = self.unload.fresh().ok()?;
+        let states = self.solve_by(&mut unload, theta, near, true).ok()?;
+        Some(Anchor::new(theta, states, unload))
+    }
+
+    fn solve_by(
+        &self,
+        unload: &mut Unload<'_>,
+        theta: &[f64],
+        anchor: Option<&Anchor<'_>>,
         derivatives: bool,
     ) -> Result<PatientStates, StateError> {
         let predicted = anchor.map(|anchor| anchor.predict(theta));
-        let mut unload = self.unload.fresh().map_err(sinew_fem::UnloadError::from)?;
-        let rest = self.rest(&mut unload, theta, predicted.as_deref())?;
+        let rest = self.rest(unload, theta, predicted.as_deref())?;
         let phases = match &predicted {
-            Some(predicted) => {
-                self.phases_near(&unload, &rest, theta, &predicted[FIRST_PHASE..])?
-            }
-            None => self.phases_in_order(&unload, &rest, theta)?,
+            Some(predicted) => self.phases_near(unload, &rest, theta, &predicted[FIRST_PHASE..])?,
+            None => self.phases_in_order(unload, &rest, theta)?,
         };
         for (name, found) in self.phases.iter().zip(&phases) {
             if found.negative_pivots > 0 {
@@ -73,7 +91,7 @@ impl Parts<'_> {
             }
         }
         let slopes = match derivatives {
-            true => self.slopes(&mut unload, &rest, theta, &phases)?,
+            true => self.slopes(unload, &rest, theta, &phases)?,
             false => Vec::new(),
         };
         let mut moved = vec![vec![0.0; rest.motion.len()], rest.motion.clone()];
@@ -94,7 +112,8 @@ impl Parts<'_> {
         }
         let values = values(&self.image_entries, theta);
         let near = predicted.and_then(|predicted| {
-            let options = UnloadOptions { iterations: NEAR, load: None, ..Default::default() };
+            let (iterations, accuracy) = (NEAR, self.accuracy);
+            let options = UnloadOptions { iterations, accuracy, load: None, ..Default::default() };
             unload.solve_near(&predicted[1], &values, &options).ok()
         });
         let found = match near {
@@ -112,7 +131,7 @@ impl Parts<'_> {
         rest: &Rest,
         theta: &[f64],
         predicted: &[Vec<f64>],
-    ) -> Result<Vec<BalanceSolution>, StateError> {
+    ) -> Result<Vec<Solution>, StateError> {
         let phase = |(index, predicted): (usize, &Vec<f64>)| {
             let near: Vec<f64> = predicted.iter().zip(&rest.motion).map(|(v, w)| v - w).collect();
             self.phase(unload, rest, index, theta, &near)
@@ -126,7 +145,7 @@ impl Parts<'_> {
         unload: &Unload<'_>,
         rest: &Rest,
         theta: &[f64],
-    ) -> Result<Vec<BalanceSolution>, StateError> {
+    ) -> Result<Vec<Solution>, StateError> {
         let thetas: Vec<_> = self.phase_entries.iter().map(|e| values(e, theta)).collect();
         let image = values(&self.image_entries, theta);
         let of_law = self.image.material.parameters().len();
@@ -136,7 +155,7 @@ impl Parts<'_> {
         if self.at_rest.is_none() {
             known.push((image, rest.motion.iter().map(|w| -w).collect()));
         }
-        let mut found: Vec<Option<BalanceSolution>> = vec![None; thetas.len()];
+        let mut found: Vec<Option<Solution>> = vec![None; thetas.len()];
         for _ in 0..thetas.len() {
             let open = (0..thetas.len()).filter(|&index| found[index].is_none());
             let pairs = open.flat_map(|phase| (0..known.len()).map(move |start| (phase, start)));
@@ -157,9 +176,10 @@ impl Parts<'_> {
         index: usize,
         theta: &[f64],
         near: &[f64],
-    ) -> Result<BalanceSolution, StateError> {
+    ) -> Result<Solution, StateError> {
         let values = values(&self.phase_entries[index], theta);
-        let found = unload.loaded(&rest.body, near, &values, &Options::default());
+        let options = Options { minimum_accuracy: self.accuracy, ..Options::default() };
+        let found = unload.loaded(&rest.body, near, &values, &options);
         found.map_err(|source| StateError::Phase { phase: self.phases[index].clone(), source })
     }
 
@@ -169,7 +189,7 @@ impl Parts<'_> {
         unload: &mut Unload<'_>,
         rest: &Rest,
         theta: &[f64],
-        phases: &[BalanceSolution],
+        phases: &[Solution],
     ) -> Result<Vec<Vec<Vec<f64>>>, StateError> {
         let still = vec![vec![0.0; rest.motion.len()]; self.parameters.len()];
         let at = |state: &str| {

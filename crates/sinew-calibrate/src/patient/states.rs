@@ -2,7 +2,7 @@
 
 use crate::forward::ForwardError;
 use sinew_energy::{ForceBalance, ThetaError};
-use sinew_fem::{BalanceSolution, SolveError, UnloadError, Unloaded};
+use sinew_fem::{Solution, SolveError, UnloadError, Unloaded};
 use thiserror::Error;
 
 /// The unloaded body and its phases at one θ.
@@ -13,7 +13,7 @@ pub struct PatientStates {
     /// How it was found; `None` where the image is at rest.
     pub unloaded: Option<Unloaded>,
     /// The equilibria of the phases; displacements are counted from rest \[length\].
-    pub phases: Vec<BalanceSolution>,
+    pub phases: Vec<Solution>,
     /// Displacements from the image, `3 × nodes` \[length\], of the image, the body at rest and the phases.
     pub moved: Vec<Vec<f64>>,
     /// Derivatives of these in each parameter, if asked for: by state, then by parameter.
@@ -37,7 +37,7 @@ pub enum StateError {
     /// No equilibrium at a phase.
     #[error("at {phase}: {source}")]
     Phase { phase: String, source: SolveError },
-    /// An equilibrium that small disturbances end.
+    /// An unstable equilibrium.
     #[error(
         "at {phase}: the equilibrium is unstable, its stiffness has {negative_pivots} negative eigenvalues; the load is beyond what the body \
          bears at this theta"

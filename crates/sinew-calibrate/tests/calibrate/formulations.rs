@@ -60,7 +60,7 @@ fn a_loose_rim_moves_its_lid() {
         .load(Load::Foundation { facets: "epi".into(), normal: 0.1, tangential: 0.05 })
         .load(Load::Foundation { facets: "base".into(), normal: 0.2, tangential: 0.1 });
     let balance = loose.lower_follower().unwrap();
-    let patient = seen(Patient::of_balance(&balance), &balance.body).build().unwrap();
+    let patient = seen(Patient::of(&balance), &balance.body).build().unwrap();
     let found = crate::support::slopes::check("a loose rim", &patient, &[14.0, 40.0]);
     assert!(found.values[0] < found.values[1] && found.values[1] < found.values[2]);
 }

@@ -1,4 +1,4 @@
-//! What an equilibrium is worth, looked at after the solve.
+//! Report on an equilibrium after the solve.
 
 mod display;
 mod forces;
@@ -13,11 +13,10 @@ use crate::elements::cells::{
     MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
 use crate::elements::check::{check_arrays, check_length};
-use crate::{BalanceSolution, LockingWarning, Solution, SolveError};
+use crate::{Balance, Solution, SolveError};
 use forces::Forces;
-use sinew_energy::{Body, ForceBalance};
 
-/// The numbers to look at before a solution is believed; its `Display` is a readable block.
+/// Numbers that tell whether a solution can be trusted; its `Display` is a readable block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolutionReport {
     /// Norm of the unbalanced nodal forces over that of loads and reactions.
@@ -52,7 +51,8 @@ pub struct SolutionReport {
     pub warnings: Vec<Warning>,
 }
 
-/// Looks at an equilibrium that a [`crate::Solver`] found for this potential.
+/// Reports on an equilibrium that a [`crate::Solver`] found for this body. Energy and work omit loose follower loads
+/// and the pressure field, which have no potential.
 ///
 /// ```
 /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -71,85 +71,49 @@ pub struct SolutionReport {
 /// ```
 ///
 /// # Errors
-/// A potential that is malformed, or a solution that is not one of this potential: by the length of
-/// displacement or θ.
-pub fn report(potential: &Body, solution: &Solution) -> Result<SolutionReport, SolveError> {
-    let Solution { displacement, theta, load_factor, .. } = solution;
-    check_arrays(potential, None)?;
-    potential.check_theta(theta)?;
-    check_length(potential.prescribed.len(), displacement)?;
-    let forces = Forces::of_potential(potential, displacement, theta, *load_factor);
-    let relative_residual = relative(solution.residual, solution.force_scale);
-    let &Solution { negative_pivots, locking, .. } = solution;
-    let outcome = Outcome { relative_residual, negative_pivots, locking };
-    Ok(assess(potential, displacement, &forces, outcome))
-}
-
-/// Looks at an equilibrium that a [`crate::BalanceSolver`] found for this body. Energy and work leave out
-/// what has no potential: loose followers and the field of pressure.
-///
-/// # Errors
-/// As for [`report()`].
-pub fn report_balance(
-    body: &ForceBalance,
-    solution: &BalanceSolution,
+/// A body that is malformed, or a solution that is not one of this body: by the length of displacement, pressure or θ.
+pub fn report<'p>(
+    balance: impl Into<Balance<'p>>,
+    solution: &Solution,
 ) -> Result<SolutionReport, SolveError> {
-    let BalanceSolution { displacement, pressure, theta, .. } = solution;
-    let potential = &body.body;
-    check_arrays(potential, Some(body))?;
-    body.check_theta(theta)?;
-    check_length(potential.prescribed.len(), displacement)?;
-    check_length(body.pressure_field.as_ref().map_or(0, |field| field.unknowns), pressure)?;
-    let forces = Forces::of_balance(body, solution);
-    let relative_residual = relative(solution.residual, solution.force_scale);
-    let &BalanceSolution { negative_pivots, locking, .. } = solution;
-    let outcome = Outcome { relative_residual, negative_pivots, locking };
-    Ok(assess(potential, displacement, &forces, outcome))
-}
-
-/// Diagnosis of a solution.
-struct Outcome {
-    relative_residual: f64,
-    negative_pivots: usize,
-    locking: Option<LockingWarning>,
-}
-
-fn assess(
-    potential: &Body,
-    displacement: &[f64],
-    forces: &Forces,
-    Outcome { relative_residual, negative_pivots, locking }: Outcome,
-) -> SolutionReport {
-    let points = potential.points_per_cell;
-    let ratios = volume_ratios(potential, displacement);
-    let stretches = largest_stretches(potential, displacement);
-    let deformed = potential.volumes.iter().zip(&ratios).map(|(v, j)| v * j).sum();
+    let balance = balance.into();
+    let Solution { displacement, pressure, theta, .. } = solution;
+    let body = balance.body;
+    check_arrays(balance)?;
+    balance.check_theta(theta)?;
+    check_length(body.prescribed.len(), displacement)?;
+    check_length(balance.pressures(), pressure)?;
+    let forces = Forces::of(balance, solution);
+    let points = body.points_per_cell;
+    let ratios = volume_ratios(body, displacement);
+    let stretches = largest_stretches(body, displacement);
+    let deformed = body.volumes.iter().zip(&ratios).map(|(v, j)| v * j).sum();
     let rest = vec![0.0; displacement.len()];
-    let worst_shapes = |u: &[f64]| least(&mean_ratios(potential, u), MOST_WORST);
+    let worst_shapes = |u: &[f64]| least(&mean_ratios(body, u), MOST_WORST);
     let mut report = SolutionReport {
-        relative_residual,
+        relative_residual: relative(solution.residual, solution.force_scale),
         energy: forces.energy,
         strain_energy: forces.energy + forces.external_work,
         external_work: forces.external_work,
-        volume: [potential.volumes.iter().sum(), deformed],
+        volume: [body.volumes.iter().sum(), deformed],
         least_volume_ratios: least(&per_cell(&ratios, points, f64::min), MOST_WORST),
         largest_volume_ratio: largest(&per_cell(&ratios, points, f64::max)),
         largest_stretch: largest(&per_cell(&stretches, points, f64::max)),
         worst_reference_shapes: worst_shapes(&rest),
         worst_deformed_shapes: worst_shapes(displacement),
-        reactions: reaction::groups(potential, displacement, &forces.total),
+        reactions: reaction::groups(body, displacement, &forces.total),
         loads: forces.loads,
         elastic_supports: forces.elastic_supports,
         warnings: Vec::new(),
     };
-    report.warnings = warning::of(&report, negative_pivots);
-    report.warnings.extend(locking.map(Warning::Locking));
-    report
+    report.warnings = warning::of(&report, solution.negative_pivots);
+    report.warnings.extend(solution.locking.map(Warning::Locking));
+    Ok(report)
 }
 
 impl SolutionReport {
-    /// Sum of the forces of loads, supports and elastic supports \[stress·length²\]: rounding errors
-    /// and the residual, when the solution is an equilibrium.
+    /// Sum of the forces of loads, supports and elastic supports \[stress·length²\]; zero at an equilibrium, up to the
+    /// residual and rounding errors.
     pub fn imbalance(&self) -> [f64; 3] {
         let reaction = |i: usize| self.reactions.iter().map(|r| r.force[i]).sum::<f64>();
         [0, 1, 2].map(|i| self.loads[i] + self.elastic_supports[i] + reaction(i))

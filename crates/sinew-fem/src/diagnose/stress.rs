@@ -69,7 +69,7 @@ pub fn cell_stresses(
     displacement: &[f64],
     theta: &[f64],
 ) -> Result<Vec<CellStress>, SolveError> {
-    check_state(body, displacement, theta)?;
+    check_state(body.into(), displacement, theta)?;
     of_cells(body, displacement, theta, |_| 0.0)
 }
 

@@ -1,24 +1,26 @@
-//! Checks of what comes from outside.
+//! Checks of arguments.
 
 use crate::SolveError;
-use sinew_energy::{Body, ForceBalance, PressureField, PressureSurface};
+use crate::solve::balance::Balance;
+use sinew_energy::{Body, PressureField, PressureSurface};
 
 /// Checks that a displacement has one finite entry per degree of freedom.
 pub(crate) fn check_displacement(body: &Body, displacement: &[f64]) -> Result<(), SolveError> {
     check_length(body.prescribed.len(), displacement)
 }
 
-/// Checks that a displacement and θ are of a body, in this order: both are plain numbers, and only their lengths tell them apart.
+/// Checks the lengths of a displacement and θ, in this order; swapped arguments have an error of their own.
 pub(crate) fn check_state(
-    body: &Body,
+    balance: Balance<'_>,
     displacement: &[f64],
     theta: &[f64],
 ) -> Result<(), SolveError> {
+    let body = balance.body;
     let (entries, parameters) = (body.prescribed.len(), body.theta_len());
     if entries != parameters && displacement.len() == parameters && theta.len() == entries {
         return Err(SolveError::Swapped { entries, parameters });
     }
-    body.check_theta(theta)?;
+    balance.check_theta(theta)?;
     check_displacement(body, displacement)
 }
 
@@ -32,10 +34,8 @@ pub(crate) fn check_length(needed: usize, values: &[f64]) -> Result<(), SolveErr
 }
 
 /// The fields of a body and of its balance are public: checks that they fit each other.
-pub(crate) fn check_arrays(
-    potential: &Body,
-    balance: Option<&ForceBalance>,
-) -> Result<(), SolveError> {
+pub(crate) fn check_arrays(balance: Balance<'_>) -> Result<(), SolveError> {
+    let Balance { body: potential, whole: balance } = balance;
     let (cells, nodes) = (potential.cell_count(), potential.nodes);
     if cells == 0 {
         return Err(SolveError::EmptyMesh);

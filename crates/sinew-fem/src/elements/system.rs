@@ -1,4 +1,4 @@
-//! What Newton's method works on: the balance of forces of a body, with its derivatives where it was assembled last.
+//! The discrete system of Newton's method: the balance of forces of a body and its derivatives at the assembled state.
 
 use crate::diagnose::locking::locking_of;
 use crate::diagnose::rigid::check_supports;
@@ -11,8 +11,9 @@ use crate::elements::supports::place;
 use crate::linear::factor::Factor;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::norm;
+use crate::solve::balance::Balance;
 use crate::{LockingWarning, Proportions, SolveError};
-use sinew_energy::{Body, ForceBalance, PressureSurface, ThetaError};
+use sinew_energy::{Body, PressureSurface, ThetaError};
 use sinew_num::Mat3;
 use std::sync::{Arc, OnceLock};
 
@@ -44,8 +45,8 @@ pub(crate) struct Residual {
 /// The balance of a body with its derivatives.
 pub(crate) struct System<'p> {
     pub body: &'p Body,
-    /// Force balance that the body is a part of, where it has no potential.
-    balance: Option<&'p ForceBalance>,
+    /// Balance of forces that the body is a part of.
+    pub balance: Balance<'p>,
     pub sparsity: Arc<Sparsity>,
     pub assembly: Assembly,
     pub factor: Factor,
@@ -57,24 +58,16 @@ pub(crate) struct System<'p> {
 }
 
 impl<'p> System<'p> {
-    /// Prepares for a body with a potential.
-    pub(crate) fn new(body: &'p Body) -> Result<Self, SolveError> {
-        Self::prepare(body, None)
-    }
-
-    /// Prepares for a balance of forces.
-    pub(crate) fn balance(balance: &'p ForceBalance) -> Result<Self, SolveError> {
-        Self::prepare(&balance.body, Some(balance))
-    }
-
-    fn prepare(body: &'p Body, balance: Option<&'p ForceBalance>) -> Result<Self, SolveError> {
-        check_arrays(body, balance)?;
+    /// Prepares what is the same for all θ.
+    pub(crate) fn new(balance: Balance<'p>) -> Result<Self, SolveError> {
+        let Balance { body, whole } = balance;
+        check_arrays(balance)?;
         check_supports(body)?;
-        let surfaces = balance.map_or(&[][..], |balance| &balance.followers);
+        let surfaces = whole.map_or(&[][..], |whole| &whole.followers);
         let sparsity = Arc::new(Sparsity::new(body, surfaces));
         let factor = Factor::new(&sparsity)?;
         let assembly = Assembly::new(&sparsity, body.volumes.len(), body.prescribed.len());
-        let field = balance.and_then(|balance| balance.pressure_field.as_ref());
+        let field = whole.and_then(|whole| whole.pressure_field.as_ref());
         let coupling = field.map(|field| Coupling::new(body, field));
         let followers = Followers::new(surfaces);
         let proportions = Arc::default();
@@ -99,13 +92,11 @@ impl<'p> System<'p> {
         })
     }
 
-    /// System of a body of the same cells and supports with another shape at rest; it shares what is prepared.
-    pub(crate) fn like<'q>(
-        &self,
-        body: &'q Body,
-        balance: Option<&'q ForceBalance>,
-    ) -> Result<System<'q>, SolveError> {
-        let surfaces = balance.map_or(&[][..], |balance| &balance.followers);
+    /// System of a body with the same cells and supports but another reference configuration; it shares what is
+    /// prepared.
+    pub(crate) fn like<'q>(&self, balance: Balance<'q>) -> Result<System<'q>, SolveError> {
+        let Balance { body, whole } = balance;
+        let surfaces = whole.map_or(&[][..], |whole| &whole.followers);
         let (points, degrees_of_freedom) = (body.volumes.len(), body.prescribed.len());
         Ok(System {
             body,
@@ -121,13 +112,12 @@ impl<'p> System<'p> {
 
     /// Whether the balance is that of a potential's minima: no loose followers and no field of pressure.
     pub(crate) fn has_potential(&self) -> bool {
-        self.followers.surfaces.is_empty() && self.coupling.is_none()
+        self.balance.has_potential()
     }
 
     /// Checks that θ is one of the body, and of its followers.
     pub(crate) fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
-        self.balance
-            .map_or_else(|| self.body.check_theta(theta), |balance| balance.check_theta(theta))
+        self.balance.check_theta(theta)
     }
 
     /// Elements that are too stiff for the body.
@@ -138,7 +128,7 @@ impl<'p> System<'p> {
 
     /// Number of unknown pressures.
     pub(crate) fn pressures(&self) -> usize {
-        self.coupling.as_ref().map_or(0, |coupling| coupling.field.unknowns)
+        self.balance.pressures()
     }
 
     /// The reference configuration.
@@ -232,7 +222,8 @@ impl<'p> System<'p> {
         Ok(motion)
     }
 
-    /// Entries of θ that stress the body at rest and may be zero, such as an active tension: loads rather than stiffnesses.
+    /// Entries of θ that stress the body at rest and may be zero, such as active stress: they are loads, not
+    /// stiffnesses.
     pub(crate) fn stressing_entries(&self, theta: &[f64]) -> Vec<usize> {
         let stresses = |theta: &[f64]| {
             let parameters = self.body.law_parameters(theta);

@@ -1,15 +1,15 @@
-//! How an equilibrium moves with θ.
+//! Sensitivities of an equilibrium to θ.
 
 use crate::elements::check::check_displacement;
 use crate::elements::followers::Followers;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::dot;
-use crate::{BalanceSolution, BalanceSolver, Solution, SolveError, Solver};
+use crate::{Solution, SolveError, Solver};
 use sinew_energy::{Body, Magnitude, PressureSurface};
 use sinew_num::Mat3;
 
-/// Residual of a linear system beyond which its solution is no derivative [relative to its right-hand side]: iterations end at
-/// 1e-10, or where rounding errors stop them.
+/// Largest residual of a linear system whose solution counts as a derivative \[relative to its right-hand side\]:
+/// iterations end at 1e-10, or where rounding errors stop them.
 const MOST_LEFT: f64 = 1e-6;
 
 impl Solver<'_> {
@@ -21,9 +21,8 @@ impl Solver<'_> {
     /// # Errors
     /// A solution of another body, [`SolveError::Singular`], or [`SolveError::Inadmissible`] where derivatives overflow.
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
-        let Solution { displacement, theta, load_factor, .. } = solution;
-        self.check(displacement, theta)?;
-        self.system.sensitivity(&Unknowns::of(displacement), theta, *load_factor)
+        let at = self.checked(solution, &solution.theta)?;
+        self.system.sensitivity(&at, &solution.theta, solution.load_factor)
     }
 
     /// Sensitivities at a displacement \[length\] near to an equilibrium under the whole load, as if it were one.
@@ -40,8 +39,8 @@ impl Solver<'_> {
     }
 
     /// Derivative in each entry of θ of a quantity of interest whose derivative in the displacement is
-    /// `slope`: one linear system whatever the number of parameters (the adjoint method). What the quantity
-    /// depends on θ directly is to be added.
+    /// `slope`: one linear system whatever the number of parameters (the adjoint method). Add the quantity's direct
+    /// dependence on θ.
     ///
     /// # Errors
     /// A solution of another body, a slope that does not fit it, or [`SolveError::Singular`].
@@ -63,18 +62,6 @@ impl Solver<'_> {
             dot(&self.system.rate_by_theta(displacement, theta, *load_factor, &direction), &adjoint)
         };
         self.system.finite((0..theta.len()).map(entry).collect())
-    }
-}
-
-impl BalanceSolver<'_> {
-    /// Derivative of the displacement in each entry of θ, as [`Solver::sensitivity`], under the solution's fraction of the
-    /// loads.
-    ///
-    /// # Errors
-    /// As for [`Solver::sensitivity`].
-    pub fn sensitivity(&mut self, solution: &BalanceSolution) -> Result<Vec<Vec<f64>>, SolveError> {
-        let at = self.checked(solution, &solution.theta)?;
-        self.system.sensitivity(&at, &solution.theta, solution.load_factor)
     }
 }
 
@@ -112,7 +99,7 @@ impl System<'_> {
         direction: &[f64],
     ) -> Vec<f64> {
         let mut direction = direction.to_vec();
-        // Loads count as much as they are applied; so do none of the law's parameters.
+        // Loads are scaled by the load factor, parameters of the law are not.
         let law = self.body.law_parameters(theta).len();
         direction[law..].iter_mut().for_each(|d| *d *= load_factor);
         let followers = self.followers.surfaces;
@@ -177,7 +164,7 @@ fn force_change(
         let h = potential.displacement_gradient(point, displacement);
         potential.add_forces(point, &stress_change(point, &h), &mut forces);
     }
-    // A load is linear in its size, so its change is the load of the size's change.
+    // A load is linear in its magnitude, so its change is the load of the changed magnitude.
     let varies = |load: &&PressureSurface| matches!(load.magnitude, Magnitude::Theta(_));
     for pressure in potential.pressures.iter().filter(varies) {
         pressure.value_and_add_gradient(displacement, direction, &mut forces);

@@ -1,4 +1,4 @@
-//! What a solve returns.
+//! Result of a solve.
 
 use crate::elements::system::System;
 use crate::solve::search::Equilibrium;
@@ -6,33 +6,43 @@ use crate::{History, LockingWarning};
 use std::time::Instant;
 
 /// An equilibrium of a body.
+///
+/// Where there is no potential ([`Solution::has_potential`]), `energy` leaves out loose followers and the field of pressure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
     pub displacement: Vec<f64>,
+    /// The field of pressure at [`sinew_energy::PressureField::nodes`] \[stress\], compression negative; empty without one.
+    pub pressure: Vec<f64>,
     /// Total potential energy \[stress·length³\].
     pub energy: f64,
+    /// Whether the equilibrium is a stationary point of that energy.
+    pub has_potential: bool,
     /// Parameters of law and loads.
     pub theta: Vec<f64>,
-    /// Fraction of all loads and prescribed motions, 1 but on the way along a [`crate::Curve`].
+    /// Fraction of all loads and prescribed motions; 1 except along a [`crate::Curve`].
     pub load_factor: f64,
     /// Norm of the unbalanced nodal forces \[stress·length²\].
     pub residual: f64,
+    /// Norm of the residual of the volume constraint \[length³\].
+    pub volume_residual: f64,
     /// Norm of the loads and reactions \[stress·length²\], to compare the residual with.
     pub force_scale: f64,
     /// Least volume ratio J of all cells.
     pub least_volume_ratio: f64,
-    /// Number of negative eigenvalues of the last stiffness: 0 for a stable equilibrium.
+    /// Number of negative eigenvalues of the symmetric part of the last stiffness of the displacements: 0 for a stable equilibrium of a potential.
     pub negative_pivots: usize,
     /// Elements that are too stiff for this body, so that the displacement is too small.
     pub locking: Option<LockingWarning>,
-    /// Number of load steps, 1 when the whole load was taken at once; steps of softer bodies, by way of which a nearly incompressible one
-    /// is reached, count too, as their states do in the history.
+    /// Number of load steps, 1 if the whole load was applied at once; includes those of the softer bodies that lead to
+    /// a nearly incompressible one.
     pub load_steps: usize,
-    /// Whether an indefinite stiffness was met on the way: by load steps the body has snapped from one branch of equilibria to another; at
-    /// once, or from a state near it, the search may have passed equilibria that a rising load stops at, see
+    /// Whether the search met an indefinite stiffness. By load steps, the body has snapped to another branch of
+    /// equilibria. Otherwise the search may have passed the equilibrium of a rising load: see
     /// [`crate::Solver::under_rising_load`].
     pub jumped: bool,
+    /// Iterations of all linear systems; 0 with a potential, whose factor solves them.
+    pub linear_iterations: usize,
     /// All iterations.
     pub history: History,
     /// Wall-clock time of the solve \[s\].
@@ -50,17 +60,21 @@ impl Solution {
     ) -> Self {
         Self {
             displacement: found.unknowns.displacement,
+            pressure: found.unknowns.pressure,
             // The sum over all cells in one order, the same as every reader of the potential gets.
             energy: system.assembly.energy,
+            has_potential: system.has_potential(),
             theta: theta.to_vec(),
             load_factor: found.load_factor,
             residual: found.residual.force,
+            volume_residual: found.residual.volume,
             force_scale: found.force_scale,
             least_volume_ratio: found.least_volume_ratio,
             negative_pivots: found.negative_pivots,
             locking: system.locking(theta),
             load_steps,
             jumped: found.jumped,
+            linear_iterations: found.linear_iterations,
             history,
             seconds: start.elapsed().as_secs_f64(),
         }

@@ -1,23 +1,53 @@
-//! The solver of bodies with a potential: what is prepared once per body.
+//! The solver: what is prepared once per body.
 
 use crate::elements::assembly::PredictedStress;
-use crate::elements::check::check_state;
+use crate::elements::check::{check_length, check_state};
 use crate::elements::state::State;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::norm;
+use crate::solve::balance::Balance;
 use crate::solve::path::Path;
 use crate::solve::watch::{Log, Progress};
 use crate::{LoadSteps, Options, Solution, SolveError};
 use sinew_energy::Body;
 use std::time::Instant;
 
-/// Displacements of one equilibrium that two searches end at differ by less than this [relative to their norm]: both are accurate to rounding
-/// errors, which a stiffness of bad condition multiplies.
+/// Largest difference of two displacements of the same equilibrium [relative to their norm]: rounding errors, amplified
+/// by an ill-conditioned stiffness.
 const SAME: f64 = 1e-4;
 
 /// Finds equilibria of one body for any θ.
 ///
 /// Sparsity, ordering and symbolic factorisation are prepared once; the memory of the numbers is reused.
+///
+/// A [`Body`] has a potential, and its stiffness is factorised. A [`sinew_energy::ForceBalance`] may have none: Newton's method then solves the
+/// balance of forces, its linear systems by GMRES. The Cholesky factor of the symmetric part of the stiffness preconditions the displacements,
+/// the mass matrix of the pressures over the local moduli their Schur complement, so that 5–30 iterations do. Methods that need a potential
+/// return [`SolveError::NoPotential`] there.
+///
+/// ```
+/// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::Guccione};
+/// use sinew_fem::{Options, Solver};
+/// use sinew_mesh::box_tetrahedra;
+///
+/// // Problem 1 of Land et al. (2015) on a coarse mesh: a beam under pressure from below.
+/// let mesh = box_tetrahedra([10.0, 1.0, 1.0], [10, 1, 1]).quadratic();
+/// let law = Guccione.nearly_incompressible(3.0); // the field of pressure brings the rest
+/// let scene = Scene::new(mesh, law)
+///     .directions(vec![Guccione::frame([1.0, 0.0, 0.0]); 60])
+///     .parameter(Parameter::log("C", "kPa", 2.0..=2.0))
+///     .parameter(Parameter::log("b_f", "1", 8.0..=8.0))
+///     .parameter(Parameter::log("b_t", "1", 2.0..=2.0))
+///     .parameter(Parameter::log("b_fs", "1", 4.0..=4.0))
+///     .load(Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.004) })
+///     .support(Support::clamped("x_min"));
+/// let body = scene.lower_mixed()?;
+/// let solution = Solver::new(&body)?.solve(&[2.0, 8.0, 2.0, 4.0], &Options::default())?;
+/// let corner = scene.mesh.points.iter().position(|&x| x == [10.0, 0.0, 1.0]).unwrap();
+/// let z = 1.0 + solution.displacement[3 * corner + 2];
+/// assert!((z - 4.05).abs() < 0.1, "{z}"); // mm; 4.16 on fine meshes
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[doc(alias("Newton-Raphson", "Newton"))]
 pub struct Solver<'p> {
     pub(crate) system: System<'p>,
@@ -27,9 +57,9 @@ impl<'p> Solver<'p> {
     /// Prepares the solver.
     ///
     /// # Errors
-    /// A potential that is malformed or whose supports leave a part of the body free to move.
-    pub fn new(potential: &'p Body) -> Result<Self, SolveError> {
-        System::new(potential).map(|system| Self { system })
+    /// A body that is malformed or whose supports leave a part of it free to move.
+    pub fn new(balance: impl Into<Balance<'p>>) -> Result<Self, SolveError> {
+        System::new(balance.into()).map(|system| Self { system })
     }
 
     /// Another solver of the same body, for another thread; it shares what is prepared.
@@ -40,7 +70,7 @@ impl<'p> Solver<'p> {
         self.system.fresh().map(|system| Self { system })
     }
 
-    /// The body that is solved.
+    /// The body that is solved; of a balance of forces the part with a potential.
     pub fn body(&self) -> &'p Body {
         self.system.body
     }
@@ -50,13 +80,39 @@ impl<'p> Solver<'p> {
         self.system.sparsity.unknowns()
     }
 
+    /// Number of unknown pressures: 0 without such a field.
+    pub fn pressures(&self) -> usize {
+        self.system.pressures()
+    }
+
     /// Stored entries of the lower half of the stiffness and of its factor.
     pub fn stored_entries(&self) -> [usize; 2] {
         [self.system.sparsity.entries(), self.system.factor.entries()]
     }
 
+    /// Checks that there is a potential, and that a displacement and θ are of this body.
     pub(crate) fn check(&self, displacement: &[f64], theta: &[f64]) -> Result<(), SolveError> {
-        check_state(self.system.body, displacement, theta)
+        if !self.system.has_potential() {
+            return Err(SolveError::NoPotential);
+        }
+        check_state(self.system.balance, displacement, theta)
+    }
+
+    /// The unknowns at a displacement, without pressures, if it is one of this body.
+    pub(crate) fn at(&self, displacement: &[f64], theta: &[f64]) -> Result<Unknowns, SolveError> {
+        check_state(self.system.balance, displacement, theta)?;
+        Ok(Unknowns { displacement: displacement.to_vec(), ..self.system.rest() })
+    }
+
+    /// The unknowns of a solution, if it is one of this body.
+    pub(crate) fn checked(
+        &self,
+        solution: &Solution,
+        theta: &[f64],
+    ) -> Result<Unknowns, SolveError> {
+        let Solution { displacement, pressure, .. } = solution;
+        check_length(self.system.pressures(), pressure)?;
+        Ok(Unknowns { pressure: pressure.clone(), ..self.at(displacement, theta)? })
     }
 
     /// Assembles at a displacement that may come from anywhere; `predicted` as in [`crate::elements::assembly::Assembly::assemble`].
@@ -80,13 +136,14 @@ impl<'p> Solver<'p> {
     /// θ that makes no sense, or [`SolveError::NotConverged`].
     #[doc(alias("Newton-Raphson", "line search"))]
     pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution, SolveError> {
-        let rest = self.system.rest().displacement;
-        self.solve_from(&rest, theta, options)
+        let rest = self.system.rest();
+        self.solve_logged(rest, theta, options, Log::default())
     }
 
     /// The equilibrium for θ, starting from a displacement \[length\] that should be near it.
     ///
-    /// When the search from there fails, loads and prescribed motions are raised step by step from rest.
+    /// When the search from there fails, loads and prescribed motions are raised step by step from rest. A field of pressure begins at zero; see
+    /// [`Solver::solve_near`].
     ///
     /// # Errors
     /// As for [`Solver::solve`], and an initial displacement of the wrong length or that is not finite.
@@ -96,12 +153,27 @@ impl<'p> Solver<'p> {
         theta: &[f64],
         options: &Options,
     ) -> Result<Solution, SolveError> {
-        self.solve_logged(initial, theta, options, Log::default())
+        let from = self.at(initial, theta)?;
+        self.solve_logged(from, theta, options, Log::default())
     }
 
-    /// The equilibrium that the body comes to under loads and prescribed motions that rise slowly from rest, if it is another one than a
-    /// solution: of several stable equilibria the whole load at once may find one that a rising load does not lead to. Costs as much as a
-    /// solve by load steps.
+    /// The equilibrium for θ, starting from another one with its field of pressure; step by step from rest where that fails.
+    ///
+    /// # Errors
+    /// As for [`Solver::solve`], and a solution of another body.
+    pub fn solve_near(
+        &mut self,
+        near: &Solution,
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<Solution, SolveError> {
+        let from = self.checked(near, theta)?;
+        self.solve_logged(from, theta, options, Log::default())
+    }
+
+    /// The equilibrium under loads and prescribed motions that rise slowly from rest, if it differs from `solution`. Of
+    /// several stable equilibria, the whole load at once may find one that a rising load does not. Costs a solve by
+    /// load steps.
     ///
     /// # Errors
     /// As for [`Solver::solve`], and a solution of another body.
@@ -110,7 +182,7 @@ impl<'p> Solver<'p> {
         solution: &Solution,
         options: &Options,
     ) -> Result<Option<Solution>, SolveError> {
-        self.check(&solution.displacement, &solution.theta)?;
+        self.checked(solution, &solution.theta)?;
         let options = Options { load_steps: LoadSteps::Always, ..*options };
         let risen = self.solve(&solution.theta, &options)?;
         let apart = risen.displacement.iter().zip(&solution.displacement).map(|(a, b)| a - b);
@@ -136,21 +208,20 @@ impl<'p> Solver<'p> {
         options: &Options,
         watch: &mut impl FnMut(&Progress<'_>),
     ) -> Result<Solution, SolveError> {
-        let rest = self.system.rest().displacement;
-        self.solve_logged(&rest, theta, options, Log::watched(watch))
+        let rest = self.system.rest();
+        self.solve_logged(rest, theta, options, Log::watched(watch))
     }
 
     fn solve_logged(
         &mut self,
-        initial: &[f64],
+        from: Unknowns,
         theta: &[f64],
         options: &Options,
         mut history: Log<'_>,
     ) -> Result<Solution, SolveError> {
         let start = Instant::now();
-        self.check(initial, theta)?;
-        let path = Path::to_load(&mut self.system, theta, options);
-        let found = path.run(Unknowns::of(initial), &mut history)?;
+        self.system.check_theta(theta)?;
+        let found = Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
         Ok(Solution::new(&self.system, found, theta, history.take(), start))
     }
 }

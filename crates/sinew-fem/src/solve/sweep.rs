@@ -2,31 +2,34 @@
 
 use crate::solve::frozen_tangent::Potential;
 use crate::solve::order::neighbours;
-use crate::{BalanceSolution, BalanceSolver, LoadSteps, Options, Solution, SolveError, Solver};
+use crate::{Balance, LoadSteps, Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
-use sinew_energy::{Body, ForceBalance};
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use thiserror::Error;
 
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
 /// else, so results do not depend on the number of threads.
 pub const CHAIN: usize = 25;
 
-/// Part of the way to the next θ over which the change of forces is differenced: exact for laws linear in θ,
-/// small enough for the others, and ten times cheaper than [`Solver::sensitivity`] for a mere guess.
+/// Difference step \[relative to the change of θ\] of the forces: exact for laws linear in θ, small enough for the
+/// others, and ten times cheaper than [`Solver::sensitivity`], as only a guess is needed.
 const DIFFERENCE: f64 = 1e-2;
 
-/// Quasi-Newton steps with the predecessor's stiffness before the first of Newton's own, and unbalanced forces \[relative\] that end them:
-/// beams then take 2.3 factorisations for 3.8 and ventricles 3.5 for 5.5, and a quarter less time; twice as many steps gain no more.
+/// Quasi-Newton steps with the predecessor's stiffness before Newton's method, and the relative residual that ends
+/// them. Beams take 2.3 factorisations instead of 3.8, ventricles 3.5 instead of 5.5, in a quarter less time. Twice as
+/// many steps gain no more.
 const STEPS: usize = 8;
 const ENOUGH: f64 = 1e-6;
 
 /// The outcome of a sweep.
 #[derive(Clone, Debug)]
-pub struct Sweep<S = Solution> {
+pub struct Sweep {
     /// The samples.
     pub thetas: Vec<Vec<f64>>,
     /// One result per θ, in the order they were given.
-    pub results: Vec<Result<S, SolveError>>,
+    pub results: Vec<Result<Solution, SolveError>>,
 }
 
 /// A sweep in which samples failed.
@@ -48,12 +51,12 @@ pub struct SweepError {
     pub source: SolveError,
 }
 
-impl<S> Sweep<S> {
+impl Sweep {
     /// All solutions.
     ///
     /// # Errors
     /// The first failure; [`Sweep::results`] still holds what succeeded.
-    pub fn solutions(&self) -> Result<Vec<&S>, SweepError> {
+    pub fn solutions(&self) -> Result<Vec<&Solution>, SweepError> {
         let failures = self.results.iter().enumerate();
         let mut failures = failures.filter_map(|(i, r)| r.as_ref().err().map(|e| (i, e)));
         let Some((index, source)) = failures.next() else {
@@ -67,11 +70,9 @@ impl<S> Sweep<S> {
             source: source.clone(),
         })
     }
-}
 
-impl Sweep {
-    /// Indices of the solutions whose search met an indefinite stiffness though it began near another sample's: the body may have several stable
-    /// equilibria, and neighbours may be on different branches of them. [`Solver::under_rising_load`] tells. Costs nothing.
+    /// Indices of the solutions whose search met an indefinite stiffness: neighbouring samples may be on different
+    /// branches of stable equilibria. Check them by [`Solver::under_rising_load`].
     pub fn jumped(&self) -> Vec<usize> {
         let jumped = |result: &Result<Solution, _>| result.as_ref().is_ok_and(|s| s.jumped);
         self.results.iter().enumerate().filter(|(_, r)| jumped(r)).map(|(index, _)| index).collect()
@@ -87,81 +88,88 @@ impl Sweep {
 /// # Errors
 /// A body that cannot be solved for any θ, see [`Solver::new`]; failures of single samples are in the results.
 #[doc(alias = "parameter study")]
-pub fn sweep(
-    potential: &Body,
+pub fn sweep<'p>(
+    balance: impl Into<Balance<'p>>,
     thetas: &[Vec<f64>],
     options: &Options,
     progress: impl Fn() + Sync,
 ) -> Result<Sweep, SolveError> {
-    let solver = Solver::new(potential)?;
-    chained(
-        thetas,
-        || solver.fresh(),
-        |solver, near: Option<&Solution>, theta| match near {
-            Some(near) => solver.solve_near(near, theta, options),
-            None => solver.solve(theta, options),
-        },
-        progress,
-    )
+    let found = Mutex::new(Vec::with_capacity(thetas.len()));
+    resume_sweep(balance, thetas, &[], options, |index, result| {
+        found.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
+        progress();
+        ControlFlow::Continue(())
+    })?;
+    let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+    found.sort_by_key(|&(index, _)| index);
+    let results = found.into_iter().map(|(_, result)| result).collect();
+    Ok(Sweep { thetas: thetas.to_vec(), results })
 }
 
-/// Sweep of a balance of forces: incompressible bodies, and pressures on surfaces with a loose rim. Within a chain each solve starts
-/// from its predecessor's solution.
+/// Earlier result of a sample, from a sweep that was stopped.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Earlier {
+    /// Displacement of its equilibrium, node by node \[length\].
+    Solved(Vec<f64>),
+    /// There was no equilibrium.
+    Failed,
+}
+
+/// [`sweep`] that can be stopped and resumed. Samples in `earlier`, by index, are left out. Chains start again from them, so that the
+/// other results agree with an uninterrupted sweep to the solver's rounding, and to the bit without earlier ones.
+///
+/// `each` receives every result with its index, on the thread that found it; a break ends all chains after the current solves.
 ///
 /// # Errors
-/// A balance that cannot be solved for any θ, see [`BalanceSolver::new`]; failures of single samples are in the results.
-pub fn sweep_balances(
-    balance: &ForceBalance,
+/// A body that cannot be solved for any θ, see [`Solver::new`].
+pub fn resume_sweep<'p>(
+    balance: impl Into<Balance<'p>>,
     thetas: &[Vec<f64>],
+    earlier: &[Option<Earlier>],
     options: &Options,
-    progress: impl Fn() + Sync,
-) -> Result<Sweep<BalanceSolution>, SolveError> {
-    let solver = BalanceSolver::new(balance)?;
-    chained(
-        thetas,
-        || solver.fresh(),
-        |solver, near: Option<&BalanceSolution>, theta| match near {
-            Some(near) => solver.solve_from(near, theta, options),
-            None => solver.solve(theta, options),
-        },
-        progress,
-    )
-}
-
-/// Solves in chains of neighbours, each chain by a solver of its own.
-fn chained<W, S: Clone + Send>(
-    thetas: &[Vec<f64>],
-    fresh: impl Fn() -> Result<W, SolveError> + Sync,
-    solve: impl Fn(&mut W, Option<&S>, &[f64]) -> Result<S, SolveError> + Sync,
-    progress: impl Fn() + Sync,
-) -> Result<Sweep<S>, SolveError> {
-    let path = neighbours(thetas);
-    let solve_chain = |chain: &[usize]| -> Result<Vec<_>, SolveError> {
-        let (mut solver, mut last) = (fresh()?, None::<S>);
-        let mut results = Vec::with_capacity(chain.len());
+    each: impl Fn(usize, Result<Solution, SolveError>) -> ControlFlow<()> + Sync,
+) -> Result<(), SolveError> {
+    let solver = Solver::new(balance)?;
+    let (path, stopped) = (neighbours(thetas), AtomicBool::new(false));
+    let solve_chain = |chain: &[usize]| -> Result<(), SolveError> {
+        let (mut solver, mut last, mut before) = (solver.fresh()?, None::<Solution>, None);
         for &index in chain {
-            let result = solve(&mut solver, last.as_ref(), &thetas[index]);
+            if let Some(Some(known)) = earlier.get(index) {
+                (last, before) = (None, Some((index, known)));
+                continue;
+            }
+            if stopped.load(Ordering::Relaxed) {
+                break;
+            }
+            if let Some((index, Earlier::Solved(displacement))) = before.take() {
+                // Its factor is needed again.
+                last = solver.solve_from(displacement, &thetas[index], options).ok();
+            }
+            let result = match &last {
+                Some(near) => solver.solve_neighbour(near, &thetas[index], options),
+                None => solver.solve(&thetas[index], options),
+            };
             last = result.as_ref().ok().cloned();
-            results.push((index, result));
-            progress();
+            if each(index, result).is_break() {
+                stopped.store(true, Ordering::Relaxed);
+            }
         }
-        Ok(results)
+        Ok(())
     };
-    let chains: Result<Vec<_>, _> = path.par_chunks(CHAIN).map(solve_chain).collect();
-    let mut results: Vec<_> = chains?.into_iter().flatten().collect();
-    results.sort_by_key(|&(index, _)| index);
-    let results = results.into_iter().map(|(_, result)| result).collect();
-    Ok(Sweep { thetas: thetas.to_vec(), results })
+    path.par_chunks(CHAIN).try_for_each(solve_chain)
 }
 
 impl Solver<'_> {
     /// The equilibrium for θ from the one this solver found last, moved along its derivative in θ.
-    fn solve_near(
+    fn solve_neighbour(
         &mut self,
         near: &Solution,
         theta: &[f64],
         options: &Options,
     ) -> Result<Solution, SolveError> {
+        if !near.has_potential {
+            return self.solve_near(near, theta, options);
+        }
         self.body().check_theta(theta)?;
         let Solution { displacement, theta: from, .. } = near;
         if !near.is_stable() || options.load_steps == LoadSteps::Always {
@@ -181,7 +189,6 @@ impl Solver<'_> {
         // The last factor belongs to the iterate before the last: near enough for a guess.
         let mut guess = displacement.clone();
         self.system.add_newton_step(&forces, &mut guess);
-        // A guess that cannot be had is the last equilibrium itself.
         if !guess.iter().all(|u| u.is_finite()) {
             guess.clone_from(displacement);
         }

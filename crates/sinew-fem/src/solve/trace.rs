@@ -1,33 +1,30 @@
-//! Equilibria at given parameters in their order, each from the one before: what a body does while a load rises.
+//! Equilibria at a sequence of parameters, each from the one before, as under a rising load.
 
-use crate::{BalanceSolution, BalanceSolver, LoadSteps, Options, Solution, SolveError, Solver};
+use crate::{LoadSteps, Options, Solution, SolveError, Solver};
 use sinew_energy::Body;
 
-/// Most times that the way from one θ to the next is halved before the path counts as ended: the end is known to a thousandth of that way.
+/// Most halvings of the step between two θ before the path ends: its end is known to a thousandth of that step.
 const MOST_HALVINGS: usize = 10;
 
 /// Equilibria along a path, as far as it goes.
 #[derive(Clone, Debug)]
-pub struct Trace<S = Solution> {
-    /// Equilibria at the first of the parameters that were asked for, in their order.
-    pub solutions: Vec<S>,
-    /// Why there are no more, if there are not as many as were asked for.
+pub struct Trace {
+    /// Equilibria up to the end of the path, in the order of the given parameters.
+    pub solutions: Vec<Solution>,
+    /// End of the path, if it was before the last θ.
     pub end: Option<TraceEnd>,
 }
 
 /// End of a path before the last θ: at a limit point, a bifurcation, or where nothing is found.
 #[derive(Clone, Debug)]
 pub struct TraceEnd {
-    /// Last parameters that have an equilibrium of the path.
+    /// Last parameters with an equilibrium on the path.
     pub reached: Vec<f64>,
-    /// Nearest parameters beyond, that have none.
+    /// Nearest parameters without an equilibrium on the path.
     pub beyond: Vec<f64>,
     /// Error of the solver there; `None` where it found an equilibrium on another branch only.
     pub error: Option<SolveError>,
 }
-
-/// Solves for a θ from another equilibrium, or from rest.
-type Solve<'a, S> = dyn FnMut(Option<&S>, &[f64]) -> Result<S, SolveError> + 'a;
 
 /// Largest change of the displacement per change of θ, relative to that of the step before, that counts as the same branch. Towards a limit point
 /// it grows as the inverse root of the distance: 2.4-fold from one step to the next of its length, 4-fold to one of an eighth.
@@ -36,7 +33,7 @@ const GROWTH: f64 = 4.0;
 /// Change of the displacement from one θ to the next [relative to the body's extent] below which nothing has snapped.
 const NO_SNAP: f64 = 1e-3;
 
-/// First part of the way to the second θ, which the change of the displacement is measured over.
+/// Part of the first step over which the first rate is measured.
 const PROBE: f64 = 1.0 / 64.0;
 
 impl Solver<'_> {
@@ -74,63 +71,19 @@ impl Solver<'_> {
         thetas.iter().try_for_each(|theta| self.system.check_theta(theta))?;
         let (risen, near) = both(options);
         let least = NO_SNAP * extent(self.system.body);
-        let mut solve = |from: Option<&Solution>, theta: &[f64]| match from {
-            Some(from) => self.solve_from(&from.displacement, theta, &near),
-            None => self.solve(theta, &risen),
+        let Some(first) = thetas.first() else {
+            return Err(SolveError::Line { problem: "it has no point" });
         };
-        let last = first(&mut solve, thetas)?;
-        let branch = |solution: &Solution| !solution.jumped && solution.is_stable();
-        let displacement = |solution: &Solution| solution.displacement.clone();
-        Follower { solve: &mut solve, displacement, branch, last, rate: least, least }
-            .follow(thetas, progress)
+        let last = self.solve(first, &risen)?;
+        Follower { solver: self, options: near, last, rate: least, least }.follow(thetas, progress)
     }
 }
 
-impl BalanceSolver<'_> {
-    /// As [`Solver::trace`].
-    ///
-    /// # Errors
-    /// As [`Solver::trace`].
-    pub fn trace(
-        &mut self,
-        thetas: &[Vec<f64>],
-        options: &Options,
-        progress: impl FnMut(),
-    ) -> Result<Trace<BalanceSolution>, SolveError> {
-        thetas.iter().try_for_each(|theta| self.system.check_theta(theta))?;
-        let (risen, near) = both(options);
-        let least = NO_SNAP * extent(self.system.body);
-        let mut solve = |from: Option<&BalanceSolution>, theta: &[f64]| match from {
-            Some(from) => self.solve_from(from, theta, &near),
-            None => self.solve(theta, &risen),
-        };
-        let last = first(&mut solve, thetas)?;
-        let displacement = |solution: &BalanceSolution| solution.displacement.clone();
-        Follower {
-            solve: &mut solve,
-            displacement,
-            branch: |_: &BalanceSolution| true,
-            last,
-            rate: least,
-            least,
-        }
-        .follow(thetas, progress)
-    }
-}
-
-/// Options of the first solve, and of those from a neighbour, which end where they would start again from rest.
+/// Options of the first solve, and of those from a neighbour, which never restart from rest.
 fn both(options: &Options) -> (Options, Options) {
     let iterations = options.iterations_per_load.min(options.iterations);
     let near = Options { load_steps: LoadSteps::WhenNeeded, iterations, ..*options };
     (Options { load_steps: LoadSteps::Always, ..*options }, near)
-}
-
-/// The equilibrium at the first θ.
-fn first<S>(solve: &mut Solve<'_, S>, thetas: &[Vec<f64>]) -> Result<S, SolveError> {
-    let Some(first) = thetas.first() else {
-        return Err(SolveError::Line { problem: "it has no point" });
-    };
-    solve(None, first)
 }
 
 /// Longest edge of the box around a body \[length\].
@@ -142,30 +95,28 @@ fn extent(body: &Body) -> f64 {
     (0..3).map(edge).fold(0.0, f64::max)
 }
 
-/// An equilibrium on its way.
-struct Follower<'a, S, D, B> {
-    solve: &'a mut Solve<'a, S>,
-    displacement: D,
-    /// Whether nothing says that an equilibrium is on another branch.
-    branch: B,
-    last: S,
+/// State of a trace.
+struct Follower<'a, 'p> {
+    solver: &'a mut Solver<'p>,
+    options: Options,
+    last: Solution,
     /// Largest change of a component of the displacement over the last step, per way from one θ to the next \[length\].
     rate: f64,
-    /// Least rate that says something.
+    /// Least rate for the test of the branch \[length\].
     least: f64,
 }
 
-impl<S: Clone, D: Fn(&S) -> Vec<f64>, B: Fn(&S) -> bool> Follower<'_, S, D, B> {
+impl Follower<'_, '_> {
     fn follow(
         mut self,
         thetas: &[Vec<f64>],
         mut progress: impl FnMut(),
-    ) -> Result<Trace<S>, SolveError> {
+    ) -> Result<Trace, SolveError> {
         let mut solutions = vec![self.last.clone()];
         progress();
         if let [from, to, ..] = thetas {
             // Where even this is not found, the way is halved further.
-            if let Ok(found) = (self.solve)(Some(&self.last), &between(from, to, PROBE)) {
+            if let Ok(found) = self.next(&between(from, to, PROBE)) {
                 self.rate = self.moved(&found) / PROBE;
             }
         }
@@ -180,22 +131,27 @@ impl<S: Clone, D: Fn(&S) -> Vec<f64>, B: Fn(&S) -> bool> Follower<'_, S, D, B> {
     }
 
     /// Largest change of a component of the displacement from the last equilibrium \[length\].
-    fn moved(&self, to: &S) -> f64 {
-        let [from, to] = [&self.last, to].map(&self.displacement);
-        from.iter().zip(&to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max)
+    fn moved(&self, to: &Solution) -> f64 {
+        let [from, to] = [&self.last, to].map(|solution| &solution.displacement);
+        from.iter().zip(to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max)
     }
 
-    /// Goes to the end of a way, which is a part of that from one θ to the next.
+    /// The equilibrium for θ from the last one.
+    fn next(&mut self, theta: &[f64]) -> Result<Solution, SolveError> {
+        self.solver.solve_near(&self.last, theta, &self.options)
+    }
+
+    /// Goes from one θ to another, `part` of a whole step.
     fn advance(
         &mut self,
         [from, to]: [&[f64]; 2],
         part: f64,
         halvings: usize,
     ) -> Result<(), TraceEnd> {
-        let error = match (self.solve)(Some(&self.last), to) {
+        let error = match self.next(to) {
             Ok(found) => {
                 let rate = self.moved(&found) / part;
-                if (self.branch)(&found) && rate <= GROWTH * self.rate.max(self.least) {
+                if same_branch(&found) && rate <= GROWTH * self.rate.max(self.least) {
                     (self.last, self.rate) = (found, rate);
                     return Ok(());
                 }
@@ -210,6 +166,11 @@ impl<S: Clone, D: Fn(&S) -> Vec<f64>, B: Fn(&S) -> bool> Follower<'_, S, D, B> {
         self.advance([from, &half], 0.5 * part, halvings - 1)?;
         self.advance([&half, to], 0.5 * part, halvings - 1)
     }
+}
+
+/// Whether an equilibrium seems to be on the same branch.
+fn same_branch(found: &Solution) -> bool {
+    !found.has_potential || !found.jumped && found.is_stable()
 }
 
 fn between(from: &[f64], to: &[f64], part: f64) -> Vec<f64> {

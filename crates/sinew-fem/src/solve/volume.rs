@@ -2,7 +2,7 @@
 
 use crate::solve::path::{Along, Path};
 use crate::solve::watch::Log;
-use crate::{BalanceSolution, BalanceSolver, Options, SolveError};
+use crate::{Options, Solution, SolveError, Solver};
 use sinew_energy::{Magnitude, PressureSurface};
 use std::time::Instant;
 
@@ -12,10 +12,10 @@ pub struct VolumeStep {
     /// Volume that the loaded surface has swept along the pressure \[length³\].
     pub swept: f64,
     /// The equilibrium; its load factor is what the volume takes.
-    pub solution: BalanceSolution,
+    pub solution: Solution,
 }
 
-impl BalanceSolver<'_> {
+impl Solver<'_> {
     /// Equilibria at which the first pressure's surface has swept the given volumes \[length³\] one after the
     /// other; all loads are scaled by one unknown factor. Passes limit points, where the load that a body
     /// bears has a maximum.
@@ -42,7 +42,7 @@ impl BalanceSolver<'_> {
             let (start, mut history) = (Instant::now(), Log::default());
             let found = path.follow(swept, swept - reached, &mut history)?;
             let history = history.take();
-            let solution = BalanceSolution::new(path.system, found, theta, history, start);
+            let solution = Solution::new(path.system, found, theta, history, start);
             trace.push(VolumeStep { swept, solution });
             reached = swept;
         }

@@ -56,8 +56,10 @@ impl<'p> Image<'p> {
 impl Image<'_> {
     /// The system of a body at rest.
     pub(super) fn system_of<'q>(&self, rest: &'q ForceBalance) -> Result<System<'q>, SolveError> {
-        let balance = (!self.system.has_potential()).then_some(rest);
-        self.system.like(&rest.body, balance)
+        self.system.like(match self.system.has_potential() {
+            true => (&rest.body).into(),
+            false => rest.into(),
+        })
     }
 
     /// The body at rest; `None` where a cell is inverted.

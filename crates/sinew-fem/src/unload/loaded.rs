@@ -7,7 +7,7 @@ use crate::elements::check::check_displacement;
 use crate::elements::system::Unknowns;
 use crate::solve::path::Path;
 use crate::solve::watch::Log;
-use crate::{BalanceSolution, Options, SolveError};
+use crate::{Options, Solution, SolveError};
 use sinew_energy::ForceBalance;
 use std::time::Instant;
 
@@ -22,7 +22,7 @@ impl Image<'_> {
         near: &[f64],
         theta: &[f64],
         options: &Options,
-    ) -> Result<BalanceSolution, SolveError> {
+    ) -> Result<Solution, SolveError> {
         let start = Instant::now();
         let mut system = self.system_of(rest)?;
         system.check_theta(theta)?;
@@ -30,18 +30,18 @@ impl Image<'_> {
         let mut history = Log::default();
         let path = Path::to_load(&mut system, theta, options);
         let found = path.run(Unknowns::of(near), &mut history)?;
-        Ok(BalanceSolution::new(&system, found, theta, history.take(), start))
+        Ok(Solution::new(&system, found, theta, history.take(), start))
     }
 
     /// Changes of the places of a state along directions in θ and in the positions at rest; see [`super::Unload::loaded_slopes`].
     pub(super) fn loaded_slopes(
         &self,
         rest: &ForceBalance,
-        state: &BalanceSolution,
+        state: &Solution,
         theta_directions: &[Vec<f64>],
         rest_directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {
-        let BalanceSolution { displacement, theta, .. } = state;
+        let Solution { displacement, theta, .. } = state;
         let mut system = self.system_of(rest)?;
         system.check_theta(theta).map_err(SolveError::from)?;
         check_displacement(system.body, displacement)?;
@@ -71,7 +71,7 @@ impl Image<'_> {
     fn forces_by_rest(
         &self,
         rest: &ForceBalance,
-        state: &BalanceSolution,
+        state: &Solution,
         directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {
         if directions.is_empty() {

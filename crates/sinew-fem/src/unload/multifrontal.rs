@@ -1,7 +1,8 @@
 //! Factors of matrices that are not symmetric but have entries in symmetric places: the multifrontal method.
 //!
 //! I. S. Duff, J. K. Reid, ACM Trans. Math. Software 9 (1983). Columns of one structure are eliminated together in a dense front,
-//! with partial pivoting among their rows; what is left of the front is added to that of the parent. The order is that of the
+//! with partial pivoting among their rows; the Schur complement is added to the front of the parent. The order is that
+//! of the
 //! stiffness, so that fill is that of its Cholesky factor.
 
 use crate::linear::sparsity::Sparsity;
@@ -9,10 +10,11 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::prelude::IntoConst;
+use faer::{Accum, Mat, Par};
 use std::sync::Arc;
 
-/// Columns that join those of their parent although the front grows, by at most this part of its entries.
+/// Largest growth of a front when a column joins it \[relative to its entries\].
 const PADDING: f64 = 0.2;
 
 /// Values of an unsymmetric matrix in the places of a [`Sparsity`], with one more slot each for what is prescribed.
@@ -56,7 +58,7 @@ struct Front {
     children: Vec<usize>,
 }
 
-/// Numbers of a front: `P A₁₁ = L U`, `A₂₁ U⁻¹` and `L⁻¹ P A₁₂`.
+/// Numbers of a front: `P A₁₁ = L U`, `A₂₁ U⁻¹` and the transpose of `L⁻¹ P A₁₂`.
 #[derive(Debug)]
 struct Block {
     triangles: Mat<f64>,
@@ -69,7 +71,7 @@ struct Block {
 #[derive(Debug)]
 pub(super) struct Multifrontal {
     fronts: Arc<Vec<Front>>,
-    blocks: Vec<Block>,
+    blocks: Arc<Vec<Block>>,
 }
 
 impl Multifrontal {
@@ -108,12 +110,12 @@ impl Multifrontal {
                 waiting[parent].push(at);
             }
         }
-        Self { fronts: Arc::new(in_order(fronts)), blocks: Vec::new() }
+        Self { fronts: Arc::new(in_order(fronts)), blocks: Arc::default() }
     }
 
-    /// Another one of the same sparsity, with nothing factorised.
+    /// Another one, which shares what was factorised last until it factorises itself.
     pub(super) fn fresh(&self) -> Self {
-        Self { fronts: self.fronts.clone(), blocks: Vec::new() }
+        Self { fronts: self.fronts.clone(), blocks: self.blocks.clone() }
     }
 
     /// Whether something was factorised.
@@ -123,7 +125,9 @@ impl Multifrontal {
 
     /// Factorises; false where a pivot vanishes or is not finite.
     pub(super) fn factorise(&mut self, sparsity: &Sparsity, entries: &Entries) -> bool {
-        self.blocks.clear();
+        self.blocks = Arc::default();
+        let mut blocks = Vec::with_capacity(self.fronts.len());
+        // Fronts whose eliminated part is done with.
         let mut left: Vec<Option<Mat<f64>>> = Vec::with_capacity(self.fronts.len());
         let mut local = vec![usize::MAX; sparsity.unknowns()];
         for front in self.fronts.iter() {
@@ -132,41 +136,74 @@ impl Multifrontal {
             scatter(sparsity, entries, front, &local, &mut dense);
             for &child in &front.children {
                 let Some(part) = left[child].take() else { continue };
-                let rows = &self.fronts[child].rows[self.fronts[child].eliminated..];
+                let Front { rows, eliminated, .. } = &self.fronts[child];
+                let rows = &rows[*eliminated..];
                 for (j, &column) in rows.iter().enumerate() {
                     let to = dense.col_as_slice_mut(local[column]);
-                    let from = part.col_as_slice(j);
+                    let from = &part.col_as_slice(eliminated + j)[*eliminated..];
                     rows.iter().zip(from).for_each(|(&row, value)| to[local[row]] += value);
                 }
             }
-            let Some((block, rest)) = eliminate(dense, front.eliminated) else { return false };
-            self.blocks.push(block);
-            left.push(Some(rest));
+            let Some(block) = eliminate(&mut dense, front.eliminated) else { return false };
+            blocks.push(block);
+            left.push(Some(dense));
         }
+        self.blocks = Arc::new(blocks);
         true
     }
 
     /// Overwrites a right-hand side with the solution of the last factorised system.
     pub(super) fn solve(&self, right: &mut [f64]) {
-        let fronts = || self.fronts.iter().zip(&self.blocks);
+        let fronts = || self.fronts.iter().zip(&*self.blocks);
+        let (mut own, mut rest) = (Vec::new(), Vec::new());
         for (front, block) in fronts() {
-            let (own, rest) = front.rows.split_at(front.eliminated);
-            let mut values = Mat::from_fn(own.len(), 1, |i, _| right[own[block.order[i]]]);
-            let lower = block.triangles.as_ref();
-            triangular::solve_unit_lower_triangular_in_place(lower, values.as_mut(), Par::Seq);
-            own.iter().enumerate().for_each(|(i, &row)| right[row] = values[(i, 0)]);
-            subtract(&block.below, values.as_ref(), |i, value| right[rest[i]] -= value);
+            let (eliminated, others) = front.rows.split_at(front.eliminated);
+            own.clear();
+            own.extend(block.order.iter().map(|&at| right[eliminated[at]]));
+            rest.clear();
+            rest.resize(others.len(), 0.0);
+            for at in 0..own.len() {
+                let value = own[at];
+                add(&mut own[at + 1..], -value, &block.triangles.col_as_slice(at)[at + 1..]);
+                add(&mut rest, value, block.below.col_as_slice(at));
+            }
+            eliminated.iter().zip(&own).for_each(|(&row, value)| right[row] = *value);
+            others.iter().zip(&rest).for_each(|(&row, value)| right[row] -= value);
         }
         for (front, block) in fronts().rev() {
-            let (own, rest) = front.rows.split_at(front.eliminated);
-            let known = Mat::from_fn(rest.len(), 1, |i, _| right[rest[i]]);
-            let mut values = Mat::from_fn(own.len(), 1, |i, _| right[own[i]]);
-            subtract(&block.right, known.as_ref(), |i, value| values[(i, 0)] -= value);
-            let upper = block.triangles.as_ref();
-            triangular::solve_upper_triangular_in_place(upper, values.as_mut(), Par::Seq);
-            own.iter().enumerate().for_each(|(i, &row)| right[row] = values[(i, 0)]);
+            let (eliminated, others) = front.rows.split_at(front.eliminated);
+            rest.clear();
+            rest.extend(others.iter().map(|&row| right[row]));
+            own.clear();
+            let columns = eliminated.iter().enumerate();
+            own.extend(
+                columns.map(|(at, &row)| right[row] - dot(&rest, block.right.col_as_slice(at))),
+            );
+            for at in (0..own.len()).rev() {
+                let column = block.triangles.col_as_slice(at);
+                let value = own[at] / column[at];
+                own[at] = value;
+                add(&mut own[..at], -value, &column[..at]);
+            }
+            eliminated.iter().zip(&own).for_each(|(&row, value)| right[row] = *value);
         }
     }
+}
+
+/// Product of two vectors, in sums that a processor takes at once.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        (0..8).for_each(|i| sums[i] += a[i] * b[i]);
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Adds a multiple of a vector.
+fn add(to: &mut [f64], factor: f64, from: &[f64]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from);
 }
 
 /// Whether a column of some structure joins the front of a child: it follows that front's columns, and adds few entries.
@@ -202,26 +239,26 @@ fn scatter(
 ) {
     let (starts, rows) = (sparsity.pattern.col_ptr(), sparsity.pattern.row_idx());
     for (at, &column) in front.rows[..front.eliminated].iter().enumerate() {
-        for slot in starts[column]..starts[column + 1] {
+        let range = starts[column]..starts[column + 1];
+        let lower = dense.col_as_slice_mut(at);
+        range.clone().for_each(|slot| lower[local[rows[slot]]] += entries.lower[slot]);
+        for slot in range {
             let row = local[rows[slot]];
-            dense[(row, at)] += entries.lower[slot];
             if row != at {
-                dense[(at, row)] += entries.upper[slot];
+                dense.col_as_slice_mut(row)[at] += entries.upper[slot];
             }
         }
     }
 }
 
-/// Eliminates the first unknowns of a front; the rest is for the parent.
-fn eliminate(mut dense: Mat<f64>, count: usize) -> Option<(Block, Mat<f64>)> {
+/// Eliminates the first unknowns of a front; the rest of it is for the parent.
+fn eliminate(dense: &mut Mat<f64>, count: usize) -> Option<Block> {
     let (mut order, mut inverse) = (vec![0; count], vec![0; count]);
-    let mut memory = MemBuffer::new(lu_in_place_scratch::<usize, f64>(
-        count,
-        count,
-        Par::Seq,
-        Default::default(),
-    ));
+    let scratch = lu_in_place_scratch::<usize, f64>(count, count, Par::Seq, Default::default());
+    let mut memory = MemBuffer::new(scratch);
+    let size = dense.nrows();
     let (mut own, right, mut below, rest) = dense.as_mut().split_at_mut(count, count);
+    let right = right.into_const();
     lu_in_place(
         own.as_mut(),
         &mut order,
@@ -235,23 +272,17 @@ fn eliminate(mut dense: Mat<f64>, count: usize) -> Option<(Block, Mat<f64>)> {
         return None;
     }
     let triangles = own.as_ref();
-    let mut ordered = Mat::from_fn(count, right.ncols(), |i, j| right[(order[i], j)]);
-    triangular::solve_unit_lower_triangular_in_place(triangles, ordered.as_mut(), Par::Seq);
+    let mut ordered = Mat::<f64>::zeros(size - count, count);
+    for (at, &from) in order.iter().enumerate() {
+        let to = ordered.col_as_slice_mut(at).iter_mut();
+        to.zip(right.row(from).iter()).for_each(|(to, from)| *to = *from);
+    }
+    let turned = ordered.as_mut().transpose_mut();
+    triangular::solve_unit_lower_triangular_in_place(triangles, turned, Par::Seq);
     // A₂₁ U⁻¹ by its transpose.
     let transposed = below.as_mut().transpose_mut();
     triangular::solve_lower_triangular_in_place(triangles.transpose(), transposed, Par::Seq);
-    let mut left = rest.to_owned();
-    matmul(&mut left, Accum::Add, below.as_ref(), ordered.as_ref(), -1.0, Par::Seq);
+    matmul(rest, Accum::Add, below.as_ref(), ordered.as_ref().transpose(), -1.0, Par::Seq);
     let (triangles, below) = (triangles.to_owned(), below.as_ref().to_owned());
-    Some((Block { triangles, order, below, right: ordered }, left))
-}
-
-/// Calls `take` with each entry of `matrix × vector`.
-fn subtract(matrix: &Mat<f64>, vector: MatRef<'_, f64>, mut take: impl FnMut(usize, f64)) {
-    if matrix.nrows() == 0 || matrix.ncols() == 0 {
-        return;
-    }
-    let mut product = Mat::<f64>::zeros(matrix.nrows(), 1);
-    matmul(&mut product, Accum::Replace, matrix, vector, 1.0, Par::Seq);
-    (0..matrix.nrows()).for_each(|i| take(i, product[(i, 0)]));
+    Some(Block { triangles, order, below, right: ordered })
 }

@@ -26,7 +26,7 @@ pub(super) fn product_transposed(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
 /// `T : G`.
 fn contract(tensor: &[[f64; 9]; 9], g: &Mat3<f64>) -> Mat3<f64> {
     let flat = g.0.as_flattened();
-    Mat3::from_fn(|i, j| tensor[3 * i + j].iter().zip(flat).map(|(t, g)| t * g).sum())
+    Mat3::from_fn(|i, j| (0..9).fold(0.0, |sum, kl| sum + tensor[3 * i + j][kl] * flat[kl]))
 }
 
 impl PointRate {
@@ -49,10 +49,12 @@ impl PointRate {
         let (first, mut rate) = (product_transposed(stress, &f), [[0.0; 9]; 9]);
         for (row, entries) in rate.iter_mut().enumerate() {
             let (i, j) = (row / 3, row % 3);
-            for (column, entry) in entries.iter_mut().enumerate() {
-                let (k, l) = (column / 3, column % 3);
-                let stretched: f64 = (0..3).map(|n| spatial[row][3 * k + n] * f[l][n]).sum();
-                *entry = -stretched - first[i][l] * f_bar[j][k];
+            for k in 0..3 {
+                let along = &spatial[row][3 * k..3 * k + 3];
+                for l in 0..3 {
+                    let stretched = along[0] * f[l][0] + along[1] * f[l][1] + along[2] * f[l][2];
+                    entries[3 * k + l] = -stretched - first[i][l] * f_bar[j][k];
+                }
             }
         }
         if carried {
@@ -78,17 +80,19 @@ impl PointRate {
 /// `∂(A : F̄ G) F̄ᵀ/∂G`.
 fn pushed(tangent: &[[f64; 9]; 9], f: &Mat3<f64>) -> [[f64; 9]; 9] {
     let mut right = [[0.0; 9]; 9];
-    for (row, entries) in right.iter_mut().enumerate() {
-        for (column, entry) in entries.iter_mut().enumerate() {
-            let (m, n) = (column / 3, column % 3);
-            *entry = (0..3).map(|k| tangent[row][3 * k + n] * f[k][m]).sum();
+    for (to, from) in right.iter_mut().zip(tangent) {
+        for m in 0..3 {
+            for k in 0..3 {
+                let weight = f[k][m];
+                (0..3).for_each(|n| to[3 * m + n] += weight * from[3 * k + n]);
+            }
         }
     }
     let mut both = [[0.0; 9]; 9];
-    for (row, entries) in both.iter_mut().enumerate() {
-        let (i, j) = (row / 3, row % 3);
-        for (column, entry) in entries.iter_mut().enumerate() {
-            *entry = (0..3).map(|m| right[3 * i + m][column] * f[j][m]).sum();
+    for (row, to) in both.iter_mut().enumerate() {
+        for m in 0..3 {
+            let (weight, from) = (f[row % 3][m], &right[3 * (row / 3) + m]);
+            (0..9).for_each(|column| to[column] += weight * from[column]);
         }
     }
     both

@@ -1,17 +1,17 @@
-//! Whether a balanced body at rest is an answer.
+//! Checks of a body at rest after the search.
 
 use super::error::UnloadError;
 use super::image::Image;
 use super::options::UnloadOptions;
 use super::state::Trial;
 use super::unloaded::Loading;
-use crate::elements::system::{System, Unknowns};
-use crate::{BalanceSolver, LoadSteps, Options, SolveError, Solver};
+use crate::elements::system::Unknowns;
+use crate::{LoadSteps, Options, SolveError, Solver};
 use sinew_mesh::{AnyMesh, TriangleMesh, self_intersections};
 use std::time::Instant;
 
-/// Loading comes to the image when no node is farther off [relative to the largest displacement]: the solver is accurate to rounding errors,
-/// which a stiffness of bad condition multiplies.
+/// Largest distance to the image after loading [relative to the largest displacement]: rounding errors, amplified by an
+/// ill-conditioned stiffness.
 const SAME: f64 = 1e-6;
 
 impl Image<'_> {
@@ -32,12 +32,12 @@ impl Image<'_> {
         }
         let Some(forward) = &options.load else { return Ok(None) };
         let start = Instant::now();
-        let mut loaded = load(&self.system, trial, theta, forward)?;
+        let mut loaded = load(self, trial, theta, forward)?;
         let same = SAME * trial.motion.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
         let mut apart = farthest(&loaded.0, &trial.displacement);
         if apart.0 > same {
             let rising = Options { load_steps: LoadSteps::Always, ..*forward };
-            loaded = load(&self.system, trial, theta, &rising)?;
+            loaded = load(self, trial, theta, &rising)?;
             apart = farthest(&loaded.0, &trial.displacement);
         }
         let (distance, node) = apart;
@@ -58,7 +58,6 @@ impl Image<'_> {
         if found.is_empty() {
             return Ok(());
         }
-        // Those of the image are its own.
         let points = self.system.body.positions.clone();
         let before = self_intersections(&TriangleMesh { points, ..surface });
         let new: Vec<_> = found.iter().filter(|pair| !before.contains(pair)).collect();
@@ -89,18 +88,12 @@ fn surface_of(mesh: &AnyMesh) -> (TriangleMesh, Vec<usize>) {
 
 /// Loads a body from rest: the displacement \[length\], and how many iterations it took.
 fn load(
-    image: &System<'_>,
+    image: &Image<'_>,
     trial: &Trial,
     theta: &[f64],
     options: &Options,
 ) -> Result<(Vec<f64>, usize), UnloadError> {
-    let rest = &trial.rest;
-    if image.has_potential() {
-        let mut solver = Solver { system: image.like(&rest.body, None)? };
-        let found = solver.solve(theta, options).map_err(UnloadError::NotLoaded)?;
-        return Ok((found.displacement, found.history.steps()));
-    }
-    let mut solver = BalanceSolver { system: image.like(&rest.body, Some(rest))? };
+    let mut solver = Solver { system: image.system_of(&trial.rest)? };
     let found = solver.solve(theta, options).map_err(UnloadError::NotLoaded)?;
     Ok((found.displacement, found.history.steps()))
 }

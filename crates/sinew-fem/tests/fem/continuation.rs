@@ -2,7 +2,7 @@
 
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support};
-use sinew_fem::{BalanceSolver, CurvePoint, Line, Options, Solution, SolveError, Solver, report};
+use sinew_fem::{CurvePoint, Line, Options, SolveError, Solver, report};
 use sinew_mesh::{box_tetrahedra, sphere_octant};
 use std::f64::consts::PI;
 
@@ -33,7 +33,7 @@ fn lowest(displacement: &[f64]) -> f64 {
     displacement.chunks(3).map(|u| u[2]).fold(0.0, f64::min)
 }
 
-fn followed(body: &Body, line: &Line, most: usize) -> Vec<CurvePoint<Solution>> {
+fn followed(body: &Body, line: &Line, most: usize) -> Vec<CurvePoint> {
     let mut solver = Solver::new(body).unwrap();
     let points = solver.follow(line, &Options::default()).unwrap().take(most);
     let points: Vec<_> = points.collect::<Result<_, _>>().unwrap();
@@ -71,7 +71,7 @@ fn the_pressure_of_a_thick_sphere_rises_to_its_limit_point_and_falls_beyond_as_t
  {
     let (scene, pole) = sphere();
     let body = scene.lower_mixed().unwrap();
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     let line = Line::of_loads(&[1.0, 0.0]);
     let curve = solver.follow(&line, &Options::default()).unwrap().with_longest_step(0.3).unwrap();
     let mut largest: f64 = 0.0;
@@ -96,7 +96,7 @@ fn the_pressure_of_a_thick_sphere_rises_to_its_limit_point_and_falls_beyond_as_t
 fn a_sphere_that_softens_under_its_pressure_turns_back_at_the_stiffness_of_its_limit_point() {
     let (scene, pole) = sphere();
     let body = scene.lower_mixed().unwrap();
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     let line = Line::of_theta([&[4.0, 0.0], &[1.0, 0.0]]);
     let curve = solver.follow(&line, &Options::default()).unwrap().with_longest_step(0.3).unwrap();
     let mut softest = f64::INFINITY;
@@ -253,7 +253,7 @@ fn loose_pressures_in_theta_are_followed() {
         .support(Support::clamped("x_min"))
         .lower_follower()
         .unwrap();
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     let options = Options::default();
     // More pressure under the whole load, from less of it.
     let ends = [[1.0, 1.0, 0.004], [1.5, 1.0, 0.012]];
@@ -265,7 +265,7 @@ fn loose_pressures_in_theta_are_followed() {
     assert!(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < EXACT);
     assert!(solver.follow(&Line::of_loads(&[1.0, 1.0]), &options).is_err());
     let back = Line::of_theta([&ends[1], &ends[0]]);
-    let back = solver.follow_from(&once, &back, &options).unwrap();
+    let back = solver.follow_from(&once.displacement, &back, &options).unwrap();
     assert_eq!(back.map(Result::unwrap).last().unwrap().place, 1.0);
 }
 

@@ -4,8 +4,8 @@ use crate::support::{gravity, once, parameters, twice};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Scene, Support, SurfaceResponse, Units};
 use sinew_fem::{
-    Advice, BalanceSolver, IterationSeries, LARGEST_BULK_TO_SHEAR, Options, SolutionReport,
-    SolveError, Solver, Warning, locking, report, report_balance,
+    Advice, IterationSeries, LARGEST_BULK_TO_SHEAR, Options, SolutionReport, SolveError, Solver,
+    Warning, locking, report,
 };
 use sinew_mesh::{Mesh, TetMesh, box_hexahedra, box_tetrahedra, read_mesh, rectangle_triangles};
 
@@ -67,7 +67,7 @@ fn a_balance_is_watched_as_well() {
     let mesh = box_tetrahedra([10.0, 2.0, 2.0], [4, 1, 1]).quadratic();
     let body = scene(mesh, gravity(1.0)).lower_mixed().unwrap();
     let mut residuals = Vec::new();
-    let solution = BalanceSolver::new(&body)
+    let solution = Solver::new(&body)
         .unwrap()
         .solve_watched(&THETA, &Options::default(), &mut |p| residuals.push(p.residual))
         .unwrap();
@@ -177,15 +177,15 @@ fn shapes_of_cells_are_named() {
 
 #[test]
 fn hexahedra_and_incompressible_bodies_are_reported() {
-    let report = solve_and_report(box_hexahedra([10.0; 3], [3; 3]), gravity(1.0));
-    assert!((report.worst_reference_shapes[0].value - 1.0).abs() < 1e-12);
-    assert!((report.reactions[0].force[2] - 9.8).abs() < BALANCED * 9.8);
-    assert_eq!(report.warnings, []);
+    let hexahedra = solve_and_report(box_hexahedra([10.0; 3], [3; 3]), gravity(1.0));
+    assert!((hexahedra.worst_reference_shapes[0].value - 1.0).abs() < 1e-12);
+    assert!((hexahedra.reactions[0].force[2] - 9.8).abs() < BALANCED * 9.8);
+    assert_eq!(hexahedra.warnings, []);
 
     let mesh = box_tetrahedra([20.0, 2.0, 2.0], [6, 1, 1]).quadratic();
     let body = scene(mesh, gravity(1.0)).lower_mixed().unwrap();
-    let solution = BalanceSolver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
-    let report = report_balance(&body, &solution).unwrap();
+    let solution = Solver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let report = report(&body, &solution).unwrap();
     let weight = 80.0 * 9.8e-3;
     assert!((report.reactions[0].force[2] - weight).abs() < BALANCED * weight);
     let [reference, deformed] = report.volume;
@@ -200,8 +200,8 @@ fn loose_followers_are_loads() {
     let body = scene(box_tetrahedra([4.0, 4.0, 4.0], [2; 3]), vec![pressure]);
     let body = body.lower_follower().unwrap();
     assert_eq!(body.followers.len(), 1);
-    let solution = BalanceSolver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
-    let report = report_balance(&body, &solution).unwrap();
+    let solution = Solver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let report = report(&body, &solution).unwrap();
     let [load, reaction] = [report.loads[0], report.reactions[0].force[0]];
     // 3 kPa on a face of 16 mm² that hardly widens.
     assert!((load + 48.0).abs() < 3.0 && (load + reaction).abs() < BALANCED * 48.0, "{load}");
@@ -211,11 +211,10 @@ fn loose_followers_are_loads() {
 fn a_state_under_part_of_the_load_balances_that_part() {
     let mesh = || box_tetrahedra([20.0, 2.0, 2.0], [6, 1, 1]).quadratic();
     let half = scene(mesh(), gravity(0.5)).lower_mixed().unwrap();
-    let mut solution =
-        BalanceSolver::new(&half).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let mut solution = Solver::new(&half).unwrap().solve(&THETA, &Options::default()).unwrap();
     let whole = scene(mesh(), gravity(1.0)).lower_mixed().unwrap();
     solution.load_factor = 0.5;
-    let report = report_balance(&whole, &solution).unwrap();
+    let report = report(&whole, &solution).unwrap();
     let weight = 0.5 * 80.0 * 9.8e-3;
     assert!((report.loads[2] + weight).abs() < 1e-12, "{report}");
     assert!(report.imbalance().iter().all(|force| force.abs() < BALANCED * weight), "{report}");
@@ -337,7 +336,7 @@ fn a_failed_solve_returns_what_it_found() {
         scene(beam(), vec![load]).lower_follower().unwrap()
     };
     let body = pressed(PRESSURE);
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     let whole = solver.solve(&THETA, &Options::default()).unwrap();
     assert!(whole.load_steps > 2);
     let iterations = whole.history.iterations.len() - 1;

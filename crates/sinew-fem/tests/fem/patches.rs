@@ -3,7 +3,7 @@
 use crate::support::{gravity, parameters};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Scene, Support, Units};
-use sinew_fem::{BalanceSolver, Options, Solver};
+use sinew_fem::{Options, Solver};
 use sinew_mesh::box_tetrahedra;
 
 /// Central differences with this step carry an error of about its square times the third derivative.
@@ -81,7 +81,7 @@ fn a_follower_on_a_loose_rim_takes_averaged_volume_ratios() {
         let balance =
             if averaged { scene.lower_follower_averaged() } else { scene.lower_follower() };
         let balance = balance.unwrap();
-        let mut solver = BalanceSolver::new(&balance).unwrap();
+        let mut solver = Solver::new(&balance).unwrap();
         let solution = solver.solve(&[1.0, 200.0], &Options::default()).unwrap();
         assert!(solution.residual <= 1e-9 * solution.force_scale);
         assert_eq!(balance.body.patches.is_empty(), !averaged);
@@ -102,7 +102,7 @@ fn a_held_rim_gives_the_same_averaged_by_balance_and_by_potential() {
     let (balance, body) =
         (scene.lower_follower_averaged().unwrap(), scene.lower_averaged().unwrap());
     let options = Options::default();
-    let balanced = BalanceSolver::new(&balance).unwrap().solve(&[1.0, 50.0], &options).unwrap();
+    let balanced = Solver::new(&balance).unwrap().solve(&[1.0, 50.0], &options).unwrap();
     let minimum = Solver::new(&body).unwrap().solve(&[1.0, 50.0], &options).unwrap();
     assert!(crate::support::difference(&balanced.displacement, &minimum.displacement) < 1e-8);
 }

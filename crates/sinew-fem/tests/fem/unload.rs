@@ -219,9 +219,9 @@ fn loose_rims_inclined_supports_plane_bodies_and_the_thesis_pressure() {
         .support(Support::roller_on_plane("x_max", [1.0, 0.0, 0.5]));
     let theta = [15.0, 30.0, 1.0];
     let balance = pressed.lower_follower().unwrap();
-    check("a loose rim", Unload::balance(&balance).unwrap(), &theta);
+    check("a loose rim", Unload::new(&balance).unwrap(), &theta);
     let balance = pressed.lower_follower_averaged().unwrap();
-    check("a loose rim, averaged", Unload::balance(&balance).unwrap(), &theta);
+    check("a loose rim, averaged", Unload::new(&balance).unwrap(), &theta);
     let thesis = parameters(Scene::new(mesh.clone(), NeoHookean))
         .load(Load::ThesisPressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.5) })
         .support(Support::clamped("x_min"));

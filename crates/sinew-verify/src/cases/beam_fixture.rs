@@ -2,7 +2,7 @@
 
 use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::reference::published;
-use crate::solve::{lower, minimum, scene};
+use crate::solve::{equilibrium, lower, scene};
 use anyhow::{Context, Result, ensure};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Scene, Support};
@@ -35,7 +35,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let theta = [75.0, 75.0];
     let beam = once([12, 4, 5]);
     let quadratic = scene(beam.mesh.quadratic(), NeoHookean, &theta, beam.loads, beam.supports);
-    let (solution, cost) = minimum(&quadratic.lower()?, &theta)?;
+    let (solution, cost) = equilibrium(&quadratic.lower()?, &theta)?;
     let label = Label::new(Formulation::P2, "once, FEniCS", "energy [kPa mm³]");
     let energies = [solution.energy, published::BEAM_ENERGY_DEGREE_2];
     rows.relative(label, energies, PRINTED_ENERGY, cost)
@@ -80,7 +80,7 @@ fn compare(
     let all: Vec<usize> = (0..energies.len()).collect();
     let (mut displacement, mut energy) = ((0.0, None), (0.0, [0.0; 2], None));
     for &index in effort.levels(4, &all) {
-        let (solution, cost) = minimum(&potential, &thetas[2 * index..2 * index + 2])?;
+        let (solution, cost) = equilibrium(&potential, &thetas[2 * index..2 * index + 2])?;
         let truth = &truths[size * index..size * (index + 1)];
         let error = relative_difference(&solution.displacement, truth);
         if displacement.1.is_none() || error > displacement.0 {

@@ -3,7 +3,7 @@
 use super::land_ventricle::apexes;
 use crate::case::{Band, Case, Effort, Formulation, Rows};
 use crate::reference::published;
-use crate::solve::{Found, balance, mixed, scene};
+use crate::solve::{Found, equilibrium, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::{ActiveTension, Guccione, Penalty};
 use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, QuadraturePoint, Scene, Solid, Support};
@@ -44,7 +44,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     }
     for &meshed in effort.levels(0, QUADRATIC) {
         let ventricle = ventricle(meshed.0, BULK, Nodes::<10>::QUADRATURE)?;
-        let (solution, cost) = balance(&ventricle.lower_follower()?, &THETA)?;
+        let (solution, cost) = equilibrium(&ventricle.lower_follower()?, &THETA)?;
         let (mesh, displacement) = (ventricle.mesh, solution.displacement);
         apexes(rows, Formulation::P2, meshed, &Found { mesh, displacement, cost }, exact)?;
     }

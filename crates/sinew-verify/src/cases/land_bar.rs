@@ -4,7 +4,7 @@ use super::boxes::{Boxes, boxes};
 use super::homogeneous::FRAME;
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::published;
-use crate::solve::{Found, balance, lower, mixed, scene, with_directions};
+use crate::solve::{Found, equilibrium, lower, mixed, scene, with_directions};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
 use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, Scene, Support};
@@ -91,7 +91,7 @@ where
         let mut body = bar.lower_follower()?;
         let unloaded = Scene { loads: Vec::new(), ..bar.clone() };
         body.body.patches = lower(&unloaded, formulation)?.patches;
-        let (solution, cost) = balance(&body, &THETA)?;
+        let (solution, cost) = equilibrium(&body, &THETA)?;
         let (mesh, displacement) = (bar.mesh, solution.displacement);
         push(rows, formulation, meshed, &Found { mesh, displacement, cost })?;
     }

@@ -6,7 +6,7 @@ use crate::reference::{LimitPoint, ThickSphere};
 use crate::solve::scene;
 use anyhow::{Context, Result};
 use sinew_energy::laws::NeoHookean;
-use sinew_fem::{BalanceSolver, Line, Options};
+use sinew_fem::{Line, Options, Solver};
 use sinew_mesh::sphere_octant;
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -42,8 +42,8 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let sphere = scene(mesh, NeoHookean, &THETA, inflation(1.0), supports);
     let start = Instant::now();
     let body = sphere.lower_mixed()?;
-    let mut solver = BalanceSolver::new(&body)?;
-    let unknowns = solver.unknowns().iter().sum();
+    let mut solver = Solver::new(&body)?;
+    let unknowns = solver.unknowns() + solver.pressures();
     let volumes =
         STRETCHES.map(|a| PI / 6.0 * (a * RADII[0]).powi(3) - PI / 6.0 * RADII[0].powi(3));
     let trace = solver.trace_volume(&THETA, &volumes, &Options::default())?;
@@ -81,7 +81,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
 }
 
 /// The largest pressure along the curve of equilibria over the load, followed until it falls.
-fn top_by_length(solver: &mut BalanceSolver<'_>) -> Result<f64> {
+fn top_by_length(solver: &mut Solver<'_>) -> Result<f64> {
     let line = Line::of_loads(&THETA);
     let curve = solver.follow(&line, &Options::default())?.with_longest_step(LONGEST)?;
     let mut last = Vec::new();

@@ -2,7 +2,7 @@
 
 use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::integrate::points;
-use crate::solve::{BOUNDARY, balance, minimum, scene, with_boundary};
+use crate::solve::{BOUNDARY, equilibrium, scene, with_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FiniteElement, Nodes, Support};
@@ -148,7 +148,7 @@ where
     let supports = vec![Support::moved(BOUNDARY, mesh, exact)];
     let mut potential = scene(mesh.clone(), NeoHookean, &THETA, vec![], supports).lower()?;
     add_body_force::<Compressible, N>(mesh, THETA, &mut potential.nodal_force);
-    let (solution, cost) = minimum(&potential, &THETA)?;
+    let (solution, cost) = equilibrium(&potential, &THETA)?;
     Ok((displacement_errors::<Compressible, N>(mesh, &solution.displacement), cost))
 }
 
@@ -162,7 +162,7 @@ fn solve_mixed(mesh: Mesh<10>) -> Result<([f64; 3], Cost)> {
     let mut body = scene(mesh.clone(), NeoHookean, &THETA, vec![], held).lower_mixed()?;
     add_body_force::<Incompressible, 10>(mesh, THETA, &mut body.body.nodal_force);
     add_traction::<Incompressible>(mesh, THETA, &mut body.body.nodal_force);
-    let (solution, cost) = balance(&body, &THETA)?;
+    let (solution, cost) = equilibrium(&body, &THETA)?;
     let [value, slope] = displacement_errors::<Incompressible, 10>(mesh, &solution.displacement);
     let mut at_node = vec![0.0; mesh.points.len()];
     let nodes = body.pressure_field.iter().flat_map(|field| &field.nodes);

@@ -1,7 +1,7 @@
 //! Patch tests on distorted meshes.
 
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
-use crate::solve::{BOUNDARY, lower, minimum, mixed, scene, with_boundary};
+use crate::solve::{BOUNDARY, equilibrium, lower, mixed, scene, with_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FiniteElement, Nodes, Scene, Support};
@@ -63,7 +63,7 @@ where
 {
     let (scene, exact) = moved(mesh.clone(), f, theta);
     let potential = lower(&scene, formulation)?;
-    let (solution, cost) = minimum(&potential, &theta)?;
+    let (solution, cost) = equilibrium(&potential, &theta)?;
     let label = |quantity: &str| Label::new(formulation, setup::<N>(theta), quantity);
     let error = largest_difference(&solution.displacement, &exact);
     rows.absolute(label("displacement off x = FX"), [error, 0.0], DISPLACEMENT, cost)?;

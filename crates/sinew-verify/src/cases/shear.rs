@@ -2,7 +2,7 @@
 
 use super::homogeneous::{Material, Meshes, exponentials, mean_stress};
 use crate::case::{Band, Case, Effort, Formulation, Label, Measure, Row, Rows};
-use crate::solve::{BOUNDARY, lower, minimum, scene, with_boundary};
+use crate::solve::{BOUNDARY, equilibrium, lower, scene, with_boundary};
 use anyhow::{Context, Result};
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean};
 use sinew_energy::{FiniteElement, Nodes, Support};
@@ -88,7 +88,7 @@ where
             let supports = vec![Support::moved(BOUNDARY, &mesh, slide)];
             let scene = scene(mesh, NeoHookean, &[1.0; 2], vec![], supports);
             let potential = material.fill(lower(&scene, formulation)?);
-            let (solution, cost) = minimum(&potential, theta)?;
+            let (solution, cost) = equilibrium(&potential, theta)?;
             let piola = mean_stress(&potential, &solution.displacement, theta);
             // σ = PFᵀ with F = I + γ e_along ⊗ e_normal, J = 1.
             let found = piola[normal][along] + amount * piola[normal][normal];

@@ -3,7 +3,7 @@
 use super::homogeneous::{Exponential, Material, Matrix, Meshes, exponentials, mean_stress};
 use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::reference::{Biaxial, Fung, equibiaxial_bar, uniaxial_bar};
-use crate::solve::{balance, displacement_at, lower, minimum, scene};
+use crate::solve::{displacement_at, equilibrium, lower, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FiniteElement, Nodes, Scene, Support};
@@ -127,7 +127,7 @@ impl Meshes {
         let mut body = scene.lower_mixed()?;
         body.body = state.material.fill(body.body);
         let theta = &state.material.theta;
-        let (solution, cost) = balance(&body, theta)?;
+        let (solution, cost) = equilibrium(&body, theta)?;
         let mut piola = mean_stress(&body.body, &solution.displacement, theta);
         // The field of pressure adds p cof F, here p J/s along the load with J = 1.
         let loaded = state.loaded()[0];
@@ -159,7 +159,7 @@ where
 {
     let potential = state.material.fill(lower(&block(mesh, state), formulation)?);
     let theta = &state.material.theta;
-    let (solution, cost) = minimum(&potential, theta)?;
+    let (solution, cost) = equilibrium(&potential, theta)?;
     let piola = mean_stress(&potential, &solution.displacement, theta);
     push(rows, formulation, (mesh, &solution.displacement), &piola, state, cost)
 }

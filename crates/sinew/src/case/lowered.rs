@@ -2,6 +2,7 @@
 
 use super::{Case, CaseError, Formulation};
 use sinew_energy::{Body, ForceBalance};
+use sinew_fem::Balance;
 
 /// Lowered case.
 #[derive(Clone, Debug)]
@@ -9,7 +10,7 @@ pub enum Lowered {
     /// A body whose equilibria are minima of its potential: every command takes it.
     Potential(Body),
     /// A balance of forces without a potential: mixed elements, or a pressure whose rim moves freely. It is solved
-    /// ([`crate::BalanceSolver`]), and nothing is trained on it.
+    /// ([`crate::Solver`]), and nothing is trained on it.
     Balance(ForceBalance),
 }
 
@@ -26,6 +27,14 @@ impl Lowered {
         match self {
             Self::Potential(body) => body,
             Self::Balance(balance) => &balance.body,
+        }
+    }
+
+    /// The balance of forces to solve.
+    pub fn to_solve(&self) -> Balance<'_> {
+        match self {
+            Self::Potential(body) => body.into(),
+            Self::Balance(balance) => balance.into(),
         }
     }
 

@@ -4,9 +4,9 @@ use super::{ThetaArguments, refuse};
 use anyhow::{Result, anyhow};
 use sinew::case::Lowered;
 use sinew::output::{Balanced, Results, Row};
-use sinew::{Body, Options, parse_way, theta_in_words};
+use sinew::{Body, Options, Solution, parse_way, theta_in_words};
 use sinew_emulate::{Counter, Terminal};
-use sinew_fem::{BalanceSolver, Solver, TraceEnd};
+use sinew_fem::{Solver, TraceEnd};
 use std::path::Path;
 
 /// Path in θ and number of frames.
@@ -20,9 +20,6 @@ pub(crate) struct Way {
     #[arg(long, value_name = "COUNT", default_value_t = 20, requires = "along", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     frames: u32,
 }
-
-/// Displacement of a frame, with its pressures; empty without such a field.
-type Frame = (Vec<f64>, Vec<f64>);
 
 impl Way {
     /// The way, if there is one.
@@ -69,44 +66,34 @@ impl Way {
 }
 
 /// Frames as far as the path goes.
-fn traced(lowered: &Lowered, thetas: &[Vec<f64>]) -> Result<(Vec<Frame>, Option<TraceEnd>)> {
+fn traced(lowered: &Lowered, thetas: &[Vec<f64>]) -> Result<(Vec<Solution>, Option<TraceEnd>)> {
     let options = Options::default();
     let mut terminal = Terminal::default();
     let mut counter = Counter::new(&mut terminal, "follow", 0, thetas.len());
     let count = || {
-        // An interruption ends the process.
+        // The observer cannot break: an interruption ends the process.
         let _ = counter.step(1, "");
     };
-    let (frames, end): (Vec<Frame>, _) = match lowered {
-        Lowered::Potential(body) => {
-            let trace = Solver::new(body)?.trace(thetas, &options, count)?;
-            let frame = |solution: sinew::Solution| (solution.displacement, Vec::new());
-            (trace.solutions.into_iter().map(frame).collect(), trace.end)
-        }
-        Lowered::Balance(balance) => {
-            let trace = BalanceSolver::new(balance)?.trace(thetas, &options, count)?;
-            let frame =
-                |solution: sinew_fem::BalanceSolution| (solution.displacement, solution.pressure);
-            (trace.solutions.into_iter().map(frame).collect(), trace.end)
-        }
-    };
+    let trace = Solver::new(lowered.to_solve())?.trace(thetas, &options, count)?;
+    let frames = trace.solutions;
     counter.finish(&format!("{} frames", frames.len()));
-    Ok((frames, end))
+    Ok((frames, trace.end))
 }
 
 fn write(
     lowered: &Lowered,
     index: usize,
     thetas: &[Vec<f64>],
-    frames: &[Frame],
+    frames: &[Solution],
     stresses: bool,
     folder: &Path,
 ) -> Result<()> {
     let body = lowered.body();
     let mut rows = Vec::with_capacity(frames.len());
-    for (theta, (field, pressure)) in thetas.iter().zip(frames) {
+    for Solution { theta, displacement, pressure, .. } in frames {
         let balance = lowered.balance().map(|balance| Balanced { balance, pressure });
-        rows.push(Row { theta: theta.clone(), fields: vec![field], balance, ..Row::default() });
+        let fields = vec![&displacement[..]];
+        rows.push(Row { theta: theta.clone(), fields, balance, ..Row::default() });
     }
     let unit = &body.parameters[index].unit;
     let loads: Vec<f64> = thetas.iter().map(|theta| unit.shown(theta[index])).collect();

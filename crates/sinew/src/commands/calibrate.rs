@@ -136,8 +136,9 @@ impl Calibrate {
             config: file.case.text().trim_end().into(),
             ..provenance.finished(clock.elapsed().as_secs_f64())
         };
-        let page =
-            report(&file.case.name, prepared, posterior, &curves, provenance).write(folder)?;
+        let name = &file.case.name;
+        let page = report(name, prepared, posterior, &curves, rest.unloaded.as_ref(), provenance)
+            .write(folder)?;
         say(prepared, posterior);
         println!("written: {}", page.display());
         Ok(())
@@ -157,7 +158,7 @@ fn told(error: CalibrateError) -> anyhow::Error {
     }
 }
 
-/// Hears the stage, the solves made and their number.
+/// Callback with the stage, the solves done and their number.
 type Teller = Box<dyn FnMut(&str, usize, usize) + Send>;
 
 /// Progress of solves on the terminal; a stage ends when the next one begins.

@@ -6,7 +6,7 @@ use sinew::case::Lowered;
 use sinew::{Options, Simulations};
 use sinew_emulate::{Counter, Failure, Terminal};
 use sinew_energy::ForceBalance;
-use sinew_fem::sweep_balances;
+use sinew_fem::sweep;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -53,7 +53,7 @@ fn balanced(
     let (start, stop) = (Instant::now(), AtomicBool::new(false));
     let mut terminal = Terminal::default();
     let counter = Mutex::new(Counter::new(&mut terminal, stage, 0, thetas.len()));
-    let swept = sweep_balances(balance, thetas, options, || {
+    let swept = sweep(balance, thetas, options, || {
         let mut counter = counter.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if counter.step(1, "").is_break() {
             stop.store(true, Ordering::Relaxed);

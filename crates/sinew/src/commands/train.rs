@@ -80,7 +80,7 @@ impl Train {
         };
         let training = Training {
             recipe: self.recipe.unwrap_or(own.recipe),
-            // Of simulations that are there, all.
+            // All stored simulations by default.
             samples: self.samples.or(own.samples).or(self.simulations.as_ref().map(|_| usize::MAX)),
             target: self.target.or(own.target),
             anchors: self.anchors.or(own.anchors),

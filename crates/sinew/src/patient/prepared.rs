@@ -12,6 +12,9 @@ pub(super) const COMMON: &str = "pressure factor";
 /// The state that the mesh shows.
 pub(super) const IMAGE: &str = "image";
 
+/// Unbalanced forces of a state \[relative\]: strains are off by a millionth, data by their noise.
+const ACCURACY: f64 = 1e-7;
+
 /// A quantity that is reported beside the data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seen {
@@ -61,8 +64,8 @@ impl Prepared {
         builder.build().map_err(|error| error.to_string())
     }
 
-    /// The volumes of a cavity at pressures \[kPa\], all other loads as in the image: what a pressure–volume curve is made of.
-    /// Pressures are known, so factors of uncertain pressures are not parameters of it but of the image alone.
+    /// The volumes of a cavity at pressures \[kPa\], for a pressure–volume curve. Other loads are those of the image. These
+    /// pressures are known: factors of uncertain pressures apply to the image alone.
     ///
     /// # Errors
     /// A cavity whose pressure is not a parameter.
@@ -114,7 +117,7 @@ impl Prepared {
         }
         let start = self.problem.theta(&vec![0.0; self.problem.unknowns.len()]);
         let start: Vec<f64> = self.curve_parameters().iter().map(|&at| start[at]).collect();
-        builder.start(&start)
+        builder.start(&start).accuracy(ACCURACY)
     }
 
     fn states(

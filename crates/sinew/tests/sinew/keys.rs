@@ -2,7 +2,7 @@
 //! Land et al. (2015), which need all of them.
 
 use sinew::case::Lowered;
-use sinew::{BalanceSolver, Body, Case, Options, Solver};
+use sinew::{Body, Case, Options, Solver};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -222,7 +222,7 @@ fn height(scene: &str, points: &[[f64; 3]]) -> Vec<f64> {
     let text = sinew::scenes::find(Path::new(scene)).unwrap().text;
     let Lowered::Balance(balance) = case(text).lowered().unwrap() else { panic!("a balance") };
     let body = &balance.body;
-    let mut solver = BalanceSolver::new(&balance).unwrap();
+    let mut solver = Solver::new(&balance).unwrap();
     let solution = solver.solve(&body.centre(), &Options::default()).unwrap();
     let height = |point: &[f64; 3]| {
         let distance = |x: &[f64; 3]| (0..3).map(|i| (x[i] - point[i]).powi(2)).sum::<f64>();

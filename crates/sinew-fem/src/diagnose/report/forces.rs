@@ -1,8 +1,8 @@
 //! Nodal forces and energies of a solution.
 
-use crate::BalanceSolution;
 use crate::elements::followers::Followers;
 use crate::elements::state::load_gradient;
+use crate::{Balance, Solution};
 use sinew_energy::{Body, ForceBalance};
 use sinew_num::Mat3;
 
@@ -21,8 +21,8 @@ pub(super) struct Forces {
 }
 
 impl Forces {
-    /// Forces that have a potential, under a fraction of the loads.
-    pub(super) fn of_potential(
+    /// Forces with a potential, at a fraction of the loads.
+    fn of_potential(
         potential: &Body,
         displacement: &[f64],
         theta: &[f64],
@@ -46,23 +46,24 @@ impl Forces {
         }
     }
 
-    /// Forces with loose followers and the field of pressure.
-    pub(super) fn of_balance(body: &ForceBalance, solution: &BalanceSolution) -> Self {
-        let BalanceSolution { displacement, theta, load_factor, .. } = solution;
-        let mut forces = Self::of_potential(&body.body, displacement, theta, *load_factor);
+    /// Forces of a solution, with loose followers and the field of pressure.
+    pub(super) fn of(balance: Balance<'_>, solution: &Solution) -> Self {
+        let Solution { displacement, theta, load_factor, .. } = solution;
+        let mut forces = Self::of_potential(balance.body, displacement, theta, *load_factor);
+        let Some(whole) = balance.whole else { return forces };
         let mut followers = vec![0.0; displacement.len()];
-        Followers::new(&body.followers).add_forces(displacement, theta, &mut followers);
+        Followers::new(&whole.followers).add_forces(displacement, theta, &mut followers);
         followers.iter_mut().for_each(|force| *force *= load_factor);
         let on_body = resultant(&followers);
         (0..3).for_each(|i| forces.loads[i] -= on_body[i]);
         forces.total.iter_mut().zip(&followers).for_each(|(t, f)| *t += f);
-        add_pressure_field(body, solution, &mut forces.total);
+        add_pressure_field(whole, solution, &mut forces.total);
         forces
     }
 }
 
 /// Adds the nodal forces `∫ p cof F ∇N dV` of the field of pressure.
-fn add_pressure_field(body: &ForceBalance, solution: &BalanceSolution, forces: &mut [f64]) {
+fn add_pressure_field(body: &ForceBalance, solution: &Solution, forces: &mut [f64]) {
     let Some(field) = &body.pressure_field else { return };
     for point in 0..body.body.volumes.len() {
         let (_, corners, shape) = field.of_point(point);

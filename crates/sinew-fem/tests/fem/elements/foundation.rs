@@ -3,7 +3,7 @@
 use crate::elements::scene::{distance, node_at, roller, scene, with_boundary};
 use sinew_energy::laws::{LinearElastic, NeoHookean};
 use sinew_energy::{FiniteElement, Load, Magnitude, Nodes};
-use sinew_fem::{BalanceSolver, Options, Solver};
+use sinew_fem::{Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 /// A bar of length 2 pulled at one end and held by springs at the other: `u = t/k + t x/E`, exactly, as long
@@ -89,8 +89,7 @@ fn a_sprung_body_knows_no_axes() {
         let scene = scene(NeoHookean, with_boundary(mesh), loads, vec![]);
         let body = scene.lower_follower().unwrap();
         assert_eq!(body.followers.len(), 1);
-        let solution =
-            BalanceSolver::new(&body).unwrap().solve(&[1.0, 2.0], &Options::default()).unwrap();
+        let solution = Solver::new(&body).unwrap().solve(&[1.0, 2.0], &Options::default()).unwrap();
         assert!(solution.residual < 1e-9 * solution.force_scale);
         solution.displacement
     };

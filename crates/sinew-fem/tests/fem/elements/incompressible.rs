@@ -3,7 +3,7 @@
 use crate::elements::scene::{node_at, roller, scene};
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
 use sinew_energy::{ForceBalance, Load, Magnitude, Support};
-use sinew_fem::{BalanceSolver, Options, SolveError};
+use sinew_fem::{Options, SolveError, Solver};
 use sinew_mesh::{cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
 
@@ -34,7 +34,7 @@ fn a_thick_sphere_passes_its_limit_point() {
     let sphere = scene(PLAIN, mesh, vec![load], planes.into());
     let body = sphere.lower_mixed().unwrap();
     let volumes = EXACT.map(|(radius, _)| FRAC_PI_6 * (radius.powi(3) - 1.0));
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     let trace = solver.trace_volume(&[1.0, 0.0], &volumes, &Options::default()).unwrap();
     let pole = node_at(&sphere.mesh, [1.0, 0.0, 0.0]);
     for ((radius, pressure), step) in EXACT.into_iter().zip(&trace) {
@@ -66,7 +66,7 @@ fn tube_of_triangles() -> ForceBalance {
 fn a_thick_tube_of_triangles_inflates_as_the_closed_form_says() {
     let body = tube_of_triangles();
     let volumes = TUBE.map(|(radius, _)| FRAC_PI_4 * (radius * radius - 1.0));
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     let trace = solver.trace_volume(&[1.0, 0.0], &volumes, &Options::default()).unwrap();
     for ((radius, pressure), step) in TUBE.into_iter().zip(&trace) {
         let found = step.solution.load_factor;
@@ -79,7 +79,7 @@ fn a_thick_tube_of_triangles_inflates_as_the_closed_form_says() {
 fn the_same_volume_may_be_asked_for_twice() {
     let body = tube_of_triangles();
     let factors = |volumes: &[f64]| {
-        let mut solver = BalanceSolver::new(&body).unwrap();
+        let mut solver = Solver::new(&body).unwrap();
         let trace = solver.trace_volume(&[1.0, 0.0], volumes, &Options::default()).unwrap();
         trace.into_iter().map(|step| step.solution.load_factor).collect::<Vec<_>>()
     };
@@ -94,7 +94,7 @@ fn growths_of_steps_that_make_no_sense_end_in_a_trace_or_a_typed_failure() {
     let body = tube_of_triangles();
     for load_step_growth in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
         let options = Options { load_step_growth, ..Options::default() };
-        let mut solver = BalanceSolver::new(&body).unwrap();
+        let mut solver = Solver::new(&body).unwrap();
         let trace = solver.trace_volume(&[1.0, 0.0], &[0.1, 0.2, 0.3], &options);
         assert!(matches!(trace, Ok(_) | Err(SolveError::NotConverged(_))), "{load_step_growth}");
     }
@@ -113,7 +113,7 @@ fn a_thick_tube_of_tetrahedra_inflates_as_the_closed_form_says() {
         let tube = scene(PLAIN, mesh.clone(), vec![load], supports.clone());
         let body = tube.lower_mixed().unwrap();
         assert_eq!(body.followers.len(), 1);
-        let mut solver = BalanceSolver::new(&body).unwrap();
+        let mut solver = Solver::new(&body).unwrap();
         let solution = solver.solve(&[1.0, 0.0], &Options::default()).unwrap();
         let found = 1.0 + solution.displacement[3 * inside];
         assert!((found / radius - 1.0).abs() < CLOSE, "p = {pressure}: {found} {radius}");
@@ -134,7 +134,7 @@ fn cooks_membrane_does_not_lock() {
     let membrane = scene(law, mesh, vec![load], vec![Support::clamped("x_min")]);
     let mut body = membrane.lower_mixed().unwrap();
     body.pressure_field.as_mut().unwrap().compliance = 1.0 / BULK;
-    let solution = BalanceSolver::new(&body).unwrap().solve(&[SHEAR], &Options::default()).unwrap();
+    let solution = Solver::new(&body).unwrap().solve(&[SHEAR], &Options::default()).unwrap();
     let rise = |node: usize| solution.displacement[3 * node + 1];
     // The digits that FEniCS' numbers were written with.
     assert!((rise(corner) - 6.919165).abs() < 1e-6, "{}", rise(corner));

@@ -3,7 +3,7 @@
 use crate::elements::scene::{distance, roller, scene, with_boundary};
 use sinew_energy::laws::{Guccione, HolzapfelOgden, NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, FiniteElement, Law, Nodes, Scene, Support};
-use sinew_fem::{BalanceSolver, Options, Solver};
+use sinew_fem::{Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 /// Rounding errors of positions in a unit cube, and of forces relative to the reactions.
@@ -140,7 +140,7 @@ fn curved_tetrahedra_with_a_field_of_pressure() {
             let scene = scene(NeoHookean, mesh.clone(), vec![], supports);
             let mut body = scene.lower_mixed().unwrap();
             body.pressure_field.as_mut().unwrap().compliance = COMPLIANCE;
-            let mut solver = BalanceSolver::new(&body).unwrap();
+            let mut solver = Solver::new(&body).unwrap();
             let solution = solver.solve(&[1.0, 2.0], &Options::default()).unwrap();
             let error = distance(&solution.displacement, &homogeneous(&mesh, f));
             assert!(error < BALANCE_TOLERANCE, "{name} {f:?}: {error:e}");
@@ -169,7 +169,7 @@ fn an_incompressible_bar_stretches_as_rivlin_says() {
     let far = mesh.node_sets["x_max"].clone();
     let bar = scene(NeoHookeanShape.nearly_incompressible(5.0), mesh, vec![], supports);
     let body = bar.lower_mixed().unwrap();
-    let solution = BalanceSolver::new(&body).unwrap().solve(&[2.0], &Options::default()).unwrap();
+    let solution = Solver::new(&body).unwrap().solve(&[2.0], &Options::default()).unwrap();
     let lateral = STRETCH.powf(-0.5) - 1.0;
     let u = |node: usize, i: usize| solution.displacement[3 * node + i];
     assert!(

@@ -3,7 +3,7 @@
 use crate::elements::scene::{distance, node_at, roller, scene};
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean, PlaneStress};
 use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, SceneError, Support};
-use sinew_fem::{BalanceSolver, Options, Solver};
+use sinew_fem::{Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, cook_membrane, rectangle_triangles};
 
 const THETA: [f64; 2] = [10.0, 20.0];
@@ -29,7 +29,7 @@ where
         (body.body.pressures.len(), body.followers.len()),
         if solid { (0, 1) } else { (1, 0) }
     );
-    let solution = BalanceSolver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let solution = Solver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
     let middle = node_at(&strip.mesh, [2.0, 1.0, 0.0]);
     solution.displacement[3 * middle + 1]
 }

@@ -3,7 +3,7 @@
 use crate::elements::scene::{distance, node_at, roller, scene, wobble};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, Support, SurfaceResponse};
-use sinew_fem::{BalanceSolver, Options, Solver};
+use sinew_fem::{Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, sphere_octant};
 
 const PRESSURE: f64 = 0.02;
@@ -20,7 +20,7 @@ where
     let strip = scene(NeoHookean, mesh, vec![load], vec![Support::clamped("x_min")]);
     assert!(strip.lower().is_err(), "a loose rim has no potential");
     let body = strip.lower_follower().unwrap();
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     let solution = solver.solve(&[5.0, 5.0], &Options::default()).unwrap();
     let u = &solution.displacement;
     let tip = node_at(&strip.mesh, [4.0, 1.0, 0.5]);

@@ -3,7 +3,7 @@
 use crate::elements::scene::{distance, node_at, roller, scene, with_boundary, wobble};
 use sinew_energy::laws::{LinearElastic, NeoHookean};
 use sinew_energy::{Body, ForceBalance, Law, Load, Magnitude, SceneError, Support};
-use sinew_fem::{BalanceSolver, Options, Solution, SolveError, Solver, report};
+use sinew_fem::{Options, Solution, SolveError, Solver, report};
 use sinew_mesh::{
     HexMesh, Mesh, TruncatedEllipsoid, boundary_facets, box_hexahedra, box_tetrahedra,
     rectangle_triangles,
@@ -112,7 +112,7 @@ fn a_turned_box_on_inclined_rollers_is_the_turned_solution() {
 }
 
 fn balanced(body: &ForceBalance) -> Vec<f64> {
-    BalanceSolver::new(body).unwrap().solve(&THETA, &Options::default()).unwrap().displacement
+    Solver::new(body).unwrap().solve(&THETA, &Options::default()).unwrap().displacement
 }
 
 #[test]
@@ -251,7 +251,7 @@ fn pressed_ring<L: Law<0>>(
     let magnitude = Magnitude::Fixed(pressure);
     let load = Load::Pressure { facets: "inner".into(), magnitude };
     let body = scene(law, ring(around), vec![load], supports).lower_follower().unwrap();
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     solver.solve(&THETA, &Options::default()).unwrap().displacement
 }
 

@@ -3,7 +3,7 @@
 use crate::hard_cases::bodies::*;
 use sinew_energy::laws::{Guccione, NeoHookean};
 use sinew_energy::{Load, Magnitude, Scene};
-use sinew_fem::{BalanceSolver, CurvePoint, Line, Options, SolveError, Solver};
+use sinew_fem::{CurvePoint, Line, Options, SolveError, Solver};
 use sinew_mesh::box_tetrahedra;
 
 /// Only equilibria, or an error with numbers, within so many points.
@@ -15,7 +15,7 @@ fn a_loose_pressure_is_followed_to_where_a_solve_ends() {
     let load = Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Fixed(0.01) };
     let beam = scene(NeoHookean, box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2]));
     let body = Scene { loads: vec![load], ..beam }.lower_follower().unwrap();
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     let (theta, options) = ([1.0, 1.0], Options::default());
     let solved = solver.solve(&theta, &options).unwrap().displacement;
     let curve = solver.follow(&Line::of_loads(&theta), &options).unwrap().take(MOST);

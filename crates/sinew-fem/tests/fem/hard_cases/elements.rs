@@ -4,7 +4,7 @@ use crate::hard_cases::bodies::parameters;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{ByYoungPoisson, NeoHookean};
 use sinew_energy::{Body, FiniteElement, Law, Load, Nodes, Scene, SceneError, Support, Units};
-use sinew_fem::{BalanceSolver, Options, SolveError, Solver};
+use sinew_fem::{Options, SolveError, Solver};
 use sinew_mesh::{Defect, Mesh, TriangleMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 use std::f64::consts::PI;
 
@@ -65,7 +65,7 @@ fn mixed_elements_bend_incompressibly_where_linear_ones_lock() {
     });
     let mixed = deflection(tetrahedra().quadratic(), poisson, |scene| {
         let body = scene.lower_mixed().unwrap();
-        let mut solver = BalanceSolver::new(&body).unwrap();
+        let mut solver = Solver::new(&body).unwrap();
         let solution = solver.solve(&[3.0, poisson], &Options::default()).unwrap();
         solution.displacement
     });

@@ -23,7 +23,7 @@ fn follow<M: Fn([f64; 3]) -> [f64; 3]>(
         prescribe(body, mesh, set, motion(step));
         let rest = vec![0.0; body.prescribed.len()];
         let initial = solutions.last().map_or(rest, |s| s.displacement.clone());
-        let mut solver = Solver::new(body).unwrap();
+        let mut solver = Solver::new(&*body).unwrap();
         solutions.push(solver.solve_from(&initial, &SOFT, &Options::default()).unwrap());
     }
     solutions

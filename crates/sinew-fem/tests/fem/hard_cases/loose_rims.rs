@@ -4,9 +4,7 @@ use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{Guccione, HolzapfelOgden, NeoHookean};
 use sinew_energy::{ForceBalance, Load, Magnitude, Scene, Support, ThetaError};
-use sinew_fem::{
-    BalanceSolution, BalanceSolver, NotConverged, Options, SolveError, sweep_balances,
-};
+use sinew_fem::{NotConverged, Options, Solution, SolveError, Solver, sweep};
 use sinew_mesh::{TetMesh, box_tetrahedra, quality};
 
 const THETA: [f64; 2] = [1.0, 1.0];
@@ -22,12 +20,8 @@ fn mesh() -> TetMesh {
     box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2])
 }
 
-fn solved(
-    body: &ForceBalance,
-    theta: &[f64],
-    options: &Options,
-) -> Result<BalanceSolution, SolveError> {
-    let result = BalanceSolver::new(body)?.solve(theta, options);
+fn solved(body: &ForceBalance, theta: &[f64], options: &Options) -> Result<Solution, SolveError> {
+    let result = Solver::new(body)?.solve(theta, options);
     if let Ok(solution) = &result {
         println!(
             "{} iterations, {} load steps, residual {:.1e} of {:.1e}, {:.1} ms",
@@ -45,7 +39,7 @@ fn solved(
 }
 
 #[track_caller]
-fn not_converged(result: Result<BalanceSolution, SolveError>) -> NotConverged {
+fn not_converged(result: Result<Solution, SolveError>) -> NotConverged {
     match result {
         Err(SolveError::NotConverged(failure)) => {
             println!("{failure}");
@@ -177,11 +171,11 @@ fn a_balance_goes_on_from_a_solution_nearby_and_knows_where_to() {
     scene.parameters = parameters(&["mu", "lambda", "p"]);
     scene.loads = vec![Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Theta(2) }];
     let body = scene.lower_follower().unwrap();
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     let (theta, near) = ([1.0, 1.2, 0.012], [1.0 + 1e-4, 1.2, 0.012]);
     let solution = solver.solve(&theta, &Options::default()).unwrap();
     let cold = solver.solve(&near, &Options::default()).unwrap();
-    let warm = solver.solve_from(&solution, &near, &Options::default()).unwrap();
+    let warm = solver.solve_near(&solution, &near, &Options::default()).unwrap();
     assert!(difference(&warm.displacement, &cold.displacement) < 1e-8);
     assert!(warm.iterations() <= 4 && warm.iterations() < cold.iterations());
     let slopes = solver.sensitivity(&solution).unwrap();
@@ -190,7 +184,7 @@ fn a_balance_goes_on_from_a_solution_nearby_and_knows_where_to() {
         let at = |by: f64| {
             let mut theta = theta;
             theta[entry] += by;
-            BalanceSolver::new(&body).unwrap().solve(&theta, &Options::default()).unwrap()
+            Solver::new(&body).unwrap().solve(&theta, &Options::default()).unwrap()
         };
         let (up, down) = (at(step).displacement, at(-step).displacement);
         let quotient: Vec<_> = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * step)).collect();
@@ -248,7 +242,7 @@ fn limits_on_iterations_are_kept_by_the_balance_too() {
 fn a_free_body_is_refused_by_the_balance_too() {
     let mut body = pressed(0.1).lower_follower().unwrap();
     body.body.prescribed.fill(None);
-    let error = BalanceSolver::new(&body).map(|_| ()).unwrap_err();
+    let error = Solver::new(&body).map(|_| ()).unwrap_err();
     assert!(matches!(error, SolveError::FreeToMove { modes, .. } if modes.len() == 6));
 }
 
@@ -291,7 +285,7 @@ fn a_sweep_of_loose_followers_finds_what_cold_solves_find_in_fewer_iterations() 
     let thetas: Vec<Vec<f64>> =
         (0..12).map(|k| vec![1.0 + 0.05 * f64::from(k), 1.5 - 0.04 * f64::from(k)]).collect();
     let options = Options::default();
-    let swept = sweep_balances(&body, &thetas, &options, || {}).unwrap();
+    let swept = sweep(&body, &thetas, &options, || {}).unwrap();
     let (mut cold, mut warm) = (0, 0);
     for (found, theta) in swept.solutions().unwrap().into_iter().zip(&thetas) {
         let alone = solved(&body, theta, &options).unwrap();

@@ -9,7 +9,7 @@ use sinew_energy::laws::{Guccione, HolzapfelOgden};
 use sinew_energy::{
     Body, ForceBalance, Load, Magnitude, NearlyIncompressible, Scene, Support, SurfaceResponse,
 };
-use sinew_fem::{BalanceSolution, BalanceSolver, Options, Solution, SolveError, Solver, sweep};
+use sinew_fem::{Options, Solution, SolveError, Solver, sweep};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -83,8 +83,8 @@ fn sound(potential: &Body, solution: &Solution) -> Result<(), String> {
 }
 
 /// Whether a solution of the balance is one.
-fn sound_balance(body: &ForceBalance, solution: &BalanceSolution) -> Result<(), String> {
-    let BalanceSolution { displacement, theta, residual, force_scale, load_factor, .. } = solution;
+fn sound_balance(body: &ForceBalance, solution: &Solution) -> Result<(), String> {
+    let Solution { displacement, theta, residual, force_scale, load_factor, .. } = solution;
     let (mut forces, value) = gradient_and_energy(&body.body, displacement, theta);
     let mut loads = vec![0.0; forces.len()];
     let mut response = SurfaceResponse::default();
@@ -277,12 +277,12 @@ fn a_guccione_beam_under_a_loose_pressure_is_in_equilibrium_all_over_its_range()
     let mut tally = Tally::default();
     for pressure in [0.149, 0.15, 0.151] {
         let body = traction_beam(pressure, 25.0);
-        let mut solver = BalanceSolver::new(&body).unwrap();
+        let mut solver = Solver::new(&body).unwrap();
         let result = solver.solve(&[2.5, 3.0, 2.0, 2.25], &Options::default());
         tally.add(pressure, result.map(|s| sound_balance(&body, &s)));
     }
     let body = traction_beam(0.15, 25.0);
-    let mut solver = BalanceSolver::new(&body).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     for theta in [[1.75; 4], [3.5; 4], [1.75, 3.5, 1.75, 3.5], [3.5, 1.75, 3.5, 1.75]] {
         let result = solver.solve(&theta, &Options::default());
         tally.add(theta, result.map(|s| sound_balance(&body, &s)));
@@ -300,7 +300,7 @@ fn a_loose_pressure_up_to_overflow_is_in_equilibrium_or_refused() {
             let loads = vec![Load::Pressure { facets: "x_max".into(), magnitude }];
             let scene = Scene { loads, ..with_directions(HO, mesh.clone(), [FIBRES[0]]) };
             let body = scene.lower_follower().unwrap();
-            let mut solver = BalanceSolver::new(&body).unwrap();
+            let mut solver = Solver::new(&body).unwrap();
             for b in [1.0, 100.0] {
                 let result = solver.solve(&exponents(b), &Options::default());
                 tally.add((sign, exponent, b), result.map(|s| sound_balance(&body, &s)));
@@ -322,11 +322,11 @@ fn a_traced_volume_up_to_overflow_is_in_equilibrium_or_refused() {
     let body = scene.lower_follower().unwrap();
     for b in [1.0, 10.0, 100.0, 300.0] {
         for volume in [0.01, 0.1, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0] {
-            let mut solver = BalanceSolver::new(&body).unwrap();
+            let mut solver = Solver::new(&body).unwrap();
             let trace = solver.trace_volume(&exponents(b), &[volume], &Options::default());
             let trace = trace.map(|steps| {
                 let solution = &steps[0].solution;
-                let BalanceSolution { displacement, theta, load_factor, .. } = solution;
+                let Solution { displacement, theta, load_factor, .. } = solution;
                 let (mut forces, value) = gradient_and_energy(&body.body, displacement, theta);
                 let mut loads = vec![0.0; forces.len()];
                 for pressure in &body.body.pressures {

@@ -8,7 +8,7 @@ use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{
     ForceBalance, Load, Magnitude, Parameter, PressureForm, Scene, SceneError, Support,
 };
-use sinew_fem::{Advice, BalanceSolver, Options, SolveError, Solver};
+use sinew_fem::{Advice, Options, SolveError, Solver};
 
 #[test]
 fn theta_of_the_wrong_length_is_refused_with_both_lengths() {
@@ -102,7 +102,7 @@ fn pressed_block() -> ForceBalance {
 #[test]
 fn a_balance_whose_arrays_do_not_fit_or_hold_no_numbers_is_refused() {
     let sound = pressed_block();
-    assert!(BalanceSolver::new(&sound).is_ok());
+    assert!(Solver::new(&sound).is_ok());
     type Change = fn(&mut ForceBalance);
     let changes: [Change; 12] = [
         |b| b.followers[0].rule.nodes = 0,
@@ -121,7 +121,7 @@ fn a_balance_whose_arrays_do_not_fit_or_hold_no_numbers_is_refused() {
     for (index, change) in changes.into_iter().enumerate() {
         let mut broken = pressed_block();
         change(&mut broken);
-        let refusal = BalanceSolver::new(&broken).err();
+        let refusal = Solver::new(&broken).err();
         assert!(matches!(refusal, Some(SolveError::Malformed { .. })), "{index}: {refusal:?}");
     }
 }

@@ -1,5 +1,6 @@
 //! Adaptive Metropolis on the solver: H. Haario, E. Saksman and J. Tamminen (Bernoulli, 2001).
 
+use super::reference::{self, weight};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +16,7 @@ const NUGGET: f64 = 1e-6;
 const STREAM: u64 = 0x414d;
 
 /// A chain of coordinates that starts at a mode with proposals of its covariance, and the solves that it made.
-pub(crate) fn chain(
+pub(super) fn chain(
     problem: &Problem,
     model: &dyn Forward,
     mode: &Mode,
@@ -24,17 +25,10 @@ pub(crate) fn chain(
 ) -> (Vec<Vec<f64>>, usize) {
     let count = problem.unknowns.len();
     let mut random = ChaCha8Rng::seed_from_u64(split_seed(seed, STREAM));
-    let density = |y: &[f64]| {
-        let Ok(seen) = model.observe(&problem.theta(y), false) else { return f64::NEG_INFINITY };
-        let misfit = |d: &sinew_calibrate::Datum| {
-            ((d.value - seen.values[d.observable]) / d.deviation).powi(2)
-        };
-        -0.5 * (problem.data.iter().map(misfit).sum::<f64>() + y.iter().map(|y| y * y).sum::<f64>())
-    };
+    let density = |y: &[f64]| weight(problem, model, y).unwrap_or(f64::NEG_INFINITY);
     // The best scale of a normal target in so many dimensions (Gelman, Roberts and Gilks, 1996).
     let scale = 2.38 * 2.38 / count as f64;
-    let precision = &mode.information + DMatrix::identity(count, count);
-    let mut covariance = precision.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count));
+    let mut covariance = reference::covariance(mode);
     let mut now = mode.y[..count].to_vec();
     let mut height = density(&now);
     let mut all = vec![now.clone()];

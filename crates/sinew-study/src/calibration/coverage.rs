@@ -1,14 +1,16 @@
 //! How often intervals hold the truth of synthetic patients.
 
-use crate::options::Options;
-use crate::patients::{self, NAMES, Synthetic};
+use super::options::Options;
+use super::patients::{self, NAMES, Synthetic};
+use super::row;
+use crate::program;
 use anyhow::{Result, anyhow};
+use serde::{Deserialize, Serialize};
 use sinew_calibrate::{Correction, Forward, Solves, calibrate};
-use sinew_report::{Block, Cell, Chart, Section, Series, Style};
+use sinew_report::{Block, Chart, Section, Series, Style};
 use sinew_sample::{RankEcdf, quantile, split_seed};
 
-/// Meshes and patients of a quick check.
-const QUICK_CELLS: [usize; 3] = [2, 8, 5];
+/// Patients of a quick check.
 const QUICK_PATIENTS: usize = 3;
 /// Intervals whose coverage is counted.
 const LEVELS: [f64; 3] = [0.5, 0.8, 0.95];
@@ -18,35 +20,30 @@ const POINTS: usize = 20;
 const VOLUMES: [&str; 2] = ["volume of endo at rest", "volume of endo at top"];
 
 /// One patient's ranks of the truth, by quantity.
+#[derive(Serialize, Deserialize)]
 struct Outcome {
     ranks: Vec<f64>,
     correction: Correction,
     mixing: [f64; 3],
 }
 
-pub(crate) fn section(options: &Options) -> Result<Section> {
-    let (patients, cells) = match options.quick {
-        true => (QUICK_PATIENTS, QUICK_CELLS),
-        false => (options.patients, cells(&options.cells)?),
-    };
+pub(super) fn section(options: &Options) -> Result<Section> {
+    let patients = if options.quick { QUICK_PATIENTS } else { options.patients };
+    let cells = patients::cells(options)?;
     let (mut outcomes, mut refused, mut without_rest) = (Vec::new(), Vec::new(), 0);
     for number in 0..patients {
-        let (patient, failed) = patients::random(options.seed, number as u64, cells)?;
+        let file = options.out.join(format!("patients/{number}.json"));
+        let (failed, found) = program::kept(&file, options.resume, || {
+            let (patient, failed) = patients::random(options.seed, number as u64, cells)?;
+            Ok((failed, one(options, &patient, number as u64)?))
+        })?;
         without_rest += failed;
-        match one(options, &patient, number as u64)? {
+        match found {
             Ok(outcome) => {
-                let c = &outcome.correction;
+                let Outcome { ranks, correction: c, mixing } = &outcome;
                 println!(
-                    "patient {number}: {} solves, {} rounds, {:.0} s, k̂ {:.2}, accepted {:.3}, R̂ {:.3}, ESS {:.0} and {:.0}, ranks {:.2?}",
-                    c.solves,
-                    c.rounds,
-                    c.seconds,
-                    c.k_hat,
-                    c.acceptance,
-                    outcome.mixing[0],
-                    outcome.mixing[1],
-                    outcome.mixing[2],
-                    outcome.ranks
+                    "patient {number}: {} solves, {} rounds, {:.0} s, k̂ {:.2}, accepted {:.3}, R̂ and ESS {mixing:.3?}, ranks {ranks:.2?}",
+                    c.solves, c.rounds, c.seconds, c.k_hat, c.acceptance,
                 );
                 outcomes.push(outcome);
             }
@@ -61,10 +58,6 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
         outcomes.len()
     );
     Ok(written(&outcomes, refused, title))
-}
-
-fn cells(given: &[usize]) -> Result<[usize; 3]> {
-    given.try_into().map_err(|_| anyhow!("--cells: give three numbers, such as 2,12,6"))
 }
 
 /// The outcome of a patient, or why there is none.
@@ -96,60 +89,42 @@ fn one(options: &Options, patient: &Synthetic, number: u64) -> Result<Result<Out
 }
 
 fn written(outcomes: &[Outcome], refused: Vec<String>, title: String) -> Section {
-    let names = NAMES.into_iter().chain(VOLUMES);
-    let mut rows: Vec<Vec<Cell>> = Vec::new();
-    let mut charts = Vec::new();
-    let mut pooled = [0.0; 3];
-    let inside = |rank: f64, level: f64| (rank - 0.5).abs() <= 0.5 * level;
-    let held = |ranks: &[f64], level: f64| {
-        ranks.iter().filter(|rank| inside(**rank, level)).count() as f64 / ranks.len() as f64
+    const HEAD: [&str; 4] = ["50 %", "80 %", "95 %", "inside its band"];
+    let held = |ranks: &[f64]| {
+        LEVELS.map(|level| {
+            let inside = ranks.iter().filter(|rank| (**rank - 0.5).abs() <= 0.5 * level);
+            inside.count() as f64 / ranks.len() as f64
+        })
     };
-    let mut count = 0.0;
-    for (at, name) in names.enumerate() {
+    let (mut rows, mut charts, mut all) = (Vec::new(), Vec::new(), Vec::new());
+    for (at, name) in NAMES.into_iter().chain(VOLUMES).enumerate() {
         let ranks: Vec<f64> = outcomes.iter().map(|outcome| outcome.ranks[at]).collect();
         let ecdf = RankEcdf::new(&ranks, POINTS, 0.95);
-        let shares = LEVELS.map(|level| held(&ranks, level));
-        (0..3).for_each(|i| pooled[i] += shares[i]);
-        count += 1.0;
-        println!(
-            "{name}: 50/80/95 % intervals hold {shares:.2?}, rank ECDF inside its band: {}",
-            ecdf.inside()
-        );
-        let mut row = vec![Cell::from(name)];
-        row.extend(shares.map(Cell::from));
-        row.push(Cell::from(if ecdf.inside() { "inside" } else { "outside" }));
-        rows.push(row);
+        let [half, most, nearly] = held(&ranks);
+        rows.push(row(name, &HEAD, &[half, most, nearly, f64::from(u8::from(ecdf.inside()))]));
         charts.push(chart(name, &ecdf));
+        all.extend(ranks);
     }
-    let pooled = pooled.map(|sum| sum / count);
-    let mut row = vec![Cell::from("pooled")];
-    row.extend(pooled.map(Cell::from));
-    row.push(Cell::default());
-    rows.push(row);
-    println!("pooled: {pooled:.3?}");
-    let median =
-        |of: &dyn Fn(&Outcome) -> f64| quantile(&outcomes.iter().map(of).collect::<Vec<_>>(), 0.5);
-    let facts = [
-        ("median solves", median(&|o| o.correction.solves as f64)),
-        ("median time [s]", median(&|o| o.correction.seconds)),
-        ("median k̂", median(&|o| o.correction.k_hat)),
-        ("median acceptance", median(&|o| o.correction.acceptance)),
-        ("median R̂", median(&|o| o.mixing[0])),
-        ("median bulk ESS", median(&|o| o.mixing[1])),
-        ("median tail ESS", median(&|o| o.mixing[2])),
+    rows.push(row("pooled", &HEAD, &held(&all)));
+    let of: [(&str, fn(&Outcome) -> f64); 7] = [
+        ("median solves", |o| o.correction.solves as f64),
+        ("median time [s]", |o| o.correction.seconds),
+        ("median k̂", |o| o.correction.k_hat),
+        ("median acceptance", |o| o.correction.acceptance),
+        ("median R̂", |o| o.mixing[0]),
+        ("median bulk ESS", |o| o.mixing[1]),
+        ("median tail ESS", |o| o.mixing[2]),
     ];
-    facts.iter().for_each(|(name, value)| println!("{name}: {value:.3}"));
-    let facts = facts.map(|(name, value)| (name.to_string(), format!("{value:.3}")));
-    let head = ["quantity", "50 %", "80 %", "95 %", "rank ECDF in its 95 % band"];
+    let median =
+        |of: fn(&Outcome) -> f64| quantile(&outcomes.iter().map(of).collect::<Vec<_>>(), 0.5);
+    let facts = of.map(|(name, of)| (name.to_string(), format!("{:.3}", median(of)))).to_vec();
+    println!("{title}; {facts:?}");
+    let head = ["quantity"].into_iter().chain(HEAD).map(String::from).collect();
     let blocks = vec![
         Block::Text(title),
         Block::List(refused),
-        Block::Facts(facts.to_vec()),
-        Block::Listing {
-            title: "Share of intervals that hold the truth".into(),
-            head: head.map(String::from).to_vec(),
-            rows,
-        },
+        Block::Facts(facts),
+        Block::Listing { title: "Share of intervals that hold the truth".into(), head, rows },
         Block::charts(
             "Rank ECDFs",
             "Share of the truth's ranks up to a point, with 95 % bands (Säilynoja 2022).",

@@ -1,23 +1,24 @@
 //! Command line.
 
 use clap::{Parser, ValueEnum};
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// Calibrate synthetic patients: coverage of intervals, and distance from brute force.
-#[derive(Parser, Clone, Debug)]
+#[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[command(name = "cargo xtask reproduce-calibration", version, max_term_width = 110)]
-pub(crate) struct Options {
-    /// Same code on three patients and a coarse grid: a check, not a result
+pub struct Options {
+    /// Same code on three patients and coarse grids: a check, not a result
     #[arg(long)]
     pub quick: bool,
     /// Patients of the coverage study
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = 100)]
     pub patients: usize,
-    /// Draws of each patient's posterior
-    #[arg(long, default_value_t = 560)]
+    /// Draws of each patient's posterior in the coverage study
+    #[arg(long, default_value_t = 240)]
     pub draws: usize,
     /// Cells through the wall, around and along of the patients' meshes
-    #[arg(long, value_delimiter = ',', num_args = 1, default_value = "2,12,6")]
+    #[arg(long, value_delimiter = ',', num_args = 1, default_value = "2,8,5")]
     pub cells: Vec<usize>,
     /// Parts to run [default: all]
     #[arg(long, value_delimiter = ',')]
@@ -25,22 +26,30 @@ pub(crate) struct Options {
     /// Seed that all seeds of the run derive from
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Folder for the report
+    /// Folder for the report and what it is made of
     #[arg(long, default_value = "out/reproduce-calibration")]
     pub out: PathBuf,
+    /// Keep the patients that an earlier run with the same options has finished
+    #[arg(long)]
+    #[serde(skip)]
+    pub resume: bool,
 }
 
 /// A part of the study.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Part {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Part {
     /// Two parameters against a grid of solves, with a bad emulator beside, and adaptive Metropolis.
-    Exactness,
+    Grid,
+    /// Four parameters against importance sampling.
+    Importance,
     /// Intervals of patients that nothing was tuned for.
     Coverage,
 }
 
 impl Options {
-    pub(crate) fn wants(&self, part: Part) -> bool {
+    /// Whether a part is asked for.
+    pub fn wants(&self, part: Part) -> bool {
         self.only.is_empty() || self.only.contains(&part)
     }
 }

@@ -1,27 +1,36 @@
 //! Synthetic patients: an image and parameters that know nothing of each other, and data of the unloaded body.
 
-use anyhow::Result;
+use super::options::Options;
+use anyhow::{Result, anyhow};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew::PatientFile;
 use sinew_sample::split_seed;
 
 /// Parameters whose truth is drawn from their prior.
-pub(crate) const NAMES: [&str; 4] = ["a", "b", "a_f", "b_f"];
+pub(super) const NAMES: [&str; 4] = ["a", "b", "a_f", "b_f"];
 /// Ranges of the priors.
 const RANGES: [[f64; 2]; 4] = [[0.1, 0.4], [1.0, 4.0], [1.5, 5.0], [1.0, 4.5]];
+/// Cells of a quick check.
+const QUICK_CELLS: [usize; 3] = [2, 8, 5];
 /// Seed stream of shapes and parameters.
 const SHAPES: u64 = 0x5348;
 
 /// A patient file with data.
-pub(crate) struct Synthetic {
+pub(super) struct Synthetic {
     pub file: PatientFile,
     pub theta: Vec<f64>,
 }
 
+/// Cells of the patients' meshes.
+pub(super) fn cells(options: &Options) -> Result<[usize; 3]> {
+    let given = if options.quick { &QUICK_CELLS[..] } else { &options.cells };
+    given.try_into().map_err(|_| anyhow!("--cells: give three numbers, such as 2,12,6"))
+}
+
 /// A patient of a random shape in the image; θ is drawn from the prior, independent of it. Draws without a body at rest are
 /// made again, which the count of them tells.
-pub(crate) fn random(seed: u64, number: u64, cells: [usize; 3]) -> Result<(Synthetic, usize)> {
+pub(super) fn random(seed: u64, number: u64, cells: [usize; 3]) -> Result<(Synthetic, usize)> {
     let mut random = ChaCha8Rng::seed_from_u64(split_seed(split_seed(seed, SHAPES), number));
     let mut failed = 0;
     loop {
@@ -46,7 +55,7 @@ pub(crate) fn random(seed: u64, number: u64, cells: [usize; 3]) -> Result<(Synth
 }
 
 /// A patient of one shape, of whose parameters a and a_f are unknown.
-pub(crate) fn of_two(seed: u64, cells: [usize; 3]) -> Result<Synthetic> {
+pub(super) fn of_two(seed: u64, cells: [usize; 3]) -> Result<Synthetic> {
     let ranges = [RANGES[0], [2.0, 2.0], RANGES[2], [2.1, 2.1]];
     let text = text([20.0, 30.0], [52.0, 62.0], 15.0, cells, &ranges);
     let theta = vec![0.2, 2.8];
