@@ -1,8 +1,10 @@
 //! Coordinates in which displacements of a body are learned.
 
+use crate::anchors::Anchors;
 use crate::motions::Motions;
 use crate::principal::PrincipalDirections;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Coordinates in which displacements of a body are learned.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -33,6 +35,14 @@ impl Coordinates {
         match self {
             Self::Motions(motions) => motions.rates(),
             Self::Components | Self::Principal(_) => &[],
+        }
+    }
+
+    /// Solved states whose functions multiply the last slopes; none where outputs follow one state.
+    pub fn anchors(&self) -> Option<&Arc<Anchors>> {
+        match self {
+            Self::Motions(motions) => motions.anchors(),
+            Self::Components | Self::Principal(_) => None,
         }
     }
 

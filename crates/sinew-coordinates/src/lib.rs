@@ -32,6 +32,8 @@
 //! - [`Dirichlet`]: what supports prescribe, written over a prediction.
 //! - [`ParameterScaling`], [`OutputScale`]: standardised parameters and displacements.
 
+mod anchors;
+mod blend;
 mod coordinates;
 mod dirichlet;
 mod error;
@@ -44,10 +46,11 @@ mod split;
 mod tree;
 mod turning;
 
+pub use anchors::Anchors;
 pub use coordinates::Coordinates;
 pub use dirichlet::Dirichlet;
 pub use error::{CoordinateError, require_count, require_finite, require_positive};
-pub use motions::Motions;
+pub use motions::{Anchor, Motions};
 pub use polynomial::{MOST, all_terms, check_terms};
 pub use principal::PrincipalDirections;
 pub use scaling::{OutputScale, ParameterRange, ParameterScale, ParameterScaling};

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::anchors::Anchors;
 use crate::tree::MotionTree;
 use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use serde::{Deserialize, Serialize};
@@ -33,6 +34,17 @@ pub struct Motions {
     slopes: Arc<[Vec<f64>]>,
     /// Logarithm of the amplitude per unit of each of these terms; none where outputs follow without one.
     rates: Arc<[f64]>,
+    /// Further solved states, whose functions multiply the last of `slopes`.
+    anchors: Option<Arc<Anchors>>,
+}
+
+/// A solved state that outputs are to go through.
+#[derive(Clone, Debug)]
+pub struct Anchor {
+    /// Its standardised parameters.
+    pub at: Vec<f64>,
+    /// Taylor polynomial there, node by node \[length\]: the displacement, and its changes with each parameter and each product of two.
+    pub changes: Vec<Vec<f64>>,
 }
 
 /// Eigenvalue \[relative to the largest of a cluster's stiffness\] below which a motion has scale zero.
@@ -96,6 +108,7 @@ impl Motions {
             tree: tree.into(),
             slopes: Arc::new([]),
             rates: Arc::new([]),
+            anchors: None,
         })
     }
 
@@ -110,7 +123,7 @@ impl Motions {
     /// Another body than the motions', or changes that do not belong to it.
     pub fn following(mut self, changes: &[Vec<f64>], body: &Body) -> Result<Self> {
         self.slopes = self.outputs_of(changes, &Dirichlet::of_body(body))?.into();
-        self.rates = Arc::new([]);
+        (self.rates, self.anchors) = (Arc::new([]), None);
         Ok(self)
     }
 
@@ -176,17 +189,37 @@ impl Motions {
     /// # Errors
     /// Another body than the motions', other parameters than the outputs follow.
     pub fn followed(&self, parameters: &[f64], body: &Body) -> Result<Vec<f64>> {
-        check_terms(self.slopes.len() - usize::from(!self.rates.is_empty()), parameters.len())?;
         require_count("nodes of the body", body.nodes, self.tree.positions.len())?;
-        let mut outputs = vec![0.0; 6 * self.tree.centres.len() + self.origin.len()];
-        let terms = with_amplitude(terms(parameters), &self.rates);
-        for (slope, term) in self.slopes.iter().zip(terms) {
-            outputs.iter_mut().zip(slope).for_each(|(y, slope)| *y += term * slope);
-        }
+        let outputs = self.outputs_at(parameters)?;
         let (clusters, nodes) = outputs.split_at(6 * self.tree.centres.len());
         let moved = self.tree.moved(clusters, nodes);
         let moved: Vec<f64> = moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect();
         Ok(Dirichlet::of_body(body).write_over(&moved))
+    }
+
+    /// Outputs of clusters and then of nodes at standardised parameters.
+    pub(crate) fn outputs_at(&self, parameters: &[f64]) -> Result<Vec<f64>> {
+        let of_anchors = self.anchors.as_ref().map_or(0, |anchors| anchors.terms());
+        let of_amplitude = usize::from(!self.rates.is_empty());
+        let plain = self.slopes.len() - of_anchors;
+        check_terms(plain - of_amplitude, parameters.len())?;
+        let mut all = with_amplitude(terms(parameters), &self.rates);
+        all.truncate(plain);
+        if let Some(anchors) = &self.anchors {
+            all.extend(anchors.at_parameters(parameters, None)?);
+        }
+        let mut outputs = vec![0.0; 6 * self.tree.centres.len() + self.origin.len()];
+        for (slope, term) in self.slopes.iter().zip(all) {
+            outputs.iter_mut().zip(slope).for_each(|(y, slope)| *y += term * slope);
+        }
+        Ok(outputs)
+    }
+
+    /// Outputs with further terms, `slopes`, that are functions of anchors.
+    pub(crate) fn with_terms(mut self, anchors: Anchors, slopes: Vec<Vec<f64>>) -> Self {
+        self.slopes = self.slopes.iter().cloned().chain(slopes).collect();
+        self.anchors = Some(anchors.into());
+        self
     }
 
     /// The slopes as features of a graph's nodes, virtual ones after the real ones: six columns for each change that outputs follow, of
@@ -217,6 +250,11 @@ impl Motions {
     /// Logarithm of the amplitude per unit of each term, see [`Motions::in_proportion`]; none where outputs follow without one.
     pub fn rates(&self) -> &[f64] {
         &self.rates
+    }
+
+    /// Further solved states that outputs go through, see [`Motions::through`]; none where there is one alone.
+    pub fn anchors(&self) -> Option<&Arc<Anchors>> {
+        self.anchors.as_ref()
     }
 
     /// Outputs scaled so that unit outputs of all nodes together cost this `energy`.
@@ -380,6 +418,8 @@ struct Packed {
     slopes: Vec<String>,
     #[serde(default)]
     rates: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    anchors: Option<Anchors>,
 }
 
 impl From<Motions> for Packed {
@@ -396,6 +436,7 @@ impl From<Motions> for Packed {
             cluster_scales: packed::doubles(tree.cluster_scales.as_flattened().as_flattened()),
             slopes: motions.slopes.iter().map(|slope| packed::doubles(slope)).collect(),
             rates: motions.rates.to_vec(),
+            anchors: motions.anchors.as_deref().cloned(),
         }
     }
 }
@@ -428,9 +469,14 @@ impl TryFrom<Packed> for Motions {
         let slopes = packed.slopes.iter().map(|slope| read(slope, 6 * clusters + 3 * nodes));
         let slopes: Arc<[Vec<f64>]> = slopes.collect::<std::result::Result<_, _>>()?;
         let rates: Arc<[f64]> = packed.rates.into();
-        if !rates.is_empty() && rates.len() + 1 != slopes.len() {
+        let of_anchors = packed.anchors.as_ref().map_or(0, Anchors::terms);
+        let Some(plain) = slopes.len().checked_sub(of_anchors) else {
+            return Err("the outputs have fewer terms than their anchors".into());
+        };
+        if !rates.is_empty() && rates.len() + 1 != plain {
             return Err("the amplitude of the outputs has other terms than they".into());
         }
-        Ok(Self { origin, unknowns: packed.unknowns, tree: tree.into(), slopes, rates })
+        let (unknowns, anchors) = (packed.unknowns, packed.anchors.map(Arc::new));
+        Ok(Self { origin, unknowns, tree: tree.into(), slopes, rates, anchors })
     }
 }

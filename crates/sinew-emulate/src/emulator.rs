@@ -8,7 +8,7 @@ use crate::record::Record;
 use crate::regressed::{self, Regressed};
 use crate::store::{content, read_json, write_json};
 use crate::taylor::{self, TaylorExpansion};
-use crate::{Body, Error, PodRegression, Result, Warning};
+use crate::{Body, Error, PodRegression, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{FrozenTangent, Solver};
 use std::path::Path;
@@ -55,7 +55,7 @@ impl Prediction {
     }
 }
 
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const DESCRIPTION: &str = "emulator.json";
 
 #[derive(Serialize, Deserialize)]
@@ -95,9 +95,39 @@ impl<'b> Emulator<'b> {
     /// # Errors
     /// A body that cannot be solved at the centre.
     pub fn taylor(body: &'b Body, seed: u64) -> Result<Self> {
+        Self::taylor_with_anchors(body, 1, seed)
+    }
+
+    /// As [`Emulator::taylor`] through several solved states with their derivatives, `anchors` in all: beside the one at the centre those that
+    /// are added, one after the other, where the checked error is largest.
+    ///
+    /// ```
+    /// # use sinew_emulate::Emulator;
+    /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+    /// # let beam = Scene::new(sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 2]), NeoHookean)
+    /// #     .parameter(Parameter::log("mu", "kPa", 20.0..=100.0))
+    /// #     .parameter(Parameter::log("lambda", "kPa", 20.0..=100.0))
+    /// #     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
+    /// #     .support(Support::clamped("x_min"))
+    /// #     .lower()?;
+    /// let theta = vec![25.0, 90.0];
+    /// let error = |emulator: Emulator<'_>| -> Result<f64, Box<dyn std::error::Error>> {
+    ///     let predicted = emulator.predict(&[theta.clone()])?;
+    ///     Ok(emulator.estimate(&predicted, 0)?.distance.ok_or("no equilibrium is near")?.mean) // mm
+    /// };
+    /// let (one, four) = (Emulator::taylor(&beam, 1)?, Emulator::taylor_with_anchors(&beam, 4, 1)?);
+    /// assert_eq!(four.record.simulations, 4);
+    /// assert!(error(four)? < 0.2 * error(one)?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A body that cannot be solved at the centre or at another anchor, no anchors or more than 50.
+    pub fn taylor_with_anchors(body: &'b Body, anchors: usize, seed: u64) -> Result<Self> {
         require_some(body)?;
+        TrainingOptions { anchors, ..TrainingOptions::default() }.check()?;
         let start = Instant::now();
-        Ok(Self::of_taylor(body, TaylorExpansion::of(body, seed)?, start))
+        Ok(Self::of_taylor(body, TaylorExpansion::of(body, anchors, seed, &mut ())?, start))
     }
 
     /// Taylor expansion about a known solution at the centre of the parameters' ranges.
@@ -114,9 +144,9 @@ impl<'b> Emulator<'b> {
 
     fn of_taylor(body: &'b Body, taylor: TaylorExpansion, start: Instant) -> Self {
         let mut record = Record::new(taylor::KEY);
-        record.about = taylor::ABOUT.into();
+        record.simulations = taylor.anchors();
+        record.about = taylor::about(record.simulations);
         record.prepare_s = start.elapsed().as_secs_f64();
-        record.simulations = 1;
         Self::new(body, Box::new(Regressed { taylor: Some(taylor), regression: None }), record)
     }
 

@@ -109,6 +109,17 @@ pub enum Error {
         folder.display()
     )]
     UnknownKind { folder: PathBuf, kind: String },
+    /// A solved state that an expansion was to go through, and cannot.
+    #[error(
+        "anchor {number} at {theta} has no solution: {reason}; narrow the ranges of the parameters, or ask for {} anchors at most",
+        number - 1
+    )]
+    Anchor { number: usize, theta: String, reason: String },
+    /// Anchors for a recipe that stands about no state.
+    #[error(
+        "the recipe `{recipe}` has no anchors, and {anchors} were asked for; choose taylor, pi or hybrid, or leave them out"
+    )]
+    NoAnchors { recipe: String, anchors: usize },
     /// A parameter set that nothing answered.
     #[error("no answer was found; solve it from rest (sinew solve)")]
     Unanswered,

@@ -4,6 +4,9 @@ use crate::{Design, Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
+/// Anchors at most: beyond, their functions take longer than quasi-Newton steps.
+pub(crate) const MOST_ANCHORS: usize = 50;
+
 /// How much is spent on an emulator.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -43,6 +46,9 @@ pub struct TrainingOptions {
     pub thetas: Option<Vec<Vec<f64>>>,
     /// Held-out simulations at uniform parameters. They check the error estimate and give the training curves.
     pub held_out: usize,
+    /// Solved states that an expansion goes through, or the outputs of a network by energy or by hybrid training: the one at the centre of
+    /// the ranges, and others that are added where the error is largest. They count as simulations.
+    pub anchors: usize,
     /// Points of the training curves.
     pub evaluations: usize,
     /// Folder of simulations to learn from in place of new ones, such as [`crate::merge`] leaves.
@@ -77,6 +83,7 @@ impl Default for TrainingOptions {
             design: Design::default(),
             thetas: None,
             held_out: 20,
+            anchors: 1,
             evaluations: 20,
             simulations: None,
             start: None,
@@ -102,6 +109,12 @@ impl TrainingOptions {
             }
             Budget::Steps(0) => return setting("the budget in steps", 0.0),
             _ => {}
+        }
+        if !(1..=MOST_ANCHORS).contains(&self.anchors) {
+            let advice =
+                "give 1 to 50: a regression of as many simulations is the better choice beyond";
+            let value = self.anchors as f64;
+            return Err(Error::Setting { what: "the number of anchors", value, advice });
         }
         match self.held_out {
             0 | 1 => Err(Error::Setting {

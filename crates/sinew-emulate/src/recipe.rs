@@ -10,7 +10,7 @@ use crate::evaluate::TestSet;
 use crate::predictor::Predictor;
 use crate::record::Record;
 use crate::session::{Described, Session, is_finished};
-use crate::{Body, Calibration, Emulator, Observer, Result, TrainingOptions};
+use crate::{Body, Calibration, Emulator, Error, Observer, Result, TrainingOptions};
 use serde_json::Value;
 use std::fmt::Debug;
 
@@ -31,6 +31,11 @@ pub trait Train: Debug {
     /// Such a setting, with advice.
     fn check(&self) -> Result<()> {
         Ok(())
+    }
+
+    /// Whether it stands about solved states, of which [`TrainingOptions::anchors`] says how many.
+    fn has_anchors(&self) -> bool {
+        false
     }
 
     /// Sizes of its network, which a run that it starts from must share; `None` where it trains none of its own.
@@ -97,6 +102,9 @@ pub fn train_with<'b>(
     kinds: &[(&str, &crate::emulator::Load)],
 ) -> Result<Emulator<'b>> {
     recipe.check()?;
+    if options.anchors > 1 && !recipe.has_anchors() {
+        return Err(Error::NoAnchors { recipe: recipe.key().into(), anchors: options.anchors });
+    }
     let mut session = Session::begin(body, &described(recipe), options, observer)?;
     if let Some(folder) = &options.folder
         && is_finished(folder)

@@ -2,7 +2,7 @@
 
 use crate::predictor::Predictor;
 use crate::store::{read_json, write_json};
-use crate::taylor::TaylorExpansion;
+use crate::taylor::{self, TaylorExpansion};
 use crate::{Body, Error, PodRegression, Result};
 use rayon::prelude::*;
 use std::path::Path;
@@ -69,7 +69,7 @@ impl Regressed {
         });
         match (&self.taylor, regression) {
             (None, Some(regression)) => regression,
-            (_, None) => "second order about one solution".into(),
+            (taylor, None) => taylor::about(taylor.as_ref().map_or(1, TaylorExpansion::anchors)),
             (Some(_), Some(regression)) => {
                 format!("{regression}, of what second order about one solution leaves")
             }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use burn::tensor::{Device, Tensor, TensorData};
 use sinew_burn::rigid_motions;
-use sinew_coordinates::{Coordinates, MOST, MotionTree};
+use sinew_coordinates::{Anchors, Coordinates, MOST, MotionTree};
 
 use crate::arrays::matrix;
 use crate::data::Geometry;
@@ -33,15 +33,13 @@ struct Slopes {
     /// `[terms of the parameters, 1]`: rates of the logarithm of an amplitude a, which multiplies the terms. The last term
     /// is then 1 − a.
     rates: Option<Tensor<2>>,
+    /// Solved states whose functions multiply the last rows.
+    anchors: Option<Arc<Anchors>>,
 }
 
 impl Slopes {
-    fn new(
-        slopes: &[Vec<f64>],
-        rates: &[f64],
-        of_clusters: usize,
-        device: &Device,
-    ) -> Option<Self> {
+    fn new(coordinates: &Coordinates, of_clusters: usize, device: &Device) -> Option<Self> {
+        let (slopes, rates) = (coordinates.slopes(), coordinates.rates());
         let part = |range: fn(&[f64], usize) -> &[f64]| {
             let rows: Vec<f64> =
                 slopes.iter().flat_map(|row| range(row, of_clusters)).copied().collect();
@@ -51,29 +49,61 @@ impl Slopes {
             clusters: part(|row, at| &row[..at]),
             nodes: part(|row, at| &row[at..]),
             rates: (!rates.is_empty()).then(|| matrix(rates, rates.len(), device)),
+            anchors: coordinates.anchors().cloned(),
         })
+    }
+
+    /// Terms of the Taylor polynomial.
+    fn plain(&self) -> usize {
+        self.nodes.dims()[0] - self.anchors.as_ref().map_or(0, |anchors| anchors.terms())
+    }
+
+    /// Terms, and behind them functions of anchors, or their changes along a direction in each row. These are numbers of double precision until
+    /// they are summed, and constants of a training: nothing is learned through them.
+    fn with_anchors(
+        &self,
+        terms: Tensor<2>,
+        parameters: &Tensor<2>,
+        along: Option<&Tensor<2>>,
+    ) -> Tensor<2> {
+        let Some(anchors) = &self.anchors else { return terms };
+        let numbers = |x: &Tensor<2>| -> Vec<f64> {
+            x.clone().into_data().iter::<f32>().map(f64::from).collect()
+        };
+        let ([rows, count], at) = (parameters.dims(), numbers(parameters));
+        let along = along.map(numbers);
+        let values = (0..rows).flat_map(|row| {
+            let part = |all: &[f64]| all[row * count..(row + 1) * count].to_vec();
+            let along = along.as_deref().map(part);
+            let found = anchors.at_parameters(&part(&at), along.as_deref());
+            // A surrogate is assembled with as many parameters as its anchors have.
+            found.unwrap_or_else(|_| vec![f64::NAN; anchors.terms()])
+        });
+        let values = matrix(&values.collect::<Vec<_>>(), rows, &parameters.device());
+        Tensor::cat(vec![terms, values], 1)
     }
 
     /// Taylor terms at parameters, a row for each sample.
     fn terms(&self, parameters: Tensor<2>) -> Tensor<2> {
-        let plain = Tensor::cat(terms(parameters), 1);
-        match &self.rates {
-            None => plain.slice_dim(1, 0..self.nodes.dims()[0]),
+        let plain = Tensor::cat(terms(parameters.clone()), 1);
+        let terms = match &self.rates {
+            None => plain.slice_dim(1, 0..self.plain()),
             Some(rates) => {
                 let bounded = (plain.clone().matmul(rates.clone()) / MOST).tanh();
                 let amplitude = (bounded * MOST).exp();
                 Tensor::cat(vec![plain * amplitude.clone(), amplitude.neg() + 1.0], 1)
             }
-        }
+        };
+        self.with_anchors(terms, &parameters, None)
     }
 
     /// Derivatives of these along a direction of the parameters in each row.
     fn terms_along(&self, parameters: Tensor<2>, direction: Tensor<2>) -> Tensor<2> {
-        let change = Tensor::cat(terms_along(parameters.clone(), direction), 1);
-        match &self.rates {
-            None => change.slice_dim(1, 0..self.nodes.dims()[0]),
+        let change = Tensor::cat(terms_along(parameters.clone(), direction.clone()), 1);
+        let terms = match &self.rates {
+            None => change.slice_dim(1, 0..self.plain()),
             Some(rates) => {
-                let plain = Tensor::cat(terms(parameters), 1);
+                let plain = Tensor::cat(terms(parameters.clone()), 1);
                 let bounded = (plain.clone().matmul(rates.clone()) / MOST).tanh();
                 let slope = (bounded.clone() * bounded.clone()).neg() + 1.0;
                 let amplitude = (bounded * MOST).exp();
@@ -81,7 +111,8 @@ impl Slopes {
                 let change = change * amplitude + plain * of_amplitude.clone();
                 Tensor::cat(vec![change, of_amplitude.neg()], 1)
             }
-        }
+        };
+        self.with_anchors(terms, &parameters, Some(&direction))
     }
 
     /// Adds the Taylor polynomial of `terms` to `output`, a row for each sample.
@@ -156,12 +187,7 @@ impl OutputMap {
             Rule::Scale(_) | Rule::Matrices(_) => 0,
         };
         Self {
-            slopes: Slopes::new(
-                geometry.coordinates.slopes(),
-                geometry.coordinates.rates(),
-                6 * clusters,
-                device,
-            ),
+            slopes: Slopes::new(&geometry.coordinates, 6 * clusters, device),
             origin: field(geometry.coordinates.origin().unwrap_or(&scales.mean)),
             rule,
             supports: Supports::new(&geometry.dirichlet, dimensions, device),
@@ -262,6 +288,7 @@ impl OutputMap {
                 clusters: Tensor::from_inner(slopes.clusters.clone()),
                 nodes: Tensor::from_inner(slopes.nodes.clone()),
                 rates: slopes.rates.clone().map(Tensor::from_inner),
+                anchors: slopes.anchors.clone(),
             }),
         }
     }

@@ -219,7 +219,12 @@ impl Surrogate {
         require_count("outputs that are rigid motions", motions.into(), decoded.into())?;
         let parameters = self.scales.parameters.ranges().len();
         let (slopes, rates) = (geometry.coordinates.slopes().len(), geometry.coordinates.rates());
-        check_terms(slopes - usize::from(!rates.is_empty()), parameters)?;
+        let anchors = geometry.coordinates.anchors();
+        let of_anchors = anchors.map_or(0, |anchors| anchors.terms());
+        check_terms(slopes - usize::from(!rates.is_empty()) - of_anchors, parameters)?;
+        if let Some(anchors) = anchors {
+            anchors.variance(&vec![0.0; parameters])?;
+        }
         if !rates.is_empty() {
             require_count("terms of an amplitude", rates.len(), all_terms(parameters))?;
             require_finite("the rates of an amplitude", rates)?;

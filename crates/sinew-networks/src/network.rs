@@ -9,8 +9,10 @@ use course::Course;
 use serde::{Deserialize, Serialize};
 use sinew_coordinates::Coordinates as Meaning;
 use sinew_coordinates::{Motions, OutputScale};
-use sinew_emulate::parts::{Session, following, not_finite, scaling, timed};
-use sinew_emulate::{Body, Load, Predictor, Record, Simulations, TestSet, share_of};
+use sinew_emulate::parts::{Session, following, not_finite, scaling, timed, with_anchors};
+use sinew_emulate::{
+    Body, Load, Predictor, Record, Simulations, TestSet, TrainingOptions, share_of,
+};
 use sinew_fem::{Options, Solver};
 use sinew_gnn::{
     Backend, DataSet, Decoding, EmulatorConfig, FixedGeometry, Geometry, Objective, Sample, Scales,
@@ -174,14 +176,16 @@ pub(crate) fn train(
     })?;
     let (training, validation) = (lesson.samples(), Vec::new());
     let mut data = DataSet { geometries: Vec::new(), training, validation };
-    let starts = session.options.start.is_some();
-    let (coordinates, training) = stages(session, plan, starts);
+    let (starts, anchors) = (session.options.start.is_some(), session.options.anchors);
+    // Further anchors stand about a solved state.
+    let solves = starts || anchors > 1;
+    let (coordinates, training) = stages(session, plan, solves);
     let (mut course, mut earlier) = (Course::new(session)?, None);
     let topology = geometry.topology.clone();
     let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
     let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
-    let follow = |geometry: &mut Geometry, anchor: &[f64]| {
-        follow(geometry, body, lesson, at_anchor(anchor)?)
+    let follow = |session: &mut Session<'_, '_>, geometry: &mut Geometry, anchor: &[f64]| {
+        follow(geometry, session, lesson, at_anchor(anchor)?)
     };
     geometry.coordinates = match &coordinates {
         Coordinates::Components => Meaning::Components,
@@ -192,16 +196,19 @@ pub(crate) fn train(
             })?)
         }
         Coordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
-        Coordinates::MotionsOfSimulation => {
-            let anchor = coordinates::nearer(body, lesson.central_simulation(body))?;
-            timed(&mut prepare_s, || follow(&mut geometry, &anchor))?
-        }
-        // Fine-tuning has no first training that predicts a state of this body: one solve gives it.
-        Coordinates::MotionsAfter(_) if starts => {
+        // Fine-tuning has no first training that predicts a state of this body, and further anchors stand about a solved one: one solve gives it.
+        Coordinates::MotionsAfter(_) | Coordinates::MotionsOfSimulation
+            if anchors > 1 || starts && matches!(coordinates, Coordinates::MotionsAfter(_)) =>
+        {
             let centre = body.centre();
             let solved =
                 timed(&mut prepare_s, || Solver::new(body)?.solve(&centre, &Options::default()))?;
-            timed(&mut prepare_s, || follow(&mut geometry, &solved.displacement))?
+            session.simulations += if anchors > 1 { anchors } else { 0 };
+            timed(&mut prepare_s, || follow(session, &mut geometry, &solved.displacement))?
+        }
+        Coordinates::MotionsOfSimulation => {
+            let anchor = coordinates::nearer(body, lesson.central_simulation(body))?;
+            timed(&mut prepare_s, || follow(session, &mut geometry, &anchor))?
         }
         Coordinates::MotionsAfter(first) => {
             geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);
@@ -209,7 +216,8 @@ pub(crate) fn train(
             let surrogate = course.stage(session, "anchor", &data, lesson, plan, first)?;
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
             earlier = course.kept.map(|kept| (surrogate, kept));
-            timed(&mut prepare_s, || follow(&mut geometry, &coordinates::nearer(body, &anchor)?))?
+            let anchor = coordinates::nearer(body, &anchor)?;
+            timed(&mut prepare_s, || follow(session, &mut geometry, &anchor))?
         }
     };
     data.geometries = vec![geometry.clone()];
@@ -222,18 +230,21 @@ pub(crate) fn train(
     TrainedNetwork::new(surrogate, geometry)
 }
 
-/// Motions that follow the parameters, their derivatives among the features of the geometry.
+/// Motions that follow the parameters, through further anchors where there are some, their derivatives among the features of the geometry.
 fn follow(
     geometry: &mut Geometry,
-    body: &Body,
+    session: &mut Session<'_, '_>,
     lesson: &Lesson<'_>,
     motions: Motions,
 ) -> Result<Meaning> {
     /// Parameter sets that orders are tried at.
     const TRIED: usize = 32;
     let tried = &lesson.thetas[..lesson.thetas.len().min(TRIED)];
-    let (motions, first) = following(&mut Solver::new(body)?, motions, tried)?;
+    let mut solver = Solver::new(session.body)?;
+    let (motions, first) = following(&mut solver, motions, tried)?;
     graph::add_features(geometry, &first)?;
+    let TrainingOptions { anchors, seed, .. } = *session.options;
+    let motions = with_anchors(&mut solver, motions, anchors, seed, session.observer)?;
     Ok(Meaning::Motions(motions))
 }
 
@@ -241,14 +252,14 @@ fn follow(
 fn stages(
     session: &Session<'_, '_>,
     plan: &Plan<'_>,
-    starts: bool,
+    solves: bool,
 ) -> (Coordinates, TrainingConfig) {
     let (mut coordinates, mut training) = (plan.coordinates.clone(), plan.training.clone());
-    if starts {
+    if session.options.start.is_some() {
         training.learning_rate *= RATE_OF_START;
     }
     let mut stages = vec![&mut training];
-    if let (Coordinates::MotionsAfter(first), false) = (&mut coordinates, starts) {
+    if let (Coordinates::MotionsAfter(first), false) = (&mut coordinates, solves) {
         stages.push(first);
     }
     for stage in &mut stages {

@@ -115,6 +115,9 @@ impl Train for Recipe {
                 "network on {} simulations, in the energy norm about one of them",
                 record.simulations
             ),
+            Self::PhysicsInformed(_) if record.simulations > 0 => {
+                format!("network by minimum potential energy about {} solutions", record.simulations)
+            }
             Self::PhysicsInformed(_) => {
                 "network by minimum potential energy, without simulations; a few linear solves give its scales and Taylor polynomial"
                     .into()
@@ -132,6 +135,10 @@ impl Train for Recipe {
             }
             _ => Ok(()),
         }
+    }
+
+    fn has_anchors(&self) -> bool {
+        matches!(self, Self::Taylor | Self::PhysicsInformed(_) | Self::Hybrid(_))
     }
 
     fn network(&self) -> Option<Value> {

@@ -178,7 +178,7 @@ impl Trial<'_> {
 /// The Taylor expansion of second order; none for a body that has no solution at the centre of its parameters' ranges.
 fn expansion(session: &Session<'_, '_>, record: &mut Record) -> Option<TaylorExpansion> {
     let start = Instant::now();
-    let taylor = TaylorExpansion::of(session.body, session.options.seed).ok();
+    let taylor = TaylorExpansion::of(session.body, 1, session.options.seed, &mut ()).ok();
     record.prepare_s += start.elapsed().as_secs_f64();
     taylor
 }

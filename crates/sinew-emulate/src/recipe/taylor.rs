@@ -1,7 +1,6 @@
-//! Taylor expansion about one solution: nothing is trained.
+//! Taylor expansion about one solution or several: nothing is trained.
 
 use super::Train;
-use crate::Result;
 use crate::evaluate::TestSet;
 use crate::parameters::require_some;
 use crate::predictor::Predictor;
@@ -10,10 +9,11 @@ use crate::regressed::Regressed;
 use crate::session::Session;
 use crate::taylor::{self, TaylorExpansion};
 use crate::timing::timed;
+use crate::{Result, TrainingOptions};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-/// Taylor expansion of second order about the solution at the centre of the parameters' ranges: nothing is trained.
+/// Taylor expansion of second order about the solution at the centre of the parameters' ranges, and further anchors: nothing is trained.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Taylor;
 
@@ -26,8 +26,12 @@ impl Train for Taylor {
         json!({ "recipe": self.key() })
     }
 
-    fn about(&self, _: &Record) -> String {
-        taylor::ABOUT.into()
+    fn has_anchors(&self) -> bool {
+        true
+    }
+
+    fn about(&self, record: &Record) -> String {
+        taylor::about(record.simulations)
     }
 
     fn predictor(
@@ -39,9 +43,10 @@ impl Train for Taylor {
         let body = session.body;
         let taylor = timed(&mut record.prepare_s, || {
             require_some(body)?;
-            TaylorExpansion::of(body, session.options.seed)
+            let TrainingOptions { anchors, seed, .. } = *session.options;
+            TaylorExpansion::of(body, anchors, seed, session.observer)
         })?;
-        session.simulations = 1;
+        session.simulations = session.options.anchors;
         Ok(Box::new(Regressed { taylor: Some(taylor), regression: None }))
     }
 }

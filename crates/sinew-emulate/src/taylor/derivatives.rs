@@ -23,14 +23,12 @@ pub fn following(
     /// Distances in standardised parameters at which second order is taken, the next where the one before inverts a cell.
     const DEVIATIONS: [f64; 3] = [1.0, 0.5, 0.25];
     let body = solver.body();
-    let (centre, scaling) = (body.centre(), parameters::scaling(body)?);
-    let mut changes = solver.sensitivity_at(motions.origin(), &centre)?;
-    for (change, slope) in changes.iter_mut().zip(scaling.slopes(&centre)) {
-        change.iter_mut().for_each(|u| *u /= slope);
-    }
+    let centre = body.centre();
+    let mut changes = first_order(solver, motions.origin(), &centre)?;
     let first = motions.clone().following(&changes, body)?;
     for deviation in DEVIATIONS {
-        if let Some(products) = second_order(&first, solver, deviation)? {
+        let from = |away: &[f64]| Ok(first.followed(away, body)?);
+        if let Some(products) = second_order(solver, &vec![0.0; centre.len()], &from, deviation)? {
             changes.extend(products);
             let both = motions.clone().following(&changes, body)?;
             let count = body.parameters.len();
@@ -40,6 +38,20 @@ pub fn following(
         }
     }
     Ok((damped(&[Some(first.clone())], body, thetas)?, first))
+}
+
+/// Changes of a displacement with each standardised parameter; its stiffness is factorised last.
+pub(super) fn first_order(
+    solver: &mut Solver<'_>,
+    state: &[f64],
+    theta: &[f64],
+) -> Result<Vec<Vec<f64>>> {
+    let slopes = parameters::scaling(solver.body())?.slopes(theta);
+    let mut changes = solver.sensitivity_at(state, theta)?;
+    for (change, slope) in changes.iter_mut().zip(slopes) {
+        change.iter_mut().for_each(|u| *u /= slope);
+    }
+    Ok(changes)
 }
 
 /// Damping factors of first and second order, and the form, with the lowest energy at `thetas`. Energies above a small
@@ -77,11 +89,12 @@ fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result
     Ok(tried.swap_remove(0).1)
 }
 
-/// Second-order terms of the displacement in the standardised parameters, from states at `deviation` from the origin;
-/// `None` if the first order inverts a cell there.
-fn second_order(
-    first: &Motions,
+/// Changes of the displacement with the products of two standardised parameters, from states of first order, `from`, so far from a state
+/// `at` whose stiffness was factorised last; `None` where one of them inverts a cell.
+pub(super) fn second_order(
     solver: &mut Solver<'_>,
+    at: &[f64],
+    from: &dyn Fn(&[f64]) -> Result<Vec<f64>>,
     deviation: f64,
 ) -> Result<Option<Vec<Vec<f64>>>> {
     let body = solver.body();
@@ -91,10 +104,11 @@ fn second_order(
     let mut missing = |axes: &[usize]| -> Result<Option<Vec<f64>>> {
         let mut sum = vec![0.0; 3 * body.nodes];
         for sign in [deviation, -deviation] {
-            let at: Vec<f64> =
+            let away: Vec<f64> =
                 (0..count).map(|p| if axes.contains(&p) { sign } else { 0.0 }).collect();
-            let from = first.followed(&at, body)?;
-            let theta = scaling.unstandardise(&at)?;
+            let from = from(&away)?;
+            let moved: Vec<f64> = at.iter().zip(&away).map(|(x, away)| x + away).collect();
+            let theta = scaling.unstandardise(&moved)?;
             match solver.step_with_frozen_tangent(&from, &theta) {
                 Ok(to) => {
                     let moved = to.iter().zip(&from);

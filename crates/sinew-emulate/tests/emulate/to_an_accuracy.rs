@@ -13,7 +13,7 @@ use sinew_mesh::{VentricleShape, box_tetrahedra};
 use std::path::Path;
 
 /// A bar that bends far, over a decade of stiffness: the expansion alone is 30 % off at the soft end.
-fn bar() -> Body {
+pub(crate) fn bar() -> Body {
     let stiffness = |name: &str| Parameter::log(name, "kPa", 10.0..=100.0);
     let scene = Scene::new(box_tetrahedra([60.0, 10.0, 10.0], [6, 2, 2]), NeoHookean)
         .parameter(stiffness("mu"))

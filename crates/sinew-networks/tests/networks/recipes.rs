@@ -67,6 +67,43 @@ fn one_solution_followed_to_second_order_needs_no_training() {
     assert!(apart(loaded.field(0), stored.field(0)) < 1e-12);
 }
 
+#[test]
+fn networks_learn_what_several_solutions_leave() {
+    let body = beam(1.0);
+    let options = TrainingOptions { anchors: 4, ..TrainingOptions::default() };
+    let expansion = Recipe::Taylor.train(&body, &options, &mut ()).unwrap();
+    let recipe = PhysicsInformed::default();
+    let training = steps(&recipe.training, 1);
+    let recipe = Recipe::from(PhysicsInformed { network: small_network(), training, ..recipe });
+    let emulator = recipe.train(&body, &options, &mut ()).unwrap();
+    assert_eq!(emulator.record.simulations, 4);
+    assert!(emulator.record.about.contains("4 solutions"), "{}", emulator.record.about);
+    // After one step it is still the expansion, but for single precision and that step.
+    let theta = vec![9.0, 15.0];
+    let thetas = std::slice::from_ref(&theta);
+    let found = emulator.predict(thetas).unwrap();
+    let off = apart(found.field(0), expansion.predict(thetas).unwrap().field(0));
+    assert!(off < 1e-2, "{off:e}");
+    // Its exact derivatives are those by differences.
+    let exact = emulator.sensitivity(&theta).unwrap();
+    for (p, exact) in exact.iter().enumerate() {
+        const STEP: f64 = 1e-2;
+        let at = |sign: f64| {
+            let mut moved = theta.clone();
+            moved[p] += sign * STEP;
+            emulator.predict(&[moved]).unwrap().displacement
+        };
+        let (ahead, behind) = (at(1.0), at(-1.0));
+        let slope = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP));
+        // Single precision over the step.
+        assert!(apart(&slope.collect::<Vec<_>>(), exact) < 3e-3, "{p}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    emulator.save(folder.path()).unwrap();
+    let loaded = sinew_networks::load(folder.path(), &body).unwrap().predict(thetas).unwrap();
+    assert_eq!(loaded, found);
+}
+
 fn apart(found: &[f64], truth: &[f64]) -> f64 {
     let squares = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>();
     let difference = squares(&mut found.iter().zip(truth).map(|(a, b)| a - b));

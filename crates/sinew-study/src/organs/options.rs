@@ -29,6 +29,9 @@ pub struct Options {
     /// Recipes to train
     #[arg(long, value_delimiter = ',', value_enum, default_value = "pi,taylor,regression")]
     pub recipe: Vec<RecipeName>,
+    /// Solved states that taylor, pi and hybrid stand about [default: 1]
+    #[arg(long, value_name = "COUNT")]
+    pub anchors: Option<usize>,
     /// Folder of left_ventricle.vtk and liver.vtk, where there are such
     #[arg(long, default_value = "../shared/meshes")]
     pub meshes: PathBuf,

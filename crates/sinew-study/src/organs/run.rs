@@ -9,7 +9,7 @@ use crate::timing;
 use anyhow::{Result, ensure};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Case, Comparison, Emulator, Recipe, TestSet, TrainingOptions};
-use sinew_emulate::{Budget, Terminal, store};
+use sinew_emulate::{Budget, Terminal, Train, store};
 use sinew_report::{Block, Section};
 use std::path::{Path, PathBuf};
 
@@ -142,7 +142,8 @@ pub fn train<'b>(
     folder: &Path,
 ) -> Result<Emulator<'b>> {
     let training = program::training(options.quick, options.seed, folder, options.resume);
-    let training = TrainingOptions { budget, start, ..training };
+    let anchors = options.anchors.filter(|_| recipe.has_anchors()).unwrap_or(1);
+    let training = TrainingOptions { budget, start, anchors, ..training };
     Ok(recipe.train(body, &training, &mut Terminal::default())?)
 }
 

@@ -31,6 +31,8 @@ pub struct Training {
     pub seed: Option<u64>,
     /// Simulations that nothing is trained on; 20 where there is none.
     pub held_out: Option<usize>,
+    /// Solved states that taylor, pi or hybrid stand about; 1 where there is none.
+    pub anchors: Option<usize>,
     /// How samples are spread.
     pub design: Option<Design>,
     /// Sizes of the network.
@@ -162,6 +164,7 @@ impl Training {
             seed: self.seed.unwrap_or(own.seed),
             design: self.design.unwrap_or(own.design),
             held_out: self.held_out.unwrap_or(own.held_out),
+            anchors: self.anchors.unwrap_or(own.anchors),
             ..own
         }
     }

@@ -32,6 +32,9 @@ pub(crate) struct Train {
     /// Validation error, relative to the displacements, at which a regression takes no more simulations
     #[arg(long)]
     target: Option<f64>,
+    /// Solved states that taylor, pi or hybrid stand about, added where the error is largest; they count as simulations
+    #[arg(long, value_name = "COUNT")]
+    anchors: Option<usize>,
     /// Wall time of simulations and training in minutes
     #[arg(long, conflicts_with = "steps")]
     minutes: Option<f64>,
@@ -80,6 +83,7 @@ impl Train {
             // All stored simulations by default.
             samples: self.samples.or(own.samples).or(self.simulations.as_ref().map(|_| usize::MAX)),
             target: self.target.or(own.target),
+            anchors: self.anchors.or(own.anchors),
             seed: self.seed.or(own.seed),
             minutes,
             steps,
