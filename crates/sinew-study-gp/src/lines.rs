@@ -9,11 +9,14 @@ use std::sync::Arc;
 const CELLS: usize = 100;
 const STEPS: usize = 200;
 
+/// Values over time at both ends.
+type Held = [Option<fn(f64) -> f64>; 2];
+
 /// u_t, or u_tt where a rate is given, = d u_xx − a u_x on an interval, from the start of a unit of time.
 struct Lines {
     ends: [f64; 2],
     /// Values held at the ends over time; no flux where there are none.
-    held: [Option<fn(f64) -> f64>; 2],
+    held: Held,
     start: fn(f64) -> f64,
     rate: Option<fn(f64) -> f64>,
 }
@@ -111,7 +114,7 @@ const ZERO: fn(f64) -> f64 = |_| 0.0;
 /// Heat-BVP-1.
 pub(crate) fn heat_1(theta: &[f64]) -> Function<2> {
     let ends = [-PI / 2.0, PI / 2.0];
-    let held: [Option<fn(f64) -> f64>; 2] = [Some(|t| -(-t).exp()), Some(|t| (-t).exp())];
+    let held: Held = [Some(|t| -(-t).exp()), Some(|t| (-t).exp())];
     Lines { ends, held, start: f64::sin, rate: None }.solve([0.0, theta[0]])
 }
 
