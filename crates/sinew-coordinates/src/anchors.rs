@@ -80,7 +80,7 @@ impl Anchors {
         Ok((anchors, scaled.collect()))
     }
 
-    /// With the factor of their covariances; `None` where that is singular.
+    /// Anchors and the factor of their covariances; `None` where that is singular.
     fn at(places: Vec<DVector<f64>>, map: DMatrix<f64>) -> Option<(Self, Cholesky<f64, Dyn>)> {
         let orders = orders(map.ncols());
         let rows = orders.len();
@@ -93,6 +93,13 @@ impl Anchors {
         let factored = Cholesky::new(DMatrix::from_fn(count, count, entry))?;
         let inverse = factored.inverse();
         Some((Self { places, map, inverse }, factored))
+    }
+
+    /// Standardised parameters of the anchors.
+    pub fn parameters(&self) -> Vec<Vec<f64>> {
+        let solver = self.map.clone().lu();
+        let back = |place: &DVector<f64>| solver.solve(place).map(|x| x.as_slice().to_vec());
+        self.places.iter().filter_map(back).collect()
     }
 
     /// Number of the anchors.
