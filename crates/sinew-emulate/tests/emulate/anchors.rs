@@ -45,10 +45,10 @@ fn states_and_derivatives_are_met_at_every_anchor_and_no_anchor_is_taken_twice()
         let solution = solver.solve(theta, &Options::default()).unwrap();
         let off = apart(&at(&x), &solution.displacement);
         // Residuals of solves and the interpolation's nugget.
-        assert!(off < 1e-7, "{theta:?}: {off:e}");
+        assert!(off < 1e-5, "{theta:?}: {off:e}");
         let truth = solver.sensitivity(&solution).unwrap();
         for (p, slope) in scaling.slopes(theta).into_iter().enumerate() {
-            const STEP: f64 = 1e-4;
+            const STEP: f64 = 1e-2;
             let moved = |sign: f64| {
                 let mut x = x.clone();
                 x[p] += sign * STEP;
@@ -57,8 +57,8 @@ fn states_and_derivatives_are_met_at_every_anchor_and_no_anchor_is_taken_twice()
             let (ahead, behind) = (moved(1.0), moved(-1.0));
             let found = ahead.iter().zip(&behind).map(|(a, b)| slope * (a - b) / (2.0 * STEP));
             let off = apart(&found.collect::<Vec<_>>(), &truth[p]);
-            // Truncation of the difference.
-            assert!(off < 1e-4, "{theta:?}, {p}: {off:e}");
+            // Truncation of the difference, and the nugget over the step.
+            assert!(off < 1e-3, "{theta:?}, {p}: {off:e}");
         }
     }
 }
