@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 
 /// Parameter sets among which anchors are chosen.
 const CANDIDATES: usize = 1000;
-/// Of them, those whose error is estimated by Newton steps: the ones that tell most about the others.
+/// Candidates whose error is estimated by Newton steps: the ones that tell most about the others.
 const CHECKED: usize = 4;
 /// Deviations of the parameters over which derivatives at an anchor are differences: their error is of second order.
 const STEP: f64 = 0.02;

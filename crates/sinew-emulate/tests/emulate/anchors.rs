@@ -16,7 +16,7 @@ fn apart(found: &[f64], truth: &[f64]) -> f64 {
     norm(&mut found.iter().zip(truth).map(|(a, b)| a - b)) / norm(&mut truth.iter().copied())
 }
 
-/// Motions through so many states, and the parameters of these: the candidates of which the interpolation knows most.
+/// Motions through so many states, and the parameters of these.
 fn through(body: &Body, count: usize) -> (Motions, Vec<Vec<f64>>) {
     let mut solver = Solver::new(body).unwrap();
     let solved = solver.solve(&body.centre(), &Options::default()).unwrap().displacement;
@@ -26,14 +26,8 @@ fn through(body: &Body, count: usize) -> (Motions, Vec<Vec<f64>>) {
     let motions = following(&mut solver, motions, &tried).unwrap().0;
     let motions = with_anchors(&mut solver, motions, count, 1, &mut ()).unwrap();
     let scaling = scaling(body).unwrap();
-    let candidates = Design::Sobol.sample(&body.parameters, 1000, 1).unwrap();
-    let anchors = motions.anchors().unwrap().clone();
-    assert_eq!(anchors.count(), count, "no two are at the same parameters");
-    let unknown =
-        |theta: &Vec<f64>| anchors.variance(&scaling.standardise(theta).unwrap()).unwrap();
-    let mut found: Vec<_> = candidates.into_iter().chain([body.centre()]).collect();
-    found.sort_by(|a, b| unknown(a).total_cmp(&unknown(b)));
-    found.truncate(count);
+    let at = motions.anchors().unwrap().parameters();
+    let found = at.iter().map(|x| scaling.unstandardise(x).unwrap()).collect();
     (motions, found)
 }
 
@@ -41,6 +35,9 @@ fn through(body: &Body, count: usize) -> (Motions, Vec<Vec<f64>>) {
 fn states_and_derivatives_are_met_at_every_anchor_and_no_anchor_is_taken_twice() {
     let body = bar();
     let (motions, anchors) = through(&body, 5);
+    assert_eq!(anchors.len(), 5);
+    let twice = |i: usize| anchors[..i].iter().any(|other| apart(other, &anchors[i]) < 1e-6);
+    assert!(!(1..5).any(twice), "{anchors:?}");
     let (scaling, mut solver) = (scaling(&body).unwrap(), Solver::new(&body).unwrap());
     let at = |x: &[f64]| motions.followed(x, &body).unwrap();
     for theta in &anchors {
@@ -48,10 +45,10 @@ fn states_and_derivatives_are_met_at_every_anchor_and_no_anchor_is_taken_twice()
         let solution = solver.solve(theta, &Options::default()).unwrap();
         let off = apart(&at(&x), &solution.displacement);
         // Residuals of solves and the interpolation's nugget.
-        assert!(off < 1e-7, "{theta:?}: {off:e}");
+        assert!(off < 1e-5, "{theta:?}: {off:e}");
         let truth = solver.sensitivity(&solution).unwrap();
         for (p, slope) in scaling.slopes(theta).into_iter().enumerate() {
-            const STEP: f64 = 1e-4;
+            const STEP: f64 = 1e-2;
             let moved = |sign: f64| {
                 let mut x = x.clone();
                 x[p] += sign * STEP;
@@ -60,8 +57,8 @@ fn states_and_derivatives_are_met_at_every_anchor_and_no_anchor_is_taken_twice()
             let (ahead, behind) = (moved(1.0), moved(-1.0));
             let found = ahead.iter().zip(&behind).map(|(a, b)| slope * (a - b) / (2.0 * STEP));
             let off = apart(&found.collect::<Vec<_>>(), &truth[p]);
-            // Truncation of the difference.
-            assert!(off < 1e-4, "{theta:?}, {p}: {off:e}");
+            // Truncation of the difference, and the nugget over the step.
+            assert!(off < 1e-3, "{theta:?}, {p}: {off:e}");
         }
     }
 }
