@@ -1,10 +1,11 @@
 //! What continuous integration runs, cheapest first.
 
-use crate::{arrows, circles, command::cargo, licences, readme, words};
+use crate::command::{self, cargo};
+use crate::{arrows, circles, licences, readme, words};
 use anyhow::Result;
 use std::time::Instant;
 
-/// Format, dependency arrows, circles of imports, words, READMEs, licences, tests, lints, a build without networks and documentation. The
+/// Format, dependency arrows, circles of imports, words, READMEs, licences, tests, campaigns, lints, a build without networks and documentation. The
 /// Python wheel, which is a release build of its own, is tried by `cargo xtask wheel --test`.
 pub(crate) fn run() -> Result<()> {
     let start = Instant::now();
@@ -23,9 +24,12 @@ pub(crate) fn run() -> Result<()> {
     done("READMEs and licences");
     cargo(&["test", "--workspace"], &[])?;
     done("tests");
+    command::campaigns()?;
+    done("campaigns");
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
     done("lints");
-    cargo(&["check", "-p", "sinew", "--no-default-features"], &[])?;
+    // The configuration of the Python wheel too.
+    cargo(&["check", "-p", "sinew", "-p", "sinew-python", "--no-default-features"], &[])?;
     done("without networks");
     cargo(&["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")])?;
     done("documentation");

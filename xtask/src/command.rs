@@ -25,6 +25,12 @@ pub(crate) fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<
 /// workspace, so that the heavy dependencies are compiled once for both; this one needs nothing that the study does not.
 pub(crate) fn study(program: &str, task: &str, options: &[String]) -> Result<()> {
     let mut build = vec!["build", "--workspace", "--bin", program, "--example", "small_ventricle"];
+    if task == "thesis" {
+        // It starts the others.
+        for other in ["sinew-study", "sinew-organs", "sinew-populations", "sinew-study-gp"] {
+            build.extend(["--bin", other]);
+        }
+    }
     // A backend is compiled in by its feature, so that the default build stays small.
     let features = backend(options).map(|backend| format!("sinew-study/{backend}"));
     if let Some(features) = &features {
@@ -88,4 +94,11 @@ pub(crate) fn benches(options: &[String]) -> Result<()> {
     let mut arguments = vec!["bench", "--workspace", "--benches", "--profile", "dev", "--"];
     arguments.extend(options.iter().map(String::as_str));
     cargo(&arguments, &[])
+}
+
+/// Campaigns on a Slurm and by Snakemake, which are started for it.
+pub(crate) fn campaigns() -> Result<()> {
+    let test = ["test", "--workspace", "--test", "sinew", "--"];
+    let options = ["--ignored", "--nocapture", "--test-threads", "1", "campaigns"];
+    cargo(&test.into_iter().chain(options).collect::<Vec<_>>(), &[])
 }

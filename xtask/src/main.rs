@@ -51,9 +51,11 @@ enum Task {
     /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
     /// conditions exactly, beside the figures it prints
     ReproduceGp(Options),
+    /// Hold every figure that the thesis prints against ours: run the studies that are missing and write docs/thesis.md
+    Thesis(Options),
     /// Calibrate synthetic patients: how often intervals hold the truth, and how far posteriors are from brute force
     ReproduceCalibration(Options),
-    /// How often 95 % intervals of Gaussian processes hold the truth, on eighteen problems that are not the thesis': sets of
+    /// How often 95 % intervals of Gaussian processes hold the truth, on twenty-one problems that are not the thesis': sets of
     /// data, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
     Coverage(Options),
     /// How often error estimates of emulators mislead, on bodies and ranges that nothing was tuned for
@@ -74,6 +76,8 @@ enum Task {
         #[arg(long)]
         test: bool,
     },
+    /// Run a campaign on a Slurm of two nodes that it starts on this machine, and one by Snakemake; says skipped where these are missing
+    Campaigns,
     /// Pack all published crates, and build and test sinew-mesh and sinew-fem from their packages outside of the repository
     Package,
     /// Print the licences of what is linked; fails on one that is not on the list
@@ -105,6 +109,7 @@ fn main() -> Result<()> {
             study("sinew-populations", "reproduce-populations", options)
         }
         Task::ReproduceGp(options) => study("sinew-study-gp", "reproduce-gp", options),
+        Task::Thesis(options) => study("sinew-thesis", "thesis", options),
         Task::ReproduceCalibration(options) => {
             study("sinew-calibration", "reproduce-calibration", options)
         }
@@ -116,6 +121,7 @@ fn main() -> Result<()> {
         Task::Words => words::check(),
         Task::Circles => circles::check(),
         Task::Wheel { test } => wheel::run(test),
+        Task::Campaigns => command::campaigns(),
         Task::Package => package::run(),
         Task::Licences => licences::check(),
         Task::Readmes => readme::write(),

@@ -16,7 +16,10 @@ const TARGET: &str = "x86_64-unknown-linux-gnu";
 /// Packages that build a wheel; the second brings a linker for old C libraries.
 const BUILDERS: [&str; 2] = ["maturin>=1.9,<2", "ziglang"];
 /// Packages that the tests use.
-const TESTERS: [&str; 5] = ["pytest", "mypy", "meshio", "pyvista", "xarray"];
+const TESTERS: [&str; 7] =
+    ["pytest", "mypy", "meshio", "pyvista", "xarray", "nbclient", "ipykernel"];
+/// A sampler of chains on several levels, its client of `sinew serve`, and what it imports without saying so.
+const SAMPLERS: [&str; 4] = ["tinyDA", "umbridge", "ray", "matplotlib<3.11"];
 
 /// Builds the wheel into `target/wheel`, and with `test` runs the Python tests on it. Where Python or its packages are missing it says that
 /// this is skipped.
@@ -120,9 +123,16 @@ fn tried(root: &Path, python: &Path, folder: &Path, wheel: &Path) -> Result<()> 
     }
     if !install(&own, &TESTERS)? {
         eprintln!(
-            "Python tests: skipped, for pytest, mypy, meshio, pyvista or xarray cannot be installed here"
+            "Python tests: skipped, for one of {} cannot be installed here",
+            TESTERS.join(", ")
         );
         return Ok(());
+    }
+    if !install(&own, &SAMPLERS)? {
+        eprintln!(
+            "test of samplers: skipped, for {} cannot be installed here",
+            SAMPLERS.join(", ")
+        );
     }
     let program = program_to_compare_with()?;
     let mut pytest = Command::new(&own);

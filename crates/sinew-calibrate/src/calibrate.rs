@@ -1,4 +1,4 @@
-//! From data to a posterior that the solver confirms.
+//! Calibration: a posterior by an emulator, checked and corrected by the solver.
 
 use crate::CalibrateError;
 use crate::correction::Correction;
@@ -63,19 +63,19 @@ const PRIOR_SHARE: f64 = 0.3;
 const INFLATION: f64 = 1.5;
 /// Power of the emulator's likelihood after a round whose ratios have a heavy tail: standard deviations are a tenth larger.
 const WIDER: f64 = 0.8;
-/// R̂ on the emulator from which on chains disagree.
+/// R̂ above which the chains on the emulator disagree.
 const DISAGREE: f64 = 1.05;
-/// Misfit \[standard deviations\] from which on a datum is out of reach where no solve came nearer.
+/// Misfit \[standard deviations\] above which a datum is out of reach, if no solve comes nearer.
 const OUT_OF_REACH: f64 = 5.0;
-/// Least and largest length over which derivatives count \[prior standard deviations\].
+/// Bounds of the lengths that scale derivatives in the fit of the emulator \[prior standard deviations\].
 const LENGTHS: [f64; 2] = [0.05, 1.0];
 /// Seed streams.
 const STARTS: u64 = 0x5354;
 const DESIGN: u64 = 0x4445;
 const CHAIN: u64 = 0x4348;
 
-/// The posterior of the solver. Draws of an emulator's posterior are checked by the solver, which adds its answers to the
-/// emulator's design until importance weights are good, and then corrected by one accept–reject sweep.
+/// The posterior of the solver. Draws of an emulator's posterior are checked by the solver. Its solves are added to the
+/// emulator's design until the importance weights are good. One sweep of independence Metropolis then corrects the draws.
 ///
 /// # Errors
 /// No answer of the solver at any start; a datum out of reach; chains that disagree; a posterior that the solver does not confirm,
@@ -126,7 +126,7 @@ pub fn calibrate(
     Err(CalibrateError::Unconfirmed(Box::new(reached)))
 }
 
-/// The mode and what data decide there, from one start: all that can be said before anything is sampled.
+/// Mode from one start and the parameters that the data determine there, before sampling.
 ///
 /// # Errors
 /// No answer of the solver near the middle of the prior, or a datum out of reach.
@@ -168,7 +168,7 @@ fn design(
     Ok(points)
 }
 
-/// The emulator through all solves, weighed by how likely the data are there.
+/// Emulator fitted to all solves. Solves with a higher posterior density have a larger weight.
 fn fit(
     problem: &Problem,
     solves: &Solves,
@@ -198,7 +198,7 @@ fn fit(
     Polynomial::fit(&samples, &lengths(problem, about), degree)
 }
 
-/// Posterior standard deviations of the standardised logarithms.
+/// Posterior standard deviations of the standardised logarithms, within [`LENGTHS`].
 fn lengths(problem: &Problem, about: &Laplace) -> Vec<f64> {
     let covariance: DMatrix<f64> = about.covariance();
     let length = |(at, unknown): (usize, &crate::Unknown)| {

@@ -5,7 +5,7 @@
 pub struct Correction {
     /// Rounds of adding design points and sampling.
     pub rounds: usize,
-    /// Pareto k̂ of the solver's over the emulator's posterior.
+    /// Pareto k̂ of the importance weights, solver's over emulator's posterior.
     pub k_hat: f64,
     /// Effective share of the draws under these ratios.
     pub share: f64,

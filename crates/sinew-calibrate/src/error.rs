@@ -1,4 +1,4 @@
-//! Why there is no patient, with numbers and advice.
+//! Errors of a patient, with numbers and advice.
 
 use sinew_energy::{ThetaError, listed};
 use sinew_fem::fibres::FibreError;
@@ -30,7 +30,7 @@ pub enum PatientError {
         "`{name}` has no value in {state}: give one, or list `{name}` among the parameters of the patient"
     )]
     Unset { state: String, name: String },
-    /// A setting that multiplies by a parameter that the patient has not.
+    /// A setting that multiplies by a parameter that the patient does not have.
     #[error(
         "{state} multiplies by `{name}`, but the parameters of the patient are {}",
         listed(known)
@@ -58,7 +58,7 @@ pub enum PatientError {
         listed(known)
     )]
     UnknownPhase { observable: String, name: String, known: Vec<String> },
-    /// The patient's observables are none.
+    /// A patient without observables.
     #[error("there is nothing to observe; add volumes, strains or displacements")]
     NoObservables,
     /// A cavity that no pressure acts in.

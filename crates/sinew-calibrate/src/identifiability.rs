@@ -1,13 +1,13 @@
-//! What data decide of parameters, before anything is sampled.
+//! Parameters that the data determine, linearised at the mode before sampling.
 
 use crate::problem::Problem;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// Posterior over prior standard deviation from which on data do not decide a parameter.
+/// Ratio of posterior to prior standard deviation, above which the data do not determine a parameter.
 const UNDECIDED: f64 = 0.9;
-/// Posterior over prior standard deviation up to which data decide a parameter.
+/// Ratio of posterior to prior standard deviation, up to which the data determine a parameter.
 const DECIDED: f64 = 0.5;
-/// Share of a direction's length from which on a parameter is named.
+/// Component of a unit direction above which its parameter is named.
 const NAMED: f64 = 0.3;
 
 /// Information of data about parameters whose priors are standard normal: eigenvalues of Jᵀ Σ⁻¹ J.

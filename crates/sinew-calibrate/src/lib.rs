@@ -1,8 +1,8 @@
-//! From an image, pressures and a few measurements to the unloaded body and a posterior of its parameters.
+//! Calibration of a body from an image, pressures and a few measurements: unloaded body and posterior of its parameters.
 //!
-//! The physics is a [`Forward`] model: [`Patient`] unloads a body from its image and loads it again in phases. The statistics read
-//! nothing else: a [`Problem`] of unknown parameters and data, [`Solves`] that are counted and remembered, and [`calibrate`], whose
-//! [`Posterior`] is the solver's or an error.
+//! The physics is a [`Forward`] model: [`Patient`] unloads a body from its image and loads it again in phases. The statistics use
+//! this model only. [`Problem`] holds unknown parameters and data, [`Solves`] counts and stores solves. [`calibrate`] returns a
+//! [`Posterior`] that the solver confirms, or an error.
 //!
 //! ```
 //! use sinew_calibrate::{

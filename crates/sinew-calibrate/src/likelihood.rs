@@ -52,7 +52,7 @@ impl Noise {
         -0.5 * (self.log_determinant + residual.dot(&self.solve(residual)))
     }
 
-    /// Variances of single errors.
+    /// Inverse of the covariance.
     pub(crate) fn inverse(&self) -> DMatrix<f64> {
         self.factor.inverse()
     }

@@ -10,15 +10,16 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Steps of a search at most.
 const MOST_STEPS: usize = 25;
-/// A step of this length \[posterior standard deviations\] ends a search: far below what a Laplace approximation is off by.
+/// Step length that ends a search \[posterior standard deviations\], far below the error of a Laplace approximation.
 const CONVERGED: f64 = 0.02;
 /// Longest step \[prior standard deviations\].
 const LONGEST_STEP: f64 = 1.5;
 /// Moves of a start towards the middle of the prior until the solver has an answer.
 const HALVINGS: usize = 4;
-/// Distance \[posterior standard deviations\] of two modes that are not one.
+/// Distance above which two modes are distinct \[posterior standard deviations\].
 const APART: f64 = 3.0;
-/// Twice the log posterior that a mode may be below the best: less than 1e-4 of its mass.
+/// Twice the difference of the log posterior to the best mode, above which a mode is dropped: it has less than 1e-4 of the
+/// mass.
 const NEGLIGIBLE: f64 = 20.0;
 /// Steps of Newton's method for a factor of noise: a convex function of one number.
 const FACTOR_STEPS: usize = 30;
@@ -215,7 +216,7 @@ impl State {
         (self.jacobian.tr_mul(&noise.solve_all(&self.jacobian)), noise)
     }
 
-    /// Replaces the factors of noise by the likeliest ones, as if there were no shared bias.
+    /// Replaces the factors of noise by their posterior mode, without shared bias.
     fn with_factors(mut self, problem: &Problem) -> Self {
         let first = problem.unknowns.len();
         for place in 0..problem.inferred() {

@@ -58,7 +58,7 @@ impl fmt::Display for Direction {
     }
 }
 
-/// A number that is seen of a patient.
+/// A scalar observable of a patient.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Observable {
     /// Volume of a cavity \[length³\], closed by the cone over the rim of its surface to the mean of the rim's nodes.

@@ -1,4 +1,4 @@
-//! A body lowered on an image, its states under other loads, and what is seen of them.
+//! A body lowered on an image, its states under other loads, and their observables.
 
 mod anchor;
 mod builder;
@@ -18,7 +18,7 @@ use sinew_fem::Balance;
 use sinew_fem::ThinWall;
 use std::sync::{Arc, OnceLock, RwLock};
 
-/// A body whose image shows it loaded, unloaded for each θ and loaded again in phases, with what is seen of it.
+/// A body imaged under load, unloaded for each θ and loaded again in phases, with its observables.
 ///
 /// θ are the parameters of the patient, in the unit of the scene: parameters of the law and, where [`crate::Setting`]s say so, factors
 /// of loads. Each state of each θ is solved from a prediction about one solved θ, the start or one that [`Forward::expect_near`] was told,
@@ -108,7 +108,7 @@ impl<'p> Patient<'p> {
         self.parts.solve(theta, near, derivatives)
     }
 
-    /// All states at θ without a prediction; the body at rest is loaded to see that it comes to the image.
+    /// All states at θ without a prediction. Loading the body at rest is checked to give the image.
     ///
     /// # Errors
     /// As for [`Patient::states`].

@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Ridge penalties that are tried, per equation.
 const RIDGES: [f64; 4] = [1e-14, 1e-11, 1e-8, 1e-5];
-/// Equations for each coefficient at least, so that leaving one point out says something.
+/// Smallest number of equations per coefficient, so that the leave-one-out error is meaningful.
 const EQUATIONS_PER_COEFFICIENT: f64 = 1.5;
 
 /// Observables with derivatives at one point.
@@ -16,7 +16,7 @@ pub(crate) struct Sample {
     pub values: Vec<f64>,
     /// Derivatives in `x`, one row per observable; empty if there are none.
     pub slopes: Vec<Vec<f64>>,
-    /// Weight of its equations, from how likely the data are there.
+    /// Weight of its equations, from the posterior density there.
     pub weight: f64,
 }
 
@@ -26,7 +26,7 @@ pub(crate) struct Polynomial {
     exponents: Vec<Vec<i32>>,
     /// One row per monomial, one column per observable.
     coefficients: DMatrix<f64>,
-    /// Weighted mean of the squares of the errors of leaving one point out, with their products between observables.
+    /// Covariance of the leave-one-out errors of the observables: weighted mean of squares and products.
     pub leave_one_out: DMatrix<f64>,
     /// Total degree.
     pub degree: usize,

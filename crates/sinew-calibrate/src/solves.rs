@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 /// Observables at one θ, or a reason why there are none.
 pub type Answer = Result<Observed, ForwardError>;
-/// Told of each stage with solves done and to do.
+/// Callback with the stage, the solves done and the solves to do.
 pub(crate) type Told<'t> = dyn FnMut(&str, usize, usize) + Send + 't;
 
 /// Solves in one call to the thread pool: enough for many cores, few enough to tell of progress.
@@ -31,7 +31,7 @@ pub struct Solves<'f> {
 }
 
 impl<'f> Solves<'f> {
-    /// Empty memory of solves; `told` hears of each stage, solves done and solves to do.
+    /// Empty memory of solves. `told` is called with the stage, the solves done and the solves to do.
     pub fn new(forward: &'f dyn Forward, told: Box<Told<'f>>) -> Self {
         Self {
             forward,
@@ -50,8 +50,8 @@ impl<'f> Solves<'f> {
         self
     }
 
-    /// Writes each answer to a file as soon as it is there; with `resume` those of an earlier run are taken from it. `identity`
-    /// says what was solved: a file of something else is refused.
+    /// Writes each answer to a file at once. With `resume`, the answers of an earlier run are read from it. `identity`
+    /// names the inputs: a file with another identity is refused.
     ///
     /// # Errors
     /// A file that cannot be read or written, or is of another patient.
@@ -65,7 +65,7 @@ impl<'f> Solves<'f> {
             |error: std::io::Error| CalibrateError::Store(format!("{}: {error}", path.display()));
         if resume && path.exists() {
             let text = std::fs::read_to_string(path).map_err(wrong)?;
-            // What was killed while writing has no end of line.
+            // A line without an end was cut off by a kill.
             let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
             let mut lines = whole.lines();
             if lines.next() != Some(identity) {
@@ -168,7 +168,7 @@ impl<'f> Solves<'f> {
     }
 }
 
-/// Appends an answer. A file that can no longer be written costs a later run its solves, and this one nothing.
+/// Appends an answer. If the file can no longer be written, this run goes on; a later run repeats the solves.
 fn keep(file: Option<&Mutex<File>>, theta: &[f64], answer: &Answer) {
     if let Some(file) = file
         && let Ok(mut file) = file.lock()

@@ -10,15 +10,15 @@ use sinew_sample::{Chains, effective_share, psis, quantile, split_seed};
 
 /// Largest Pareto k̂ of a posterior that counts as confirmed (Vehtari et al. 2024: below it means have the usual error).
 pub(crate) const MOST_K: f64 = 0.5;
-/// Largest k̂ of a few draws that all draws are worth being asked for: from so few it scatters by 0.1 to 0.2.
+/// Largest k̂ of a few draws at which all draws are solved. From few draws k̂ scatters by 0.1 to 0.2.
 const MOST_K_OF_FEW: f64 = 0.7;
 /// Least effective share.
 pub(crate) const LEAST_SHARE: f64 = 0.5;
-/// Largest error of the emulator \[standard deviations of the datum\] that is not worth another round.
+/// Error of the emulator \[standard deviations of the datum\] above which another round follows.
 const MOST_ERROR: f64 = 0.1;
 /// Share of draws whose error counts: tails hold the rest.
 const ERROR_SHARE: f64 = 0.95;
-/// Logarithms of weights that differ by no more than this: no weight decides a mean, whatever the shape of their tail.
+/// Range of the log weights below which k̂ is 0: no weight dominates a mean then.
 const EQUAL: f64 = 0.1;
 /// Seed stream of the sweep.
 const SWEEP: u64 = 0x5357;
@@ -66,12 +66,13 @@ impl Verified {
         Ok(Self { draws, observed, ratios, correction })
     }
 
-    /// Whether the solver's posterior can be had from these draws.
+    /// Whether importance sampling gives the solver's posterior from these draws.
     pub(crate) fn is_confirmed(&self) -> bool {
         self.correction.k_hat <= MOST_K && self.correction.share >= LEAST_SHARE
     }
 
-    /// Whether all draws are worth being solved, after these few; the last round is not held up by an accuracy that ratios correct.
+    /// Whether these few draws justify solving all. The last round does not require accuracy, since the weights correct the
+    /// error.
     pub(crate) fn is_promising(&self, last: bool) -> bool {
         let Correction { k_hat, share, largest_error, .. } = self.correction;
         let accurate = last || largest_error <= MOST_ERROR;
@@ -79,7 +80,7 @@ impl Verified {
     }
 
     /// Equally weighted draws of the solver's posterior by independence Metropolis over the draws of each chain (Tierney 1994),
-    /// started by importance: coordinates with observables, and the share of proposals that were accepted.
+    /// started from a draw by its weight: coordinates with observables, and the share of proposals that were accepted.
     pub(crate) fn sweep(&self, seed: u64) -> (Chains, Vec<Vec<Observed>>, f64) {
         let mut random = ChaCha8Rng::seed_from_u64(split_seed(seed, SWEEP));
         let (mut swept, mut seen, mut accepted, mut proposed) = (Vec::new(), Vec::new(), 0, 0);

@@ -76,7 +76,7 @@ impl WallCoordinates {
         Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, apex, axis })
     }
 
-    /// Coordinates that have angles too, from the septum, whose middle lies in a direction from the cavity.
+    /// Coordinates with angles, counted from the middle of the septum. `direction` points from the cavity to it.
     ///
     /// # Errors
     /// A direction without length or along the axis.
@@ -103,7 +103,8 @@ impl WallCoordinates {
         Ok(self)
     }
 
-    /// Coordinates that have angles too, from the middle of the facets that face the other ventricle, such as the set `septum` of a wall
+    /// Coordinates with angles, counted from the middle of the facets that face the other ventricle, such as the set
+    /// `septum` of a wall
     /// between surfaces ([`sinew_mesh::ChamberWall`]).
     ///
     /// # Errors
@@ -148,7 +149,7 @@ impl WallCoordinates {
     /// # Errors
     /// No septum, and a segment without cells.
     pub fn aha17(&self) -> Result<Segments, PatientError> {
-        // Of the sector that begins at the septum's middle, and those after it.
+        // Segment numbers of the sectors, from the middle of the septum on.
         const BASAL: [usize; 6] = [3, 4, 5, 6, 1, 2];
         const APICAL: [usize; 4] = [14, 15, 16, 13];
         let segment = |height: f64, angle: f64| match (3.0 * height).floor() {

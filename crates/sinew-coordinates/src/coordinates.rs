@@ -18,7 +18,8 @@ pub enum Coordinates {
 }
 
 impl Coordinates {
-    /// Outputs per unit of each standardised parameter, and of each product of two; none where outputs do not follow.
+    /// Taylor coefficients of the outputs: per unit of each standardised parameter and of each product of two; empty
+    /// without them.
     pub fn slopes(&self) -> &[Vec<f64>] {
         match self {
             Self::Components => &[],
@@ -27,7 +28,7 @@ impl Coordinates {
         }
     }
 
-    /// Rates of the amplitude by which outputs follow, see [`Motions::in_proportion`]; none where they follow plainly.
+    /// Rates of the logarithm of the amplitude, see [`Motions::in_proportion`]; empty without an amplitude.
     pub fn rates(&self) -> &[f64] {
         match self {
             Self::Motions(motions) => motions.rates(),

@@ -16,10 +16,11 @@ use crate::polynomial::{all_terms, check_terms, terms, with_amplitude};
 /// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
 /// displacement, `u = T_root ∘ … ∘ T_parent(X + d) − X`.
 ///
-/// Displacements of slender bodies are made of motions whose energies differ a million times, and plain outputs learn the soft ones
-/// last. Here every motion is scaled by the energy it costs alone, `S_k = c (P_kᵀ K P_k)^(−½)` with the stiffness K and the rigid
-/// motions `P_k` of the cluster's free nodes: a multilevel frame, in which the energy is nearly round. The motions are finite and composed,
-/// so that it stays round when the body turns. All of it takes memory and time in proportion to the body.
+/// The motions of slender bodies differ in energy by a factor of a million. A network in plain displacements learns the
+/// soft ones last. Here every motion is scaled by its own energy, `S_k = c (P_kᵀ K P_k)^(−½)` with the stiffness K and the
+/// rigid motions `P_k` of the cluster's free nodes. In this multilevel frame the Hessian of the energy is well conditioned.
+/// The motions are finite and composed, so that this also holds when the body rotates. Memory and time are proportional to
+/// the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Packed", into = "Packed")]
 pub struct Motions {
@@ -27,19 +28,19 @@ pub struct Motions {
     origin: Arc<[f64]>,
     unknowns: usize,
     tree: Arc<MotionTree>,
-    /// Outputs of clusters and then of nodes per unit of each standardised parameter, and of each product of two; none where
-    /// outputs are the network's alone.
+    /// Taylor coefficients of the outputs of clusters, then of nodes, per unit of each standardised parameter and of each
+    /// product of two; empty without a Taylor expansion.
     slopes: Arc<[Vec<f64>]>,
     /// Logarithm of the amplitude per unit of each of these terms; none where outputs follow without one.
     rates: Arc<[f64]>,
 }
 
-/// Part of the largest eigenvalue of a cluster's stiffness below which a motion counts as one that moves nothing.
+/// Eigenvalue \[relative to the largest of a cluster's stiffness\] below which a motion has scale zero.
 const SMALLEST_STIFFNESS: f64 = 1e-9;
 
 impl Motions {
-    /// About a displacement of a body \[length\], which zero outputs stand for, with its stiffness there at θ. An output of one then
-    /// costs an energy of ½; see [`Motions::of_energy`].
+    /// Motions about a displacement of a body \[length\], that of zero outputs, with the stiffness there at θ. A unit
+    /// output costs an energy of ½; see [`Motions::of_energy`].
     ///
     /// # Errors
     /// A graph or a displacement that does not belong to the body, cells that the displacement inverts, a graph without
@@ -98,12 +99,12 @@ impl Motions {
         })
     }
 
-    /// Outputs with a Taylor expansion in the parameters, to which a network adds the remainder: `changes` are the changes of
-    /// the displacement with each standardised parameter p, node by node \[length\] (the solution's derivatives, times what
-    /// a unit of the standardised parameter is), and after those, or not, with each of the products `p_i p_j`, `j ≥ i`.
+    /// Outputs with a Taylor expansion in the parameters; a network adds the remainder. `changes` are the derivatives of
+    /// the displacement in the standardised parameters, node by node \[length\], optionally followed by the coefficients of
+    /// the products `p_i p_j`, `j ≥ i`.
     ///
-    /// Of all outputs that make a change, those are taken in which every cluster, from the whole body down, does as much of it as
-    /// it can, and the nodes do the rest.
+    /// The outputs of a change are not unique. From the whole body down, every cluster takes as much of it as it can, and
+    /// the nodes take the rest.
     ///
     /// # Errors
     /// Another body than the motions', or changes that do not belong to it.
@@ -113,10 +114,10 @@ impl Motions {
         Ok(self)
     }
 
-    /// [`Motions::following`] to second order in proportion to an amplitude, `u = a (u₀ + v)` about the displacement u₀ of zero outputs,
-    /// where turns are small; outputs follow this form in general. The logarithm of a, which tells how much of u₀ is in u, and v are
-    /// of second order; a stays between a twentieth and twenty. Displacements that fall like the inverse of a stiffness, over
-    /// decades of it, then stay positive multiples of each other, which no polynomial does. Both forms agree to second order.
+    /// [`Motions::following`] to second order, multiplied by an amplitude: `u = a (u₀ + v)` for small rotations, with the
+    /// displacement u₀ of zero outputs. The logarithm of a and the remainder v, perpendicular to u₀, are polynomials of
+    /// second order, with 1/20 ≤ a ≤ 20. If displacements fall like an inverse stiffness over decades, they stay positive
+    /// multiples of each other. No polynomial has this property. Both forms agree to second order.
     ///
     /// # Errors
     /// As [`Motions::following`]; changes of first order alone, or a displacement of zero.
@@ -138,7 +139,7 @@ impl Motions {
         let mut slopes = self.outputs_of(&all, &Dirichlet::of_body(body))?;
         let mut rates = parts.clone();
         let rest = slopes.len() - 1;
-        // First order of v, then what is left of second order.
+        // First order of v, then the remainder of second order.
         for k in 0..rest {
             add(&mut slopes, k, rest, parts[k]);
         }
@@ -161,7 +162,7 @@ impl Motions {
         let part = |k: usize| if k < count { first } else { others };
         let rest = self.rates.len();
         let slopes = self.slopes.iter().enumerate().map(|(k, slope)| {
-            // Behind the terms of an amplitude stands the way to rest.
+            // The last term, after those of an amplitude, leads to rest.
             let part = if rest > 0 && k == rest { 1.0 } else { part(k) };
             slope.iter().map(|y| part * y).collect()
         });
@@ -170,7 +171,7 @@ impl Motions {
         self
     }
 
-    /// Displacement of a body at standardised parameters, node by node \[length\], where a network adds nothing.
+    /// Displacement of a body at standardised parameters by the Taylor expansion alone, node by node \[length\].
     ///
     /// # Errors
     /// Another body than the motions', other parameters than the outputs follow.
@@ -218,7 +219,7 @@ impl Motions {
         &self.rates
     }
 
-    /// Outputs scaled so that, if all displacements of nodes were of size one, they would cost this `energy`.
+    /// Outputs scaled so that unit outputs of all nodes together cost this `energy`.
     ///
     /// # Errors
     /// An energy that is not positive.

@@ -71,8 +71,7 @@ impl Polynomial {
         Ok(best.1)
     }
 
-    /// The sum of squares that each row is missed by when it is left out, and the polynomial; `None` where parameters do not tell
-    /// the terms apart.
+    /// Leave-one-out sum of squares and the polynomial; `None` if the parameters do not determine all terms.
     fn of_order(values: &DMatrix<f64>, rows: &[Vec<f64>], order: usize) -> Option<(f64, Self)> {
         let entry = |i: usize, j: usize| if j == 0 { 1.0 } else { rows[i][j - 1] };
         let (basis, triangle) = DMatrix::from_fn(rows.len(), order + 1, entry).qr().unpack();

@@ -37,7 +37,7 @@ impl Factor {
 /// Directions in which simulations vary less than this part of the largest variation are left out: single
 /// precision holds no more.
 const SMALLEST_DEVIATION: f64 = 1e-7;
-/// Accuracy and sweeps of the singular values: nalgebra's own accuracy, and more sweeps than any matrix needs.
+/// Accuracy and sweeps of the singular values: nalgebra's default accuracy, and a bound that no matrix reaches.
 const DECOMPOSITION: (f64, usize) = (5.0 * f64::EPSILON, 10_000);
 pub(crate) const NO_DIRECTIONS: &str = "directions need two simulations that differ";
 
@@ -54,8 +54,8 @@ impl PrincipalDirections {
     /// largest being s₁ \[length\]. A power p of one is the root of the covariance: outputs of size one then spread as the
     /// simulations do. Smaller powers let the network see the small deviations larger.
     ///
-    /// What U and s are taken of is left by a polynomial in the standardised parameters of each simulation, of order zero (the
-    /// mean) to two, whichever foretells each simulation best from all others, so that a network learns what is beyond.
+    /// U and s are those of the residuals of a polynomial in the standardised parameters. Its order, zero (the mean) to
+    /// two, has the lowest leave-one-out error. A network learns the residuals.
     ///
     /// # Errors
     /// Fewer than two fields, of different lengths, not finite, or all the same; parameters that do not belong to the fields.

@@ -200,8 +200,8 @@ pub struct OutputScale {
     pub scale: Vec<f64>,
 }
 
-/// Smallest scale of a component relative to the largest: a component that hardly moves (or not at
-/// all, as in a plane problem) would otherwise get the accuracy of its own noise.
+/// Smallest scale of a component relative to the largest. A component that hardly moves, as in a plane problem, would
+/// otherwise be fitted to its noise.
 const SMALLEST_RELATIVE_SCALE: f64 = 1e-3;
 
 impl OutputScale {

@@ -1,4 +1,4 @@
-//! What part of a change each cluster makes.
+//! Split of a change of the displacement over the clusters.
 
 use crate::tree::MotionTree;
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -8,7 +8,7 @@ use crate::error::{Result, require_count};
 use crate::motions::Motions;
 use crate::motions::{of_eigenvalues, rigid_motions};
 
-/// Part of the largest eigenvalue below which an output counts as one that moves nothing.
+/// Eigenvalue \[relative to the largest\] below which an output has no effect.
 const SMALLEST: f64 = 1e-10;
 
 /// Displacement of a node.
@@ -80,7 +80,7 @@ impl Layer {
         Self { of, motions, inverses: inverses.collect() }
     }
 
-    /// Takes from `rest` what the clusters can make of it, and sets their outputs.
+    /// Sets the outputs of the clusters by least squares, and subtracts their motion from `rest`.
     fn take(&self, rest: &mut [Place], outputs: &mut [f64]) {
         let mut moved = vec![SVector::<f64, 6>::zeros(); self.inverses.len()];
         for ((&cluster, motion), rest) in self.of.iter().zip(&self.motions).zip(&*rest) {

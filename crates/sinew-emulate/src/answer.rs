@@ -1,4 +1,4 @@
-//! Answers to an accuracy: a prediction, moved by Newton steps until the checked estimate of its error is below a tolerance.
+//! Answers to a prescribed accuracy: Newton steps from a prediction until the error estimate is below a tolerance.
 
 use crate::evaluate::share;
 use crate::plan::Method;
@@ -6,17 +6,17 @@ use crate::{Body, Error, Result, Warning};
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{Solution, Solver};
 
-/// Newton steps with contraction checks that are taken before the solver starts from rest: each about squares the error.
+/// Rounds of Newton steps at most. Each round about squares the error.
 const MOST_ROUNDS: usize = 3;
 
-/// Newton steps of a round that may not contract.
+/// Newton steps of a round, beyond which each step has to reduce the residual to a quarter.
 pub(crate) const MOST_STEPS: usize = 4;
 
-/// Slope of the energy along a prediction relative to that at rest, from which on the solver takes fewer steps from rest: it is the share by which its
-/// size is off, for a linear body.
+/// Slope of the energy along a prediction \[relative to that at rest\]. Above it, a solve from rest takes fewer steps. For
+/// a linear body it is the relative error of the prediction.
 const FAR: f64 = 1.0 / 3.0;
 
-/// Quasi-Newton steps with a neighbour's stiffness before a Newton step of its own: they cost about as much as one.
+/// Quasi-Newton steps with a neighbour's stiffness at most. They cost about as much as one Newton step.
 const QUASI_NEWTON: usize = 6;
 
 /// Displacement of a body at one parameter set, with a checked estimate of its error.
@@ -24,10 +24,10 @@ const QUASI_NEWTON: usize = 6;
 pub struct Answer {
     /// Displacement, node by node \[length\].
     pub displacement: Vec<f64>,
-    /// Estimated error: mean nodal distance from the equilibrium, relative to the mean nodal displacement. That of a solve is what rounding
-    /// errors leave of its forces, relative to loads and reactions.
+    /// Estimated error: mean nodal distance from the equilibrium, relative to the mean nodal displacement. For a solve it
+    /// is the residual, relative to loads and reactions.
     pub error: f64,
-    /// Newton steps behind it, a factorisation each; none where quasi-Newton steps with a neighbour's stiffness were enough.
+    /// Newton steps, each with a factorisation; 0 if quasi-Newton steps with a neighbour's stiffness were enough.
     pub steps: usize,
     /// Method that gave the prediction, or the solver.
     pub method: Method,
@@ -47,15 +47,15 @@ impl Answer {
 /// Requires a tolerance that can be asked for.
 ///
 /// # Errors
-/// One outside 1e-10 to 0.5: below it, rounding errors decide.
+/// A tolerance outside 1e-10 to 0.5. Below 1e-10, rounding errors dominate.
 pub(crate) fn check_accuracy(accuracy: f64) -> Result<()> {
     let (what, advice) = ("the accuracy", "give a number from 1e-10 to 0.5, such as 1e-3");
     let makes_sense = (1e-10..=0.5).contains(&accuracy);
     if makes_sense { Ok(()) } else { Err(Error::Setting { what, value: accuracy, advice }) }
 }
 
-/// An answer from a prediction by quasi-Newton steps with the stiffness that the solver factorised last, and how many of them; `None` where they do not
-/// contract. They may have been seen to contract at a neighbour.
+/// Answer by quasi-Newton steps from a prediction with the solver's last factor, and the number of steps; `None` if they do
+/// not contract. With `seen`, they contracted at a neighbour.
 pub(crate) fn converged(
     solver: &Solver<'_>,
     predicted: &[f64],
@@ -69,8 +69,8 @@ pub(crate) fn converged(
     Ok(found.map(|found| (Answer::predicted(found.displacement, found.error, 0), found.steps)))
 }
 
-/// An answer from a prediction by Newton steps until what their contraction leaves open is below the tolerance, `None` where they do not
-/// contract; and how many were taken.
+/// Answer by Newton steps from a prediction until the estimated error is below the tolerance, or `None` if they do not
+/// contract; and the number of steps.
 pub(crate) fn confirmed(
     solver: &mut Solver<'_>,
     predicted: &[f64],
@@ -94,8 +94,8 @@ pub(crate) fn confirmed(
     Ok((Some(answer), taken))
 }
 
-/// Whether a solve from rest is likely to take fewer steps than Newton's method from a displacement: its energy is not below that at rest, or has a slope
-/// along it that an equilibrium nearby would not have.
+/// Whether a solve from rest likely takes fewer steps than Newton's method from a displacement: its energy is not below
+/// that at rest, or the slope of the energy along it is too steep for a nearby equilibrium.
 pub(crate) fn is_far(body: &Body, displacement: &[f64], theta: &[f64]) -> bool {
     let mut gradient = vec![0.0; displacement.len()];
     let mut at = |u: &[f64]| {
@@ -114,7 +114,7 @@ pub(crate) fn is_far(body: &Body, displacement: &[f64], theta: &[f64]) -> bool {
 
 impl Answer {
     fn predicted(displacement: Vec<f64>, error: f64, steps: usize) -> Self {
-        // The caller says which method and when.
+        // The caller sets method, time and warnings.
         let (method, seconds, warnings) = (Method::Emulator, 0.0, Vec::new());
         Self { displacement, error, steps, method, seconds, warnings }
     }
@@ -133,7 +133,7 @@ impl From<Solution> for Answer {
     }
 }
 
-/// A mean nodal distance relative to the mean nodal displacement; zero of nothing.
+/// Mean nodal distance relative to the mean nodal displacement; 0 for a zero distance.
 fn relative(body: &Body, distance: f64, displacement: &[f64]) -> f64 {
     let nodal = displacement_error(displacement, &vec![0.0; displacement.len()]);
     let mean = nodal.iter().sum::<f64>() / body.nodes.max(1) as f64;

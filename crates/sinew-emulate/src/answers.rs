@@ -1,5 +1,5 @@
-//! Answers at many parameter sets: predictions and Newton steps that contract, a regression of these answers where they do not, the solver
-//! for the rest.
+//! Answers at many parameter sets: by Newton steps from predictions, by a regression of the answers so far, or by the
+//! solver.
 
 use crate::answer::{Answer, MOST_STEPS, confirmed, converged, is_far};
 use crate::parameters::extrapolation;
@@ -12,26 +12,28 @@ use sinew_fem::{CHAIN, Options, Solver, neighbours, sweep};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Answers between two signs of progress: some chains of neighbours that a sweep solves.
+/// Answers between two progress reports: several chains of neighbours.
 const AT_ONCE: usize = 100;
 /// Answers that a regression is made of: its time grows with their third power.
 const LEARNED: usize = 50;
-/// Open sets below which the solver answers sooner than a regression is fitted.
+/// Open sets below which solving them takes less time than fitting a regression.
 const FEWEST_OPEN: usize = 10;
-/// Predictions of which a smaller part contracts are given up: those that do not cost some Newton steps, as a solve does.
+/// Share of the predictions that has to contract. Otherwise the method is given up, since each failure costs Newton steps
+/// beside those of the solve.
 const WORTH_IT: f64 = 0.5;
 
-/// Parameter sets, and components of the displacement, from which on a regression of the answers pays: its fit costs as much as some hundred answers of a
-/// ventricle of 1500 nodes.
+/// Parameter sets and displacement components from which on a regression of the answers pays. Its fit costs about as much
+/// as a hundred answers of a ventricle with 1500 nodes.
 const MANY: usize = 1000;
 const LARGE: usize = 1500;
-/// Answers that it begins with, and at most has.
+/// Answers that the regression is fitted to, at first and at most.
 const FIRST: usize = 100;
 const MOST_LEARNED: usize = 400;
-/// Error of these answers relative to the tolerance, and at least: predictions from them are to be within an eighth of it.
+/// Tolerance of these answers relative to the prescribed one, and its lower bound. Predictions from them shall be within an
+/// eighth of the prescribed tolerance.
 const SHARP: f64 = 0.03;
 const SHARPEST: f64 = 1e-9;
-/// Quasi-Newton steps behind an answer whose contraction was seen, and neighbours after it for which that is believed.
+/// Quasi-Newton steps that check the contraction, and the number of neighbours that then skip the check.
 const CHECKED: usize = 2;
 const TRUSTED: usize = 10;
 
@@ -49,8 +51,9 @@ pub struct Answers {
 impl Answers {
     /// Displacements of a body at each of `thetas` to a relative `accuracy`, by the method that costs least; every answer is checked.
     ///
-    /// An `emulator` of the body is one of the methods, and may give the start of the solve that an expansion is about: that of
-    /// [`FrozenStiffness::on`](crate::FrozenStiffness::on) answers for a body that nothing was solved or trained on.
+    /// An `emulator` of the body is one of the methods. It may also give the initial guess of the solve behind a Taylor
+    /// expansion. The emulator of [`FrozenStiffness::on`](crate::FrozenStiffness::on) needs neither training nor an earlier
+    /// solve of the body.
     ///
     /// ```
     /// # use sinew_emulate::{Answers, Design};
@@ -116,9 +119,10 @@ impl Answers {
 impl Emulator<'_> {
     /// The displacement at `theta` to a relative accuracy: [`Answers::to`] for one parameter set.
     ///
-    /// The prediction is moved by Newton steps until two simplified steps after one contract and what they leave open is below the
-    /// tolerance. Where the first does not contract, or the prediction is far, the solver starts from rest: a Newton step more than its own at most. An answer above the
-    /// tolerance says so: [`Answer::is_within`].
+    /// Newton steps from the prediction are taken until two simplified steps contract and the error estimate is below the
+    /// tolerance. If the first step does not contract, or the prediction is far from equilibrium, the solver starts from
+    /// rest. This takes at most one Newton step more than a solve alone. [`Answer::is_within`] shows whether the tolerance
+    /// was met.
     ///
     /// ```
     /// # use sinew_emulate::Emulator;
@@ -151,14 +155,14 @@ struct Found<'a> {
     answers: Vec<Option<Result<Answer>>>,
 }
 
-/// How a chain of neighbours takes steps.
+/// State of the steps along a chain of neighbours.
 struct Stepping {
     accuracy: f64,
     /// Whether predictions come from a descent.
     descends: bool,
-    /// Whether a stiffness is held that contracted.
+    /// Whether the solver holds a factor with which steps contracted.
     held: bool,
-    /// Sets for which quasi-Newton steps with it count as seen to contract.
+    /// Sets for which quasi-Newton steps with it still skip the contraction check.
     seen: usize,
 }
 
@@ -173,8 +177,8 @@ impl Found<'_> {
         (0..self.thetas.len()).filter(|&case| self.answers[case].is_none()).collect()
     }
 
-    /// Answers where steps from predictions contract; other sets stay open. Neighbours follow each other in chains, each with the stiffness of the
-    /// last that needed a Newton step. Ends early where few of some sets contract.
+    /// Answers the sets at which steps from predictions contract; the others stay open. Each chain of neighbours reuses the
+    /// stiffness of its last Newton step. Ends early if too few predictions contract.
     fn confirm(
         &mut self,
         cases: &[usize],
@@ -218,7 +222,7 @@ impl Found<'_> {
             let mut found = Vec::with_capacity(cases.len());
             for &case in cases {
                 let (start, theta) = (Instant::now(), &self.thetas[case]);
-                // A prediction that is not finite is one that does not contract.
+                // A failed prediction counts as one that does not contract.
                 let answer = match predict(theta) {
                     Ok(predicted) => self.stepped(solver, &predicted, theta, &mut stepping)?,
                     Err(_) => None,
@@ -237,8 +241,9 @@ impl Found<'_> {
         })
     }
 
-    /// An answer by steps from a prediction: quasi-Newton steps where a neighbour's stiffness is held, or Newton steps. One of a few sets that these do
-    /// not contract for is solved from rest, at once where its prediction is far; from the prediction where it came from a descent.
+    /// Answer by quasi-Newton steps with a neighbour's stiffness, else by Newton steps. If these do not contract and the
+    /// sets are few, the set is solved: from the prediction if it came from a descent, else from rest. With few sets, a far
+    /// prediction goes to the solver at once.
     fn stepped(
         &self,
         solver: &mut Solver<'_>,
@@ -263,7 +268,7 @@ impl Found<'_> {
             if answer.is_some() || !few {
                 return Ok(answer.map(Ok));
             }
-            // Steps that lowered the energy of this very body led there.
+            // The descent lowered the energy of this body.
             if stepping.descends {
                 start.copy_from_slice(predicted);
             }
@@ -273,8 +278,8 @@ impl Found<'_> {
         Ok(Some(solved.map_err(Error::from)))
     }
 
-    /// A regression for many sets: it is fitted to accurate answers at some of them, grows with those at which its predictions still need steps,
-    /// and answers the others; most of its predictions then are answers by one step that is computed and not taken.
+    /// Regression for many sets. It is fitted to accurate answers at some sets, refitted as their number doubles, and
+    /// predicts the other sets. For most of these the error estimate is small enough without a step.
     fn grow(
         &mut self,
         emulator: &Emulator<'_>,
@@ -331,7 +336,7 @@ impl Found<'_> {
         Ok(PodRegression::fit(&self.body.parameters, &thetas, &fields)?)
     }
 
-    /// Answers from regressions of answers, each round's one of those to the rounds before, while a round answers enough of what is open.
+    /// Answers open sets by a regression of the answers so far, round by round, until a round answers too few.
     fn learn(&mut self, emulator: &Emulator<'_>, counter: &mut Counter<'_>) -> Result<()> {
         while let Some(regression) = self.regression() {
             let open = self.open().len();
@@ -345,7 +350,7 @@ impl Found<'_> {
         Ok(())
     }
 
-    /// A regression of the answers that are nearest to the open sets; `None` where nothing is open or too little is known.
+    /// Regression of the answers nearest to the open sets; `None` if too few sets are open or answered.
     fn regression(&self) -> Option<PodRegression> {
         let place = |case: usize| -> Vec<f64> {
             let values = self.body.parameters.iter().zip(&self.thetas[case]);

@@ -7,7 +7,6 @@ use crate::{Body, Error, Result, identity};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 /// Part of a set of samples that are solved apart, on as many machines as there are.
 ///
@@ -45,25 +44,6 @@ impl std::fmt::Display for Shard {
     }
 }
 
-impl FromStr for Shard {
-    type Err = String;
-
-    /// ```
-    /// use sinew_emulate::Shard;
-    /// let shard: Shard = "3/16".parse()?;
-    /// assert_eq!(shard.samples(100), 12..18);
-    /// assert!("0/4".parse::<Shard>().is_err() && "5/4".parse::<Shard>().is_err());
-    /// # Ok::<(), String>(())
-    /// ```
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let numbers =
-            text.split_once('/').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
-        numbers.and_then(|(index, of)| Self::new(index, of)).ok_or_else(|| {
-            format!("`{text}` is no shard; write INDEX/COUNT counted from 1, such as 3/16")
-        })
-    }
-}
-
 /// Written when a shard is done, with a checksum of every file of it.
 #[derive(PartialEq, Serialize, Deserialize)]
 struct Seal {
@@ -89,7 +69,7 @@ pub fn simulate_shard(
     let own = shard.folder(folder);
     let thetas = &thetas[shard.samples(thetas.len())];
     if read_json::<Seal>(&own.join(SEAL))?.is_some_and(|seal| damaged(&seal, &own).is_some()) {
-        // What changed since it was solved is solved again.
+        // A shard whose files changed is solved again.
         std::fs::remove_dir_all(&own)
             .map_err(|source| Error::File { path: own.clone(), source })?;
     }

@@ -1,4 +1,4 @@
-//! Checksums of what is stored: a file that is damaged, lost or of another emulator is refused, not predicted with.
+//! Checksums of stored files. A damaged, lost or foreign file is refused.
 
 use crate::store::{read_json, write_json};
 use crate::{Error, Result};

@@ -8,12 +8,12 @@ use sinew_fem::{Descent, FrozenTangent, NewtonStep, SolveError, Solver};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Mean nodal length of the first step relative to the displacement from where on a correction may hurt: below 2 %
-/// every step helps, measured on the thesis' scenes.
+/// Mean nodal length of the first Newton step \[relative to the displacement\]. Above it, a correction may raise the error.
+/// Below 2 %, every step lowered the error on the thesis' scenes.
 const FAR: f64 = 0.04;
 
-/// Unbalanced forces \[relative to loads and reactions\] from which on refined predictions are said to be out of balance: errors of
-/// displacements are of this order or larger then.
+/// Residual \[relative to loads and reactions\] above which a refined prediction gets a warning. The displacement error is
+/// then of this order or larger.
 const UNBALANCED: f64 = 1e-2;
 
 /// A prediction after some Newton steps.
@@ -34,8 +34,8 @@ pub struct Correction {
 impl<'b> Emulator<'b> {
     /// The prediction for `theta` after at most `steps` Newton steps.
     ///
-    /// A step is shortened until it turns no cell over and lowers the energy. Steps that were shortened, that left the
-    /// forces less balanced or that began too far away are in the warnings, and so is an end that is not near an equilibrium.
+    /// A step is shortened until it inverts no cell and lowers the energy. Warnings name shortened steps, steps that raised
+    /// the residual, a start too far from equilibrium, and an end that is not near one.
     ///
     /// # Errors
     /// As [`Emulator::predict`], and a prediction that inverts a cell.
@@ -54,10 +54,11 @@ impl<'b> Emulator<'b> {
         Ok(Correction { displacement, steps, estimate, predict_s, warnings })
     }
 
-    /// The predictions for `thetas` after at most `steps` quasi-Newton steps towards lower energy each, all with the stiffness that the body
-    /// has at the centre of the parameters' ranges: between a prediction and Newton steps in error and in time, a gradient and a
-    /// back-substitution a step. A prediction that turns cells over begins at the state of that stiffness instead. Without steps the
-    /// predictions themselves. Cases whose forces are far from balanced where the steps end say so in their warnings.
+    /// The predictions for `thetas` after at most `steps` quasi-Newton steps, which lower the energy. All steps use the
+    /// stiffness at the centre of the parameters' ranges, so that a step costs a gradient and a back-substitution. Error
+    /// and time lie between those of the prediction and of Newton steps. If a prediction inverts cells, the steps start
+    /// from the state of that stiffness. With `steps = 0` the predictions are returned. A case with a large residual at the
+    /// end carries a warning.
     ///
     /// # Errors
     /// As [`Emulator::predict`], and a body without stiffness at that centre.
@@ -86,7 +87,7 @@ impl<'b> Emulator<'b> {
         Ok(prediction)
     }
 
-    /// The stiffness at the centre, factorised once; by several threads at once where they need it at once.
+    /// Stiffness at the centre, factorised once. Threads that need it at the same time may each factorise it.
     fn held(&self) -> Result<Arc<FrozenTangent<'b>>> {
         let kept = || self.held.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if let Some(held) = &*kept() {
@@ -99,12 +100,12 @@ impl<'b> Emulator<'b> {
         Ok(kept().get_or_insert_with(|| Arc::new(held)).clone())
     }
 
-    /// Calls with a solver of the body, of which one is prepared for every thread that calls.
+    /// Calls `call` with an idle solver of the body, or with a new one.
     pub(crate) fn with_solver<T>(
         &self,
         call: impl FnOnce(&mut Solver<'b>) -> Result<T>,
     ) -> Result<T> {
-        // Nothing is locked while it works: each thread that works at the same time has a solver of its own.
+        // The lock is not held during the call: threads at work have solvers of their own.
         let idle = || self.solvers.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let taken = idle().pop();
         let mut solver = match taken {

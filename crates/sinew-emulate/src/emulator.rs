@@ -70,9 +70,9 @@ struct Description {
 pub type Load = dyn Fn(&Path, &Body) -> Result<Box<dyn Predictor>>;
 
 impl<'b> Emulator<'b> {
-    /// Taylor expansion of second order about one solve at the centre of the parameters' ranges, as [`recipe::Taylor`](crate::recipe::Taylor) but without
-    /// held-out cases: the quickest way to many answers for an unseen body. The seed draws clusters of nodes, and the
-    /// parameter sets that parts of both orders are tried at.
+    /// Taylor expansion of second order about one solve at the centre of the parameters' ranges, as
+    /// [`recipe::Taylor`](crate::recipe::Taylor) but without held-out cases: the quickest way to many answers for an unseen
+    /// body. The seed draws the clusters of nodes and the parameter sets at which the damping of both orders is chosen.
     ///
     /// ```
     /// # use sinew_emulate::Emulator;
@@ -100,7 +100,7 @@ impl<'b> Emulator<'b> {
         Ok(Self::of_taylor(body, TaylorExpansion::of(body, seed)?, start))
     }
 
-    /// About the solution at the centre of the parameters' ranges, where a solver has it already.
+    /// Taylor expansion about a known solution at the centre of the parameters' ranges.
     pub(crate) fn taylor_about(
         mut solver: Solver<'b>,
         body: &'b Body,
@@ -150,8 +150,8 @@ impl<'b> Emulator<'b> {
         self.predicted(thetas, self.predictor.predict(self.body, thetas))
     }
 
-    /// Predicts as [`Emulator::predict`] does, but as if the geometry were unseen by a network, which takes message passing, and is less
-    /// accurate than with the embeddings that training gave to its nodes. The same as `predict` for other predictors.
+    /// Predicts with the message passing that a network needs for an unseen geometry. This is less accurate than the
+    /// trained node embeddings. Other predictors predict as in [`Emulator::predict`].
     ///
     /// # Errors
     /// As [`Emulator::predict`].

@@ -1,4 +1,4 @@
-//! What keeps an emulator from being trained, stored or asked, with numbers and advice.
+//! Errors of training, storage and prediction, with numbers and advice.
 
 use crate::RegressionError;
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// Result of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Why there is no emulator, or none of its answers.
+/// Error of training, storing or evaluating an emulator.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 #[non_exhaustive]
@@ -53,7 +53,7 @@ pub enum Error {
     /// A count or budget that admits no training.
     #[error("{what} is {value}; {advice}")]
     Setting { what: &'static str, value: f64, advice: &'static str },
-    /// A set in a prediction that there is not.
+    /// A case index beyond those of the prediction.
     #[error("there is no case {case} in a prediction of {cases}")]
     NoSuchCase { case: usize, cases: usize },
     /// Fields that cannot be compared with the true ones.
@@ -62,7 +62,9 @@ pub enum Error {
     )]
     Fields { found: usize, expected: usize, length: usize },
     /// The observer asked to stop.
-    #[error("interrupted in the stage `{stage}`; resume to continue from the stored state")]
+    #[error(
+        "interrupted in the stage `{stage}`; what was found is stored, and resuming goes on from there"
+    )]
     Interrupted { stage: String },
     /// A folder with simulations of other parameters or of another body.
     #[error("{} holds simulations of other parameters or of another body; choose another folder, or delete it", folder.display())]
@@ -73,14 +75,14 @@ pub enum Error {
     /// Shards that were not solved to the end.
     #[error("{} lacks the shards {missing}; solve them, then merge", folder.display())]
     MissingShards { folder: PathBuf, missing: String },
-    /// A run to be resumed that was started otherwise.
+    /// A resumed run with another recipe, other options or another body.
     #[error(
         "the run in {} was started with another recipe, other options or for another body ({differs}); repeat them, or begin \
          it again (--restart)",
         folder.display()
     )]
     OtherRun { folder: PathBuf, differs: &'static str },
-    /// A run that would be replaced without having been asked to.
+    /// A folder with a run, without `resume` or `restart`.
     #[error(
         "{} holds a run that is {state}: --resume {resumed}, --restart replaces it; or choose another folder (--name)",
         folder.display()
@@ -100,7 +102,7 @@ pub enum Error {
         "{} lies in {}, which the new run replaces; give the new run another folder", from.display(), folder.display()
     )]
     OwnSource { folder: PathBuf, from: PathBuf },
-    /// An emulator whose kind of predictor nobody here can load.
+    /// An emulator whose kind of predictor this build does not load.
     #[error(
         "{} holds an emulator of the kind `{kind}`, which this build does not load; build with the feature `networks`, or load it with \
          the crate that trained it",
@@ -142,13 +144,13 @@ pub enum Error {
         path.display()
     )]
     DamagedSimulations { path: PathBuf },
-    /// A body that has nothing to be emulated over.
+    /// A body without free parameters.
     #[error(
         "the body has no free parameters ({known}), so there is one equilibrium and nothing to emulate: solve it (sinew solve), \
          or give a parameter a range"
     )]
     NoParameters { known: String },
-    /// A prediction that left the range of numbers.
+    /// A prediction that is not finite.
     #[error("the prediction for {theta} is not finite; {reason}")]
     NotFinite { theta: String, reason: String },
 }

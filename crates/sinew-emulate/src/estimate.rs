@@ -1,4 +1,4 @@
-//! Error estimates of answers: the distance to the equilibrium nearby, or why there is none to tell.
+//! Error estimates of predictions: the distance to the nearby equilibrium, or the reason for none.
 
 use crate::evaluate::share;
 use crate::{Emulator, Error, Prediction, Result, Warning};
@@ -30,9 +30,9 @@ pub struct Distance {
     pub largest: f64,
     /// Energy norm of the error `‖u − û‖_K` [√(stress·length³)].
     pub energy_norm: f64,
-    /// Energy norm relative to the one that the potential energy amounts to, `√(2 |Π|)`.
+    /// Energy norm relative to `√(2 |Π|)`.
     pub relative: f64,
-    /// Length of the simplified Newton step relative to the Newton step before it: the less, the surer.
+    /// Contraction ratio: length of the simplified Newton step relative to the Newton step before it.
     pub contraction: f64,
 }
 
@@ -96,7 +96,7 @@ impl Emulator<'_> {
         cases.map(|case| self.estimate(prediction, case)).collect()
     }
 
-    /// Error estimate of a displacement at θ, whatever it was found by.
+    /// Error estimate of a displacement at θ, found by any method.
     pub(crate) fn estimate_of(&self, displacement: &[f64], theta: &[f64]) -> Result<Estimate> {
         let estimate =
             |solver: &mut sinew_fem::Solver<'_>| Ok(solver.error_estimate(displacement, theta)?);

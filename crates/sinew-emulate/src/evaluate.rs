@@ -178,23 +178,22 @@ impl<'b> TestSet<'b> {
     }
 }
 
-/// The one measure that weights, fits and recipes are chosen by: root of the mean of the squares of `‖u − û‖ / ‖u‖` over the cases,
-/// raised by the share of them whose prediction inverts a cell, so that of two that are alike the admissible one is chosen.
+/// Measure by which weights, fits and recipes are chosen: root mean square of `‖u − û‖ / ‖u‖` over the cases, times one
+/// plus the share of inverted predictions. Of two similar candidates the admissible one is chosen.
 ///
-/// An error relative to nothing, of a case at rest, has no square. It counts as none, as that of a prediction that is exact there, so that
-/// the other cases decide; where there are no others it is the largest number.
+/// A case with u = 0 has no finite relative error unless its prediction is exact. It counts as 0, so that the other cases
+/// decide. Without other cases the result is the largest number.
 pub fn root_mean_square(cases: &[CaseErrors]) -> f64 {
     let squared = cases.iter().map(|case| case.relative.powi(2));
     let finite: Vec<f64> = squared.filter(|square| !square.is_infinite()).collect();
     let squares = if finite.is_empty() { f64::MAX } else { finite.iter().sum() };
     let share = |count: usize| count as f64 / cases.len() as f64;
     let inverted = share(cases.iter().filter(|case| case.inverted).count());
-    // It is stored, which infinity cannot be.
+    // JSON cannot store infinity.
     ((1.0 + inverted) * (squares / cases.len() as f64).sqrt()).min(f64::MAX)
 }
 
-/// A difference over a size: 0 where there is no difference, and the largest number in place of infinity where only the
-/// size vanishes, so that it can be stored.
+/// A difference divided by a size: 0 for a zero difference, else clamped to finite numbers, which can be stored.
 pub(crate) fn share(difference: f64, size: f64) -> f64 {
     if difference == 0.0 { 0.0 } else { (difference / size).clamp(f64::MIN, f64::MAX) }
 }

@@ -16,7 +16,7 @@ pub(crate) const BATCH: usize = 200;
 /// Cold solves behind the solver's time.
 const COLD_SOLVES: usize = 5;
 
-/// How an emulator does on test cases, and what it costs. Made by [`Emulator::evaluate`].
+/// Errors and costs of an emulator on test cases, from [`Emulator::evaluate`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// Short name of the recipe.

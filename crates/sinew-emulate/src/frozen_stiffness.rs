@@ -14,9 +14,10 @@ use std::sync::Arc;
 ///
 /// From that solution, quasi-Newton steps with the frozen stiffness ([`FrozenTangent`]) lower the potential energy of another body. Nothing is trained
 /// and nothing prepared for it. [`FrozenStiffness::on`] makes an [`Emulator`] of the unseen body, which answers to an accuracy as any other;
-/// [`FrozenStiffness::descend`] gives the steps alone. On left ventricles of random shape and parameters 16 leave 1.2 % in the median in a tenth of
-/// the time of a solve, 32 leave 0.03 %; beams that bend far need more than they are worth, and
-/// nearly incompressible bodies of another shape are not reached at all (`cargo xtask reproduce-populations --no-networks`).
+/// [`FrozenStiffness::descend`] gives the steps alone. On left ventricles of random shape and parameters, 16 steps reach a
+/// median error of 1.2 % in a tenth of the time of a solve, and 32 steps 0.03 %. Beams in large deflection need too many
+/// steps to pay. For nearly incompressible bodies of another shape the steps do not converge
+/// (`cargo xtask reproduce-populations --no-networks`).
 ///
 /// ```
 /// use sinew_emulate::FrozenStiffness;
@@ -50,10 +51,11 @@ const KEY: &str = "frozen-stiffness";
 /// Quasi-Newton steps of a prediction: from there one or two Newton steps contract.
 const STEPS: usize = 16;
 
-/// Cost of a quasi-Newton step in Newton steps, one of which has a factorisation (measured: 1.9 ms for 13 ms, a left ventricle of 1570 nodes).
+/// Cost of a quasi-Newton step [Newton steps]. A Newton step has a factorisation (measured on a left ventricle of 1570
+/// nodes: 1.9 ms against 13 ms).
 const STEP: f64 = 0.15;
 
-/// A start that inverts cells is made shorter by this, and so often.
+/// Factor by which a start that inverts cells is shortened, and number of times at most.
 const SHORTER: f64 = 0.7;
 const MOST_TRIALS: usize = 40;
 
@@ -81,7 +83,7 @@ impl<'b> FrozenStiffness<'b> {
 
     /// The descent of a body at each of `thetas`, of at most `steps` steps: displacements, and the residual before and after.
     ///
-    /// What is left of the forces ([`Descent::unbalanced`]) tells how near an equilibrium is.
+    /// The relative residual ([`Descent::unbalanced`]) indicates the distance from equilibrium.
     ///
     /// # Errors
     /// A body of other cells or supports, θ that makes no sense, [`SolveError::Inadmissible`] where prescribed motions invert cells at once.

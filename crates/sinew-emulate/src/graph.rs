@@ -3,11 +3,11 @@
 use crate::{Body, Result};
 use sinew_graph::{AugmentationConfig, Topology, augment};
 
-/// Clusters of a layer in one of the next, where they go on to the whole body (docs/design.md, "Graph").
+/// Clusters per cluster of the next layer, up to the whole body (docs/design.md, "Graph").
 const SHRINKAGE: usize = 2;
 
-/// Augmented graph of a body (thesis Algorithm 1), which bodies of one connectivity may share. `to_one_root` continues the clusters, halving
-/// them, up to the whole body.
+/// Augmented graph of a body (thesis Algorithm 1). Bodies of one connectivity may share it. `to_one_root` halves the number
+/// of clusters from layer to layer until one covers the whole body.
 ///
 /// # Errors
 /// A mesh that has no valid graph.
@@ -20,7 +20,7 @@ pub fn topology(body: &Body, to_one_root: bool, seed: u64) -> Result<Topology> {
     Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
 }
 
-/// The graph of a body that is met, not trained on: up to the whole body, by one start of k-means, where ten take longer than all else.
+/// Graph of an unseen body, up to one root. k-means starts once: ten starts would take longer than everything else.
 ///
 /// # Errors
 /// As [`topology`].

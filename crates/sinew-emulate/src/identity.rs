@@ -18,14 +18,15 @@ pub(crate) struct Identity {
     known: Vec<(String, f64)>,
     /// Root mean square of the positions [length].
     size: f64,
-    /// Prescribed displacements relative to the size, each weighed by a number of its own degree of freedom and direction.
+    /// Checksum of the supports: sum over the prescribed degrees of freedom, each with its own weight, direction and
+    /// displacement \[relative to the size\].
     #[serde(default)]
     held: f64,
     /// Work of all forces and stresses along a probing displacement at the centre of the ranges.
     probe: f64,
 }
 
-/// A parameter as emulators know it: another one of these is another input.
+/// Name, range, unit and scale of a parameter. If one of them differs, the input of an emulator differs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
     name: String,
@@ -45,14 +46,14 @@ pub fn axes(body: &Body) -> Vec<Axis> {
     body.parameters.iter().map(axis).collect()
 }
 
-/// Energies and positions that differ by less, relatively, are the same after a change of machine.
+/// Relative tolerance of the comparison: rounding differs between machines.
 const ROUNDING: f64 = 1e-9;
 
 pub(crate) fn of(body: &Body) -> Identity {
     let length = body.prescribed.len();
     let square: f64 = body.positions.as_flattened().iter().map(|x| x * x).sum();
     let size = (square / length.max(1) as f64).sqrt();
-    // Small enough to invert no cell, and like nothing that a load or a fibre could hide from.
+    // Small enough to invert no cell, and orthogonal to no load or fibre.
     let step = 1e-5 * size;
     let probe: Vec<f64> = (0..length).map(|i| step * (0.7 + 1.3 * i as f64).sin()).collect();
     let mut force = vec![0.0; length];

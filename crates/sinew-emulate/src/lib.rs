@@ -1,4 +1,4 @@
-//! From a body to an emulator that knows its error: sampling, simulations, recipes, error estimates, corrections.
+//! Emulators of a body with checked error estimates: sampling, simulations, recipes, corrections, prescribed accuracy.
 //!
 //! A soft bar that bends under its own weight, for any stiffness in a range:
 //!
@@ -14,16 +14,16 @@
 //!     .support(Support::clamped("x_min"))
 //!     .lower()?;
 //!
-//! // Solves, fits, measures itself on held-out cases, and says why it is what it is.
+//! // Solves, fits and tests on held-out cases; the record gives the reason for the regression chosen.
 //! let emulator = Regression::default().train(&body, &TrainingOptions::default(), &mut ())?;
 //! println!("{}", emulator.record.choice.as_ref().ok_or("a regression chooses")?);
 //! assert!(emulator.record.warnings.is_empty());
 //!
-//! // Microseconds; what extrapolates is marked.
+//! // Takes microseconds; extrapolation gives a warning.
 //! let prediction = emulator.predict(&[vec![10.0, 12.0], vec![20.0, 12.0]])?;
 //! assert!(prediction.warnings[0].is_empty() && !prediction.warnings[1].is_empty());
 //!
-//! // How far from the truth, and nearer to it.
+//! // Error estimate, and a correction by one Newton step.
 //! let estimate = emulator.estimate(&prediction, 0)?;
 //! assert!(estimate.distance.ok_or("an equilibrium is near")?.mean < 1e-3); // mm
 //! let corrected = emulator.correct(&[10.0, 12.0], 1)?;
@@ -36,10 +36,10 @@
 //! - [`Emulator`] predicts, estimates its error by Newton steps that contract ([`Estimate`], checked on held-out cases:
 //!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
 //!   ([`Evaluation`]).
-//! - [`Answers`]: displacements to an accuracy that is asked for, by the method that costs least.
-//! - [`FrozenStiffness`]: unseen bodies, by the solution and the stiffness of another one.
-//! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
-//!   result less trustworthy is a [`Warning`] in it.
+//! - [`Answers`]: displacements to a prescribed accuracy, by the method with the fewest expected Newton steps.
+//! - [`FrozenStiffness`]: predictions of unseen bodies, by quasi-Newton steps from the solution of another body with its stiffness.
+//! - [`TrainingOptions`]: budget, seed, folder of stored and resumed results. [`Observer`] receives progress; a reason to distrust a
+//!   result is a [`Warning`] in it.
 //!
 //! # Equations
 //!
@@ -68,6 +68,8 @@
 
 mod answer;
 mod answers;
+mod array_task;
+mod block;
 mod calibration;
 mod campaign;
 mod checksums;

@@ -41,16 +41,15 @@ pub struct TrainingOptions {
     pub design: Design,
     /// Parameters to train at in place of a design, within the ranges of the body's parameters.
     pub thetas: Option<Vec<Vec<f64>>>,
-    /// Simulations at uniform parameters that nothing is trained on: they check the error estimate, and the
-    /// curves of a training are drawn over them.
+    /// Held-out simulations at uniform parameters. They check the error estimate and give the training curves.
     pub held_out: usize,
     /// Points of the training curves.
     pub evaluations: usize,
     /// Folder of simulations to learn from in place of new ones, such as [`crate::merge`] leaves.
     pub simulations: Option<PathBuf>,
-    /// Folder of another run whose networks this one starts from, be it of another body with another mesh: the recipe
-    /// and the parameters must be the same. Coordinates about a first training's prediction are then about one solution
-    /// instead, for the centre of the ranges. With a budget of zero the networks are taken as they are.
+    /// Folder of another run whose networks this one fine-tunes. Recipe and parameters must be the same; body and mesh may
+    /// differ. Motions about the prediction of a first training are then taken about one solution at the centre of the
+    /// ranges. With a budget of zero the networks stay unchanged.
     #[doc(alias("fine-tuning", "transfer learning"))]
     pub start: Option<PathBuf>,
     /// Tensor backend of networks, by name.

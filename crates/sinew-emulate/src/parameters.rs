@@ -60,7 +60,7 @@ pub fn require_some(body: &Body) -> Result<()> {
     Err(Error::NoParameters { known })
 }
 
-/// Requires finite displacements, of which each θ has as many; otherwise says which parameter is to blame.
+/// Requires finite displacements, equally many for each θ. The error names the parameter farthest outside its range.
 pub fn require_finite(body: &Body, thetas: &[Vec<f64>], displacement: &[f64]) -> Result<()> {
     let length = (displacement.len() / thetas.len().max(1)).max(1);
     let lost = displacement.iter().position(|u| !u.is_finite());

@@ -4,14 +4,19 @@ use crate::answer::{MOST_STEPS, check_accuracy, confirmed};
 use crate::parameters::check_length;
 use crate::{Body, Emulator, Result};
 use serde::{Deserialize, Serialize};
-use sinew_fem::{Options, Solver};
+use sinew_fem::{CHAIN, Options, Solver};
 
-/// Parameter sets below which nothing is measured: an emulator answers where there is one, or the solver. Measuring takes two solves.
+/// Parameter sets below which no cost is measured, because measuring takes two solves. An emulator answers if there is one,
+/// else the solver.
 pub(crate) const FEW: usize = 4;
 
-/// Newton steps that an answer from a prediction costs as much as: three quasi-Newton steps with a neighbour's stiffness, and a Newton step for
-/// the sets at which these do not contract (measured: 0.3 for a left ventricle, 0.5 over a decade of stiffness).
+/// Cost of an answer from a prediction [Newton steps]: three quasi-Newton steps with a neighbour's stiffness, and a Newton
+/// step where these do not contract (measured: 0.3 for a left ventricle, 0.5 over a decade of stiffness).
 const ANSWER: f64 = 0.5;
+
+/// Cost of a solve in a sweep, with its quasi-Newton steps [Newton steps]. Neighbours are nearer than the centre of the
+/// ranges (measured: 2.3 factorisations per set for beams, 3.5 for ventricles).
+const SWEPT: f64 = 4.0;
 
 /// Accuracy of the solution that an expansion is about, where an emulator predicts it first: far below the error of the expansion.
 const CENTRE: f64 = 1e-8;
@@ -72,7 +77,7 @@ impl Plan {
     /// Counts the Newton steps of a solve at the centre of the ranges and of one from there to the first parameter set, and times a
     /// checked Newton step.
     ///
-    /// The solve at the centre begins with the prediction of an `emulator` where there is one. An emulator's own costs are steps alone.
+    /// An `emulator` gives the initial guess of the solve at the centre. Its own preparation counts as zero.
     ///
     /// # Errors
     /// An accuracy outside 1e-10 to 0.5, θ of the wrong length.
@@ -85,7 +90,8 @@ impl Plan {
         Ok(Self::measured(body, thetas, accuracy, emulator, 1)?.0)
     }
 
-    /// For answers: below four sets nothing is measured. With the solution at the centre of the ranges where one was needed.
+    /// As [`Plan::new`], but measures no cost below four sets. Also returns the solution at the centre of the ranges if one
+    /// was computed.
     pub(crate) fn quick<'b>(
         body: &'b Body,
         thetas: &[Vec<f64>],
@@ -118,7 +124,8 @@ impl Plan {
             return Ok((plan, None));
         };
         plan.step_s = Some(counted.step_s);
-        plan.costs.push(Cost { method: Method::Solver, prepare: 0.0, each: counted.near });
+        let each = if plan.sets < CHAIN { counted.near } else { counted.near.min(SWEPT) };
+        plan.costs.push(Cost { method: Method::Solver, prepare: 0.0, each });
         if !body.parameters.is_empty() {
             let prepare = counted.expansion(body);
             plan.costs.push(Cost { method: Method::Expansion, prepare, each: ANSWER });
@@ -141,10 +148,14 @@ impl Plan {
         self.step_s.map(|step_s| step_s * newton_steps)
     }
 
-    /// Expected wall time of all answers by a method on the threads there are \[s\]; `None` where nothing was measured.
+    /// Threads that answer side by side.
+    pub fn threads(&self) -> usize {
+        rayon::current_num_threads().min(self.sets.max(1))
+    }
+
+    /// Expected wall time of all answers by a method on [`Plan::threads`] \[s\]; `None` where nothing was measured.
     pub fn total_s(&self, cost: &Cost) -> Option<f64> {
-        let threads = rayon::current_num_threads().min(self.sets.max(1)) as f64;
-        self.seconds(cost.prepare + cost.each * self.sets as f64 / threads)
+        self.seconds(cost.prepare + cost.each * self.sets as f64 / self.threads() as f64)
     }
 }
 
@@ -192,15 +203,16 @@ impl Counted {
         Ok(Some((Self { near, centre, step_s }, Centre { solver, displacement })))
     }
 
-    /// Newton steps that a Taylor expansion of second order costs as much as: a solve, and a state for the derivatives by each parameter and each two of them.
+    /// Cost of a Taylor expansion of second order [Newton steps]: a solve, and a state for each parameter and each pair of
+    /// parameters.
     fn expansion(&self, body: &Body) -> f64 {
         let count = body.parameters.len() as f64;
         self.centre + 1.0 + count + count * (count + 1.0)
     }
 }
 
-/// Displacement at the centre of the ranges and the Newton steps that it took, from the prediction of an emulator where steps from there
-/// contract, or from rest; `None` where there is no equilibrium.
+/// Displacement at the centre of the ranges and the Newton steps taken: from an emulator's prediction if steps from it
+/// contract, else from rest. `None` if there is no equilibrium.
 fn at_centre(
     solver: &mut Solver<'_>,
     emulator: Option<&Emulator<'_>>,

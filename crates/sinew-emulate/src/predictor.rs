@@ -51,10 +51,11 @@ pub trait Predictor: Debug + Send + Sync {
     /// Displacements at each of `thetas`, set by set, node by node \[length\].
     ///
     /// # Errors
-    /// θ that the predictor has no place for.
+    /// θ outside the domain of the predictor.
     fn predict(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<f64>>;
 
-    /// Predicts as [`Predictor::predict`] does, but as if the body were unseen, where that makes a difference: a network passes messages again.
+    /// Predicts as for an unseen body: a network passes messages again. Other predictors predict as in
+    /// [`Predictor::predict`].
     ///
     /// # Errors
     /// As [`Predictor::predict`].
@@ -62,13 +63,14 @@ pub trait Predictor: Debug + Send + Sync {
         self.predict(body, thetas)
     }
 
-    /// Cost of a prediction in Newton steps of the body, by which [`Plan`](crate::Plan) weighs it: about none unless it takes steps itself.
+    /// Cost of a prediction in Newton steps of the body, read by [`Plan`](crate::Plan); 0 unless the predictor takes steps
+    /// itself.
     fn newton_steps(&self) -> f64 {
         0.0
     }
 
-    /// `∂û/∂θ` at θ: a field for every parameter, node by node [length per unit of the parameter]; by central differences unless the
-    /// predictor knows better.
+    /// `∂û/∂θ` at θ: a field for every parameter, node by node [length per unit of the parameter], by central differences
+    /// unless overridden.
     ///
     /// # Errors
     /// As [`Predictor::predict`].

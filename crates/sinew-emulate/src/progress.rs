@@ -1,4 +1,4 @@
-//! What a run tells while it goes.
+//! Progress of a run.
 
 use crate::Warning;
 use std::ops::ControlFlow;
@@ -16,7 +16,7 @@ pub struct Progress<'a> {
     pub message: &'a str,
 }
 
-/// Listens to a run. `()` does not; [`Terminal`](crate::Terminal) draws bars (feature `terminal`).
+/// Receives the progress of a run. `()` ignores it; [`Terminal`](crate::Terminal) draws bars (feature `terminal`).
 pub trait Observer: Send {
     /// Called often. Breaking ends the run with [`Error::Interrupted`](crate::Error::Interrupted), to be resumed from
     /// what is stored.
@@ -30,7 +30,7 @@ pub trait Observer: Send {
         let _ = (stage, outcome, seconds);
     }
 
-    /// Called as soon as there is a reason for mistrust; those that last to the end are also in the result.
+    /// Called at each warning. Warnings that hold at the end are also in the result.
     fn warning(&mut self, warning: &Warning) {
         let _ = warning;
     }
@@ -53,6 +53,12 @@ impl<'a> Counter<'a> {
     /// Over `count` pieces of one size, or that many units of work, of which some are `kept` from an earlier run.
     pub fn new(observer: &'a mut dyn Observer, stage: &'a str, kept: usize, count: usize) -> Self {
         Self { observer, stage, start: std::time::Instant::now(), kept, done: kept, count }
+    }
+
+    /// Counts pieces of an earlier run.
+    pub(crate) fn keep(&mut self, pieces: usize) {
+        self.kept += pieces;
+        self.done += pieces;
     }
 
     /// Counts some more; whether to go on.

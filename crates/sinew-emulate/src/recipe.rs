@@ -66,16 +66,16 @@ pub trait Train: Debug {
     }
 }
 
-/// From a body to an emulator that knows its error.
+/// Trains an emulator of a body and checks its error estimate.
 ///
-/// Solves what the recipe needs, trains, and checks the error estimate on held-out simulations. With a folder
-/// in the options everything is kept there as it is made, a killed run goes on from it, and the emulator is stored
-/// in its `emulator`. A network has the weights that did best on the held-out simulations ([`Record::kept`]). What makes
-/// the result less trustworthy is in [`Record::warnings`].
+/// Runs the simulations of the recipe, trains, and checks the error estimate on held-out simulations. A folder in the
+/// options stores all results as they are made: a killed run resumes from it, and the emulator is stored in its subfolder
+/// `emulator`. A network keeps the weights with the lowest error on the held-out simulations ([`Record::kept`]). Reasons
+/// not to trust the result are in [`Record::warnings`].
 ///
 /// # Errors
-/// Settings that make no sense, a body without free parameters, a folder with a run that is finished, or neither to be resumed nor to be
-/// replaced, simulations of which most fail, a training that diverges, files that cannot be written, an observer that breaks.
+/// Invalid settings, a body without free parameters, a folder with a run that is neither to be resumed nor to be replaced,
+/// simulations of which most fail, a training that diverges, files that cannot be written, an observer that breaks.
 pub fn train<'b>(
     recipe: &dyn Train,
     body: &'b Body,
@@ -123,7 +123,7 @@ pub fn train_with<'b>(
     Ok(emulator)
 }
 
-/// A recipe as its session knows it.
+/// Key, settings and network sizes of a recipe.
 fn described(recipe: &dyn Train) -> Described {
     Described { key: recipe.key().into(), recipe: recipe.settings(), network: recipe.network() }
 }

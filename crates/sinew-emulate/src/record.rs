@@ -77,8 +77,8 @@ pub struct CurvePoint {
     pub medians: Option<[f64; 4]>,
     /// Mean energy above the minimum [%]; `None` where it is not finite.
     pub energy_excess_pct: Option<f64>,
-    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, raised by the share of them whose prediction inverts a cell: the
-    /// weights of the least are kept. `None` where it is not finite.
+    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, times one plus the share of inverted predictions. The
+    /// weights with the lowest value are kept. `None` where it is not finite.
     #[serde(default)]
     pub error: Option<f64>,
     /// Held-out predictions that invert a cell.
@@ -94,7 +94,7 @@ pub struct Kept {
     pub step: u64,
     /// Their [`CurvePoint::error`]; `None` where none was finite, so that the last weights were kept.
     pub error: Option<f64>,
-    /// How often the training had left its best weights, returned to them and gone on with half the learning rate, in all stages.
+    /// Number of returns to the best weights, each with half the learning rate, over all stages.
     pub returns: usize,
 }
 
@@ -120,8 +120,8 @@ pub struct Candidate {
     pub recipe: String,
     /// Simulations that it learned from.
     pub simulations: usize,
-    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, raised by the share of them whose prediction inverts a cell: the
-    /// same measure for every candidate.
+    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, times one plus the share of inverted predictions, for
+    /// every candidate.
     pub error: f64,
     /// Wall time of simulations and training \[s\].
     pub seconds: f64,

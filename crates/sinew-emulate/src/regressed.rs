@@ -14,7 +14,7 @@ pub(crate) const KIND: &str = "regression";
 /// Predictor by a Taylor expansion, by a regression of simulations, or by a regression of the remainder of the expansion.
 #[derive(Clone, Debug)]
 pub(crate) struct Regressed {
-    /// Expansion that the regression is about; its mean alone where there is none.
+    /// Expansion whose remainder the regression predicts; `None` if it predicts the displacement.
     pub taylor: Option<TaylorExpansion>,
     /// `None` where only the Taylor expansion was asked for.
     pub regression: Option<PodRegression>,
@@ -36,8 +36,8 @@ impl Regressed {
         Ok(field)
     }
 
-    /// A regression of the fields, or of what a Taylor expansion leaves of them where that halves the error by leaving one simulation out; and
-    /// that error, root mean square norm relative to that of the fields.
+    /// Regression of the fields, or of the remainder of a Taylor expansion if that halves the leave-one-out error. Also
+    /// returns that error: root mean square norm, relative to that of the fields.
     pub(crate) fn fit(
         body: &Body,
         taylor: Option<&TaylorExpansion>,

@@ -35,7 +35,7 @@ pub enum Design {
     Uniform,
 }
 
-/// A seed of its own for one purpose (a seed stream) of those that derive from `seed`; the same for the same.
+/// Seed of one seed stream, derived from `seed`.
 pub fn split_seed(seed: u64, stream: u64) -> u64 {
     // The golden ratio in 64 bits: neighbouring seeds do not share streams.
     seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ stream

@@ -5,7 +5,7 @@ use crate::parameters::check_length;
 use crate::{Emulator, Result};
 use sinew_fem::Options;
 
-/// Share of the displacement that a parameter must move over its range to count as one that moves the body at all.
+/// Least denominator of a sensitivity error: this share of the displacement over the parameter's range.
 const LEAST_MOTION: f64 = 1e-3;
 /// Cases behind a median.
 const CASES: usize = 10;
@@ -22,7 +22,7 @@ impl Emulator<'_> {
     }
 
     /// Median over the first cases of `‖∂û/∂θ − ∂u/∂θ‖ / ‖∂u/∂θ‖` [%] for every parameter, the true derivative by the implicit
-    /// function theorem. A parameter that moves the body by less than a thousandth over its range is measured against that.
+    /// function theorem. The denominator is at least a thousandth of `‖u‖` over the parameter's range.
     pub(crate) fn sensitivity_errors(&self, test: &TestSet<'_>) -> Result<Vec<f64>> {
         let norm = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
         let mut errors = vec![Vec::new(); self.body.parameters.len()];

@@ -30,7 +30,7 @@ pub struct Session<'a, 'b> {
     pub body: &'b Body,
     /// Budget, seed, design and folders.
     pub options: &'a TrainingOptions,
-    /// Hears of progress.
+    /// Receives progress and warnings.
     pub observer: &'a mut dyn Observer,
     /// Reasons not to trust the result so far.
     pub warnings: Vec<Warning>,
@@ -40,7 +40,7 @@ pub struct Session<'a, 'b> {
     pub simulations: usize,
 }
 
-/// A recipe as a session knows it.
+/// Key, settings and network sizes of a recipe.
 #[derive(Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Described {
     /// Short name.
@@ -99,7 +99,7 @@ impl<'a, 'b> Session<'a, 'b> {
         split_seed(self.options.seed, stream as u64)
     }
 
-    /// Keeps a reason for mistrust, and says it at once.
+    /// Keeps a warning and reports it to the observer.
     pub fn warn(&mut self, warning: Warning) {
         self.observer.warning(&warning);
         self.warnings.push(warning);

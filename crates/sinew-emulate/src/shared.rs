@@ -34,7 +34,7 @@ impl Shared {
 
     /// Leaves a run's own folder of simulations, which is whole, to others.
     pub(crate) fn leave(&self, own: &Path) {
-        // Whatever keeps it from being shared, such as another run that was first, the run has its simulations where they are.
+        // A failure does no harm: the run keeps its simulations in its own folder.
         let above = self.place.parent().map_or(Ok(()), std::fs::create_dir_all);
         let _ = above.and_then(|()| std::fs::rename(own, &self.place));
     }

@@ -1,20 +1,19 @@
 //! Finite-element solutions that emulators learn from and are judged by.
 
+use crate::block::Block;
 use crate::identity::{self, Identity};
 use crate::parameters::in_words;
 use crate::progress::{Counter, Observer};
 use crate::store::{read_json, read_table, write_json, write_table};
 use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};
-use sinew_fem::{LoadSteps, Options, Solver, Sweep, sweep};
+use sinew_fem::{LoadSteps, Options, Solution, resume_sweep};
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::{Mutex, PoisonError};
 
-/// Samples that are solved and stored together: what a killed run loses at most. The partition depends on nothing
-/// else, so a resumed run gives the numbers of an uninterrupted one.
+/// Samples that are solved together. The partition is fixed, so a run that is resumed between two blocks gives the
+/// numbers of an uninterrupted one; within a block they agree to the solver's rounding.
 const BLOCK: usize = 100;
 
 /// Solutions of a block that are compared with that of a rising load, which costs another solve each.
@@ -29,8 +28,8 @@ pub struct Simulations {
     pub fields: Vec<Vec<f64>>,
     /// Samples that have no solution.
     pub failures: Vec<Failure>,
-    /// Parameters of solutions beside which a rising load leads to another stable equilibrium. Those are compared whose search met an indefinite
-    /// stiffness, at most [`MOST_COMPARED`] of a hundred samples.
+    /// Parameters at which a rising load leads to another stable equilibrium than the solution. At most [`MOST_COMPARED`]
+    /// solutions of a hundred samples are compared: those whose search met an indefinite stiffness.
     pub branched: Vec<Vec<f64>>,
     /// Wall time of all solves on all threads \[s\].
     pub seconds: f64,
@@ -58,8 +57,8 @@ struct Log {
     branched: Vec<Vec<f64>>,
     seconds: f64,
     solve_seconds: Vec<f64>,
-    /// CRC-32 of this log without them, of the parameters and of the fields: of the rows that count, for a killed run may have
-    /// written more.
+    /// CRC-32 of this log without checksums, of the parameters and of the fields. Only the rows that the log counts enter:
+    /// a killed run may have written more.
     #[serde(default)]
     checksums: [u32; 3],
 }
@@ -88,6 +87,13 @@ impl Simulations {
         self.seconds *= share;
     }
 
+    /// Appends a solution.
+    pub(crate) fn push(&mut self, theta: Vec<f64>, solution: Solution) {
+        self.thetas.push(theta);
+        self.fields.push(solution.displacement);
+        self.solve_seconds.push(solution.seconds);
+    }
+
     /// Appends more of them.
     pub(crate) fn extend(&mut self, more: Self) {
         self.thetas.extend(more.thetas);
@@ -114,7 +120,8 @@ impl Simulations {
 /// Solves a body for each of `thetas` on all cores.
 ///
 /// With a `folder`, fields and failures are stored there after every hundred samples (`theta.npy`,
-/// `displacement.npy`, `simulations.json`), and what it already holds for the same θ and body is kept.
+/// `displacement.npy`, `simulations.json`), within a hundred every ten seconds and when the observer breaks (`under-way`). What it already
+/// holds for the same θ and body is kept.
 ///
 /// # Errors
 /// A body that cannot be solved for any θ, files that cannot be written or hold other samples or those of
@@ -151,42 +158,19 @@ pub fn simulate_by(
     if tried == thetas.len() {
         return Ok(simulations);
     }
-    let counter = Mutex::new(Counter::new(observer, stage, tried, thetas.len()));
-    for block in thetas[tried..].chunks(BLOCK) {
-        let start = Instant::now();
-        let stop = AtomicBool::new(false);
-        let count = || {
-            let mut counter = counter.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-            if let ControlFlow::Break(()) = counter.step(1, "") {
-                stop.store(true, Ordering::Relaxed);
-            }
-        };
-        let swept = sweep(body, block, options, count)?;
-        if stop.into_inner() {
-            return Err(Error::Interrupted { stage: stage.into() });
-        }
-        if options.load_steps == LoadSteps::WhenNeeded {
-            simulations.branched.extend(branched(body, &swept)?);
-        }
-        for (theta, result) in block.iter().zip(swept.results) {
-            match result {
-                Ok(solution) => {
-                    simulations.thetas.push(theta.clone());
-                    simulations.fields.push(solution.displacement);
-                    simulations.solve_seconds.push(solution.seconds);
-                }
-                Err(error) => simulations
-                    .failures
-                    .push(Failure { theta: theta.clone(), reason: error.to_string() }),
-            }
-        }
-        tried += block.len();
-        simulations.seconds += start.elapsed().as_secs_f64();
-        if let Some((folder, body)) = &folder {
+    let mut counter = Counter::new(observer, stage, tried, thetas.len());
+    let folder = folder.as_ref().map(|(folder, body)| (*folder, body));
+    for samples in thetas[tried..].chunks(BLOCK) {
+        let block = Block::open(samples, folder)?;
+        counter.keep(block.len());
+        let found = solved(body, block, options, (stage, &mut counter))?;
+        tried += samples.len();
+        simulations.extend(found);
+        if let Some((folder, body)) = folder {
             store(folder, body, tried, &simulations)?;
+            Block::forget(folder);
         }
     }
-    let counter = counter.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     let failed = match simulations.failures.len() {
         0 => String::new(),
         failed => format!(", {failed} failed"),
@@ -195,23 +179,32 @@ pub fn simulate_by(
     Ok(simulations)
 }
 
-/// Parameters of solutions of a sweep beside which a rising load leads to another one.
-fn branched(body: &Body, swept: &Sweep) -> Result<Vec<Vec<f64>>> {
-    let jumped = swept.jumped();
-    if jumped.is_empty() {
-        return Ok(Vec::new());
-    }
-    let mut solver = Solver::new(body)?;
-    let mut found = Vec::new();
-    for solution in
-        jumped.iter().take(MOST_COMPARED).filter_map(|&at| swept.results[at].as_ref().ok())
-    {
-        // Where no rising load arrives, there is nothing to compare with.
-        if let Ok(Some(_)) = solver.under_rising_load(solution, &Options::default()) {
-            found.push(solution.theta.clone());
+/// Solves what is left of a block; stores it and ends with an error where the observer breaks.
+fn solved(
+    body: &Body,
+    block: Block<'_>,
+    options: &Options,
+    (stage, counter): (&str, &mut Counter<'_>),
+) -> Result<Simulations> {
+    let (thetas, earlier) = (block.thetas, block.earlier());
+    let shared = Mutex::new((block, counter, Ok(())));
+    let each = |index, result| {
+        let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        let (block, counter, outcome) = &mut *shared;
+        block.take(index, result);
+        let stop = counter.step(1, "").is_break();
+        if stop || block.is_due() {
+            *outcome = block.store();
         }
-    }
-    Ok(found)
+        if stop && outcome.is_ok() {
+            *outcome = Err(Error::Interrupted { stage: stage.into() });
+        }
+        if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    resume_sweep(body, thetas, &earlier, options, each)?;
+    let (block, _, outcome) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    outcome?;
+    block.close(body, options.load_steps == LoadSteps::WhenNeeded)
 }
 
 const THETAS: &str = "theta.npy";
@@ -247,7 +240,7 @@ pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
 }
 
 /// Simulations of a body in a folder, and how many samples were tried; `None` where it holds no simulations.
-fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simulations)>> {
+pub(crate) fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simulations)>> {
     let Some(log) = read_json::<Log>(&folder.join(LOG))? else { return Ok(None) };
     let solved = log.solve_seconds.len();
     let [mut thetas, mut fields] =
@@ -267,7 +260,7 @@ fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simulations)>> 
 }
 
 /// Whether two θ are the same but for the rounding of another machine's logarithms.
-fn alike(a: &[f64], b: &[f64]) -> bool {
+pub(crate) fn alike(a: &[f64], b: &[f64]) -> bool {
     const ROUNDING: f64 = 1e-12;
     let close = |(a, b): (&f64, &f64)| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
     a.len() == b.len() && a.iter().zip(b).all(close)

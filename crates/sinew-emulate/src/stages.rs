@@ -11,7 +11,7 @@ use std::time::Instant;
 /// Quasi-Newton steps of the stage between predictions and Newton steps.
 const QUASI_NEWTON: usize = 4;
 
-/// Predictions as they are, or after steps: what a parameter set costs and how far it is off then.
+/// Time per parameter set and error of predictions, as they are or after steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stage {
     /// Steps, in words; empty for predictions as they are.
@@ -71,10 +71,10 @@ impl Evaluation {
 
     /// Wall time on one thread until so many parameter sets are within an accuracy, a mean nodal error relative to the mean nodal displacement \[s\].
     ///
-    /// Derived from what was measured: simulations, preparation and training once; for each set a prediction and, as for the test cases, the
-    /// cheapest [`Stage`] whose true error is within the accuracy. Cases that none brings there cost the dearest stage and a solve
-    /// from a neighbour's solution, or from rest for a single set. A check of the error is not in it: it costs
-    /// about a Newton step more where that is not a stage already.
+    /// It is derived from measurements. Simulations, preparation and training count once. Each set costs a prediction and
+    /// the cheapest [`Stage`] whose true error is within the accuracy, averaged over the test cases. A case beyond all
+    /// stages costs the most expensive stage and a solve: from a neighbour's solution, or from rest for a single set. Error
+    /// checks are not included. They cost about one Newton step more, unless the stage takes one.
     pub fn seconds_to(&self, accuracy: f64, sets: usize) -> f64 {
         derived(&self.stages, &self.times, accuracy, sets)
     }

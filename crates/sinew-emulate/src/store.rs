@@ -72,7 +72,7 @@ pub(crate) fn content(path: &Path, reason: &dyn std::fmt::Display) -> Error {
 /// A folder or file that cannot be written, by path.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
-    // Its own for every writer: shards of a campaign write the same files, from machines that count processes alike.
+    // One temporary name per writer: shards on several machines may have the same process number.
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     let moment = now.map_or(0, |now| now.as_nanos());
     let partial = path.with_extension(format!("{}-{moment}.partial", std::process::id()));

@@ -1,4 +1,4 @@
-//! Progress on the terminal: what is being done, how far, how long still.
+//! Progress on the terminal: stage, share done, time left.
 
 use crate::{Observer, Progress, Warning};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -12,9 +12,9 @@ use std::sync::Arc;
 /// A body with its material, loads and supports, lowered from a [`crate::Scene`]: its total potential energy
 /// Π(u; θ), thesis eqs. (3.15)–(3.16), integrated by quadrature.
 ///
-/// What Newton's method, the physics-informed objective, errors and reports all read; neither law, element
-/// nor load is in its type. Everything is in plain arrays; a load that a scene does not list is an empty
-/// array. Displacements are flat, `[u_x, u_y, u_z]` node by node. Linear tetrahedra have one quadrature
+/// Newton's method, the physics-informed objective, errors and reports all read it. Its type names neither law, element
+/// nor load. Everything is in plain arrays; a load that a scene does not list is an empty array. Displacements are
+/// flat, `[u_x, u_y, u_z]` node by node. Linear tetrahedra have one quadrature
 /// point each, which is exact for them.
 #[doc(alias("weak form", "potential energy"))]
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ pub struct Body {
     /// Quadrature points that share one volume ratio, see [`crate::Scene::lower_averaged`]: all of them in
     /// patches, or none.
     pub patches: Vec<Vec<usize>>,
-    /// The loads per reference volume and area that the next two are sums of.
+    /// Loads per reference volume and area, which `nodal_force` and `springs` sum up.
     pub reference_loads: ReferenceLoads,
     /// Dead loads lumped to the nodes [stress·length²], `3 × nodes`.
     pub nodal_force: Vec<f64>,
@@ -280,10 +280,10 @@ impl Body {
         (0..self.volumes.len()).map(change).all(|change: f64| change > -1.0)
     }
 
-    /// Whether the energy at a displacement is the body's own: no cell is inverted, and no barrier, if there are some, is in use.
-    /// Beyond barriers an energy is bounded, and loads pull it down for ever.
+    /// Whether no cell is inverted and no barrier is active at a displacement. Beyond the barriers the energy of the
+    /// material is bounded, so that Π has no minimum under loads.
     pub fn is_within_barriers(&self, displacement: &[f64], theta: &[f64]) -> bool {
-        /// Between two ways of rounding the same formula.
+        /// Rounding error between two evaluations of the same formula.
         const ROUNDING: f64 = 1e-9;
         let parameters = self.law_parameters(theta);
         let within = |(&point, h): (&usize, &Mat3<f64>)| {
@@ -353,7 +353,7 @@ impl Body {
         Self { barriers: Some(barriers), ..self }
     }
 
-    /// Body whose volumetric response is multiplied by a factor, where its law can say it
+    /// Body whose volumetric response is multiplied by a factor; `None` where its law does not allow it
     /// ([`crate::Law::with_softer_volume`]).
     pub fn with_softer_volume(&self, factor: f64) -> Option<Self> {
         Some(Self { material: self.material.with_softer_volume(factor)?, ..self.clone() })

@@ -1,4 +1,4 @@
-//! Cavities: what a pressure fills.
+//! Cavities that pressures act in.
 
 use crate::Body;
 use crate::lower::geometry::cross;
@@ -18,7 +18,7 @@ pub struct Cavity {
 }
 
 impl Cavity {
-    /// From the nodes of facets, corners first.
+    /// Makes a cavity from the nodes of facets, corners first.
     pub(crate) fn new(
         name: &str,
         facets: &[Vec<usize>],
@@ -32,7 +32,7 @@ impl Cavity {
         Self { name: name.into(), triangles, apex: [0.0; 3] }.among(points)
     }
 
-    /// The cavity of the same surface with its nodes at other places.
+    /// Cavity of the same surface with its nodes at other positions.
     pub(crate) fn among(&self, points: &[[f64; 3]]) -> Self {
         let Self { name, triangles, .. } = self.clone();
         let surface = TriangleMesh { cells: triangles.clone(), ..TriangleMesh::default() };

@@ -1,4 +1,4 @@
-//! What every law must satisfy, as one suite: for the laws of this crate and for yours.
+//! Conformance tests of strain-energy laws, those of this crate and yours.
 //!
 //! ```
 //! use sinew_energy::{conformance::{Claims, check_law}, laws::NeoHookean};
@@ -175,7 +175,7 @@ impl<L: Law<D>, const D: usize> Suite<'_, L, D> {
     /// Written in ∇u the energy loses digits like ε/strain; written in F like ε/strain².
     fn check_single_precision(&mut self, h: Mat3<f64>) {
         let single = |x: f64| Single(x as f32);
-        // What the rounded input gives in double precision, so that only the formula is judged.
+        // The reference takes the rounded input in double precision, so that only rounding in the formula counts.
         let rounded = Mat3::from_fn(|i, j| f64::from(h[i][j] as f32));
         let parameters: Vec<_> = self.parameters.iter().map(|&p| single(p)).collect();
         let directions = self.directions.map(|d| d.map(single));

@@ -1,4 +1,4 @@
-//! What can be wrong with a scene or with θ, with numbers and advice.
+//! Errors in a scene or in θ, with numbers and advice.
 
 use crate::law::POSITIVE;
 use sinew_mesh::Defect;
@@ -18,10 +18,10 @@ pub enum SceneError {
     /// The mesh has no cell.
     #[error("the mesh has no cells; read or generate one that has")]
     EmptyMesh,
-    /// The mesh breaks its own rules.
+    /// The mesh violates a rule of [`sinew_mesh::Mesh::check`].
     #[error(transparent)]
     Mesh(#[from] Defect),
-    /// Factors from place to place that cannot be used.
+    /// A field of factors with missing or invalid values.
     #[error(
         "a field of factors has one finite number for each {place}, {count} in all, above zero for a stiffness and not below for other \
          parameters; {found} were given, and that of {place} {at} is missing or unfit"
@@ -39,7 +39,7 @@ pub enum SceneError {
         cells[0], cells[1], listed(facet), overlap_advice(*twice)
     )]
     OverlappingCells { cells: [usize; 2], facet: Vec<usize>, twice: bool },
-    /// A quadrature rule that does not measure the reference element.
+    /// A quadrature rule whose weights do not add up to the measure of the reference element.
     #[error(
         "the weights of the {points} quadrature points add up to {sum}; give positive ones that add up to {needed}, the measure \
          of the reference element"
@@ -78,7 +78,7 @@ pub enum SceneError {
         "{count} nodes belong to no cell (first: node {first}) and are not held; remove them from the mesh"
     )]
     LooseNodes { count: usize, first: usize },
-    /// Two supports want different displacements.
+    /// Two supports prescribe different displacements.
     #[error(
         "supports prescribe both {first} and {second} for component {component} of node {node}; keep one"
     )]
@@ -184,13 +184,14 @@ pub enum SceneError {
         "the scene lists two parameters `{name}`; law and loads read entries of theta of their own: rename one"
     )]
     ParameterTwice { name: String },
-    /// A load takes its size from an entry of θ that belongs to the law, which reads those before `first`, or does not exist.
+    /// A load whose magnitude is an entry of θ that does not exist or belongs to the law, which reads those before
+    /// `first`.
     #[error(
         "a load reads entry {index} of theta, but {}",
         entries_of_loads(*first, *count)
     )]
     LoadParameter { index: usize, first: usize, count: usize },
-    /// A known value of a parameter that there is not.
+    /// A known value of a parameter that does not exist.
     #[error("there is no parameter `{name}`; law and loads read {}", listed(known))]
     UnknownParameter { name: String, known: Vec<String> },
     /// Two known values of one parameter.
@@ -199,7 +200,7 @@ pub enum SceneError {
     /// A known value that makes no sense.
     #[error("the known value of `{name}` is {value}; it must be {}", requirement(&(*least..=*most), *value))]
     KnownValue { name: String, value: f64, least: f64, most: f64 },
-    /// A range that is not one, or that has no logarithm.
+    /// A range that is empty or not finite, or not positive for log sampling.
     #[error(
         "parameter `{name}` ranges from {} to {}; give finite ends in ascending order, positive for log sampling",
         range[0], range[1]
@@ -213,10 +214,10 @@ pub enum SceneError {
         edge[0], edge[1]
     )]
     LooseRim { name: String, edge: [usize; 2] },
-    /// A rim that slides along a plane that it is not even enough for.
+    /// A sliding rim that is not plane enough.
     #[error(
         "the rim of `{name}` slides across {axis} but is not even: it goes from {axis} = {least} to {axis} = {most}, so that {:.2} % \
-         of the pressure's force would be missed, and 0.01 % may be; move its nodes into one plane, hold the rim, or lower \
+         of the pressure's force would be lost, where 0.01 % is allowed; move its nodes into one plane, hold the rim, or lower \
          the scene with lower_follower",
         100.0 * part
     )]
@@ -245,7 +246,7 @@ pub enum ThetaError {
     OutOfBounds { index: usize, name: &'static str, value: f64, least: f64, most: f64 },
 }
 
-/// Bounds that a value misses, in words that follow "it must be": `positive`, `at least 0 and less than 0.5`.
+/// Text of the bounds that a value violates, to follow "it must be": `positive`, `at least 0 and less than 0.5`.
 pub fn requirement(bounds: &RangeInclusive<f64>, value: f64) -> String {
     let (least, most) = (*bounds.start(), *bounds.end());
     let (tiny, huge) = (*POSITIVE.start(), *POSITIVE.end());
@@ -266,7 +267,7 @@ pub fn requirement(bounds: &RangeInclusive<f64>, value: f64) -> String {
     }
 }
 
-/// The short decimal that a bound is just below of, such as 0.5 for 0.5 − ε, or the bound.
+/// A bound rounded to twelve digits: 0.5 − ε gives 0.5.
 fn rounded_up(bound: f64) -> f64 {
     format!("{bound:.12}").parse().unwrap_or(bound)
 }

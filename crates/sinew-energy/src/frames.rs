@@ -1,4 +1,4 @@
-//! Directions of a node's own, for supports that are not along the coordinate axes.
+//! Local axes of nodes with supports that are not along the coordinate axes.
 
 use sinew_num::Mat3;
 use std::collections::BTreeMap;
@@ -63,7 +63,7 @@ impl Frames {
         }
     }
 
-    /// Gives a node a frame of its own, three orthonormal axes without units, one per row, which are not checked; the coordinate axes are not stored.
+    /// Sets the frame of a node: three orthonormal axes, one per row, unchecked. The coordinate axes are not stored.
     pub fn insert(&mut self, node: usize, axes: Mat3<f64>) {
         if axes == Mat3::IDENTITY {
             self.of_node.remove(&node);

@@ -1,4 +1,4 @@
-//! Guards: what keeps an energy finite while an emulator is trained on it.
+//! Guards that keep an energy finite while an emulator is trained on it.
 
 use sinew_num::Scalar;
 use std::fmt::Debug;
@@ -80,7 +80,7 @@ impl Guard for Barriers {
         let (threshold, least) = (self.volume_ratio_threshold, self.least_volume_ratio);
         let width = threshold - least;
         let decayed = || {
-            // Clamped first: the branch that is not taken must stay finite for tensors.
+            // Clamped first, because tensors evaluate both branches, and both must be finite.
             let depth = volume_change.clone().at_most(threshold - 1.0) - (threshold - 1.0);
             (depth * width.recip()).exp() * width + (least - 1.0)
         };

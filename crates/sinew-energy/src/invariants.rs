@@ -185,7 +185,7 @@ fn argument<const D: usize>(p: usize, q: usize) -> usize {
 /// The most parameters that a law may have.
 pub(crate) const MOST_PARAMETERS: usize = 9;
 
-/// A deformation with what the derivatives of its invariants need.
+/// A deformation with the terms of its invariants' derivatives.
 struct State<'a, const D: usize> {
     invariants: Invariants<f64, D>,
     /// `F = I + H`.
@@ -384,7 +384,7 @@ mod tests {
     use crate::law::rate_by_slopes;
     use crate::laws::{ActiveTension, Guccione, HolzapfelOgden, NeoHookean};
 
-    /// The rate in the invariants against that in the strain, which differ by rounding alone.
+    /// Compares the stress rate by invariants with that by the strain; they differ by rounding errors only.
     fn check<L: InvariantLaw<D>, const D: usize>(law: L, parameters: &[f64], frame: [[f64; 3]; D]) {
         let h = Mat3([[0.1, 0.02, -0.05], [0.03, -0.08, 0.04], [0.06, -0.01, 0.07]]);
         for index in 0..parameters.len() {

@@ -88,7 +88,7 @@ impl ForceBalance {
 }
 
 impl Magnitude {
-    /// Takes a known value in, or the place among the entries of θ that are left.
+    /// Replaces an entry of θ by its known value, or renumbers it among the remaining entries.
     fn hold(&mut self, held: &[Option<f64>]) {
         if let Self::Theta(index) = *self {
             let before = held.iter().take(index).flatten().count();

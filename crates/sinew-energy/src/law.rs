@@ -1,4 +1,4 @@
-//! What a strain-energy law is.
+//! Strain-energy laws.
 
 use crate::dual::Dual;
 use crate::{Exact, Guard};
@@ -66,8 +66,8 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Law with its volumetric response times a factor, where that is a constant of the law: a solver
-    /// reaches nearly incompressible equilibria from those of softer bodies.
+    /// Law with its volumetric response times a factor, if that is a constant of the law: solvers start nearly
+    /// incompressible bodies from the equilibria of softer ones.
     fn with_softer_volume(&self, _factor: f64) -> Option<Self> {
         None
     }

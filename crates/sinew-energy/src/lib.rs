@@ -24,7 +24,7 @@
 //! let weight: f64 = gradient.iter().skip(2).step_by(3).sum();
 //! assert!((weight - 98.0).abs() < 1e-10);
 //!
-//! // A turned-over cell costs infinitely much.
+//! // The energy of an inverted cell is infinite.
 //! displacement[3] = -1000.0;
 //! assert_eq!(body.value(&displacement, &theta), f64::INFINITY);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

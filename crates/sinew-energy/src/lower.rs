@@ -1,4 +1,4 @@
-//! From names to plain arrays.
+//! Lowering of a scene to a body: from names to plain arrays.
 
 mod directions;
 pub(crate) mod geometry;
@@ -19,7 +19,8 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 pub(crate) use supports::Held;
 
-/// Weights of quadrature that add up to the measure of an element but for this part do: tables are printed to ten digits.
+/// Largest error of the sum of quadrature weights \[relative to the measure of the element\]: tables are printed to ten
+/// digits.
 const QUADRATURE_TOLERANCE: f64 = 1e-9;
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
@@ -80,8 +81,8 @@ where
     /// Lowers to the mixed formulation of Taylor and Hood: quadratic displacement, and a continuous linear
     /// field of pressure that makes the body incompressible, whatever the law's own bulk modulus.
     ///
-    /// The law's own volumetric energy stays: it changes no incompressible solution and keeps Newton's
-    /// method alive. Pressures may act on surfaces with a loose rim.
+    /// The law's own volumetric energy stays: it does not change the incompressible solution, and stabilises Newton's
+    /// method. Pressures may act on surfaces with a loose rim.
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
@@ -112,8 +113,8 @@ where
     }
 }
 
-/// Differences of height within a plane mesh that change nothing [relative to its size]: their squares are lost in rounding errors.
-/// Those of coordinates in single precision are allowed for besides.
+/// Differences of z in a plane mesh that have no effect \[relative to its size\]: their squares are rounding errors.
+/// Rounding of coordinates to single precision is allowed too.
 const FLAT: f64 = 1e-6;
 
 /// A scene without its law, so that all laws are lowered by the same code.
@@ -219,7 +220,7 @@ where
         Ok(())
     }
 
-    /// The law's parameters stand first, in its order and by its names, so that no value is read as another's.
+    /// Checks that the law's parameters come first, in its order and by its names.
     fn check_parameter_names(&self) -> Result<(), SceneError> {
         let given = self.parameters.iter().map(|p| p.name.as_str());
         let mut seen = HashSet::new();
@@ -234,7 +235,7 @@ where
         Ok(())
     }
 
-    /// A plane body lies in one plane of constant z, and its dead loads in it.
+    /// Checks that a plane body lies in one plane of constant z, and its dead loads in that plane.
     fn check_plane(&self) -> Result<(), SceneError> {
         let refuse = |what: String, value| Err(SceneError::OutOfPlane { what, value });
         let points = &self.mesh.points;
@@ -261,8 +262,8 @@ where
         Ok(())
     }
 
-    /// Loads act on the surface: inside, where two cells meet, a force per area has no meaning of its own, and an outward
-    /// normal would depend on which of the cells the set names.
+    /// Checks that loads act on the surface. On a facet between two cells, the outward normal would depend on the cell
+    /// that the set names.
     fn check_loads_on_boundary(&self) -> Result<(), SceneError> {
         let sets = self.loads.iter().filter_map(Load::facets);
         let loaded = sets.map(|name| Ok((name, self.facets(name)?)));

@@ -43,7 +43,7 @@ pub trait Material: Debug + Send + Sync {
     fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response;
     /// The material of [`Law::with_softer_volume`], where there is one.
     fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>>;
-    /// The material whose energy counts so many times at each point.
+    /// The material with its energy multiplied by a factor at each point.
     fn stiffened(&self, factors: Vec<f64>) -> Arc<dyn Material>;
     /// The material whose directions go with maps f of their points: d becomes f d / |f d|, those after the first orthonormal to the
     /// ones before. `None` where there are no directions.
@@ -64,7 +64,7 @@ struct AtPoints<L, const D: usize> {
     law: L,
     /// Takes no storage for isotropic laws.
     directions: Vec<[[f64; 3]; D]>,
-    /// How many times the energy counts at each point; none where it counts once everywhere.
+    /// Factor of the energy at each point; empty if it is one everywhere.
     factors: Vec<f64>,
 }
 
@@ -94,7 +94,7 @@ impl<L: Law<D>, const D: usize> AtPoints<L, D> {
         if D == 0 { Some(&[[0.0; 3]; D]) } else { self.directions.get(point) }
     }
 
-    /// How many times the energy counts at a point.
+    /// Factor of the energy at a point.
     #[inline]
     fn factor(&self, point: usize) -> f64 {
         if self.factors.is_empty() { 1.0 } else { self.factors[point] }

@@ -1,4 +1,4 @@
-//! How far an emulated displacement û is from the true one u: the measures of thesis eqs. (3.22) and (3.24).
+//! Errors of an emulated displacement û against the true one u: thesis eqs. (3.22) and (3.24).
 //!
 //! Displacements are flat, `[u_x, u_y, u_z]` node by node. Relative errors are in percent; they are
 //! +∞ or NaN where the true value is zero.

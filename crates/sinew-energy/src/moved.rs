@@ -1,4 +1,4 @@
-//! The same body with another shape at rest.
+//! Bodies with a changed reference configuration.
 
 use crate::{Body, ForceBalance, PressureSurface};
 use sinew_num::Mat3;
@@ -15,8 +15,8 @@ pub enum Fibres {
 }
 
 impl Body {
-    /// The body whose nodes are displaced by `motion` \[length\] at rest, `3 × nodes`: of the same cells, law, θ, loads per reference
-    /// volume and area, supports and pressures. `None` where a cell is inverted.
+    /// The body with its reference positions displaced by `motion` \[length\], `3 × nodes`. Cells, law, θ, loads per
+    /// reference volume and area, supports and pressures stay. `None` where a cell is inverted.
     ///
     /// ```
     /// use sinew_energy::{Fibres, Load, Parameter, Scene, Support, laws::NeoHookean};

@@ -1,4 +1,4 @@
-//! One volume ratio for a patch of quadrature points: the cure for volumetric locking by F-bar.
+//! Averaged volume ratios over patches of quadrature points (F-bar), against volumetric locking.
 //!
 //! The energy of a point is that of `F̄ = (J̄/J)^(1/3) F` with the mean J̄ of J over its patch, after
 //! E. A. de Souza Neto et al., Int. J. Solids Struct. 33 (1996) and Int. J. Numer. Meth. Engng 62 (2005).
@@ -9,15 +9,15 @@ use crate::{Body, ForceBalance, Law, Scene, SceneError};
 use sinew_mesh::Mesh;
 use sinew_num::Mat3;
 
-/// Cells of a patch of linear tetrahedra: as many as keep less than one condition on the volume per node.
+/// Cells of a patch of linear tetrahedra: enough for less than one volume constraint per node.
 const CELLS_OF_PATCH: usize = 8;
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    /// Lowers to elements that do not lock when the material hardly changes its volume: one mean volume ratio
-    /// per hexahedron, or per patch of about eight linear tetrahedra.
+    /// Lowers to elements without volumetric locking: one averaged volume ratio per hexahedron, or per patch of about
+    /// eight linear tetrahedra.
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
@@ -58,7 +58,7 @@ where
 }
 
 /// Partition of the cells into connected groups of about `size`, each grown from the cell of least index by
-/// the neighbour that shares most nodes with it. Cells that are left over join the smallest group beside them.
+/// the neighbour that shares most nodes with it. Groups that stay small join the smallest neighbouring group.
 fn compact_groups<const N: usize>(mesh: &Mesh<N>, size: usize) -> Vec<Vec<usize>> {
     let mut cells_of = vec![Vec::new(); mesh.points.len()];
     for (cell, nodes) in mesh.cells.iter().enumerate() {
@@ -125,7 +125,7 @@ fn join_small_groups<const N: usize>(
     groups
 }
 
-/// The kinematics of a patch: what its points have in common, and how each one's F is scaled.
+/// Kinematics of a patch: its mean volume ratio and the scaled F of its points.
 #[derive(Clone, Debug)]
 pub struct PatchKinematics {
     /// Reference volume \[length³\].
@@ -229,7 +229,7 @@ impl Body {
 }
 
 impl PatchKinematics {
-    /// A third of `P : F̄` of the stresses at F̄, point by point, and their sum by volume over that of the patch as it is.
+    /// `P : F̄ / 3` of the stresses at F̄ at each point, and its integral over the current volume of the patch.
     pub fn thirds(&self, volumes: &[f64], stresses: &[Mat3<f64>]) -> (Vec<f64>, f64) {
         let third = |(stress, scaled): (&Mat3<f64>, &Mat3<f64>)| {
             let product: f64 = (0..9).map(|k| stress[k / 3][k % 3] * scaled[k / 3][k % 3]).sum();

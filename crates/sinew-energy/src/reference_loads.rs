@@ -1,11 +1,11 @@
-//! Loads per volume and area of the reference configuration, and what they come to at the nodes.
+//! Loads per volume and area of the reference configuration, lumped to the nodes.
 
 use crate::lower::geometry::{cross, dot3};
 use crate::{FacetPoint, FacetRule, Spring};
 use std::collections::BTreeMap;
 
-/// Loads and elastic supports that are given per volume and area of the body at rest: what its nodal forces and springs are
-/// the sums of. They are lumped again where the body at rest changes its shape.
+/// Loads and elastic supports per volume and area of the body at rest. Its nodal forces and springs are their sums,
+/// lumped again when the reference configuration changes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReferenceLoads {
     /// Force per reference volume \[stress/length\].

@@ -1,12 +1,12 @@
-//! When a follower pressure has a potential: what its surface's rim must be.
+//! Conditions on the rim of a surface under which a follower pressure has a potential.
 
 use crate::lower::Held;
 use crate::lower::geometry::{cross, dot3, sub};
 use crate::{FacetRule, SceneError};
 use std::collections::HashMap;
 
-/// Forces of the pressure that a potential may miss at an uneven rim [relative to pressure times area]: a hundredth of what the
-/// finest meshes of our cases leave in displacements, which change by about the same part.
+/// Largest force lost by the potential at an uneven rim [relative to pressure times area]: a hundredth of the
+/// discretisation error of our finest meshes, as displacements change by about the same part.
 const MISSED: f64 = 1e-4;
 
 /// Differences of coordinates that count as rounding errors [relative to the root of the area].
@@ -72,8 +72,8 @@ pub(crate) fn rim_origin(
     Ok(origin)
 }
 
-/// Pieces of the rim that slide, by the axis across their plane: the one along which they are most even.
-/// Differences up to `even` are none.
+/// Sliding pieces of the rim, by the normal axis of their plane: the axis along which they vary least. Differences up
+/// to `even` count as zero.
 fn sliding(
     name: &str,
     rule: &FacetRule,
@@ -94,7 +94,7 @@ fn sliding(
             let places = piece.iter().map(place).collect::<Option<Vec<_>>>()?;
             Some((axis, Sliding { piece: piece.clone(), places }))
         };
-        // Of those that are even but for rounding, the first.
+        // The first of several that are even to rounding errors.
         let uneven = |(_, sliding): &(usize, Sliding)| match sliding.most() - sliding.least() {
             rounding if rounding <= even => 0.0,
             uneven => uneven,
@@ -110,8 +110,8 @@ fn sliding(
     Ok(sliding)
 }
 
-/// Bounds of the forces per pressure \[area\] that a potential misses: those of differences along each piece, and of pieces off the plane
-/// through the origin.
+/// Bounds of the forces lost by the potential per pressure \[area\]: from variations along each piece, and from pieces
+/// off the plane through the origin.
 fn missed(axis: usize, sliding: &[Sliding], origin: [f64; 3], points: &[[f64; 3]]) -> [f64; 2] {
     let distance = |a: [f64; 3], b: [f64; 3]| {
         let apart = (0..3).filter(|&i| i != axis).map(|i| (a[i] - b[i]).powi(2));

@@ -1,10 +1,10 @@
-//! A scene: what is computed, by name.
+//! Scenes: bodies with material, loads and supports by name.
 
 use crate::{Magnitude, PressureForm, Unit};
 use sinew_mesh::Mesh;
 use std::ops::RangeInclusive;
 
-/// A body, its material, loads and supports, named the way a person names them.
+/// A body with its material, loads and supports, addressed by names.
 ///
 /// [`Scene::lower`] turns it into the plain arrays of a [`crate::Body`]. θ lists the
 /// parameters of the law in the order of [`crate::Law::PARAMETERS`] and by these names, then those of the loads, whose names are free.
@@ -187,7 +187,7 @@ pub enum Load {
         /// Pressure against the solid \[stress\].
         magnitude: Magnitude,
     },
-    /// The thesis' stand-in for a pressure, see [`crate::PressureForm::Thesis`]: to reproduce its numbers only.
+    /// The thesis' formula for a pressure, see [`crate::PressureForm::Thesis`]; only to reproduce its numbers.
     ThesisPressure {
         /// Named facet set.
         facets: String,

@@ -45,7 +45,7 @@ pub trait VolumeEnergy: Clone + Debug + Send + Sync + 'static {
     fn density<S: Scalar>(&self, volume_change: S) -> S;
 }
 
-/// Stress that a material makes by itself: one part of a [`Solid`].
+/// Active stress of a material: one part of a [`Solid`].
 pub trait ActiveStress<const D: usize>: Clone + Debug + Send + Sync + 'static {
     /// Names of the entries of θ that it reads, which follow those of the shape energy.
     const PARAMETERS: &'static [&'static str];
@@ -106,7 +106,7 @@ pub struct Solid<M, V, A = Passive> {
 pub type NearlyIncompressible<M> = Solid<M, Penalty>;
 
 impl<M, V> Solid<M, V> {
-    /// Solid by the isochoric part of the strain, with a volumetric response.
+    /// Solid with a shape energy of the isochoric strain, and a volumetric response.
     pub const fn new(shape: M, volume: V) -> Self {
         Self { shape, volume, active: Passive, strain: Strain::Isochoric }
     }

@@ -1,11 +1,11 @@
-//! The stiffness of a body: what its potential energy costs to second order.
+//! Stiffness of a body, the second derivative of its potential energy.
 
 use crate::Body;
 
 /// Second derivative `∂²Π/∂u²` of cells and springs, in 3 × 3 blocks of neighbouring nodes [stress·length].
 ///
-/// Cartesian and over all nodes, as if nothing were held. Pressures do not enter, and cells of a body with averaged
-/// volume ratios count with their own: it is meant for scales and preconditioners, not for Newton's method.
+/// Cartesian, over all nodes, without supports. Pressures are left out, and averaged volume ratios are replaced by
+/// those of each point: it is meant for scales and preconditioners, not for Newton's method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stiffness {
     /// Offset of each node's row of blocks, and the end of the last one.

@@ -6,8 +6,8 @@ use crate::{FacetRule, Magnitude, PressureForm};
 /// A pressure on facets, lowered to plain arrays. Positive pressure pushes against the solid.
 ///
 /// As a potential it is `p (V(u) − V(0))` with the volume `V = 1/d ∫ x·n da` in `d` dimensions: the sum
-/// is that of a follower load where the rim is held, and its second derivative is symmetric. As a force
-/// it is `p ∫ N_a n da` wherever the rim goes, and its tangent is not symmetric.
+/// is that of a follower load where the rim is held, and its second derivative is symmetric. As a force it is `p ∫ N_a
+/// n da` for any motion of the rim, and its tangent is not symmetric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PressureSurface {
     /// Pressure \[stress\].
@@ -129,7 +129,7 @@ impl PressureSurface {
         std::array::from_fn(|a| std::array::from_fn(|i| displacement[corner(a) + i]))
     }
 
-    /// Nodal forces of one facet under unit pressure with their tangent, whatever the rim does.
+    /// Nodal forces of one facet under unit pressure and their tangent, for any motion of the rim.
     pub fn facet_force(&self, facet: usize, displacement: &[f64], response: &mut SurfaceResponse) {
         response.clear(self.rule.nodes);
         self.for_points(facet, displacement, |at, n, [ns, nt], weight| {

@@ -3,7 +3,8 @@
 use crate::Units;
 use std::fmt;
 
-/// Unit that people write and read a parameter in. θ and ranges are in the units of the scene; this says how many of those one is.
+/// Unit in which people write and read a parameter. θ and ranges are in the units of the scene; [`Unit::in_scene`] and
+/// [`Unit::shown`] convert.
 ///
 /// ```
 /// use sinew_energy::Unit;
@@ -19,15 +20,15 @@ pub struct Unit {
     size: f64,
 }
 
-/// Significant digits that tell any two numbers apart.
+/// Significant digits that distinguish any two numbers.
 const DIGITS: usize = 17;
 
-/// Sizes of numbers that are written without a power of ten: their zeros can still be counted.
+/// Range of numbers written without a power of ten.
 const LEAST: f64 = 1e-4;
 const MOST: f64 = 1e7;
 
 impl Unit {
-    /// A unit of which one is `size` units of the scene.
+    /// A unit that equals `size` units of the scene.
     ///
     /// # Panics
     /// If the size is not positive and finite.
@@ -41,7 +42,7 @@ impl Unit {
         &self.name
     }
 
-    /// Name of the unit that θ and ranges are in: its own, or that of stresses where it is a multiple of it.
+    /// Name of the unit of θ and ranges: its own, or the scene's unit of stress for a multiple of that.
     pub fn of_scene<'a>(&'a self, units: &'a Units) -> &'a str {
         if self.is_scene() { &self.name } else { &units.stress }
     }
@@ -51,12 +52,13 @@ impl Unit {
         self.size == 1.0
     }
 
-    /// A value in this unit, in the unit of the scene.
+    /// Converts a value from this unit to that of the scene.
     pub fn in_scene(&self, value: f64) -> f64 {
         value * self.size
     }
 
-    /// A value in the unit of the scene, in this one: the shortest decimal that [`Unit::in_scene`] turns back where there is one.
+    /// Converts a value from the unit of the scene to this one: the shortest decimal that [`Unit::in_scene`] converts
+    /// back exactly, if any.
     pub fn shown(&self, value: f64) -> f64 {
         if self.is_scene() {
             return value;

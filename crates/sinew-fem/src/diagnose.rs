@@ -1,4 +1,4 @@
-//! Diagnoses of a solution: reports, locking, error estimates, loose parts, stresses.
+//! Diagnoses of a solution: report, locking, error estimate, free parts, stresses.
 
 pub(crate) mod error_estimate;
 pub(crate) mod hinges;

@@ -1,19 +1,19 @@
-//! Why a solve failed, with numbers and advice.
+//! Errors of a solve, with numbers and advice.
 
 use crate::{CellValue, History, Iteration, RigidMode};
 use sinew_energy::ThetaError;
 use thiserror::Error;
 
-/// A solve that gave no equilibrium.
+/// Failure of a solve.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SolveError {
     /// The potential has no cell.
-    #[error("the potential has no tetrahedra; lower a scene with a mesh that has some")]
+    #[error("the body has no cells; lower a scene whose mesh has some")]
     EmptyMesh,
-    /// Arrays of the potential that do not fit each other, or that hold an infinite number or none.
-    #[error("the potential's {what} {problem}; lower it from a scene, which checks them")]
+    /// Arrays of the body that do not fit each other, or that hold infinite values or NaN.
+    #[error("the body's {what} {problem}; lower it from a scene, which checks them")]
     Malformed { what: &'static str, problem: &'static str },
     /// A node in no cell that no support holds.
     #[error("node {node} belongs to no cell and is not held; remove it from the mesh")]
@@ -32,7 +32,7 @@ pub enum SolveError {
         "the initial displacement has {given} entries of which {finite} are finite; {needed} finite ones are needed"
     )]
     Initial { given: usize, finite: usize, needed: usize },
-    /// A displacement where θ belongs, and the other way round.
+    /// Displacement and θ in the wrong order.
     #[error(
         "displacement and theta look swapped: the first has the {parameters} entries of theta, the second the {entries} of a displacement; \
          give the displacement first, then theta"
@@ -46,7 +46,7 @@ pub enum SolveError {
         "the stiffness is singular at this equilibrium (a limit or bifurcation point); move theta a little"
     )]
     Singular,
-    /// No equilibrium was found beyond a place of a line in loads and parameters.
+    /// A curve of equilibria that was lost before the end of its line.
     #[error(
         "the curve of equilibria was followed to place {place:.4}, theta = ({}); {failure}",
         sinew_energy::listed(theta)
@@ -57,17 +57,17 @@ pub enum SolveError {
         "mixed elements and pressures with a loose rim have no potential, which this needs; solve them by Solver::solve, or lower the scene by Scene::lower"
     )]
     NoPotential,
-    /// A path that cannot be followed by its volume.
+    /// Volume control that is not possible.
     #[error(
         "the volume cannot be prescribed because {problem}; follow the load instead, by Solver::solve"
     )]
     VolumeControl { problem: &'static str },
-    /// A line that equilibria cannot be followed along.
+    /// A line in loads and parameters that cannot be followed.
     #[error("this line in loads and parameters cannot be followed because {problem}")]
     Line { problem: &'static str },
-    /// A body that a stiffness is not of, nor like.
+    /// A body whose cells or supports differ from those of the frozen stiffness.
     #[error(
-        "the frozen stiffness is of a body with other {what}; give a body with the same cells and supports"
+        "the frozen stiffness belongs to a body with other {what}; give a body with the same cells and supports"
     )]
     OtherBody { what: &'static str },
     /// A displacement at which a cell is inverted, or the energy or a derivative of it overflows.
@@ -99,7 +99,7 @@ pub struct NotConverged {
     pub advice: Advice,
 }
 
-/// Part of a load, with as many digits as tell it from 0 and from 1.
+/// Part of a load, with enough digits to distinguish it from 0 and 1.
 fn part(load_factor: f64) -> String {
     if load_factor == 0.0 || load_factor >= 1e-3 {
         format!("{load_factor:.4}")
@@ -124,7 +124,7 @@ pub enum Advice {
          reduce it, stiffen the material, or refine the mesh around that cell"
     )]
     Squeezed { cell: usize, volume_ratio: f64 },
-    /// Steps as short as they may be still turn a cell over.
+    /// The smallest load increments still invert a cell.
     #[error(
         "cell {cell} is inverted by the smallest load increments: the load or prescribed motion may exceed \
          what the body carries; reduce it, stiffen the material, or refine the mesh around that cell"
@@ -144,14 +144,14 @@ pub enum Advice {
         part(*limit), part(*refused)
     )]
     LimitPoint { limit: f64, refused: f64 },
-    /// The linear model says at once that no body bears the load.
+    /// The linear model at rest shows that the load is far beyond what the body bears.
     #[error(
         "the load is {times:.0e} times the one that would strain the body by about a quarter if it stayed linear, so that more than its \
          first steps were not looked for; check the units of load, stiffness and mesh, or approach it by Line::of_loads and \
          Solver::follow"
     )]
     FarBeyond { times: f64 },
-    /// A prescribed motion turns its nodes so far that the straight way there leads through each other.
+    /// A prescribed rotation so large that its nodes pass through each other on straight lines.
     #[error(
         "the prescribed motion turns its nodes by {degrees:.0} degrees, and load steps lead them there on straight lines, so that halfway the \
          held part is only {:.0} % as wide: turn in parts of at most 90 degrees, each solved from the displacement of the one before \
@@ -173,11 +173,11 @@ pub enum Advice {
 }
 
 impl Advice {
-    /// Squeezed below this J a cell is named as the culprit.
+    /// Below this J, a squeezed cell is reported as the cause.
     const SQUEEZED: f64 = 0.05;
 
-    /// States that a step was tried to and taken back from, with inverted cells or an infinite energy, are counted as
-    /// such and never quoted: their numbers say how long the step was, not what the body does.
+    /// Advice from the last iterations. Rejected trial states, with inverted cells or infinite energy, count as such,
+    /// but their numbers are not quoted: they depend on the step length.
     pub(crate) fn from_history(history: &History) -> Self {
         let tail = history.iterations.iter().rev().take(20);
         let admissible = |i: &&Iteration| i.energy.is_finite() && i.least_volume_ratio > 0.0;

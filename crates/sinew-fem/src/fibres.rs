@@ -4,14 +4,14 @@
 //!   tetrahedral mesh whose surfaces are named, and from them a [`Frame`] per cell or per node.
 //! - [`EllipsoidWall`] has both in closed form between two ellipsoids, at any point.
 //! - [`FibreRule`] holds the angles.
-//! - [`by_rule`] takes a mesh to fibres in one call, also where those of a file are not to be trusted.
+//! - [`by_rule`] assigns fibres to a mesh in one call.
 //!
 //! # Fibres of files
-//! A fibre has no sense: d and −d are the same. Nodal directions must therefore be turned to agree before they are averaged,
-//! as lowering a [`sinew_energy::Scene`] does cell by cell. Where a file's author averaged them as they were, its cells have
-//! wrong fibres that nothing shows: in the left ventricle published with the thesis 28 % of them (by more than 10° in 1742 of
-//! 6176, by more than 45° in 543), which changes its displacement by 48 %. [`cells_of_mixed_signs`] counts what such an
-//! average would spoil.
+//! A fibre has no sense: d and −d are the same. Nodal directions must therefore agree in sign before they are averaged;
+//! lowering a [`sinew_energy::Scene`] aligns them cell by cell. A file whose directions were averaged without this has
+//! wrong fibres: in the left ventricle published with the thesis 28 % of the cells (1742 of 6176 by more than 10°, 543
+//! by more than 45°), which changes its displacement by 48 %. [`cells_of_mixed_signs`] counts the cells that such an
+//! average affects.
 //!
 //! ```
 //! use sinew_fem::fibres::{Depth, EllipsoidWall, FibreRule, Surfaces, VentricleCoordinates};
@@ -69,7 +69,7 @@ pub fn by_rule(
     Ok(VentricleCoordinates::new(mesh, surfaces)?.cell_frames(rule, Depth::Thickness))
 }
 
-/// Number of cells whose nodal directions, one per node, disagree in sign: their average as they are would be wrong.
+/// Number of cells whose nodal directions disagree in sign, so that their plain average is wrong.
 ///
 /// ```
 /// let cells = [[0, 1, 2, 3], [1, 2, 3, 4]];

@@ -26,24 +26,25 @@
 //!
 //! - [`Solver`] keeps sparsity, ordering and symbolic factorisation of one body; [`Solver::solve`] and
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
-//! - Of several stable equilibria [`Solver::solve`] finds one with few iterations, with [`LoadSteps::Always`] the one that a rising load leads
-//!   to; [`Solver::under_rising_load`] compares, [`Sweep::jumped`] names the samples of a sweep to look at.
-//! - [`Solver::converge`] answers to an accuracy by quasi-Newton steps with a neighbour's stiffness, and bounds the error by their contraction.
-//! - [`sweep`] solves for many θ on all cores, each from its neighbour.
-//! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
+//! - If there are several stable equilibria, [`Solver::solve`] finds one of them in few iterations;
+//!   [`LoadSteps::Always`] finds that of a rising load. [`Solver::under_rising_load`] compares both; [`Sweep::jumped`]
+//!   lists samples of a sweep that may be on another branch.
+//! - [`Solver::converge`] solves to a prescribed accuracy by quasi-Newton steps with a neighbour's stiffness. Their contraction bounds the error.
+//! - [`sweep`] solves for many θ on all cores, each from its neighbour; [`resume_sweep`] can be stopped and resumed.
+//! - [`Solver::softest_mode`] gives the buckling mode, to displace a body from an unstable equilibrium.
 //! - [`Solver::follow`] traces the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
 //! - [`Solver::trace`] gives the equilibria at parameters in their order, each from the one before.
-//! - [`FrozenTangent`] descends at many θ with a stiffness that is factorised once.
+//! - [`FrozenTangent`] lowers the potential energy at many θ by quasi-Newton steps with one factorised stiffness.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - Solver, sweep and report take a [`Balance`]: a body, or a balance of forces whose equilibria are not minima, such as incompressible bodies by the
 //!   mixed elements of Taylor and Hood and pressures on surfaces with a loose rim.
 //! - [`Solver::solve_watched`] hands out each iteration, [`print_progress`] prints it, [`IterationSeries`] keeps
-//!   it for ParaView; [`report()`] looks at what was found, [`locking`] at elements that are too stiff. A solve
+//!   it for ParaView; [`report()`] summarises a solution, [`locking`] estimates the locking of its elements. A solve
 //!   that fails returns [`NotConverged`]: its best state, history, worst cells and advice. All of them at work:
 //!   `cargo run -p sinew-fem --example watch_iterations`.
-//! - [`Unload`] finds the body at rest of which a mesh shows the loaded state, with verdicts and ∂X/∂θ.
-//! - [`fibres`] lays muscle fibres into ventricles by rules.
+//! - [`Unload`] finds the reference configuration of a body whose mesh shows a loaded state, with verdicts and ∂X/∂θ.
+//! - [`fibres`] assigns rule-based muscle fibres to ventricles.
 //!
 //! # Equations
 //!
@@ -111,7 +112,7 @@ pub use solve::order::neighbours;
 pub use solve::series::IterationSeries;
 pub use solve::solution::Solution;
 pub use solve::solver::Solver;
-pub use solve::sweep::{CHAIN, Sweep, SweepError, sweep};
+pub use solve::sweep::{CHAIN, Earlier, Sweep, SweepError, resume_sweep, sweep};
 pub use solve::trace::{Trace, TraceEnd};
 pub use solve::volume::VolumeStep;
 pub use solve::watch::{Progress, print_progress};

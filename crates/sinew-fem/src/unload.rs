@@ -1,4 +1,4 @@
-//! The body at rest of which an image shows the loaded state: inverse elastostatics.
+//! Inverse elastostatics: the body at rest whose loaded state is given by an image.
 
 mod entries;
 mod error;
@@ -59,11 +59,12 @@ use std::time::Instant;
 /// ```
 ///
 /// After S. Govindjee, P. A. Mihalic, Int. J. Numer. Meth. Engng 43 (1998), by Newton's method with the exact derivative of the
-/// forward balance at (x; X), which is not symmetric. So the round trip closes to rounding errors for every formulation. Supports, springs, loads
+/// forward balance at (x; X), which is not symmetric. Loading the result therefore returns the image to rounding
+/// errors, in every formulation. Supports, springs, loads
 /// per volume and area, and parameters are those of the body at rest; a prescribed motion leads from rest to the image.
 ///
-/// A search that converges is no answer yet: the body at rest may cross itself, the image may be unstable, and loading may lead to another
-/// equilibrium. Each has its [`UnloadError`].
+/// A converged search is checked: the body at rest may cross itself, the image may be unstable, and loading may lead to
+/// another equilibrium. Each has its [`UnloadError`].
 #[doc(alias("inverse design", "stress-free configuration", "prestress"))]
 pub struct Unload<'p> {
     search: Search<'p>,
@@ -144,7 +145,7 @@ impl<'p> Unload<'p> {
             let found = (trial, iterations, 1);
             return Ok(Unloaded::new(&self.search.image, found, theta, loading, start));
         }
-        // Of several bodies at rest, the one that a rising load leads to; the verdict is the one on it.
+        // Of several bodies at rest, that of a rising load is taken and judged.
         let (trial, load_steps) = self.search.step_by_step(theta, options, &mut iterations)?;
         let loading = self.search.image.judge(&trial, theta, options)?;
         let found = (trial, iterations, load_steps);

@@ -18,7 +18,7 @@ pub enum Decoding {
         /// Layers of virtual nodes with a perceptron of their own, counted from the whole body down; a graph may have
         /// fewer, or further ones that the last reads too.
         layers: usize,
-        /// Width of the hidden layers of these perceptrons, which have one motion of a whole cluster to tell.
+        /// Width of the hidden layers of these perceptrons, each of which predicts the motion of one cluster.
         width: usize,
     },
 }
@@ -74,7 +74,7 @@ impl EmulatorConfig {
         }
     }
 
-    /// Requires every size a network cannot do without.
+    /// Requires that all sizes are at least one.
     ///
     /// # Errors
     /// [`Error::Configuration`] naming the size.

@@ -180,8 +180,8 @@ impl Emulator {
 
     /// Parts that are decoded: the index of a decoder, and the embeddings that it reads.
     ///
-    /// Layers of virtual nodes are counted from the whole body down, so that the decoder of the largest clusters reads
-    /// the largest clusters of every graph; layers that are finer than any the network has are read by its finest.
+    /// Layers of virtual nodes are counted from the whole body down: the same decoder reads the largest clusters of every
+    /// graph. Layers beyond the network's decoders are read by the last of them.
     fn decoded(&self, local: Embedding) -> Vec<(usize, Tensor<2>)> {
         match self.config.decoding {
             Decoding::Components => {
@@ -244,7 +244,7 @@ impl Emulator {
         let embedding = self.parameter_encoder.forward(parameters, &self.kernels);
         let parts = nodes.map(|(decoder, nodes)| {
             let (decoder, count) = (&self.decoders[decoder], nodes.rows());
-            // Every node with every parameter set, and all with the one row of the global shape.
+            // All pairs of nodes and parameter sets, each with the one row of the global shape.
             let (mut plan, mut inputs) =
                 (GatherPlan::outer(batch, count), vec![nodes, features(embedding.clone(), 0)]);
             if let Some(global) = global.clone() {

@@ -23,20 +23,20 @@ pub enum Error {
     /// Training without samples, or on a device that records no gradients.
     #[error("nothing to train on: {0}")]
     NothingToTrain(&'static str),
-    /// A training value left the range of numbers.
+    /// A loss or gradient that is not finite.
     #[error(
         "training diverged at step {step}: loss {loss}, gradient norm {gradient_norm}, learning rate {learning_rate:.3e}; \
          take another seed, narrow the ranges of the parameters, or choose another recipe"
     )]
     Diverged { step: usize, loss: f64, gradient_norm: f64, learning_rate: f64 },
-    /// A state to which the potential gives no energy.
+    /// A prediction with infinite potential energy.
     #[error(
         "at step {step} of the training {inadmissible} of {samples} predictions invert a cell, and their energy is not \
          finite; train on a potential with barriers (Body::with_barriers), or begin from a displacement that \
          inverts no cell"
     )]
     InvertedCells { step: usize, inadmissible: usize, samples: usize },
-    /// A prediction left the range of numbers.
+    /// A prediction that is not finite.
     #[error(
         "the prediction for parameter set {sample} is not finite; the parameters are far outside the trained range or the weights are damaged"
     )]

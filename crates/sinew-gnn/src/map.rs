@@ -30,7 +30,8 @@ struct Slopes {
     clusters: Tensor<2>,
     /// `[terms, 3 × real nodes]`.
     nodes: Tensor<2>,
-    /// `[terms of the parameters, 1]`, the logarithm of an amplitude that multiplies them; then the last term is one less that.
+    /// `[terms of the parameters, 1]`: rates of the logarithm of an amplitude a, which multiplies the terms. The last term
+    /// is then 1 − a.
     rates: Option<Tensor<2>>,
 }
 
@@ -66,7 +67,7 @@ impl Slopes {
         }
     }
 
-    /// How that changes along a direction of the parameters in each row.
+    /// Derivatives of these along a direction of the parameters in each row.
     fn terms_along(&self, parameters: Tensor<2>, direction: Tensor<2>) -> Tensor<2> {
         let change = Tensor::cat(terms_along(parameters.clone(), direction), 1);
         match &self.rates {
@@ -83,7 +84,7 @@ impl Slopes {
         }
     }
 
-    /// Adds to `output` what `terms` make, a row for each of its samples.
+    /// Adds the Taylor polynomial of `terms` to `output`, a row for each sample.
     fn add_to(&self, output: Output, terms: Tensor<2>) -> Output {
         let follow = |outputs: Tensor<3>, slopes: &Tensor<2>| {
             let followed = terms.clone().matmul(slopes.clone()).reshape(outputs.dims());
@@ -96,7 +97,7 @@ impl Slopes {
     }
 }
 
-/// The parameters, and then their products `p_i p_j` with `j ≥ i`: those with the first, with the second and so on.
+/// The parameters, then their products `p_i p_j` with `j ≥ i`, ordered by i.
 fn terms(parameters: Tensor<2>) -> Vec<Tensor<2>> {
     let count = parameters.dims()[1];
     let part = |range| parameters.clone().slice_dim(1, range);
@@ -236,7 +237,7 @@ impl OutputMap {
                 let mapped = matrices.iter().fold(flat, |row, matrix| row.matmul(matrix.clone()));
                 mapped.reshape([batch, nodes, dimensions])
             }
-            // A network that has no outputs of clusters leaves them at rest.
+            // Without outputs of clusters, the clusters stay at rest.
             Rule::Motions(tree) => {
                 let [batch, ..] = output.dims();
                 let clusters = Tensor::zeros([batch, tree.centres.len(), 6], &output.device());

@@ -1,4 +1,4 @@
-//! What training minimises: the only place where data-driven and physics-informed training differ.
+//! Objectives of training: data-driven and physics-informed training differ only here.
 
 mod data_fit;
 mod energy_norm_fit;
@@ -24,7 +24,7 @@ pub struct Batch<'a> {
     pub samples: &'a [&'a Sample],
 }
 
-/// A loss on predicted displacements of data that it was found to fit by [`Objective::check`].
+/// A loss of predicted displacements. [`Objective::check`] requires that it suits the data.
 ///
 /// Losses are dimensionless, so that learning rates and gradient clipping mean the same in every
 /// system of units.
@@ -42,7 +42,7 @@ pub trait Objective: Send + Sync {
     /// A batch the objective cannot be evaluated on.
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>>;
 
-    /// How many displacements of a batch no body can have, as far as the objective knows.
+    /// Number of displacements of a batch that the objective finds inadmissible.
     fn inadmissible(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> usize {
         let _ = (batch, displacement);
         0

@@ -1,4 +1,4 @@
-//! An emulator with its units, supports and geometries: what is trained, stored and asked.
+//! A network with its units, supports and geometries, to be trained, stored and evaluated.
 
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
@@ -172,7 +172,7 @@ impl Surrogate {
         self.fixed_geometry(geometry)?.predict(thetas)
     }
 
-    /// [`Surrogate::predict`] as if the geometry had never been seen: all steps of Algorithm 2.
+    /// [`Surrogate::predict`] as for an unseen geometry: all steps of Algorithm 2.
     ///
     /// # Errors
     /// As [`Surrogate::predict`].
@@ -180,7 +180,7 @@ impl Surrogate {
         FixedGeometry::new(self, None, &self.prepare(geometry)?).predict(thetas)
     }
 
-    /// Embeddings `z_local` of the nodes of the mesh, a row for each (thesis Algorithm 2): what message passing makes of a geometry.
+    /// Embeddings `z_local` of the nodes of the mesh by message passing, a row for each (thesis Algorithm 2).
     ///
     /// # Errors
     /// As [`Surrogate::fixed_geometry`].

@@ -4,8 +4,7 @@
 //! do. A mean is that of u over the cell's places, which points with the same mean and covariance stand for.
 
 use crate::data::{Averages, Data, Group, Noise, Role};
-use faer::linalg::solvers::{SelfAdjointEigen, Solve};
-use faer::{Mat, Side as Triangle};
+use nalgebra::{DMatrix, DVector};
 
 impl<const D: usize> Data<D> {
     /// Data with the values of each measured group in means over about `cells` cells, for tens of thousands of values and more:
@@ -41,7 +40,7 @@ impl<const D: usize> Data<D> {
 }
 
 /// Mean place of some points, and their covariance.
-fn moments<const D: usize>(points: &[[f64; D]], cell: &[usize]) -> ([f64; D], Mat<f64>) {
+fn moments<const D: usize>(points: &[[f64; D]], cell: &[usize]) -> ([f64; D], DMatrix<f64>) {
     let count = cell.len() as f64;
     let mean: [f64; D] =
         std::array::from_fn(|d| cell.iter().map(|k| points[*k][d]).sum::<f64>() / count);
@@ -49,7 +48,7 @@ fn moments<const D: usize>(points: &[[f64; D]], cell: &[usize]) -> ([f64; D], Ma
         let each = cell.iter().map(|k| (points[*k][i] - mean[i]) * (points[*k][j] - mean[j]));
         each.sum::<f64>() / count
     };
-    (mean, Mat::from_fn(D, D, product))
+    (mean, DMatrix::from_fn(D, D, product))
 }
 
 /// Cells of neighbours, halved across the axis along which the largest are widest.
@@ -83,21 +82,17 @@ fn cells<const D: usize>(points: &[[f64; D]], count: usize) -> Vec<Vec<usize>> {
 
 /// Sum of squares of what a linear function leaves of the values of a cell.
 fn left_by_plane<const D: usize>(group: &Group<D>, cell: &[usize], mean: [f64; D], y: f64) -> f64 {
-    let row = |k: usize| -> [f64; D] { std::array::from_fn(|d| group.points[k][d] - mean[d]) };
-    let normal =
-        Mat::from_fn(D, D, |i, j| cell.iter().map(|k| row(*k)[i] * row(*k)[j]).sum::<f64>());
-    let right = Mat::from_fn(D, 1, |i, _| {
-        cell.iter().map(|k| row(*k)[i] * (group.values[*k] - y)).sum::<f64>()
-    });
-    let total: f64 = cell.iter().map(|k| (group.values[*k] - y).powi(2)).sum();
-    match normal.llt(Triangle::Lower) {
-        Ok(factor) => {
-            let slope = factor.solve(&right);
-            (total - (0..D).map(|d| slope[(d, 0)] * right[(d, 0)]).sum::<f64>()).max(0.0)
-        }
-        // Places on one line, or one place.
-        Err(_) => total,
+    let row = |k: usize| DVector::from_fn(D, |d, _| group.points[k][d] - mean[d]);
+    let (mut normal, mut right) = (DMatrix::zeros(D, D), DVector::zeros(D));
+    for k in cell {
+        let x = row(*k);
+        normal += &x * x.transpose();
+        right += x * (group.values[*k] - y);
     }
+    let total: f64 = cell.iter().map(|k| (group.values[*k] - y).powi(2)).sum();
+    // Places on one line, or one place, have no factor.
+    let explained = normal.cholesky().map_or(0.0, |factor| factor.solve(&right).dot(&right));
+    (total - explained).max(0.0)
 }
 
 fn averaged<const D: usize>(group: &Group<D>, count: usize) -> Group<D> {
@@ -111,15 +106,11 @@ fn averaged<const D: usize>(group: &Group<D>, count: usize) -> Group<D> {
         squares += left_by_plane(group, cell, mean, y);
         values.push(y);
         counts.push(cell.len() as f64);
-        let eigen = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower).ok();
+        let eigen = covariance.symmetric_eigen();
         for (number, list) in points.iter_mut().enumerate() {
             let (axis, sign) = (number / 2, if number % 2 == 0 { 1.0 } else { -1.0 });
-            let step = |d: usize| {
-                eigen.as_ref().map_or(0.0, |eigen| {
-                    let variance = eigen.S().column_vector()[axis].max(0.0);
-                    sign * (D as f64 * variance).sqrt() * eigen.U()[(d, axis)]
-                })
-            };
+            let length = (D as f64 * eigen.eigenvalues[axis].max(0.0)).sqrt();
+            let step = |d: usize| sign * length * eigen.eigenvectors[(d, axis)];
             list.push(std::array::from_fn(|d| mean[d] + step(d)));
         }
     }

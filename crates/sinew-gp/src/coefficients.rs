@@ -5,12 +5,10 @@
 //! so that a_β = Σ_t μ_t(θ) A_{t,β} with constant arrays A.
 
 use crate::error::{GpError, place};
-use crate::field::Field;
 use crate::operator::{Operator, Parameter, Term};
 use crate::prior::{Part, Prior};
 use crate::problem::check_orders;
 use crate::series::Series;
-use std::rc::Rc;
 
 /// A product of powers of parameters; empty for 1.
 pub(crate) type Monomial = Vec<(usize, i32)>;
@@ -80,24 +78,57 @@ impl<const D: usize> PointCoefficients<D> {
         parameters: &mut Vec<Parameter>,
     ) -> Result<Self, GpError> {
         check_orders(&prior.domain, operator)?;
-        let mut monomials: Vec<Monomial> = Vec::new();
-        let mut of_term = Vec::new();
-        for term in operator.terms().iter().chain(operator.sources()) {
-            let mut monomial = Vec::new();
-            for (parameter, power) in &term.parameters {
-                monomial.push((register(parameters, parameter)?, *power));
+        let (monomials, of_term) = monomials(operator, parameters)?;
+        let (of_term, of_source) = of_term.split_at(operator.terms().len());
+        let (count, degrees) = (points.len(), operator.orders());
+        let mut mean = vec![vec![0.0; count]; monomials.len()];
+        let empty = |part: &Part<D>| PartCoefficients {
+            orders: Vec::new(),
+            arrays: vec![Vec::new(); monomials.len()],
+            axes: std::array::from_fn(|d| points.iter().map(|x| part.seen(*x)[d]).collect()),
+        };
+        let mut parts: Vec<PartCoefficients<D>> = prior.parts.iter().map(empty).collect();
+        for (index, point) in points.iter().enumerate() {
+            let finite = |number: f64, what: &str| match number.is_finite() {
+                true => Ok(number),
+                false => Err(singular(what, index, whose, point)),
+            };
+            let factor = |term: &Term<D>, what: &str| {
+                let function =
+                    term.function.as_ref().map_or(1.0, |function| function.value(*point));
+                finite(term.scale * function, what)
+            };
+            // Known functions are there whatever u is, as a mean of the operator.
+            for (source, monomial) in operator.sources().iter().zip(of_source) {
+                mean[*monomial][index] += factor(source, "known function of the operator")?;
             }
-            monomial.sort_unstable();
-            let position = monomials.iter().position(|m| *m == monomial).unwrap_or_else(|| {
-                monomials.push(monomial);
-                monomials.len() - 1
-            });
-            of_term.push(position);
+            let of = |term| factor(term, "coefficient of the operator");
+            let factors: Vec<f64> = operator.terms().iter().map(of).collect::<Result<_, _>>()?;
+            let terms = || operator.terms().iter().zip(&factors).zip(of_term);
+            if !prior.mean.is_zero() {
+                let value = prior.mean.at(Series::variables(*point, degrees));
+                for ((term, factor), monomial) in terms() {
+                    let derivative = factor * value.derivative(&term.derivative.orders);
+                    mean[*monomial][index] += finite(derivative, "prior mean")?;
+                }
+            }
+            for (part, built) in prior.parts.iter().zip(&mut parts) {
+                let series = part.feature.factor.at(Series::variables(*point, degrees));
+                for ((term, factor), monomial) in terms() {
+                    let alpha = term.derivative.orders;
+                    for beta in below(alpha, &part.feature.axes) {
+                        let rest: [usize; D] = std::array::from_fn(|d| alpha[d] - beta[d]);
+                        let binomial: f64 = (0..D).map(|d| choose(alpha[d], beta[d])).product();
+                        let (beta, turned) = part.turned(beta);
+                        let value = factor * binomial * turned * series.derivative(&rest);
+                        let row = built.row(beta, count);
+                        built.arrays[*monomial][row + index] += finite(value, "feature")?;
+                    }
+                }
+            }
         }
-        let of_term = &of_term;
-        let builder = Builder { operator, points, whose, of_term, monomials: monomials.len() };
-        let (mean, parts) = builder.build(prior)?;
-        Ok(Self { count: points.len(), extents: prior.domain.extents(), monomials, mean, parts })
+        let parts = parts.into_iter().map(|part| part.without_zeros(count)).collect();
+        Ok(Self { count, extents: prior.domain.extents(), monomials, mean, parts })
     }
 
     /// Values of the monomials.
@@ -109,24 +140,6 @@ impl<const D: usize> PointCoefficients<D> {
     pub(crate) fn add_mean(&self, factors: &[f64], sign: f64, sum: &mut [f64]) {
         for (factor, mean) in factors.iter().zip(&self.mean) {
             sum.iter_mut().zip(mean).for_each(|(s, m)| *s += sign * factor * m);
-        }
-    }
-
-    /// At some of the points.
-    pub(crate) fn of_points(&self, points: &[usize]) -> Self {
-        let pick = |row: &[f64]| points.iter().map(|k| row[*k]).collect::<Vec<f64>>();
-        let picked = |array: &Vec<f64>| array.chunks(self.count.max(1)).flat_map(pick).collect();
-        let part = |part: &PartCoefficients<D>| PartCoefficients {
-            orders: part.orders.clone(),
-            arrays: part.arrays.iter().map(picked).collect(),
-            axes: part.axes.each_ref().map(|axis| pick(axis)),
-        };
-        Self {
-            count: points.len(),
-            extents: self.extents,
-            monomials: self.monomials.clone(),
-            mean: self.mean.iter().map(|mean| pick(mean)).collect(),
-            parts: self.parts.iter().map(part).collect(),
         }
     }
 
@@ -144,98 +157,36 @@ fn choose(n: usize, k: usize) -> f64 {
     (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product::<f64>().round()
 }
 
-struct Builder<'a, const D: usize> {
-    operator: &'a Operator<D>,
-    points: &'a [[f64; D]],
-    whose: &'a str,
-    of_term: &'a [usize],
-    monomials: usize,
+fn singular(what: &str, index: usize, whose: &str, point: &[f64]) -> GpError {
+    let at = place(point);
+    GpError::Singular(format!(
+        "the {what} has no finite value or derivative at point {index} of {whose} {at}; move the point off the corner, or make the formula finite there"
+    ))
 }
 
-type Built<const D: usize> = (Vec<Vec<f64>>, Vec<PartCoefficients<D>>);
-
-impl<const D: usize> Builder<'_, D> {
-    fn singular(&self, what: &str, index: usize) -> GpError {
-        let (whose, at) = (self.whose, place(&self.points[index]));
-        GpError::Singular(format!(
-            "the {what} has no finite value or derivative at point {index} of {whose} {at}; move the point off the corner, or make the formula finite there"
-        ))
-    }
-
-    fn build(&self, prior: &Prior<D>) -> Result<Built<D>, GpError> {
-        let mut mean = vec![vec![0.0; self.points.len()]; self.monomials];
-        if !prior.mean.is_zero() {
-            for (index, term, coefficient, value) in self.expansions(&prior.mean) {
-                let derivative = coefficient? * value.derivative(&term.1.derivative.orders);
-                if !derivative.is_finite() {
-                    return Err(self.singular("prior mean", index));
-                }
-                mean[self.of_term[term.0]][index] += derivative;
-            }
+/// The distinct monomials of an operator, and that of each of its terms and sources.
+fn monomials<const D: usize>(
+    operator: &Operator<D>,
+    parameters: &mut Vec<Parameter>,
+) -> Result<(Vec<Monomial>, Vec<usize>), GpError> {
+    let (mut monomials, mut of_term): (Vec<Monomial>, _) = (Vec::new(), Vec::new());
+    for term in operator.terms().iter().chain(operator.sources()) {
+        let mut monomial = Vec::new();
+        for (parameter, power) in &term.parameters {
+            monomial.push((register(parameters, parameter)?, *power));
         }
-        // Known functions are there whatever u is, as a mean of the operator.
-        let own = self.of_term.iter().skip(self.operator.terms().len());
-        for (source, monomial) in self.operator.sources().iter().zip(own) {
-            for (index, (sum, point)) in mean[*monomial].iter_mut().zip(self.points).enumerate() {
-                let value = source.function.as_ref().map_or(1.0, |function| function.value(*point));
-                if !value.is_finite() {
-                    return Err(self.singular("known function of the operator", index));
-                }
-                *sum += source.scale * value;
-            }
-        }
-        let parts = prior.parts.iter().map(|part| self.part(part)).collect::<Result<_, _>>()?;
-        Ok((mean, parts))
+        monomial.sort_unstable();
+        of_term.push(position(&mut monomials, monomial));
     }
+    Ok((monomials, of_term))
+}
 
-    /// For each point and term: its coefficient there, and `field` as a series.
-    fn expansions(
-        &self,
-        field: &Field<D>,
-    ) -> impl Iterator<Item = (usize, (usize, &Term<D>), Result<f64, GpError>, Rc<Series>)> {
-        let degrees = self.operator.orders();
-        self.points.iter().enumerate().flat_map(move |(index, point)| {
-            let x = Series::variables(*point, degrees);
-            let value = Rc::new(field.at(x));
-            self.operator.terms().iter().enumerate().map(move |(number, term)| {
-                let factor = term.function.as_ref().map_or(1.0, |function| function.value(*point));
-                let coefficient = term.scale * factor;
-                let coefficient = match coefficient.is_finite() {
-                    true => Ok(coefficient),
-                    false => Err(self.singular("coefficient of the operator", index)),
-                };
-                (index, (number, term), coefficient, value.clone())
-            })
-        })
-    }
-
-    fn part(&self, part: &Part<D>) -> Result<PartCoefficients<D>, GpError> {
-        let count = self.points.len();
-        let mut orders: Vec<[usize; D]> = Vec::new();
-        let mut arrays: Vec<Vec<f64>> = vec![Vec::new(); self.monomials];
-        for (index, (number, term), coefficient, series) in self.expansions(&part.feature.factor) {
-            let coefficient = coefficient?;
-            let alpha = term.derivative.orders;
-            for beta in below(alpha, &part.feature.axes) {
-                let rest: [usize; D] = std::array::from_fn(|d| alpha[d] - beta[d]);
-                let binomial: f64 = (0..D).map(|d| choose(alpha[d], beta[d])).product();
-                let (beta, turned) = part.turned(beta);
-                let value = coefficient * binomial * turned * series.derivative(&rest);
-                if !value.is_finite() {
-                    return Err(self.singular("feature", index));
-                }
-                let position = orders.iter().position(|o| *o == beta).unwrap_or_else(|| {
-                    orders.push(beta);
-                    arrays.iter_mut().for_each(|array| array.resize(orders.len() * count, 0.0));
-                    orders.len() - 1
-                });
-                arrays[self.of_term[number]][position * count + index] += value;
-            }
-        }
-        let at: Vec<[f64; D]> = self.points.iter().map(|point| part.seen(*point)).collect();
-        let axes = std::array::from_fn(|d| at.iter().map(|point| point[d]).collect());
-        Ok(without_zeros(PartCoefficients { orders, arrays, axes }, count))
-    }
+/// Position of an entry, added at the end where it is new.
+pub(crate) fn position<T: PartialEq>(known: &mut Vec<T>, entry: T) -> usize {
+    known.iter().position(|other| *other == entry).unwrap_or_else(|| {
+        known.push(entry);
+        known.len() - 1
+    })
 }
 
 /// All β ≤ α whose derivatives act on `axes` only: the latent function depends on no others.
@@ -256,23 +207,24 @@ fn below<const D: usize>(alpha: [usize; D], axes: &[usize]) -> Vec<[usize; D]> {
     all
 }
 
-/// Drops derivatives that nowhere occur.
-fn without_zeros<const D: usize>(
-    PartCoefficients { orders, arrays, axes }: PartCoefficients<D>,
-    count: usize,
-) -> PartCoefficients<D> {
-    let row = |position: usize| position * count..(position + 1) * count;
-    let kept: Vec<usize> = (0..orders.len())
-        .filter(|position| {
-            arrays.iter().any(|array| array[row(*position)].iter().any(|a| *a != 0.0))
-        })
-        .collect();
-    PartCoefficients {
-        orders: kept.iter().map(|position| orders[*position]).collect(),
-        arrays: arrays
-            .iter()
-            .map(|array| kept.iter().flat_map(|position| array[row(*position)].to_vec()).collect())
-            .collect(),
-        axes,
+impl<const D: usize> PartCoefficients<D> {
+    /// First entry of the derivative of these orders, for which room is made.
+    fn row(&mut self, orders: [usize; D], count: usize) -> usize {
+        let row = position(&mut self.orders, orders);
+        let size = self.orders.len() * count;
+        self.arrays.iter_mut().for_each(|array| array.resize(size, 0.0));
+        row * count
+    }
+
+    /// Drops derivatives that nowhere occur.
+    fn without_zeros(mut self, count: usize) -> Self {
+        let of = |array: &Vec<f64>, row: usize| array[row * count..(row + 1) * count].to_vec();
+        let occurs =
+            |row: &usize| self.arrays.iter().any(|a| of(a, *row).iter().any(|a| *a != 0.0));
+        let kept: Vec<usize> = (0..self.orders.len()).filter(occurs).collect();
+        self.orders = kept.iter().map(|row| self.orders[*row]).collect();
+        let rows = |array: &Vec<f64>| kept.iter().flat_map(|row| of(array, *row)).collect();
+        self.arrays = self.arrays.iter().map(rows).collect();
+        self
     }
 }

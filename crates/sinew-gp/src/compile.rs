@@ -1,6 +1,6 @@
 //! Observations in numbers: what does not change with the parameters.
 
-use crate::coefficients::PointCoefficients;
+use crate::coefficients::{PartCoefficients, PointCoefficients};
 use crate::data::{Averages, Group, Noise, Role};
 use crate::error::GpError;
 use crate::operator::{Operator, Parameter};
@@ -110,31 +110,26 @@ impl<const D: usize> Compiled<D> {
     /// of the size of one over the extent, whatever the unit of length.
     pub(crate) fn operator_sizes(&self, theta: &[f64]) -> Vec<f64> {
         let count = self.values.len().max(1) as f64;
-        let of_part = |number: usize| {
-            let of_leg = |leg: &PointCoefficients<D>| {
-                let part = &leg.parts[number];
-                let of_order = |orders: &[usize; D]| -> f64 {
-                    let shrink = |(extent, n): (&f64, &usize)| extent.powi(-(*n as i32));
-                    leg.extents.iter().zip(orders).map(shrink).product()
-                };
-                let sizes: Vec<f64> = part.orders.iter().map(of_order).collect();
-                let square: f64 = leg
-                    .factors(theta)
-                    .into_iter()
-                    .zip(&part.arrays)
-                    .flat_map(|(monomial, array)| {
-                        let rows = array.chunks(leg.count.max(1)).zip(&sizes);
-                        rows.flat_map(move |(row, size)| {
-                            row.iter().map(move |a| monomial * a * size)
-                        })
-                    })
-                    .map(|entry| entry * entry)
-                    .sum();
-                (square / count).sqrt()
+        let size = |leg: &PointCoefficients<D>, part: usize| {
+            let PartCoefficients { orders, arrays, .. } = &leg.parts[part];
+            let shrink = |orders: &[usize; D]| -> f64 {
+                leg.extents
+                    .iter()
+                    .zip(orders)
+                    .map(|(extent, n)| extent.powi(-(*n as i32)))
+                    .product()
             };
-            self.legs.iter().map(of_leg).fold(0.0, f64::max)
+            let rows = leg.factors(theta).into_iter().zip(arrays).flat_map(|(monomial, array)| {
+                let rows = array.chunks(leg.count.max(1)).zip(orders);
+                rows.flat_map(move |(row, orders)| {
+                    let factor = monomial * shrink(orders);
+                    row.iter().map(move |a| (factor * a).powi(2))
+                })
+            });
+            (rows.sum::<f64>() / count).sqrt()
         };
-        (0..self.legs[0].parts.len()).map(of_part).collect()
+        let largest = |part| self.legs.iter().map(|leg| size(leg, part)).fold(0.0, f64::max);
+        (0..self.legs[0].parts.len()).map(largest).collect()
     }
 
     /// The largest of these.

@@ -3,6 +3,7 @@
 use crate::error::GpError;
 use crate::field::{Field, constant, field};
 use crate::operator::MOST_DERIVATIVES;
+use crate::series::Series;
 
 /// A condition on one face of a box, or one edge of a polygon. Derivatives are taken along the outward normal n
 /// everywhere: at the lower end of an axis ∂u/∂n = −∂u/∂x. On a box, functions do not depend on the coordinate along the
@@ -23,7 +24,7 @@ use crate::operator::MOST_DERIVATIVES;
 /// let [dx, dy] = plate.derivatives();
 /// let cooled = Condition::Robin {
 ///     value_factor: field(|[_, y]| y + 1.0),
-///     slope_factor: 1.0,
+///     slope_factor: constant(1.0),
 ///     data: constant(0.0),
 /// };
 /// let problem = Problem::new(plate, dx * dx + dy * dy)?.condition("x", Side::Upper, cooled)?;
@@ -42,12 +43,12 @@ pub enum Condition<const D: usize> {
         /// Slope c.
         slope: Field<D>,
     },
-    /// a u + b ∂u/∂n = c (4.42), with a factor a that may vary along the face.
+    /// a u + b ∂u/∂n = c (4.42), with factors that may vary along the face.
     Robin {
         /// Factor a of the value.
         value_factor: Field<D>,
-        /// Factor b of the slope; not zero.
-        slope_factor: f64,
+        /// Factor b of the slope; nowhere zero.
+        slope_factor: Field<D>,
         /// Right-hand side c.
         data: Field<D>,
     },
@@ -86,13 +87,11 @@ impl<const D: usize> Condition<D> {
         Self::Derivatives(vec![(1, constant(0.0)), (3, constant(0.0))])
     }
 
-    /// Parts of a condition on the slope: factors of value and slope, and the right-hand side.
-    pub(crate) fn spring(&self) -> Option<(Field<D>, f64, &Field<D>)> {
+    /// Parts of a condition on the slope, whose factor is one: the factor of the value, and the right-hand side.
+    pub(crate) fn spring(&self) -> Option<(Field<D>, &Field<D>)> {
         match self {
-            Self::Neumann(slope) => Some((Field::zero(), 1.0, slope)),
-            Self::Robin { value_factor, slope_factor, data } => {
-                Some((value_factor.clone(), *slope_factor, data))
-            }
+            Self::Neumann(slope) => Some((Field::zero(), slope)),
+            Self::Robin { value_factor, data, .. } => Some((value_factor.clone(), data)),
             Self::Dirichlet(_) | Self::Cauchy { .. } | Self::Derivatives(_) => None,
         }
     }
@@ -116,18 +115,26 @@ impl<const D: usize> Condition<D> {
         }
     }
 
-    /// Refuses numbers that make no condition; `places` are some on the face.
-    pub(crate) fn check(&self, face: &str, places: &[[f64; D]]) -> Result<(), GpError> {
-        match self {
-            Self::Robin { value_factor, slope_factor, .. } => {
-                let odd = places.iter().map(|x| value_factor.value(*x)).find(|a| !a.is_finite());
-                if *slope_factor != 0.0 && slope_factor.is_finite() && odd.is_none() {
-                    return Ok(());
+    /// The condition with a slope whose factor is one; `places` are some on the face. Refuses numbers that make no condition.
+    pub(crate) fn checked(self, face: &str, places: &[[f64; D]]) -> Result<Self, GpError> {
+        match &self {
+            Self::Robin { value_factor: a, slope_factor: b, data } => {
+                let at = || places.iter().map(|x| (a.value(*x), b.value(*x)));
+                let odd = |(a, b): &(f64, f64)| !(a.is_finite() && b.is_finite()) || *b == 0.0;
+                let wrong = at()
+                    .find(odd)
+                    .or_else(|| at().find(|(_, b)| b * at().next().map_or(1.0, |p| p.1) < 0.0));
+                if let Some((value, slope)) = wrong {
+                    return Err(GpError::Problem(format!(
+                        "the Robin condition on {face} has value factor {value} and slope factor {slope}; both must be finite, and the slope's nowhere 0 (use Dirichlet)"
+                    )));
                 }
-                let value = odd.map_or_else(|| "that is finite".into(), |a| a.to_string());
-                Err(GpError::Problem(format!(
-                    "the Robin condition on {face} has value factor {value} and slope factor {slope_factor}; both must be finite, and the slope's not 0 (use Dirichlet)"
-                )))
+                let over = |part: &Field<D>| match (part.clone(), b.clone()) {
+                    (part, _) if part.is_zero() => part,
+                    (part, b) => field(move |x: [Series; D]| part.at(x.clone()) / b.at(x)),
+                };
+                let (value_factor, data) = (over(a), over(data));
+                Ok(Self::Robin { value_factor, slope_factor: constant(1.0), data })
             }
             Self::Derivatives(given) => {
                 let unusable = |k: &usize| {
@@ -138,14 +145,14 @@ impl<const D: usize> Condition<D> {
                 let wrong = match (0..given.len()).find(unusable) {
                     Some(k) => format!("order {}", given[k].0),
                     None if given.is_empty() => "no order".into(),
-                    None => return Ok(()),
+                    None => return Ok(self),
                 };
                 Err(GpError::Problem(format!(
                     "the derivatives given on {face} have {wrong}; give orders from 0 to {}, each once",
                     MOST_DERIVATIVES - 1
                 )))
             }
-            Self::Dirichlet(_) | Self::Neumann(_) | Self::Cauchy { .. } => Ok(()),
+            Self::Dirichlet(_) | Self::Neumann(_) | Self::Cauchy { .. } => Ok(self),
         }
     }
 }

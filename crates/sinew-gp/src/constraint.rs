@@ -20,7 +20,7 @@ use crate::structure::{AxisStructure, Lift};
 use corners::check_corners;
 use edges::Edges;
 pub use feature::Feature;
-pub(crate) use lift::EdgeLift;
+pub(crate) use lift::edge_lifts;
 
 /// Mean and features such that every function m + Σ φ zₚ satisfies all conditions, whatever the zₚ.
 #[derive(Clone, Debug)]

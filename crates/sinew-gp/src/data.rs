@@ -5,8 +5,6 @@ use crate::error::{GpError, check_lengths, place};
 use crate::field::Field;
 use crate::functional::Functional;
 use crate::operator::Operator;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Standard deviation of the error of observations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,29 +85,6 @@ impl<const D: usize> Data<D> {
     /// Number of observations.
     pub fn count(&self) -> usize {
         self.groups.iter().map(|group| group.points.len()).sum()
-    }
-
-    /// Data with at most `count` values of each measured group, drawn at random: enough for parameters where there are
-    /// tens of thousands (see [`crate::Model::reduced`]).
-    pub fn thinned(&self, count: usize, seed: u64) -> Self {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut thinned = self.clone();
-        // Values without a point are refused by whoever takes the data.
-        let whole = |g: &&mut Group<D>| g.points.len() == g.values.len();
-        let groups = thinned.groups.iter_mut().filter(whole);
-        for group in groups.filter(|group| group.role == Role::Observed) {
-            let mut order: Vec<(u64, usize)> =
-                (0..group.values.len()).map(|k| (random.random(), k)).collect();
-            order.sort_unstable();
-            order.truncate(count);
-            let kept: Vec<usize> = order.into_iter().map(|(_, k)| k).collect();
-            group.points = kept.iter().map(|k| group.points[*k]).collect();
-            group.values = kept.iter().map(|k| group.values[*k]).collect();
-            for (_, points) in &mut group.further {
-                *points = kept.iter().map(|k| points[*k]).collect();
-            }
-        }
-        thinned
     }
 
     /// Adds values of u, one for each point.
@@ -197,14 +172,6 @@ impl<const D: usize> Data<D> {
         noise: Noise,
     ) -> Result<Self, GpError> {
         self.sum(functional, value, noise, Role::Imposed)
-    }
-
-    /// All groups, where none is left to be placed.
-    pub(crate) fn placed(&self) -> Result<&[Group<D>], GpError> {
-        match self.everywhere {
-            None => Ok(&self.groups),
-            Some(_) => Err(unplaced()),
-        }
     }
 
     fn sum(
@@ -315,14 +282,6 @@ pub(crate) fn check<const D: usize>(
 /// Name of the noise of a group of observations, by which messages call the group.
 pub(crate) fn noise_name(group: usize) -> String {
     format!("noise {}", group + 1)
-}
-
-/// An equation everywhere where nobody chooses its points.
-pub(crate) fn unplaced() -> GpError {
-    GpError::Data(
-        "only `Model::fit` chooses the points of an equation that holds everywhere; give it at points by `Data::equation`"
-            .into(),
-    )
 }
 
 /// Empty data: nothing to condition on.

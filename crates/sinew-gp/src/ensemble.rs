@@ -8,6 +8,8 @@ use crate::operator::Operator;
 use crate::posterior::{Posterior, Prediction};
 use crate::warning::Warning;
 use rayon::prelude::*;
+use sinew_sample::{quantile, split_seed};
+use statrs::distribution::{ContinuousCDF, Normal};
 use std::sync::Arc;
 
 /// Draws from the posterior of all parameters of a model.
@@ -27,11 +29,13 @@ impl<const D: usize> Ensemble<D> {
         Self { model, draws, k_hat: None, warnings: Vec::new() }
     }
 
-    /// Draws about a fit, with what they leave in doubt.
+    /// Draws about a fit, with what they leave in doubt: the shape of their weights' tail, and the parameter of the equation with
+    /// the largest R̂.
     pub(crate) fn checked(
         fit: &Fit<D>,
         draws: Vec<Vec<f64>>,
         k_hat: Option<f64>,
+        worst: Option<(usize, f64)>,
     ) -> Result<Self, GpError> {
         if let Some(unresolved) = fit.withheld() {
             return Err(unresolved);
@@ -39,6 +43,10 @@ impl<const D: usize> Ensemble<D> {
         let mut ensemble = Self { k_hat, ..Self::new(fit.model().clone(), draws) };
         let heavy = k_hat.filter(|k_hat| *k_hat > TRUSTED);
         ensemble.warnings.extend(heavy.map(|k_hat| Warning::HeavyWeights { k_hat }));
+        if let Some((parameter, r_hat)) = worst.filter(|(_, r_hat)| *r_hat > MIXED) {
+            let parameter = fit.model().theta[parameter].name().to_string();
+            ensemble.warnings.push(Warning::NotMixed { parameter, r_hat });
+        }
         for parameter in fit.model().theta.iter().filter(|_| !ensemble.draws.is_empty()) {
             let (name, mode) = (parameter.name(), fit.parameter(parameter.name())?);
             let [lower, upper] = ensemble.interval(name, NEARLY_ALL)?;
@@ -113,12 +121,10 @@ impl<const D: usize> Ensemble<D> {
     /// As [`Ensemble::interval`].
     pub fn quantile(&self, name: &str, share: f64) -> Result<f64, GpError> {
         check_share(share)?;
-        let mut values = self.parameter(name)?;
-        if values.is_empty() {
-            return Err(no_draws());
+        match &self.parameter(name)?[..] {
+            [] => Err(no_draws()),
+            values => Ok(quantile(values, share)),
         }
-        values.sort_by(f64::total_cmp);
-        Ok(quantile(&values, share))
     }
 
     /// Mean and standard deviation of u over the draws and over the process for each of them.
@@ -180,8 +186,7 @@ impl<const D: usize> Ensemble<D> {
         let one = |number: usize| {
             let draw = &self.draws[number * self.draws.len() / count];
             let posterior = Posterior::new(self.model.clone(), draw)?;
-            let own = seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-            Ok(posterior.sample(points, 1, own)?.remove(0))
+            Ok(posterior.sample(points, 1, split_seed(seed, number as u64))?.remove(0))
         };
         (0..count).into_par_iter().map(one).collect()
     }
@@ -234,6 +239,8 @@ const NEARLY_ALL: f64 = 0.99;
 /// Shape of the tail of importance weights up to which their variance is finite (Vehtari et al. 2024, who go up to 0.7 for weights of
 /// one proposal; about a spike, moved proposals end between at half the width).
 pub(crate) const TRUSTED: f64 = 0.5;
+/// R̂ from which on chains disagree; 1.01 takes more draws than an ensemble has (Vehtari et al. 2021).
+const MIXED: f64 = 1.1;
 
 fn check_share(share: f64) -> Result<(), GpError> {
     match (0.0..=1.0).contains(&share) {
@@ -252,13 +259,14 @@ fn no_draws() -> GpError {
 fn quantile_of_mixture(members: &[(f64, f64)], share: f64) -> f64 {
     const WIDE: f64 = 9.0;
     const HALVINGS: usize = 80;
+    let normal = Normal::standard();
     let ends = |sign: f64| members.iter().map(move |(m, s)| m + sign * WIDE * s);
     let mut low = ends(-1.0).fold(f64::INFINITY, f64::min);
     let mut high = ends(1.0).fold(f64::NEG_INFINITY, f64::max);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         let below = members.iter().map(|(m, s)| match middle - m {
-            distance if *s > 0.0 => normal_share(distance / s),
+            distance if *s > 0.0 => normal.cdf(distance / s),
             distance => f64::from(u8::from(distance >= 0.0)),
         });
         match below.sum::<f64>() < share * members.len() as f64 {
@@ -269,25 +277,6 @@ fn quantile_of_mixture(members: &[(f64, f64)], share: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Share of a standard normal distribution below z, to 1e-7 (Abramowitz & Stegun 1964, 26.2.17).
-fn normal_share(z: f64) -> f64 {
-    const COEFFICIENTS: [f64; 5] =
-        [0.319381530, -0.356563782, 1.781477937, -1.821255978, 1.330274429];
-    let t = 1.0 / (1.0 + 0.2316419 * z.abs());
-    let polynomial = COEFFICIENTS.iter().rev().fold(0.0, |sum, c| (sum + c) * t);
-    let tail = polynomial * (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
-    if z >= 0.0 { 1.0 - tail } else { tail }
-}
-
-/// Quantile of ascending values, at least one, by linear interpolation.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let last = sorted.len() - 1;
-    let position = share.clamp(0.0, 1.0) * last as f64;
-    let below = position.floor() as usize;
-    let fraction = position - below as f64;
-    sorted[below] + fraction * (sorted[(below + 1).min(last)] - sorted[below])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -295,15 +284,6 @@ mod tests {
         Condition, Data, Domain, Evidence, Noise, Parameter, Prior, Problem, Side,
         SquaredExponential, constant,
     };
-
-    #[test]
-    fn quantiles_interpolate() {
-        let sorted = [1.0, 2.0, 4.0];
-        assert_eq!(
-            [0.0, 0.25, 0.5, 0.75, 1.0].map(|q| quantile(&sorted, q)),
-            [1.0, 1.5, 2.0, 3.0, 4.0]
-        );
-    }
 
     /// D u″ = −1 with u(0) = 0, and an ensemble of two draws whose D are far apart.
     fn spring() -> Result<(Ensemble<1>, Operator<1>, Domain<1>), GpError> {

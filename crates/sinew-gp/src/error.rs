@@ -45,7 +45,7 @@ pub enum GpError {
     },
     /// Matrices of all observations that do not fit into memory.
     #[error(
-        "a fit to {observations} observations takes matrices of {gigabytes:.1} GB, more than the {most:.1} GB of `FitOptions::most_memory`; average values over cells by `Data::averaged`, or fit some of them by `Data::thinned`"
+        "a fit to {observations} observations takes matrices of {gigabytes:.1} GB, more than the {most:.1} GB of `FitOptions::most_memory`; average values over cells by `Data::averaged`"
     )]
     TooLarge {
         /// Number of observations.
@@ -54,21 +54,6 @@ pub enum GpError {
         gigabytes: f64,
         /// Largest memory allowed \[GB\].
         most: f64,
-    },
-    /// A reduced posterior further from the exact one than was asked for.
-    #[error(
-        "{chosen} observations leave a divergence of up to {divergence:.1e} nats from the posterior of all, where {asked:.1e} was asked for{}; allow more observations or a larger divergence in `ReducedOptions`, or average values by `Data::averaged`",
-        if *rounding { ", and rounding lets no further one be chosen" } else { "" }
-    )]
-    NotReduced {
-        /// Observations chosen.
-        chosen: usize,
-        /// Bound of the divergence \[nats\].
-        divergence: f64,
-        /// Divergence that was asked for \[nats\].
-        asked: f64,
-        /// Whether rounding ended the choice.
-        rounding: bool,
     },
     /// No restart of a fit succeeded.
     #[error("none of {restarts} restarts reached a finite evidence; last: {last}")]

@@ -3,8 +3,7 @@
 use crate::domain::{Domain, Side};
 use crate::error::GpError;
 use crate::operator::Operator;
-use faer::linalg::solvers::SelfAdjointEigen;
-use faer::{Mat, Side as Triangle};
+use nalgebra::DMatrix;
 
 /// Σ weight · (L u)(point), a linear functional of u.
 #[derive(Clone, Debug)]
@@ -88,14 +87,13 @@ fn tensor_product<const D: usize>(rules: &[Vec<(f64, f64)>; D]) -> Vec<([f64; D]
 /// Welsch 1969).
 fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let beside = |n: f64| n / (4.0 * n * n - 1.0).sqrt();
-    let jacobi = Mat::from_fn(count, count, |i, j| match i.abs_diff(j) {
+    let jacobi = DMatrix::from_fn(count, count, |i, j| match i.abs_diff(j) {
         1 => beside(i.max(j) as f64),
         _ => 0.0,
     });
-    let eigen = SelfAdjointEigen::new(jacobi.as_ref(), Triangle::Lower)
-        .expect("the spectrum of a small tridiagonal matrix is always found");
-    let nodes = eigen.S().column_vector();
-    (0..count).map(|k| (0.5 * (1.0 + nodes[k]), eigen.U()[(0, k)].powi(2))).collect()
+    let eigen = jacobi.symmetric_eigen();
+    let node = |k: usize| (0.5 * (1.0 + eigen.eigenvalues[k]), eigen.eigenvectors[(0, k)].powi(2));
+    (0..count).map(node).collect()
 }
 
 #[cfg(test)]

@@ -135,9 +135,10 @@ impl<const D: usize> State<'_, D> {
             let rows = &w[group.rows()];
             for (number, leg) in (group.first_leg..).zip(&group.legs) {
                 for part in 0..self.kernels.len() {
-                    let slot = &pulled.coefficients[part][number];
+                    let position = part * self.model.legs + number;
+                    let slot = &pulled.coefficients[position];
                     gradient[self.model.part_offsets[part]] +=
-                        dot(slot, &self.coefficients[part][number]);
+                        dot(slot, &self.coefficients[position]);
                     let amplitude = self.kernels[part].0;
                     for (slope, array) in slopes.iter_mut().zip(&leg.parts[part].arrays) {
                         *slope += amplitude * dot(slot, array);
@@ -209,13 +210,13 @@ impl<const D: usize> State<'_, D> {
                     pulled.own.clear();
                     pulled.own.resize(leg.parts[part].orders.len(), 0.0);
                     let mut cotangents = Cotangents {
-                        first: &mut pulled.coefficients[part][self.leg(first)],
+                        first: &mut pulled.coefficients[self.slot(part, first)],
                         second: &mut pulled.own,
                         hyperparameters: &mut pulled.hyperparameters[part],
                     };
                     let weights = &weights[rows.clone()];
                     block.pull_column(start, own, weights, &mut cotangents, scratch);
-                    let slots = &mut pulled.coefficients[part][self.leg(second)];
+                    let slots = &mut pulled.coefficients[self.slot(part, second)];
                     let slots = slots.iter_mut().skip(own).step_by(leg.count);
                     slots.zip(&pulled.own).for_each(|(slot, value)| *slot += value);
                 }
@@ -226,7 +227,7 @@ impl<const D: usize> State<'_, D> {
 
 /// Cotangents of coefficients and kernel parameters.
 struct Pulled {
-    coefficients: Vec<Vec<Vec<f64>>>,
+    coefficients: Vec<Vec<f64>>,
     hyperparameters: Vec<Vec<f64>>,
     own: Vec<f64>,
 }
@@ -235,26 +236,16 @@ impl Pulled {
     fn zeros<const D: usize>(state: &State<'_, D>) -> Self {
         let zeros = |v: &Vec<f64>| vec![0.0; v.len()];
         Self {
-            coefficients: state
-                .coefficients
-                .iter()
-                .map(|groups| groups.iter().map(zeros).collect())
-                .collect(),
+            coefficients: state.coefficients.iter().map(zeros).collect(),
             hyperparameters: state.kernels.iter().map(|(_, h)| zeros(h)).collect(),
             own: Vec::new(),
         }
     }
 
     fn add(&mut self, other: &Self) {
-        let add = |to: &mut Vec<f64>, from: &Vec<f64>| {
-            to.iter_mut().zip(from).for_each(|(t, f)| *t += f);
-        };
-        for (to, from) in self.coefficients.iter_mut().zip(&other.coefficients) {
-            to.iter_mut().zip(from).for_each(|(t, f)| add(t, f));
-        }
-        for (to, from) in self.hyperparameters.iter_mut().zip(&other.hyperparameters) {
-            add(to, from);
-        }
+        let to = self.coefficients.iter_mut().chain(&mut self.hyperparameters).flatten();
+        let from = other.coefficients.iter().chain(&other.hyperparameters).flatten();
+        to.zip(from).for_each(|(to, from)| *to += from);
     }
 }
 

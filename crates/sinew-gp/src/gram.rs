@@ -3,7 +3,8 @@
 //! For two points p, q and a part of the prior, K_pq = Σ_{β, β′} a_{p,β} a_{q,β′} ∂^β ∂′^{β′} k; of a
 //! stationary kernel the last factor is (−1)^|β′| G_{β+β′} with the derivatives G in the difference.
 
-use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request};
+use crate::coefficients::position;
+use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request, derivatives, derivatives_and_pull_back};
 use sinew_num::vectorised;
 
 /// Which entry of a kernel's table each pair of orders reads.
@@ -29,11 +30,7 @@ impl<const D: usize> PairPlan<D> {
                 } else {
                     orders
                 };
-                let position = entries.iter().position(|e| *e == entry).unwrap_or_else(|| {
-                    entries.push(entry);
-                    entries.len() - 1
-                });
-                reads.push(position);
+                reads.push(position(&mut entries, entry));
             }
         }
         let odd = |orders: &[usize; D]| stationary && orders.iter().sum::<usize>() % 2 == 1;
@@ -132,7 +129,7 @@ impl<const D: usize> Block<'_, D> {
             let (start, count) = (start + number * MOST_PAIRS, out.len());
             scratch.table.resize(self.plan.entries.len() * count, 0.0);
             let table = scratch.table.as_mut_slice();
-            self.kernel.derivatives(&self.request(start, count, column), table);
+            derivatives(self.kernel, &self.request(start, count, column), table);
             for order in 0..self.first.width() {
                 let coefficients = self.first.row(order, start, count);
                 let reads = &self.plan.reads[order * scratch.signed.len()..];
@@ -174,7 +171,8 @@ impl<const D: usize> Block<'_, D> {
                     expand(table, reads, signed, coefficients, weights, cotangent, slopes, own);
                 }
             };
-            self.kernel.derivatives_and_pull_back(
+            derivatives_and_pull_back(
+                self.kernel,
                 &self.request(start, count, column),
                 [&mut scratch.table, &mut scratch.weights],
                 &mut weigh,

@@ -9,7 +9,7 @@ use crate::operator::Operator;
 /// Points that are left out at most, for time.
 const MOST_LEFT_OUT: usize = 200;
 /// Places where the equation is looked at, and their seed.
-const PLACES: usize = 300;
+pub(crate) const PLACES: usize = 300;
 const SEED: u64 = 0x0a11;
 /// Share of the left-hand side's standard deviation before the data below which terms count as zero: a residual is not held
 /// against what is next to nothing.
@@ -26,26 +26,10 @@ pub(crate) struct Candidate<const D: usize> {
     pub residual: f64,
 }
 
-/// Squares of residuals, and the place of the largest.
-#[derive(Default)]
-struct Residuals {
-    sum: f64,
-    count: usize,
-    worst: (f64, Vec<f64>),
-}
-
-impl Residuals {
-    fn add(&mut self, residual: f64, at: &[f64]) {
-        self.sum += residual * residual;
-        self.count += 1;
-        if residual.abs() > self.worst.0 {
-            self.worst = (residual.abs(), at.to_vec());
-        }
-    }
-
-    fn size(&self) -> f64 {
-        (self.sum / self.count.max(1) as f64).sqrt()
-    }
+/// Root mean square of residuals at places.
+fn size<const D: usize>(residuals: &[(f64, [f64; D])]) -> f64 {
+    let squares: f64 = residuals.iter().map(|(residual, _)| residual * residual).sum();
+    (squares / residuals.len().max(1) as f64).sqrt()
 }
 
 /// The one value of a right-hand side at all of its points.
@@ -70,13 +54,12 @@ impl<const D: usize> Fit<D> {
     /// right-hand side is known, because it holds everywhere or is the same at all points. None without an equation.
     pub(crate) fn left_out(&self) -> Result<Option<HoldOut>, GpError> {
         let (model, posterior) = (self.model(), self.posterior()?);
-        let (mut own, mut elsewhere) = (Residuals::default(), Residuals::default());
-        let mut term = 0.0_f64;
+        let (mut own, mut term) = (Vec::new(), 0.0_f64);
         for group in model.groups.iter().filter(|g| !g.places.is_empty()) {
             let at = &group.places;
             term = term.max(NOTHING * posterior.prior_deviation(&model.prior.equation, at)?);
             for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
-                own.add(posterior.left_out(row)[0], at);
+                own.push((posterior.left_out(row)[0], *at));
             }
             for summand in model.prior.equation.terms() {
                 let values = posterior.mean_of(&Operator::of(summand), at)?;
@@ -84,17 +67,12 @@ impl<const D: usize> Fit<D> {
                 term = term.max((square / values.len() as f64).sqrt());
             }
         }
-        self.look_elsewhere(&mut elsewhere)?;
-        let worse = if elsewhere.size() > own.size() { elsewhere } else { own };
-        let (residual, at) = (worse.size(), worse.worst.1);
-        Ok((worse.count > 0).then_some(HoldOut { at, residual, term }))
-    }
-
-    fn look_elsewhere(&self, residuals: &mut Residuals) -> Result<(), GpError> {
-        for candidate in self.candidates(SEED)? {
-            residuals.add(candidate.residual, &candidate.at);
-        }
-        Ok(())
+        let elsewhere = self.candidates(SEED)?.into_iter();
+        let elsewhere: Vec<_> = elsewhere.map(|place| (place.residual, place.at)).collect();
+        let worse = if size(&elsewhere) > size(&own) { elsewhere } else { own };
+        let worst = worse.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        let residual = size(&worse);
+        Ok(worst.map(|(_, at)| HoldOut { at: at.to_vec(), residual, term }))
     }
 
     /// Places with the residual of the equation there, where its right-hand side is known; else none.

@@ -2,13 +2,8 @@
 
 mod axes;
 mod check;
-mod combined;
-mod linear;
-mod matern;
-mod periodic;
-mod radial;
-mod rational_quadratic;
-mod scaled;
+mod formula;
+mod shapes;
 mod squared_exponential;
 mod table;
 
@@ -17,15 +12,11 @@ use std::fmt::Debug;
 
 pub use check::check_kernel;
 pub(crate) use check::unusable;
-pub use combined::{Product, Sum};
-pub use linear::Linear;
-pub use matern::{Matern, Smoothness};
-pub use periodic::Periodic;
-pub use rational_quadratic::RationalQuadratic;
-pub use scaled::Scaled;
+pub use formula::Formula;
+pub use shapes::{Smoothness, linear, matern, periodic, rational_quadratic};
 pub use squared_exponential::SquaredExponential;
 
-use table::{from_formula, pull_back_from_formula};
+pub(crate) use table::{derivatives, derivatives_and_pull_back};
 
 /// Kind of a hyperparameter, from which its bounds and restarts follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +25,15 @@ pub enum Measure {
     Length {
         /// The axis.
         axis: usize,
+    },
+    /// A positive number without unit that a kernel has along one axis only, within these bounds.
+    Width {
+        /// The axis.
+        axis: usize,
+        /// Lower bound, positive.
+        lower: f64,
+        /// Upper bound.
+        upper: f64,
     },
     /// A positive number without unit, within these bounds.
     Number {
@@ -55,7 +55,7 @@ pub struct Hyperparameter {
 
 /// Derivatives to be taken of k(x, x′): in the first and in the second argument, for each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Orders<const D: usize> {
+pub(crate) struct Orders<const D: usize> {
     /// Orders in x.
     pub first: [usize; D],
     /// Orders in x′; all zero when asking a stationary kernel, where −∂/∂x takes their place.
@@ -72,7 +72,7 @@ impl<const D: usize> Orders<D> {
 /// Which derivatives are asked for, at which hyperparameters, and of which pairs: many first points
 /// with one second point.
 #[derive(Clone, Copy, Debug)]
-pub struct Request<'a, const D: usize> {
+pub(crate) struct Request<'a, const D: usize> {
     /// Values of the hyperparameters.
     pub hyperparameters: &'a [f64],
     /// Coordinates x of the first points, axis by axis.
@@ -85,49 +85,27 @@ pub struct Request<'a, const D: usize> {
 
 impl<const D: usize> Request<'_, D> {
     /// Number of pairs.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.first[0].len()
-    }
-
-    /// First point of pair `lane`.
-    pub fn point(&self, lane: usize) -> [f64; D] {
-        self.first.map(|axis| axis[lane])
     }
 }
 
-/// Most pairs in one call of [`Kernel::derivatives`]: they stay in the fastest cache.
-pub const MOST_PAIRS: usize = 64;
+/// Most pairs in one request: they stay in the fastest cache.
+pub(crate) const MOST_PAIRS: usize = 64;
 
 /// A covariance function of variance one (unless scaled), with positive hyperparameters.
 ///
-/// Only [`Kernel::formula`] and a few facts must be given: derivatives then come from Taylor
-/// series, pair by pair. Most kernels of this crate give theirs in closed form, which is faster by far.
-/// Test yours with [`check_kernel`].
+/// Derivatives come from its formula over Taylor series, pair by pair; those of [`SquaredExponential`] are in closed form, which
+/// is faster by far. Your own is a [`Formula`]; test it with [`check_kernel`].
 ///
 /// ```
-/// use sinew_gp::{Hyperparameter, Kernel, Measure, check_kernel};
-/// use sinew_gp::Series;
+/// use sinew_gp::{Formula, Series, check_kernel};
 ///
-/// /// (1 + x² x′²): functions of the form a + b x² along the first axis.
-/// #[derive(Clone, Debug)]
-/// struct Even;
-///
-/// impl<const D: usize> Kernel<D> for Even {
-///     fn name(&self) -> String {
-///         "even quadratic".into()
-///     }
-///     fn hyperparameters(&self) -> Vec<Hyperparameter> {
-///         Vec::new()
-///     }
-///     fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<D>> {
-///         Box::new(Even)
-///     }
-///     fn formula(&self, _: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
-///         x[0].squared() * y[0].squared() + 1.0
-///     }
-/// }
-///
-/// check_kernel::<2>(&Even, &[], [0.0, 0.0], [1.0, 1.0], 7)?;
+/// // 1 + x² x′²: functions of the form a + b x² along the first axis.
+/// let even = Formula::<2>::new("even quadratic", Vec::new(), |_, x: &[Series; 2], y: &[Series; 2]| {
+///     x[0].squared() * y[0].squared() + 1.0
+/// });
+/// check_kernel(&even, &[], [0.0, 0.0], [1.0, 1.0], 7)?;
 /// # Ok::<(), sinew_gp::GpError>(())
 /// ```
 pub trait Kernel<const D: usize>: Debug + Send + Sync {
@@ -153,30 +131,9 @@ pub trait Kernel<const D: usize>: Debug + Send + Sync {
         false
     }
 
-    /// Derivatives of k for each pair: entry `e` of the request's orders fills `table[e · count ..]`.
-    ///
-    /// At most [`MOST_PAIRS`] pairs are asked for at once.
-    fn derivatives(&self, request: &Request<'_, D>, table: &mut [f64]) {
-        from_formula(self, request, table);
-    }
-
-    /// Adds to `gradient` the derivatives of Σ weight · table with respect to the logarithm of
-    /// each hyperparameter, for `weights` in the layout of the table of [`Kernel::derivatives`].
-    fn pull_back(&self, request: &Request<'_, D>, weights: &[f64], gradient: &mut [f64]) {
-        pull_back_from_formula(self, request, weights, gradient);
-    }
-
-    /// [`Kernel::derivatives`] into `table`, then [`Kernel::pull_back`] for the weights that
-    /// `weigh` makes of it, in memory of the same size; a kernel may share work between the two.
-    fn derivatives_and_pull_back(
-        &self,
-        request: &Request<'_, D>,
-        [table, weights]: [&mut [f64]; 2],
-        weigh: &mut dyn FnMut(&[f64], &mut [f64]),
-        gradient: &mut [f64],
-    ) {
-        self.derivatives(request, table);
-        weigh(table, weights);
-        self.pull_back(request, weights, gradient);
+    /// Itself, if it is the kernel with derivatives in closed form.
+    #[doc(hidden)]
+    fn as_squared_exponential(&self) -> Option<&SquaredExponential> {
+        None
     }
 }

@@ -1,8 +1,8 @@
 //! Gaussian processes that satisfy boundary conditions exactly and learn PDE parameters.
 //!
-//! Describe a domain, a linear equation and its boundary conditions; a prior all of whose
-//! functions satisfy the conditions follows by itself, and from noisy data the solution and the
-//! equation's parameters, with intervals.
+//! Describe a domain, a linear equation and its boundary conditions. The crate builds a prior whose
+//! functions all satisfy the conditions. From noisy data it infers the solution and the
+//! equation's parameters, with credible intervals.
 //!
 //! ```
 //! use std::f64::consts::PI;
@@ -39,7 +39,7 @@
 //! assert!((at_the_end.mean[0] - exact([1.5, 1.0])).abs() < 0.02);
 //! assert_eq!(at_the_end.standard_deviation[1], 0.0); // on the boundary nothing is uncertain
 //!
-//! // What leaves through the right end altogether: −∫ κ u_x dt.
+//! // Total heat flux through the right end: −∫ κ u_x dt.
 //! let flux = Functional::face_integral(&rod, ("x", Side::Upper), -(&diffusivity * dx), 8)?;
 //! let (heat, deviation) = posterior.predict_functional(&flux)?;
 //! assert!((heat - (1.0 - (-0.7_f64).exp())).abs() < 0.02);
@@ -48,12 +48,11 @@
 //!
 //! - [`Prior::constrained`], [`Prior::penalised`] and [`Prior::unconstrained`]: conditions built
 //!   in, as pseudo-observations, or ignored (HCGP, PCGP and UCGP in Chapter 4 of the thesis);
-//!   [`Network`]: a neural network with the conditions built in (HCNN), on the same prior;
 //! - [`Model::fit`], [`laplace`] and [`nuts`]: the most probable parameters, and ensembles of
-//!   probable ones for intervals that cover, all of the density that [`Evidence`] names;
-//! - [`Model::reduced`]: tens of thousands of values, with the distance from the exact posterior;
-//! - [`Fit::warnings`]: what the fit cannot tell;
-//! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
+//!   posterior draws for credible intervals; [`Evidence`] names the density;
+//! - [`Data::averaged`]: hundreds of thousands of values;
+//! - [`Fit::warnings`]: parameters at bounds or not identified, and other faults of a fit;
+//! - [`Formula`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
 //! - `log_evidence_tensor` (feature `burn`): the evidence inside a Burn graph;
 //! - [`SemiLinear`]: equations with a nonlinear term, by the Gauss–Newton method.
 //!
@@ -112,7 +111,6 @@ mod inverse;
 mod kernel;
 mod laplace;
 mod model;
-mod network;
 mod nuts;
 mod operator;
 mod optimise;
@@ -121,7 +119,6 @@ mod polygon;
 mod posterior;
 mod prior;
 mod problem;
-mod reduced;
 mod resolve;
 mod semilinear;
 mod series;
@@ -145,12 +142,11 @@ pub use field::{Field, constant, field};
 pub use fit::{Fit, FitOptions, Outcome, Restart};
 pub use functional::Functional;
 pub use kernel::{
-    Hyperparameter, Kernel, Linear, MOST_PAIRS, Matern, Measure, Orders, Periodic, Product,
-    RationalQuadratic, Request, Scaled, Smoothness, SquaredExponential, Sum, check_kernel,
+    Formula, Hyperparameter, Kernel, Measure, Smoothness, SquaredExponential, check_kernel, linear,
+    matern, periodic, rational_quadratic,
 };
 pub use laplace::{ensemble, laplace};
 pub use model::Model;
-pub use network::{Network, NetworkOptions};
 pub use nuts::{NutsOptions, nuts};
 pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Source, Term};
 pub use parameter::{FreeParameter, Hyperprior};
@@ -158,7 +154,6 @@ pub use polygon::Polygon;
 pub use posterior::{Posterior, Prediction};
 pub use prior::Prior;
 pub use problem::Problem;
-pub use reduced::{Reduced, ReducedOptions};
 pub use semilinear::{SemiLinear, Solution};
 pub use series::Series;
 #[cfg(feature = "burn")]

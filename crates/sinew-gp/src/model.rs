@@ -41,7 +41,7 @@ fn of_kernel<const D: usize>(
             let name = format!("{} {} {number}", hyperparameter.name, domain.names()[axis]);
             positive(name, extent, [LENGTH_BOUNDS, LENGTH_START], about(extent))
         }
-        Measure::Number { lower, upper } => {
+        Measure::Number { lower, upper } | Measure::Width { lower, upper, .. } => {
             let middle = (lower * upper).sqrt();
             let name = format!("{} {number}", hyperparameter.name);
             let start = [lower, upper].map(|end| (end * middle).sqrt());
@@ -341,8 +341,8 @@ const WEIGHT_BOUNDS: [f64; 2] = [1e-12, 10.0];
 const WEIGHT_START: [f64; 2] = [0.5, 1.0];
 
 /// Points that an equation everywhere begins with, for each dimension, and the seed of their places.
-const FIRST_POINTS: usize = 15;
-const POINTS_SEED: u64 = 0x5eed;
+pub(crate) const FIRST_POINTS: usize = 15;
+pub(crate) const POINTS_SEED: u64 = 0x5eed;
 
 /// A name that no other parameter has: in a sum of like kernels hyperparameters are numbered.
 fn distinct(name: String, taken: &[FreeParameter]) -> String {

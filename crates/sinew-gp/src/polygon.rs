@@ -9,96 +9,14 @@ use crate::series::Series;
 pub struct Polygon {
     corners: Vec<[f64; 2]>,
     edges: Vec<Edge>,
-    region: Region,
     convex: bool,
     /// Reciprocal of the largest distance found inside, so that features have size one.
     scale: f64,
 }
 
-/// A function that is positive inside and negative outside, composed from half-planes.
-///
-/// The R0-functions a + b ∓ √(a² + b²) are positive where both, or either, of a and b are
-/// (Rvachev 1982; Shapiro 2007, *Semi-analytic geometry with R-functions*). They are smooth but at
-/// corners, where the two vanish together.
-#[derive(Clone, Debug)]
-enum Region {
-    /// The side of an edge's line that is to the left of it.
-    HalfPlane(Edge),
-    /// Intersection.
-    All(Vec<Region>),
-    /// Union.
-    Any(Vec<Region>),
-}
-
-impl Region {
-    fn at(&self, x: &Series, y: &Series) -> Series {
-        match self {
-            Self::HalfPlane(edge) => edge.height(x, y),
-            Self::All(parts) => Self::combine(parts, x, y, -1.0),
-            Self::Any(parts) => Self::combine(parts, x, y, 1.0),
-        }
-    }
-
-    fn combine(parts: &[Self], x: &Series, y: &Series, sign: f64) -> Series {
-        parts
-            .iter()
-            .map(|part| part.at(x, y))
-            .reduce(|a, b| &a + &b + (a.squared() + b.squared()).sqrt() * sign)
-            .expect("a polygon has edges")
-    }
-
-    /// The region to the left of a chain of corners, by its convex hull: edges of the hull are
-    /// half-planes that all hold (or, for a pocket, of which any holds), and a stretch of the chain
-    /// between hull corners that is not an edge is a pocket of the other kind.
-    fn of_chain(chain: &[[f64; 2]], closed: bool, convex: bool) -> Self {
-        let turned = if convex { 1.0 } else { -1.0 };
-        let hull = hull_positions(chain, closed, turned);
-        let mut parts = Vec::new();
-        for pair in hull.windows(2) {
-            let (from, to) = (pair[0], pair[1]);
-            let corner = |position: usize| chain[position % chain.len()];
-            if to == from + 1 {
-                parts.push(Self::HalfPlane(Edge::new(corner(from), corner(to))));
-            } else {
-                let pocket: Vec<_> = (from..=to).map(corner).collect();
-                parts.push(Self::of_chain(&pocket, false, !convex));
-            }
-        }
-        match (parts.len(), convex) {
-            (1, _) => parts.remove(0),
-            (_, true) => Self::All(parts),
-            (_, false) => Self::Any(parts),
-        }
-    }
-}
-
 /// Twice the signed area of a triangle, positive if anticlockwise.
 fn turn([ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]) -> f64 {
     (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-}
-
-/// Positions along the chain of its corners on the convex hull, in order. A closed chain starts
-/// at a hull corner and comes back to it (with its position raised by the length).
-fn hull_positions(chain: &[[f64; 2]], closed: bool, turned: f64) -> Vec<usize> {
-    let start = if closed {
-        (0..chain.len())
-            .min_by(|i, j| chain[*i].partial_cmp(&chain[*j]).expect("finite corners"))
-            .expect("a polygon has corners")
-    } else {
-        0
-    };
-    let last = if closed { start + chain.len() } else { chain.len() - 1 };
-    let corner = |position: usize| chain[position % chain.len()];
-    let mut hull = vec![start];
-    // From each hull corner, the next is the one with all others to its left; ties go to the nearest along the chain.
-    while let Some(from) = hull.last().copied().filter(|from| *from < last) {
-        let next = (from + 1..=last).reduce(|best, candidate| {
-            let side = turned * turn(corner(from), corner(best), corner(candidate));
-            if side < 0.0 { candidate } else { best }
-        });
-        hull.extend(next);
-    }
-    hull
 }
 
 fn unusable(corners: usize, problem: &str) -> GpError {
@@ -144,8 +62,7 @@ impl Polygon {
             let (before, after) = (&edges[i], &edges[(i + 1) % count]);
             turn([0.0; 2], before.tangent, after.tangent) > LEAST_TURN
         });
-        let region = Region::of_chain(&corners, true, true);
-        let polygon = Self { corners, edges, region, convex, scale: 1.0 };
+        let polygon = Self { corners, edges, convex, scale: 1.0 };
         let most = polygon.largest(|x, y| polygon.feature(x, y).value());
         Ok(Self { scale: 1.0 / most, ..polygon })
     }
@@ -179,10 +96,15 @@ impl Polygon {
         })
     }
 
-    /// Whether a point lies inside or not much farther outside than `margin`.
-    pub(crate) fn contains_within(&self, point: [f64; 2], margin: f64) -> bool {
-        let [x, y] = Series::plain(point);
-        self.region.at(&x, &y).value() >= -margin
+    /// Whether a point lies inside or not farther outside than `margin`.
+    pub(crate) fn contains_within(&self, [x, y]: [f64; 2], margin: f64) -> bool {
+        // Edges that a ray to the right crosses.
+        let ends = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
+        let crossed = |([ax, ay], [bx, by]): &(&[f64; 2], &[f64; 2])| {
+            (*ay > y) != (*by > y) && x < ax + (y - ay) * (bx - ax) / (by - ay)
+        };
+        ends.filter(crossed).count() % 2 == 1
+            || self.edges.iter().any(|edge| edge.distance([x, y]) <= margin)
     }
 
     /// The feature that vanishes on all edges and is positive, at most about one, inside.
@@ -191,26 +113,17 @@ impl Polygon {
         self.feature_of(&all, x, y) * self.scale
     }
 
-    /// A function that vanishes on some edges only, of any size.
+    /// A function that vanishes on some edges only, of any size: Π ωᵢ of a convex polygon, else Π ωᵢ / Σᵢ Πⱼ ωⱼ with j ≠ i, the
+    /// R-equivalence (4.56) of order one without its divisions by zero.
     pub(crate) fn feature_of(&self, edges: &[usize], x: &Series, y: &Series) -> Series {
-        if edges.len() == self.edges.len() {
-            return self.region.at(x, y);
-        }
-        if self.convex {
-            let half_plane = |edge: &usize| Region::HalfPlane(self.edges[*edge].clone());
-            return Region::All(edges.iter().map(half_plane).collect()).at(x, y);
-        }
-        self.equivalence(edges, x, y)
-    }
-
-    /// Π ωᵢ / Σᵢ Πⱼ ωⱼ with j ≠ i: the R-equivalence (4.56) of order one without its divisions by zero.
-    fn equivalence(&self, edges: &[usize], x: &Series, y: &Series) -> Series {
-        let size = self.size();
         let distances: Vec<Series> =
-            edges.iter().map(|edge| self.edges[*edge].trimmed_distance(x, y) / size).collect();
+            edges.iter().map(|edge| self.edge_distance(*edge, x, y) / self.size()).collect();
+        let product = distances.iter().fold(x.constant(self.size()), |product, d| product * d);
+        if self.convex {
+            return product;
+        }
         let others = products_of_others(&distances);
         let sum = others.iter().fold(x.constant(0.0), |sum, other| sum + other);
-        let product = distances.iter().fold(x.constant(size), |product, d| product * d);
         if sum.value() == 0.0 {
             // At a corner: the value is zero, derivatives do not exist.
             return product.squared().sqrt();

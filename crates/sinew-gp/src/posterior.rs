@@ -13,8 +13,9 @@ use crate::state::{Factored, State, combine};
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side as Triangle};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use sinew_sample::standard_normals;
 use std::sync::Arc;
 
 /// The Gaussian process conditioned on the data, at fixed parameters.
@@ -22,36 +23,14 @@ use std::sync::Arc;
 pub struct Posterior<const D: usize> {
     pub(crate) model: Arc<Model<D>>,
     pub(crate) parameters: Vec<f64>,
-    /// w of the posterior mean m + K_* w: of a Gaussian model K⁻¹ (y − m).
+    /// K⁻¹ (y − m).
     pub(crate) weights: Vec<f64>,
-    pub(crate) whitening: Whitening,
+    factor: Factor,
     pub(crate) jitter: f64,
 }
 
 /// Share of the variance of measured values below which a posterior that explains no more of it has collapsed.
 const COLLAPSE: f64 = 0.1;
-
-/// T of the posterior covariance K_** − (T K_*)ᵀ T K_*.
-#[derive(Debug)]
-pub(crate) enum Whitening {
-    /// L⁻¹, by its inverse.
-    Inverse(Factor),
-    /// Covariance by its entries.
-    Matrix(Mat<f64>),
-}
-
-impl Whitening {
-    /// T times covariances with the observations, one column for each point.
-    fn apply(&self, mut cross: Mat<f64>) -> Mat<f64> {
-        match self {
-            Self::Inverse(factor) => {
-                solve_lower_triangular_in_place(factor.view(), cross.as_mut(), Par::Seq);
-                cross
-            }
-            Self::Matrix(matrix) => matrix * cross,
-        }
-    }
-}
 
 /// Values with their standard deviations.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,8 +64,7 @@ impl<const D: usize> Posterior<D> {
         let Factored { factor, whitened: mut weights, jitter } =
             State::new(&model, parameters)?.factored()?;
         factor.backward(&mut weights);
-        let (parameters, whitening) = (parameters.to_vec(), Whitening::Inverse(factor));
-        Ok(Self { model, parameters, weights, whitening, jitter })
+        Ok(Self { model, parameters: parameters.to_vec(), weights, factor, jitter })
     }
 
     /// Relative jitter that the factorisation needed.
@@ -143,16 +121,10 @@ impl<const D: usize> Posterior<D> {
         let state = State::new(&self.model, &self.parameters)?;
         let query = self.query(&state, operator, points)?;
         let (mean, whitened) = self.conditioned(&state, &query);
-        let mut scratch = Scratch::default();
-        let deviation = (0..points.len())
-            .map(|point| {
-                let mut prior = [0.0];
-                self.add_own(&state, &query, (point, point), &mut prior, &mut scratch);
-                let known: f64 = whitened.col(point).iter().map(|w| w * w).sum();
-                (prior[0] - known).max(0.0).sqrt()
-            })
-            .collect();
-        Ok(Prediction { mean, standard_deviation: deviation })
+        let known = |point: usize| whitened.col(point).iter().map(|w| w * w).sum::<f64>();
+        let left = self.variances(&state, &query).into_iter().enumerate();
+        let deviation = left.map(|(point, prior)| (prior - known(point)).max(0.0).sqrt());
+        Ok(Prediction { mean, standard_deviation: deviation.collect() })
     }
 
     /// Mean and standard deviation of a weighted sum, as an integral.
@@ -206,9 +178,9 @@ impl<const D: usize> Posterior<D> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let draw = |_| {
             let mut sample = mean.clone();
-            for mode in 0..size {
+            for (mode, z) in standard_normals(size, &mut random).into_iter().enumerate() {
                 // Rounding makes vanishing variances slightly negative.
-                let factor = values[mode].max(0.0).sqrt() * standard_normal(&mut random);
+                let factor = values[mode].max(0.0).sqrt() * z;
                 sample.iter_mut().zip(vectors.col(mode).iter()).for_each(|(s, v)| *s += factor * v);
             }
             sample
@@ -237,10 +209,9 @@ impl<const D: usize> Posterior<D> {
     /// Leave-one-out residual of an observation and its standard deviation: α / (K⁻¹) and (K⁻¹)^−½ at its row (Rasmussen &
     /// Williams 2006, §5.4.2).
     pub(crate) fn left_out(&self, row: usize) -> [f64; 2] {
-        let Whitening::Inverse(factor) = &self.whitening else { return [0.0, 1.0] };
         let mut column = vec![0.0; self.model.size];
         column[row] = 1.0;
-        factor.forward(&mut column);
+        self.factor.forward(&mut column);
         let precision = column.iter().map(|x| x * x).sum::<f64>();
         [self.weights[row] / precision, precision.sqrt().recip()]
     }
@@ -253,12 +224,8 @@ impl<const D: usize> Posterior<D> {
     ) -> Result<f64, GpError> {
         let state = State::new(&self.model, &self.parameters)?;
         let query = self.query(&state, operator, points)?;
-        let mut scratch = Scratch::default();
-        let mut sum = [0.0];
-        for point in 0..points.len() {
-            self.add_own(&state, &query, (point, point), &mut sum, &mut scratch);
-        }
-        Ok((sum[0] / points.len().max(1) as f64).sqrt())
+        let sum: f64 = self.variances(&state, &query).iter().sum();
+        Ok((sum / points.len().max(1) as f64).sqrt())
     }
 
     fn query(
@@ -324,7 +291,7 @@ impl<const D: usize> Posterior<D> {
         }
     }
 
-    /// Posterior mean, and T K_* with one column for each point.
+    /// Posterior mean, and L⁻¹ K_* with one column for each point.
     fn conditioned(&self, state: &State<'_, D>, query: &Query<D>) -> (Vec<f64>, Mat<f64>) {
         let mut cross = Mat::<f64>::zeros(self.model.size, query.points.count);
         self.for_columns(state, query, |row, covariances| {
@@ -336,7 +303,18 @@ impl<const D: usize> Posterior<D> {
         for (column, mean) in mean.iter_mut().enumerate() {
             *mean += cross.col(column).iter().zip(&self.weights).map(|(c, w)| c * w).sum::<f64>();
         }
-        (mean, self.whitening.apply(cross))
+        solve_lower_triangular_in_place(self.factor.view(), cross.as_mut(), Par::Seq);
+        (mean, cross)
+    }
+
+    /// Prior variances at the query's points.
+    fn variances(&self, state: &State<'_, D>, query: &Query<D>) -> Vec<f64> {
+        let mut scratch = Scratch::default();
+        let mut variances = vec![0.0; query.points.count];
+        for (point, own) in variances.chunks_mut(1).enumerate() {
+            self.add_own(state, query, (point, point), own, &mut scratch);
+        }
+        variances
     }
 
     /// Prior covariances of the query's points from `first` on with point `column`.
@@ -383,10 +361,4 @@ impl<const D: usize> Posterior<D> {
         }
         Ok((mean, covariance))
     }
-}
-
-/// A standard normal variate by the method of Box and Muller.
-pub(crate) fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
-    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
-    radius * (2.0 * std::f64::consts::PI * random.random::<f64>()).cos()
 }

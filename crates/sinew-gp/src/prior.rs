@@ -1,6 +1,6 @@
 //! Gaussian-process priors for a problem, with or without its boundary conditions.
 
-use crate::constraint::{Constraints, EdgeLift, Feature, constraints, unconstrained};
+use crate::constraint::{Constraints, Feature, constraints, edge_lifts, unconstrained};
 use crate::data::{Group, Noise, Role};
 use crate::domain::{Domain, Side};
 use crate::error::GpError;
@@ -158,19 +158,23 @@ fn pseudo_observations<const D: usize>(
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let structures = (0..D).map(|axis| AxisStructure::new(problem, axis));
     let conditions: Vec<Lift<D>> = structures.flat_map(|structure| structure.lifts).collect();
-    let edges = edge_lifts(problem);
-    let share = |number: usize, of: usize| (points * (number + 1)) / of - (points * number) / of;
-    let all = conditions.len() + edges.len() + usize::from(problem.boundary.is_some());
-    let faces = conditions.len();
+    let polygon = domain.cross_section();
+    let numbers = 0..polygon.map_or(0, |polygon| polygon.corners().len());
+    let edges: Vec<_> = numbers
+        .flat_map(|edge| edge_lifts(problem, edge).into_iter().map(move |lift| (edge, lift)))
+        .collect();
+    let (faces, all) = (conditions.len(), conditions.len() + edges.len());
+    let share = |number: usize| (points * (number + 1)) / all - (points * number) / all;
     let mut groups = Vec::new();
     for (number, lift) in conditions.iter().enumerate() {
-        let places = domain.sample(share(number, all), random.random())?;
+        let places = domain.sample(share(number), random.random())?;
         groups.push(pseudo_at_face(domain, lift, &places));
     }
-    for (number, (edge, lift)) in edges.into_iter().enumerate() {
-        let mut places = domain.sample(share(faces + number, all), random.random())?;
+    for (number, ((edge, lift), polygon)) in
+        edges.into_iter().zip(polygon.into_iter().cycle()).enumerate()
+    {
+        let mut places = domain.sample(share(faces + number), random.random())?;
         for point in &mut places {
-            let polygon = domain.cross_section().expect("edges belong to a polygon");
             (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
         }
         let [nx, ny] = lift.outwards().map(|n| n * lift.slope);
@@ -182,14 +186,6 @@ fn pseudo_observations<const D: usize>(
             (false, false) => value * Derivative::identity() + slope,
         };
         groups.push(pseudo(operator, places, &lift.data));
-    }
-    if let Some((polygon, data)) = domain.cross_section().zip(problem.boundary.as_ref()) {
-        let mut places = domain.sample(share(all - 1, all), random.random())?;
-        for point in &mut places {
-            let edge = random.random_range(0..polygon.corners().len());
-            (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
-        }
-        groups.push(pseudo(Operator::identity(), places, data));
     }
     Ok(groups)
 }
@@ -210,18 +206,6 @@ fn pseudo_at_face<const D: usize>(
         Some(_) => group,
         None => Group { further: vec![(-1.0, at(Side::Lower))], ..group },
     }
-}
-
-/// The conditions on single edges of a polygon, with the edges' numbers.
-fn edge_lifts<const D: usize>(problem: &Problem<D>) -> Vec<(usize, EdgeLift<D>)> {
-    let Some(polygon) = problem.domain().cross_section() else { return Vec::new() };
-    let numbered = problem.edges.iter().zip(polygon.edges()).enumerate();
-    numbered
-        .filter_map(|(number, (condition, edge))| Some((number, condition.as_ref()?, edge)))
-        .flat_map(|(number, condition, edge)| {
-            EdgeLift::of(condition, edge).into_iter().map(move |lift| (number, lift))
-        })
-        .collect()
 }
 
 fn pseudo<const D: usize>(

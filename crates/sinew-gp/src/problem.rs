@@ -56,8 +56,7 @@ impl<const D: usize> Problem<D> {
         let end = self.domain.end(axis, side);
         let mut places = self.domain.sample(FACE_PLACES, 0)?;
         places.iter_mut().for_each(|place| place[axis] = end);
-        condition.check(&face, &places)?;
-        *place = Some(condition);
+        *place = Some(condition.checked(&face, &places)?);
         Ok(self)
     }
 
@@ -112,8 +111,7 @@ impl<const D: usize> Problem<D> {
         if self.boundary.is_some() || self.edges[edge].is_some() {
             return Err(over_determined(&face));
         }
-        self.check_edge(edge, &condition, &face)?;
-        self.edges[edge] = Some(condition);
+        self.edges[edge] = Some(self.on_edge(edge, condition, &face)?);
         Ok(self)
     }
 
@@ -133,8 +131,13 @@ impl<const D: usize> Problem<D> {
         Ok(Self { equation, ..self.clone() })
     }
 
-    /// Error of a condition that an edge cannot carry.
-    fn check_edge(&self, edge: usize, condition: &Condition<D>, face: &str) -> Result<(), GpError> {
+    /// A condition on an edge, or the error of one that it cannot carry.
+    fn on_edge(
+        &self,
+        edge: usize,
+        condition: Condition<D>,
+        face: &str,
+    ) -> Result<Condition<D>, GpError> {
         if let Condition::Derivatives(_) = condition {
             return Err(GpError::Problem(format!(
                 "{face} is given derivatives by their order; on edges of polygons use Dirichlet, Neumann, Cauchy or Robin"
@@ -146,15 +149,15 @@ impl<const D: usize> Problem<D> {
             let fraction = k as f64 / (FACE_PLACES - 1) as f64;
             (place[0], place[1]) = polygon.on_edge(edge, fraction).into();
         }
-        condition.check(face, &places)?;
-        let Condition::Robin { value_factor, .. } = condition else { return Ok(()) };
+        let condition = condition.checked(face, &places)?;
+        let Condition::Robin { value_factor, .. } = &condition else { return Ok(condition) };
         let varies = places.iter().any(|place| {
             let mut first = *place;
             first[2..].copy_from_slice(&self.domain.lower()[2..]);
             value_factor.value(*place) != value_factor.value(first)
         });
         match varies {
-            false => Ok(()),
+            false => Ok(condition),
             true => Err(GpError::Problem(format!(
                 "the Robin condition on {face} has a factor that varies along the third axis; it may vary along the edge only"
             ))),

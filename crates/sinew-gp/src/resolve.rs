@@ -1,18 +1,20 @@
 //! The fit of a model: many starts, points where the equation is off, and what stays off as noise.
 
-use crate::data::{Data, Noise};
+use crate::data::{Data, Noise, Role};
 use crate::error::GpError;
 use crate::fit::{Fit, FitOptions, HoldOut};
 use crate::hold_out::{Candidate, EVEN};
 use crate::model::Model;
 
 /// Rounds of further points at most, and what each adds relative to those before.
-const ROUNDS: usize = 8;
+pub(crate) const ROUNDS: u64 = 8;
 const GROWTH: f64 = 0.5;
 /// Error of the equation relative to its largest term at which points suffice, and where u alone is sought of one that holds
 /// everywhere.
-const RESOLVED: f64 = 0.02;
-const RESOLVED_ALONE: f64 = 1e-3;
+pub(crate) const RESOLVED: f64 = 0.02;
+pub(crate) const RESOLVED_ALONE: f64 = 1e-3;
+/// Values up to which that suffices: more of them say more of u, and the equation must be off by as much less.
+const FEW_VALUES: f64 = 100.0;
 /// Share of the error before that a round must stay below, at least every other time.
 const BETTER: f64 = 0.8;
 /// Distance of new points from others, in units of that of as many evenly spread ones.
@@ -36,8 +38,7 @@ impl<const D: usize> Model<D> {
         if options.most_points == 0 {
             return Ok(fit);
         }
-        let alone = fit.model().theta.is_empty() && fit.model().source.is_some();
-        let aim = if alone { RESOLVED_ALONE } else { RESOLVED };
+        let aim = fit.model().aim();
         let (mut error, mut idle) = (f64::INFINITY, 0);
         for round in 0.. {
             let Some(found) = fit.left_out()? else { return Ok(fit) };
@@ -52,7 +53,7 @@ impl<const D: usize> Model<D> {
                 let open = fit.model().source.is_some() && now > aim;
                 let points = fit.model().groups.iter().map(|group| group.places.len()).sum();
                 fit.unsettled = open.then_some(points);
-                return fit.with_collocation_error(found, options.iterations);
+                return fit.with_collocation_error(found, aim, options.iterations);
             };
             let mut starts = model.random_starts(options);
             starts.truncate(1);
@@ -60,6 +61,19 @@ impl<const D: usize> Model<D> {
             fit = model.fit_from(starts, options.iterations)?;
         }
         unreachable!("the last round returns")
+    }
+
+    /// Error of the equation relative to its largest term at which points suffice.
+    fn aim(&self) -> f64 {
+        if self.theta.is_empty() && self.source.is_some() {
+            return RESOLVED_ALONE;
+        }
+        let observed = self.groups.iter().filter(|group| group.role == Role::Observed);
+        let values = observed.map(|group| match &group.averages {
+            Some(averages) => averages.counts.iter().sum(),
+            None => group.values.len() as f64,
+        });
+        RESOLVED * (FEW_VALUES / values.sum::<f64>().max(FEW_VALUES)).sqrt()
     }
 
     fn check_memory(&self, options: &FitOptions) -> Result<(), GpError> {
@@ -76,13 +90,36 @@ impl<const D: usize> Model<D> {
     }
 }
 
+/// Places for so many further points, where the equation is off most, apart from those known and from each other.
+pub(crate) fn spread_out<const D: usize>(
+    mut candidates: Vec<Candidate<D>>,
+    known: &[[f64; D]],
+    wanted: usize,
+    extents: [f64; D],
+) -> Vec<Candidate<D>> {
+    candidates.sort_by(|a, b| b.residual.abs().total_cmp(&a.residual.abs()));
+    let apart = APART * ((known.len() + wanted) as f64).powf(-1.0 / D as f64);
+    let near = |a: &[f64; D], b: &[f64; D]| {
+        let axis = |d: usize| ((a[d] - b[d]) / extents[d]).powi(2);
+        (0..D).map(axis).sum::<f64>().sqrt() < apart
+    };
+    let mut chosen: Vec<Candidate<D>> = Vec::new();
+    for candidate in candidates {
+        let mut taken = known.iter().chain(chosen.iter().map(|other| &other.at));
+        if chosen.len() < wanted && !taken.any(|other| near(&candidate.at, other)) {
+            chosen.push(candidate);
+        }
+    }
+    chosen
+}
+
 impl<const D: usize> Fit<D> {
     /// The model with points of its equation where that is off most; none where its right-hand side is known at its points only, or
     /// there are enough of them.
     fn with_more_points(
         &self,
         options: &FitOptions,
-        round: usize,
+        round: u64,
     ) -> Result<Option<Model<D>>, GpError> {
         let model = self.model();
         let count: usize = model.groups.iter().map(|group| group.places.len()).sum();
@@ -91,23 +128,10 @@ impl<const D: usize> Fit<D> {
         }
         let room = options.most_points.saturating_sub(count);
         let wanted = ((GROWTH * count as f64) as usize).max(2).min(room);
-        let mut candidates = self.candidates(round as u64)?;
-        candidates.sort_by(|a, b| b.residual.abs().total_cmp(&a.residual.abs()));
-        let mut known: Vec<[f64; D]> =
+        let known: Vec<[f64; D]> =
             model.groups.iter().flat_map(|group| group.places.iter().copied()).collect();
         let extents = model.prior.domain.extents();
-        let apart = APART * ((count + wanted) as f64).powf(-1.0 / D as f64);
-        let mut chosen: Vec<Candidate<D>> = Vec::new();
-        for candidate in candidates {
-            let near = |other: &[f64; D]| {
-                let axis = |d: usize| ((candidate.at[d] - other[d]) / extents[d]).powi(2);
-                (0..D).map(axis).sum::<f64>().sqrt() < apart
-            };
-            if chosen.len() < wanted && !known.iter().any(near) {
-                known.push(candidate.at);
-                chosen.push(candidate);
-            }
-        }
+        let chosen = spread_out(self.candidates(round)?, &known, wanted, extents);
         let mut groups = model.given.clone();
         let exact = groups.iter_mut().find(|g| g.operator.is_none() && g.noise == Noise::Exact);
         let Some(group) = exact.filter(|_| !chosen.is_empty()) else { return Ok(None) };
@@ -123,9 +147,11 @@ impl<const D: usize> Fit<D> {
     fn with_collocation_error(
         mut self,
         found: HoldOut,
+        aim: f64,
         iterations: usize,
     ) -> Result<Self, GpError> {
-        if found.residual <= RESOLVED * found.term {
+        let enough = if self.model().theta.is_empty() { RESOLVED } else { aim };
+        if found.residual <= enough * found.term {
             self.hold_out = Some(found);
             return Ok(self);
         }

@@ -8,16 +8,18 @@
 
 mod tangent;
 
-use crate::data::{Data, Group, Role, check, no_data};
+use crate::data::{Data, Group, Noise, Role, check, no_data};
 use crate::domain::Domain;
 use crate::error::{GpError, place};
 use crate::evidence::Evidence;
 use crate::fit::{Fit, FitOptions};
+use crate::hold_out::{Candidate, PLACES};
 use crate::kernel::Kernel;
-use crate::model::Model;
+use crate::model::{FIRST_POINTS, Model, POINTS_SEED};
 use crate::operator::{Derivative, Operator, Parameter};
 use crate::prior::Prior;
 use crate::problem::Problem;
+use crate::resolve::{RESOLVED, RESOLVED_ALONE, ROUNDS, spread_out};
 use crate::series::{MOST_VARIABLES, Series};
 use std::sync::Arc;
 
@@ -160,7 +162,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     /// Solves by at most `steps` linearisations (one at least), starting from the mean of the
     /// constrained prior. Ask [`Solution::has_converged`] whether they were enough.
     ///
-    /// `data` holds f at collocation points and, for inverse problems, measured values; with these,
+    /// `data` holds f at collocation points, or everywhere, and, for inverse problems, measured values; with these,
     /// [`Evidence::UnitInformation`] is maximised.
     /// Fits start as in `options`, and near the end from the parameters before.
     ///
@@ -174,9 +176,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         options: &FitOptions,
         steps: usize,
     ) -> Result<Solution<D>, GpError> {
-        let points = collocation(data, self.problem.domain())?;
-        let values = self.prior_values(kernel, &points)?;
-        self.iterate(kernel, (data, &points), options, steps, (values, None))
+        self.solved(None, kernel, data, (options, steps))
     }
 
     /// [`SemiLinear::solve`] from a solution on other data or of another equation: fewer points, or
@@ -192,10 +192,63 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         options: &FitOptions,
         steps: usize,
     ) -> Result<Solution<D>, GpError> {
-        let points = collocation(data, self.problem.domain())?;
-        let posterior = start.fit.posterior()?;
-        let values = self.evaluate(&points, |operator| posterior.mean_of(operator, &points))?;
-        self.iterate(kernel, (data, &points), options, steps, (values, Some(&start.fit)))
+        self.solved(Some(start), kernel, data, (options, steps))
+    }
+
+    /// From a solution or the prior mean, at the points of the data; or of an equation that holds everywhere at as many as it takes.
+    fn solved(
+        &self,
+        start: Option<&Solution<D>>,
+        kernel: &dyn Kernel<D>,
+        data: &Data<D>,
+        (options, steps): (&FitOptions, usize),
+    ) -> Result<Solution<D>, GpError> {
+        let domain = self.problem.domain();
+        let Some(source) = &data.everywhere else {
+            let points = collocation(data, domain)?;
+            let values = match start {
+                None => self.prior_values(kernel, &points)?,
+                Some(start) => {
+                    let posterior = start.fit.posterior()?;
+                    self.evaluate(&points, |operator| posterior.mean_of(operator, &points))?
+                }
+            };
+            let start = start.map(|start| &start.fit);
+            return self.iterate(kernel, (data, &points), options, steps, (values, start));
+        };
+        let mut at = domain.sample(FIRST_POINTS * D, POINTS_SEED)?;
+        let solve = |start: Option<&Solution<D>>, at: &[[f64; D]]| {
+            let f: Vec<f64> = at.iter().map(|x| source.value(*x)).collect();
+            let placed = Data { everywhere: None, ..data.clone() };
+            self.solved(start, kernel, &placed.equation(at, &f, Noise::Exact), (options, steps))
+        };
+        let mut solution = solve(start, &at)?;
+        let aim = if solution.fit.model().theta.is_empty() { RESOLVED_ALONE } else { RESOLVED };
+        for round in 0.. {
+            let places = domain.sample(PLACES, round)?;
+            let [linear, rest] = self.parts(&solution, &places)?;
+            let f: Vec<f64> = places.iter().map(|x| source.value(*x)).collect();
+            let off = |k: usize| linear[k] + rest[k] - f[k];
+            let size = |of: &dyn Fn(usize) -> f64| (0..PLACES).map(|k| of(k).powi(2)).sum::<f64>();
+            let term = size(&|k| linear[k]).max(size(&|k| rest[k])).max(size(&|k| f[k]));
+            if size(&off) <= aim * aim * term {
+                break;
+            }
+            let each = places.iter().enumerate();
+            let each = each.map(|(k, at)| Candidate { at: *at, value: f[k], residual: off(k) });
+            let more = options.most_points.saturating_sub(at.len()).min(at.len() / 2);
+            let chosen = match round < ROUNDS && solution.has_converged() {
+                true => spread_out(each.collect(), &at, more, domain.extents()),
+                false => Vec::new(),
+            };
+            if chosen.is_empty() {
+                solution.fit.unsettled = Some(at.len());
+                break;
+            }
+            at.extend(chosen.iter().map(|candidate| candidate.at));
+            solution = solve(Some(&solution), &at)?;
+        }
+        Ok(solution)
     }
 
     /// L u + g(u) at points, to be compared with f there: where they differ most, the next
@@ -208,20 +261,23 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         solution: &Solution<D>,
         points: &[[f64; D]],
     ) -> Result<Vec<f64>, GpError> {
+        let [linear, rest] = self.parts(solution, points)?;
+        Ok(linear.iter().zip(rest).map(|(linear, rest)| linear + rest).collect())
+    }
+
+    /// L u and g(u) at points.
+    fn parts(&self, solution: &Solution<D>, points: &[[f64; D]]) -> Result<[Vec<f64>; 2], GpError> {
         let posterior = solution.fit.posterior()?;
-        let mut sum = posterior.mean_of(self.problem.equation(), points)?;
+        let linear = posterior.mean_of(self.problem.equation(), points)?;
         let arguments = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
-        let theta: Vec<Series> =
-            self.theta(Some(&solution.fit)).into_iter().map(Series::number).collect();
-        for (index, (sum, v)) in sum.iter_mut().zip(arguments).enumerate() {
-            let variables = Series::plain(v);
-            *sum += (variables[0].constant(0.0) + (self.term)(variables, &theta, points[index]))
-                .value();
-            if !sum.is_finite() {
-                return Err(singular_term(index, &v));
-            }
-        }
-        Ok(sum)
+        let theta = self.theta(Some(&solution.fit)).into_iter().map(Series::number);
+        let theta: Vec<Series> = theta.collect();
+        let term = |(index, v): (usize, [f64; M])| {
+            let value = (self.term)(Series::plain(v), &theta, points[index]).value();
+            if value.is_finite() { Ok(value) } else { Err(singular_term(index, &v)) }
+        };
+        let rest = arguments.into_iter().enumerate().map(term).collect::<Result<_, _>>()?;
+        Ok([linear, rest])
     }
 
     fn iterate(
@@ -339,9 +395,8 @@ fn collocation<const D: usize>(
     data: &Data<D>,
     domain: &Domain<D>,
 ) -> Result<Vec<[f64; D]>, GpError> {
-    let groups = data.placed()?;
-    check(groups, domain)?;
-    let imposed = groups.iter().filter(|group| group.operator.is_none());
+    check(&data.groups, domain)?;
+    let imposed = data.groups.iter().filter(|group| group.operator.is_none());
     let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points.iter().copied()).collect();
     if points.is_empty() { Err(no_data()) } else { Ok(points) }
 }

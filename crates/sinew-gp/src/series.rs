@@ -198,7 +198,7 @@ impl Series {
     }
 
     /// `f(self)` from the Taylor coefficients `f⁽ᵏ⁾/k!` of `f` at the value, asked for one after the other.
-    fn compose(&self, taylor: impl FnMut(usize) -> f64) -> Self {
+    pub(crate) fn compose(&self, taylor: impl FnMut(usize) -> f64) -> Self {
         let taylor: Vec<f64> = (0..=self.degrees.total()).map(taylor).collect();
         let mut increment = self.clone();
         increment.coefficients[0] = 0.0;

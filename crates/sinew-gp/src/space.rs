@@ -6,19 +6,18 @@
 use crate::error::GpError;
 use crate::model::Model;
 use crate::optimise::{Evaluated, minimise};
-use faer::linalg::solvers::SelfAdjointEigen;
-use faer::{Mat, Side as Triangle};
+use nalgebra::{DMatrix, DVector};
+use sinew_sample::{Laplace, LogDensity};
 
-/// Whitened coordinates z about the maximum: q = q̂ + S z.
+/// Coordinates q of all parameters, with the density that ensembles are drawn from.
 pub(crate) struct Space<'a, const D: usize> {
     model: &'a Model<D>,
     /// Ends of each parameter's interval, on its scale.
     bounds: Vec<[f64; 2]>,
-    centre: Vec<f64>,
     /// Weights of values that are held, on their scales.
     held: Vec<f64>,
-    /// S, of which S Sᵀ is the inverse of the curvature at q̂, one column for each direction.
-    pub factor: Mat<f64>,
+    /// Its maximum with the inverse of the curvature there.
+    pub about: Laplace,
 }
 
 /// Largest |q|: a share of 3e-7 of an interval from its end.
@@ -60,38 +59,38 @@ impl<'a, const D: usize> Space<'a, D> {
             let share = ((x - lower) / (upper - lower)).clamp(INWARDS, 1.0 - INWARDS);
             (share / (1.0 - share)).ln()
         };
-        let start: Vec<f64> = fitted.iter().zip(&bounds).map(share).collect();
-        let factor = Mat::zeros(count, count);
-        let mut space = Self { model, bounds, centre: start, held, factor };
-        space.evaluate(&space.centre)?;
+        let mut centre: Vec<f64> = fitted.iter().zip(&bounds).map(share).collect();
+        let unit = DMatrix::identity(count, count);
+        let about = Laplace::from_covariance(&centre, unit).map_err(not_drawn)?;
+        let mut space = Self { model, bounds, held, about };
+        space.evaluate(&centre)?;
         let negative = |q: &[f64]| -> Evaluated {
             let (value, gradient) = space.evaluate(q).ok()?;
             Some((-value, gradient.iter().map(|g| -g).collect()))
         };
         let within = vec![[-MOST, MOST]; count];
-        if let Some(found) = minimise(negative, &space.centre, &within, ITERATIONS, |_, _| ()) {
-            space.centre = found.point;
+        if let Some(found) = minimise(negative, &centre, &within, ITERATIONS, |_, _| ()) {
+            centre = found.point;
         }
-        space.factor = space.whitening()?;
+        let covariance = space.covariance(&centre)?;
+        space.about = Laplace::from_covariance(&centre, covariance).map_err(not_drawn)?;
         Ok(space)
     }
 
-    /// From central differences of the gradient at the centre.
-    fn whitening(&self) -> Result<Mat<f64>, GpError> {
-        let count = self.centre.len();
-        let mut curvature = Mat::<f64>::zeros(count, count);
+    /// Covariance from central differences of the gradient at the maximum.
+    fn covariance(&self, centre: &[f64]) -> Result<DMatrix<f64>, GpError> {
+        let count = centre.len();
+        let mut curvature = DMatrix::<f64>::zeros(count, count);
         for column in 0..count {
             let mut step = STEP;
             for _ in 0..2 {
                 let gradient = |step: f64| {
-                    let mut moved = self.centre.clone();
+                    let mut moved = centre.to_vec();
                     moved[column] += step;
-                    Ok::<_, GpError>(self.evaluate(&moved)?.1)
+                    Ok::<_, GpError>(DVector::from_vec(self.evaluate(&moved)?.1))
                 };
-                let (after, before) = (gradient(step)?, gradient(-step)?);
-                for row in 0..count {
-                    curvature[(row, column)] = (before[row] - after[row]) / (2.0 * step);
-                }
+                let difference = gradient(-step)? - gradient(step)?;
+                curvature.set_column(column, &(difference / (2.0 * step)));
                 // A tenth of the width that is left to this parameter alone.
                 let narrow = 0.1 / curvature[(column, column)].abs().sqrt();
                 if narrow >= step {
@@ -100,31 +99,26 @@ impl<'a, const D: usize> Space<'a, D> {
                 step = narrow;
             }
         }
-        let symmetric =
-            Mat::from_fn(count, count, |i, j| 0.5 * (curvature[(i, j)] + curvature[(j, i)]));
-        let Ok(eigen) = SelfAdjointEigen::new(symmetric.as_ref(), Triangle::Lower) else {
-            return Err(GpError::NotPositiveDefinite { size: count, jitter: 0.0 });
-        };
-        let (vectors, values) = (eigen.U(), eigen.S().column_vector());
-        let top = self.log_density_of(&self.centre);
-        let spread = |mode: usize| {
-            let direction: Vec<f64> = vectors.col(mode).iter().copied().collect();
-            self.spread(&direction, values[mode].max(LEAST_CURVATURE).sqrt().recip(), top)
-        };
-        let spreads: Vec<f64> = (0..count).map(spread).collect();
-        Ok(Mat::from_fn(count, count, |row, mode| vectors[(row, mode)] * spreads[mode]))
+        let eigen = (0.5 * (&curvature + curvature.transpose())).symmetric_eigen();
+        let top = self.log_density(centre);
+        let mut scaled = eigen.eigenvectors;
+        for (mut direction, value) in scaled.column_iter_mut().zip(&eigen.eigenvalues) {
+            let curved = value.max(LEAST_CURVATURE).sqrt().recip();
+            direction *= self.spread(centre, direction.as_slice(), curved, top);
+        }
+        Ok(&scaled * scaled.transpose())
     }
 
     /// Width along a direction: that of the curvature at the centre, `curved`, or more where the density falls by less than a
     /// third of what a normal one of that width does at two deviations, on either side: a spike on a broad density.
-    fn spread(&self, direction: &[f64], curved: f64, top: f64) -> f64 {
+    fn spread(&self, centre: &[f64], direction: &[f64], curved: f64, top: f64) -> f64 {
         let widest = LEAST_CURVATURE.sqrt().recip();
         let mut spread = curved;
         for side in [1.0, -1.0] {
             let falls = |spread: f64| {
-                let at = self.centre.iter().zip(direction);
+                let at = centre.iter().zip(direction);
                 let at: Vec<f64> = at.map(|(q, d)| q + side * 2.0 * spread * d).collect();
-                top - self.log_density_of(&at)
+                top - self.log_density(&at)
             };
             while spread < widest && falls(spread) < FALL {
                 spread = (2.0 * spread).min(widest);
@@ -133,27 +127,11 @@ impl<'a, const D: usize> Space<'a, D> {
         spread
     }
 
-    pub(crate) fn dimension(&self) -> usize {
-        self.centre.len()
-    }
-
-    fn unwhitened(&self, z: &[f64]) -> Vec<f64> {
-        let mut q = self.centre.clone();
-        for (mode, z) in z.iter().enumerate() {
-            q.iter_mut().zip(self.factor.col(mode).iter()).for_each(|(q, s)| *q += s * z);
-        }
-        q
-    }
-
-    fn scaled(&self, q: &[f64]) -> Vec<f64> {
+    /// The parameters at q, on their scales.
+    pub(crate) fn parameters(&self, q: &[f64]) -> Vec<f64> {
         let ends = q.iter().zip(&self.bounds);
         let free = ends.map(|(q, [lower, upper])| lower + (upper - lower) * logistic(*q).0);
         free.chain(self.held.iter().copied()).collect()
-    }
-
-    /// The parameters at z, on their scales.
-    pub(crate) fn parameters(&self, z: &[f64]) -> Vec<f64> {
-        self.scaled(&self.unwhitened(z))
     }
 
     /// Logarithm of |dx/dq| up to a constant.
@@ -161,31 +139,18 @@ impl<'a, const D: usize> Space<'a, D> {
         q.iter().map(|q| logistic(*q).1.ln()).sum()
     }
 
-    /// Logarithm of the density at z; −∞ where the evidence has no value.
-    pub(crate) fn log_density(&self, z: &[f64]) -> f64 {
-        self.log_density_of(&self.unwhitened(z))
-    }
-
-    fn log_density_of(&self, q: &[f64]) -> f64 {
-        let x = self.scaled(q);
+    /// Logarithm of the density at q; −∞ where the evidence has no value.
+    pub(crate) fn log_density(&self, q: &[f64]) -> f64 {
+        let x = self.parameters(q);
         match self.model.log_evidence(&x) {
             Ok(value) => finite(value + self.model.log_hyperprior(&x) + Self::log_slope(q)),
             Err(_) => f64::NEG_INFINITY,
         }
     }
 
-    /// [`Space::log_density`] with its gradient in z.
-    pub(crate) fn log_density_and_slope(&self, z: &[f64]) -> (f64, Vec<f64>) {
-        let Ok((value, by_q)) = self.evaluate(&self.unwhitened(z)) else {
-            return (f64::NEG_INFINITY, vec![0.0; z.len()]);
-        };
-        let along = |mode: usize| self.factor.col(mode).iter().zip(&by_q).map(|(s, g)| s * g).sum();
-        (finite(value), (0..z.len()).map(along).collect())
-    }
-
     /// Density of q and its gradient.
     fn evaluate(&self, q: &[f64]) -> Result<(f64, Vec<f64>), GpError> {
-        let evaluation = self.model.evaluate_posterior(&self.scaled(q))?;
+        let evaluation = self.model.evaluate_posterior(&self.parameters(q))?;
         let each = q.iter().zip(&self.bounds).zip(&evaluation.gradient);
         let gradient = each.map(|((q, [lower, upper]), g)| {
             let (s, slope) = logistic(*q);
@@ -193,6 +158,23 @@ impl<'a, const D: usize> Space<'a, D> {
         });
         Ok((evaluation.value + Self::log_slope(q), gradient.collect()))
     }
+}
+
+impl<const D: usize> LogDensity for Space<'_, D> {
+    fn dimension(&self) -> usize {
+        self.bounds.len()
+    }
+
+    fn value_and_gradient(&self, q: &[f64], gradient: &mut [f64]) -> f64 {
+        let Ok((value, slopes)) = self.evaluate(q) else { return f64::NEG_INFINITY };
+        gradient.copy_from_slice(&slopes);
+        finite(value)
+    }
+}
+
+/// A density that gives no draws.
+pub(crate) fn not_drawn(error: sinew_sample::SampleError) -> GpError {
+    GpError::Request(format!("the posterior of the parameters gives no draws: {error}"))
 }
 
 fn finite(value: f64) -> f64 {

@@ -35,8 +35,8 @@ pub(crate) struct State<'a, const D: usize> {
     pub kernels: Vec<(f64, Vec<f64>)>,
     /// The operators' parameters.
     pub theta: Vec<f64>,
-    /// For each part and leg, a_β.
-    pub coefficients: Vec<Vec<Vec<f64>>>,
+    /// For each part and leg, a_β at [`State::slot`].
+    pub coefficients: Vec<Vec<f64>>,
     /// For each group, values of the monomials.
     monomials: Vec<Vec<f64>>,
     /// For each group, the standard deviation of its noise.
@@ -74,14 +74,11 @@ impl<'a, const D: usize> State<'a, D> {
         let coefficients = kernels
             .iter()
             .enumerate()
-            .map(|(part, (amplitude, _))| {
-                let groups = model.groups.iter().zip(&monomials);
-                groups
-                    .flat_map(|(group, monomials)| {
-                        let arrays = group.legs.iter().map(|leg| &leg.parts[part].arrays);
-                        arrays.map(|arrays| combine(*amplitude, monomials, arrays))
-                    })
-                    .collect()
+            .flat_map(|(part, (amplitude, _))| {
+                model.groups.iter().zip(&monomials).flat_map(move |(group, monomials)| {
+                    let arrays = group.legs.iter().map(move |leg| &leg.parts[part].arrays);
+                    arrays.map(|arrays| combine(*amplitude, monomials, arrays))
+                })
             })
             .collect();
         let noise = model
@@ -103,10 +100,15 @@ impl<'a, const D: usize> State<'a, D> {
         self.model.groups[group].first_leg + leg
     }
 
+    /// Position of the coefficients of a part on a leg.
+    pub(crate) fn slot(&self, part: usize, leg: [usize; 2]) -> usize {
+        part * self.model.legs + self.leg(leg)
+    }
+
     pub(crate) fn side(&self, part: usize, [group, leg]: [usize; 2]) -> Side<'_, D> {
         Side {
             axes: &self.model.groups[group].legs[leg].parts[part].axes,
-            coefficients: &self.coefficients[part][self.leg([group, leg])],
+            coefficients: &self.coefficients[self.slot(part, [group, leg])],
         }
     }
 
@@ -182,27 +184,6 @@ impl<'a, const D: usize> State<'a, D> {
             matrix.chunks_mut(size).enumerate().for_each(|numbered| column(numbered, &mut scratch));
         }
         matrix
-    }
-
-    /// Covariances without noise of all observations with that of one row.
-    pub(crate) fn column(&self, row: usize) -> Vec<f64> {
-        let (mut column, mut scratch) = (vec![0.0; self.model.size], Scratch::default());
-        for (number, group) in self.model.groups.iter().enumerate() {
-            self.add_covariances((number, 0), row, &mut column[group.rows()], &mut scratch);
-        }
-        column
-    }
-
-    /// Variances without noise of all observations.
-    pub(crate) fn diagonal(&self) -> Vec<f64> {
-        let (mut diagonal, mut scratch) = (vec![0.0; self.model.size], Scratch::default());
-        for (number, group) in self.model.groups.iter().enumerate() {
-            for (own, row) in group.rows().enumerate() {
-                let entry = &mut diagonal[row..=row];
-                self.add_covariances((number, own), row, entry, &mut scratch);
-            }
-        }
-        diagonal
     }
 
     /// Whether there is work enough to share out.

@@ -341,10 +341,9 @@ impl<const D: usize> AxisStructure<D> {
         };
         // One under the derivative of this order along the outward normal.
         let shape = |order: usize| basis.shape_of(side, order).scaled(outwards(order));
-        if let Condition::Robin { value_factor, slope_factor, data } = condition {
-            let slope = shape(1).scaled(1.0 / slope_factor);
-            let (value, factor) = (value_factor.clone(), outwards(1) * slope_factor);
-            let lift = basis.lift(Some(side), 1, slope);
+        if let Condition::Robin { value_factor, data, .. } = condition {
+            let (value, factor) = (value_factor.clone(), outwards(1));
+            let lift = basis.lift(Some(side), 1, shape(1));
             self.lifts.push(Lift { value, factor, data: data.clone(), ..lift });
             return;
         }
@@ -370,8 +369,8 @@ impl<const D: usize> AxisStructure<D> {
     fn add_nodal_traces(&mut self, conditions: &[Option<Condition<D>>; 2], basis: &Basis) {
         for (side, condition) in Side::BOTH.into_iter().zip(conditions) {
             let Some(condition) = condition else { continue };
-            if let Condition::Robin { value_factor, slope_factor, .. } = condition {
-                let turned = if side == Side::Lower { 1.0 } else { -1.0 } / slope_factor;
+            if let Condition::Robin { value_factor, .. } = condition {
+                let turned = if side == Side::Lower { 1.0 } else { -1.0 };
                 let (plain, turned) =
                     (basis.shape_of(side, 0), basis.shape_of(side, 1).scaled(turned));
                 let (axis, factor) = (basis.axis, value_factor.clone());

@@ -102,6 +102,16 @@ pub enum Warning {
         /// Shape of the tail.
         k_hat: f64,
     },
+    /// Chains of [`crate::nuts`] that do not agree.
+    #[error(
+        "the two chains disagree on {parameter} (R̂ = {r_hat:.2}); raise `NutsOptions::warmup` and `draws`"
+    )]
+    NotMixed {
+        /// Its name.
+        parameter: String,
+        /// R̂ of split chains.
+        r_hat: f64,
+    },
     /// A most probable value outside of what nearly all draws say.
     #[error(
         "the most probable {parameter}, {mode:.4e}, lies outside of 99 % of the draws, {lower:.4e} to {upper:.4e}: the posterior has a narrow maximum apart from most of its mass; report the draws' interval and median"

@@ -7,8 +7,6 @@ use crate::fit::{Fit, HoldOut};
 use crate::model::Model;
 use crate::space::Space;
 use crate::warning::Warning;
-use faer::linalg::solvers::SelfAdjointEigen;
-use faer::{Mat, Side as Triangle};
 use std::sync::Arc;
 
 /// Values below which a level of noise is mostly what is believed of it: the standard deviation of its logarithm from n
@@ -131,28 +129,15 @@ fn at_bounds<const D: usize>(model: &Model<D>, scaled: &[f64]) -> Vec<Warning> {
     let theta = model.theta_offset..model.theta_offset + model.theta.len();
     let learned = |k: usize| model.groups.iter().any(|g| g.variance.learned() == Some(k));
     let watched = (0..scaled.len()).filter(|k| theta.contains(k) || learned(*k));
-    watched
-        .filter_map(|k| {
-            let end = model.end_reached(k, scaled[k])?;
-            let parameter = &model.parameters[k];
-            Some(Warning::AtBound {
-                parameter: parameter.name.clone(),
-                bound: parameter.bounds[end],
-            })
-        })
-        .collect()
-}
-
-impl<const D: usize> Model<D> {
-    /// Which end of its interval a parameter is at, if any.
-    pub(crate) fn end_reached(&self, parameter: usize, scaled: f64) -> Option<usize> {
-        let [lower, upper] = self.scaled_bounds()[parameter];
+    let bounds = model.scaled_bounds();
+    let reached = |k: usize| {
+        let (own, [lower, upper]) = (&model.parameters[k], bounds[k]);
         let near = END * (upper - lower);
-        if scaled - lower <= near {
-            return Some(0);
-        }
-        (upper - scaled <= near).then_some(1)
-    }
+        let ends = [scaled[k] - lower <= near, upper - scaled[k] <= near];
+        let bound = own.bounds[ends.iter().position(|reached| *reached)?];
+        Some(Warning::AtBound { parameter: own.name.clone(), bound })
+    };
+    watched.filter_map(reached).collect()
 }
 
 /// The direction of θ in which its posterior is widest, if that is nearly all there is.
@@ -164,20 +149,13 @@ fn unidentified<const D: usize>(
     if count == 0 {
         return Ok(None);
     }
-    let factor = Space::new(model, scaled, false)?.factor;
-    let covariance = Mat::from_fn(count, count, |i, j| {
-        let (a, b) = (factor.row(offset + i), factor.row(offset + j));
-        a.iter().zip(b.iter()).map(|(a, b)| a * b).sum::<f64>()
-    });
-    let Ok(eigen) = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower) else {
-        return Err(GpError::NotPositiveDefinite { size: count, jitter: 0.0 });
-    };
-    // Eigenvalues ascend.
-    let (last, values) = (count - 1, eigen.S().column_vector());
-    if values[last].max(0.0).sqrt() < SILENT {
+    let covariance = Space::new(model, scaled, false)?.about.covariance();
+    let eigen = covariance.view((offset, offset), (count, count)).symmetric_eigen();
+    let last = eigen.eigenvalues.imax();
+    if eigen.eigenvalues[last].max(0.0).sqrt() < SILENT {
         return Ok(None);
     }
-    let share = |k: usize| (model.theta[k].name().to_string(), eigen.U()[(k, last)]);
+    let share = |k: usize| (model.theta[k].name().to_string(), eigen.eigenvectors[(k, last)]);
     let mut direction: Vec<(String, f64)> =
         (0..count).map(share).filter(|(_, share)| share.abs() > SHARE).collect();
     direction.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));

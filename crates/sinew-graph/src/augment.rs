@@ -19,9 +19,9 @@ use rand_chacha::ChaCha8Rng;
 ///   share the topology, their mean or a template.
 /// * `mesh_edges` — pairs of mesh nodes, in any order and orientation; repeats are merged.
 ///
-/// The same input gives the same topology, for any number of threads. Positions enter relative
-/// to the bounding box, so moving or scaling the body changes it by no more than rounding can
-/// tip a tie. Coincident nodes and parts of a mesh that share no cell are accepted: virtual
+/// The same input gives the same topology, for any number of threads. Positions enter relative to the bounding box, so
+/// translation or scaling of the body changes the topology only where rounding decides a tie. Coincident nodes and parts of
+/// a mesh that share no cell are accepted: virtual
 /// nodes join them ([`Topology::mesh_components`] tells).
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! What can go wrong on the way from a mesh to the features of its augmented graph.
+//! Errors of an augmented graph and its features.
 
 /// Why a graph could not be built or described.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

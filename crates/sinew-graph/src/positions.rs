@@ -5,7 +5,7 @@ use crate::error::GraphError;
 /// Lowest corner and longest side of the bounding box.
 pub(crate) type Extent = ([f64; 3], f64);
 
-/// All coordinates must be finite, and so their differences.
+/// Requires finite coordinates and finite differences; returns the extent.
 pub(crate) fn check_positions(positions: &[[f64; 3]]) -> Result<Extent, GraphError> {
     let (mut corner, mut longest) = ([0.0; 3], 0.0f64);
     for axis in 0..3 {

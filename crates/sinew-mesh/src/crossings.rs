@@ -5,12 +5,11 @@ use crate::tree::{SurfaceTree, crossing};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
-/// How far from the ends and edges a crossing must be to count, as a fraction of their lengths: what touches does not
-/// cross.
+/// Least distance of a crossing from ends and edges \[relative to their lengths\]: contact is no crossing.
 const MARGIN: f64 = 1e-9;
 
-/// The pairs of triangles that pass through each other: an edge of one goes through the inside of the other. Points at the
-/// same place count as one; triangles that lie in each other's plane are not found.
+/// Pairs of triangles that intersect: an edge of one passes through the interior of the other. Coincident points count
+/// as one; coplanar triangles are not found.
 ///
 /// ```
 /// use sinew_mesh::{TriangleMesh, self_intersections};
@@ -46,7 +45,7 @@ pub fn self_intersections(surface: &TriangleMesh) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// Whether an edge of the first triangle that has no end in common with the second goes through the second.
+/// Whether an edge of the first triangle passes through the second; edges that share an end with it do not count.
 fn pierces(
     (names, corners): ([usize; 3], &[Vector3<f64>; 3]),
     (others, triangle): ([usize; 3], &[Vector3<f64>; 3]),
@@ -60,10 +59,10 @@ fn pierces(
     })
 }
 
-/// First point at the place of each point.
+/// Index of the first point coincident with each point.
 pub(crate) fn merged(points: &[[f64; 3]]) -> Vec<usize> {
     let mut first = HashMap::with_capacity(points.len());
-    // Adding zero makes one of both zeros.
+    // −0 becomes 0.
     let key = |point: &[f64; 3]| point.map(|x| (x + 0.0).to_bits());
     points.iter().enumerate().map(|(at, point)| *first.entry(key(point)).or_insert(at)).collect()
 }

@@ -2,16 +2,16 @@
 
 use crate::{Mesh, boundary_facets};
 
-/// A move may not shrink the Jacobian anywhere below this part of what it was.
+/// Least Jacobian after a move \[relative to the original\].
 const LEAST_SHARE: f64 = 0.2;
-/// A move that a cell does not allow is turned around and halved this often before the node stays.
+/// Number of times that a move is reversed and halved before the node stays.
 const HALVINGS: usize = 6;
 
 impl<const N: usize> Mesh<N> {
     /// The mesh with its inner nodes moved at random, by up to `amplitude` times the shortest edge at
     /// the node along each axis (triangles within x and y); nodes on the boundary stay. The same seed
-    /// gives the same mesh. No cell is inverted: at its nodes each keeps a fifth of its Jacobian, and
-    /// moves beyond that are turned around and shortened, at last to nothing.
+    /// gives the same mesh. No cell is inverted: a move that leaves less than a fifth of a Jacobian at a node is
+    /// reversed and halved, and given up in the end.
     ///
     /// Middle nodes move as well and curve their cells; for straight cells distort the linear mesh and
     /// then make it quadratic.
@@ -66,7 +66,7 @@ fn shortest_edges<const N: usize>(mesh: &Mesh<N>) -> Vec<f64> {
         shortest[a] = shortest[a].min(length);
         shortest[b] = shortest[b].min(length);
     }
-    // A node without an edge has nowhere to go.
+    // A node without an edge stays.
     shortest.iter_mut().filter(|length| length.is_infinite()).for_each(|length| *length = 0.0);
     shortest
 }

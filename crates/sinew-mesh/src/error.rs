@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh or a file, where, and what to do about it.
+//! Errors in meshes and files, with places and advice.
 
 use std::{fmt, io, path::PathBuf};
 use thiserror::Error;
@@ -13,10 +13,10 @@ pub enum MeshError {
     /// The file's content is not a mesh that can be read.
     #[error("{file}, {place}: {problem}")]
     Content { file: String, place: Place, problem: Box<Problem> },
-    /// Cells in memory that no mesh can be made of.
+    /// Cells in memory that cannot form a mesh.
     #[error(transparent)]
     Cells(Box<Problem>),
-    /// A mesh in memory breaks its own rules.
+    /// A mesh in memory violates a rule of [`crate::Mesh::check`].
     #[error(transparent)]
     Defect(#[from] Defect),
 }
@@ -78,7 +78,7 @@ pub enum Problem {
     /// A count disagrees with another one.
     #[error("{what}: expected {expected} of them, found {found}; export the file again")]
     Count { what: String, expected: usize, found: usize },
-    /// An integer outside the range that makes sense.
+    /// An integer out of range.
     #[error("{what} is {value}, which is outside {least}..={most}; export the file again")]
     Range { what: &'static str, value: i64, least: i64, most: i64 },
     /// A correct file of a kind that this crate does not read.
@@ -99,12 +99,12 @@ pub enum Problem {
     /// Text that is no XML.
     #[error("not well-formed XML ({0}); export the file again")]
     Xml(#[from] quick_xml::Error),
-    /// The file was understood, but its mesh breaks the rules.
+    /// A file with a mesh that violates a rule.
     #[error(transparent)]
     Defect(#[from] Defect),
 }
 
-/// A rule that a mesh breaks.
+/// Violation of a rule of meshes.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Defect {

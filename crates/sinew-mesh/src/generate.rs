@@ -3,6 +3,7 @@
 mod biventricle;
 mod chamber;
 mod implicit;
+mod liver;
 mod membrane;
 mod population;
 mod shells;
@@ -11,6 +12,7 @@ mod wall;
 
 pub use biventricle::Biventricle;
 pub use chamber::{Chamber, ChamberError, ChamberReport, ChamberWall, Size, Trim, WallOptions};
+pub use liver::IdealLiver;
 pub use membrane::cook_membrane;
 pub use population::{BeamShape, RingShape, ShapeError, ShapeModes, VentricleShape};
 pub use shells::{cylinder_quarter, sphere_octant};

@@ -133,8 +133,8 @@ const CUBE_RULE: [[f64; 3]; 8] = [
 /// their vertices 1 and 2, hexahedra bottom and top), and returns how many it mirrored. Facet sets
 /// keep naming the same facets.
 ///
-/// Triangles are turned counterclockwise where the mesh lies in a plane of constant `z`; on a
-/// curved surface no side is the right one, so nothing changes.
+/// Triangles are turned counterclockwise where the mesh lies in a plane of constant `z`; the sides of a curved surface
+/// are not distinguished, so nothing changes.
 pub fn repair_orientation<const N: usize>(mesh: &mut Mesh<N>) -> usize {
     let element = Mesh::<N>::ELEMENT;
     let flat = element.dimension == 2;

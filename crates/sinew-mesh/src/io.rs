@@ -39,8 +39,9 @@ use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
 use cursor::Fault;
 use grid::UnstructuredGrid;
 
-/// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input, STL or OBJ file, which is told by its content,
-/// as is the kind of cell: the first of quadratic tetrahedra, hexahedra, tetrahedra, quadratic triangles and triangles that it has.
+/// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input, STL or OBJ file. The content decides
+/// the format and the kind of cell: the first that the file has of quadratic tetrahedra, hexahedra, tetrahedra,
+/// quadratic triangles and triangles.
 ///
 /// # Errors
 /// [`MeshError::File`] when the file cannot be read, [`MeshError::Content`] with the place and
@@ -112,12 +113,12 @@ impl MixedMesh {
     /// The mesh, as the readers of files make it, and what was changed for it.
     ///
     /// # Errors
-    /// Points that are not finite, indices of nodes that there are not, cells of a kind that is not computed with, fields of another
-    /// length, sets of nodes that there are not.
+    /// Points that are not finite, nodes that do not exist, cells of an unsupported kind, fields of the wrong length,
+    /// sets of nodes that do not exist.
     pub fn into_mesh(self) -> Result<(AnyMesh, ReadReport), MeshError> {
         let (mesh, report) =
             to_any(self.0).map_err(|(_, problem)| MeshError::Cells(Box::new(problem)))?;
-        // Readers check the sets that a file names; nobody has checked these.
+        // Readers check the sets of a file; these are unchecked.
         mesh.check()?;
         Ok((mesh, report))
     }
@@ -183,7 +184,7 @@ pub fn write_pvd(path: impl AsRef<Path>, series: &[(f64, &Path)]) -> Result<(), 
     save(path.as_ref(), to_pvd(series)?.as_bytes())
 }
 
-/// Picks the reader by the first bytes, which are surer than the ending of a name.
+/// Picks the reader by the first bytes, which are more reliable than a file name.
 fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let content = cursor::without_mark(bytes).trim_ascii_start();
     match content {
@@ -193,7 +194,7 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
         _ if stl::is_binary(bytes) || stl::is_text(content) => stl::parse(bytes),
         _ if inp::looks_like_it(content) => inp::parse(bytes),
         _ if obj::looks_like_it(content) => obj::parse(bytes),
-        // Binary STL of another length than it declares is told by its name only.
+        // Binary STL with a wrong length is recognised by its name only.
         _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(bytes),
         _ => Err((Place::default(), Problem::UnknownFormat)),
     }

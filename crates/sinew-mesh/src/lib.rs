@@ -99,10 +99,10 @@ pub use crossings::self_intersections;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    BeamShape, Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, RingShape,
-    ShapeError, ShapeModes, Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions,
-    box_hexahedra, box_tetrahedra, cook_membrane, cylinder_quarter, rectangle_triangles,
-    sphere_octant,
+    BeamShape, Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver,
+    RingShape, ShapeError, ShapeModes, Size, Trim, TruncatedEllipsoid, VentricleShape, Wall,
+    WallOptions, box_hexahedra, box_tetrahedra, cook_membrane, cylinder_quarter,
+    rectangle_triangles, sphere_octant,
 };
 pub use geometry::repair_orientation;
 pub use io::{

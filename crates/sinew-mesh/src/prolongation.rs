@@ -17,15 +17,15 @@ use nalgebra::{Const, Matrix3, SymmetricEigen, Vector3};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prolongation {
-    /// Nodes of which each point is made, with their weights.
+    /// Nodes and weights of the value at each point.
     rows: Vec<Vec<(usize, f64)>>,
 }
 
-/// Nodes that the value at a point is made of: those of three cells or so, which leave no direction out.
+/// Number of nodes for the value at a point: those of about three cells, which spread in all directions.
 const NODES: usize = 12;
-/// Distance, as a part of that of the farthest of them, within which a point counts as the node itself.
+/// Distance within which a point counts as the node itself \[relative to that of the farthest node\].
 const AT_NODE: f64 = 0.03;
-/// Directions in which nodes spread less than this, relative to where they spread most, have no slope.
+/// Least spread of nodes in a direction with a slope \[relative to the largest spread\].
 const FLAT: f64 = 1e-6;
 
 impl Prolongation {
@@ -115,7 +115,7 @@ impl Neighbourhood {
         self.spread.eigenvalues.iter().filter(|&&spread| self.slope(spread) > 0.0).count()
     }
 
-    /// How much of each node the value at the point is made of.
+    /// Weight of each node in the value at the point.
     fn shares(&self) -> Vec<(usize, f64)> {
         let vectors = &self.spread.eigenvectors;
         let slopes = self.spread.eigenvalues.map(|spread| self.slope(spread));
@@ -153,7 +153,7 @@ mod tests {
         let exact = [1.0, 1.3, 5.1];
         // Rounding of a dozen terms.
         assert!(found.vectors(&values).iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-12));
-        // One node is everywhere.
+        // A single node gives a constant field.
         assert_eq!(Prolongation::new(&[[1.0; 3]], &[[2.0; 3]]).vectors(&[5.0; 3]), [5.0; 3]);
     }
 }

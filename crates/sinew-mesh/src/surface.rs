@@ -3,7 +3,7 @@
 use crate::{Element, Facet, Mesh, TetMesh, TriangleMesh};
 use nalgebra::Vector3;
 
-/// A surface with the way back to the mesh it was taken from.
+/// A surface with the node numbers of its tetrahedral mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     /// The facets as triangles in their order, counterclockwise seen from outside, with the

@@ -7,8 +7,8 @@ type Point = Vector3<f64>;
 
 /// Triangles in a leaf of the tree.
 const LEAF: usize = 4;
-/// How far beyond its edges a triangle still stops a ray, as a fraction of its size: a ray through an edge must not slip
-/// between the two triangles there.
+/// Margin beyond its edges at which a triangle still meets a ray \[relative to its size\]: a ray must not pass between
+/// two triangles at their edge.
 const EDGE: f64 = 1e-9;
 /// Sine of the angle to a triangle's plane below which a line counts as parallel to it: some thousand rounding errors.
 const PARALLEL: f64 = 1e-12;

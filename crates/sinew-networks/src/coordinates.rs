@@ -1,14 +1,14 @@
 //! Coordinates of the displacement in which networks are trained: the one place where they are chosen.
 //!
-//! A strain energy weighs stretching a million times heavier than bending, so an emulator that is
-//! trained on the energy in plain displacements learns the bending last, and bending is what
-//! moves. In [rigid motions](Motions) of nested clusters, each scaled by the energy that it costs alone, the energy is nearly round,
-//! and stays so when the body turns: all motions are learned at one pace, in memory and time proportional to the body. They
-//! can be taken about rest, so that one training needs nothing else; about one solution for the centre of the
-//! parameter range, predicted by a first, short training or simulated, they leave less than half of the error.
+//! Stretching a slender body costs about a million times the energy of bending it. An emulator trained on the energy in
+//! plain displacements learns bending last, although bending makes most of the displacement. In [rigid motions](Motions) of
+//! nested clusters, each scaled by its own energy, the Hessian of the energy is well conditioned, also when the body
+//! rotates. All motions are then learned at one pace, in memory and time proportional to the body. Motions about rest need
+//! one training only. Motions about one solution at the centre of the parameter range, predicted by a short first training
+//! or simulated, leave less than half of the error.
 //!
-//! Training on simulations needs no stiffness: the directions in which they differ are few, and
-//! outputs in these directions have the strains of simulations.
+//! Training on simulations needs no stiffness. Simulations differ in few directions, and outputs in these directions have
+//! the strains of simulations.
 
 use crate::Result;
 use serde::{Deserialize, Serialize};
@@ -43,11 +43,11 @@ impl Coordinates {
     }
 }
 
-/// Energy that outputs of one cost together about rest, in units of that of the linear response (by trial).
+/// Energy of unit outputs about rest [relative to the energy of the linear response], found by trial.
 pub(crate) const FIRST_SHARE: f64 = 9.0;
 
-/// Energy of outputs of one about a solution, in units of the loads' work: over the parameter
-/// range the energy varies by less than its own size, and smaller first steps are safer.
+/// Energy of unit outputs about a solution [relative to the loads' work]. Over the parameter range the energy varies by
+/// less than its size, and small first steps are safer.
 pub(crate) const ENERGY_SHARE: f64 = 0.05;
 
 /// Motions about rest; `energy` is that of the linear response.
@@ -63,8 +63,8 @@ pub(crate) fn at_anchor(body: &Body, topology: &Topology, anchor: &[f64]) -> Res
     Ok(motions.of_energy(ENERGY_SHARE * work(body, &anchor))?)
 }
 
-/// A state near to equilibrium at the centre of the parameter range: as much of the linear response, or of a `guess`, as has the least energy, made by
-/// motions of the clusters, which turn where it would stretch; and some Newton steps from there.
+/// A state near equilibrium at the centre of the parameter range: the multiple of the linear response, or of a `guess`,
+/// with the lowest energy, then Newton steps. Clusters move rigidly, so that rotations do not stretch.
 pub(crate) fn nearby(
     solver: &mut Solver<'_>,
     topology: &Topology,
@@ -100,8 +100,8 @@ pub(crate) fn of_simulations(
     thetas: &[Vec<f64>],
     fields: &[Vec<f64>],
 ) -> Result<PrincipalDirections> {
-    /// Between the spread of the simulations, which hides the small directions from the network, and equal sizes,
-    /// which waste it on them (by trial).
+    /// Power of the standard deviations, found by trial. With 1 the network does not resolve the small directions; with 0
+    /// it spends its capacity on them.
     const POWER: f64 = 0.7;
     let scaling = scaling(body)?;
     let parameters: Vec<Vec<f64>> = thetas

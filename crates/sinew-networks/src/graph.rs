@@ -33,7 +33,7 @@ pub(crate) fn geometry_at(
     Ok(Geometry { topology, features, global: Vec::new(), dirichlet, coordinates })
 }
 
-/// Puts what outputs follow beside the features of the nodes.
+/// Appends the Taylor coefficients of the outputs to the features of the nodes.
 pub(crate) fn add_features(geometry: &mut Geometry, motions: &Motions) -> Result<()> {
     let nodes = &mut geometry.features.nodes;
     *nodes = nodes.beside(&motions.features())?;

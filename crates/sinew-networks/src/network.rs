@@ -157,7 +157,7 @@ pub(crate) struct Plan<'a> {
     pub objective: &'a dyn Fn(&DataSet) -> Result<Box<dyn Objective>>,
 }
 
-/// Learning rate of a network that has learned before, relative to that of a new one: high ones undo what it knows.
+/// Learning rate of fine-tuning [relative to training from scratch]: a high rate destroys the earlier training.
 const RATE_OF_START: f64 = 0.5;
 
 /// Trains by `plan`; an interrupted run goes on from its last checkpoint.
@@ -196,7 +196,7 @@ pub(crate) fn train(
             let anchor = coordinates::nearer(body, lesson.central_simulation(body))?;
             timed(&mut prepare_s, || follow(&mut geometry, &anchor))?
         }
-        // What starts from another body's network has nothing to predict a state of this one with; one solve finds it.
+        // Fine-tuning has no first training that predicts a state of this body: one solve gives it.
         Coordinates::MotionsAfter(_) if starts => {
             let centre = body.centre();
             let solved =

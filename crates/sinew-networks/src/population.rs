@@ -46,7 +46,7 @@ fn first_bodies(draw: &Draw<'_>) -> Result<Vec<Body>> {
 }
 
 impl Population {
-    /// A network that has learned nothing yet.
+    /// An untrained network.
     ///
     /// # Errors
     /// A body that cannot be drawn or prepared.
@@ -73,11 +73,11 @@ impl Population {
             Ok(self.lesson(&body, &template, seed, index))
         };
         std::thread::scope(|scope| {
-            // Bodies are prepared on a thread of their own, in their order; it ends when nobody listens.
+            // Bodies are prepared in order on a separate thread. It ends when the receiver is dropped.
             let (send, lessons) = sync_channel(2 * self.bodies.max(1));
             scope.spawn(move || {
                 let all = || (0..).try_for_each(|index| send.send(lesson(index)).ok());
-                // On its own, so that it does not wait for threads that train.
+                // A separate pool, so that preparation does not wait for training.
                 match ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
                     Ok(pool) => pool.install(all),
                     Err(_) => all(),

@@ -69,7 +69,7 @@ impl Recipe {
         }
     }
 
-    /// From a body to an emulator that knows its error, see [`sinew_emulate::train`].
+    /// Trains an emulator of a body and checks its error estimate, see [`sinew_emulate::train`].
     ///
     /// # Errors
     /// As [`sinew_emulate::train`].

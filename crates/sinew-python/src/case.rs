@@ -1,22 +1,18 @@
 //! Cases: bodies, their parameters and solutions.
 
-use crate::arrays::{cube, matrix, rows, stacked, vector};
+use crate::arrays::{matrix, rows, stacked, vector};
 use crate::emulator::NativeEmulator;
 use crate::errors::{self, Kind};
 use crate::mesh::NativeMesh;
-use crate::{relay, training};
+use crate::{relay, results, training};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sinew::case::{Formulation, hardly_moves};
-use sinew::{
-    Body, Case, Simulations, admissible, locking_in_words, outside, theta_in_words, theta_of,
-};
-use sinew_emulate::{Answers, Design, Method, simulate_by};
+use sinew::case::Formulation;
+use sinew::{Body, Case, admissible, locking_in_words, outside, theta_in_words, theta_of};
+use sinew_emulate::{Answers, Design, simulate_by};
 use sinew_energy::{Fibres, Sampling};
-use sinew_fem::{
-    LoadSteps, LockingWarning, Options, Unload, UnloadOptions, cell_stresses, locking,
-};
+use sinew_fem::{LoadSteps, Options, Unload, UnloadOptions};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -47,16 +43,6 @@ impl NativeCase {
                 .map_err(|why| Kind::Case.of(py, format!("theta: {why}")))?;
         }
         Ok(thetas)
-    }
-
-    /// Shape of displacements of so many sets.
-    pub(crate) fn shape(&self, sets: usize) -> [usize; 3] {
-        [sets, self.body.nodes, 3]
-    }
-
-    fn locking_at(&self, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
-        let found = thetas.iter().filter_map(|theta| locking(&self.body, theta).ok().flatten());
-        found.max_by(|a, b| a.expected_share.total_cmp(&b.expected_share))
     }
 }
 
@@ -269,40 +255,7 @@ impl NativeCase {
         displacement: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (theta, field) = (theta.as_array().to_vec(), displacement.as_array().to_vec());
-        let cells = py
-            .detach(|| cell_stresses(&self.body, &field, &theta))
-            .map_err(|error| Kind::Solve.of(py, error))?;
-        let (found, count) = (PyDict::new(py), cells.len());
-        let tensor = |of: fn(&sinew_fem::CellStress) -> &[[f64; 3]; 3]| {
-            cube(
-                py,
-                cells.iter().flat_map(|cell| of(cell).as_flattened().to_vec()).collect(),
-                [count, 3, 3],
-            )
-        };
-        let triple = |of: fn(&sinew_fem::CellStress) -> [f64; 3]| {
-            matrix(py, cells.iter().flat_map(of).collect(), [count, 3])
-        };
-        found.set_item("cauchy_stress", tensor(|cell| &cell.cauchy)?)?;
-        found.set_item("green_lagrange_strain", tensor(|cell| &cell.green_lagrange)?)?;
-        found.set_item("principal_stresses", triple(|cell| cell.principal_stresses)?)?;
-        found.set_item("principal_stretches", triple(|cell| cell.principal_stretches)?)?;
-        found.set_item(
-            "volume_ratio",
-            vector(py, cells.iter().map(|cell| cell.volume_ratio).collect()),
-        )?;
-        let fibres: Option<Vec<sinew_fem::Fibre>> = cells.iter().map(|cell| cell.fibre).collect();
-        if let Some(fibres) = fibres {
-            let directions = fibres.iter().flat_map(|fibre| fibre.direction).collect();
-            found.set_item("fibre", matrix(py, directions, [count, 3])?)?;
-            found.set_item(
-                "fibre_stretch",
-                vector(py, fibres.iter().map(|f| f.stretch).collect()),
-            )?;
-            found
-                .set_item("fibre_stress", vector(py, fibres.iter().map(|f| f.stress).collect()))?;
-        }
-        Ok(found)
+        results::stresses(py, &self.body, &field, &theta)
     }
 
     /// Solutions at every row of θ: displacements (NaN where there is none), failures by row, seconds by row, warnings.
@@ -323,17 +276,7 @@ impl NativeCase {
             simulate_by(&body, &asked, "solve", folder.as_deref(), &options, observer)
         })?;
         let found = found.map_err(|error| errors::emulator(py, &error))?;
-        let mut warnings: Vec<String> =
-            self.locking_at(&thetas).iter().map(locking_in_words).collect();
-        warnings.extend(found.fields.iter().find_map(|field| hardly_moves(&self.body, field)));
-        warnings.extend(branched(&self.body, &found));
-        let (failures, seconds, fields) = by_row(&thetas, found, 3 * self.body.nodes);
-        let result = PyDict::new(py);
-        result.set_item("displacement", cube(py, fields, self.shape(thetas.len()))?)?;
-        result.set_item("failures", failures)?;
-        result.set_item("seconds", vector(py, seconds))?;
-        result.set_item("warnings", warnings)?;
-        Ok(result)
+        results::solutions(py, &self.body, &thetas, found)
     }
 
     /// Displacements at every row of θ to a relative accuracy, each with its checked error.
@@ -355,37 +298,7 @@ impl NativeCase {
             }),
         })?;
         let found = found.map_err(|error| errors::emulator(py, &error))?;
-        let count = thetas.len();
-        let mut fields = Vec::with_capacity(count * 3 * self.body.nodes);
-        let (mut error, mut source, mut said, mut failures) = (vec![], vec![], vec![], vec![]);
-        for (row, answer) in found.answers.iter().enumerate() {
-            match answer {
-                Ok(answer) => {
-                    fields.extend(&answer.displacement);
-                    error.push(answer.error);
-                    source.push(match answer.method {
-                        Method::Solver => "solved",
-                        _ => "predicted",
-                    });
-                    said.push(answer.warnings.iter().map(ToString::to_string).collect());
-                }
-                Err(reason) => {
-                    fields.resize(fields.len() + 3 * self.body.nodes, f64::NAN);
-                    error.push(f64::NAN);
-                    source.push("none");
-                    said.push(Vec::new());
-                    failures.push((row, reason.to_string()));
-                }
-            }
-        }
-        let result = PyDict::new(py);
-        result.set_item("displacement", cube(py, fields, self.shape(count))?)?;
-        result.set_item("error", vector(py, error))?;
-        result.set_item("source", source)?;
-        result.set_item("set_warnings", said)?;
-        result.set_item("failures", failures)?;
-        result.set_item("method", found.plan.method().name())?;
-        Ok(result)
+        results::answers(py, &self.body, &found)
     }
 
     /// An emulator by the case's recipe, its keys replaced by those in `options` (JSON).
@@ -399,7 +312,7 @@ impl NativeCase {
         restart: bool,
         listener: &Bound<'_, PyAny>,
     ) -> PyResult<NativeEmulator> {
-        let training = training::replaced(&self.case.training, options)
+        let training = training::replaced(self.case.training.clone(), options)
             .map_err(|reason| Kind::Case.of(py, reason))?;
         let options = training::options(&training, folder, resume, restart);
         NativeEmulator::trained(py, self.body.clone(), training, options, listener)
@@ -474,38 +387,4 @@ impl NativeCase {
         }
         stacked(py, &thetas, parameters.len())
     }
-}
-
-/// Failures by row, seconds by row, and all displacements, NaN where there is none.
-fn by_row(
-    thetas: &[Vec<f64>],
-    found: Simulations,
-    length: usize,
-) -> (Vec<(usize, String)>, Vec<f64>, Vec<f64>) {
-    let mut failed = found.failures.into_iter().peekable();
-    let mut solved = found.fields.into_iter().zip(found.solve_seconds);
-    let (mut failures, mut seconds) = (Vec::new(), Vec::new());
-    let mut all = Vec::with_capacity(thetas.len() * length);
-    for (row, theta) in thetas.iter().enumerate() {
-        if let Some(failure) = failed.next_if(|failure| failure.theta == *theta) {
-            failures.push((row, failure.reason));
-            seconds.push(f64::NAN);
-            all.resize(all.len() + length, f64::NAN);
-        } else if let Some((field, own)) = solved.next() {
-            seconds.push(own);
-            all.extend(field);
-        }
-    }
-    (failures, seconds, all)
-}
-
-/// A warning about solutions that a rising load does not lead to.
-fn branched(body: &Body, found: &Simulations) -> Option<String> {
-    let first = found.branched.first()?;
-    let (count, all) = (found.branched.len(), found.fields.len());
-    Some(format!(
-        "{count} of {all} solutions are not those that a rising load leads to, the first at {}: the body has several stable \
-         equilibria; load_steps=True raises the load step by step",
-        theta_in_words(body, first)
-    ))
 }

@@ -8,6 +8,7 @@ mod emulator;
 mod errors;
 mod mesh;
 mod relay;
+mod results;
 mod training;
 
 use pyo3::prelude::*;

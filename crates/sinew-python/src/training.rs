@@ -8,7 +8,7 @@ use std::path::PathBuf;
 ///
 /// # Errors
 /// Text that names other keys than `[training]` of a case file.
-pub(crate) fn replaced(own: &Training, given: &str) -> Result<Training, String> {
+pub(crate) fn replaced(own: Training, given: &str) -> Result<Training, String> {
     let keys: serde_json::Map<String, serde_json::Value> =
         serde_json::from_str(given).map_err(|error| error.to_string())?;
     let named = keys.contains_key("recipe");

@@ -1,4 +1,4 @@
-"""The README's program, the examples, and annotations."""
+"""The README's program, the notebooks, and annotations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-EXAMPLES = sorted((HERE.parent / "examples").glob("*.py"))
+NOTEBOOKS = sorted((HERE.parent / "examples").glob("*.ipynb"))
 
 
 def run(program: str, folder: Path) -> str:
@@ -36,10 +36,20 @@ def test_the_readme_leads_to_an_emulator_with_its_error(tmp_path: Path) -> None:
     assert len(estimates) == 2 and estimates[1] < 0.1 * estimates[0]
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_examples_run(example: Path, tmp_path: Path) -> None:
-    pytest.importorskip("meshio")
-    run(example.read_text(), tmp_path)
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebooks_run(notebook: Path, tmp_path: Path) -> None:
+    for package in ("meshio", "ipykernel"):
+        pytest.importorskip(package)
+    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    cells = nbformat.read(notebook, as_version=4)
+    nbformat.validate(cells)
+    assert all(not cell.get("outputs") for cell in cells.cells), "results are made by running, not stored"
+    start = time.monotonic()
+    nbclient.NotebookClient(cells, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}).execute()
+    print(f"{notebook.stem}: {time.monotonic() - start:.1f} s")
+    for cell in cells.cells:
+        for output in cell.get("outputs", []):
+            print(output.get("text", output.get("data", {}).get("text/plain", "")), end="")
 
 
 def test_annotations_hold_for_a_client(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-//! What many samples come to: quantiles, and a density of their logarithms.
+//! Quantiles of samples, and a density of their logarithms.
 
 use crate::ReportError;
 use serde::{Deserialize, Serialize};
@@ -80,8 +80,8 @@ impl Distribution {
 const BINS: f64 = 32.0;
 /// Decades that are counted; exact zeros, as at clamped nodes, and rounding have no place on a logarithmic axis.
 const DECADES: [f64; 2] = [-16.0, 8.0];
-/// Smallest bandwidth in bins (0.08 decades). Neighbouring nodes err together, so there is less information than the
-/// number of samples that Silverman's rule counts on.
+/// Smallest bandwidth in bins (0.08 decades). Errors of neighbouring nodes are correlated, so Silverman's rule
+/// overestimates the number of independent samples.
 const MIN_BANDWIDTH: f64 = 2.5;
 /// The Gaussian is cut here, where 6e-5 of its mass is left.
 const REACH: f64 = 4.0;

@@ -1,4 +1,4 @@
-//! What is drawn, as data: charts of curves and points, maps of colours.
+//! Drawings as data: charts of curves and points, maps of colours.
 
 use crate::format::{digits, rounded, seconds};
 use crate::{Table, Value};

@@ -1,4 +1,4 @@
-//! What a result was made with.
+//! Provenance of a result: versions, machine and command.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -59,7 +59,7 @@ fn provenance(report: &Report) -> Markup {
     ])
 }
 
-/// The result, what falls short of what it is held against, and what has to be known.
+/// Headline, errors above their published figures, notes and warnings.
 fn summary(report: &Report) -> Markup {
     let judged = report.tables().flat_map(crate::Table::verdicts);
     let short: Vec<_> = judged.filter(|found| !found.3.met).collect();

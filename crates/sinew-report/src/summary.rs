@@ -4,7 +4,8 @@ use crate::format::{count, digits, factor, rounded, seconds};
 use crate::{Row, Table};
 
 impl Table {
-    /// Who is most accurate, how fast each method is beside the baseline, and when preparation pays off.
+    /// The most accurate method, the speed of each method against the baseline, and the number of predictions that repays
+    /// preparation.
     pub fn summary(&self) -> Vec<String> {
         [self.accuracy(), self.speed(), self.payback()].into_iter().flatten().collect()
     }
@@ -31,7 +32,7 @@ impl Table {
     /// Rows to be compared with the baseline, and its time of one prediction.
     fn compared(&self) -> Option<(&Row, usize, Vec<&Row>)> {
         let baseline = self.row(self.baseline.as_deref()?)?;
-        // The prediction that many follow: of those from what is at hand, the last but batches.
+        // The second time that is not paid once, or the first if there is only one.
         let repeated: Vec<_> = (0..self.times.len()).filter(|&t| !self.times[t].once).collect();
         let column = *repeated.get(1).or(repeated.first())?;
         let rows = self.ranked().filter(|row| row.method != baseline.method).collect();

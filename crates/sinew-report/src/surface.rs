@@ -103,7 +103,7 @@ impl Surfaces {
         let middle = cases.iter().filter_map(|own| quantile(own.clone(), COLOURED)).collect();
         let all = quantile(cases.concat(), COLOURED)?;
         let scale = all.min(ABOVE_THE_MIDDLE * quantile(middle, 0.5)?);
-        // Nothing but a few cells may differ from 0.
+        // The quantile is 0 if few nodes differ from 0.
         let largest = || cases.iter().flatten().copied().fold(0.0, f64::max);
         Some(if scale > 0.0 { scale } else { largest() })
     }

@@ -61,7 +61,7 @@ impl<T: Into<Value>> From<Option<T>> for Value {
     }
 }
 
-/// Whether a value is as good as what it is held against.
+/// Comparison of a value with a published figure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// Whether it is.

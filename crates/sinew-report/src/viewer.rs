@@ -196,7 +196,7 @@ impl Viewer {
 
     /// The element that the script turns into a view; the script stands once on a page, after all of them.
     pub(crate) fn embedded(&self) -> Markup {
-        // What ends a script element would end this one too.
+        // A `</script>` in the data would end the script element.
         let data = serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c");
         html! { div.viewer { script type="application/json" { (PreEscaped(data)) } } }
     }

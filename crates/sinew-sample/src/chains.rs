@@ -1,4 +1,4 @@
-//! Draws in chains, and what they say of a parameter.
+//! Draws in chains, and summaries of a parameter.
 
 use crate::{ess_bulk, ess_tail, quantile, r_hat};
 

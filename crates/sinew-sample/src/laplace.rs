@@ -5,7 +5,7 @@ use crate::{LogDensity, standard_normals};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::Rng;
 
-/// Step of the differences of gradients, in units of the parameters: half the digits of a double are left.
+/// Step of the differences of gradients, in units of the parameters: rounding leaves about ten digits.
 const STEP: f64 = 1e-5;
 
 /// Normal approximation: a mode and the covariance there, by its Cholesky factor.

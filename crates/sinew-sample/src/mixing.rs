@@ -4,7 +4,7 @@
 use crate::quantiles::quantile_of_sorted;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Fewest draws of a chain that anything is said of.
+/// Smallest number of draws of a chain for a diagnostic.
 const FEWEST_DRAWS: usize = 4;
 /// Range of values below which they count as one: the resolution of double precision, as numpy states it.
 const CONSTANT: f64 = 1e-15;
@@ -165,7 +165,7 @@ fn positive_sequence(chains: &[Vec<f64>]) -> Correlations {
         }
         lag += 2;
     }
-    // One for a loop that was not entered: no lag before the first.
+    // `most` is 0 if the loop was not entered.
     let most = lag.saturating_sub(2);
     let entered = lag > 1;
     if even > 0.0 {

@@ -48,7 +48,7 @@ pub(crate) struct Trace {
 }
 
 /// tanh z with its derivatives in z up to the third.
-fn tanh(z: f64) -> [f64; 4] {
+pub(crate) fn tanh(z: f64) -> [f64; 4] {
     let t = z.tanh();
     let first = 1.0 - t * t;
     [t, first, -2.0 * t * first, first * (6.0 * t * t - 2.0)]

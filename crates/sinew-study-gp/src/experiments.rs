@@ -9,6 +9,7 @@ mod noise;
 mod pinn;
 mod poisson_1;
 mod poisson_2;
+mod rivals;
 mod wave;
 
 use crate::experiment::{Experiment, Scale};
@@ -46,6 +47,8 @@ pub enum Name {
     Helmholtz,
     /// A thin front of a nonlinear equation, forward and inverse (beyond the thesis)
     AllenCahn,
+    /// Four problems beside finite differences and least squares (beyond the thesis)
+    Rivals,
     /// How many pseudo-observations a PCGP needs (Fig. 4.6)
     BoundaryPoints,
     /// Noise from 0 to 10 % (Fig. 4.7)
@@ -83,6 +86,7 @@ impl Name {
             Self::AdvectionDiffusion => advection_diffusion::experiment(scale)?,
             Self::Helmholtz => helmholtz::experiment(scale)?,
             Self::AllenCahn => allen_cahn::experiment(scale)?,
+            Self::Rivals => rivals::experiment(scale)?,
             Self::BoundaryPoints => boundary_points::experiment(scale)?,
             Self::Noise => noise::experiment(scale)?,
         })

@@ -1,4 +1,4 @@
-//! What noise alone leaves: least squares for θ with the exact solutions of the equation.
+//! Least squares for θ: with the exact solutions of the equation what noise alone leaves, with those of a solver its rival.
 //!
 //! No method that only knows equation and conditions can be expected to do better on average, however many
 //! collocation points it takes; what does owes it to a prior that prefers the solution at hand.
@@ -6,10 +6,11 @@
 use crate::experiment::{Case, Scale, Task};
 use crate::inference::Sampling;
 use crate::problems::{Function, Setting};
-use crate::row::{Method, Run};
+use crate::row::{Covered, Method, Run};
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector};
 use sinew_energy::listed;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,10 +18,10 @@ use std::time::Instant;
 /// The solution of a problem for each θ.
 pub(crate) type Family<const D: usize> = fn(&[f64]) -> Function<D>;
 
-/// The case of least squares on the data of the other methods.
+/// The case of least squares on the data of the other methods, that of lines with intervals.
 pub(crate) fn case<const D: usize>(
     setting: &Setting<D>,
-    family: Family<D>,
+    (method, family): (Method, Family<D>),
     sampling: Sampling,
     scale: Scale,
 ) -> Case {
@@ -28,15 +29,70 @@ pub(crate) fn case<const D: usize>(
     let run = move |task: &Task| {
         let observed = own.observe(sampling, task)?;
         let start = Instant::now();
-        let truth: Vec<f64> = own.truth.iter().map(|truth| truth.value).collect();
-        let theta = least_squares(family, truth, &observed.places, &observed.values)?;
+        // Not the truth, which a search does not know.
+        let begin: Vec<f64> = own.truth.iter().map(|truth| 1.3 * truth.value).collect();
+        let found = least_squares(family, begin, &observed.places, &observed.values)?;
         let seconds = start.elapsed().as_secs_f64();
         let grid = own.grid(scale);
-        let solution = family(&theta);
+        let solution = family(&found.theta);
         let mean: Vec<f64> = grid.iter().map(|x| solution(*x)).collect();
-        Ok(Run { err_u: own.error(&grid, &mean), seconds, theta, ..Run::default() })
+        let covered = (method == Method::Lines).then(|| found.covered(&own, family));
+        Ok(Run {
+            err_u: own.error(&grid, &mean),
+            seconds,
+            theta: found.theta,
+            covered,
+            ..Run::default()
+        })
     };
-    Case::new(setting.named(), Method::LeastSquares, 0.02, run)
+    Case::new(setting.named(), method, 0.02, run)
+}
+
+/// Parameters by least squares.
+#[derive(Debug)]
+struct Found {
+    theta: Vec<f64>,
+    covariance: DMatrix<f64>,
+    /// Quantile of Student's t that 95 % lie within.
+    quantile: f64,
+}
+
+/// Derivatives of the solution in θ, a column for each.
+fn slopes<const D: usize>(family: Family<D>, theta: &[f64], places: &[[f64; D]]) -> DMatrix<f64> {
+    let column = |parameter: usize| {
+        let step = STEP * theta[parameter];
+        let moved = |sign: f64| {
+            let mut moved = theta.to_vec();
+            moved[parameter] += sign * step;
+            values(family, &moved, places)
+        };
+        (moved(1.0) - moved(-1.0)) / (2.0 * step)
+    };
+    DMatrix::from_columns(&(0..theta.len()).map(column).collect::<Vec<_>>())
+}
+
+fn values<const D: usize>(family: Family<D>, theta: &[f64], places: &[[f64; D]]) -> DVector<f64> {
+    let solution = family(theta);
+    DVector::from_iterator(places.len(), places.iter().map(|x| solution(*x)))
+}
+
+impl Found {
+    /// Intervals of θ and the band of u against the truth.
+    fn covered<const D: usize>(&self, setting: &Setting<D>, family: Family<D>) -> Covered {
+        let half = |variance: f64| self.quantile * variance.max(0.0).sqrt();
+        let interval = |(k, x): (usize, &f64)| {
+            let half = half(self.covariance[(k, k)]);
+            [x - half, x + half]
+        };
+        let intervals = self.theta.iter().enumerate().map(interval).collect();
+        let inside = setting.inside();
+        let (mean, by) =
+            (values(family, &self.theta, &inside), slopes(family, &self.theta, &inside));
+        let deviation =
+            |k: usize| half((by.row(k) * &self.covariance * by.row(k).transpose())[(0, 0)]);
+        let band = (0..inside.len()).map(|k| (mean[k], deviation(k)));
+        setting.covered(intervals, &inside, band)
+    }
 }
 
 /// Relative step of differences, and of θ where the search ends.
@@ -49,32 +105,21 @@ fn least_squares<const D: usize>(
     family: Family<D>,
     theta: Vec<f64>,
     places: &[[f64; D]],
-    values: &[f64],
-) -> Result<Vec<f64>> {
+    measured: &[f64],
+) -> Result<Found> {
     let mut theta = DVector::from_vec(theta);
-    let at = |theta: &DVector<f64>| {
-        let solution = family(theta.as_slice());
-        DVector::from_iterator(places.len(), places.iter().map(|x| solution(*x)))
-    };
-    let values = DVector::from_column_slice(values);
+    let measured = DVector::from_column_slice(measured);
     for _ in 0..MOST_STEPS {
-        let mut slopes = DMatrix::zeros(places.len(), theta.len());
-        for parameter in 0..theta.len() {
-            let step = STEP * theta[parameter];
-            let moved = |sign: f64| {
-                let mut moved = theta.clone();
-                moved[parameter] += sign * step;
-                at(&moved)
-            };
-            slopes.set_column(parameter, &((moved(1.0) - moved(-1.0)) / (2.0 * step)));
-        }
-        let normal = slopes.transpose() * &slopes;
-        let right = slopes.transpose() * (&values - at(&theta));
-        let Some(factor) = normal.cholesky() else { break };
-        let change = factor.solve(&right);
+        let slopes = slopes(family, theta.as_slice(), places);
+        let residual = &measured - values(family, theta.as_slice(), places);
+        let Some(factor) = (slopes.transpose() * &slopes).cholesky() else { break };
+        let change = factor.solve(&(slopes.transpose() * &residual));
         theta += &change;
         if change.component_div(&theta).amax() < CONVERGED {
-            return Ok(theta.as_slice().to_vec());
+            let freedom = (places.len() as f64 - theta.len() as f64).max(1.0);
+            let covariance = factor.inverse() * (residual.norm_squared() / freedom);
+            let quantile = StudentsT::new(0.0, 1.0, freedom)?.inverse_cdf(0.975);
+            return Ok(Found { theta: theta.as_slice().to_vec(), covariance, quantile });
         }
     }
     bail!(
@@ -170,7 +215,7 @@ mod tests {
         let u = advection_diffusion(&[0.08, 0.02]);
         let values = places.map(|x| u(x));
         let found =
-            least_squares(advection_diffusion, vec![0.05, 0.025], &places, &values).unwrap();
+            least_squares(advection_diffusion, vec![0.05, 0.025], &places, &values).unwrap().theta;
         assert!((found[0] - 0.08).abs() < 1e-8 && (found[1] - 0.02).abs() < 1e-8, "{found:?}");
     }
 }

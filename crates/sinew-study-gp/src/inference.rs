@@ -3,11 +3,13 @@
 use crate::draw;
 use crate::experiment::{Case, Purpose, Scale, Task};
 use crate::problems::Setting;
-use crate::row::{Method, RestartEnd, Run};
+use crate::row::{Covered, Method, RestartEnd, Run, Truth};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_gp::{Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prior, SquaredExponential};
+use sinew_gp::{
+    Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prediction, Prior, SquaredExponential,
+};
 use std::f64::consts::TAU;
 use std::time::Instant;
 
@@ -90,6 +92,40 @@ impl<const D: usize> Setting<D> {
         (values.iter().map(|u| (u - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
     }
 
+    /// Places inside of the domain that bands are judged at.
+    pub(crate) fn inside(&self) -> Vec<[f64; D]> {
+        let domain = self.problem.domain();
+        let within =
+            |x: &[f64; D]| (0..D).all(|d| domain.lower()[d] < x[d] && x[d] < domain.upper()[d]);
+        domain.grid(12).into_iter().filter(within).collect()
+    }
+
+    /// Intervals and a band, by mean and half-width at places, against the truth.
+    pub(crate) fn covered(
+        &self,
+        intervals: Vec<[f64; 2]>,
+        places: &[[f64; D]],
+        band: impl Iterator<Item = (f64, f64)>,
+    ) -> Covered {
+        let of = |([low, high], truth): (&[f64; 2], &Truth)| (*low..=*high).contains(&truth.value);
+        let held =
+            band.zip(places).filter(|((m, half), x)| ((self.solution)(**x) - m).abs() <= *half);
+        Covered {
+            theta: intervals.iter().zip(&self.truth).map(of).collect(),
+            u: held.count() as f64 / places.len() as f64,
+            intervals,
+        }
+    }
+
+    /// Intervals and the band that a fit answers with against the truth.
+    pub(crate) fn judged(&self, fit: &Fit<D>, places: &[[f64; D]]) -> Result<Covered, GpError> {
+        let intervals = self.truth.iter().map(|truth| fit.interval(&truth.name, 0.95));
+        let intervals = intervals.collect::<Result<_, _>>()?;
+        let Prediction { mean, standard_deviation } = fit.predict(places)?;
+        let band = mean.into_iter().zip(standard_deviation).map(|(m, s)| (m, draw::BAND * s));
+        Ok(self.covered(intervals, places, band))
+    }
+
     /// Noisy observations at random places.
     pub(crate) fn observe(&self, sampling: Sampling, task: &Task) -> Result<Observed<D>, GpError> {
         let domain = self.problem.domain();
@@ -161,6 +197,9 @@ pub(crate) struct Inference<const D: usize> {
     /// For the first data set.
     pub drawings: Drawings,
     pub evidence: Evidence,
+    /// Whether the fit adds points and answers with intervals, as it does by default. Rows are named by their number of points
+    /// elsewhere.
+    pub complete: bool,
     pub scale: Scale,
 }
 
@@ -189,6 +228,7 @@ impl<const D: usize> Inference<D> {
             restarts: scale.pick(4, 1),
             drawings: Drawings::Posterior,
             evidence: Evidence::Auto,
+            complete: false,
             scale,
         }
     }
@@ -227,8 +267,7 @@ impl<const D: usize> Inference<D> {
             restarts: self.restarts,
             iterations: self.scale.pick(FitOptions::default().iterations, 40),
             seed: task.seed_for(Purpose::Starts),
-            // Rows are named by their number of points.
-            most_points: 0,
+            most_points: if self.complete { FitOptions::default().most_points } else { 0 },
             ..FitOptions::default()
         })
     }
@@ -238,9 +277,11 @@ impl<const D: usize> Inference<D> {
         let observed = (self.observe)(&self.setting, task)?;
         let start = Instant::now();
         let fit = self.fit(&observed, task)?;
+        let judged = || self.setting.judged(&fit, &self.setting.inside());
+        let covered = self.complete.then(judged).transpose()?;
         let seconds = start.elapsed().as_secs_f64();
         let run = self.measured(&fit, &observed, &self.setting.grid(self.scale), task)?;
-        Ok(Run { seconds, restarts: self.ends(&fit)?, ..run })
+        Ok(Run { seconds, covered, restarts: self.ends(&fit)?, ..run })
     }
 
     /// Result of a fit, with errors over a grid.

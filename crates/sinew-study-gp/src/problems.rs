@@ -56,8 +56,11 @@ fn insulated<const D: usize>() -> Condition<D> {
 pub(crate) fn poisson_1() -> Result<Setting<1>, GpError> {
     let domain = Domain::interval("x", [0.0, 2.0])?;
     let [dx] = domain.derivatives();
-    let robin =
-        Condition::Robin { value_factor: constant(-1.0), slope_factor: 1.0, data: constant(0.0) };
+    let robin = Condition::Robin {
+        value_factor: constant(-1.0),
+        slope_factor: constant(1.0),
+        data: constant(0.0),
+    };
     let problem = Problem::new(domain, -(dx * dx))?
         .condition("x", Side::Lower, Condition::clamped())?
         .condition("x", Side::Upper, robin)?;
@@ -87,6 +90,32 @@ pub(crate) fn heat_1() -> Result<Setting<2>, GpError> {
         solution: Arc::new(|[x, t]| x.sin() * (-t).exp()),
         load: zero(),
         truth: truth(&[("theta", 1.0)]),
+    })
+}
+
+/// u_t = D u_xx on the unit square, held at x = 0 and insulated at 1, with a mode at the start that decays in a fiftieth of the
+/// time; not the thesis'.
+pub(crate) fn layer() -> Result<Setting<2>, GpError> {
+    const D: f64 = 0.3;
+    let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?;
+    let [dx, dt] = domain.derivatives();
+    let diffusivity = Parameter::new("D", [0.01, 10.0])?;
+    let start =
+        field(|[x, _]: [Series; 2]| (&x * (PI / 2.0)).sin() + (&x * (2.5 * PI)).sin() * 0.5);
+    let problem = Problem::new(domain, dt - &diffusivity * dx * dx)?
+        .condition("x", Side::Lower, held())?
+        .condition("x", Side::Upper, insulated())?
+        .condition("t", Side::Lower, Condition::Dirichlet(start))?;
+    let mode = |n: f64, [x, t]: [f64; 2]| {
+        let wave = n * PI / 2.0;
+        (wave * x).sin() * (-D * wave * wave * t).exp()
+    };
+    Ok(Setting {
+        name: "Initial layer",
+        problem,
+        solution: Arc::new(move |x| mode(1.0, x) + 0.5 * mode(5.0, x)),
+        load: zero(),
+        truth: truth(&[("D", D)]),
     })
 }
 

@@ -121,12 +121,20 @@ fn coverage(row: &Row) -> Option<String> {
         let [share, low, high] = wilson(held, of).map(percent);
         format!("{}: {held} of {of} = {share} % (95 % interval {low} to {high})", truth.name)
     });
+    let widths = row.label.truth.iter().enumerate().filter_map(|(number, truth)| {
+        let width =
+            |covered: &&Covered| covered.intervals[number][1] - covered.intervals[number][0];
+        let median = Distribution::of(covered.iter().map(width).collect())?.q50;
+        Some(format!("{} % of {}", digits(100.0 * median / truth.value, 3), truth.name))
+    });
     let u = Distribution::of(covered.iter().map(|covered| covered.u).collect())?;
     let mean = covered.iter().map(|covered| covered.u).sum::<f64>() / of as f64;
     Some(format!(
-        "{}: 95 % intervals held {}; the band held u on {} % of the places (median data set {} %, worst {} %).",
+        "{}, {}: 95 % intervals held {}, median width {}; the band held u on {} % of the places (median data set {} %, worst {} %).",
         [row.label.problem.as_str(), &row.label.setting].join(", ").trim_end_matches(", "),
+        row.label.method.label(),
         parameters.collect::<Vec<_>>().join("; "),
+        widths.collect::<Vec<_>>().join(" and "),
         percent(mean),
         percent(u.q50),
         percent(u.q0),

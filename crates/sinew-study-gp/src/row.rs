@@ -20,18 +20,21 @@ pub enum Method {
     EnergyForm,
     /// Least squares for the equation's parameters with its exact solutions: what noise alone leaves
     LeastSquares,
+    /// Least squares with solutions by the method of lines
+    Lines,
 }
 
 impl Method {
     /// Name in tables.
     pub(crate) fn label(self) -> &'static str {
         let (strong, energy) = ("PINN, strong form", "PINN, energy form");
-        ["HCGP", "PCGP", "UCGP", "HCNN", strong, energy, "noise floor"][self as usize]
+        ["HCGP", "PCGP", "UCGP", "HCNN", strong, energy, "noise floor", "lines, least squares"]
+            [self as usize]
     }
 
     /// Name in files and style classes.
     pub(crate) fn key(self) -> &'static str {
-        ["hcgp", "pcgp", "ucgp", "hcnn", "strong", "energy", "floor"][self as usize]
+        ["hcgp", "pcgp", "ucgp", "hcnn", "strong", "energy", "floor", "lines"][self as usize]
     }
 }
 

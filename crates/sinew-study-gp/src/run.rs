@@ -1,6 +1,6 @@
 //! Works off the chosen experiments and writes their report.
 
-use crate::experiment::{Case, Experiment, Scale, Task, derived};
+use crate::experiment::{Experiment, Scale, Task, derived};
 use crate::experiments::Name;
 use crate::options::Options;
 use crate::report::section;
@@ -11,8 +11,8 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{Counter, Terminal, store};
 use sinew_report::{Report, Section};
-use sinew_study::manifest;
 use sinew_study::timing::WallClock;
+use sinew_study::{manifest, program};
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -47,7 +47,7 @@ pub fn reproduce_gp(options: &Options) -> Result<PathBuf> {
         .into_iter()
         .map(|name| Ok((name, name.experiment(scale)?)))
         .collect::<Result<_>>()?;
-    let outcomes = Work::of(options, &experiments).outcomes(&clock)?;
+    let outcomes = outcomes(options, &experiments, &clock)?;
     let mut notes = notes(options, &provenance.revision, &earlier_revision);
     let mut sections = Vec::new();
     for ((name, experiment), outcomes) in experiments.into_iter().zip(outcomes) {
@@ -126,99 +126,54 @@ struct Piece {
     set: usize,
 }
 
-/// Everything that is to be done.
-struct Work<'a> {
-    options: &'a Options,
-    experiments: &'a [(Name, Experiment)],
-    pieces: Vec<Piece>,
-}
-
-/// For each experiment and each case, what came of its data sets.
-type Outcomes = Vec<Vec<Vec<Outcome>>>;
-
-/// Shared state that the threads write to.
-struct Shared<'a> {
-    /// One for each piece.
-    outcomes: Vec<Option<Outcome>>,
-    counter: Counter<'a>,
-}
-
-impl<'a> Work<'a> {
-    fn of(options: &'a Options, experiments: &'a [(Name, Experiment)]) -> Self {
-        let mut pieces = Vec::new();
-        for (experiment, (_, content)) in experiments.iter().enumerate() {
-            for set in 0..options.seeds() {
-                let piece = |case| Piece { experiment, case, set };
-                pieces.extend((0..content.cases.len()).map(piece));
-            }
+/// For each experiment and each case, what came of its data sets: of those stored before, if the run goes on, else done now, each
+/// on one thread.
+fn outcomes(
+    options: &Options,
+    experiments: &[(Name, Experiment)],
+    clock: &WallClock,
+) -> Result<Vec<Vec<Vec<Outcome>>>> {
+    let mut pieces = Vec::new();
+    for (experiment, (_, content)) in experiments.iter().enumerate() {
+        for set in 0..options.seeds() {
+            let cases = 0..content.cases.len();
+            pieces.extend(cases.map(|case| Piece { experiment, case, set }));
         }
-        Self { options, experiments, pieces }
     }
-
-    fn case(&self, piece: Piece) -> &Case {
-        &self.experiments[piece.experiment].1.cases[piece.case]
-    }
-
-    fn file(&self, piece: Piece) -> PathBuf {
-        let folder = self.options.out.join(self.experiments[piece.experiment].0.key());
-        folder.join(self.case(piece).key()).join(format!("{:04}.json", piece.set))
-    }
-
-    /// Milliseconds that a piece takes, roughly.
-    fn cost(&self, piece: Piece) -> usize {
-        1 + (1e3 * self.case(piece).cost) as usize
-    }
-
-    /// Does what is not done yet.
-    fn outcomes(&self, clock: &WallClock) -> Result<Outcomes> {
-        let stored = |piece: &Piece| match self.options.resume {
-            true => Ok(store::read_json(&self.file(*piece))?),
-            false => Ok(None),
-        };
-        let outcomes: Vec<Option<Outcome>> =
-            self.pieces.iter().map(stored).collect::<Result<_>>()?;
-        let open: Vec<usize> = (0..outcomes.len()).filter(|k| outcomes[*k].is_none()).collect();
-        if open.len() < self.pieces.len() {
-            eprintln!("{} of {} fits kept", self.pieces.len() - open.len(), self.pieces.len());
-        }
-        let total = open.iter().map(|number| self.cost(self.pieces[*number])).sum();
-        let mut terminal = Terminal::default();
-        let counter = Counter::new(&mut terminal, "fits", 0, total);
-        let shared = Mutex::new(Shared { outcomes, counter });
-        workers::each(self.options.threads(), open.len(), |number| {
-            let piece = self.pieces[open[number]];
-            let outcome = self.done(piece);
-            store::write_json(&self.file(piece), &outcome)?;
-            let mut shared = shared.lock().unwrap_or_else(|e| e.into_inner());
-            shared.outcomes[open[number]] = Some(outcome);
-            // Under the lock, since it is one file for all.
-            clock.save()?;
-            let name = self.experiments[piece.experiment].0.key();
-            let _ = shared.counter.step(self.cost(piece), &name);
-            let mut all = self.pieces.iter().zip(&shared.outcomes);
-            if !all.any(|(other, done)| other.experiment == piece.experiment && done.is_none()) {
-                shared.counter.finished(&name, "done");
-            }
-            Ok(())
+    let case = |piece: &Piece| &experiments[piece.experiment].1.cases[piece.case];
+    // Milliseconds, roughly.
+    let cost = |piece: &Piece| 1 + (1e3 * case(piece).cost) as usize;
+    let mut terminal = Terminal::default();
+    let total = pieces.iter().map(cost).sum();
+    let counter = Mutex::new(Counter::new(&mut terminal, "fits", 0, total));
+    let done = workers::each(options.threads(), &pieces, |piece| {
+        let name = experiments[piece.experiment].0.key();
+        let folder = options.out.join(&name).join(case(piece).key());
+        let file = folder.join(format!("{:04}.json", piece.set));
+        let seed = derived(options.seed, piece.set as u64);
+        let task = Task { seed, draw: piece.set == 0 };
+        let outcome = program::kept(&file, options.resume, || {
+            Ok(match (case(piece).run)(&task).and_then(|run| Ok(run.checked()?)) {
+                Ok(run) => Outcome::Done(Box::new(run)),
+                Err(error) => Outcome::Failed(format!("{error:#}")),
+            })
         })?;
-        let Shared { outcomes, counter } = shared.into_inner().unwrap_or_else(|e| e.into_inner());
-        counter.finish(&format!("{} fits", open.len()));
-        let mut sorted: Outcomes =
-            self.experiments.iter().map(|(_, all)| vec![Vec::new(); all.cases.len()]).collect();
-        for (piece, outcome) in self.pieces.iter().zip(outcomes) {
-            sorted[piece.experiment][piece.case].extend(outcome);
-        }
-        Ok(sorted)
+        // Under the lock, since it is one file for all.
+        let mut counter = counter.lock().unwrap_or_else(|e| e.into_inner());
+        clock.save()?;
+        let _ = counter.step(cost(piece), &name);
+        Ok(outcome)
+    })?;
+    counter
+        .into_inner()
+        .unwrap_or_else(|e| e.into_inner())
+        .finish(&format!("{} fits", pieces.len()));
+    let mut sorted: Vec<Vec<Vec<Outcome>>> =
+        experiments.iter().map(|(_, all)| vec![Vec::new(); all.cases.len()]).collect();
+    for (piece, outcome) in pieces.into_iter().zip(done) {
+        sorted[piece.experiment][piece.case].push(outcome);
     }
-
-    fn done(&self, piece: Piece) -> Outcome {
-        let task =
-            Task { seed: derived(self.options.seed, piece.set as u64), draw: piece.set == 0 };
-        match (self.case(piece).run)(&task).and_then(|run| Ok(run.checked()?)) {
-            Ok(run) => Outcome::Done(Box::new(run)),
-            Err(error) => Outcome::Failed(format!("{error:#}")),
-        }
-    }
+    Ok(sorted)
 }
 
 /// Rows and drawings of one experiment; cases without any result go to the notes.

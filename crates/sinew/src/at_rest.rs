@@ -1,4 +1,4 @@
-//! The case at rest of an image under load.
+//! The case at rest of a body imaged under load.
 
 use crate::{Case, CaseError};
 use sinew_energy::Body;

@@ -15,7 +15,7 @@ use std::fmt::Write;
 
 /// Pressures of the curve \[mmHg\].
 const PRESSURES: [f64; 10] = [2.0, 5.0, 8.0, 11.0, 14.0, 17.0, 20.0, 23.0, 26.0, 30.0];
-/// Draws that the curve is solved for: its band is that of so many.
+/// Draws that the curve is solved for, which give its band.
 const CURVE_DRAWS: usize = 48;
 /// One millilitre in mm³.
 const MILLILITRE: f64 = 1e3;
@@ -113,7 +113,7 @@ fn measured(prepared: &Prepared, posterior: &Posterior, cavity: &str) -> Vec<[f6
     posterior.problem.data.iter().filter_map(pair).collect()
 }
 
-/// A parameter in a line: its interval where data decide it, and that they do not where they do not.
+/// A parameter in a line: its interval if the data determine it, else a note that they do not.
 pub fn parameter_in_words(posterior: &Posterior, parameter: usize) -> String {
     let unknown = &posterior.problem.unknowns[parameter];
     let left = posterior.contraction(parameter);
@@ -263,7 +263,7 @@ fn parameters(posterior: &Posterior) -> Section {
 fn pair(posterior: &Posterior, prior: &[Vec<f64>], a: usize, b: usize) -> Chart {
     let [x, y] = [a, b].map(|at| posterior.problem.unknowns[at].head());
     let [u, v] = [a, b].map(|at| posterior.shown(at).concat());
-    // As many as can be told apart.
+    // Few enough points to be distinguished.
     let points = |u: &[f64], v: &[f64]| {
         let every = u.len().div_ceil(MOST_POINTS).max(1);
         u.iter().zip(v).step_by(every).map(|(u, v)| [*u, *v]).collect::<Vec<_>>()

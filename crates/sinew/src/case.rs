@@ -26,7 +26,7 @@ pub use fibres::{FibreRule, Fibres};
 pub use laws::Law;
 pub use loads::{FoundationLoad, Load, Pressure, Rim};
 pub use lowered::Lowered;
-pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, MeshSource};
+pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
 pub use parameters::Range;
 pub use sanity::hardly_moves;
 pub use select::{
@@ -89,7 +89,7 @@ pub struct Case {
     /// Whether the body contracts along its fibres, with its tension `T_a` in θ, and where.
     #[serde(default)]
     pub active: Active,
-    /// How many times as stiff it is from place to place; the tension of `active` is not meant.
+    /// Factors of the stiffness from place to place; the tension of `active` does not change.
     pub stiffness: Option<Factors>,
     /// Ranges of θ by name, in any order: the law's parameters and those that loads name.
     pub parameters: BTreeMap<String, Range>,
@@ -138,8 +138,8 @@ pub enum Formulation {
     Auto,
 }
 
-/// Share of the displacement that [`Formulation::Auto`] may lose: what material parameters are uncertain by, and far more
-/// than emulators err.
+/// Share of the displacement that [`Formulation::Auto`] may lose to locking: about the uncertainty of material parameters,
+/// and far above the errors of emulators.
 const MOST_LOST: f64 = 0.1;
 
 impl Case {
@@ -169,7 +169,7 @@ impl Case {
     /// Reads a case from text; `file` names it in errors.
     ///
     /// # Errors
-    /// What is no TOML; a key that is missing, misspelt or of the wrong type, with its line and the key that was meant.
+    /// Text that is not TOML; a key that is missing, misspelt or of the wrong type, with its line and a suggestion.
     pub fn parse(text: &str, file: &str) -> Result<Self, CaseError> {
         let source = Source::new(file, text);
         let mut case: Self = toml::from_str(text).map_err(|error| source.syntax(&error))?;
@@ -246,7 +246,7 @@ impl Case {
     /// # Errors
     /// As [`Case::body`], but for a case without a potential.
     pub fn lowered(&self) -> Result<Lowered, CaseError> {
-        // Names and ranges are looked at before a mesh is.
+        // Names and ranges are checked before the mesh is read.
         let law = self.law.row(&self.source)?;
         self.check_active(law)?;
         self.lower_parameters(law)?;
@@ -274,7 +274,7 @@ impl Case {
         };
         for formulation in [Formulation::Plain, Formulation::Averaged] {
             let lowered = self.lower(mesh.clone(), formulation)?;
-            // Values outside the law's bounds are an error of the ranges, which all commands tell.
+            // Values outside the law's bounds are an error of the ranges, which is reported elsewhere.
             let locking = sinew_fem::locking_over_ranges(lowered.body()).ok().flatten();
             if formulation == last || locking.is_none_or(|found| found.expected_share <= MOST_LOST)
             {
@@ -340,8 +340,8 @@ impl Case {
         Ok(Lowered::new(balance))
     }
 
-    /// Doubts about a case that can be solved: fibres that disagree, sizes and stiffnesses that no tissue has,
-    /// supports that hold everything; `body` is the one that it was lowered to.
+    /// Warnings about a case that can be solved: fibres of opposite sign, sizes and stiffnesses outside those of tissue,
+    /// supports that hold every node. `body` is the lowered case.
     pub fn warnings(&self, body: &Body) -> Vec<String> {
         let fibres = self.fibres.as_ref().and_then(|fibres| fibres.warning(body));
         fibres.into_iter().chain(self.doubts(body)).collect()
@@ -376,7 +376,7 @@ impl Case {
         &self,
         mesh: &mut sinew_mesh::AnyMesh,
     ) -> Result<Vec<sinew_energy::Support>, CaseError> {
-        // Springs hold too, if all rigid motions: the scene looks.
+        // Springs may hold the body too; lowering the scene checks whether they hold all rigid motions.
         if self.supports.is_empty() && self.loads.iter().all(|load| load.foundation.is_none()) {
             let advice = "the body is held nowhere; add { clamped = \"NODE SET\" }".into();
             return Err(self.source.error(&["supports"], advice));

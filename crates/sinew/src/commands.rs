@@ -12,8 +12,10 @@ pub(crate) mod predict;
 pub(crate) mod report;
 pub(crate) mod sample;
 pub(crate) mod scenes;
+mod script;
 pub(crate) mod serve;
 pub(crate) mod solve;
+mod stop;
 pub(crate) mod synthesise;
 pub(crate) mod train;
 pub(crate) mod unload;
@@ -29,6 +31,7 @@ use sinew::{
 use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::Options;
 use std::path::{Path, PathBuf};
+use stop::Stoppable;
 
 /// Body and folder of the results.
 #[derive(Debug, Args)]
@@ -53,6 +56,16 @@ impl CaseArguments {
         };
         let folder = self.folder(&case);
         Ok((case, folder))
+    }
+
+    /// Arguments that name the same case, for a shell.
+    fn words(&self) -> String {
+        let mut words = vec![script::quoted(&self.case.to_string_lossy())];
+        for (option, path) in [("--mesh", &self.mesh), ("--out", &self.out)] {
+            let path = path.iter().map(|path| script::quoted(&path.to_string_lossy()));
+            words.extend(path.flat_map(|path| [option.to_string(), path]));
+        }
+        words.join(" ")
     }
 
     /// Case, body and folder; warnings of the body are told on standard error. A case without a potential is refused.
@@ -91,8 +104,8 @@ fn tell_doubts(case: &Case, body: &Body) {
 /// Another body whose solution and stiffness are known.
 #[derive(Debug, Args)]
 pub(crate) struct Neighbour {
-    /// Case file or built-in scene of another body with the same cells between its nodes and the same supports: its solution and its stiffness
-    /// give the predictions for an unseen body
+    /// Case file or built-in scene of another body with the same connectivity and the same supports: its solution and
+    /// stiffness give the predictions for this body
     #[arg(long, value_name = "CASE")]
     from: Option<PathBuf>,
 }
@@ -207,7 +220,10 @@ pub(crate) fn solved_by(
     folder: Option<&Path>,
     options: &Options,
 ) -> Result<Simulations> {
-    let found = simulate_by(body, thetas, stage, folder, options, &mut Terminal::default())?;
+    let found = match folder {
+        Some(_) => simulate_by(body, thetas, stage, folder, options, &mut Stoppable::new()?)?,
+        None => simulate_by(body, thetas, stage, None, options, &mut Terminal::default())?,
+    };
     if let Some(theta) = found.branched.first() {
         eprintln!(
             "warning: {} of {} solutions are not those that a rising load leads to, the first at {}: the body has several stable \
@@ -227,6 +243,11 @@ pub(crate) fn told_failure(body: &Body, failure: &sinew_emulate::Failure) {
 
 /// An error with its causes, each said once.
 pub(crate) fn told(error: &anyhow::Error) -> String {
+    if let Some(EmulatorError::Interrupted { stage }) = error.downcast_ref() {
+        return format!(
+            "stopped in the stage `{stage}` with everything stored; the same command goes on from there"
+        );
+    }
     let mut text = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {
         if !text.contains(&cause) {
@@ -236,8 +257,16 @@ pub(crate) fn told(error: &anyhow::Error) -> String {
     text
 }
 
-/// Whether the person at the keyboard can mend it without a computation.
-pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
+/// Exit code of an error: 3 where a signal stopped the run, 2 where the user can correct it without a computation.
+pub(crate) fn code(error: &anyhow::Error) -> u8 {
+    match error.downcast_ref::<EmulatorError>() {
+        Some(EmulatorError::Interrupted { .. }) => 3,
+        _ if is_usage(error) => 2,
+        _ => 1,
+    }
+}
+
+fn is_usage(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         let asked = cause.downcast_ref::<EmulatorError>().is_some_and(is_setting);
         asked || cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>()

@@ -31,7 +31,7 @@ pub struct Comparison {
     /// Case and command.
     #[serde(default)]
     pub origin: Origin,
-    /// Doubts about the solver's own solutions, which are the truth here.
+    /// Warnings about the solver's solutions, the reference of the errors.
     #[serde(default)]
     pub doubts: Vec<String>,
     /// The emulators.
@@ -190,7 +190,7 @@ impl Comparison {
     }
 }
 
-/// Draws the solver's solutions of the test cases that move the body in the middle and the most, by their mean.
+/// Draws the solver's solutions of the test cases with the median and the largest mean displacement.
 fn draw_motion(surfaces: &mut Surfaces, test: &TestSet<'_>) -> Result<(), ReportError> {
     let mean = |case: &usize| crate::output::mean_and_largest(&test.fields[*case])[0];
     let mut order: Vec<usize> = (0..test.fields.len()).collect();

@@ -1,6 +1,6 @@
-//! From your own mesh to an emulator you can trust.
+//! Emulators of soft-tissue mechanics with checked error estimates, from a mesh or a case file.
 //!
-//! Displacements to an accuracy that is asked for:
+//! Displacements to a prescribed accuracy:
 //!
 //! ```
 //! use sinew::mesh::box_tetrahedra;
@@ -27,7 +27,7 @@
 //!
 //! A case file names a mesh, a law, fibres, loads, supports and the ranges of parameters θ; [`Case`] reads it,
 //! [`Case::body`] makes the [`Body`] that everything else speaks to. The program `sinew` does all of this from a
-//! terminal; `docs/case-file.md` describes every key. An emulator of a case, measured on unseen parameters, is below.
+//! terminal; `docs/case-file.md` describes every key. The second example measures an emulator on unseen parameters.
 //!
 //! Compile with `--release`: Sinew's own workspace optimises all profiles, a crate that depends on it does not.
 //!
@@ -52,14 +52,14 @@
 //! let recipe = Regression { simulations: 9, most: 9, target: 0.0 };
 //! let emulator = recipe.train(&body, &case.training.options(), &mut ())?;
 //!
-//! // A prediction, how far it is from equilibrium, and one Newton step nearer.
+//! // A prediction, its error estimate, and a correction by one Newton step.
 //! let theta = vec![10.0, 12.0];
 //! let prediction = emulator.predict(&[theta.clone()])?;
 //! let estimate = emulator.estimate(&prediction, 0)?;
 //! let corrected = emulator.correct(&theta, 1)?;
 //! assert!(corrected.estimate.residual < estimate.residual);
 //!
-//! // Errors and times on cases that it has not seen.
+//! // Errors and times on unseen cases.
 //! let test = TestSet::new(&body, simulate(&body, &[theta], "test", None, &mut ())?);
 //! let mut comparison = Comparison::new(&test)?;
 //! comparison.add("regression", &emulator, &test, 2)?;

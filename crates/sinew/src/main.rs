@@ -34,7 +34,7 @@ CASE is a case file or the name of a built-in scene. Results go to out/NAME (--o
 are in the units that the case file gives them in, unless a value names its own (p=7mmHg).
 
 Exit codes: 0 success; 1 no result, or not for every row; 2 an error in the command line, the case file or a table of
-parameters, whose correct rows are computed.";
+parameters, whose correct rows are computed; 3 stopped by SIGTERM or Ctrl-C with everything stored: the same command goes on.";
 
 /// Physics-informed emulation of soft-tissue mechanics: solve, train, predict and correct bodies from case files.
 #[derive(Debug, Parser)]
@@ -110,7 +110,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {}", commands::told(&error));
-            ExitCode::from(if commands::is_usage(&error) { 2 } else { 1 })
+            ExitCode::from(commands::code(&error))
         }
     }
 }

@@ -55,7 +55,7 @@ pub struct Row<'a> {
     pub quality: Option<Quality>,
     /// Other reasons for mistrust.
     pub warnings: Vec<String>,
-    /// Why there is no displacement.
+    /// Reason of a missing displacement.
     pub failure: Option<String>,
 }
 

@@ -71,7 +71,7 @@ impl Comparison {
         Ok(report)
     }
 
-    /// The method of least median error, and what it does at its worst.
+    /// The method with the lowest median error, and its largest errors.
     fn headline(&self) -> String {
         let median = |method: &&Method| method.evaluation.raw.err_u.q50;
         let Some(best) = self.methods.iter().min_by(|a, b| median(a).total_cmp(&median(b))) else {
@@ -385,7 +385,7 @@ fn of(count: usize, cases: usize) -> String {
     format!("{count} of {cases}")
 }
 
-/// The solver, whose solutions are the truth of the table, which keeps it out of the ranking.
+/// The solver. Its solutions are the reference of the errors, so it is not ranked.
 fn solver(cold: f64, warm: f64, count: usize) -> Result<Row, ReportError> {
     let mut row = Row::new(SOLVER, 0.0, cold)?.described("", "the truth of this table");
     row.errors.resize(count, Cell::default());

@@ -1,5 +1,5 @@
-//! Printing that does not care whether anybody reads: `sinew scenes | head -1` closes the pipe, and a computation goes on to
-//! write its files all the same. These macros take the place of the standard ones, which panic then.
+//! Printing without a panic on a closed pipe, as in `sinew scenes | head -1`: a computation goes on and writes its files.
+//! The macros replace the standard ones, which panic.
 
 use std::fmt::Arguments;
 use std::io::Write;

@@ -17,7 +17,7 @@ macro_rules! scenes {
     };
 }
 
-/// All of them: those of the thesis, with their names there, an organ that needs no mesh file, and the benchmarks of Land et al. (2015).
+/// All of them: those of the thesis, with their names there, organs that need no mesh file, and the benchmarks of Land et al. (2015).
 pub const SCENES: &[BuiltIn] = scenes! {
     "OnceClampedBeam": "once_clamped_beam.toml",
     "TwiceClampedBeam": "twice_clamped_beam.toml",
@@ -31,6 +31,7 @@ pub const SCENES: &[BuiltIn] = scenes! {
     "LeftVentricleThesis": "left_ventricle_thesis.toml",
     "LeftVentricleNeoHookean": "left_ventricle_neo_hookean.toml",
     "Liver": "liver.toml",
+    "IdealLiver": "ideal_liver.toml",
     "Land1": "land_1.toml",
     "Land2": "land_2.toml",
     "Land3": "land_3.toml",

@@ -11,7 +11,7 @@ use sinew_energy::Body;
 use sinew_fem::{Options, SolveError, Solver};
 use std::sync::Mutex;
 
-/// Step of central differences, as a share of a parameter's range: half of the digits of a double is left.
+/// Step of central differences \[relative to a parameter's range\]: rounding leaves about ten digits.
 const STEP: f64 = 1e-5;
 
 /// Models of one body for the protocol of UM-Bridge 1.0 (Seelinger et al., "UM-Bridge: Uncertainty quantification and modeling
@@ -309,7 +309,7 @@ impl<'b> Service<'b> {
         Ok(Quantities(self.body).rates(&displacement, &rate))
     }
 
-    /// Derivatives per unit of the scene as derivatives per own unit; and directions in own units as those of the scene.
+    /// Converts derivatives per scene unit to derivatives per own unit, or directions in own units to scene units.
     fn per_own_unit(&self, values: &[f64]) -> Vec<f64> {
         let sizes = self.body.parameters.iter().map(|p| p.unit.in_scene(1.0));
         values.iter().zip(sizes).map(|(value, size)| value * size).collect()
@@ -321,7 +321,7 @@ impl<'b> Service<'b> {
         self.emulator.as_ref().ok_or_else(missing)
     }
 
-    /// Calls with a solver, of which one is prepared for every request at the same time.
+    /// Calls `call` with an idle solver, or with a new one.
     fn with_solver<T>(
         &self,
         call: impl FnOnce(&mut Solver<'b>) -> Result<T, Fault>,

@@ -44,9 +44,9 @@ pub fn stress_fields(body: &Body, cells: &[CellStress]) -> Vec<StressField> {
     fields
 }
 
-/// A direction and its opposite are one fibre, and have no mean.
+/// Field of directions, which is not averaged: a direction and its opposite are one fibre.
 const FIBRE: &str = "fibre";
-/// Volumes of cells add up, and have no mean that means something.
+/// Field of cell volumes, which is not averaged: volumes add up.
 const VOLUME: &str = "volume";
 
 /// Adds stress, strain and fibres to a mesh, at its cells and averaged to its nodes by volume.

@@ -206,7 +206,7 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
 /// Requires values that the body's law has a meaning for.
 ///
 /// # Errors
-/// The first value that has none, in words.
+/// The first value outside, in words.
 pub fn admissible(body: &Body, theta: &[f64]) -> Result<(), String> {
     let of_law = body.material.parameters().len();
     for (index, (parameter, &value)) in body.parameters.iter().zip(theta).enumerate() {

@@ -27,14 +27,15 @@ const DEGREE: usize = 8;
 /// Largest error that a page may add, relative to the emulator's own.
 const MOST_ADDED: f64 = 1.0 / 3.0;
 
-/// Distance of the page's displacements from the program's by rounding alone, relative to their norm: below the 1e-6 that nobody sees.
+/// Rounding error of the page's displacements \[relative to their norm\], below 1e-6, which is invisible.
 const ROUNDING: f64 = 8e-7;
 
 /// An emulator as a page: its displacements at the surface, stress or fibres, cavities, and its error over θ.
 ///
-/// A regression is evaluated by the page as it is, in 32 bits. Any other emulator is replaced by a regression of 500 of its
-/// predictions, whose distance from 100 others is on the page. The error is a regression of checked error estimates
-/// ([`sinew_fem::Solver::error_estimate`]) of what the page shows; how often it is within a factor of three is on the page as well.
+/// The page evaluates a regression in 32 bits. Any other emulator is replaced by a regression of 500 of its predictions,
+/// and the page states its distance from 100 others. The error is a regression of checked error estimates
+/// ([`sinew_fem::Solver::error_estimate`]) of the displayed displacements. The page states how often it is within a factor
+/// of three.
 /// Same seed, same page.
 ///
 /// # Errors

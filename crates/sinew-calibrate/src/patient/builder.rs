@@ -83,8 +83,8 @@ impl<'p> PatientBuilder<'p> {
         self
     }
 
-    /// θ that others are predicted from, best near the middle of what is asked for; unless told the middle of the body's ranges, and 1
-    /// for parameters that the body has not.
+    /// θ of the anchor, from which other θ are predicted, best near their middle. The default is the middle of the body's
+    /// ranges, and 1 for the patient's other parameters.
     pub fn start(mut self, theta: &[f64]) -> Self {
         self.start = Some(theta.to_vec());
         self

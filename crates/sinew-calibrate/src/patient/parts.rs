@@ -6,7 +6,7 @@ use crate::setting::Entry;
 use sinew_energy::{Body, ForceBalance};
 use sinew_fem::{Options, Solution, Unload, UnloadOptions, Unloaded};
 
-/// Most iterations from a predicted body at rest; farther off, the search from the image is as good.
+/// Iterations from a predicted body at rest at most. If it is farther off, the search from the image is as fast.
 const NEAR: usize = 12;
 
 /// Displacements from the image come in this order: image, rest, then phases.

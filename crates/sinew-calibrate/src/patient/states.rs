@@ -37,7 +37,7 @@ pub enum StateError {
     /// No equilibrium at a phase.
     #[error("at {phase}: {source}")]
     Phase { phase: String, source: SolveError },
-    /// An equilibrium that small disturbances end.
+    /// An unstable equilibrium.
     #[error(
         "at {phase}: the equilibrium is unstable, its stiffness has {negative_pivots} negative eigenvalues; the load is beyond what the body \
          bears at this theta"

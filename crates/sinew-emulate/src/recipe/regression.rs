@@ -13,9 +13,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
 
-/// Proper orthogonal decomposition of few simulations and interpolation of its coefficients, see [`crate::PodRegression`]; or of
-/// what [`Taylor`](super::Taylor) leaves of them, where that halves the error by leaving one out.
-/// The number of simulations doubles until the error on the held-out cases meets the target; the fit of the least error is taken.
+/// Proper orthogonal decomposition of few simulations and interpolation of its coefficients, see [`crate::PodRegression`].
+/// The remainder of the [`Taylor`](super::Taylor) expansion is regressed instead if that halves the leave-one-out error.
+/// The number of simulations doubles until the error on the held-out cases meets the target. The fit with the lowest error
+/// is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Regression {
@@ -23,8 +24,8 @@ pub struct Regression {
     pub simulations: usize,
     /// Simulations at most.
     pub most: usize,
-    /// Error to be met on the held-out cases, [`Candidate::error`]; zero asks for the most simulations without expecting anything of
-    /// them.
+    /// Error to be met on the held-out cases, [`Candidate::error`]. Zero takes the largest number of simulations and gives
+    /// no warning.
     pub target: f64,
 }
 
@@ -166,7 +167,7 @@ impl Trial<'_> {
         Ok(root_mean_square(&self.held_out.cases(&fields.collect::<Result<Vec<_>>>()?)?))
     }
 
-    /// The best, of whose simulations the session is told.
+    /// The best fit. Its simulations are counted in the session.
     fn best(self, session: &mut Session<'_, '_>) -> Result<(Regressed, f64)> {
         let choice = self.record.choice.get_or_insert_default();
         session.simulations = choice.candidates.get(choice.taken).map_or(0, |c| c.simulations);

@@ -35,7 +35,7 @@ pub(super) fn decompose(
     let allowed = dropped_energy * energies.iter().sum::<f64>();
     let mut dropped = 0.0;
     let mut kept = energies.len();
-    // What rounding leaves of a zero singular value is no mode, whatever the tolerance.
+    // The rounding error of a zero singular value is not a mode, whatever the tolerance.
     let rounding = (f64::EPSILON * snapshots.norm()).powi(2);
     while kept > 0 && (dropped + energies[kept - 1] <= allowed || energies[kept - 1] <= rounding) {
         kept -= 1;

@@ -13,7 +13,7 @@ pub enum RegressionError {
     /// Samples of unlike length.
     #[error("sample {sample}: {expected} {what} expected, {found} found")]
     Length { what: &'static str, sample: usize, expected: usize, found: usize },
-    /// A parameter that its scale has no place for.
+    /// A parameter that is not finite, or not positive on a logarithmic scale.
     #[error(
         "parameter {parameter} of sample {sample} is {value}: it must be finite, and positive where it is sampled by its logarithm"
     )]

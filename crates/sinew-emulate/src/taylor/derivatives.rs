@@ -6,12 +6,13 @@ use sinew_coordinates::Motions;
 use sinew_energy::Barriers;
 use sinew_fem::{SolveError, Solver};
 
-/// Motions with their Taylor polynomial in the parameters, so that a network learns the remainder, and the derivatives of the solution as
-/// features of the graph's nodes, in units of outputs: what fibres, loads and supports make of every part of the body.
+/// Motions with their Taylor polynomial in the parameters; a network learns the remainder. The derivatives of the solution
+/// are also features of the graph's nodes, in units of outputs. They hold the effect of fibres, loads and supports on each
+/// part of the body.
 ///
-/// First order are the derivatives at the motions' origin, one linear system each; second order is what one Newton step adds to first
-/// order a deviation away in each parameter and each two of them, with the stiffness at the origin, which is factorised once. Where an
-/// order goes too far, as exponential laws do, less is taken.
+/// The first order takes one linear system per parameter, at the motions' origin. The second order comes from one Newton
+/// step after the first order, at a deviation in each parameter and in each pair of parameters, with the factor at the
+/// origin. An order that overshoots, as under exponential laws, is damped.
 ///
 /// Returns these motions, and those of first order for the features.
 pub fn following(
@@ -41,8 +42,8 @@ pub fn following(
     Ok((damped(&[Some(first.clone())], body, thetas)?, first))
 }
 
-/// Shares of first and second order, and the form, of least energy at `thetas`. Energies count by their logarithm beyond a
-/// small part of the work of the loads, so that no single set of parameters decides.
+/// Damping factors of first and second order, and the form, with the lowest energy at `thetas`. Energies above a small
+/// share of the loads' work count by their logarithm, so that no single parameter set decides.
 fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result<Motions> {
     /// Parts of both that are tried.
     const PARTS: [[f64; 2]; 6] =
@@ -66,7 +67,7 @@ fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result
         let least = energies.iter().copied().fold(f64::INFINITY, f64::min);
         // Loads that are zero at the centre do no work there: then the energies' own size is the scale.
         let scale = PRECISE * if work > 0.0 { work } else { least.abs() };
-        // Where all are infinite, they say nothing.
+        // If all energies are infinite, none is preferred.
         for ((loss, _), energy) in tried.iter_mut().zip(energies).filter(|_| least.is_finite()) {
             let excess = energy - least;
             *loss += if excess > 0.0 { (excess / scale).ln_1p() } else { 0.0 };
@@ -76,8 +77,8 @@ fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result
     Ok(tried.swap_remove(0).1)
 }
 
-/// Changes of the displacement with the products of two standardised parameters, from states so far from the origin; `None` where first
-/// order inverts a cell there.
+/// Second-order terms of the displacement in the standardised parameters, from states at `deviation` from the origin;
+/// `None` if the first order inverts a cell there.
 fn second_order(
     first: &Motions,
     solver: &mut Solver<'_>,
@@ -86,7 +87,7 @@ fn second_order(
     let body = solver.body();
     let (count, scaling) = (body.parameters.len(), parameters::scaling(body)?);
     let factor = 0.5 / deviation.powi(2);
-    // Mean of what is missing at both ends of a direction: odd orders cancel.
+    // Mean Newton step at both ends of a direction: odd orders cancel.
     let mut missing = |axes: &[usize]| -> Result<Option<Vec<f64>>> {
         let mut sum = vec![0.0; 3 * body.nodes];
         for sign in [deviation, -deviation] {

@@ -1,4 +1,4 @@
-//! The properties checked, and a failure to have one.
+//! Properties of a law, and their violation.
 
 use sinew_num::Mat3;
 use thiserror::Error;
@@ -52,7 +52,7 @@ pub enum Property {
     /// Guarded energy and stress are finite on a tangled mesh.
     #[error("guarded energies are finite on a tangled mesh")]
     GuardFinite,
-    /// A number outside `bounds` would be accepted.
+    /// The given parameters are within the law's bounds.
     #[error("the parameters given lie within the law's bounds")]
     Parameters,
 }

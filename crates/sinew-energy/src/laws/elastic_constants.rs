@@ -19,7 +19,7 @@ pub(super) fn lame_bounds(index: usize) -> RangeInclusive<f64> {
     least..=*POSITIVE.end()
 }
 
-/// Energy and derivatives of a [`Law`] that is the one in its field at other parameters, which a function makes of its own.
+/// Energy and derivatives of a [`Law`] that wraps another one, whose parameters a function computes from its own.
 macro_rules! at_parameters {
     ($own:ident) => {
         fn density<S: Scalar, G: Guard>(

@@ -9,7 +9,7 @@ use sinew_num::Scalar;
 /// `Q = b_f Ē₁₁² + b_t(Ē₂₂² + Ē₃₃² + 2Ē₂₃²) + 2b_fs(Ē₁₂² + Ē₁₃²)`, `Ē = ½(C̄ − I)`.
 ///
 /// θ = (C \[stress\], b_f, b_t, b_fs). The directions are an orthonormal frame that starts with the
-/// fibre; [`Guccione::frame`] makes one from the fibre, and it does not matter which.
+/// fibre; [`Guccione::frame`] makes one from the fibre; any such frame gives the same energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Guccione;
 

@@ -9,9 +9,9 @@ use std::ops::RangeInclusive;
 /// Linear isotropic elasticity of a thin plate whose faces are free of stress, for triangles; θ stays that
 /// of the solid, (μ, λ) \[stress\].
 ///
-/// A thin plate contracts freely by `ε₃₃ = −λ/(λ+2μ) (ε₁₁ + ε₂₂)`; what is left is plane strain with
-/// `λ* = 2λμ/(λ+2μ)` (S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, 1951, art. 15 and 16).
-/// It is linear elasticity only that reduces so simply.
+/// A thin plate contracts freely by `ε₃₃ = −λ/(λ+2μ) (ε₁₁ + ε₂₂)`, which is equivalent to plane strain with `λ* =
+/// 2λμ/(λ+2μ)` (S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, 1951, art. 15 and 16). Only linear elasticity
+/// reduces in this way.
 ///
 /// ```
 /// use sinew_energy::{Exact, Law, laws::{LinearElastic, PlaneStress}};

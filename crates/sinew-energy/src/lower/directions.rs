@@ -5,8 +5,8 @@ use super::geometry::dot3;
 use crate::SceneError;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 
-/// How far a unit vector's length may be from 1, and the product of perpendicular ones from 0: wide
-/// enough for directions written to files in single precision.
+/// Largest error of the length of a unit vector and of the product of perpendicular ones: directions in files may have
+/// single precision.
 const DIRECTION_TOLERANCE: f64 = 1e-5;
 
 impl<const N: usize> Setup<'_, N>
@@ -71,8 +71,7 @@ fn check_directions<const D: usize>(rows: &[[[f64; 3]; D]]) -> Result<(), SceneE
     Ok(())
 }
 
-/// Nodal directions at a point. A direction has no sense, so each node's is turned to agree with the
-/// first one's.
+/// Nodal directions interpolated at a point. A direction has no sense, so each is given the sign of the first node's.
 fn interpolate<const D: usize, const N: usize>(
     nodal: &[[[f64; 3]; D]; N],
     shape: &[f64; N],

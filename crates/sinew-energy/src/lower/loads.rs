@@ -88,7 +88,7 @@ where
         Ok(cavities)
     }
 
-    /// The pressures that have a potential, and those that have none.
+    /// The pressures with a potential, and those without.
     pub(super) fn pressures(
         &self,
         held: &Held,

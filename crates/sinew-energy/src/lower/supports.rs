@@ -6,12 +6,12 @@ use crate::{Frames, Load, Prescribed, SceneError, Support};
 use sinew_mesh::Mesh;
 use sinew_num::Mat3;
 
-/// Directions of supports count as one when the sine of their angle is below this: files with six digits do
-/// not tell them apart, and what is held across them would be rounding.
+/// Largest sine of the angle between two directions that count as the same: files have six digits, and their difference
+/// would be a rounding error.
 const SAME_DIRECTION: f64 = 1e-6;
 /// Nodes this close to an axis \[relative to the largest distance from its point\] have no radial direction.
 const ON_AXIS: f64 = 1e-9;
-/// A motion along a coordinate axis below this part of a unit of motion is rounding in a frame's axes.
+/// Component of a unit vector that is a rounding error in the axes of a frame.
 const ROUNDING: f64 = 1e-12;
 
 /// Prescribed degrees of freedom, and the frames of nodes that they are along.
@@ -21,7 +21,7 @@ pub(crate) struct Held {
 }
 
 impl Held {
-    /// The prescribed displacement of a node along a coordinate axis, if the supports leave it none there.
+    /// Displacement of a node along a coordinate axis, if supports prescribe it.
     pub(crate) fn along_axis(&self, node: usize, axis: usize) -> Option<f64> {
         let Some(frame) = self.frames.get(node) else { return self.prescribed[3 * node + axis] };
         let own = self.prescribed[3 * node..3 * node + 3].iter().zip(&frame.0);
@@ -30,15 +30,15 @@ impl Held {
             .sum()
     }
 
-    /// Holds a node along a unit vector, beside what holds it already (Gram–Schmidt).
+    /// Adds a prescribed direction, a unit vector, to those of a node (Gram–Schmidt).
     ///
     /// # Errors
-    /// The displacement that follows from what holds it already, if it is another one.
+    /// The displacement that follows from the prescribed directions, if it differs.
     fn hold(&mut self, node: usize, direction: [f64; 3], displacement: f64) -> Result<(), f64> {
         let held = &mut self.prescribed[3 * node..3 * node + 3];
         let mut frame = self.frames.get(node).copied().unwrap_or(Mat3::IDENTITY);
         let (mut axis, mut value) = (direction, displacement);
-        // Once more: what is left of a direction close to those held is orthogonal to them only then.
+        // Twice: once is inexact for a direction close to the prescribed ones.
         for _ in 0..2 {
             let mut size = value.abs();
             for (own, u) in frame.0.iter().zip(held.iter()).filter_map(|(a, u)| Some((a, (*u)?))) {

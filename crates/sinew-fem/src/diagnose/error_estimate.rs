@@ -1,8 +1,8 @@
-//! A posteriori error of a displacement: the distance to the equilibrium that Newton's method contracts to.
+//! A posteriori error of a displacement: its distance to the equilibrium that Newton's method converges to.
 //!
-//! A Newton step alone is no estimate: far from equilibrium it may be a thousandth of the error, or lead nowhere. The
-//! simplified Newton step after it, with the same stiffness, tells which: by the theorem of Newton and Kantorovich there is an equilibrium nearby
-//! and the steps converge to it where the second is short beside the first (P. Deuflhard, Newton Methods for Nonlinear
+//! A Newton step alone is no estimate: far from equilibrium it may be a thousandth of the error. A simplified Newton
+//! step with the same stiffness follows it. If the second step is much shorter than the first, there is an equilibrium
+//! nearby and the steps converge to it (Newton–Kantorovich theorem; P. Deuflhard, Newton Methods for Nonlinear
 //! Problems, 2011, chapter 2).
 
 use crate::elements::supports::place;
@@ -12,12 +12,13 @@ use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;
 use thiserror::Error;
 
-/// Length of the simplified Newton step relative to the Newton step before it up to which both are taken to contract:
-/// the Kantorovich quantity h is about twice this ratio, and convergence is certain for h ≤ 1/2.
+/// Largest contraction ratio of two steps that counts as converging: the Kantorovich quantity h is about twice this
+/// ratio, and convergence is certain for h ≤ 1/2.
 const CONTRACTS: f64 = 0.25;
-/// Simplified steps that are looked at, a gradient and a back-substitution each.
+/// Number of simplified steps; each costs a gradient and a back-substitution.
 const SIMPLIFIED: usize = 2;
-/// Newton steps that are taken before a displacement counts as far from equilibrium: each about squares a ratio below one.
+/// Most Newton steps before a displacement counts as far from equilibrium: each step about squares a contraction ratio
+/// below one.
 const MOST_STEPS: usize = 4;
 
 /// A posteriori error estimate of a displacement, from [`Solver::error_estimate`].
@@ -30,7 +31,7 @@ pub struct ErrorEstimate {
     pub energy: f64,
     /// Π of the reference configuration, where supports prescribe no motion \[stress·length³\].
     pub energy_at_rest: Option<f64>,
-    /// Newton steps that were taken to find the equilibrium, each with a factorisation.
+    /// Number of Newton steps to the equilibrium; each costs a factorisation.
     pub newton_steps: usize,
     /// The distance to the equilibrium nearby, or why none was found.
     pub distance: Result<Distance, NotNearEquilibrium>,
@@ -43,21 +44,21 @@ pub struct ErrorEstimate {
 pub struct Distance {
     /// Energy norm `‖u − û‖_K` with the stiffness K near the equilibrium [√(stress·length³)].
     pub energy_norm: f64,
-    /// Mean nodal distance, with what the contraction leaves open \[length\].
+    /// Mean nodal distance, including the steps that would follow \[length\].
     pub mean: f64,
-    /// Largest nodal distance, with what the contraction leaves open \[length\].
+    /// Largest nodal distance, including the steps that would follow \[length\].
     pub largest: f64,
-    /// Length of the last simplified Newton step relative to that before: how well the steps contract.
+    /// Contraction ratio of the last simplified Newton step.
     pub contraction: f64,
-    /// Displacement of the equilibrium as the steps foresee it, node by node \[length\].
+    /// Displacement after the last step, the best approximation of the equilibrium, node by node \[length\].
     pub equilibrium: Vec<f64>,
-    /// Mean nodal error of that displacement itself: the geometric series of the steps that would follow, at the slowest contraction that was
-    /// seen, twice \[length\].
+    /// Estimated mean nodal error of `equilibrium` \[length\]: twice the geometric series of the steps that would
+    /// follow, at the largest contraction ratio.
     pub left_open: f64,
 }
 
-/// Simplified steps contract ever more slowly, for their error turns towards the slowest direction: the series that they leave open counts so
-/// often.
+/// Safety factor on the series of steps that would follow: simplified steps contract ever more slowly, because the
+/// error turns towards the slowest direction.
 const SAFETY: f64 = 2.0;
 
 /// Reason for which a displacement has no error estimate.
@@ -93,11 +94,10 @@ pub enum NotNearEquilibrium {
 }
 
 impl Solver<'_> {
-    /// The distance of a displacement \[length\] from the equilibrium at θ that is near it, whatever it was found by. Prescribed components are put in
-    /// their places first.
+    /// Distance of any displacement \[length\] to the equilibrium at θ near it. Prescribed components are set first.
     ///
-    /// Takes Newton steps until two simplified steps after one are at most a quarter of the one before each. A good prediction needs one:
-    /// a factorisation and three back-substitutions.
+    /// Takes Newton steps until two simplified steps follow, each at most a quarter as long as the step before it. A
+    /// good prediction needs one Newton step: a factorisation and three back-substitutions.
     ///
     /// ```
     /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -128,8 +128,8 @@ impl Solver<'_> {
         self.error_estimate_within(displacement, theta, MOST_STEPS)
     }
 
-    /// As [`Solver::error_estimate`], but by more than so many Newton steps only while each leaves at most a quarter of the unbalanced forces: for a
-    /// displacement that a solve from rest may do better than.
+    /// [`Solver::error_estimate`] that gives up early: after `most` Newton steps it goes on only while each step
+    /// reduces the residual to a quarter or less. A solve from rest may then be faster.
     ///
     /// # Errors
     /// As for [`Solver::error_estimate`].
@@ -166,7 +166,7 @@ impl Solver<'_> {
         Ok(estimate)
     }
 
-    /// Newton steps until they contract; notes in `estimate` how the first one began.
+    /// Takes Newton steps until they contract; writes residual and energy of the given displacement to `estimate`.
     fn contract(
         &mut self,
         displacement: &[f64],
@@ -208,8 +208,8 @@ impl Solver<'_> {
         Ok(Err(NotNearEquilibrium::Diverges { steps, residual }))
     }
 
-    /// Simplified steps after a whole Newton step, if each is at most a quarter of the one before. One alone may be short by chance: where a
-    /// slender body turns, stresses along it are corrected first, and only then it bends.
+    /// Simplified steps after a whole Newton step, if each is at most a quarter of the one before. A single one may be
+    /// short by chance: in a slender body that rotates, the axial stresses are corrected before the bending.
     fn simplified_steps(
         &self,
         from: &[f64],
@@ -231,7 +231,6 @@ impl Solver<'_> {
             self.system.add_newton_step(&gradient, &mut next);
             let work = -dot(&gradient, &next);
             let now = [if work < 0.0 { 0.0 } else { work.sqrt() }, mean_and_largest(&next)[0]];
-            // A step to where a cell is inverted or forces overflow contracts nothing.
             let finite = energy.is_finite() && free.iter().chain(&now).all(|x| x.is_finite());
             ratio = (now[0] / size[0]).max(now[1] / size[1]);
             slowest = slowest.max(ratio);
@@ -250,7 +249,7 @@ impl Solver<'_> {
         })
     }
 
-    /// Distance to the equilibrium that steps lead to; those that would follow are shorter by the contraction each.
+    /// Distance to the equilibrium; the steps that would follow are a geometric series with the contraction ratio.
     fn distance(&self, displacement: &[f64], found: Contracted) -> Distance {
         let Contracted { equilibrium, last, ratio: contraction, slowest, .. } = found;
         let error = difference(displacement, &equilibrium);
@@ -285,15 +284,15 @@ impl Solver<'_> {
     }
 }
 
-/// Steps that contract, and where they lead.
+/// Simplified steps that contract.
 struct Contracted {
     equilibrium: Vec<f64>,
-    /// Energy before the last of them.
+    /// Energy before the last step.
     energy: f64,
     last: Vec<f64>,
-    /// Length of the last relative to that before.
+    /// Contraction ratio of the last step.
     ratio: f64,
-    /// Largest such ratio.
+    /// Largest contraction ratio of all steps.
     slowest: f64,
 }
 

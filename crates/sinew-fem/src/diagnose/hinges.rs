@@ -1,4 +1,4 @@
-//! Parts of a body that hang together by a node or an edge only, so that they turn against each other.
+//! Parts of a body that share only a node or an edge, so that they rotate against each other.
 
 use crate::RigidMode;
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
@@ -6,23 +6,23 @@ use sinew_energy::Body;
 
 /// More hinged pieces than this are not analysed: the dense eigenvalues would take longer than a solve.
 const MOST_PIECES: usize = 100;
-/// A motion counts as free when joints and supports resist it by less than this, relative to what they
-/// resist most.
+/// A motion is free if joints and supports resist it by less than this \[relative to the largest resistance\].
 const FREE: f64 = 1e-12;
 /// Fewest shared nodes that may fix a cell.
 const FIXING: usize = 2;
 /// A piece takes part in a motion \[of unit norm\] when it moves by more than this.
 const MOVES: f64 = 1e-6;
 
-/// Cells that hang together rigidly, with the centre of their joints.
+/// Cells that form a rigid piece, with the centre of its joints.
 struct Piece {
     nodes: Vec<usize>,
     centre: Vector3<f64>,
-    /// Distance that a turn by a unit is measured at.
+    /// Largest distance of a node from the centre \[length\]; a unit rotation moves that node by a unit.
     size: f64,
 }
 
-/// A piece that can move although the body as a whole is held: a node of it, the number of its nodes, and how.
+/// A piece that can move although the body as a whole is supported: one of its nodes, their number, and its free rigid
+/// motions.
 pub(crate) fn free_piece(potential: &Body, parts: usize) -> Option<(usize, usize, Vec<RigidMode>)> {
     let pieces = pieces(potential);
     if pieces.len() == parts || pieces.len() > MOST_PIECES {
@@ -57,7 +57,8 @@ pub(crate) fn free_piece(potential: &Body, parts: usize) -> Option<(usize, usize
     })
 }
 
-/// Constraints of joints and supports, as unit velocities that must vanish: six columns per piece.
+/// Constraints of joints and supports: combinations of the pieces' velocities that must vanish, six components per
+/// piece.
 fn rows(potential: &Body, pieces: &[Piece]) -> Vec<DVector<f64>> {
     let mut owners = vec![Vec::new(); potential.nodes];
     for (index, piece) in pieces.iter().enumerate() {
@@ -102,7 +103,7 @@ fn rows(potential: &Body, pieces: &[Piece]) -> Vec<DVector<f64>> {
     rows
 }
 
-/// Rigid pieces: a cell that shares three nodes off a line with a piece (two in a plane) belongs to it.
+/// Rigid pieces: a cell belongs to a piece if they share three nodes that are not collinear (two in a plane).
 fn pieces(potential: &Body) -> Vec<Piece> {
     let mut cells_of = vec![Vec::new(); potential.nodes];
     for (cell, nodes) in potential.cell_nodes().enumerate() {
@@ -112,7 +113,8 @@ fn pieces(potential: &Body) -> Vec<Piece> {
     let plane = potential.element().dimension == 2;
     const NONE: usize = usize::MAX;
     let mut piece_of_cell = vec![NONE; potential.cell_count()];
-    // The piece that a node was last counted for (it may belong to many), and that a cell shares nodes with.
+    // The last piece that each node was counted for; for each cell, the last piece it shares nodes with and their
+    // number.
     let mut piece_of_node = vec![NONE; potential.nodes];
     let mut shared = vec![(NONE, 0); potential.cell_count()];
     let mut pieces: Vec<Piece> = Vec::new();
@@ -153,7 +155,7 @@ fn pieces(potential: &Body) -> Vec<Piece> {
     pieces
 }
 
-/// Whether nodes that do not move fix a cell: in space three off a line, in a plane two.
+/// Whether fixed nodes fix a cell: three that are not collinear in space, two in a plane.
 fn fixes(plane: bool, mut places: impl Iterator<Item = Vector3<f64>>) -> bool {
     let (Some(first), Some(second)) = (places.next(), places.next()) else { return false };
     let along = second - first;

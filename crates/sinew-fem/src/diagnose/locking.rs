@@ -1,5 +1,4 @@
-//! Linear elements that are too stiff: how much of the displacement is lost is told before a solve, from mesh and
-//! material alone.
+//! Locking of linear elements: the displacement that is lost, estimated before a solve from mesh and material alone.
 //!
 //! The model of the loss was fitted to beams, cubes and ventricles against quadratic tetrahedra:
 //! `cargo test --workspace --test fem locking -- --nocapture` (docs/verification.md, "Locking").
@@ -24,18 +23,18 @@ pub const LARGEST_BULK_TO_SHEAR: f64 = 5.0;
 const SLENDER: f64 = 3.0;
 /// A smaller share of the displacement is no more than other errors of discretisation.
 const LEAST_SHARE: f64 = 0.06;
-/// Corners of a box of so many parameters are all looked at: 1024 evaluations of the law.
+/// Number of parameters whose ranges are combined in all corners: 1024 evaluations of the law.
 const MOST_CORNERS: usize = 10;
 
-/// Elements that are too stiff for this body, with the numbers that say so.
+/// Locking of the elements of a body, in numbers.
 ///
-/// Its `Display` says how much of the displacement is expected to be lost, why, and what to use instead.
+/// Its `Display` gives the expected loss of displacement, the cause and a remedy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LockingWarning {
     /// The elements.
     pub element: &'static Element,
-    /// Part of the displacement that is expected to be lost, relative to that of elements which do not lock, from 0
-    /// to 1. Within a factor of two on the bodies that it was fitted to.
+    /// Expected loss relative to the displacement of elements that do not lock, 0 to 1; within a factor of two on the
+    /// bodies of the fit.
     pub expected_share: f64,
     /// Ratio K/μ of bulk and shear modulus at rest if it exceeds [`LARGEST_BULK_TO_SHEAR`] and no volume ratio
     /// is averaged; +∞ when the material resists changes of volume only.
@@ -50,8 +49,7 @@ pub struct LockingWarning {
 ///   isotropic laws.
 /// - The thickness is four times the volume over the surface, that of a rod, but no more than the least
 ///   principal extent. A curved shell counts as twice as thick.
-/// - The share is that of beams which bend, the less the stouter the body is. A body that is only stretched loses
-///   less.
+/// - The loss is that of beams in bending, reduced for stout bodies. A body in pure tension loses less.
 ///
 /// ```
 /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -134,7 +132,7 @@ pub(crate) fn locking_of(
 /// K/μ of the tangent at rest; `None` without resistance to changes of volume.
 fn bulk_to_shear(potential: &Body, theta: &[f64]) -> Option<f64> {
     let parameters = potential.law_parameters(theta);
-    // Turning the directions changes neither K nor the trace: one point speaks for all.
+    // A rotation of the directions changes neither K nor the trace, so that one point is enough.
     let response = potential.material.response(0, parameters, &Mat3::ZERO);
     let tangent = &response.tangent;
     let bulk = [0, 4, 8].map(|i| tangent[i][0] + tangent[i][4] + tangent[i][8]);
@@ -147,7 +145,7 @@ fn bulk_to_shear(potential: &Body, theta: &[f64]) -> Option<f64> {
 }
 
 impl LockingWarning {
-    /// How much is expected to be lost and why, without a cure.
+    /// Expected loss and its cause, without a remedy.
     pub fn reason(&self) -> String {
         let Self { element, expected_share, bulk_to_shear, bending } = self;
         let lost = 100.0 * expected_share;

@@ -1,4 +1,4 @@
-//! What an equilibrium is worth, looked at after the solve.
+//! Report on an equilibrium after the solve.
 
 mod display;
 mod forces;
@@ -16,7 +16,7 @@ use crate::elements::check::{check_arrays, check_length};
 use crate::{Balance, Solution, SolveError};
 use forces::Forces;
 
-/// The numbers to look at before a solution is believed; its `Display` is a readable block.
+/// Numbers that tell whether a solution can be trusted; its `Display` is a readable block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolutionReport {
     /// Norm of the unbalanced nodal forces over that of loads and reactions.
@@ -51,8 +51,8 @@ pub struct SolutionReport {
     pub warnings: Vec<Warning>,
 }
 
-/// Looks at an equilibrium that a [`crate::Solver`] found for this body. Energy and work leave out what has no potential: loose followers and the field of
-/// pressure.
+/// Reports on an equilibrium that a [`crate::Solver`] found for this body. Energy and work omit loose follower loads
+/// and the pressure field, which have no potential.
 ///
 /// ```
 /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -112,8 +112,8 @@ pub fn report<'p>(
 }
 
 impl SolutionReport {
-    /// Sum of the forces of loads, supports and elastic supports \[stress·length²\]: rounding errors
-    /// and the residual, when the solution is an equilibrium.
+    /// Sum of the forces of loads, supports and elastic supports \[stress·length²\]; zero at an equilibrium, up to the
+    /// residual and rounding errors.
     pub fn imbalance(&self) -> [f64; 3] {
         let reaction = |i: usize| self.reactions.iter().map(|r| r.force[i]).sum::<f64>();
         [0, 1, 2].map(|i| self.loads[i] + self.elastic_supports[i] + reaction(i))

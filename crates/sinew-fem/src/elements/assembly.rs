@@ -13,7 +13,7 @@ use sinew_energy::with_nodes;
 use sinew_energy::{Body, PressureSurface, Response, SurfaceResponse};
 use sinew_num::Mat3;
 
-/// Π with its derivatives at one displacement, and what the rounding errors in them are measured by.
+/// Π and its derivatives at one displacement, with bounds of their rounding errors.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly {
     /// Π \[stress·length³\]; +∞ where a cell is inverted.
@@ -22,11 +22,12 @@ pub(crate) struct Assembly {
     pub energy_noise: f64,
     /// Derivative of Π in every degree of freedom; at prescribed ones it is the reaction.
     pub gradient: Vec<f64>,
-    /// Norm of the loads and the reactions \[stress·length²\]; where these are down to rounding errors, that of the stress at rest too.
+    /// Norm of loads and reactions \[stress·length²\], plus that of the stress at rest where they are only rounding
+    /// errors.
     pub force_scale: f64,
     /// Estimate of the rounding error in the norm of the gradient \[stress·length²\].
     pub floor: f64,
-    /// Lower half of the second derivative, with one more slot for what is prescribed.
+    /// Lower half of the second derivative, with one more slot for entries of prescribed degrees of freedom.
     pub matrix: Vec<f64>,
     /// Least volume ratio J.
     pub least_volume_ratio: f64,
@@ -38,15 +39,15 @@ pub(crate) struct Assembly {
     patches: Vec<PatchResponse>,
 }
 
-/// How often the estimate of rounding errors is tolerated: measured residuals at the floor are 0.9–1.6 of it.
+/// Residual at equilibrium as a multiple of the estimated rounding error: measured residuals are 0.9–1.6 of it.
 const FLOOR_FACTOR: f64 = 4.0;
-/// Most that an equilibrium may leave of loads and reactions, whatever the rounding errors are.
+/// Largest residual of an equilibrium \[relative to loads and reactions\], whatever the rounding errors are.
 const MOST_LEFT: f64 = 1e-6;
-/// Strain from which on a body is not at rest.
+/// Least strain of a body that is not at rest.
 const STRAINED: f64 = 1e-6;
 
-/// Norm of the nodal forces of the stress at rest \[stress·length²\], which only an active tension makes: a load that may be balanced within
-/// the body, so that a muscle that contracts freely is left without loads and reactions.
+/// Norm of the nodal forces of the stress at rest \[stress·length²\]: the force scale of a muscle that contracts
+/// freely, where loads and reactions are zero. Only active stress gives forces at rest.
 fn forces_at_rest(body: &Body, theta: &[f64]) -> f64 {
     let parameters = body.law_parameters(theta);
     let mut forces = vec![[0.0; 3]; body.nodes];
@@ -129,13 +130,13 @@ impl Assembly {
         }
     }
 
-    /// Whether everything that an equilibrium is judged by is a number.
+    /// Whether energy, force scale and rounding errors are finite.
     pub(crate) fn is_finite(&self) -> bool {
         [self.energy, self.energy_noise, self.floor, self.force_scale].iter().all(|x| x.is_finite())
     }
 
-    /// Residual at which an equilibrium is reached \[stress·length²\]: what the rounding errors amount to, but no more than
-    /// [`MOST_LEFT`] of the forces in a body that is strained. Forces on a body at rest may be nothing but rounding errors.
+    /// Residual at which an equilibrium is reached \[stress·length²\]: the rounding error, but at most [`MOST_LEFT`] of
+    /// the forces in a strained body. Forces on a body at rest may be rounding errors only.
     pub(crate) fn tolerance(&self) -> f64 {
         let (floor, most) = (FLOOR_FACTOR * self.floor, MOST_LEFT * self.force_scale);
         if floor <= most || !self.is_strained() { floor } else { most }
@@ -222,7 +223,8 @@ impl Assembly {
         let parameters = potential.law_parameters(theta);
         self.least_volume_ratio = f64::INFINITY;
         self.patches.clear();
-        // Of all points first: a patch with an inverted cell ends the assembly, and must be found among the worst.
+        // Gradients of all points first: a patch with an inverted cell ends the assembly, and its cell must be among
+        // the worst.
         for (point, (gradient, _)) in self.points.iter_mut().enumerate() {
             *gradient = potential.displacement_gradient(point, displacement);
             let ratio = 1.0 + gradient.volume_change();
@@ -338,7 +340,7 @@ impl Assembly {
         }
     }
 
-    /// Displacement gradient at each quadrature point where the last assembly took place.
+    /// Displacement gradient at each quadrature point in the assembled state.
     pub(crate) fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
         self.points.iter().map(|(h, _)| h)
     }
@@ -350,7 +352,7 @@ impl Assembly {
         least(&per_cell(&ratios, points_per_cell, f64::min), MOST_WORST)
     }
 
-    /// Displacement gradient and response at each quadrature point there.
+    /// Displacement gradient and response at each quadrature point in the assembled state.
     pub(crate) fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
         self.points.iter()
     }

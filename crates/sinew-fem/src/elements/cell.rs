@@ -111,10 +111,10 @@ pub(crate) fn product(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
     Mat3::from_fn(|i, j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j])
 }
 
-/// Rounding errors count this many times in the energy: its terms go through a dozen roundings.
+/// Number of roundings in a term of the energy, a dozen, rounded up.
 const ENERGY_ROUNDINGS: f64 = 16.0;
 
-/// Sums up how large rounding errors in energy and nodal forces can be.
+/// Sums of the rounding errors in energy and nodal forces.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rounding {
     /// Sum of the magnitudes of the terms of the energy.

@@ -41,7 +41,7 @@ pub(crate) fn volume_ratios(potential: &Body, displacement: &[f64]) -> Vec<f64> 
     (0..potential.volumes.len()).map(ratio).collect()
 }
 
-/// The error of a displacement that the energy is not finite at, with the cell of least J.
+/// Error of a displacement whose energy is not finite, with the cell of least J.
 pub(crate) fn inadmissible(body: &Body, displacement: &[f64]) -> SolveError {
     let ratios = per_cell(&volume_ratios(body, displacement), body.points_per_cell, f64::min);
     SolveError::Inadmissible { cell: least(&ratios, 1).first().map_or(0, |worst| worst.cell) }

@@ -1,4 +1,4 @@
-//! Checks of what comes from outside.
+//! Checks of arguments.
 
 use crate::SolveError;
 use crate::solve::balance::Balance;
@@ -9,7 +9,7 @@ pub(crate) fn check_displacement(body: &Body, displacement: &[f64]) -> Result<()
     check_length(body.prescribed.len(), displacement)
 }
 
-/// Checks that a displacement and θ are of a body, in this order: both are plain numbers, and only their lengths tell them apart.
+/// Checks the lengths of a displacement and θ, in this order; swapped arguments have an error of their own.
 pub(crate) fn check_state(
     balance: Balance<'_>,
     displacement: &[f64],

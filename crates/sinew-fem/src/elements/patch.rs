@@ -160,7 +160,7 @@ impl PatchResponse {
         })
     }
 
-    /// Adds what the points have in common of the second derivative times `direction` to `forces`.
+    /// Adds the terms of J̄ in the second derivative times `direction` to `forces`.
     pub(crate) fn add_common_product(&self, direction: &[f64], forces: &mut [f64]) {
         let (mean, mixed) = self.along(direction);
         for slot in 0..self.mean.len() {
@@ -170,7 +170,7 @@ impl PatchResponse {
     }
 }
 
-/// Quantities of one point that its second derivatives are made of.
+/// Terms of the second derivatives at one point.
 struct Terms<'r> {
     /// `(J̄/J)^(1/3)`.
     scale: f64,
@@ -183,7 +183,7 @@ struct Terms<'r> {
     response: &'r Response,
     /// `Â : F̄`.
     along: Mat3<f64>,
-    /// `F̄ : Â : F̄ / 9`, the part of c that is not of the stress.
+    /// `F̄ : Â : F̄ / 9`, the part of c from the tangent.
     square: f64,
 }
 

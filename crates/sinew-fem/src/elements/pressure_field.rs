@@ -1,4 +1,4 @@
-//! The field of pressure of mixed elements: how it acts on displacements, and displacements on it.
+//! Coupling of displacements and the pressure field of mixed elements.
 
 use crate::elements::assembly::Assembly;
 use crate::linear::factor::Factor;
@@ -7,14 +7,14 @@ use faer::sparse::Triplet;
 use sinew_energy::{Body, PressureField};
 use sinew_num::Mat3;
 
-/// A field of pressure with its derivatives where assembled last.
+/// A pressure field with its derivatives at the assembled state.
 pub(crate) struct Coupling<'p> {
     pub field: &'p PressureField,
     /// `∂r_p/∂u` of each cell: one row per corner, `3N` columns.
     rows: Vec<f64>,
-    /// Modulus of each quadrature point that the pressure works against \[stress\].
+    /// Longitudinal modulus at each quadrature point \[stress\].
     moduli: Vec<f64>,
-    /// Factor of the pressure's mass matrix over the local moduli: about the Schur complement.
+    /// Factor of the pressure's mass matrix weighted by the inverse moduli, which approximates the Schur complement.
     schur: Option<Factor>,
 }
 
@@ -33,8 +33,8 @@ impl<'p> Coupling<'p> {
         (0..self.moduli.len()).map(value).collect()
     }
 
-    /// Takes the derivatives at the assembled state; returns the changes of volume that the pressures should prevent,
-    /// `∫ N_a (J − 1 − p/κ) dV`.
+    /// Takes the derivatives at the assembled state; returns the residual of the volume constraint, `∫ N_a (J − 1 −
+    /// p/κ) dV`.
     pub(crate) fn assemble(
         &mut self,
         body: &Body,
@@ -91,7 +91,7 @@ impl<'p> Coupling<'p> {
         });
     }
 
-    /// Subtracts what the field's own compliance gives way by.
+    /// Subtracts the changes of volume by the compliance 1/κ.
     pub(crate) fn add_compliance(&self, body: &Body, pressures: &[f64], volumes: &mut [f64]) {
         if self.field.compliance == 0.0 {
             return;
@@ -128,7 +128,7 @@ impl<'p> Coupling<'p> {
         Some(())
     }
 
-    /// Overwrites changes of volume with the pressures that prevent them, about.
+    /// Overwrites changes of volume with pressures by the approximate Schur complement.
     pub(crate) fn solve_schur(&self, pressures: &mut [f64]) {
         if let Some(schur) = &self.schur {
             schur.solve(pressures);

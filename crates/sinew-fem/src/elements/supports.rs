@@ -3,11 +3,11 @@
 use crate::elements::assembly::Assembly;
 use sinew_energy::{Body, Frames};
 
-/// A held node of a turned frame that is off its place by less than this, relative to how far it moved, is
-/// there: rounding is not a motion of a support.
+/// Deviation of a node from its prescribed place, in a rotated frame, that is a rounding error \[relative to its
+/// displacement\].
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Puts prescribed degrees of freedom where a fraction of the prescribed motion takes them.
+/// Sets prescribed degrees of freedom to a fraction of the prescribed motion.
 pub(crate) fn place(potential: &Body, load_factor: f64, displacement: &mut [f64]) {
     let Body { prescribed, frames, .. } = potential;
     for (dof, target) in prescribed.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What Newton's method works on: the balance of forces of a body, with its derivatives where it was assembled last.
+//! The discrete system of Newton's method: the balance of forces of a body and its derivatives at the assembled state.
 
 use crate::diagnose::locking::locking_of;
 use crate::diagnose::rigid::check_supports;
@@ -92,7 +92,8 @@ impl<'p> System<'p> {
         })
     }
 
-    /// System of a body of the same cells and supports with another shape at rest; it shares what is prepared.
+    /// System of a body with the same cells and supports but another reference configuration; it shares what is
+    /// prepared.
     pub(crate) fn like<'q>(&self, balance: Balance<'q>) -> Result<System<'q>, SolveError> {
         let Balance { body, whole } = balance;
         let surfaces = whole.map_or(&[][..], |whole| &whole.followers);
@@ -221,7 +222,8 @@ impl<'p> System<'p> {
         Ok(motion)
     }
 
-    /// Entries of θ that stress the body at rest and may be zero, such as an active tension: loads rather than stiffnesses.
+    /// Entries of θ that stress the body at rest and may be zero, such as active stress: they are loads, not
+    /// stiffnesses.
     pub(crate) fn stressing_entries(&self, theta: &[f64]) -> Vec<usize> {
         let stresses = |theta: &[f64]| {
             let parameters = self.body.law_parameters(theta);

@@ -1,4 +1,4 @@
-//! Why there are no fibres, with numbers and advice.
+//! Errors of fibre rules, with numbers and advice.
 
 use sinew_energy::listed;
 use sinew_mesh::Defect;
@@ -42,7 +42,7 @@ pub enum FibreError {
          keep the outer facets out of the base"
     )]
     NoApex { nodes: usize },
-    /// The depth in the wall is the same all around a cell.
+    /// The gradient of the depth vanishes around a cell.
     #[error(
         "cell {cell} and its neighbours have all their nodes on one surface of the wall; \
          refine the mesh across the wall"

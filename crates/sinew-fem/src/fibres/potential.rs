@@ -7,7 +7,7 @@ use faer::sparse::Triplet;
 use nalgebra::{Matrix3, Vector3};
 use sinew_mesh::TetMesh;
 
-/// The mesh as the Laplace operator sees it.
+/// The Laplace operator on linear tetrahedra.
 pub(super) struct Laplacian<'m> {
     mesh: &'m TetMesh,
     /// Gradients of the four shape functions of each cell [1/length].

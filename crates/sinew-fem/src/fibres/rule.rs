@@ -85,7 +85,7 @@ pub(super) struct Layer {
     pub outward: Vector3<f64>,
 }
 
-/// A direction whose part along the layer is smaller than this does not tell which way the base is.
+/// Least tangential part of a direction that still defines the direction to the base.
 const ALONG: f64 = 1e-6;
 
 impl Layer {
@@ -97,7 +97,7 @@ impl Layer {
         let to_base = to_base.try_normalize(f64::MIN_POSITIVE)?;
         let along = to_base - outward * outward.dot(&to_base);
         let along = along.try_normalize(ALONG)?;
-        // Once more: the first difference cancels when the directions are nearly parallel.
+        // Orthogonalised twice: the first difference cancels when the directions are nearly parallel.
         let longitudinal = (along - outward * outward.dot(&along)).normalize();
         let circumferential = longitudinal.cross(&outward);
         Some(Self { circumferential, longitudinal, outward })

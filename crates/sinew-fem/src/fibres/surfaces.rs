@@ -1,4 +1,4 @@
-//! The surfaces of a ventricle, and what is wrong with them.
+//! The surfaces of a ventricle and their checks.
 
 use super::FibreError;
 use sinew_mesh::{Facet, TetMesh};
@@ -99,7 +99,7 @@ fn check_reach(
     name: &str,
 ) -> Result<(), FibreError> {
     let mut seen = vec![false; mesh.points.len()];
-    // Marks all nodes connected with some; returns how many.
+    // Marks all nodes connected to the given ones; returns their number.
     let reach = |mut part: Vec<usize>, seen: &mut [bool]| {
         part.iter().for_each(|&node| seen[node] = true);
         let mut next = 0;

@@ -1,4 +1,4 @@
-//! Depth in the wall and the way to the base of any ventricle, by Laplace problems.
+//! Depth in the wall and direction to the base of any ventricle, by Laplace problems.
 
 use super::potential::Laplacian;
 use super::rule::Layer;
@@ -7,15 +7,15 @@ use super::{FibreError, FibreRule, Frame};
 use nalgebra::Vector3;
 use sinew_mesh::TetMesh;
 
-/// Places of a ventricle's wall between its surfaces, and its fibres: the
-/// Laplace–Dirichlet rule of J. D. Bayer et al., Ann. Biomed. Eng. 40 (2012), for one ventricle.
+/// Coordinates in the wall of a ventricle, and its fibres: the Laplace–Dirichlet rule of J. D. Bayer et al., Ann.
+/// Biomed. Eng. 40 (2012), for one ventricle.
 ///
 /// With one ventricle the rule's interpolation between the frames of two surfaces is a rotation by an angle
-/// linear in the depth. It differs from the paper in what measurement against closed forms favours
-/// (the ellipsoid of Land et al., six layers of cells):
+/// linear in the depth. It differs from the paper where closed forms favour it (the ellipsoid of Land et al., six
+/// layers of cells):
 ///
 /// - Fibres lie in the layers of equal thickness exactly; the direction to the base is projected on the layer.
-///   The paper projects the other way round, which leaves sheets up to 18° off, ours 3°.
+///   The paper projects the other way round; its sheets are up to 18° off, ours 3°.
 /// - The apex, where the longitudinal potential is 0, is a pair of nodes, one on each surface: the farthest from
 ///   the base in the sense of `−Δh = 1`, h = 0 on the base, which does not depend on coordinates.
 /// - There are two measures of [`Depth`].
@@ -126,8 +126,8 @@ fn conductivity(gradients: &[Vector3<f64>]) -> Vec<f64> {
     gradients.iter().map(|gradient| gradient.norm().max(least)).collect()
 }
 
-/// Gradients of a potential at the nodes, zero where they have no direction: means over the cells around,
-/// which lie closer to the truth than the gradient of any one cell (sheets to 0.2° instead of 1.7°).
+/// Gradients of a potential at the nodes, zero where they have no direction: means over the adjacent cells, more
+/// accurate than the gradient of one cell (sheets to 0.2° instead of 1.7°).
 fn directions(laplacian: &Laplacian<'_>, potential: &[f64]) -> Vec<Vector3<f64>> {
     let of_cells = laplacian.gradients(potential);
     let least = NO_DIRECTION * mean_length(&of_cells);

@@ -15,17 +15,17 @@ use faer::{Conj, MatMut, Par, Side};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
-/// First shift \[relative to the mean diagonal\] that is tried on an indefinite matrix, and its growth.
-/// Small enough to leave a slender body its soft directions, along which it snaps or buckles (an arch took 539 iterations
-/// from 1e-4, 10 from here), and reaching any matrix in a few tries.
+/// First shift of an indefinite matrix \[relative to the mean diagonal\], and its growth. It is small enough to keep
+/// the soft directions of a slender body, along which it snaps or buckles: an arch takes 539 iterations from 1e-4, 10
+/// from 1e-6. A few trials reach any matrix.
 const FIRST_SHIFT: f64 = 1e-6;
 const SHIFT_GROWTH: f64 = 8.0;
 const MOST_SHIFTS: usize = 12;
 
-/// Shares that the dense blocks of a large factor are divided into. The division is fixed, so that numbers do not depend on the number of
-/// threads; one thread alone takes blocks whole, to the same bits.
+/// Shares of the dense blocks of a large factor. The division is fixed, so that results do not depend on the number of
+/// threads; a single thread does not divide, with the same bits.
 const SHARES: NonZeroUsize = NonZeroUsize::new(4).unwrap();
-/// Entries of a factor from which its blocks are large enough to be divided.
+/// Least number of entries of a factor whose blocks are divided.
 const LARGE: usize = 2_000_000;
 
 /// The Cholesky factor of a body's stiffness: `L Lᵀ`, or `L D Lᵀ` where negative eigenvalues are counted.
@@ -141,7 +141,7 @@ impl Factor {
                     places.extend((0..end - begin).map(|i| start + i * (rows + 1)));
                 }
             }
-            // Tiny matrices have none, whatever is asked for; the diagonal comes first in each column.
+            // Tiny matrices have no supernodes, whatever is requested; the diagonal comes first in each column.
             SymbolicCholeskyRaw::Simplicial(symbolic) => {
                 places.extend(&symbolic.col_ptr()[..symbolic.ncols()]);
             }
@@ -149,8 +149,8 @@ impl Factor {
         places.into_iter().map(|place| self.entries[place])
     }
 
-    /// Factorises the matrix plus the least multiple of its mean diagonal that was found to make it
-    /// positive definite; returns the multiple. The diagonal in `matrix` is restored.
+    /// Factorises the matrix plus a multiple of its mean diagonal, the first of growing ones that makes it positive
+    /// definite; returns the multiple. The diagonal in `matrix` is restored.
     pub(crate) fn shifted(&mut self, sparsity: &Sparsity, matrix: &mut [f64]) -> Option<f64> {
         let diagonal = &sparsity.pattern.col_ptr()[..sparsity.unknowns()];
         let original: Vec<_> = diagonal.iter().map(|&slot| matrix[slot]).collect();

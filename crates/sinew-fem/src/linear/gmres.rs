@@ -5,7 +5,7 @@ use crate::linear::vector::{dot, norm};
 /// Krylov vectors that are kept before a restart.
 const RESTART: usize = 80;
 
-/// A new direction whose image adds less than this part of itself is rounding: the system is singular.
+/// Least new part of an image \[relative to the image\]; below it the system is singular to rounding errors.
 const SINGULAR: f64 = 1e-14;
 
 /// How an iterative solve ended.
@@ -18,7 +18,7 @@ pub(crate) struct LinearOutcome {
 }
 
 /// Solves `A x = b` by GMRES with right preconditioning (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7,
-/// 1986), from x = 0: the residual that is watched is the true one, whatever the preconditioner.
+/// 1986), from x = 0. The monitored residual is the true one, whatever the preconditioner.
 ///
 /// `apply(x, y)` writes A x to y; `precondition(x, y)` an approximation of A⁻¹ x.
 pub(crate) fn gmres(
@@ -96,7 +96,7 @@ impl Cycle {
         &self.basis[self.basis.len() - 1]
     }
 
-    /// Adds the image of the last vector: the residual that is left. `None` where it is not a new direction.
+    /// Adds the image of the last vector; returns the norm of the residual. `None` where it is not a new direction.
     fn add(&mut self, mut next: Vec<f64>) -> Option<f64> {
         let (image, last) = (norm(&next), self.basis.len() - 1);
         let mut column = vec![0.0; self.basis.len()];

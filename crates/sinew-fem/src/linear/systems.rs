@@ -1,20 +1,20 @@
-//! The linear systems of Newton's method: by a factor where the stiffness is all there is, else by iteration that the
-//! factor preconditions.
+//! The linear systems of Newton's method: by back-substitution for a body with a potential, else by GMRES
+//! preconditioned by the factor.
 
 use crate::SolveError;
 use crate::elements::state::load_gradient;
 use crate::elements::system::System;
 use crate::linear::gmres::{LinearOutcome, gmres};
 
-/// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and what is
-/// left of volumes in a balance that one step reaches stays below what is asked for.
+/// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and a step
+/// that reaches equilibrium meets the accuracy in volume.
 const TOLERANCE: f64 = 1e-10;
 /// Most iterations of one linear system.
 const MOST_ITERATIONS: usize = 400;
 
 impl System<'_> {
     /// Factorises the stiffness that was assembled last: the shift of its diagonal [relative to the mean] and the number
-    /// of its negative pivots. An indefinite one is shifted if it is to be `definite`, and else where that fails.
+    /// of its negative pivots. An indefinite one is shifted if `definite`, or if its factorisation fails.
     pub(crate) fn factorise(&mut self, definite: bool) -> Option<(f64, usize)> {
         let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
         if let Some(coupling) = &mut self.coupling {
@@ -34,7 +34,7 @@ impl System<'_> {
     }
 
     /// Solves for a change of the unknowns (free displacements, then pressures) by the whole derivative of the balance;
-    /// `shift` is that of the factor. Says how the iteration ended as well: steps of Newton's method may be rough.
+    /// `shift` is that of the factor. Also returns the outcome of the iteration; Newton steps may be inexact.
     pub(crate) fn solve(
         &self,
         mut right: Vec<f64>,

@@ -33,7 +33,7 @@ impl FromIterator<f64> for Norm {
     }
 }
 
-/// Norm of a vector: by plain squares where they can be had.
+/// Norm of a vector, by plain squares where they neither overflow nor underflow.
 pub(crate) fn norm(x: &[f64]) -> f64 {
     /// Squares between these bounds lose nothing to overflow or underflow.
     const PLAIN: std::ops::Range<f64> = 1e-140..1e150;
@@ -45,7 +45,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// A residual over a force; none of none is none.
+/// Residual relative to a force; zero for 0/0.
 pub(crate) fn relative(residual: f64, force: f64) -> f64 {
     if residual == 0.0 { 0.0 } else { residual / force }
 }

@@ -22,8 +22,8 @@ pub struct SoftestMode {
 impl Solver<'_> {
     /// The lowest eigenvalue of the stiffness at an equilibrium with its direction, by inverse iteration.
     ///
-    /// An equilibrium that is not stable, such as a straight column beyond Euler's load, has no force that would lead away
-    /// from it. Start again from it, displaced a little along this direction:
+    /// At an unstable equilibrium, such as a straight column beyond Euler's load, the residual is zero, so that
+    /// Newton's method stays there. Displace it a little along the softest mode and solve again:
     ///
     /// ```
     /// # use sinew_energy::{Parameter, Scene, Support, laws::NeoHookean};
@@ -55,7 +55,7 @@ impl Solver<'_> {
         let system = &mut self.system;
         system.factorise(true).ok_or(SolveError::Singular)?;
         let size = system.sparsity.unknowns();
-        // Some of every direction, without a pattern that the body could share.
+        // A start vector with parts in all directions and no symmetry of the body.
         let mut mode: Vec<f64> = (0..size).map(|i| ((i * 7919) % 1009) as f64 - 503.7).collect();
         let (mut image, mut stiffness, mut last) = (vec![0.0; size], 0.0, f64::INFINITY);
         for _ in 0..ITERATIONS {

@@ -1,9 +1,9 @@
 //! Curves of equilibria along lines in loads and parameters, by arc-length continuation, through limit points
 //! (E. Riks, Int. J. Solids Struct. 15, 1979).
 //!
-//! The length counts the place on the line and displacements, these relative to what moves per place at the start. Each next
-//! equilibrium is extrapolated through the last ones, or along the tangent where that turns away from it, and sought on the plane
-//! through that point across the way to it.
+//! The arc length combines the place on the line with the displacements, scaled by their rate at the start. The
+//! predictor extrapolates the last equilibria, or follows the tangent where the two disagree. The corrector searches on
+//! the plane through the predictor, normal to the step.
 
 use crate::elements::supports::place;
 use crate::elements::system::{System, Unknowns};
@@ -16,17 +16,17 @@ use crate::solve::watch::Log;
 use crate::{Options, Solution, SolveError, Solver};
 use std::time::Instant;
 
-/// An equilibrium that is farther off than so many times the step is of another branch.
+/// Largest distance to the next equilibrium \[relative to the step\]; one farther off is on another branch.
 const ASTRAY: f64 = 2.0;
-/// Least cosine between the tangent and the way to what is extrapolated.
+/// Least cosine between the tangent and the extrapolated step.
 const ALIGNED: f64 = 0.7;
 /// A step after a failure, as a part of the one before.
 const CUT: f64 = 0.5;
 
 /// The curve of equilibria along a [`Line`]: an iterator over them in order, from that at the line's start to that at its end.
 ///
-/// Beyond a limit point places fall; the curve goes on, and ends where it comes to the end of the line, which may be never: take as many
-/// as are wanted. After an error, [`SolveError::CurveEnded`] with the last equilibrium, nothing follows.
+/// Beyond a limit point the place decreases. The curve ends at the end of the line, which it may never reach: take as
+/// many points as needed. It also ends after an error, [`SolveError::CurveEnded`] with the last equilibrium.
 #[doc(alias("arc length", "Riks", "continuation"))]
 #[must_use = "an iterator does nothing until it is asked"]
 pub struct Curve<'s, 'p> {
@@ -34,7 +34,7 @@ pub struct Curve<'s, 'p> {
     stage: Stage,
     /// Change of the unknowns from place to place at the last equilibrium, and whether places rise along the curve there.
     tangent: (Vec<f64>, bool),
-    /// Displacements count relative to this \[length\].
+    /// Scale of displacements in the arc length \[length\].
     scale: f64,
     step: f64,
     least: f64,
@@ -102,7 +102,7 @@ impl<'p> Solver<'p> {
         Curve::new(&mut self.system, None, line, options)
     }
 
-    /// Follows as [`Solver::follow`] does, from an equilibrium at the line's start, or a displacement \[length\] near to it, where there are several.
+    /// [`Solver::follow`] from a given displacement \[length\] near one of several equilibria at the line's start.
     ///
     /// # Errors
     /// As for [`Solver::follow`], and a displacement of the wrong length or that is not finite.
@@ -132,8 +132,8 @@ impl<'s, 'p> Curve<'s, 'p> {
         Ok(Self { path, stage, tangent, scale: 1.0, step, least: 0.0, longest })
     }
 
-    /// No two equilibria are farther apart along the curve than this, to draw it finely; the whole line without limit points is
-    /// about 1.4 long where the body responds linearly.
+    /// Bounds the arc length between two equilibria, for a smooth plot. The whole line is about 1.4 long where the body
+    /// responds linearly.
     ///
     /// # Errors
     /// A length that is not positive.
@@ -252,20 +252,20 @@ impl<'s, 'p> Curve<'s, 'p> {
         norm(&self.way(&from.unknowns, &to.unknowns)).hypot(to.place - from.place)
     }
 
-    /// Free displacements from one state to another, as they count.
+    /// Difference of the free displacements of two states, scaled for the arc length.
     fn way(&self, from: &Unknowns, to: &Unknowns) -> Vec<f64> {
         let sparsity = &self.path.system.sparsity;
         let [from, to] = [from, to].map(|unknowns| sparsity.gather(&unknowns.displacement));
         to.zip(from).map(|(b, a)| (b - a) / self.scale).collect()
     }
 
-    /// The free displacements of a change of the unknowns, as they count.
+    /// Free displacements of a change of the unknowns, scaled for the arc length.
     fn scaled(&self, change: &[f64]) -> Vec<f64> {
         let free = self.path.system.sparsity.unknowns();
         change.iter().take(free).map(|c| c / self.scale).collect()
     }
 
-    /// The error where nothing follows the last equilibrium.
+    /// Error of a curve that was lost after the last equilibrium.
     fn lost(&mut self, log: &mut Log<'_>) -> SolveError {
         let Path { system, line, .. } = &self.path;
         let worst_cells = system.assembly.worst_cells(system.body.points_per_cell);
@@ -312,7 +312,7 @@ impl Iterator for Curve<'_, '_> {
     }
 }
 
-/// About where a curve comes to the end of its line.
+/// Linear interpolation at the end of the line.
 fn between(from: &Point, to: &Equilibrium) -> Point {
     let part = (1.0 - from.place) / (to.place - from.place);
     let between = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + part * (b - a)).collect();

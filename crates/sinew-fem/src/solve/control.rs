@@ -1,4 +1,4 @@
-//! What an equilibrium meets whose place on a line in loads and parameters is unknown.
+//! Constraints of equilibria whose place on a line in loads and parameters is unknown.
 
 use crate::elements::system::System;
 use crate::linear::vector::dot;
@@ -23,9 +23,9 @@ pub(crate) struct Plane {
 /// Residual of the constraint, and its derivatives.
 pub(crate) struct Missing {
     pub gap: f64,
-    /// The gap relative to what counts as one.
+    /// Relative gap: a volume over that of the body, or the arc length itself.
     pub relative: f64,
-    /// Derivatives of what is controlled in the free displacements and in the place.
+    /// Derivatives of the controlled quantity in the free displacements and in the place.
     pub slope: Vec<f64>,
     pub by_place: f64,
 }

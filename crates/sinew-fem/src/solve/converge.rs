@@ -1,4 +1,4 @@
-//! Quasi-Newton iteration to a relative error that its own contraction bounds: an answer and its check without a factorisation.
+//! Quasi-Newton iteration to a relative error, estimated from its contraction, without a factorisation.
 
 use crate::elements::supports::place;
 use crate::linear::vector::{dot, norm};
@@ -9,9 +9,10 @@ use sinew_energy::metrics::mean_and_largest;
 
 /// Length of a quasi-Newton step relative to the one before up to which the iteration counts as contracting.
 const CONTRACTS: f64 = 0.5;
-/// Steps that must have contracted, one after the other, before their contraction is believed: one may be short by chance.
+/// Successive contracting steps that are required: a single one may be short by chance.
 const SEEN: usize = 2;
-/// Compliant modes contract more slowly than those that dominate a step, so the series of steps that would follow counts so often.
+/// Safety factor on the series of steps that would follow: compliant modes contract more slowly than those that
+/// dominate a step.
 const SAFETY: f64 = 4.0;
 
 /// A displacement that a quasi-Newton iteration converged to, from [`Solver::converge`].
@@ -26,12 +27,14 @@ pub struct Converged {
 }
 
 impl Solver<'_> {
-    /// Quasi-Newton steps at θ, with the stiffness that was factorised last, from a displacement \[length\] until the steps that would follow
-    /// are shorter than `accuracy` of the mean nodal displacement; `None` where `most` steps do not contract to that.
+    /// Quasi-Newton steps at θ from a displacement \[length\], with the last factorised stiffness, until the estimated
+    /// error is below `accuracy` \[relative to the mean nodal displacement\]; `None` where `most` steps do not reach
+    /// it.
     ///
-    /// The next step is computed and not taken. Its length, and how much shorter it is than the one before in the mean and in the energy norm,
-    /// bound the error (P. Deuflhard, Newton Methods for Nonlinear Problems, 2011, section 2.1). The stiffness is best one of a neighbouring
-    /// equilibrium, from [`Solver::error_estimate`] or [`Solver::solve`]. `None` too where the energy is above that of the body at rest.
+    /// The next step is computed but not taken. Its length and its contraction ratio, in the mean and in the energy
+    /// norm, bound the error (P. Deuflhard, Newton Methods for Nonlinear Problems, 2011, section 2.1). Use the
+    /// stiffness of a neighbouring equilibrium, from [`Solver::error_estimate`] or [`Solver::solve`]. `None` also where
+    /// the energy is above that of the body at rest.
     ///
     /// ```
     /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -62,8 +65,9 @@ impl Solver<'_> {
         self.converged(from, theta, (accuracy, most), SEEN)
     }
 
-    /// As [`Solver::converge`], where steps with the same stiffness were seen to contract at a neighbouring θ: an accurate prediction is its own answer, by one
-    /// step that is computed and not taken, at a contraction ratio of one half or the largest that is seen.
+    /// [`Solver::converge`] where steps with the same stiffness contracted at a neighbouring θ. An accurate prediction
+    /// is returned unchanged after one computed step. The contraction ratio is assumed to be one half; from the third
+    /// step on, it is the largest measured one.
     ///
     /// # Errors
     /// As for [`Solver::converge`].
@@ -124,8 +128,8 @@ fn below_rest(body: &Body, theta: &[f64], energy: f64) -> bool {
     !rest || energy <= body.value(&vec![0.0; 3 * body.nodes], theta) + NOISE * energy.abs()
 }
 
-/// Length of the series of steps that starts with the last of some, of which so many must have been seen to contract; infinite where the last ones do not
-/// contract in the mean and in the energy norm.
+/// Length of the series that continues the last step, from at least `seen` steps before it; infinite where the last
+/// steps do not contract in the mean and in the energy norm.
 fn left_open(lengths: &[f64], norms: &[f64], seen: usize) -> f64 {
     if lengths.len() <= seen {
         return f64::INFINITY;

@@ -25,14 +25,14 @@ const SUFFICIENT: f64 = 1e-4;
 /// Backtracking factor, and the largest number of trials.
 const SHORTER: f64 = 0.4;
 const MOST_TRIALS: usize = 20;
-/// The first step is rescaled by a secant step if that differs by more than this share: a stiffness at other parameters
-/// is of another size.
+/// Least relative change of the first step's length that a secant step makes: the frozen stiffness may have another
+/// scale.
 const OFF: f64 = 0.2;
 /// Largest rescaling of the first step.
 const LONGEST: f64 = 50.0;
 /// Residual \[relative to loads and reactions\] at which a descent ends: rounding error of the forces.
 pub(crate) const BALANCED: f64 = 1e-13;
-/// Two support directions count as perpendicular if the cosine of their angle is below this.
+/// Cosine below which two directions count as perpendicular.
 const ACROSS: f64 = 0.1;
 /// Rounding errors of energies \[relative\].
 pub(crate) const NOISE: f64 = 1e-14;
@@ -77,15 +77,15 @@ pub struct Descent {
     pub residual_after: f64,
     /// Norm of loads and reactions where it ended \[stress·length²\].
     pub force_scale: f64,
-    /// Steps that were taken: fewer than allowed where no step lowers the energy, at equilibrium for instance.
+    /// Number of steps; fewer than allowed where no step lowers the energy, as at equilibrium.
     pub steps: usize,
     /// Wall-clock time \[s\].
     pub seconds: f64,
 }
 
 impl Descent {
-    /// Unbalanced forces where it ended \[relative to loads and reactions there\]: about one, it is nowhere near an equilibrium, however much smaller
-    /// the residual has become. How far the equilibrium is, [`Solver::error_estimate`] says.
+    /// Final residual \[relative to loads and reactions\]. A value of about one is far from equilibrium, however much
+    /// the residual fell. [`Solver::error_estimate`] gives the distance.
     pub fn unbalanced(&self) -> f64 {
         relative(self.residual_after, self.force_scale)
     }
@@ -174,8 +174,8 @@ impl<'p> FrozenTangent<'p> {
         self.system.relax(Potential { body, theta, frames: &frames }, from, steps, BALANCED)
     }
 
-    /// Frames of another body whose free axes are its own nearest to those that the unknowns of this stiffness are along; refuses a body
-    /// that they are not the unknowns of.
+    /// Frames of another body, with its free axes rotated as near as possible to those of this stiffness; an error if
+    /// cells or supports differ.
     fn frames_of<'b>(&self, body: &'b Body) -> Result<Cow<'b, Frames>, SolveError> {
         let own = self.system.body;
         let refuse = |what| Err(SolveError::OtherBody { what });
@@ -215,8 +215,8 @@ impl<'p> FrozenTangent<'p> {
     }
 }
 
-/// The orthonormal vectors of a space that are nearest, one after the other, to those of another as large; `None` where one of these is as
-/// good as across to it.
+/// Orthonormal basis of `space`, each vector the nearest to that of `to`, in order; `None` where one is nearly
+/// perpendicular to the space.
 fn nearest(to: &[[f64; 3]], space: &[[f64; 3]]) -> Option<Vec<[f64; 3]>> {
     let mut found: Vec<[f64; 3]> = Vec::new();
     for vector in to {
@@ -244,7 +244,7 @@ pub(crate) struct Potential<'a> {
 }
 
 impl System<'_> {
-    /// Descends with the factor that it has, until no more than a part of the forces is unbalanced.
+    /// Descends with the last factor until the relative residual is at most `enough`.
     pub(crate) fn relax(
         &self,
         potential: Potential<'_>,
@@ -297,7 +297,7 @@ impl System<'_> {
         change
     }
 
-    /// The longest of some steps along a direction that lowers the energy enough.
+    /// Longest step along a direction, by backtracking, that meets the decrease condition.
     pub(crate) fn step_along(
         &self,
         at: &At,
@@ -316,7 +316,7 @@ impl System<'_> {
             let lower = trial.energy <= at.energy - SUFFICIENT * length * promised;
             let hidden = length * promised <= noise && norm(&trial.slope) < norm(&at.slope);
             if (lower || hidden) && self.is_sound(at, &trial, potential) {
-                // Where the energy's slope vanishes, if that changes evenly.
+                // Secant step: the zero of the slope by linear interpolation.
                 let better = length * promised / (promised + dot(&trial.slope, direction));
                 let lengthen = first && better > 0.0 && better < LONGEST * length;
                 if lengthen && (better / length - 1.0).abs() > OFF {
@@ -335,7 +335,8 @@ impl System<'_> {
         None
     }
 
-    /// Whether energy and forces are finite, and no cell is as good as flat on the way: it might come out turned inside.
+    /// Whether energy and forces are finite and no cell becomes nearly flat along the step, where it could turn inside
+    /// out.
     fn is_sound(&self, from: &At, to: &At, potential: Potential<'_>) -> bool {
         let Potential { body, theta, .. } = potential;
         let step: Vec<f64> =
@@ -386,7 +387,7 @@ pub(crate) struct Pair {
 }
 
 impl Memory {
-    /// Minus the inverse that the remembered steps make of the held one, times the slope at a state that the last direction led to.
+    /// Quasi-Newton direction: minus the updated inverse stiffness times the slope.
     pub(crate) fn direction(&mut self, system: &System<'_>, at: &At, frames: &Frames) -> Vec<f64> {
         let solved = system.solved(&at.slope);
         let state = Last {

@@ -1,4 +1,4 @@
-//! What a solve did, iteration by iteration.
+//! History of a solve, iteration by iteration.
 
 use std::fmt;
 
@@ -37,7 +37,7 @@ impl History {
     }
 }
 
-/// Longest excerpt that [`History`] prints: the last iterations tell most.
+/// Number of last iterations that [`History`] prints.
 const MOST_LINES: usize = 12;
 
 impl fmt::Display for History {

@@ -1,4 +1,4 @@
-//! Arc-length steps where a path of rising loads comes near to a limit point: do loads fall beyond it?
+//! Arc-length steps near a limit point of a rising load, to see whether the load falls beyond it.
 
 use crate::linear::vector::norm;
 use crate::solve::outlook::Turn;
@@ -6,19 +6,20 @@ use crate::solve::path::{Along, Path, Point};
 use crate::solve::search::Equilibrium;
 use crate::solve::watch::Log;
 
-/// Equilibria that are looked for.
+/// Most equilibria that are sought.
 const MOST: usize = 6;
 /// Iterations at each.
 const ITERATIONS: usize = 8;
-/// Unbalanced forces \[relative\] that are enough to see which way loads go.
+/// Residual \[relative\] that shows whether the load rises or falls.
 const ACCURACY: f64 = 1e-7;
-/// An equilibrium that is farther off than so many times the step is of another branch.
+/// Largest distance to the next equilibrium \[relative to the step\]; one farther off is on another branch.
 const ASTRAY: f64 = 1.25;
 /// A step after a failure and after a success, as a multiple of the one before.
 const CHANGES: [f64; 2] = [0.5, 2.0];
 
 impl Path<'_, '_> {
-    /// Goes on by the length of the curve until loads fall or the path leads on; whether it does, or the last equilibrium is another one.
+    /// Continues by arc length until the load falls or passes the refused one; true if the path can continue from the
+    /// last equilibrium.
     pub(crate) fn around(&mut self, history: &mut Log<'_>) -> bool {
         let [.., before, last] = &self.points[..] else { return false };
         let apart = |a: &Point, b: &Point| {

@@ -48,7 +48,7 @@ impl Line {
         (self.load_factors[1] - self.load_factors[0], rates)
     }
 
-    /// Refuses ends that are not of the body.
+    /// Checks that both ends belong to the body.
     pub(crate) fn check(&self, system: &System<'_>) -> Result<(), SolveError> {
         self.thetas.iter().try_for_each(|theta| system.check_theta(theta))?;
         let finite = self.load_factors.iter().all(|load| load.is_finite());

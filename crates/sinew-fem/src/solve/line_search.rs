@@ -1,4 +1,4 @@
-//! How far a step of Newton's method goes.
+//! Line search of Newton's method.
 
 use crate::elements::cell::{is_short, volume_ratios_along};
 use crate::elements::state::State;
@@ -7,26 +7,26 @@ use crate::solve::search::{Search, Watch};
 use sinew_energy::Body;
 use sinew_num::Mat3;
 
-/// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
+/// Constant of the sufficient decrease (Armijo) condition (Nocedal & Wright, 3.1).
 const SUFFICIENT: f64 = 1e-4;
 /// Largest rotation \[rad\] of a cell in a step that raises the energy. Measured over the range of both beams:
 /// 0.45–0.55 need 6–7 iterations everywhere, 0.4 and 0.7 up to 14 at some θ.
 const MOST_ROTATION: f64 = 0.5;
 /// Steps in a row that may raise the energy.
 const MOST_RISES: usize = 2;
-/// How much such a step may raise the energy, as a multiple of what the slope promises to lower it by. From 20
-/// on nothing changes on beams, linear or quadratic, where less costs iterations. Without a bound a first step
-/// into the exponential of a fibre law ends at 1e113 times the energy, and most iterations lead back.
+/// Largest rise of the energy in such a step, as a multiple of the decrease that the slope predicts. Beams take more
+/// iterations below 20, and no fewer above. Without a bound, a first step into the exponential of a fibre law reaches
+/// 1e113 times the energy, and most iterations return from there.
 const MOST_RISE: f64 = 20.0;
-/// A step must not squeeze a cell to this part of its volume before and after the step.
+/// Least volume of a cell along a step \[relative to the smaller of its volumes before and after\].
 const FLAT: f64 = 1e-3;
 /// Steps shorter than this end the line search: the energy does not fall along the direction.
 const SHORTEST_STEP: f64 = 1e-8;
 /// Steps out of an indefinite stiffness are doubled up to this while the energy falls.
 const LONGEST_STEP: f64 = 64.0;
-/// Least volume ratio that a step without a potential may leave, as a part of the one before it.
+/// Least volume ratio after a step without a potential \[relative to the one before\].
 const LEAST_VOLUME: f64 = 0.3;
-/// Such steps shorter than this end the search.
+/// Shortest step without a potential.
 const SHORTEST_BALANCE_STEP: f64 = 1e-2;
 
 impl Search<'_> {
@@ -60,9 +60,9 @@ impl System<'_> {
         (reached, trial)
     }
 
-    /// Takes a step along `direction`: the length, 0 when the search went back instead.
+    /// Takes a step along `direction`; returns its length, 0 if the search returned to the watchdog's state.
     ///
-    /// Descent out of a shifted stiffness is shorter than need be, so such a step may be `stretched`.
+    /// Steps with a shifted stiffness are too short; `stretched` allows longer ones.
     pub(crate) fn line_search(
         &self,
         search: &mut Search<'_>,
@@ -97,7 +97,7 @@ impl System<'_> {
                 return Some(length);
             }
             if let Some(watch) = search.watch.take() {
-                // The step after the last rise of the energy must lower it, or the rises were a mistake.
+                // The next step must lower the energy.
                 search.rises = MOST_RISES;
                 search.at.displacement = watch.displacement;
                 search.predicted = None;
@@ -108,7 +108,7 @@ impl System<'_> {
         None
     }
 
-    /// Takes the longest of the steps 1, ½, ¼, … that squeezes no cell too much, without a potential to tell more.
+    /// Takes the longest of the steps 1, ½, ¼, … that keeps the volume of all cells, for a balance without a potential.
     pub(crate) fn take(
         &self,
         search: &mut Search<'_>,
@@ -135,8 +135,8 @@ impl System<'_> {
         None
     }
 
-    /// Whether a cell is as good as flat somewhere on the way from the assembled state along `direction`. A step
-    /// through flat can lead out again: a bar that is drawn thin at once may come out turned inside.
+    /// Whether a cell becomes nearly flat along a step from the assembled state. A step through flat may end with J >
+    /// 0: a bar stretched in one step may come out turned inside out.
     pub(crate) fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
         let passes = |(point, h): (usize, &Mat3<f64>)| {
             flattens(h, &self.body.displacement_gradient(point, direction), length)
@@ -156,7 +156,7 @@ impl System<'_> {
     }
 }
 
-/// Whether a cell is as good as flat somewhere on the way from `h` along `step`.
+/// Whether a cell becomes nearly flat between `h` and `h + length·step`.
 pub(crate) fn flattens(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> bool {
     let flat = || {
         let [start, least, end] = volume_ratios_along(h, step, length);

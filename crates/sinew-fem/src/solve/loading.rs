@@ -1,4 +1,4 @@
-//! The whole load: at once where that works, else by load steps, unless evidence says that the body does not bear it.
+//! Solving under the whole load: at once if possible, else by load increments, unless the load is beyond a limit point.
 
 use crate::elements::system::Unknowns;
 use crate::solve::path::{FIRST_GRADIENT, Path};
@@ -7,24 +7,25 @@ use crate::solve::watch::Log;
 use crate::{Advice, LoadSteps, SolveError};
 use std::ops::Range;
 
-/// A body that does not minimise a potential starts in steps where the linear model foresees that the whole load changes a
-/// displacement gradient by more than this: beams under a loose pressure wasted five iterations on the attempt.
+/// Change of a displacement gradient under the whole load, by the linear model, above which a balance without a
+/// potential starts with load increments: beams under a pressure with a loose rim lose five iterations otherwise.
 const FAR: f64 = 2.5;
-/// Parts of a load beyond the limit: where an attempt at it fails, the whole load is far beyond what a body bears if the linear model foresees displacement gradients of more
-/// than 1e4, as a first step in this range says. The softest ventricle under 1000 mmHg, which is solved, has 6e-4. Below are loads near
-/// overflow, which exponential laws may bear.
+/// First load steps of loads far beyond the limit: a step below 2.5e-5 means displacement gradients above 1e4 in the
+/// linear model. The softest ventricle under 1000 mmHg, which is solved, has 6e-4. Loads below the range are near
+/// overflow; exponential laws may bear them.
 const FAR_BEYOND: Range<f64> = 1e-9..2.5e-5;
-/// Iterations of the search for the part of such a load that the body bears, and the least number after the attempt at all of it.
+/// Iterations to find the part of such a load that the body bears: in all, and at least after the attempt at the whole
+/// load.
 const GLANCE: [usize; 2] = [50, 15];
-/// Steps in a row with an indefinite stiffness after which the first load steps are taken before more of the whole load's: they tell bodies that
-/// come to rest far away from those that never will.
+/// Successive steps with an indefinite stiffness after which load increments are tried before the whole load is
+/// continued: they tell whether an equilibrium exists.
 const PATIENCE: usize = 10;
-/// Iterations that these load steps get: two beyond what ventricles take to their limit pressure.
+/// Iterations of these load increments: two more than ventricles need to their limit pressure.
 const SCOUT: usize = 48;
 
 impl Path<'_, '_> {
-    /// The equilibrium under the whole load with the number of load steps: at once from where it should be, or else by
-    /// steps from rest.
+    /// The equilibrium under the whole load and the number of load steps: at once from a given state, else by steps
+    /// from rest.
     ///
     /// # Errors
     /// [`SolveError::NotConverged`].
@@ -71,7 +72,7 @@ impl Path<'_, '_> {
         self.by_steps(step, history)
     }
 
-    /// Whether a balance of a body at rest goes so far that an attempt at the whole load is wasted.
+    /// Whether a balance without a potential, at rest, moves too far for an attempt at the whole load.
     fn rolls_up(&mut self, from: &Unknowns) -> bool {
         let balance = !self.system.has_potential() && *from == self.system.rest();
         balance && self.first_step() < FIRST_GRADIENT / FAR
@@ -116,7 +117,7 @@ impl Path<'_, '_> {
         self.follow(1.0, step, history)
     }
 
-    /// Part that the body bears of a load far beyond its limit.
+    /// Finds the part that the body bears of a load far beyond its limit.
     fn glance(
         &mut self,
         step: f64,

@@ -5,11 +5,11 @@ use crate::{Options, Solution, SolveError, Solver};
 use sinew_energy::Body;
 use sinew_mesh::Prolongation;
 
-/// Parts of the coarse displacement that are tried, until one turns no cell over.
+/// Parts of the coarse displacement, tried until none of the cells is inverted.
 const PARTS: [f64; 4] = [1.0, 0.9, 0.7, 0.4];
 
-/// The equilibrium for θ of `coarse` at the nodes of `fine`, the same body on a finer mesh \[length\]: an answer in a fraction of the time,
-/// and what a regression of finer solutions is best about.
+/// Displacement \[length\] of the equilibrium of `coarse` at the nodes of `fine`, the same body on a finer mesh: a fast
+/// approximation, and a good mean function for a regression of fine solutions.
 ///
 /// # Errors
 /// As for [`Solver::solve`] of the coarse body.
@@ -27,8 +27,8 @@ pub fn coarse_displacement(
 }
 
 impl Solver<'_> {
-    /// The equilibrium for θ by way of that of `coarse`, the same body on a coarser mesh (nested iteration): most iterations of a body that
-    /// moves far are spent on getting near, which a few cells through the wall do as well.
+    /// The equilibrium for θ, started from that of `coarse`, the same body on a coarser mesh (nested iteration). Under
+    /// large displacements most iterations only approach the equilibrium; a coarse mesh does this as well.
     ///
     /// ```
     /// use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -72,7 +72,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Largest share of a displacement that inverts no cell, with what supports prescribe; `None` where it is negligible.
+    /// Largest part of a displacement, with prescribed motions, that inverts no cell; `None` if all parts do.
     fn admissible(&self, displacement: &[f64], theta: &[f64]) -> Option<Vec<f64>> {
         let of_part = |part: f64| {
             let mut guess: Vec<f64> = displacement.iter().map(|u| part * u).collect();

@@ -1,18 +1,18 @@
 //! Newton's method at one load, for minima of a potential and for balances of forces without one.
 //!
-//! Three things make it take few iterations on slender bodies, where a linear step bends and thereby stretches
-//! the body (measured over the thesis' range on its gravity beam: 6–7 iterations, 10–13 without):
+//! Three measures save iterations on slender bodies, where a linear step bends and thereby stretches the body (gravity
+//! beam of the thesis over its range: 6–7 iterations instead of 10–13):
 //!
 //! - The geometric stiffness is built from the stress that the linear model foresaw for the step, not from the
 //!   one that the stretching caused (the mixed-integration-point idea of D. Magisano, L. Leonetti, G. Garcea,
 //!   Int. J. Numer. Meth. Engng 109, 2017). Both agree at the solution, so convergence stays quadratic.
-//! - A full step may raise the energy as long as the next one lowers it again (the watchdog technique of
-//!   R. M. Chamberlain et al., Math. Programming Study 16, 1982). If it does not, the search goes back and
-//!   takes the longest of the steps 1, ½, ¼, … that lowers the energy enough.
+//! - A full step may raise the energy if the next one lowers it again (watchdog; R. M. Chamberlain et al., Math.
+//!   Programming Study 16, 1982). If not, the search returns and takes the longest of the steps 1, ½, ¼, … that lowers
+//!   the energy enough.
 //! - A step that raises the energy turns no cell by more than half a radian, and raises it within bounds.
 //!
-//! Where there is a potential, a shift makes the stiffness positive definite, so that steps descend. Without one,
-//! steps go by the stiffness as it is, unsymmetric or indefinite, and are as long as the cells bear.
+//! Where there is a potential, a shift makes the stiffness positive definite, so that steps descend. Without one, steps
+//! use the unsymmetric or indefinite stiffness itself; only the volume of the cells limits their length.
 
 use crate::elements::assembly::PredictedStress;
 use crate::elements::state::State;
@@ -24,24 +24,24 @@ use crate::solve::search::{Equilibrium, Goal, Search, Start};
 use crate::solve::watch::Log;
 use crate::{Iteration, Options};
 
-/// Residual \[relative to forces and volume\] below which it is at its floor when it stops falling: with a
-/// potential and without, where linear systems are solved by iteration.
+/// Residual \[relative to forces and volume\] that is accepted once it stops falling: with a potential, and without,
+/// where linear systems are solved by iteration.
 const STALLED: [f64; 2] = [1e-9, 1e-7];
 /// Steps without progress before a residual counts as stalled.
 const MOST_STALLS: usize = 2;
-/// Growth of what is unbalanced that ends a search without a potential: at the load that is asked for, and on the way
-/// there, where a shorter load step costs less.
+/// Growth of the residual that ends a search without a potential: at the final load, and at earlier ones, where a
+/// shorter load step costs less.
 const MOST_GROWTH: [f64; 2] = [2e3, 10.0];
-/// Close to an unstable equilibrium \[residual relative to the forces\] the plain Newton step is tried too.
+/// Residual \[relative to the forces\] below which the plain Newton step to an unstable equilibrium is tried.
 const NEAR_EQUILIBRIUM: f64 = 1e-6;
-/// The step is taken when it lowers the residual to this part.
+/// Reduction of the residual that accepts this step.
 const CONVERGING: f64 = 0.25;
 
-/// Equilibria that are no more accurate than this \[relative\] are on the way to others.
+/// Relative accuracy from which an equilibrium counts as intermediate.
 const ROUGH: f64 = 1e-6;
 
 impl System<'_> {
-    /// Searches the equilibrium at a place of a line, or where a control is met.
+    /// Searches for the equilibrium at a place of a line, or where a constraint is met.
     ///
     /// `None` when there is no progress; `history` tells.
     pub(crate) fn equilibrium(
@@ -83,7 +83,7 @@ impl System<'_> {
             least = least.min(size);
             let floor = STALLED[usize::from(!self.has_potential())];
             let stalled = stalls >= MOST_STALLS && size <= floor;
-            // A step at least: what is extrapolated from extrapolated states alone drifts away from equilibrium.
+            // At least one step: repeated extrapolation drifts away from equilibrium.
             if search.negative_pivots.is_some()
                 && (stalled || self.is_balanced(&search, &residual, size))
             {
@@ -113,7 +113,7 @@ impl System<'_> {
         self.assemble(at, theta, *load_factor, predicted.as_ref())
     }
 
-    /// Whether the residual is down to what rounding errors amount to, or to what is enough.
+    /// Whether the residual is at the rounding error or below the required accuracy.
     fn is_balanced(&self, search: &Search<'_>, residual: &Residual, size: f64) -> bool {
         let accuracy = search.goal.accuracy;
         let floor = residual.force <= self.assembly.tolerance()
@@ -121,7 +121,7 @@ impl System<'_> {
         size <= accuracy || (floor && search.goal.control.is_none())
     }
 
-    /// Reports an equilibrium, with the negative pivots of the stiffness itself, without a predicted stress.
+    /// Reports an equilibrium with the negative pivots of the true stiffness, without predicted stress.
     fn found(&mut self, search: Search<'_>, residual: Residual) -> Equilibrium {
         let mut negative_pivots = search.negative_pivots.unwrap_or(0);
         if negative_pivots > 0 && self.has_potential() {
@@ -161,7 +161,7 @@ impl System<'_> {
         history.record(iteration, &search.at.displacement, &assembly.gradient);
     }
 
-    /// Moves prescribed degrees of freedom where they belong, and the free ones along by the linear model.
+    /// Moves prescribed degrees of freedom to their targets, and the free ones by the linear model.
     fn move_supports(&mut self, search: &mut Search<'_>, history: &mut Log<'_>) -> Option<()> {
         let mut motion = search.at.displacement.clone();
         place(self.body, search.load_factor, &mut motion);
@@ -190,13 +190,13 @@ impl System<'_> {
         if search.state().energy(self.body).is_finite() && !flat_between {
             return Some(());
         }
-        // The state that could not be reached tells why.
+        // Records the inadmissible state, which explains the failure.
         let residual = self.assemble_at(search);
         self.record(search, &residual, history);
         None
     }
 
-    /// The stress that the linear model foresees after a step; with a field of pressure the change of that would be missing.
+    /// Stress after a step by the linear model; `None` with a pressure field, whose change it would miss.
     pub(crate) fn predict_stress(&self, step: &[f64]) -> Option<PredictedStress> {
         self.coupling.is_none().then(|| self.assembly.predict_stress(self.body, step))
     }
@@ -248,7 +248,7 @@ impl System<'_> {
         false
     }
 
-    /// One step from the assembled state by the linear model of the balance, and of what is controlled.
+    /// One Newton step from the assembled state for the balance and its constraint.
     fn balance_step(
         &mut self,
         search: &mut Search<'_>,
@@ -315,7 +315,7 @@ impl System<'_> {
         (rate, motion)
     }
 
-    /// Change of the balance where it was assembled last with a motion of the supports.
+    /// Change of the balance at the assembled state with a motion of the supports.
     pub(crate) fn response_to_supports(&self, state: State<'_>, motion: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0; motion.len()];
         self.assembly.add_stiffness_times(self.body, state, motion, &mut forces);

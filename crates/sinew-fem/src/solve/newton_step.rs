@@ -1,5 +1,4 @@
-//! Single steps of Newton's method from a displacement that something else foresaw: how far it is from equilibrium, and
-//! a correction of it.
+//! Single steps of Newton's method from a predicted displacement: its distance to equilibrium and its correction.
 
 use crate::elements::assembly::PredictedStress;
 use crate::elements::cells::inadmissible;
@@ -8,7 +7,7 @@ use crate::linear::vector::dot;
 use crate::{SolveError, Solver};
 use std::time::Instant;
 
-/// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
+/// Constant of the sufficient decrease (Armijo) condition (Nocedal & Wright, 3.1).
 const SUFFICIENT: f64 = 1e-4;
 /// Shorter steps correct nothing.
 const SHORTEST_STEP: f64 = 1.0 / 64.0;
@@ -41,8 +40,7 @@ pub struct NewtonStep {
 }
 
 impl NewtonStep {
-    /// Whether the forces are less balanced than before, though the energy fell: the displacement was too far from
-    /// equilibrium for one step to be trusted.
+    /// Whether the residual rose though the energy fell: the displacement was too far from equilibrium for one step.
     pub fn residual_rose(&self) -> bool {
         self.residual_after > self.residual_before
     }
@@ -176,8 +174,8 @@ impl Solver<'_> {
         Ok(step)
     }
 
-    /// The longest of the steps 1, ½, ¼, … that turns no cell over and lowers the energy, or else the residual where the
-    /// energy is down to its rounding error.
+    /// Takes the longest of the steps 1, ½, ¼, … that inverts no cell and lowers the energy, or the residual if the
+    /// energy change is within rounding error.
     fn search(&self, step: &mut NewtonStep, theta: &[f64], direction: &[f64], promised: f64) {
         let from = step.displacement.clone();
         let mut gradient = vec![0.0; from.len()];

@@ -5,38 +5,38 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LoadSteps {
-    /// Only where the whole load at once fails, which takes the fewest iterations. A body with several stable equilibria comes to one of them.
+    /// Only if the whole load at once fails; this takes the fewest iterations. A body with several stable equilibria
+    /// ends at one of them.
     #[default]
     WhenNeeded,
-    /// Always, from rest: the equilibrium that the body comes to under a load that rises slowly, until it snaps. States to start from are not
-    /// read.
+    /// Always, from rest: the equilibrium of a slowly rising load, until the body snaps. Initial states are ignored.
     Always,
 }
 
-/// Limits and accuracy of a solve, and how loads are raised where the whole at once fails.
+/// Limits and accuracy of a solve, and its load increments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Most states that are assembled, all load steps together. Hard bodies take a few hundred.
+    /// Most iterations of all load steps together. Hard bodies take a few hundred.
     pub iterations: usize,
-    /// Most of them at one load: searches that succeed take fewer, and beyond them smaller load steps are cheaper.
+    /// Most iterations at one load: successful searches take fewer, and a smaller load step is cheaper than more.
     pub iterations_per_load: usize,
     /// When loads are raised step by step: for bodies with several stable equilibria.
     pub load_steps: LoadSteps,
     /// Largest first load step, as a fraction of the load. Slender bodies start with less, by the linear model at rest.
     pub first_load_step: f64,
-    /// Most that a load step may be longer than the one before. It is as long where that began a fifth of the forces away
-    /// from equilibrium, or its second iteration a thousandth.
+    /// Largest growth of a load step over the one before. The step stays the same if the last one began with a residual
+    /// of 0.2, or its second iteration with 1e-2.
     pub load_step_growth: f64,
-    /// Smallest load step before the solve gives up, relative to the load that was reached; above the first load step
-    /// none is tried.
+    /// Smallest load step \[relative to the load reached\] before the solve gives up; a value above `first_load_step`
+    /// allows no load steps.
     pub least_load_step: f64,
-    /// Unbalanced forces \[relative to loads and reactions\] and changes of volume \[relative to the body's\] of an
-    /// equilibrium without a potential, where the accuracy of linear systems bounds what can be had. Minima of a
-    /// potential have it on the way to another load, and go down to what rounding errors amount to in the end.
+    /// Residual of an equilibrium without a potential: forces \[relative to loads and reactions\] and volume changes
+    /// \[relative to the body's volume\]. Minima of a potential meet it at intermediate loads, and are solved to
+    /// rounding errors at the final load.
     pub accuracy: f64,
-    /// Unbalanced forces that are enough for a minimum of a potential; 0, the default, is what rounding errors amount to.
+    /// Residual of a minimum of a potential at the final load \[relative to loads and reactions\]; 0, the default, solves to rounding errors.
     pub minimum_accuracy: f64,
-    /// Accuracy without a potential on the way to another load, where only the next step starts.
+    /// Accuracy without a potential at intermediate loads.
     pub accuracy_on_the_way: f64,
 }
 

@@ -1,7 +1,6 @@
 //! An order of samples in which neighbours follow each other.
 
-/// Indices of parameter sets in an order in which neighbours follow each other: from the first one on to the nearest that is left, in the
-/// logarithms of positive entries.
+/// Nearest-neighbour order of parameter sets, from the first one; distances are in the logarithms of positive entries.
 pub fn neighbours(thetas: &[Vec<f64>]) -> Vec<usize> {
     nearest_neighbour_path(&log_coordinates(thetas))
 }
@@ -27,7 +26,7 @@ fn log_coordinates(thetas: &[Vec<f64>]) -> Vec<Vec<f64>> {
     coordinates
 }
 
-/// Starts at the first point and goes on to the nearest one that is left, the first of equals.
+/// Starts at the first point and goes on to the nearest unvisited one, the first of equals.
 fn nearest_neighbour_path(points: &[Vec<f64>]) -> Vec<usize> {
     let mut left: Vec<_> = (0..points.len()).collect();
     let mut path = Vec::with_capacity(points.len());

@@ -1,17 +1,17 @@
-//! Evidence that loads which rise further have no equilibrium: the curve of equilibria bends over to a limit point.
+//! Limit point foreseen from the curve of equilibria: evidence that larger loads have none.
 
 use crate::linear::vector::{dot, norm};
 use crate::solve::search::Equilibrium;
 
-/// Equilibria that a parabola is laid through.
+/// Number of equilibria on the parabola.
 const POINTS: usize = 3;
-/// A limit point is approached to this part of its load before one beyond it is tried.
+/// Part of a foreseen limit load that is reached before arc-length steps begin.
 const NEAR: f64 = 0.9;
-/// Steps lead over this part of the way to it: less than the whole, as it is foreseen roughly.
+/// Part of the way to a foreseen limit point that a step takes: less than one, as the estimate is rough.
 const ONWARD: f64 = 0.75;
-/// Then so much more than its load is tried, where the body may have snapped to other equilibria.
+/// Load tried beyond a limit point \[relative to its load\], where the body may have snapped to other equilibria.
 const BEYOND: f64 = 1.05;
-/// The last equilibria under loads that rise, and the least load beyond them that none was found for.
+/// The last equilibria under a rising load, and the least larger load without one.
 pub(crate) struct Outlook {
     /// Places on the line with displacements \[length\], ascending, all on one branch.
     points: Vec<(f64, Vec<f64>)>,
@@ -45,7 +45,7 @@ impl Outlook {
 
     pub(crate) fn reach(&mut self, place: f64, found: &Equilibrium) {
         if found.jumped {
-            // What the branch that was left bent over to is no limit any more.
+            // The limit point of the branch left behind no longer counts.
             self.points.clear();
             (self.jumped, self.turn) = (true, Turn::Unknown);
         }
@@ -68,7 +68,7 @@ impl Outlook {
         self.refused = Some(self.refused.map_or(place, |refused| refused.min(place)));
     }
 
-    /// Place of the limit point that the curve bends over to: the top of the parabola of places over the way that displacements have gone.
+    /// Place of the foreseen limit point: the maximum of the parabola of places over displacement.
     pub(crate) fn limit(&self) -> Option<f64> {
         let [(a, from), (b, middle), (c, last)] = &self.points[..] else { return None };
         let way = |to: &[f64]| to.iter().zip(last).map(|(u, l)| u - l).collect::<Vec<_>>();
@@ -82,7 +82,7 @@ impl Outlook {
         bends.then(|| c + slope.max(0.0).powi(2) / (-4.0 * curvature))
     }
 
-    /// Whether the next equilibria are near to a limit point that is foreseen, and not looked at yet.
+    /// Whether a foreseen limit point is near and not yet examined.
     pub(crate) fn is_near(&self) -> bool {
         let (Some(_), Some((reached, _))) = (self.refused, self.points.last()) else {
             return false;
@@ -90,7 +90,7 @@ impl Outlook {
         self.turn == Turn::Unknown && self.limit().is_some_and(|limit| *reached >= NEAR * limit)
     }
 
-    /// Place of the next equilibrium instead of `target`, once one was refused, on the way to the place `goal`.
+    /// Place of the next equilibrium on the way to `goal`, in place of `target` after a failure.
     pub(crate) fn target(&self, target: f64, goal: f64) -> f64 {
         match (self.turn, self.refused, self.points.last(), self.limit()) {
             (Turn::At(limit), ..) => goal.min(BEYOND * limit),
@@ -101,7 +101,7 @@ impl Outlook {
         }
     }
 
-    /// The limit point, if places fall beyond it.
+    /// The limit point, if it was passed by arc length.
     pub(crate) fn ends(&self) -> Option<f64> {
         match self.turn {
             Turn::At(limit) => Some(limit),

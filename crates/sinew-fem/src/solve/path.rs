@@ -1,5 +1,4 @@
-//! Following an equilibrium along a line in loads and parameters: place by place, by the volume that a pressure sweeps, or by the
-//! length of the curve.
+//! Continuation of an equilibrium along a line in loads and parameters, by load, swept volume or arc length.
 
 use crate::elements::assembly::PredictedStress;
 use crate::elements::supports::place as place_supports;
@@ -17,30 +16,30 @@ use sinew_num::Mat3;
 
 /// The first load step changes no displacement gradient by more than this, by the linear model of the body at rest.
 pub(crate) const FIRST_GRADIENT: f64 = 0.25;
-/// A step after a failure, and the least after a success, as a part of the one before.
+/// Factor of a step after a failure, and the least factor after a success.
 const CUT: f64 = 0.5;
-/// Factor of a step after a failure at the start: the load that the body bears is searched by orders of magnitude.
+/// Factor of a step after a failure of the first one: it finds the order of magnitude of the load quickly.
 const SCAN: f64 = 0.2;
-/// Equilibria that the next one is extrapolated from, without a field of pressure and with one. Those on the way are
-/// rough, pressures more than displacements, and a curve through more of them goes astray: four take a third more
-/// iterations on beams that roll up, three half as many again in incompressible bodies.
+/// Equilibria that the next one is extrapolated from, without a field of pressure and with one. Intermediate equilibria
+/// are rough, pressures more than displacements, and higher polynomials amplify it: cubic extrapolation takes a third
+/// more iterations on beams that roll up, quadratic half as many again in incompressible bodies.
 const POINTS: [usize; 2] = [3, 2];
-/// Unbalanced forces \[relative to loads and reactions\] that a step should begin with. They grow with the step
-/// to the power of the [`POINTS`], as the error of what is extrapolated; 0.1–0.3 take about as many iterations.
+/// Residual \[relative to loads and reactions\] that a step should begin with. It grows as the extrapolation error, the
+/// step to the power of [`POINTS`]; 0.1–0.3 take about as many iterations.
 const BEGIN: f64 = 0.2;
-/// Residual of the second iteration, where that allows longer steps: bodies with a stiff response to changes of volume begin far from balance, and
-/// are near to it at once. They grow with the step to twice that power, as errors of Newton's method. The softest inflated ventricle of
-/// the hard cases takes 298 iterations, with a tenth of this 320.
+/// Residual that the second iteration should begin with, if this allows longer steps: nearly incompressible bodies
+/// begin far from equilibrium but are near after one iteration. It grows with twice that power (Newton's method). The
+/// softest inflated ventricle of the hard cases takes 298 iterations, and 320 with a tenth of this.
 const SECOND: f64 = 1e-2;
-/// Below this part of the load, what holds is looked for to as many digits as it has: it is refused anyway.
+/// Part of the load below which the largest bearable load is sought to two digits only: the solve fails anyway.
 const FAR_BELOW: f64 = 1e-2;
 /// Smallest part of the load that is tried.
 const LEAST_LOAD: f64 = 1e-12;
 
-/// Steps in a row with an indefinite stiffness that end a search on the way, where a shorter load step costs less; those of equilibria take
-/// fewer. Beyond a limit point there is no end to them.
+/// Successive steps with an indefinite stiffness that end a search at an intermediate load; a shorter load step costs
+/// less. Searches that succeed take fewer.
 const MOST_INDEFINITE: usize = 8;
-/// Smallest part of the load where the body may have snapped to other equilibria.
+/// Such steps beyond a limit point, where the body may have snapped to other equilibria.
 const SNAPPING: usize = 12;
 
 /// Quantities that grow along a path.
@@ -49,7 +48,7 @@ pub(crate) enum Along {
     Place,
     /// The volume that a surface sweeps.
     Volume(PressureSurface),
-    /// The length of the curve, in which displacements count relative to this \[length\].
+    /// Arc length, with this scale of displacements \[length\].
     Arc(f64),
 }
 
@@ -61,8 +60,7 @@ pub(crate) struct Point {
     /// Place on the line.
     pub place: f64,
     pub unknowns: Unknowns,
-    /// Stress at each quadrature point: on the way to another load it is smoother than what displacements that
-    /// turn are extrapolated to.
+    /// Stress at each quadrature point: it extrapolates more smoothly than rotating displacements.
     pub stress: Option<PredictedStress>,
 }
 
@@ -91,7 +89,7 @@ impl<'s, 'p> Path<'s, 'p> {
         Self { system, line, options: *options, along, points: vec![rest], outlook }
     }
 
-    /// Stress of the body at rest, which grows with the loads.
+    /// Lets the stress at rest, such as active stress, grow with the loads.
     pub(crate) fn release_stresses(&mut self) {
         let [start, end] = &mut self.line.thetas;
         self.system.stressing_entries(end).into_iter().for_each(|entry| start[entry] = 0.0);
@@ -137,7 +135,8 @@ impl<'s, 'p> Path<'s, 'p> {
                 Along::Volume(_) | Along::Arc(_) => wanted,
             };
             let last = target == goal;
-            // A rough minimum may lie beyond the last that there is; down to rounding errors two iterations of each step find nothing more.
+            // A rough minimum may lie beyond the limit point; accuracy to rounding errors costs two more iterations a
+            // step for nothing.
             let accuracy = match (last, self.system.has_potential()) {
                 (true, _) => self.accuracy(),
                 (false, true) => self.options.accuracy,
@@ -176,7 +175,7 @@ impl<'s, 'p> Path<'s, 'p> {
     pub(crate) fn push(&mut self, at: f64, found: &Equilibrium) {
         let stress = Some(self.system.assembly.stress());
         let Equilibrium { unknowns, place, .. } = found;
-        // One that was come to again takes the place of the first: curves go through points at different places.
+        // Extrapolation needs points at different places, so a repeated one replaces the first.
         self.points.retain(|point| point.at != at);
         self.points.push(Point { at, place: *place, unknowns: unknowns.clone(), stress });
         self.points.drain(..self.points.len().saturating_sub(self.most_points()));
@@ -201,8 +200,7 @@ impl<'s, 'p> Path<'s, 'p> {
         POINTS[usize::from(self.system.coupling.is_some())]
     }
 
-    /// Unbalanced forces and volumes \[relative\] of the equilibria that are asked for: a potential's are down to what
-    /// rounding errors amount to.
+    /// Relative residual of the final equilibria; 0 for minima of a potential, which are solved to rounding errors.
     pub(crate) fn accuracy(&self) -> f64 {
         let minimised = self.system.has_potential() && matches!(self.along, Along::Place);
         if minimised { self.options.minimum_accuracy } else { self.options.accuracy }
@@ -277,13 +275,13 @@ impl<'s, 'p> Path<'s, 'p> {
         if step > LEAST_LOAD { step } else { most }
     }
 
-    /// Last equilibrium of a path that ends, as accurate as any.
-    /// With the advice that is known, or what the last iterations give.
+    /// Error with the last equilibrium of a path, solved to full accuracy, and with the given advice or that of the
+    /// last iterations.
     pub(crate) fn failure(&mut self, advice: Option<Advice>, history: &mut Log<'_>) -> SolveError {
         let turned = far_turn(self.system.body).map(|degrees| Advice::Turned { degrees });
         let advice = turned.or(advice);
         let worst_cells = self.system.assembly.worst_cells(self.system.body.points_per_cell);
-        // A rough equilibrium that none is near was beyond the last.
+        // A rough equilibrium with no accurate one nearby was beyond the limit point.
         while let Some(point) = self.points.pop() {
             let ((load_factor, _), rest) = (self.line.at(point.place), point.at == 0.0);
             let found = self.equilibrium(point.clone(), self.accuracy(), &mut Log::default());
@@ -298,7 +296,7 @@ impl<'s, 'p> Path<'s, 'p> {
         advised(history.failure(0.0, rest, worst_cells), advice)
     }
 
-    /// The point on the curve through the last ones, which are at different places.
+    /// Polynomial extrapolation of the last points.
     pub(crate) fn extrapolated(&mut self, at: f64) -> Point {
         let points = &self.points;
         let weights = points.iter().map(|point| {
@@ -317,7 +315,7 @@ impl<'s, 'p> Path<'s, 'p> {
         let earlier: Vec<_> =
             terms.iter().map(|(weight, p)| (*weight, &p.unknowns.displacement[..])).collect();
         self.system.turn_along(&earlier, load_factor, &mut displacement);
-        // Weights sum up to one but for rounding, which is no motion of a support.
+        // The weights sum to one only to rounding, which must not move supports.
         place_supports(self.system.body, load_factor, &mut displacement);
         // The body at rest bears none.
         let mut stress: Option<PredictedStress> = None;

@@ -1,5 +1,5 @@
-//! Where a path of equilibria goes on: strains and rotations are extrapolated instead of displacements, which bend off
-//! any polynomial as soon as a body turns.
+//! Predictor of a path of equilibria: stretches and rotations are extrapolated, because displacements are no polynomial
+//! once a body rotates.
 //!
 //! At each quadrature point F = R U of the last equilibria gives a stretch, extrapolated by components, and a rotation,
 //! extrapolated by its vector relative to the last one. The displacement is the one whose gradient is nearest to them,

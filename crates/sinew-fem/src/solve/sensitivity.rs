@@ -1,4 +1,4 @@
-//! How an equilibrium moves with θ.
+//! Sensitivities of an equilibrium to θ.
 
 use crate::elements::check::check_displacement;
 use crate::elements::followers::Followers;
@@ -8,8 +8,8 @@ use crate::{Solution, SolveError, Solver};
 use sinew_energy::{Body, Magnitude, PressureSurface};
 use sinew_num::Mat3;
 
-/// Residual of a linear system beyond which its solution is no derivative [relative to its right-hand side]: iterations end at
-/// 1e-10, or where rounding errors stop them.
+/// Largest residual of a linear system whose solution counts as a derivative \[relative to its right-hand side\]:
+/// iterations end at 1e-10, or where rounding errors stop them.
 const MOST_LEFT: f64 = 1e-6;
 
 impl Solver<'_> {
@@ -39,8 +39,8 @@ impl Solver<'_> {
     }
 
     /// Derivative in each entry of θ of a quantity of interest whose derivative in the displacement is
-    /// `slope`: one linear system whatever the number of parameters (the adjoint method). What the quantity
-    /// depends on θ directly is to be added.
+    /// `slope`: one linear system whatever the number of parameters (the adjoint method). Add the quantity's direct
+    /// dependence on θ.
     ///
     /// # Errors
     /// A solution of another body, a slope that does not fit it, or [`SolveError::Singular`].
@@ -99,7 +99,7 @@ impl System<'_> {
         direction: &[f64],
     ) -> Vec<f64> {
         let mut direction = direction.to_vec();
-        // Loads count as much as they are applied; so do none of the law's parameters.
+        // Loads are scaled by the load factor, parameters of the law are not.
         let law = self.body.law_parameters(theta).len();
         direction[law..].iter_mut().for_each(|d| *d *= load_factor);
         let followers = self.followers.surfaces;
@@ -164,7 +164,7 @@ fn force_change(
         let h = potential.displacement_gradient(point, displacement);
         potential.add_forces(point, &stress_change(point, &h), &mut forces);
     }
-    // A load is linear in its size, so its change is the load of the size's change.
+    // A load is linear in its magnitude, so its change is the load of the changed magnitude.
     let varies = |load: &&PressureSurface| matches!(load.magnitude, Magnitude::Theta(_));
     for pressure in potential.pressures.iter().filter(varies) {
         pressure.value_and_add_gradient(displacement, direction, &mut forces);

@@ -1,4 +1,4 @@
-//! Nearly incompressible bodies, reached by way of others that resist changes of volume less.
+//! Nearly incompressible bodies, reached through ones with a smaller bulk modulus.
 
 use crate::Options;
 use crate::elements::system::{System, Unknowns};
@@ -7,24 +7,24 @@ use crate::solve::search::{Equilibrium, Goal, Start};
 use crate::solve::watch::Log;
 use sinew_energy::Body;
 
-/// Resistance to changes of volume from one softer body to the next: from a hundredth a handful of iterations lead on, and fewer
-/// bodies are tried than by tenths.
+/// Factor of the bulk modulus from one softer body to the next: a hundredth needs a handful of iterations, and fewer
+/// bodies than a tenth.
 const SOFTER: f64 = 1e-2;
-/// Number of softer materials that are tried: those whose volume responds ten thousand times as stiffly as their shape.
+/// Number of softer bodies, enough for K/μ = 1e4.
 const MOST_RUNGS: i32 = 2;
 
-/// Its load steps get this part of all iterations.
+/// The load steps of a softer body get one half of all iterations.
 const DETOUR: usize = 2;
 
 impl Path<'_, '_> {
-    /// The body with the least resistance that helps, if its law has one to changes of volume.
+    /// The body with a softer volumetric energy, if its law has one and the body a potential.
     pub(crate) fn softer_volume(&self) -> Option<Body> {
         self.system.has_potential().then(|| self.system.body.with_softer_volume(SOFTER))?
     }
 
-    /// The equilibrium under the whole load by way of bodies that resist changes of volume less, with the number of those and of their
-    /// load steps: a penalty on them that is large beside the rest keeps steps short, which a step from the equilibrium of a hundredth of
-    /// it need not be.
+    /// The equilibrium under the whole load, reached through bodies with a smaller bulk modulus, and the number of
+    /// solves and load steps. A large bulk modulus shortens Newton steps from rest, but not those from the equilibrium
+    /// of a softer body.
     pub(crate) fn by_softer_volume(
         &mut self,
         history: &mut Log<'_>,
@@ -35,7 +35,8 @@ impl Path<'_, '_> {
             rungs.find_map(|rung| Some((rung, self.softened(SOFTER.powi(rung), None, history)?)));
         let (rung, mut unknowns, mut steps) = match reached {
             Some((rung, unknowns)) => (rung, unknowns, 2),
-            // The softest has no equilibrium near; the first may be reached by load steps, which its softness allows to be longer.
+            // None was found at once: the least softened body may be reached by load steps, longer than those of the
+            // stiff body.
             None => {
                 let (unknowns, steps) = self.softened_by_steps(history)?;
                 (1, unknowns, 1 + steps)
@@ -48,7 +49,7 @@ impl Path<'_, '_> {
         Some((self.at_once(&unknowns, usize::MAX, history)?, steps))
     }
 
-    /// The equilibrium of a body that resists changes of volume so many times as much, from another or from rest.
+    /// The equilibrium of the body with a scaled bulk modulus, from a given state or from rest.
     fn softened(
         &self,
         factor: f64,
@@ -64,7 +65,7 @@ impl Path<'_, '_> {
         system.equilibrium(start, goal, &self.options, history).map(|found| found.unknowns)
     }
 
-    /// Equilibrium with a hundredth of the bulk modulus by load increments, of which it takes a part of all iterations at most.
+    /// Equilibrium with a hundredth of the bulk modulus by load increments, in at most half of all iterations.
     fn softened_by_steps(&self, history: &mut Log<'_>) -> Option<(Unknowns, usize)> {
         if self.options.least_load_step > self.options.first_load_step {
             return None;

@@ -1,4 +1,4 @@
-//! What a solve returns.
+//! Result of a solve.
 
 use crate::elements::system::System;
 use crate::solve::search::Equilibrium;
@@ -20,11 +20,11 @@ pub struct Solution {
     pub has_potential: bool,
     /// Parameters of law and loads.
     pub theta: Vec<f64>,
-    /// Fraction of all loads and prescribed motions, 1 but on the way along a [`crate::Curve`].
+    /// Fraction of all loads and prescribed motions; 1 except along a [`crate::Curve`].
     pub load_factor: f64,
     /// Norm of the unbalanced nodal forces \[stress·length²\].
     pub residual: f64,
-    /// Norm of the changes of volume that the pressures should prevent \[length³\].
+    /// Norm of the residual of the volume constraint \[length³\].
     pub volume_residual: f64,
     /// Norm of the loads and reactions \[stress·length²\], to compare the residual with.
     pub force_scale: f64,
@@ -34,11 +34,11 @@ pub struct Solution {
     pub negative_pivots: usize,
     /// Elements that are too stiff for this body, so that the displacement is too small.
     pub locking: Option<LockingWarning>,
-    /// Number of load steps, 1 when the whole load was taken at once; steps of softer bodies, by way of which a nearly incompressible one
-    /// is reached, count too, as their states do in the history.
+    /// Number of load steps, 1 if the whole load was applied at once; includes those of the softer bodies that lead to
+    /// a nearly incompressible one.
     pub load_steps: usize,
-    /// Whether an indefinite stiffness was met on the way: by load steps the body has snapped from one branch of equilibria to another; at
-    /// once, or from a state near it, the search may have passed equilibria that a rising load stops at, see
+    /// Whether the search met an indefinite stiffness. By load steps, the body has snapped to another branch of
+    /// equilibria. Otherwise the search may have passed the equilibrium of a rising load: see
     /// [`crate::Solver::under_rising_load`].
     pub jumped: bool,
     /// Iterations of all linear systems; 0 with a potential, whose factor solves them.

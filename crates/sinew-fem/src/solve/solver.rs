@@ -12,8 +12,8 @@ use crate::{LoadSteps, Options, Solution, SolveError};
 use sinew_energy::Body;
 use std::time::Instant;
 
-/// Displacements of one equilibrium that two searches end at differ by less than this [relative to their norm]: both are accurate to rounding
-/// errors, which a stiffness of bad condition multiplies.
+/// Largest difference of two displacements of the same equilibrium [relative to their norm]: rounding errors, amplified
+/// by an ill-conditioned stiffness.
 const SAME: f64 = 1e-4;
 
 /// Finds equilibria of one body for any θ.
@@ -171,9 +171,9 @@ impl<'p> Solver<'p> {
         self.solve_logged(from, theta, options, Log::default())
     }
 
-    /// The equilibrium that the body comes to under loads and prescribed motions that rise slowly from rest, if it is another one than a
-    /// solution: of several stable equilibria the whole load at once may find one that a rising load does not lead to. Costs as much as a
-    /// solve by load steps.
+    /// The equilibrium under loads and prescribed motions that rise slowly from rest, if it differs from `solution`. Of
+    /// several stable equilibria, the whole load at once may find one that a rising load does not. Costs a solve by
+    /// load steps.
     ///
     /// # Errors
     /// As for [`Solver::solve`], and a solution of another body.

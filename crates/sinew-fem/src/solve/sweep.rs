@@ -4,18 +4,22 @@ use crate::solve::frozen_tangent::Potential;
 use crate::solve::order::neighbours;
 use crate::{Balance, LoadSteps, Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use thiserror::Error;
 
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
 /// else, so results do not depend on the number of threads.
 pub const CHAIN: usize = 25;
 
-/// Part of the way to the next θ over which the change of forces is differenced: exact for laws linear in θ,
-/// small enough for the others, and ten times cheaper than [`Solver::sensitivity`] for a mere guess.
+/// Difference step \[relative to the change of θ\] of the forces: exact for laws linear in θ, small enough for the
+/// others, and ten times cheaper than [`Solver::sensitivity`], as only a guess is needed.
 const DIFFERENCE: f64 = 1e-2;
 
-/// Quasi-Newton steps with the predecessor's stiffness before the first of Newton's own, and unbalanced forces \[relative\] that end them:
-/// beams then take 2.3 factorisations for 3.8 and ventricles 3.5 for 5.5, and a quarter less time; twice as many steps gain no more.
+/// Quasi-Newton steps with the predecessor's stiffness before Newton's method, and the relative residual that ends
+/// them. Beams take 2.3 factorisations instead of 3.8, ventricles 3.5 instead of 5.5, in a quarter less time. Twice as
+/// many steps gain no more.
 const STEPS: usize = 8;
 const ENOUGH: f64 = 1e-6;
 
@@ -67,8 +71,8 @@ impl Sweep {
         })
     }
 
-    /// Indices of the solutions whose search met an indefinite stiffness though it began near another sample's: the body may have several stable
-    /// equilibria, and neighbours may be on different branches of them. [`Solver::under_rising_load`] tells. Costs nothing.
+    /// Indices of the solutions whose search met an indefinite stiffness: neighbouring samples may be on different
+    /// branches of stable equilibria. Check them by [`Solver::under_rising_load`].
     pub fn jumped(&self) -> Vec<usize> {
         let jumped = |result: &Result<Solution, _>| result.as_ref().is_ok_and(|s| s.jumped);
         self.results.iter().enumerate().filter(|(_, r)| jumped(r)).map(|(index, _)| index).collect()
@@ -90,27 +94,69 @@ pub fn sweep<'p>(
     options: &Options,
     progress: impl Fn() + Sync,
 ) -> Result<Sweep, SolveError> {
+    let found = Mutex::new(Vec::with_capacity(thetas.len()));
+    resume_sweep(balance, thetas, &[], options, |index, result| {
+        found.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
+        progress();
+        ControlFlow::Continue(())
+    })?;
+    let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+    found.sort_by_key(|&(index, _)| index);
+    let results = found.into_iter().map(|(_, result)| result).collect();
+    Ok(Sweep { thetas: thetas.to_vec(), results })
+}
+
+/// Earlier result of a sample, from a sweep that was stopped.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Earlier {
+    /// Displacement of its equilibrium, node by node \[length\].
+    Solved(Vec<f64>),
+    /// There was no equilibrium.
+    Failed,
+}
+
+/// [`sweep`] that can be stopped and resumed. Samples in `earlier`, by index, are left out. Chains start again from them, so that the
+/// other results agree with an uninterrupted sweep to the solver's rounding, and to the bit without earlier ones.
+///
+/// `each` receives every result with its index, on the thread that found it; a break ends all chains after the current solves.
+///
+/// # Errors
+/// A body that cannot be solved for any θ, see [`Solver::new`].
+pub fn resume_sweep<'p>(
+    balance: impl Into<Balance<'p>>,
+    thetas: &[Vec<f64>],
+    earlier: &[Option<Earlier>],
+    options: &Options,
+    each: impl Fn(usize, Result<Solution, SolveError>) -> ControlFlow<()> + Sync,
+) -> Result<(), SolveError> {
     let solver = Solver::new(balance)?;
-    let path = neighbours(thetas);
-    let solve_chain = |chain: &[usize]| -> Result<Vec<_>, SolveError> {
-        let (mut solver, mut last) = (solver.fresh()?, None::<Solution>);
-        let mut results = Vec::with_capacity(chain.len());
+    let (path, stopped) = (neighbours(thetas), AtomicBool::new(false));
+    let solve_chain = |chain: &[usize]| -> Result<(), SolveError> {
+        let (mut solver, mut last, mut before) = (solver.fresh()?, None::<Solution>, None);
         for &index in chain {
+            if let Some(Some(known)) = earlier.get(index) {
+                (last, before) = (None, Some((index, known)));
+                continue;
+            }
+            if stopped.load(Ordering::Relaxed) {
+                break;
+            }
+            if let Some((index, Earlier::Solved(displacement))) = before.take() {
+                // Its factor is needed again.
+                last = solver.solve_from(displacement, &thetas[index], options).ok();
+            }
             let result = match &last {
                 Some(near) => solver.solve_neighbour(near, &thetas[index], options),
                 None => solver.solve(&thetas[index], options),
             };
             last = result.as_ref().ok().cloned();
-            results.push((index, result));
-            progress();
+            if each(index, result).is_break() {
+                stopped.store(true, Ordering::Relaxed);
+            }
         }
-        Ok(results)
+        Ok(())
     };
-    let chains: Result<Vec<_>, _> = path.par_chunks(CHAIN).map(solve_chain).collect();
-    let mut results: Vec<_> = chains?.into_iter().flatten().collect();
-    results.sort_by_key(|&(index, _)| index);
-    let results = results.into_iter().map(|(_, result)| result).collect();
-    Ok(Sweep { thetas: thetas.to_vec(), results })
+    path.par_chunks(CHAIN).try_for_each(solve_chain)
 }
 
 impl Solver<'_> {
@@ -143,7 +189,6 @@ impl Solver<'_> {
         // The last factor belongs to the iterate before the last: near enough for a guess.
         let mut guess = displacement.clone();
         self.system.add_newton_step(&forces, &mut guess);
-        // A guess that cannot be had is the last equilibrium itself.
         if !guess.iter().all(|u| u.is_finite()) {
             guess.clone_from(displacement);
         }

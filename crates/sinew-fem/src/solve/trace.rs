@@ -1,26 +1,26 @@
-//! Equilibria at given parameters in their order, each from the one before: what a body does while a load rises.
+//! Equilibria at a sequence of parameters, each from the one before, as under a rising load.
 
 use crate::{LoadSteps, Options, Solution, SolveError, Solver};
 use sinew_energy::Body;
 
-/// Most times that the way from one θ to the next is halved before the path counts as ended: the end is known to a thousandth of that way.
+/// Most halvings of the step between two θ before the path ends: its end is known to a thousandth of that step.
 const MOST_HALVINGS: usize = 10;
 
 /// Equilibria along a path, as far as it goes.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// Equilibria at the first of the parameters that were asked for, in their order.
+    /// Equilibria up to the end of the path, in the order of the given parameters.
     pub solutions: Vec<Solution>,
-    /// Why there are no more, if there are not as many as were asked for.
+    /// End of the path, if it was before the last θ.
     pub end: Option<TraceEnd>,
 }
 
 /// End of a path before the last θ: at a limit point, a bifurcation, or where nothing is found.
 #[derive(Clone, Debug)]
 pub struct TraceEnd {
-    /// Last parameters that have an equilibrium of the path.
+    /// Last parameters with an equilibrium on the path.
     pub reached: Vec<f64>,
-    /// Nearest parameters beyond, that have none.
+    /// Nearest parameters without an equilibrium on the path.
     pub beyond: Vec<f64>,
     /// Error of the solver there; `None` where it found an equilibrium on another branch only.
     pub error: Option<SolveError>,
@@ -33,7 +33,7 @@ const GROWTH: f64 = 4.0;
 /// Change of the displacement from one θ to the next [relative to the body's extent] below which nothing has snapped.
 const NO_SNAP: f64 = 1e-3;
 
-/// First part of the way to the second θ, which the change of the displacement is measured over.
+/// Part of the first step over which the first rate is measured.
 const PROBE: f64 = 1.0 / 64.0;
 
 impl Solver<'_> {
@@ -79,7 +79,7 @@ impl Solver<'_> {
     }
 }
 
-/// Options of the first solve, and of those from a neighbour, which end where they would start again from rest.
+/// Options of the first solve, and of those from a neighbour, which never restart from rest.
 fn both(options: &Options) -> (Options, Options) {
     let iterations = options.iterations_per_load.min(options.iterations);
     let near = Options { load_steps: LoadSteps::WhenNeeded, iterations, ..*options };
@@ -95,14 +95,14 @@ fn extent(body: &Body) -> f64 {
     (0..3).map(edge).fold(0.0, f64::max)
 }
 
-/// An equilibrium on its way.
+/// State of a trace.
 struct Follower<'a, 'p> {
     solver: &'a mut Solver<'p>,
     options: Options,
     last: Solution,
     /// Largest change of a component of the displacement over the last step, per way from one θ to the next \[length\].
     rate: f64,
-    /// Least rate that says something.
+    /// Least rate for the test of the branch \[length\].
     least: f64,
 }
 
@@ -141,7 +141,7 @@ impl Follower<'_, '_> {
         self.solver.solve_near(&self.last, theta, &self.options)
     }
 
-    /// Goes to the end of a way, which is a part of that from one θ to the next.
+    /// Goes from one θ to another, `part` of a whole step.
     fn advance(
         &mut self,
         [from, to]: [&[f64]; 2],
@@ -168,7 +168,7 @@ impl Follower<'_, '_> {
     }
 }
 
-/// Whether nothing says that an equilibrium is on another branch.
+/// Whether an equilibrium seems to be on the same branch.
 fn same_branch(found: &Solution) -> bool {
     !found.has_potential || !found.jumped && found.is_stable()
 }

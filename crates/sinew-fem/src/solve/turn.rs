@@ -1,11 +1,11 @@
-//! How far prescribed motions turn the nodes that they move.
+//! Rotation of the nodes with prescribed motion.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sinew_energy::Body;
 
 /// A motion is one of a rigid body when its nodes are no farther off [relative to their distance from the centre]: coordinates of files.
 const RIGID: f64 = 1e-4;
-/// Turns below this are no reason for a failure \[degrees\]: halfway the held part is half as wide at least.
+/// Rotation above which the failure is attributed to it \[degrees\]: halfway the held part is only half as wide.
 const FAR: f64 = 120.0;
 
 /// Angle \[degrees\] by which a prescribed motion turns the nodes that it moves as a rigid body, if it is far.

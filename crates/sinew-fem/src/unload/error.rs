@@ -1,9 +1,9 @@
-//! Why there is no body at rest, with numbers and advice.
+//! Errors of unloading, with numbers and advice.
 
 use crate::{CellValue, SolveError};
 use thiserror::Error;
 
-/// An image that gave no body at rest.
+/// Failure of unloading.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
@@ -25,7 +25,7 @@ pub enum UnloadError {
     /// No body at rest.
     #[error(
         "no unloaded configuration was found in {iterations} iterations: the image bears {part:.4} of the load, where cells at rest are \
-         {least} to {largest} times as large; the load may exceed what a body of this shape can have come from, or theta be too soft: \
+         {least} to {largest} times as large; the load may be too large for this shape, or theta too soft: \
          check the units of pressure and stiffness, reduce the load, or stiffen the material"
     )]
     NotFound { part: f64, iterations: usize, least: CellValue, largest: CellValue },
@@ -36,7 +36,7 @@ pub enum UnloadError {
         cells[0], cells[1]
     )]
     CrossesItself { pairs: usize, cells: [usize; 2] },
-    /// The image is an equilibrium that small disturbances end.
+    /// The image is an unstable equilibrium.
     #[error(
         "the image is an unstable equilibrium of the unloaded body: its stiffness has {negative_pivots} negative eigenvalues; no such state can \
          have been seen, so theta or the load are not those of the image"

@@ -1,7 +1,8 @@
 //! Factors of matrices that are not symmetric but have entries in symmetric places: the multifrontal method.
 //!
 //! I. S. Duff, J. K. Reid, ACM Trans. Math. Software 9 (1983). Columns of one structure are eliminated together in a dense front,
-//! with partial pivoting among their rows; what is left of the front is added to that of the parent. The order is that of the
+//! with partial pivoting among their rows; the Schur complement is added to the front of the parent. The order is that
+//! of the
 //! stiffness, so that fill is that of its Cholesky factor.
 
 use crate::linear::sparsity::Sparsity;
@@ -13,7 +14,7 @@ use faer::prelude::IntoConst;
 use faer::{Accum, Mat, Par};
 use std::sync::Arc;
 
-/// Columns that join those of their parent although the front grows, by at most this part of its entries.
+/// Largest growth of a front when a column joins it \[relative to its entries\].
 const PADDING: f64 = 0.2;
 
 /// Values of an unsymmetric matrix in the places of a [`Sparsity`], with one more slot each for what is prescribed.

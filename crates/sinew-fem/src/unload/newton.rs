@@ -19,13 +19,15 @@ const STALLED: f64 = 1e-9;
 const FALLING: f64 = 0.5;
 /// A step leaves each cell at least this part of its volume.
 const LEAST_SHRINK: f64 = 0.1;
-/// Unbalanced forces, relative to loads and reactions and by themselves, may be so many times the lowest ones, for so many steps in a row: bending
-/// stretches a slender body and makes large reactions too, while a law with an exponential overshoots by orders of magnitude.
+/// Largest growth of the residual over its minimum, relative to loads and reactions and absolute, and the number of
+/// successive steps above it. Bending stretches a slender body and raises the reactions too; an exponential law
+/// overshoots by orders of magnitude.
 const MOST_GROWTH: [f64; 2] = [6.0, 100.0];
 const MOST_RISES: usize = 8;
 /// Most halvings of a step.
 const MOST_HALVINGS: i32 = 8;
-/// Bounds of the residual of linear systems \[relative\], and what it is of the unbalanced forces: Newton's method stays quadratic.
+/// Bounds of the relative residual of linear systems, and its ratio to the unbalanced forces: Newton's method stays
+/// quadratic.
 const LINEAR: [f64; 2] = [1e-12, 1e-4];
 const FORCING: f64 = 1e-2;
 /// Residual that is a solution where rounding errors leave no less.
@@ -34,7 +36,7 @@ const ROUGH: f64 = 1e-8;
 const MOST_LINEAR: usize = 12;
 /// Unbalanced forces \[relative to loads and reactions\] below which the factor of another state preconditions.
 const NEAR: f64 = 3e-2;
-/// The first load step [part of the load], what a step is of the one before after a failure, and after a success.
+/// First load step [part of the load], and factors of a step after a failure and after a success.
 const FIRST_STEP: f64 = 0.25;
 const CUT: f64 = 0.4;
 const GROWTH: f64 = 1.6;
@@ -198,7 +200,8 @@ impl Image<'_> {
         (norm(&gap) > 0.0).then_some(gap)
     }
 
-    /// The longest of the steps 1, ½, ¼, … that keeps all cells and leaves at most so much of the forces, relative and by themselves.
+    /// The longest of the steps 1, ½, ¼, … that keeps the volume of all cells and bounds the residual, relative and
+    /// absolute.
     fn along(&self, from: &Trial, step: &[f64], level: &Level, most: [f64; 2]) -> Option<Trial> {
         let lengths = (0..=MOST_HALVINGS).map(|k| 0.5f64.powi(k));
         let found = lengths.map(|length| {

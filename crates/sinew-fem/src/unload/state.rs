@@ -1,4 +1,4 @@
-//! The image under a load, seen from a body at rest that is tried.
+//! A trial body at rest and the balance of its image.
 
 use super::image::Image;
 use crate::elements::followers::Followers;
@@ -14,7 +14,7 @@ pub(super) struct Level {
     pub theta: Vec<f64>,
 }
 
-/// A body at rest that is tried, and how far its image is from equilibrium.
+/// A trial body at rest, with the residual of its image.
 pub(super) struct Trial {
     /// From the image to the body at rest \[length\], `3 × nodes`.
     pub motion: Vec<f64>,

@@ -294,7 +294,8 @@ fn of_facet<'n>(
     block
 }
 
-/// The thesis' formula for a pressure reads the displacement beside the place; in it alone it is linear, so that a difference is exact.
+/// Pressure by the thesis' formula. At a fixed current position it is linear in the displacement, so that a difference
+/// is exact.
 fn of_thesis_pressure<'n>(
     surface: &'n PressureSurface,
     facet: usize,

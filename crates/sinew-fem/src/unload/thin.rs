@@ -8,8 +8,8 @@ use std::fmt;
 /// Share of the cells at a pressure that may reach through the wall.
 const MOST_THROUGH: f64 = 0.1;
 
-/// A wall with one linear tetrahedron from the pressure's surface to the other side: such walls cannot bend in their thickness, so that
-/// an unloaded configuration is often not found.
+/// A wall one linear tetrahedron thick under a pressure: the strain is constant through its thickness, so that an
+/// unloaded configuration is often not found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ThinWall {
     /// Cells with a facet under a pressure whose other corner is on the far side of the wall.

@@ -1,4 +1,4 @@
-//! Whether a balanced body at rest is an answer.
+//! Checks of a body at rest after the search.
 
 use super::error::UnloadError;
 use super::image::Image;
@@ -10,8 +10,8 @@ use crate::{LoadSteps, Options, SolveError, Solver};
 use sinew_mesh::{AnyMesh, TriangleMesh, self_intersections};
 use std::time::Instant;
 
-/// Loading comes to the image when no node is farther off [relative to the largest displacement]: the solver is accurate to rounding errors,
-/// which a stiffness of bad condition multiplies.
+/// Largest distance to the image after loading [relative to the largest displacement]: rounding errors, amplified by an
+/// ill-conditioned stiffness.
 const SAME: f64 = 1e-6;
 
 impl Image<'_> {
@@ -58,7 +58,6 @@ impl Image<'_> {
         if found.is_empty() {
             return Ok(());
         }
-        // Those of the image are its own.
         let points = self.system.body.positions.clone();
         let before = self_intersections(&TriangleMesh { points, ..surface });
         let new: Vec<_> = found.iter().filter(|pair| !before.contains(pair)).collect();

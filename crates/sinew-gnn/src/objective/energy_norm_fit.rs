@@ -1,4 +1,4 @@
-//! Data-driven training that weighs errors as the body's stiffness does.
+//! Data-driven training in the energy norm of the body's stiffness.
 
 use std::sync::Arc;
 
@@ -10,15 +10,16 @@ use crate::data::DataSet;
 use crate::error::Result;
 use sinew_coordinates::{require_count, require_positive};
 
-/// Root of the energy that an error costs, `√((u − û)ᵀ K (u − û))`, in units of the simulations' own spread: where the
-/// plain [`DataFit`](super::DataFit) weighs all motions alike and so leaves the stiff ones, which make the strains, for last.
+/// Energy norm of the error `√((u − û)ᵀ K (u − û))`, relative to the standard deviation of the simulations in the same
+/// norm. [`DataFit`](super::DataFit) weighs all motions equally, so a network learns the stiff ones last, although these
+/// carry the strains.
 #[derive(Debug, Clone)]
 pub struct EnergyNormFit {
     stiffnesses: Vec<Arc<Stiffness>>,
     energy_root: f64,
 }
 
-/// Simulations that the spread is measured over: it only sets the unit of the loss.
+/// Simulations over which the standard deviation is taken. It only sets the unit of the loss.
 const SIMULATIONS_OF_SPREAD: usize = 32;
 
 impl EnergyNormFit {
@@ -77,7 +78,7 @@ impl Objective for EnergyNormFit {
             (simulated.collect::<Vec<_>>(), self.energy_root * self.energy_root);
         let norm = move |displacement: &[f64], sample: usize, gradient: &mut [f64]| {
             let (square, forces) = squared_norm(&stiffness, displacement, &simulated[sample]);
-            // Away from rest a stiffness may have a negative direction.
+            // Away from rest a stiffness may have a negative eigenvalue.
             let norm = (square.max(0.0) / unit + SQUARED_NORM_FLOOR).sqrt();
             gradient.iter_mut().zip(forces).for_each(|(g, force)| *g = force / (unit * norm));
             norm

@@ -54,8 +54,8 @@ impl MinimumPotential {
         Ok(Self { potentials, energy, limit: None, references: None })
     }
 
-    /// Takes the logarithm of what exceeds `limit` times the characteristic energy, so that no single
-    /// sample, far off under an exponential law, hides what the others say: minima stay where they are.
+    /// Takes the logarithm of the energy beyond `limit` times the characteristic energy. A single sample far from
+    /// equilibrium under an exponential law then does not dominate the mean. Minima do not move.
     ///
     /// # Errors
     /// A limit that is not positive.
@@ -64,9 +64,9 @@ impl MinimumPotential {
         Ok(Self { limit: Some(limit), ..self })
     }
 
-    /// Takes the energy of each sample relative to a reference of its own, and in a unit of its own, in place of the characteristic energy:
-    /// `[reference, unit]`, in the order of the samples of a batch, as in a [`crate::Lesson`], whose samples all are in it. With what
-    /// can still be gained at each sample for its unit, samples near to equilibrium count as much as those far from it.
+    /// Takes the energy of each sample as `(Π − reference) / unit`, with `[reference, unit]` in the order of the samples of
+    /// a batch, which holds all samples of a [`crate::Lesson`]. If the unit is the energy that can still be gained at a
+    /// sample, samples near equilibrium count as much as those far from it.
     ///
     /// # Errors
     /// A reference that is not finite, a unit that is not positive.

@@ -5,15 +5,15 @@ use burn::module::Module;
 use super::trainer::{Best, Trainer};
 use crate::error::Error;
 
-/// A run whose error is so many times the least one has left its best weights. Those of a run that goes well, or that is on its way
-/// back, vary by less from one evaluation to the next.
+/// Error relative to the lowest one, above which a run has left its best weights. In a run that goes well the error varies
+/// by less between evaluations.
 const LEFT: f64 = 3.0;
 /// Factor of the learning rate at every return.
 const SMALLER: f64 = 0.5;
 /// Returns after which a step that is not finite ends the run: the learning rate is then a thousandth, the least of a schedule.
 const MOST_RETURNS: usize = 10;
 
-/// Whether an error, or a loss that may be negative, is that of weights which have left the best ones.
+/// Whether the error, or a loss that may be negative, is so high that the run has left its best weights.
 fn has_left(error: f64, best: f64) -> bool {
     !error.is_finite() || (best > 0.0 && error > LEFT * best)
 }
@@ -24,8 +24,8 @@ impl Trainer {
         SMALLER.powi(self.progress.returns as i32)
     }
 
-    /// Keeps the weights of the latest evaluation if they are the best, or returns to the best if these have left them; whether it
-    /// returned. After the last step there is nothing to return for.
+    /// Keeps the weights of the latest evaluation if they are the best, or returns to the best if the run has left them.
+    /// Returns whether it did. After the last step it does not return.
     pub(super) fn judge(&mut self, error: Option<f64>) -> bool {
         let Some(error) = error else { return false };
         let best = self.best.as_ref().map(|best| best.error);
@@ -52,7 +52,7 @@ impl Trainer {
         let Some(best) = &self.best else { return false };
         self.emulator = best.emulator.clone().train();
         self.optimiser = best.optimiser.clone();
-        // Weights of the time before the embeddings came to rest have none.
+        // Weights from the time of message passing hold no embeddings of their own.
         if self.progress.clock.rest.is_some() && self.emulator.embedding(0).is_none() {
             self.emulator = self.emulator.clone().with_embeddings(self.embeddings());
         }

@@ -6,19 +6,20 @@ use super::config::Budget;
 
 /// Steps made and seconds spent on them.
 ///
-/// Steps are cheaper once the embeddings rest. Under a time budget the number of steps is estimated from the costs of
-/// both kinds, so that schedules mean the same shares of the steps as under a budget of steps.
+/// Steps without message passing are cheaper. Under a time budget the number of steps is estimated from both costs, so that
+/// schedules refer to the same shares of the steps as under a budget of steps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Clock {
     pub step: usize,
     pub seconds: f64,
-    /// Seconds of the one step that was made with resting embeddings to learn its cost.
+    /// Seconds of the one step made without message passing, to measure its cost.
     pub probe: Option<f64>,
-    /// Steps and seconds after which the embeddings rest.
+    /// Steps and seconds after which message passing ends.
     pub rest: Option<(usize, f64)>,
 }
 
-/// The step, from zero, that a time budget makes with resting embeddings: after the first ones, which warm caches.
+/// Step, from zero, that measures the cost without message passing under a time budget. The steps before it warm the
+/// caches.
 const PROBE_STEP: usize = 2;
 
 impl Clock {
@@ -31,7 +32,7 @@ impl Clock {
         share.min(1.0)
     }
 
-    /// Whether the next step is there to learn what a step with resting embeddings costs.
+    /// Whether the next step measures the cost of a step without message passing.
     pub(super) fn is_probing(&self, budget: Budget, embedding_share: f64) -> bool {
         let mixed = embedding_share > 0.0 && embedding_share < 1.0;
         let due = self.rest.is_none() && self.step == PROBE_STEP;
@@ -82,7 +83,7 @@ impl Clock {
         }
     }
 
-    /// Seconds of a step before and after the embeddings rest.
+    /// Seconds of a step with and without message passing.
     fn costs(&self) -> [f64; 2] {
         let (steps, seconds) = self.rest.unwrap_or((self.step, self.seconds));
         let (probes, probed) = self.probe.map_or((0, 0.0), |cost| (1, cost));

@@ -1,4 +1,4 @@
-//! What a training that did not diverge may still have got wrong, in words.
+//! Faults of a training that did not diverge, in words.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,18 +7,18 @@ use serde::{Deserialize, Serialize};
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 #[serde(rename_all = "kebab-case")]
 pub enum Concern {
-    /// The network is no better than none, whose outputs are one displacement for all parameters or follow them by themselves.
+    /// The loss is not below that of zero outputs, which are one displacement for all parameters, or the Taylor polynomial.
     #[error(
         "nothing was learned: the mean loss is {loss:.3e}, that without the network's outputs {of_zero_output:.3e}; train \
          for longer, or choose another recipe"
     )]
     NothingLearned { loss: f64, of_zero_output: f64 },
-    /// More than half of what had been learned is lost again.
+    /// The loss rose by more than half of its earlier reduction.
     #[error(
         "the mean loss rose from {lowest:.3e} at step {step} to {loss:.3e}; train for longer, or choose another recipe"
     )]
     LossRose { lowest: f64, step: usize, loss: f64 },
-    /// Predictions that only a guard of the energy makes admissible.
+    /// Predictions that invert a cell, or whose energy only barriers bound.
     #[error(
         "{inadmissible} of {samples} predictions at the parameters of the training invert a cell, or stretch it so far \
          that only barriers bound its energy; train for longer, narrow the ranges of the parameters, or choose another \

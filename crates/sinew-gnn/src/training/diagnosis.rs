@@ -1,16 +1,16 @@
-//! What is wrong with the weights that a training leaves.
+//! Diagnosis of the weights that a training leaves.
 
 use super::concern::{Concern, Thoroughness};
 use super::progress::HistoryPoint;
 use super::trainer::Trainer;
 use crate::error::Result;
 
-/// Standard deviations of a mean loss that may be due to the samples which happened to be drawn: the lowest of twenty means of
-/// some six batches each is easily four off.
+/// Standard deviations of a mean loss that count as noise of the drawn samples: the lowest of twenty means of about six
+/// batches is easily off by four.
 const NOISE: f64 = 5.0;
 
-/// Concern that the losses of a run raise beyond their noise. `exact`, the loss of all samples after the last step, has no noise. A loss of
-/// zero outputs that is not finite is no measure of anything.
+/// Concern about the losses of a run, beyond their noise. `exact`, the loss of all samples after the last step, has no
+/// noise. A loss of zero outputs that is not finite raises none.
 fn of_losses(history: &[HistoryPoint], of_zero_output: f64, exact: Option<f64>) -> Option<Concern> {
     let last = history.last()?;
     let (loss, deviation) = exact.map_or((last.loss, last.deviation), |exact| (exact, 0.0));
@@ -38,7 +38,7 @@ impl Trainer {
         let exact = (thoroughness == Thoroughness::AllSamples).then_some(loss);
         let history = &self.progress.history;
         let until = match (thoroughness, &self.best) {
-            // What followed the weights that are kept is not theirs.
+            // Evaluations after the kept weights do not count.
             (Thoroughness::AllSamples, Some(best)) => {
                 history.partition_point(|point| point.step <= best.step)
             }

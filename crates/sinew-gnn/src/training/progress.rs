@@ -1,4 +1,4 @@
-//! What a run tells while it goes and when it ends.
+//! Progress and report of a run.
 
 use std::ops::ControlFlow;
 
@@ -28,7 +28,7 @@ pub struct Progress {
     pub remaining_seconds: f64,
 }
 
-/// Listens to a run. `()` does not.
+/// Receives the progress of a run. `()` ignores it.
 pub trait Observer {
     /// Called after every step; breaking ends the run after a last evaluation and checkpoint.
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
@@ -38,9 +38,9 @@ pub trait Observer {
 
     /// Called at every evaluation with the current weights; its time does not count as training.
     ///
-    /// Returns their error on cases that nothing is trained on, where there are some: not negative, infinite where it is not a
-    /// number. The run keeps the weights of the least error, and returns to them with a smaller learning rate from much larger ones.
-    /// Without it the loss of the validation samples takes its place.
+    /// Returns their error on held-out cases if there are any: not negative, and infinite if it is not a number. The run
+    /// keeps the weights with the lowest error. If the error becomes much larger, it returns to them with a smaller
+    /// learning rate. Without this error, the loss of the validation samples is taken.
     fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Option<f64> {
         let _ = (surrogate, point);
         None

@@ -11,7 +11,7 @@ use crate::objective::{Batch, Objective};
 use crate::optimiser::Optimiser;
 use crate::surrogate::Surrogate;
 
-/// One geometry of a stream with what is learned there in one step.
+/// One geometry of a stream, with the samples and the objective of one step.
 pub struct Lesson {
     /// The geometry.
     pub geometry: Geometry,
@@ -21,8 +21,7 @@ pub struct Lesson {
     pub objective: Box<dyn Objective>,
 }
 
-/// Trains a [`Surrogate`] on geometries that come one after the other, so that it learns what they have in common: for
-/// unseen shapes.
+/// Trains a [`Surrogate`] on a stream of geometries, for unseen shapes.
 ///
 /// A step takes as many lessons as it is given, and forgets them. Message passing is trained to the end.
 pub struct StreamTrainer {
@@ -31,7 +30,7 @@ pub struct StreamTrainer {
     optimiser: Optimiser,
     config: TrainingConfig,
     steps: usize,
-    /// Steps in a row that taught nothing, because no number of theirs was finite.
+    /// Successive steps without a finite loss or gradient.
     lost: usize,
 }
 
@@ -52,8 +51,8 @@ impl StreamTrainer {
     /// One update of the weights by the mean loss of some lessons, which is returned. `share` is the part of the budget
     /// that is spent, for the schedule of the learning rate.
     ///
-    /// Of a stream that never ends a body may be one whose energy overflows: lessons whose loss is not finite are left out, and the
-    /// weights stay as they were where the gradient is not.
+    /// The energy of a body in the stream may overflow. A lesson whose loss is not finite is left out. If the gradient is
+    /// not finite, the weights do not change.
     ///
     /// # Errors
     /// A lesson whose parts do not fit each other, [`Error::Diverged`] after ten steps in a row that taught nothing.
@@ -72,7 +71,7 @@ impl StreamTrainer {
         losses.retain(|(_, value)| value.is_finite());
         let (kept, value) = (losses.len(), losses.iter().map(|(_, value)| value).sum::<f64>());
         self.steps += 1;
-        // Steps per budget are known only where the budget counts them.
+        // The number of steps is known only for a budget in steps.
         let total = match self.config.budget {
             Budget::Steps(steps) => steps as f64,
             Budget::Seconds(_) => self.steps as f64 / share.max(f64::MIN_POSITIVE),

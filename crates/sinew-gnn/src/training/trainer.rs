@@ -21,8 +21,8 @@ use crate::surrogate::Surrogate;
 use crate::tensors::GeometryTensors;
 use sinew_coordinates::require_count;
 
-/// Share of the budget from which losses tell whether a training goes wrong: about a solution, zero outputs are good ones,
-/// and good trainings need a third of their steps to beat them.
+/// Share of the budget from which on losses are judged. About a solution, zero outputs are good, and a good training needs
+/// a third of its steps to beat them.
 const JUDGED_FROM: f64 = 0.5;
 
 /// Trains a [`Surrogate`] on a [`DataSet`] by an [`Objective`].
@@ -138,7 +138,8 @@ impl Trainer {
     ///
     /// Afterwards the surrogate holds the best weights of all evaluations by the observer's error or by the validation loss, or the
     /// last ones where there is neither. A run that has left its best weights returns to them and goes on with half the learning rate.
-    /// An evaluation that an interruption adds decides nothing, so that a run that is resumed gives the numbers of a whole one.
+    /// The evaluation at an interruption does not choose weights, so a resumed run gives the numbers of an uninterrupted
+    /// one.
     ///
     /// # Errors
     /// [`Error::Diverged`], an objective or a checkpoint that fails.
@@ -325,7 +326,7 @@ impl Trainer {
         state.history.push(point);
         let error = observer.evaluate(&self.surrogate, &point).or(validation);
         let returned = decides && self.judge(error);
-        // Weights that were left are nobody's concern.
+        // Weights that the run has left are not diagnosed.
         if !returned && self.progress.clock.share(self.config.budget) >= JUDGED_FROM {
             self.concerns(Thoroughness::OneBatch)?.iter().for_each(|c| observer.concern(c));
         }

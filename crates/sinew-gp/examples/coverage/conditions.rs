@@ -49,7 +49,7 @@ pub(crate) fn window() -> Result<Case<2>, GpError> {
     let solution = field(|[x, y]: [Series; 2]| (x * 1.2 + 0.3).sin() * y.cos());
     let film = Condition::Robin {
         value_factor: field(|[_, y]: [Series; 2]| y.squared() + 1.0),
-        slope_factor: 1.0,
+        slope_factor: constant(1.0),
         data: field(|[_, y]: [Series; 2]| {
             ((y.squared() + 1.0) * 1.5_f64.sin() + 1.2 * 1.5_f64.cos()) * y.cos()
         }),

@@ -114,8 +114,11 @@ pub(crate) fn cooling() -> Result<Case<2>, GpError> {
     let [dx, dt] = domain.derivatives();
     let diffusivity = Parameter::new("D", [0.01, 10.0])?;
     let solution = field(|[x, t]: [Series; 2]| (x * WAVE).cos() * (t * (-D * WAVE * WAVE)).exp());
-    let robin =
-        Condition::Robin { value_factor: constant(1.0), slope_factor: 1.0, data: constant(0.0) };
+    let robin = Condition::Robin {
+        value_factor: constant(1.0),
+        slope_factor: constant(1.0),
+        data: constant(0.0),
+    };
     let problem = Problem::new(domain, dt - &diffusivity * dx * dx)?
         .condition("x", Side::Lower, flat())?
         .condition("x", Side::Upper, robin)?
@@ -249,7 +252,7 @@ pub(crate) fn reaction() -> Result<Case<2>, GpError> {
         field(|[x, y]: [Series; 2]| &x * (&x * -1.0).exp() * (y * (PI / 2.0)).cos() * 3.0);
     let robin = Condition::Robin {
         value_factor: constant(1.0),
-        slope_factor: 1.0,
+        slope_factor: constant(1.0),
         data: field(|[_, y]: [Series; 2]| (y * (PI / 2.0)).cos() * (3.0 * (-1.0_f64).exp())),
     };
     let equation = -(&d * dx * dx) - &d * dy * dy + &k * Derivative::identity();

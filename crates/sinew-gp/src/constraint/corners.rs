@@ -2,7 +2,7 @@
 
 use super::agreement::{conflict, differ, magnitude};
 use super::edges::Edges;
-use super::lift::along;
+use super::lift::{along, edge_lifts};
 use crate::domain::Domain;
 use crate::error::GpError;
 use crate::problem::Problem;
@@ -37,7 +37,7 @@ pub(super) fn check_corners<const D: usize>(
         }
     }
     for lift in structures.iter().skip(2).flat_map(|structure| &structure.lifts) {
-        check_edges(problem.domain(), lift, edges)?;
+        check_edges(problem, lift)?;
     }
     edges.check_corners(problem.domain())
 }
@@ -50,11 +50,8 @@ fn varies(face: &str, along: &str) -> GpError {
 }
 
 /// The condition of a face against those on the edges of its polygon.
-fn check_edges<const D: usize>(
-    domain: &Domain<D>,
-    lift: &Lift<D>,
-    edges: &Edges<D>,
-) -> Result<(), GpError> {
+fn check_edges<const D: usize>(problem: &Problem<D>, lift: &Lift<D>) -> Result<(), GpError> {
+    let domain = problem.domain();
     let Some(polygon) = domain.cross_section() else { return Ok(()) };
     for edge in 0..polygon.corners().len() {
         for fraction in [0.0, 0.29, 0.71] {
@@ -63,7 +60,7 @@ fn check_edges<const D: usize>(
             (point[0], point[1]) = polygon.on_edge(edge, fraction).into();
             point[lift.axis] = lift.end();
             let x = Series::plain(point);
-            for own in edges.lifts(edge) {
+            for own in edge_lifts(problem, edge) {
                 if let Some(value) = lift.value_factor()
                     && own.slope != 0.0
                     && along(value, own.outwards(), &x).value().abs() > 1e-10

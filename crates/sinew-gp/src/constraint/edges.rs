@@ -64,9 +64,9 @@ impl<const D: usize> Conditioned<D> {
                 .enumerate()
                 .filter_map(|(end, (jet, shape))| jet.as_ref().map(|jet| (end, jet, shape)))
         };
-        if let Some((a, b, c)) = self.condition.spring() {
-            let sum = self.trace(&shapes, jets, x) * (&f * a.at(x.clone()) / b + 1.0);
-            return if data { sum - &f * c.at(x.clone()) / b } else { sum };
+        if let Some((a, c)) = self.condition.spring() {
+            let sum = self.trace(&shapes, jets, x) * (&f * a.at(x.clone()) + 1.0);
+            return if data { sum - &f * c.at(x.clone()) } else { sum };
         }
         match &self.condition {
             Condition::Dirichlet(value) => {
@@ -98,10 +98,10 @@ impl<const D: usize> Conditioned<D> {
 
     /// Factor of a free trace, if the condition leaves one.
     fn free_trace(&self, x: &[Series; D]) -> Option<Series> {
-        let (a, b, _) = self.condition.spring()?;
+        let (a, _) = self.condition.spring()?;
         let (f, s) = (self.edge.height(&x[0], &x[1]), self.edge.fraction(&x[0], &x[1]));
         let rest = s.constant(1.0) - &s;
-        let start = f * a.at(x.clone()) / b + 1.0;
+        let start = f * a.at(x.clone()) + 1.0;
         let ends = [s, rest].into_iter().zip(self.joined);
         Some(ends.filter(|(_, joined)| *joined).fold(start, |p, (end, _)| p * end.squared()))
     }
@@ -146,16 +146,6 @@ impl<const D: usize> Edges<D> {
         let (boundary, equation) = (problem.boundary.clone(), problem.equation().clone());
         let near = inner.as_ref().and_then(|blend| blend.near());
         Self { boundary, inner, near, polygon, equation }
-    }
-
-    /// Conditions on one edge.
-    pub(super) fn lifts(&self, edge: usize) -> Vec<EdgeLift<D>> {
-        if let (Some(value), Some(polygon)) = (&self.boundary, &self.polygon) {
-            return EdgeLift::of(&Condition::Dirichlet(value.clone()), &polygon.edges()[edge]);
-        }
-        let of = |own: &Conditioned<D>| EdgeLift::of(&own.condition, &own.edge);
-        let edges = self.inner.iter().flat_map(|blend| &blend.edges);
-        edges.filter(|own| own.number == edge).flat_map(of).collect()
     }
 
     pub(super) fn check_corners(&self, domain: &Domain<D>) -> Result<(), GpError> {

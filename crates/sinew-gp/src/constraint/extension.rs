@@ -11,7 +11,7 @@ use crate::edge::Edge;
 use crate::field::{Field, field};
 use crate::polygon::Polygon;
 use crate::series::Series;
-use faer::Mat;
+use nalgebra::{DMatrix, DVector};
 
 /// Highest degree of a harmonic polynomial.
 const DEGREE: usize = 12;
@@ -143,13 +143,8 @@ pub(super) fn along_edge<const D: usize>(edge: &Edge, function: Field<D>) -> Fie
 }
 
 fn least_squares(rows: &[Vec<f64>], right: &[f64]) -> Option<Vec<f64>> {
-    let matrix = Mat::from_fn(rows.len(), rows.first()?.len(), |i, j| rows[i][j]);
-    let svd = matrix.thin_svd().ok()?;
-    let (u, s, v) = (svd.U(), svd.S().column_vector(), svd.V());
-    let mut solution = vec![0.0; matrix.ncols()];
-    for mode in (0..s.nrows()).filter(|mode| s[*mode] > RANK * s[0]) {
-        let along: f64 = u.col(mode).iter().zip(right).map(|(u, r)| u * r).sum();
-        solution.iter_mut().zip(v.col(mode).iter()).for_each(|(x, v)| *x += v * along / s[mode]);
-    }
-    Some(solution)
+    let matrix = DMatrix::from_fn(rows.len(), rows.first()?.len(), |i, j| rows[i][j]);
+    let svd = matrix.svd(true, true);
+    let cut = RANK * svd.singular_values.max();
+    svd.solve(&DVector::from_column_slice(right), cut).ok().map(|x| x.as_slice().to_vec())
 }

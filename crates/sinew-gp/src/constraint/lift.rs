@@ -3,6 +3,7 @@
 use crate::condition::Condition;
 use crate::edge::Edge;
 use crate::field::{Field, constant};
+use crate::problem::Problem;
 use crate::series::Series;
 
 /// a u + b ∂u/∂n = data on an edge, n pointing outwards.
@@ -36,8 +37,8 @@ impl<const D: usize> EdgeLift<D> {
             data: data.clone(),
             edge: edge.clone(),
         };
-        if let Condition::Robin { value_factor, slope_factor, data } = condition {
-            return vec![lift(value_factor.clone(), *slope_factor, data)];
+        if let Condition::Robin { value_factor, data, .. } = condition {
+            return vec![lift(value_factor.clone(), 1.0, data)];
         }
         let given = condition.derivatives().into_iter();
         given
@@ -64,4 +65,12 @@ impl<const D: usize> EdgeLift<D> {
         }
         sum
     }
+}
+
+/// The conditions of a problem on one edge of its polygon.
+pub(crate) fn edge_lifts<const D: usize>(problem: &Problem<D>, number: usize) -> Vec<EdgeLift<D>> {
+    let whole = problem.boundary.clone().map(Condition::Dirichlet);
+    let condition = whole.or_else(|| problem.edges.get(number).cloned().flatten());
+    let edge = problem.domain().cross_section().map(|polygon| &polygon.edges()[number]);
+    condition.iter().zip(edge).flat_map(|(condition, edge)| EdgeLift::of(condition, edge)).collect()
 }

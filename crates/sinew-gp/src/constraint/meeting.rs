@@ -6,7 +6,7 @@ use crate::domain::Domain;
 use crate::error::GpError;
 use crate::field::Field;
 use crate::series::Series;
-use faer::Mat;
+use nalgebra::DMatrix;
 
 /// Value and gradient at a corner.
 pub(super) type Jet = [Series; 3];
@@ -27,7 +27,7 @@ pub(super) struct Corner<const D: usize> {
     place: [f64; 2],
     rows: Vec<Row<D>>,
     /// Pseudo-inverse of the equations: 3 × rows.
-    inverse: Mat<f64>,
+    inverse: DMatrix<f64>,
     /// Null space of the equations in (u, size ∇u).
     pub free: Vec<[f64; 3]>,
     pub size: f64,
@@ -64,27 +64,16 @@ impl<const D: usize> Corner<D> {
             }
         }
         // Zero rows make it at least square, so that all right singular vectors are there.
-        let matrix = Mat::from_fn(rows.len().max(3), 3, |i, j| {
+        let matrix = DMatrix::from_fn(rows.len().max(3), 3, |i, j| {
             rows.get(i).map_or(0.0, |row: &Row<D>| row.coefficients[j])
         });
-        let mut corner = Self { place, rows, inverse: Mat::zeros(3, 0), free: Vec::new(), size };
-        corner.inverse = Mat::zeros(3, corner.rows.len());
-        // An SVD of three columns of finite numbers always converges.
-        if let Ok(svd) = matrix.svd() {
-            let (u, s, v) = (svd.U(), svd.S().column_vector(), svd.V());
-            for mode in 0..3 {
-                if s[mode] > RANK_TOLERANCE {
-                    for i in 0..3 {
-                        for (j, _) in corner.rows.iter().enumerate() {
-                            corner.inverse[(i, j)] += v[(i, mode)] * u[(j, mode)] / s[mode];
-                        }
-                    }
-                } else {
-                    corner.free.push(std::array::from_fn(|i| v[(i, mode)]));
-                }
-            }
-        }
-        corner
+        let svd = matrix.svd(true, true);
+        let none = |mode: &usize| svd.singular_values[*mode] <= RANK_TOLERANCE;
+        let right = svd.v_t.as_ref().expect("both factors were asked for");
+        let free =
+            (0..3).filter(none).map(|mode| std::array::from_fn(|i| right[(mode, i)])).collect();
+        let inverse = svd.pseudo_inverse(RANK_TOLERANCE).expect("the tolerance is positive");
+        Self { place, rows, inverse, free, size }
     }
 
     /// The rows' right-hand sides, with the other coordinates from `x`.

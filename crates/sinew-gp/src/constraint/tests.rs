@@ -121,7 +121,7 @@ fn every_kind_of_condition_holds_for_whatever_is_drawn() {
             Some(Condition::Cauchy { value: u(), slope: slope() }),
             Some(Condition::Robin {
                 value_factor: factor(axis),
-                slope_factor: -0.5,
+                slope_factor: constant(-0.5),
                 data: springy,
             }),
             given(&[0, 2]),
@@ -155,7 +155,7 @@ fn every_kind_of_condition_holds_for_whatever_is_drawn() {
 fn factors_vary_on_one_axis_only() {
     let robin = |value_factor: Field<2>| Condition::Robin {
         value_factor,
-        slope_factor: 1.0,
+        slope_factor: constant(1.0),
         data: constant(0.0),
     };
     let both = Problem::new(square(["x", "y"]), Derivative::along(0))
@@ -181,7 +181,7 @@ fn derivatives_that_make_no_condition_are_refused() {
     let prism = Domain::prism(["x", "y"], &L_SHAPE, ("t", [0.0, 1.0])).unwrap();
     let robin = Condition::Robin {
         value_factor: field(|[_, _, t]: [Series; 3]| t + 1.0),
-        slope_factor: 1.0,
+        slope_factor: constant(1.0),
         data: constant(0.0),
     };
     let edge = Problem::new(prism, Derivative::along(0)).and_then(|p| p.edge(1, robin));
@@ -263,7 +263,7 @@ fn edge_condition(kind: usize, outwards: [f64; 2]) -> Option<Condition<2>> {
         3 => Some(Condition::Cauchy { value: value(), slope: slope() }),
         _ => Some(Condition::Robin {
             value_factor: field(|[x, y]: [Series; 2]| x * 0.4 + y * 0.7 + 2.0),
-            slope_factor: -0.5,
+            slope_factor: constant(-0.5),
             data: field(move |x: [Series; 2]| {
                 let factor = &x[0] * 0.4 + &x[1] * 0.7 + 2.0;
                 reference(&x) * factor - reference_slope(outwards).at(x) * 0.5
@@ -304,12 +304,11 @@ fn conditions_on_edges_hold_for_whatever_is_drawn() {
         for first in (0..15).step_by(4) {
             let problem = polygon_problem(corners, first);
             let drawn = draw(&problem);
-            let edges = Edges::new(&problem);
             let polygon = problem.domain().cross_section().unwrap();
             for edge in 0..corners.len() {
                 for fraction in [0.03, 0.5, 0.71] {
                     let x = Series::plain(polygon.on_edge(edge, fraction));
-                    for lift in edges.lifts(edge) {
+                    for lift in edge_lifts(&problem, edge) {
                         let value = lift.apply(&drawn, &x).value();
                         let missed = value - lift.data.at(x.clone()).value();
                         // Slopes are of size 1 / length.
@@ -415,11 +414,10 @@ fn a_prism_in_time_keeps_fluxes_through_its_edges() {
     let good = problem(field(|[x, y, _]: [Series; 3]| x + y.squared()));
     let drawn = draw(&good);
     assert!(miss(&good) < TOLERANCE);
-    let own = Edges::new(&good);
     for edge in 0..6 {
         let [x, y] = good.domain().cross_section().unwrap().on_edge(edge, 0.37);
         let at = Series::plain([x, y, 0.6]);
-        for lift in own.lifts(edge) {
+        for lift in edge_lifts(&good, edge) {
             let missed = lift.apply(&drawn, &at).value() - lift.data.at(at.clone()).value();
             assert!(missed.abs() < TOLERANCE, "edge {edge}: {missed:e}");
         }

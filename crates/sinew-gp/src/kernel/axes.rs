@@ -1,25 +1,20 @@
-//! The axes that a kernel depends on.
+//! Lengths along axes.
 
-use crate::series::MOST_VARIABLES;
+use super::{Hyperparameter, Measure};
+use crate::series::Series;
 
-/// Some axes, or all there are.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Axes(Option<Vec<usize>>);
+/// One length for each axis.
+pub(super) fn lengths<const D: usize>(name: &'static str) -> Vec<Hyperparameter> {
+    (0..D).map(|axis| Hyperparameter { name, measure: Measure::Length { axis } }).collect()
+}
 
-const ALL: [usize; MOST_VARIABLES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
-
-impl Axes {
-    pub(super) fn only(axes: &[usize]) -> Self {
-        Self(Some(axes.to_vec()))
-    }
-
-    /// Axes among the first `D`.
-    pub(super) fn of<const D: usize>(&self) -> &[usize] {
-        self.0.as_deref().unwrap_or(&ALL[..D])
-    }
-
-    /// Axes that are among `axes` too.
-    pub(super) fn among<const D: usize>(&self, axes: &[usize]) -> Self {
-        Self(Some(self.of::<D>().iter().copied().filter(|d| axes.contains(d)).collect()))
-    }
+/// ½ Σ (xᵢ − yᵢ)² / λᵢ².
+pub(super) fn half_square<const D: usize>(
+    lengthscales: &[Series],
+    x: &[Series; D],
+    y: &[Series; D],
+) -> Series {
+    (0..D).fold(x[0].constant(0.0), |sum, d| {
+        sum + ((&x[d] - &y[d]) / &lengthscales[d]).squared() * 0.5
+    })
 }

@@ -1,9 +1,7 @@
 //! The squared-exponential kernel, in Hermite polynomials.
 
-use super::axes::Axes;
-use super::radial::{beyond, half_square, lengths};
-use super::{Hyperparameter, Kernel, MOST_PAIRS, Orders, Request};
-use crate::series::Series;
+use super::{Hyperparameter, Kernel, MOST_PAIRS, Measure, Orders, Request};
+use crate::series::{MOST_VARIABLES, Series};
 use crate::simd::exp_of_negative;
 use sinew_num::vectorised;
 use std::cell::RefCell;
@@ -12,7 +10,8 @@ use std::cell::RefCell;
 #[doc(alias("RBF", "Gaussian kernel"))]
 #[derive(Clone, Debug, Default)]
 pub struct SquaredExponential {
-    axes: Axes,
+    /// `None` for all there are.
+    axes: Option<Vec<usize>>,
 }
 
 impl SquaredExponential {
@@ -23,7 +22,13 @@ impl SquaredExponential {
 
     /// On the axes with these numbers only.
     pub fn along(axes: &[usize]) -> Self {
-        Self { axes: Axes::only(axes) }
+        Self { axes: Some(axes.to_vec()) }
+    }
+
+    /// Axes among the first `D`.
+    fn of<const D: usize>(&self) -> &[usize] {
+        const ALL: [usize; MOST_VARIABLES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
+        self.axes.as_deref().unwrap_or(&ALL[..D])
     }
 }
 
@@ -37,46 +42,55 @@ impl<const D: usize> Kernel<D> for SquaredExponential {
     }
 
     fn hyperparameters(&self) -> Vec<Hyperparameter> {
-        lengths("lengthscale", self.axes.of::<D>())
+        let length = |axis: &usize| Measure::Length { axis: *axis };
+        let each = self.of::<D>().iter().map(length);
+        each.map(|measure| Hyperparameter { name: "lengthscale", measure }).collect()
     }
 
     fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>> {
-        Box::new(Self { axes: self.axes.among::<D>(axes) })
+        let kept = self.of::<D>().iter().copied().filter(|d| axes.contains(d)).collect();
+        Box::new(Self { axes: Some(kept) })
     }
 
     fn formula(&self, lengthscales: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
-        (half_square(self.axes.of::<D>(), lengthscales, x, y) * -1.0).exp()
+        let square = |(d, length): (&usize, &Series)| ((&x[*d] - &y[*d]) / length).squared();
+        let squares = self.of::<D>().iter().zip(lengthscales).map(square);
+        (squares.fold(x[0].constant(0.0), |sum, square| sum + square) * -0.5).exp()
     }
 
     fn is_stationary(&self) -> bool {
         true
     }
 
-    fn derivatives(&self, request: &Request<'_, D>, table: &mut [f64]) {
-        let axes = self.axes.of::<D>();
+    fn as_squared_exponential(&self) -> Option<&SquaredExponential> {
+        Some(self)
+    }
+}
+
+/// Whether a derivative is taken along an axis that the kernel does not depend on.
+fn beyond<const D: usize>(orders: [usize; D], axes: &[usize]) -> bool {
+    (0..D).any(|d| orders[d] > 0 && !axes.contains(&d))
+}
+
+impl SquaredExponential {
+    /// See [`super::derivatives`].
+    pub(super) fn derivatives<const D: usize>(&self, request: &Request<'_, D>, table: &mut [f64]) {
+        let axes = self.of::<D>();
         SCRATCH.with_borrow_mut(|scratch| {
             scratch.fill(axes, request, 0);
             scratch.tabulate(axes, request, table);
         });
     }
 
-    fn pull_back(&self, request: &Request<'_, D>, weights: &[f64], gradient: &mut [f64]) {
-        let axes = self.axes.of::<D>();
-        SCRATCH.with_borrow_mut(|scratch| {
-            scratch.fill(axes, request, 1);
-            scratch.pull_back(axes, request, weights, gradient);
-        });
-    }
-
-    /// The exponentials and polynomials serve both directions.
-    fn derivatives_and_pull_back(
+    /// See [`super::derivatives_and_pull_back`]: the exponentials and polynomials serve both directions.
+    pub(super) fn derivatives_and_pull_back<const D: usize>(
         &self,
         request: &Request<'_, D>,
         [table, weights]: [&mut [f64]; 2],
         weigh: &mut dyn FnMut(&[f64], &mut [f64]),
         gradient: &mut [f64],
     ) {
-        let axes = self.axes.of::<D>();
+        let axes = self.of::<D>();
         SCRATCH.with_borrow_mut(|scratch| {
             scratch.fill(axes, request, 1);
             scratch.tabulate(axes, request, table);

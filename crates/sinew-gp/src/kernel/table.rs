@@ -1,18 +1,18 @@
-//! Tables of derivatives of any formula, by Taylor series in the coordinates of a pair.
+//! Tables of derivatives of kernels: of any formula by Taylor series in the coordinates of a pair.
 
 use super::{Kernel, Orders, Request};
 use crate::series::Series;
 
 /// k of single pairs as series in their 2 D coordinates, of the degrees that are asked for.
-struct Expansion<'a, K: ?Sized, const D: usize> {
-    kernel: &'a K,
+struct Expansion<'a, const D: usize> {
+    kernel: &'a dyn Kernel<D>,
     request: &'a Request<'a, D>,
     /// Orders in the coordinates, then in a hyperparameter.
     degrees: Vec<usize>,
 }
 
-impl<'a, K: Kernel<D> + ?Sized, const D: usize> Expansion<'a, K, D> {
-    fn new(kernel: &'a K, request: &'a Request<'a, D>) -> Self {
+impl<'a, const D: usize> Expansion<'a, D> {
+    fn new(kernel: &'a dyn Kernel<D>, request: &'a Request<'a, D>) -> Self {
         let most = |pick: &dyn Fn(&Orders<D>) -> usize| request.orders.iter().map(pick).max();
         let first = (0..D).map(|d| most(&|o| o.first[d]));
         let second = (0..D).map(|d| most(&|o| o.second[d]));
@@ -23,7 +23,7 @@ impl<'a, K: Kernel<D> + ?Sized, const D: usize> Expansion<'a, K, D> {
     /// Variables of pair `lane`; the hyperparameter `varied` is the last variable, the others are numbers.
     fn at(&self, lane: usize, varied: Option<usize>) -> Series {
         let variable = |value, number| Series::variable(value, number, &self.degrees);
-        let first = self.request.point(lane);
+        let first = self.request.first.map(|axis| axis[lane]);
         let x: [Series; D] = std::array::from_fn(|d| variable(first[d], d));
         let y = std::array::from_fn(|d| variable(self.request.second[d], D + d));
         let numbered = self.request.hyperparameters.iter().enumerate();
@@ -37,9 +37,38 @@ impl<'a, K: Kernel<D> + ?Sized, const D: usize> Expansion<'a, K, D> {
     }
 }
 
-/// [`Kernel::derivatives`] from the formula.
-pub(super) fn from_formula<K: Kernel<D> + ?Sized, const D: usize>(
-    kernel: &K,
+/// Derivatives of k for each pair: entry `e` of the request's orders fills `table[e · count ..]`.
+pub(crate) fn derivatives<const D: usize>(
+    kernel: &dyn Kernel<D>,
+    request: &Request<'_, D>,
+    table: &mut [f64],
+) {
+    match kernel.as_squared_exponential() {
+        Some(closed) => closed.derivatives(request, table),
+        None => from_formula(kernel, request, table),
+    }
+}
+
+/// [`derivatives`] into `table`, then adds to `gradient` the derivatives of Σ weight · table in the logarithm of each
+/// hyperparameter, for the weights that `weigh` makes of the table, in memory of the same size.
+pub(crate) fn derivatives_and_pull_back<const D: usize>(
+    kernel: &dyn Kernel<D>,
+    request: &Request<'_, D>,
+    [table, weights]: [&mut [f64]; 2],
+    weigh: &mut dyn FnMut(&[f64], &mut [f64]),
+    gradient: &mut [f64],
+) {
+    if let Some(closed) = kernel.as_squared_exponential() {
+        return closed.derivatives_and_pull_back(request, [table, weights], weigh, gradient);
+    }
+    from_formula(kernel, request, table);
+    weigh(table, weights);
+    pull_back_from_formula(kernel, request, weights, gradient);
+}
+
+/// [`derivatives`] from the formula.
+pub(super) fn from_formula<const D: usize>(
+    kernel: &dyn Kernel<D>,
     request: &Request<'_, D>,
     table: &mut [f64],
 ) {
@@ -54,9 +83,9 @@ pub(super) fn from_formula<K: Kernel<D> + ?Sized, const D: usize>(
     }
 }
 
-/// [`Kernel::pull_back`] from the formula, one hyperparameter at a time.
-pub(super) fn pull_back_from_formula<K: Kernel<D> + ?Sized, const D: usize>(
-    kernel: &K,
+/// Its gradient, one hyperparameter at a time.
+fn pull_back_from_formula<const D: usize>(
+    kernel: &dyn Kernel<D>,
     request: &Request<'_, D>,
     weights: &[f64],
     gradient: &mut [f64],
@@ -73,6 +102,51 @@ pub(super) fn pull_back_from_formula<K: Kernel<D> + ?Sized, const D: usize>(
                     * value.derivative(&order)
                     * request.hyperparameters[number];
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::SquaredExponential;
+
+    #[test]
+    fn the_closed_form_is_that_of_the_formula() {
+        const COUNT: usize = 13;
+        let axes: [Vec<f64>; 2] =
+            [0.7, 1.9].map(|f| (0..COUNT).map(|k| (f * k as f64).sin()).collect());
+        let order = |a, b| Orders { first: [a, b], second: [0, 0] };
+        let orders: Vec<Orders<2>> =
+            (0..25).map(|k| order(k % 5, k / 5)).filter(|o| o.first[1] != 3).collect();
+        let request = Request {
+            hyperparameters: &[0.6, 0.8],
+            first: axes.each_ref().map(Vec::as_slice),
+            second: [axes[0][4], axes[1][4]],
+            orders: &orders,
+        };
+        let kernel = SquaredExponential::new();
+        let sizes = orders.len() * COUNT;
+        let weight = |k: usize| ((k * 7 + 3) % 11) as f64 / 11.0 - 0.4;
+        let given: Vec<f64> = (0..sizes).map(weight).collect();
+        let (mut table, mut weights, mut gradient) = (vec![0.0; sizes], vec![0.0; sizes], [0.0; 2]);
+        let mut weigh = |_: &[f64], weights: &mut [f64]| weights.copy_from_slice(&given);
+        let memory = [&mut table[..], &mut weights[..]];
+        derivatives_and_pull_back::<2>(&kernel, &request, memory, &mut weigh, &mut gradient);
+        let (mut again, mut series, mut expected) = (table.clone(), table.clone(), [0.0; 2]);
+        derivatives::<2>(&kernel, &request, &mut again);
+        from_formula::<2>(&kernel, &request, &mut series);
+        pull_back_from_formula::<2>(&kernel, &request, &given, &mut expected);
+        assert_eq!(table, again);
+        for (rows, rows_of_series) in table.chunks(COUNT).zip(series.chunks(COUNT)) {
+            let scale = rows_of_series.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
+            for (a, b) in rows.iter().zip(rows_of_series) {
+                // Some thirty roundings of terms as large as the largest entry.
+                assert!((a - b).abs() < 1e-11 * scale, "{a} {b}");
+            }
+        }
+        for (a, b) in gradient.iter().zip(&expected) {
+            assert!((a - b).abs() < 1e-11 * b.abs(), "{a} {b}");
         }
     }
 }

@@ -78,8 +78,11 @@ fn poisson_1_needs_four_collocation_points() {
     // −u'' = f with f = −2 (the thesis prints 2), u = x², u(0) = u'(0) = 0, u'(2) = u(2).
     let domain = must(Domain::interval("x", [0.0, 2.0]));
     let [dx] = domain.derivatives();
-    let robin =
-        Condition::Robin { value_factor: constant(-1.0), slope_factor: 1.0, data: constant(0.0) };
+    let robin = Condition::Robin {
+        value_factor: constant(-1.0),
+        slope_factor: constant(1.0),
+        data: constant(0.0),
+    };
     let problem = must(
         Problem::new(domain.clone(), -(dx * dx))
             .and_then(|p| p.condition("x", Side::Lower, Condition::clamped()))

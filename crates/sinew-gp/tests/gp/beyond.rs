@@ -1,9 +1,9 @@
-//! Parameter ensembles, networks, nonlinear equations and hard cases.
+//! Parameter ensembles, nonlinear equations and hard cases.
 
 use sinew_gp::{
-    Condition, Data, Derivative, Domain, Evidence, FitOptions, GpError, Model, Network,
-    NetworkOptions, Noise, NutsOptions, Operator, Parameter, Prior, Problem, SemiLinear, Series,
-    Side, SquaredExponential, constant, field, laplace, nuts,
+    Condition, Data, Derivative, Domain, Evidence, FitOptions, GpError, Model, Noise, NutsOptions,
+    Operator, Parameter, Prior, Problem, SemiLinear, Series, Side, SquaredExponential, constant,
+    field, laplace, nuts,
 };
 use std::f64::consts::PI;
 
@@ -138,27 +138,6 @@ fn only_what_is_far_from_the_data_has_collapsed() {
         !collapsed(1.0, |x| x),
         "the prior mean is the solution, and nothing is left to explain"
     );
-}
-
-#[test]
-fn a_network_with_hard_conditions_solves_the_string() {
-    let (at, f) = loads(20);
-    let data = Data::new().equation(&at, &f, Noise::Exact);
-    let options = NetworkOptions { restarts: 2, ..NetworkOptions::default() };
-    let network = must(Network::train(prior(&string(false)), &data, &options));
-    let places: Vec<[f64; 1]> = (0..=20).map(|k| [f64::from(k) / 20.0]).collect();
-    let u = must(network.mean(&places));
-    let err = u.iter().zip(&places).map(|(u, x)| (u - deflection(*x)).abs()).fold(0.0, f64::max);
-    let (loss, evaluations) = (network.loss, network.evaluations);
-    println!("network: loss {loss:.1e} after {evaluations} evaluations, largest error {err:.1e}");
-    assert!(err < 2e-4, "{err:e}");
-    // At least one for each iteration of both restarts that made a step.
-    let few = NetworkOptions { iterations: 3, ..options };
-    let short = must(Network::train(prior(&string(false)), &data, &few));
-    assert!(short.evaluations >= 8 && short.evaluations < evaluations, "{}", short.evaluations);
-    assert_eq!([u[0], u[20]], [0.0, 0.0]);
-    let refused = Network::train(prior(&string(true)), &data, &options).unwrap_err();
-    says(&refused, "parameter stiffness is free");
 }
 
 #[test]

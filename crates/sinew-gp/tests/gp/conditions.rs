@@ -78,14 +78,14 @@ fn beams_rest_hang_and_mirror_as_they_do() -> Result<(), GpError> {
 
 #[test]
 fn a_film_may_be_thinner_above() -> Result<(), GpError> {
-    // u = eˣ cos y on [0, 1]², harmonic; through x = 1 with u_n + (1 + y²) u given, insulated below.
+    // u = eˣ cos y on [0, 1]², harmonic; through x = 1 with (1 + y²/2) u_n + (1 + y²) u given, insulated below.
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("y", [0.0, 1.0])])?;
     let [dx, dy] = domain.derivatives();
     let u = || field(|[x, y]: [Series; 2]| x.exp() * y.cos());
     let film = Condition::Robin {
         value_factor: field(|[_, y]| y.squared() + 1.0),
-        slope_factor: 1.0,
-        data: field(|[_, y]| y.cos() * (y.squared() + 2.0) * 1.0_f64.exp()),
+        slope_factor: field(|[_, y]| y.squared() * 0.5 + 1.0),
+        data: field(|[_, y]| y.cos() * (y.squared() * 1.5 + 2.0) * 1.0_f64.exp()),
     };
     let problem = Problem::new(domain.clone(), -(dx * dx) - dy * dy)?
         .condition("x", Side::Lower, Condition::Dirichlet(field(|[_, y]| y.cos())))?

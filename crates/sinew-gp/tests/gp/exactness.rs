@@ -2,9 +2,9 @@
 //! finite differences.
 
 use sinew_gp::{
-    Condition, Data, Domain, Evidence, Kernel, Matern, Model, Noise, Operator, Parameter, Periodic,
-    Periodicity, Prior, Problem, Product, RationalQuadratic, Scaled, Series, Side, Smoothness,
-    SquaredExponential, Sum, constant, constraints, field,
+    Condition, Data, Domain, Evidence, Formula, Kernel, Model, Noise, Operator, Parameter,
+    Periodicity, Prior, Problem, Series, Side, Smoothness, SquaredExponential, constant,
+    constraints, field, linear, matern, periodic, rational_quadratic,
 };
 use std::f64::consts::PI;
 
@@ -52,7 +52,7 @@ fn membrane() -> Problem<2> {
     let theta = must(Parameter::new("theta", [0.1, 10.0]));
     let spring = || Condition::Robin {
         value_factor: field(|[x, y]| x * 0.3 + y + 1.0),
-        slope_factor: 0.7,
+        slope_factor: constant(0.7),
         data: constant(0.2),
     };
     must(
@@ -180,7 +180,7 @@ fn covariances_equal_nested_jets() {
     assert!(of_four < TOLERANCE, "orders 4 + 4: {of_four:e}");
     let traces = disagreement(membrane(), &SquaredExponential::new(), 1.3);
     assert!(traces < TOLERANCE, "traces on edges: {traces:e}");
-    let rational = disagreement(plate(), &RationalQuadratic::new(), 0.7);
+    let rational = disagreement(plate(), &rational_quadratic(), 0.7);
     assert!(rational < TOLERANCE, "rational quadratic, orders 4 + 4: {rational:e}");
 }
 
@@ -231,13 +231,10 @@ fn evidence_gradients_equal_differences() {
     for evidence in [Evidence::Joint, Evidence::UnitInformation] {
         let kernels: Vec<Box<dyn Kernel<2>>> = vec![
             Box::new(SquaredExponential::new()),
-            Box::new(RationalQuadratic::new()),
-            Box::new(Matern::new(Smoothness::Thrice)),
-            Box::new(Product::new(must(Periodic::new(0, 7.0)), SquaredExponential::along(&[1]))),
-            Box::new(Sum::new(
-                Scaled::new(SquaredExponential::new()),
-                Scaled::new(sinew_gp::Linear::new()),
-            )),
+            Box::new(rational_quadratic()),
+            Box::new(matern(Smoothness::Thrice)),
+            Box::new(must(periodic(0, 7.0)) * SquaredExponential::along(&[1]).into()),
+            Box::new(Formula::from(SquaredExponential::new()).scaled() + linear().scaled()),
         ];
         for kernel in &kernels {
             let problem = heat();
@@ -300,6 +297,6 @@ fn jumps_covary_as_differences_of_both_ends() {
 #[test]
 fn rough_kernels_are_refused() {
     let problem = heat();
-    let refused = Prior::constrained(&problem, &Matern::new(Smoothness::Once)).unwrap_err();
+    let refused = Prior::constrained(&problem, &matern(Smoothness::Once)).unwrap_err();
     assert!(refused.to_string().contains("Matérn 3/2 kernel has 1 derivatives"), "{refused}");
 }

@@ -1,10 +1,9 @@
 //! Where inference is at its limits: the right answer, or an error that says what to do.
 
 use sinew_gp::{
-    Condition, Data, Derivative, Domain, Evidence, Fit, FitOptions, Functional, GpError,
-    Hyperparameter, Kernel, Linear, Matern, Measure, Model, Network, NetworkOptions, Noise,
-    Parameter, Periodic, Prior, Problem, ReducedOptions, Scaled, SemiLinear, Series, Side,
-    Smoothness, SquaredExponential, Sum, constant, field,
+    Condition, Data, Domain, Evidence, Fit, FitOptions, Formula, Functional, GpError,
+    Hyperparameter, Kernel, Measure, Model, Noise, Parameter, Prior, Problem, Series, Side,
+    Smoothness, SquaredExponential, constant, linear, matern, periodic,
 };
 use std::f64::consts::PI;
 
@@ -233,8 +232,8 @@ fn what_is_not_a_number_is_named() {
 
 #[test]
 fn like_kernels_in_a_sum_have_names_of_their_own() {
-    let part = || Scaled::new(SquaredExponential::new());
-    let prior = must(Prior::constrained(&string(1.0, None), &Sum::new(part(), part())));
+    let part = || Formula::from(SquaredExponential::new()).scaled();
+    let prior = must(Prior::constrained(&string(1.0, None), &(part() + part())));
     let model = must(Model::new(prior, loads(3), Evidence::Auto));
     let mut names: Vec<&str> = model.parameters().iter().map(|p| p.name.as_str()).collect();
     let count = names.len();
@@ -243,7 +242,7 @@ fn like_kernels_in_a_sum_have_names_of_their_own() {
     assert_eq!(names.len(), count, "{names:?}");
     assert!(must(model.position("lengthscale x 1 (2)")) > must(model.position("lengthscale x 1")));
     for period in [0.0, -1.0, f64::NAN] {
-        says(&Periodic::new(0, period).unwrap_err(), "a periodic kernel of period");
+        says(&periodic::<1>(0, period).unwrap_err(), "a periodic kernel of period");
     }
 }
 
@@ -295,8 +294,6 @@ fn what_cannot_be_predicted_is_refused() {
         says(&free.predict(&places).unwrap_err(), point);
         says(&free.mean(&places).unwrap_err(), point);
         says(&free.sample(&places, 1, 0).unwrap_err(), point);
-        let network = Network::random(prior(&problem), 3, 0);
-        says(&network.mean(&places).unwrap_err(), point);
         let sum = |weights: &[f64]| {
             let (operator, points) = (dx.into(), vec![[0.2], [0.4]]);
             free.predict_functional(&Functional { operator, points, weights: weights.to_vec() })
@@ -306,7 +303,7 @@ fn what_cannot_be_predicted_is_refused() {
         assert!(sum(&[1.0; 2]).is_ok());
     }
     // Draws of this kernel have two derivatives, whatever its formula says of four.
-    let rough = must(Prior::constrained(&problem, &Matern::new(Smoothness::Twice)));
+    let rough = must(Prior::constrained(&problem, &matern(Smoothness::Twice)));
     let rough = must(Model::new(rough, loads(5), Evidence::Auto));
     let rough = must(must(rough.fit(&FitOptions::default())).posterior());
     let bends = rough.predict_operator(&(dx * dx * dx).into(), &[[0.5]]).unwrap_err();
@@ -323,6 +320,7 @@ fn coefficients_that_are_not_numbers_are_named() {
     says(&named, "the coefficient of the operator has no finite value");
     for (value_factor, slope_factor) in [(f64::NAN, 1.0), (1.0, f64::INFINITY), (1.0, 0.0)] {
         let value_factor = constant(value_factor);
+        let slope_factor = constant(slope_factor);
         let robin = Condition::Robin { value_factor, slope_factor, data: constant(0.0) };
         let problem = must(Problem::new(domain.clone(), dx * dx));
         let refused = problem.condition("x", Side::Lower, robin).unwrap_err();
@@ -357,9 +355,9 @@ fn kernels_along_axes_that_there_are_not_are_refused() {
     let problem = string(1.0, None);
     let elsewhere: [Box<dyn Kernel<1>>; 4] = [
         Box::new(SquaredExponential::along(&[1])),
-        Box::new(must(Periodic::new(1, 2.0))),
-        Box::new(Sum::new(SquaredExponential::new(), Linear::along(&[0, 3]))),
-        Box::new(Matern::along(&[2], Smoothness::Thrice)),
+        Box::new(must(periodic(1, 2.0))),
+        Box::new(Formula::from(SquaredExponential::new()) + linear().along(&[0, 3])),
+        Box::new(matern(Smoothness::Thrice).along(&[2])),
     ];
     for kernel in &elsewhere {
         let refused = Prior::constrained(&problem, &**kernel).unwrap_err();
@@ -369,26 +367,8 @@ fn kernels_along_axes_that_there_are_not_are_refused() {
 }
 
 #[test]
-fn an_equation_everywhere_is_refused_where_its_points_are_not_chosen() {
-    let problem = string(1.0, None);
-    let everywhere = || Data::new().equation_everywhere(field(|[x]| (x * PI).sin()));
-    let measured = everywhere().values(&[[0.5]], &[0.05], Noise::Known(0.01));
-    let network = Network::train(prior(&problem), &measured, &NetworkOptions::default());
-    says(&network.unwrap_err(), "`Data::equation`");
-    let bent = SemiLinear::new(problem.clone(), [Derivative::identity()], |[u]| u.powi(3));
-    let both = measured.clone().equation(&[[0.3]], &[0.8], Noise::Exact);
-    let kernel = SquaredExponential::new();
-    let solved = bent.solve(&kernel, &both, &FitOptions::default(), 3);
-    says(&solved.unwrap_err(), "`Data::equation`");
-    let model = || must(Model::new(prior(&problem), measured.clone(), Evidence::Auto));
-    let fit = must(model().fit(&FitOptions { restarts: 1, ..FitOptions::default() }));
-    let reduced = model().reduced(&fit, &ReducedOptions::default());
-    says(&reduced.unwrap_err(), "`Data::equation`");
-}
-
-#[test]
-fn data_that_do_not_fit_together_are_refused_not_thinned() {
-    let uneven = Data::new().values(&[[0.2]], &[0.1, 0.2], Noise::Known(0.1)).thinned(1, 1);
+fn data_that_do_not_fit_together_are_refused() {
+    let uneven = Data::new().values(&[[0.2]], &[0.1, 0.2], Noise::Known(0.1));
     let refused = Model::new(prior(&string(1.0, None)), uneven, Evidence::Auto).unwrap_err();
     says(&refused, "1 points but 2 values");
     let operator = sinew_gp::Operator::identity();

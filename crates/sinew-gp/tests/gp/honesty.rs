@@ -308,6 +308,14 @@ fn what_data_cannot_tell_apart() {
         "a bed too soft to be felt",
         "u that does not depend on it",
     ];
+    for (name, verdict) in cases.iter().filter(|(name, _)| must.contains(name)) {
+        let causes = ["say next to nothing of", "ends at its bound"];
+        assert!(
+            causes.iter().any(|cause| verdict.text.contains(cause)),
+            "{name}: {}",
+            verdict.text
+        );
+    }
     none_is_silent(cases, &must);
 }
 

@@ -1,29 +1,29 @@
 //! Kernels of this crate are symmetric, definite and differentiated correctly, and functions that are not covariances are found.
 
 use sinew_gp::{
-    Hyperparameter, Kernel, Linear, Matern, Measure, Periodic, Product, RationalQuadratic, Scaled,
-    Series, Smoothness, SquaredExponential, Sum, check_kernel,
+    Formula, Hyperparameter, Kernel, Measure, Series, Smoothness, SquaredExponential, check_kernel,
+    linear, matern, periodic, rational_quadratic,
 };
 
 fn kernels() -> Vec<Box<dyn Kernel<2>>> {
+    let smooth = || Formula::from(SquaredExponential::new());
+    let wave = |axis, period| periodic(axis, period).unwrap();
     vec![
         Box::new(SquaredExponential::new()),
         Box::new(SquaredExponential::along(&[1])),
-        Box::new(RationalQuadratic::new()),
-        Box::new(Matern::new(Smoothness::Once)),
-        Box::new(Matern::new(Smoothness::Twice)),
-        Box::new(Matern::new(Smoothness::Thrice)),
-        Box::new(Linear::new()),
-        Box::new(Periodic::new(0, 1.3).unwrap()),
-        Box::new(Product::new(SquaredExponential::along(&[1]), Periodic::new(0, 1.3).unwrap())),
-        Box::new(Product::new(Linear::new(), SquaredExponential::new())),
-        Box::new(Sum::new(
-            Scaled::new(SquaredExponential::new()),
-            Scaled::new(RationalQuadratic::new()),
-        )),
-        Box::new(Sum::new(Linear::new(), Periodic::new(1, 0.9).unwrap())),
-        Box::new(Sum::new(Linear::new(), Matern::new(Smoothness::Once))),
-        Box::new(Product::new(Matern::new(Smoothness::Twice), Periodic::new(0, 1.3).unwrap())),
+        Box::new(rational_quadratic()),
+        Box::new(rational_quadratic().along(&[1])),
+        Box::new(matern(Smoothness::Once)),
+        Box::new(matern(Smoothness::Twice)),
+        Box::new(matern(Smoothness::Thrice)),
+        Box::new(linear()),
+        Box::new(wave(0, 1.3)),
+        Box::new(wave(0, 1.3) * SquaredExponential::along(&[1]).into()),
+        Box::new(linear() * smooth()),
+        Box::new(smooth().scaled() + rational_quadratic().scaled()),
+        Box::new(linear() + wave(1, 0.9)),
+        Box::new(linear() + matern(Smoothness::Once)),
+        Box::new(matern(Smoothness::Twice) * wave(0, 1.3)),
     ]
 }
 
@@ -36,7 +36,7 @@ fn all_kernels_conform() {
             .enumerate()
             .map(|(number, h)| match h.measure {
                 Measure::Length { .. } => 0.6 + 0.2 * number as f64,
-                Measure::Number { .. } => 1.1 + 0.1 * number as f64,
+                Measure::Number { .. } | Measure::Width { .. } => 1.1 + 0.1 * number as f64,
             })
             .collect();
         let result = check_kernel(&**kernel, &values, [-0.5, 0.0], [1.0, 2.0], 3);
@@ -51,7 +51,7 @@ fn lengths_from_a_twentieth_to_fifty_times_the_extent_pass() {
         for (seed, length) in [0.05, 0.2, 1.0, 5.0, 20.0, 50.0].into_iter().enumerate() {
             let value = |h: Hyperparameter| match h.measure {
                 Measure::Length { axis } => length * extents[axis],
-                Measure::Number { .. } => 1.2,
+                Measure::Number { .. } | Measure::Width { .. } => 1.2,
             };
             let values: Vec<f64> = kernel.hyperparameters().into_iter().map(value).collect();
             let upper = [-1.0 + extents[0], extents[1]];
@@ -103,9 +103,9 @@ impl Kernel<1> for Declared {
 type OfDistance = fn(&Series, &Series, &Series) -> Series;
 
 #[derive(Clone, Debug)]
-struct Formula(OfDistance);
+struct Distance(OfDistance);
 
-impl Kernel<2> for Formula {
+impl Kernel<2> for Distance {
     fn name(&self) -> String {
         "formula".into()
     }
@@ -144,7 +144,7 @@ fn kernels_with_small_negative_eigenvalues_are_refused() {
         }),
     ];
     let refused = |formula: OfDistance| {
-        let result = check_kernel(&Formula(formula), &[], [0.0; 2], [1.0; 2], 1);
+        let result = check_kernel(&Distance(formula), &[], [0.0; 2], [1.0; 2], 1);
         result.unwrap_err().to_string()
     };
     for (name, formula) in indefinite {

@@ -1,11 +1,10 @@
 //! Conditions as pseudo-observations (PCGP).
 
 use sinew_gp::{
-    Condition, Data, Derivative, Domain, Evidence, FitOptions, Model, Network, NetworkOptions,
-    Noise, Operator, Parameter, Periodicity, Prior, Problem, Series, Side, SquaredExponential,
-    field,
+    Condition, Data, Derivative, Domain, Evidence, FitOptions, Model, Noise, Operator, Parameter,
+    Periodicity, Prior, Problem, Series, Side, SquaredExponential, field,
 };
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error}"))
@@ -76,23 +75,4 @@ fn a_wave_runs_around_a_ring() {
         // The slope has size 2π.
         assert!(periodicity == Periodicity::Value || slope < 0.3, "{slope}");
     }
-}
-
-#[test]
-fn networks_learn_jumps() {
-    // u′ = 2π cos 2πx on a ring, with its value at one point.
-    let domain = must(Domain::interval("x", [0.0, 1.0]));
-    let [dx] = domain.derivatives();
-    let problem = must(Problem::new(domain, dx).and_then(|p| p.periodic("x", Periodicity::Value)));
-    let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 3, 1));
-    // Off the ends: what is known there comes from the jump.
-    let at: Vec<[f64; 1]> = (1..8).map(|k| [f64::from(k) / 10.0]).collect();
-    let slopes: Vec<f64> = at.iter().map(|[x]| TAU * (TAU * x).cos()).collect();
-    let data =
-        Data::new().equation(&at, &slopes, Noise::Exact).values(&[[0.5]], &[0.0], Noise::Exact);
-    let options = NetworkOptions { restarts: 2, ..NetworkOptions::default() };
-    let network = must(Network::train(prior, &data, &options));
-    let ends = must(network.mean(&[[0.0], [1.0]]));
-    println!("ends of a ring: {ends:?}, loss {:.1e}", network.loss);
-    assert!((ends[0] - ends[1]).abs() < 1e-2, "{ends:?}");
 }

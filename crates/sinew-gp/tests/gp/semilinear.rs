@@ -2,7 +2,7 @@
 
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, GpError, Noise, Parameter, Problem,
-    SemiLinear, Series, Side, SquaredExponential, constant, field, laplace,
+    SemiLinear, Series, Side, SquaredExponential, Warning, constant, field, laplace,
 };
 use std::f64::consts::PI;
 
@@ -204,5 +204,36 @@ fn terms_depend_on_the_place() -> Result<(), GpError> {
     let solution = graded.solve(&kernel, &data, &options, 20)?;
     let middle = solution.fit.posterior()?.mean(&[[0.5]])?[0];
     assert!(solution.has_converged() && (middle - 1.0).abs() < 1e-4, "{middle}");
+    Ok(())
+}
+
+#[test]
+fn an_equation_everywhere_finds_its_points() -> Result<(), GpError> {
+    // −u″ + (1 + x) u² = f for u = sin 5πx, which fifteen points at random do not tell.
+    let (kernel, options) = (SquaredExponential::new(), FitOptions::default());
+    let wave = |x: &Series| (x * (5.0 * PI)).sin();
+    let load = field(move |[x]: [Series; 1]| {
+        let u = wave(&x);
+        &u * (25.0 * PI * PI) + u.squared() * (x + 1.0)
+    });
+    let graded =
+        SemiLinear::with_coordinates(string(), [Derivative::identity()], [], |[u], [], [x]| {
+            u.squared() * (1.0 + x)
+        });
+    let data = Data::new().equation_everywhere(load.clone());
+    let largest = |solution: &sinew_gp::Solution<1>| -> Result<f64, GpError> {
+        let grid = Domain::interval("x", [0.0, 1.0])?.grid(101);
+        let mean = solution.fit.posterior()?.mean(&grid)?;
+        let off = mean.iter().zip(&grid).map(|(u, [x])| (u - (5.0 * PI * x).sin()).abs());
+        Ok(off.fold(0.0, f64::max))
+    };
+    let few = FitOptions { most_points: 15, ..options };
+    let rough = graded.solve(&kernel, &data, &few, 20)?;
+    let solution = graded.solve(&kernel, &data, &options, 20)?;
+    let (rough_off, off) = (largest(&rough)?, largest(&solution)?);
+    println!("off by {off:.1e} where 15 points are off by {rough_off:.1e}");
+    assert!(solution.has_converged() && off < 1e-3 && off < 0.2 * rough_off, "{off} {rough_off}");
+    assert!(rough.fit.warnings()?.iter().any(|w| matches!(w, Warning::Unsettled { .. })));
+    assert!(!solution.fit.warnings()?.iter().any(|w| matches!(w, Warning::Unsettled { .. })));
     Ok(())
 }

@@ -6,7 +6,7 @@ use crate::{TetMesh, boundary_facets};
 /// Two equal ventricles side by side along x with a septum between them, their apexes at the bottom, cut off by the plane
 /// z = 0: the idealised, symmetric pair of thesis B.4.
 ///
-/// The cavities are half ellipsoids of revolution; the outer surface is what two larger ones, blended, enclose.
+/// The cavities are half ellipsoids of revolution; the outer surface is a smooth union of two larger ones.
 ///
 /// ```
 /// let heart = sinew_mesh::Biventricle::default().tetrahedra(5.0);
@@ -27,16 +27,17 @@ pub struct Biventricle {
     pub septum: f64,
 }
 
-/// A pair of everyday size, in mm.
+/// A pair of typical size, in mm.
 impl Default for Biventricle {
     fn default() -> Self {
         Self { radius: 20.0, depth: 60.0, wall: 10.0, septum: 10.0 }
     }
 }
 
-/// Longest edge over a wall's thickness: the diagonal of a grid cell, 1.73 edges, must not reach through.
+/// Longest edge \[relative to the wall's thickness\]: the diagonal of a grid cell, 1.73 edges, must be shorter than the
+/// wall.
 const THICKNESS_SHARE: f64 = 0.55;
-/// Most cells of the grid that the heart is cut out of: with their tetrahedra they take a few gigabytes.
+/// Most cells of the background grid; with their tetrahedra they take a few gigabytes.
 const GRID_CELLS: f64 = 2e6;
 
 impl Biventricle {
@@ -55,10 +56,10 @@ impl Biventricle {
             sizes.iter().all(|size| size.is_finite() && *size > 0.0)
                 && (shortest..=longest).contains(&edge),
             "radius, depth, walls and edge must be positive, and an edge at most {THICKNESS_SHARE} of a wall's thickness \
-             and at least {shortest}, of which a grid of {GRID_CELLS} cells is made, not {sizes:?}"
+             and at least {shortest}, for a grid of at most {GRID_CELLS} cells, not {sizes:?}"
         );
         let reach = self.reach();
-        // A cell of room around the body, and a plane of the grid through the septum.
+        // A margin of one cell around the body, and a plane of the grid through the septum.
         let half = [reach[0], reach[1]].map(|length| (length / edge).ceil() + 1.0);
         let down = (reach[2] / edge).ceil() + 1.0;
         let low = [-half[0] * edge, -half[1] * edge, -down * edge];
@@ -70,15 +71,15 @@ impl Biventricle {
         mesh
     }
 
-    /// The longest edges, 0.55 of the thinnest wall \[length\].
+    /// Longest allowed edge, 0.55 of the thinnest wall \[length\].
     pub fn longest_edge(&self) -> f64 {
         THICKNESS_SHARE * self.wall.min(self.septum)
     }
 
-    /// The shortest edges: shorter ones make more cells than a grid of two million \[length\]. It is above the longest where
-    /// the walls are thinner than a hundredth of the heart or so.
+    /// Shortest allowed edge \[length\], for a grid of at most two million cells. It exceeds the longest if the walls
+    /// are thinner than about a hundredth of the heart.
     pub fn shortest_edge(&self) -> f64 {
-        // The room around the body is widest with the longest edges.
+        // The margin is widest for the longest edge.
         let room = 2.0 * self.longest_edge();
         let side = self.reach().iter().map(|length| (length + room).cbrt()).product::<f64>();
         side * (4.0 / GRID_CELLS).cbrt()
@@ -95,12 +96,12 @@ impl Biventricle {
         self.radius + 0.5 * self.septum
     }
 
-    /// About the distance from a cavity, negative within it.
+    /// Approximate distance from a cavity, negative within it.
     fn cavity(&self, side: f64, [x, y, z]: [f64; 3]) -> f64 {
         -within([x - side * self.centre(), y, z], self.radius, self.depth)
     }
 
-    /// About the distance from the outer surface, positive within it.
+    /// Approximate distance from the outer surface, positive within it.
     fn outer(&self, [x, y, z]: [f64; 3]) -> f64 {
         let Self { radius, depth, wall, .. } = *self;
         let side = |s: f64| within([x - s * self.centre(), y, z], radius + wall, depth + wall);
@@ -123,7 +124,7 @@ impl Biventricle {
     }
 }
 
-/// About the distance to the surface of an ellipsoid of revolution about z, positive within it.
+/// Approximate distance to the surface of an ellipsoid of revolution about z, positive within it.
 fn within([x, y, z]: [f64; 3], short: f64, long: f64) -> f64 {
     let across = x.hypot(y);
     let ratio = (across / short).hypot(z / long);

@@ -1,4 +1,4 @@
-//! The wall of a chamber of the heart between surfaces that somebody measured.
+//! Walls of heart chambers between segmented surfaces.
 
 mod axis;
 mod error;
@@ -24,17 +24,17 @@ use std::collections::HashMap;
 use trees::{Point, Trees};
 
 /// Surfaces of a ventricle, as segmentation tools write them: open or closed, of any resolution, with triangles turned
-/// either way. Their wall is a cup of layers, the same grid for every heart of the same size of mesh: a square patch of cells
-/// at the apex, rings of cells up to the base, each node on a ray from the cavity's axis, and from there along the normal
-/// to the nearest outer surface.
+/// either way. The mesh of the wall has the same grid in layers for every heart: a square patch of cells at the apex
+/// and rings of cells up to the base. Inner nodes lie on rays from the cavity's axis, outer ones along the normal on
+/// the nearest outer surface.
 ///
-/// What has to hold: below the base, the endocardium is met once by every ray that leaves the axis (a ventricle with deep
-/// folds is to be smoothed first), and an outer surface lies around it.
+/// Requirements: below the base, every ray from the axis meets the endocardium once (smooth a ventricle with deep folds
+/// first), and an outer surface lies around it.
 ///
 /// ```
 /// use sinew_mesh::{Chamber, Size, TruncatedEllipsoid, WallOptions, extract_surface, quality};
 ///
-/// // Surfaces of an ideal ventricle stand for those of a person.
+/// // Surfaces of an idealised ventricle in place of segmented ones.
 /// let ideal = TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 15.0 }.wall([1, 32, 16]).tetrahedra();
 /// let surface = |name: &str| extract_surface(&ideal, &ideal.facet_sets[name]).mesh;
 /// let (endocardium, epicardium) = (surface("endo"), surface("epi"));
@@ -57,10 +57,10 @@ pub struct Chamber<'a> {
     pub septum: Option<&'a TriangleMesh>,
 }
 
-/// Smoothing sweeps of the directions through the wall, and the steepest change of its thickness over the way along it:
-/// tried one after the other until no cell is flat.
+/// Smoothing sweeps of the directions through the wall, and largest slope of its thickness; tried in order until the
+/// cells are well shaped.
 const TRIES: [(usize, f64); 4] = [(8, 0.6), (16, 0.5), (32, 0.4), (64, 0.3)];
-/// A smallest dihedral angle that ends the tries \[degrees\].
+/// Smallest dihedral angle that ends the trials \[degrees\].
 const FAIR: f64 = 12.0;
 
 impl Chamber<'_> {
@@ -98,14 +98,14 @@ impl Chamber<'_> {
         }
     }
 
-    /// Direction at which grids begin to count around the axis: towards the other ventricle, so that grids of one heart agree.
+    /// Direction of the first grid line around the axis: towards the other ventricle, so that grids of one heart agree.
     fn towards(&self) -> Option<Point> {
         let points = &self.septum?.points;
         Some(points.iter().map(|&x| Point::from(x)).sum::<Point>() / points.len().max(1) as f64)
     }
 }
 
-/// The try with the largest angle, up to the first that is fair. Once there is one, those that fail do not count.
+/// The trial with the largest angle, up to the first that is fair; failures after a success are ignored.
 fn best<T>(tries: impl Iterator<Item = Result<(f64, T), ChamberError>>) -> Result<T, ChamberError> {
     let mut best: Option<(f64, T)> = None;
     for next in tries {
@@ -132,14 +132,14 @@ fn least_angle(mesh: &TetMesh) -> f64 {
     if folds > 0 { -(folds as f64) } else { angles.fold(f64::INFINITY, f64::min) }
 }
 
-/// The facets whose two cells lie on the same side of them: one of the two was inside out before it was made positive.
+/// Facets whose two cells lie on the same side of them: one of the two was inverted before it was made positive.
 fn folds(mesh: &TetMesh) -> Vec<[usize; 3]> {
     let mut seen = HashMap::with_capacity(2 * mesh.cells.len());
     let mut folds = Vec::new();
     for facet in facets(mesh) {
         let nodes = mesh.facet_nodes(facet);
         let [a, b, c] = nodes;
-        // Whether it takes an even number of swaps to sort the nodes; seen from the other side it is odd.
+        // Parity of the permutation that sorts the nodes; it differs between the two sides.
         let even = ((a < b) as u8 + (b < c) as u8 + (a < c) as u8) % 2;
         match seen.insert(facet_key(mesh, facet), even) {
             Some(other) if other == even => folds.push(nodes),
@@ -176,7 +176,7 @@ impl ChamberWall {
         Ok(mesh)
     }
 
-    /// Mesh, and how well it fits.
+    /// Report on the mesh and its fit to the surfaces.
     pub fn report(&self) -> &ChamberReport {
         &self.report
     }

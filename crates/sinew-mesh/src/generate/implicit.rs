@@ -1,4 +1,4 @@
-//! Bodies that a function describes, cut out of a grid.
+//! Implicit bodies cut out of a grid.
 
 use super::box_tetrahedra;
 use crate::{TetMesh, remove_unused_nodes, repair_orientation};
@@ -7,8 +7,8 @@ use std::collections::HashMap;
 /// Share of an edge's length within which a node moves onto the surface instead of leaving a sliver, after Labelle and
 /// Shewchuk, ACM Trans. Graph. 26 (2007).
 const SNAP: f64 = 0.3;
-/// Share of a grid cell's edge by which the centre of a cell that reaches through the body lies inside; those that only
-/// follow a curved surface are far flatter.
+/// Least depth of the centre of a cell with all nodes on the surface \[relative to a grid cell's edge\]: cells through
+/// a thin body reach it, cells along a curved surface do not.
 const THIN: f64 = 0.2;
 /// Halvings until a crossing is found to rounding.
 const HALVINGS: usize = 48;
@@ -119,7 +119,7 @@ impl<F: Fn([f64; 3]) -> f64> Cut<F> {
         };
         let (inner, on, outer) = (with(|v| *v > 0.0), with(|v| *v == 0.0), with(|v| *v < 0.0));
         match (&inner[..], &on[..], &outer[..]) {
-            // All on the surface: across a thin part of the body, or outside of it.
+            // All nodes on the surface: a thin part of the body if deep enough, else outside.
             ([], _, []) if (self.inside)(self.centre(cell)) < self.thin => Vec::new(),
             (.., []) => vec![cell],
             ([], ..) => Vec::new(),

@@ -10,7 +10,7 @@ pub use modes::ShapeModes;
 pub use ring::RingShape;
 pub use ventricle::VentricleShape;
 
-/// Why numbers describe no body.
+/// Errors of shapes.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
@@ -18,7 +18,7 @@ pub enum ShapeError {
     /// Too many or too few numbers, or one that is not finite.
     #[error("a shape has {most} finite numbers; {found} were given, or one of them is not finite")]
     Numbers { found: usize, most: usize },
-    /// A measure that no body of the population has.
+    /// A measure outside the population's range.
     #[error("the {what} of {value:.3} is not between {least} and {most}: draw other numbers")]
     Measure { what: &'static str, value: f64, least: f64, most: f64 },
     /// Cells that make no mesh.

@@ -1,4 +1,4 @@
-//! What a gmsh file holds: nodes, elements and groups by their tags.
+//! Content of a gmsh file: nodes, elements and groups by their tags.
 
 use super::cursor::{Cursor, Encoding};
 use super::grid::{UnstructuredGrid, vtk_type};

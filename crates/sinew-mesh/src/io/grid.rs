@@ -1,4 +1,4 @@
-//! What all mesh formats have in common: cells of any type with fields and groups.
+//! Content common to all mesh formats: cells of any type with fields and groups.
 
 use crate::{Field, Place};
 use std::collections::BTreeMap;

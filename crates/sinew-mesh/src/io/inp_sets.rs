@@ -93,7 +93,8 @@ impl Sets {
             .collect())
     }
 
-    /// Members, in any order, of what a word names: the number of a node or element, or a set, of the part's instance if its name stands before.
+    /// Members, in any order, of a word: the number of a node or element or the name of a set, optionally after the
+    /// name of the part's instance.
     pub(super) fn find(&self, word: &[u8], instance: Option<&Name>) -> Result<&[usize], Problem> {
         let (scopes, bare) = match instance.and_then(|name| without_instance(word, name)) {
             Some(bare) => (&[Scope::Part][..], bare),

@@ -145,7 +145,7 @@ fn owners(model: &Model) -> HashMap<FacetKey, usize> {
     owners
 }
 
-/// Puts what the set is before its name where a surface of the same name is another.
+/// Prefixes the name of a set with its kind if a surface of the same name differs.
 fn give_way(sets: &mut BTreeMap<String, Vec<usize>>, name: &str, surface: &[usize], what: &str) {
     if let Some(set) = sets.remove(name) {
         let name = if set == surface { name.to_string() } else { format!("{what}:{name}") };

@@ -53,7 +53,7 @@ fn binary(bytes: &[u8], triangles: &mut Triangles) -> Result<(), Problem> {
     triangles.grid.points_at.byte = HEAD;
     triangles.grid.cells_at.byte = HEAD;
     for triangle in body.chunks_exact(TRIANGLE).take(count) {
-        // Behind the normal, which the corners tell as well.
+        // Behind the normal, which follows from the corners.
         let mut numbers = triangle[12..48].as_chunks().0.iter();
         let mut number =
             || numbers.next().map_or(0.0, |&bytes| f64::from(f32::from_le_bytes(bytes)));

@@ -38,8 +38,7 @@ impl<'a> Source<'a> {
 
     /// Offset of the next byte in the file.
     pub(super) fn place(&self) -> usize {
-        // Inline text may have been gathered around nested elements, so its start is the
-        // closest place that is known for sure.
+        // Inline text may be joined from pieces around nested elements, so that only its start is known.
         self.at + if self.base64 { 0 } else { self.position }
     }
 

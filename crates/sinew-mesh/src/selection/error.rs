@@ -1,6 +1,6 @@
 //! Selections that choose nothing or make no sense.
 
-/// Why nothing is selected.
+/// Errors of selections.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]

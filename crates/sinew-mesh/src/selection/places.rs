@@ -13,7 +13,7 @@ pub(super) struct Places<'m, const N: usize> {
     pub boundary: Vec<Facet>,
     /// Outward unit normals of the boundary.
     normals: Vec<Point>,
-    /// Distance that counts as none.
+    /// Distance that counts as zero.
     tolerance: f64,
 }
 
@@ -105,7 +105,7 @@ impl<'m, const N: usize> Places<'m, N> {
         Ok(self.with_facets(nodes))
     }
 
-    /// How far each node is outside of a region; inside it is zero or less. `None` where no distance decides.
+    /// Distance of each node outside a region, zero or less inside; `None` for conditions without a distance.
     fn excess(&self, selection: &Selection) -> Result<Option<Vec<f64>>, SelectionError> {
         let each = |excess: &dyn Fn(Point) -> f64| {
             Ok(Some(self.mesh.points.iter().map(|x| excess(Point::from(*x))).collect()))
@@ -164,7 +164,7 @@ impl<'m, const N: usize> Places<'m, N> {
         Ok(self.normals.iter().map(|normal| angle(normal).to_degrees()).collect())
     }
 
-    /// Why a selection is empty: how many each of its parts holds, and how near the nearest comes to one that holds none.
+    /// Explains an empty selection: the count of each of its parts, and the nearest node or facet to an empty part.
     pub(super) fn explain(&self, selection: &Selection) -> Result<String, SelectionError> {
         let parts = match &selection.0 {
             Rule::All(parts) => parts.as_slice(),

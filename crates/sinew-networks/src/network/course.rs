@@ -64,8 +64,8 @@ impl Course {
         Ok(trainer.into_surrogate())
     }
 
-    /// The network of an earlier stage or that of the last, whichever has the smaller error. Outputs that follow the parameters from one
-    /// state may be worse at the ends of wide ranges than what the stage before has learned there.
+    /// The network of an earlier stage or of the last, whichever has the lower error. A Taylor expansion about one state
+    /// may be worse at the ends of wide ranges than the earlier stage.
     pub(super) fn better(
         &mut self,
         earlier: Option<(Surrogate, Kept)>,
@@ -98,7 +98,7 @@ impl Course {
     }
 }
 
-/// Hears a trainer, and tells the observer.
+/// Receives the progress of a trainer and passes it on to the observer.
 struct Watch<'a> {
     course: &'a mut Course,
     observer: &'a mut dyn Observer,

@@ -53,7 +53,7 @@ impl PopulationEmulator {
         let steps = solver.newton_steps(&admissible(body, &state), &centre, newton_steps)?;
         let state = steps.into_iter().next_back().map_or(state, |step| step.displacement);
         let topology = self.template.graph(body, self.seed)?;
-        // The form is not chosen at `thetas`, so that an answer does not depend on what else was asked.
+        // The form is not chosen at `thetas`: a prediction must not depend on the other parameter sets of the call.
         let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, self.seed)?;
         let taylor = TaylorExpansion::about(&mut solver, &topology, &state, &tried)?;
         let fields: Vec<_> = thetas

@@ -1,4 +1,4 @@
-//! What a body is for the network, and what the network learns there.
+//! Geometry and lesson of a body.
 
 use super::settings::{Loss, Population, Start, TRIED};
 use super::template::Template;
@@ -21,9 +21,9 @@ const FORGIVEN: f64 = 1.0;
 impl Population {
     /// Geometry of a body, and the work of its loads, or the gain of a Newton step if that is more.
     ///
-    /// Near equilibrium, outputs of one cost nine times the energy that a Newton step would still gain, and a part of the loads' work; the
-    /// step itself, in outputs, is among the features of the nodes, before the derivatives in the parameters, unless it is rounding. From
-    /// equilibrium they cost nine times the median of what a Newton step would gain at some parameter sets.
+    /// If the start is only near equilibrium, unit outputs cost nine times the energy gain of a Newton step, plus a part of
+    /// the loads' work. The step itself is then a feature of the nodes. From an equilibrium, unit outputs cost nine times
+    /// the median gain of a Newton step over some parameter sets.
     pub(super) fn geometry<'b>(
         &self,
         body: &'b Body,
@@ -109,7 +109,7 @@ impl Population {
         Ok(Lesson { geometry, samples, objective })
     }
 
-    /// Solves a body at parameter sets; those that cannot be solved are left out, and a body with fewer than two others is refused.
+    /// Solves a body at parameter sets and leaves out failures. A body with fewer than two solutions is refused.
     fn lesson_of_simulations(
         &self,
         body: &Body,
@@ -154,8 +154,8 @@ pub(super) fn origin(geometry: &Geometry) -> &[f64] {
     }
 }
 
-/// Energy at each of `thetas` that a Newton step from where outputs follow to would reach, with the stiffness that is factorised, and
-/// what it would gain: a small part of the loads' work at least, and all of it where there is nothing to tell.
+/// `[energy, gain]` at each of `thetas` of a Newton step from the Taylor expansion, with the frozen stiffness. The gain is
+/// at least a small part of the loads' work. Without a usable step the pair is `[−work, work]`.
 fn gains(
     solver: &mut Solver<'_>,
     motions: &Motions,
@@ -179,7 +179,7 @@ fn gains(
     thetas.iter().map(of).collect()
 }
 
-/// The Newton step that a state lacks \[length\], with the stiffness that is factorised, and the energy that it would gain.
+/// Newton step from a state \[length\] with the frozen stiffness, and the energy that it gains.
 fn missing_step(solver: &mut Solver<'_>, state: &[f64], theta: &[f64]) -> Result<(Vec<f64>, f64)> {
     let mut step = solver.step_with_frozen_tangent(state, theta)?;
     step.iter_mut().zip(state).for_each(|(to, from)| *to -= from);

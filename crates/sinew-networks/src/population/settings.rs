@@ -44,9 +44,9 @@ pub enum Loss {
 
 /// How a network learns a population: every step takes unseen bodies, each once.
 ///
-/// Each body is prepared by a few linear systems: a state to [start](Start) from, and derivatives in the parameters, which outputs follow to
-/// second order. The network learns what is beyond.
-/// One body, the first, is solved: its equilibrium is another state that bodies may start from.
+/// Each body is prepared by a few linear systems: a [start](Start) and a Taylor expansion of second order in the
+/// parameters. The network learns the remainder. With [`Start::Near`] only the first body is solved: its equilibrium is
+/// another initial guess for the others.
 ///
 /// ```
 /// use sinew_emulate::Body;

@@ -1,4 +1,4 @@
-//! What the first bodies of a population lend to others.
+//! Graphs and solution of the first bodies of a population, reused for other bodies.
 
 use super::settings::Start;
 use crate::{Error, Result};
@@ -74,7 +74,7 @@ fn require_axes(parameters: &[Axis], body: &Body) -> Result<()> {
 }
 
 impl Solved {
-    /// The state of this body's nodes nearest to another's when both fill the same box \[length\].
+    /// Displacement of this body interpolated to the nodes of another, both scaled to the same bounding box \[length\].
     pub(super) fn carried_to(&self, body: &Body) -> Vec<f64> {
         /// Nodes that a state is averaged over, by the inverse squares of their squared distances.
         const NEAREST: usize = 4;

@@ -86,9 +86,9 @@ impl PhysicsInformed {
     }
 }
 
-/// Without simulations nothing but equilibrium tells whether a training went well.
+/// Warns if the prediction is far from equilibrium: without simulations this is the only check of a training.
 fn judge_equilibrium(session: &mut Session<'_, '_>, predicted: &[f64]) -> Result<()> {
-    /// The energy is then off by about as much.
+    /// Gain of a Newton step \[relative to the loads' work\], about the relative error of the energy.
     const FAR: f64 = 1e-2;
     match coordinates::excess(session.body, predicted) {
         Ok(excess) if excess > FAR => session.warn(Warning::FarFromEquilibrium { excess }),

@@ -5,7 +5,7 @@ use crate::experiment::{Experiment, Scale};
 use crate::floor;
 use crate::inference::{Approach, Inference, NOISE, Sampling};
 use crate::problems;
-use crate::row::Row;
+use crate::row::{Method, Row};
 use anyhow::Result;
 use sinew_report::{Figure, Panel};
 
@@ -30,7 +30,12 @@ pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
                 _ => case,
             });
         }
-        let floor = floor::case(&setting, floor::advection_diffusion, sampling, scale);
+        let floor = floor::case(
+            &setting,
+            (Method::LeastSquares, floor::advection_diffusion),
+            sampling,
+            scale,
+        );
         cases.push(floor.at(format!("{size} values")).sweep(total));
     }
     Ok(Experiment {

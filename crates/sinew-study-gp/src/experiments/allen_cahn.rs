@@ -1,6 +1,5 @@
 //! A thin travelling front: a nonlinear equation, forward and inverse, beyond the thesis' linear ones.
 
-use crate::draw::BAND;
 use crate::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
 use crate::inference::{Approach, Drawings, Inference, Observed, standard_normal};
 use crate::problems::{Setting, allen_cahn};
@@ -8,10 +7,7 @@ use crate::row::{Covered, Run};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_gp::{
-    Derivative, Domain, FitOptions, Noise, Prediction, SemiLinear, Solution, SquaredExponential,
-    laplace,
-};
+use sinew_gp::{Derivative, Domain, FitOptions, Noise, SemiLinear, Solution, SquaredExponential};
 use std::time::Instant;
 
 /// Steps of linearisation at most.
@@ -26,9 +22,7 @@ const WINDOW: [[f64; 2]; 2] = [[-0.2, 0.4], [0.5, 1.0]];
 /// κ of an axis that is even to a millionth, and of one stretched about the front at t = 0.
 const EVEN: f64 = 1e-3;
 const STRETCHED: f64 = 2.5;
-const DRAWS: usize = 200;
-/// Draws that bands are averages over, and points along the axes of the grid they are compared on.
-const BANDS: usize = 40;
+/// Points along the axes of the grid that bands are compared on.
 const PLACES: usize = 12;
 
 /// Fronts from collocation alone, and ε from values.
@@ -50,7 +44,7 @@ pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
         about: "u_t = ε² u_xx + u − u³ on [−1, 1] × [0, 1] with ε = 0.05, values of the travelling front at both ends and \
                 at the start as hard conditions; not in the thesis. First with ε known from collocation alone, then ε \
                 from 40 values with errors of 2.5 % where the front passes late and 50 collocation points on the \
-                stretched axis. Intervals of ε are Laplace's, bands are averaged over its draws.",
+                stretched axis. Intervals and bands are those the fit answers with.",
         cases,
         figures: no_figures,
     })
@@ -129,7 +123,7 @@ impl Front {
         let grid = self.grid(self.inference.scale.pick(60, 12))?;
         let mut run = self.inference.measured(&solution.fit, &observed, &grid, task)?;
         run.figures.iter_mut().for_each(|figure| figure.title += &format!(", {}", self.name));
-        Ok(Run { seconds, covered: self.covered(&solution, task)?, ..run })
+        Ok(Run { seconds, covered: self.covered(&solution)?, ..run })
     }
 
     /// Points that are even in x and t.
@@ -139,24 +133,14 @@ impl Front {
     }
 
     /// Whether the interval of ε holds it, and where the band holds u; none where ε is known.
-    fn covered(&self, solution: &Solution<2>, task: &Task) -> Result<Option<Covered>> {
-        let setting = &self.inference.setting;
-        let Some(truth) = setting.truth.first() else { return Ok(None) };
-        let seed = task.seed_for(Purpose::Draws);
-        let interval = laplace(&solution.fit, DRAWS, seed)?.interval(&truth.name, 0.95)?;
+    fn covered(&self, solution: &Solution<2>) -> Result<Option<Covered>> {
+        if self.inference.setting.truth.is_empty() {
+            return Ok(None);
+        }
         // On the boundary bands have no width.
         let inside = |[s, t]: &[f64; 2]| s.abs() < 1.0 && *t > 0.0;
         let places: Vec<[f64; 2]> = self.grid(PLACES)?.into_iter().filter(inside).collect();
-        let Prediction { mean, standard_deviation: deviation } =
-            laplace(&solution.fit, BANDS, seed)?.predict(&places)?;
-        let held =
-            |k: &usize| ((setting.solution)(places[*k]) - mean[*k]).abs() <= BAND * deviation[*k];
-        let held = (0..places.len()).filter(held).count();
-        Ok(Some(Covered {
-            theta: vec![(interval[0]..=interval[1]).contains(&truth.value)],
-            intervals: vec![interval],
-            u: held as f64 / places.len() as f64,
-        }))
+        Ok(Some(self.inference.setting.judged(&solution.fit, &places)?))
     }
 }
 

@@ -4,6 +4,7 @@ use crate::experiment::{Experiment, Scale, no_figures};
 use crate::floor;
 use crate::inference::{NOISE, Sampling, approaches};
 use crate::problems;
+use crate::row::Method;
 use anyhow::Result;
 
 /// Pseudo-observations of the PCGP, as in Fig. 4.7.
@@ -32,7 +33,7 @@ pub(super) fn two_dimensions(scale: Scale) -> Result<Experiment> {
     let [constrained, penalised, unconstrained] =
         approaches(&setting, sampling, BOUNDARY_POINTS[1], [0.4, 1.5, 0.15], scale);
     let constrained = constrained.thesis(5.8e-4, &[(0.994, 1e-3)]);
-    let floor = floor::case(&setting, floor::heat_2, sampling, scale);
+    let floor = floor::case(&setting, (Method::LeastSquares, floor::heat_2), sampling, scale);
     Ok(Experiment {
         title: "Heat-BVP-2 (§4.8.2, Fig. 4.5)",
         about: "50 values with 2.5 % noise, 50 collocation points. The thesis removed by hand all restarts of \

@@ -3,14 +3,12 @@
 
 use crate::draw;
 use crate::experiment::{Case, Experiment, Purpose, Scale, Task, derived, no_figures};
+use crate::hcnn::Network;
 use crate::inference::{Approach, Inference, Observed};
 use crate::problems::{self, Setting};
 use crate::row::{Method, Run};
 use anyhow::Result;
-use sinew_gp::{
-    Data, Evidence, GpError, Model, Network, NetworkOptions, Noise, Posterior, Prior,
-    SquaredExponential,
-};
+use sinew_gp::{Data, Evidence, GpError, Model, Noise, Posterior, Prior, SquaredExponential};
 use sinew_report::{Chart, Figure, Panel, Series, Style};
 use std::sync::Arc;
 use std::time::Instant;
@@ -99,11 +97,10 @@ fn train(
     restarts: usize,
     scale: Scale,
     seed: u64,
-) -> Result<Network<1>, GpError> {
-    let prior = Prior::constrained(&setting.problem, &SquaredExponential::new())?;
-    let iterations = scale.pick(NetworkOptions::default().iterations, 50);
-    let options = NetworkOptions { width: 16, restarts, iterations, seed };
-    Network::train(prior, &observed(setting, count).data(), &options)
+) -> Result<Network> {
+    let Observed { collocation, load, .. } = observed(setting, count);
+    let effort = (restarts, scale.pick(300, 20));
+    Network::train(&setting.problem, (&collocation, &load), effort, seed)
 }
 
 fn run_network(setting: &Setting<1>, count: usize, scale: Scale, task: &Task) -> Result<Run> {
@@ -112,7 +109,7 @@ fn run_network(setting: &Setting<1>, count: usize, scale: Scale, task: &Task) ->
     let network = train(setting, count, scale.pick(4, 1), scale, seed)?;
     let seconds = start.elapsed().as_secs_f64();
     let grid = setting.grid(scale);
-    let err_u = setting.error(&grid, &network.mean(&grid)?);
+    let err_u = setting.error(&grid, &network.values(&grid));
     let figures = match task.draw && count == SHOWN {
         true => vec![two_starts(setting, scale, seed)?],
         false => Vec::new(),
@@ -122,7 +119,7 @@ fn run_network(setting: &Setting<1>, count: usize, scale: Scale, task: &Task) ->
 }
 
 /// Solution and right-hand side of two networks from two random starts.
-fn two_starts(setting: &Setting<1>, scale: Scale, seed: u64) -> Result<Figure, GpError> {
+fn two_starts(setting: &Setting<1>, scale: Scale, seed: u64) -> Result<Figure> {
     let points = setting.problem.domain().grid(101);
     let networks = [1, 2].map(|start| train(setting, SHOWN, 1, scale, derived(seed, start)));
     let [first, second] = networks;
@@ -142,9 +139,8 @@ fn two_starts(setting: &Setting<1>, scale: Scale, seed: u64) -> Result<Figure, G
     };
     let exact = |of: &dyn Fn([f64; 1]) -> f64| points.iter().map(|x| of(*x)).collect();
     let [first, second] = &networks;
-    let equation = setting.problem.equation();
-    let loads = [first.mean_of(equation, &points)?, second.mean_of(equation, &points)?];
-    let solutions = [first.mean(&points)?, second.mean(&points)?];
+    let loads = [first.loads(&points), second.loads(&points)];
+    let solutions = [first.values(&points), second.values(&points)];
     let losses = networks.map(|network| format!("{:.1e}", network.loss));
     Ok(Figure {
         title: "Two random starts of the HCNN (Fig. 4.3 c, d)".into(),

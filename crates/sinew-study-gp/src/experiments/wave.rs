@@ -4,6 +4,7 @@ use crate::experiment::{Case, Experiment, Scale, no_figures};
 use crate::floor;
 use crate::inference::{Approach, Inference, NOISE, Sampling};
 use crate::problems::{self, Setting};
+use crate::row::Method;
 use anyhow::Result;
 use sinew_gp::Evidence;
 
@@ -36,7 +37,7 @@ pub(super) fn free_ends(scale: Scale) -> Result<Experiment> {
     let setting = problems::wave_1()?;
     let printed = [(5.2e-4, (1.01, 0.01)), (1.5e-1, (0.53, 0.01))];
     let mut cases = cases(&setting, 0.6, printed, scale);
-    cases.push(floor::case(&setting, floor::wave_1, SAMPLING, scale));
+    cases.push(floor::case(&setting, (Method::LeastSquares, floor::wave_1), SAMPLING, scale));
     Ok(Experiment {
         title: "Wave-BVP-1 (§4.8.3, Figs. 4.8, 4.9)",
         about: "25 values with 2.5 % noise, 25 collocation points, ten restarts. The Cramér–Rao bound of the \

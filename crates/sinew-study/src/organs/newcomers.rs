@@ -54,11 +54,12 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
         println!("{comparison}");
         let own = comparison.section(shape.name, shape.name, &Default::default())?;
         blocks.push(Block::Text(format!("{}, {} nodes.", shape.name, comparison.nodes)));
-        let tables = own
-            .blocks
-            .into_iter()
-            .filter(|block| matches!(block, Block::Table(_) | Block::Surfaces(_)));
-        blocks.extend(tables);
+        for mut block in own.blocks {
+            if let Block::Table(table) = &mut block {
+                table.rows.iter_mut().for_each(|row| row.subject = shape.name.into());
+            }
+            blocks.extend(matches!(block, Block::Table(_) | Block::Surfaces(_)).then_some(block));
+        }
     }
     Ok(Section { name: KEY.into(), title: "New ventricles".into(), blocks })
 }

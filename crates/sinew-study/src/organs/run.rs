@@ -24,6 +24,8 @@ const REGIONS: &str = "regions.json";
 const QUICK: [usize; 3] = [4, 12, 40];
 /// Cells of a stand-in ventricle and of a cube in a quick check.
 const QUICK_CELLS: [usize; 3] = [1, 16, 6];
+/// Edges of a stand-in liver in a quick check \[its length\].
+const QUICK_EDGE: f64 = 0.09;
 
 /// Prepares the folder of a scene: emptied, or checked to hold a run with the same options.
 ///
@@ -73,6 +75,9 @@ pub fn case(options: &Options, organ: &Organ) -> Result<Option<(Case, bool)>> {
         }
         if let Some(ellipsoid) = &mut case.mesh.ellipsoid {
             ellipsoid.cells = QUICK_CELLS;
+        }
+        if let Some(liver) = &mut case.mesh.liver {
+            liver.edge = QUICK_EDGE * liver.length;
         }
     }
     Ok(Some((case, own)))

@@ -62,6 +62,7 @@ pub(crate) const ORGANS: &[Organ] = &[
         key: "liver",
         scene: "Liver",
         mesh: Some("liver.vtk"),
+        stand_in: Some("IdealLiver"),
         map: true,
         minutes: 3.0,
         thesis: Published {

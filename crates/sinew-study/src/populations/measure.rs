@@ -156,14 +156,3 @@ pub(super) fn distance(found: &[f64], truth: &[f64]) -> f64 {
 fn length(from: &[f64], to: &[f64]) -> f64 {
     from.iter().zip(to).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
-
-/// CPU time of this process on all its threads \[s\]; NaN where the system does not tell.
-pub(super) fn cpu_seconds() -> f64 {
-    /// Clock ticks in a second, which Linux fixes for programs.
-    const TICKS: f64 = 100.0;
-    let status = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // User and system time are the fields 12 and 13 after the name, which may hold spaces.
-    let fields = status.rsplit(')').next().unwrap_or_default().split_whitespace();
-    let ticks: Vec<f64> = fields.skip(11).take(2).filter_map(|field| field.parse().ok()).collect();
-    if ticks.len() == 2 { (ticks[0] + ticks[1]) / TICKS } else { f64::NAN }
-}

@@ -39,6 +39,14 @@ pub struct Options {
     #[arg(long)]
     #[serde(default)]
     pub no_networks: bool,
+    /// Networks of plane beams on the graph of a template instead of the average beam (Tables A.5 to A.7)
+    #[arg(long)]
+    #[serde(default)]
+    pub template: bool,
+    /// Only so many of the networks of plane beams
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
+    #[serde(skip)]
+    pub networks: Option<u64>,
     /// Learn from the first of the simulations of the ventricles of chapter 2 only
     #[arg(long, value_name = "COUNT", conflicts_with_all = ["quick", "shard"], value_parser = clap::value_parser!(u64).range(8..=850))]
     #[serde(default)]
@@ -64,7 +72,7 @@ pub struct Options {
 
 /// Names of all parts of the study, in their order.
 pub fn keys() -> Vec<&'static str> {
-    [stage::RECTANGLES, stage::INFLATED].into_iter().chain(stage::KEYS).collect()
+    [stage::RECTANGLES, stage::INFLATED, stage::SPEED].into_iter().chain(stage::KEYS).collect()
 }
 
 fn one() -> u64 {
@@ -101,13 +109,25 @@ impl Options {
                 false => format!("study-seed-{}.json", options.seed),
             };
             let file = self.out.join(key).join(name);
-            let kept: Kept<S> = program::kept(&file, self.resume, || {
-                Ok(Kept { study: study(&options)?, options: options.clone() })
-            })?;
-            options.require_same(&kept.options, &file)?;
-            Ok(kept.study)
+            options.kept(&file, || study(&options))
         };
         self.of_each_seed().map(one).collect()
+    }
+
+    /// A part of the study in a file, read from where a run with the same options that goes on has left it.
+    ///
+    /// # Errors
+    /// Those of making it; a file of a run with other options.
+    pub(super) fn kept<S: Serialize + DeserializeOwned>(
+        &self,
+        file: &Path,
+        make: impl FnOnce() -> anyhow::Result<S>,
+    ) -> anyhow::Result<S> {
+        let kept: Kept<S> = program::kept(file, self.resume, || {
+            Ok(Kept { study: make()?, options: self.clone() })
+        })?;
+        self.require_same(&kept.options, file)?;
+        Ok(kept.study)
     }
 
     /// Requires that what was kept is of a run with these options.

@@ -1,10 +1,10 @@
-//! Plane beams of the thesis' chapter 2: one network on simulations of rectangles, with and without virtual nodes (Tables A.1 to A.4).
+//! Plane beams of the thesis' chapter 2: one network on simulations of rectangles, with and without virtual nodes (Tables A.1 to A.7).
 
-use super::measure::cpu_seconds;
 use super::options::Options;
 use super::simulated::{Compared, Measured, Pace, Seen, Simulated, Variant, table};
 use super::stage;
 use super::verdict;
+use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use sinew::Parameter;
 use sinew_coordinates::{Coordinates, Dirichlet};
 use sinew_fem::{Options as SolverOptions, Solver};
-use sinew_gnn::Geometry;
+use sinew_gnn::{Geometry, Surrogate};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{AnyMesh, rectangle_triangles};
 use sinew_report::{Block, Chart, Distribution, Section};
@@ -102,16 +102,20 @@ fn study(options: &Options) -> Result<Study> {
     for count in if options.quick { &[6][..] } else { &[225, 25] } {
         trained.push(compared.regression(*count, TOLD)?);
     }
-    let (mut embedding, variants) = (Chart::default(), variants(options.quick));
+    let (mut embedding, variants) = (Chart::default(), variants(options));
     for (index, variant) in variants.iter().enumerate() {
-        let topology = average(variant.virtual_nodes, options.seed)?;
+        let topology = graph(variant, options.seed)?;
         let about =
             "network on simulations, mean nodal distance, the best weights on the validation beams";
         let names = [&variant.name()[..], about];
-        let (found, surrogate) = compared.network(names, *variant, &topology)?;
+        let shown = index == EMBEDDED.min(variants.len() - 1);
+        let more = |surrogate: &Surrogate| {
+            shown.then(|| compared.embedding((variant, surrogate), &topology, 0)).transpose()
+        };
+        let (found, shown) =
+            compared.kept_network(stage::RECTANGLES, names, *variant, &topology, more)?;
         trained.push(found);
-        if index == EMBEDDED.min(variants.len() - 1) {
-            let (chart, fact) = compared.embedding((variant, &surrogate), &topology, 0)?;
+        if let Some((chart, fact)) = shown {
             facts.push(fact);
             embedding = chart;
         }
@@ -119,34 +123,30 @@ fn study(options: &Options) -> Result<Study> {
     Ok(Study { facts, trained, embedding })
 }
 
-/// Networks of Tables A.1 to A.4, with the medians that the thesis prints \[mm\].
-fn variants(quick: bool) -> Vec<Variant> {
-    const NONE: &[usize] = &[];
-    const TWO: &[usize] = &[24, 6];
-    let of = |steps, latent, virtual_nodes, printed: Option<f64>| Variant {
+/// Networks of Tables A.1 to A.7.
+fn variants(options: &Options) -> Vec<Variant> {
+    const LAYERS: [&[usize]; 5] = [&[4], &[8], &[48, 12], &[48, 12, 4], &[48, 24, 6]];
+    let of = |steps, latent, virtual_nodes| Variant {
         steps,
         latent,
         virtual_nodes,
+        template: options.template,
         told: TOLD,
-        printed: [printed, None],
+        raw: false,
     };
-    if quick {
-        return vec![of(1, 8, NONE, None), of(1, 8, TWO, None)];
+    if options.quick {
+        return vec![of(1, 8, &[]), of(1, 8, TWO)];
     }
-    let alone = [1.47, 0.664, 0.0821, 0.0406, 0.0272, 0.0285];
-    let with = [0.161, 0.0279, 0.0271, 0.0273, 0.0309, 0.0346];
-    let steps = |printed: [f64; 6], nodes: &'static [usize]| {
-        (1..).zip(printed).map(move |(k, printed)| of(k, 40, nodes, Some(printed)))
-    };
-    let layers: [(&[usize], f64); 4] =
-        [(&[4], 0.0237), (&[8], 0.0284), (&[48, 12], 0.0345), (&[48, 24, 6], 0.0249)];
-    let widths = [(3, 0.102), (6, 0.0380), (10, 0.0346), (20, 0.0321), (60, 0.0249)];
-    steps(alone, NONE)
-        .chain(steps(with, TWO))
-        .chain(layers.into_iter().map(|(nodes, printed)| of(2, 40, nodes, Some(printed))))
-        .chain(widths.into_iter().map(|(latent, printed)| of(2, latent, TWO, Some(printed))))
-        .collect()
+    let alone = (1..=if options.template { 0 } else { 6 }).map(|k| of(k, 40, &[]));
+    let steps = (1..=6).map(|k| of(k, 40, TWO));
+    let layers = LAYERS.into_iter().map(|nodes| of(2, 40, nodes));
+    let widths = [3, 6, 10, 20, 60].into_iter().map(|m| of(2, m, TWO));
+    let all = alone.chain(steps).chain(layers).chain(widths);
+    all.take(options.networks.map_or(usize::MAX, |count| count as usize)).collect()
 }
+
+/// Virtual nodes of most networks.
+const TWO: &[usize] = &[24, 6];
 
 impl Beam {
     fn draw(random: &mut ChaCha8Rng) -> Result<Self> {
@@ -215,14 +215,17 @@ impl Simulated for Beam {
     }
 }
 
-/// The graph of the beam of average length and width.
-fn average(virtual_nodes: &[usize], seed: u64) -> Result<Topology> {
+/// The graph of the beam of average length and width, or of a template whose cells are 1 cm long and high.
+fn graph(variant: &Variant, seed: u64) -> Result<Topology> {
     const NEIGHBOURS: usize = 4;
     let middle = |[low, high]: [f64; 2]| 0.5 * (low + high);
-    let size = [middle(LENGTHS), middle(LENGTHS) * middle(SLENDERNESS)];
+    let size = match variant.template {
+        true => CELLS.map(|cells| cells as f64),
+        false => [middle(LENGTHS), middle(LENGTHS) * middle(SLENDERNESS)],
+    };
     let mesh = AnyMesh::from(rectangle_triangles(size, CELLS));
     let config = AugmentationConfig {
-        roots_per_layer: virtual_nodes.to_vec(),
+        roots_per_layer: variant.virtual_nodes.to_vec(),
         neighbours: NEIGHBOURS,
         seed,
         ..AugmentationConfig::for_nodes(mesh.points().len())

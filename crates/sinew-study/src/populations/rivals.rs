@@ -1,7 +1,7 @@
 //! What regression on registered shapes makes of simulations.
 
-use super::measure::cpu_seconds;
 use super::stage::{Individual, Stage, shape_parameters};
+use crate::timing::cpu_seconds;
 use anyhow::Result;
 use sinew::Parameter;
 use sinew_emulate::{PodRegression, share_of};

@@ -1,12 +1,13 @@
 //! From populations to the report.
 
-use super::measure::{Group, Outcome, cpu_seconds};
+use super::measure::{Group, Outcome};
 use super::options::{Options, keys};
 use super::rivals::{Rival, coarse, rivals};
 use super::section::{Study, section};
-use super::stage::{INFLATED, Individual, RECTANGLES, Stage};
+use super::stage::{INFLATED, Individual, RECTANGLES, SPEED, Stage};
 use super::{inflated, rectangles};
 use crate::program::Growing;
+use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
 use sinew_emulate::{Emulator, FrozenStiffness};
 use sinew_networks::{Loss, Population, PopulationEmulator, Start};
@@ -46,6 +47,7 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
         let section = match key {
             RECTANGLES => rectangles::section(options),
             INFLATED => inflated::section(options),
+            SPEED => inflated::speed::section(options),
             _ => {
                 let studies = options.study(key, |options| study(options, key));
                 studies.and_then(|studies| section(key, &studies))

@@ -1,12 +1,14 @@
 //! What chapter 2 of the thesis does on each of its populations: networks on simulations of shapes, all on one graph, and regression.
 
-use super::measure::cpu_seconds;
 use super::options::Options;
 use super::rivals::in_short;
+use crate::thesis;
+use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use sinew::{Body, Parameter};
+use sinew::{Body, Parameter, Sampling};
 use sinew_coordinates::{OutputScale, ParameterRange, ParameterScaling};
 use sinew_emulate::PodRegression;
 use sinew_gnn::{
@@ -112,8 +114,25 @@ impl<B: Simulated> Compared<'_, B> {
         topology: &Topology,
     ) -> Result<(Measured, Surrogate)> {
         let start = |data: &DataSet| self.untrained(variant, data);
-        let (measured, surrogate) = self.trained(names, start, variant.told, topology)?;
-        Ok((Measured { printed: variant.printed, ..measured }, surrogate))
+        self.trained(names, start, variant.told, topology)
+    }
+
+    /// The same in a file that a run which goes on reads, with `more` of what the network tells.
+    pub(super) fn kept_network<T: Serialize + DeserializeOwned>(
+        &self,
+        key: &str,
+        names: [&str; 2],
+        variant: Variant,
+        topology: &Topology,
+        more: impl FnOnce(&Surrogate) -> Result<T>,
+    ) -> Result<(Measured, T)> {
+        let name = names[0].replace(|letter: char| !letter.is_alphanumeric(), "-");
+        let file = format!("network-seed-{}-{name}.json", self.options.seed);
+        let kept = self.options.kept(&self.options.out.join(key).join(file), || {
+            let (measured, surrogate) = self.network(names, variant, topology)?;
+            Ok(Trained { measured, more: more(&surrogate)? })
+        })?;
+        Ok((kept.measured, kept.more))
     }
 
     /// A network that is trained on all simulations from the weights of another, be they drawn or those of another training.
@@ -150,17 +169,17 @@ impl<B: Simulated> Compared<'_, B> {
             group: String::new(),
             errors: pairs().flat_map(|(body, answer)| body.distances(answer)).collect(),
             volumes: pairs().filter_map(|(body, answer)| body.volume_error(answer)).collect(),
+            bodies: pairs().map(|(body, answer)| mean(&body.distances(answer))).collect(),
             cpu_s,
             simulated_s: self.simulation_s * learned as f64,
             answer_s: answer_s + if told.coarse { self.coarse_s } else { 0.0 },
-            printed: [None; 2],
         };
         measured.tell()?;
         Ok(measured)
     }
 
     /// Bodies of the same features share a geometry.
-    fn data_set(&self, topology: &Topology, told: Seen) -> Result<DataSet> {
+    pub(super) fn data_set(&self, topology: &Topology, told: Seen) -> Result<DataSet> {
         let mut geometries = Vec::new();
         let mut sample = |body: &B| -> Result<Sample> {
             let geometry = body.geometry(topology, told)?;
@@ -176,13 +195,17 @@ impl<B: Simulated> Compared<'_, B> {
     }
 
     /// A network that has learned nothing yet, for displacements in standardised units.
-    fn untrained(&self, variant: Variant, data: &DataSet) -> Result<Surrogate> {
+    pub(super) fn untrained(&self, variant: Variant, data: &DataSet) -> Result<Surrogate> {
         let geometry = data.geometries.first().context("a data set without a body")?;
         let dimensions = geometry.dirichlet.prescribed.len() / geometry.topology.real_nodes;
         let features = &geometry.features;
         let [nodes, edges] = [features.nodes.columns, features.edges.columns];
-        let ranges: Vec<_> =
-            self.unseen[0].body().parameters.iter().map(ParameterRange::from).collect();
+        let scaled = |p: &Parameter| match variant.raw {
+            true => Parameter { sampling: Sampling::Linear, ..p.clone() },
+            false => p.clone(),
+        };
+        let ranges: Vec<_> = self.unseen[0].body().parameters.iter().map(scaled).collect();
+        let ranges: Vec<_> = ranges.iter().map(ParameterRange::from).collect();
         let sizes = EmulatorConfig {
             latent: variant.latent,
             steps: variant.steps,
@@ -245,6 +268,13 @@ pub(super) fn predicting<'a, B: Simulated>(
     }
 }
 
+/// A network of a study as it is kept.
+#[derive(Serialize, Deserialize)]
+struct Trained<T> {
+    measured: Measured,
+    more: T,
+}
+
 /// One network of a study.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Variant {
@@ -256,8 +286,10 @@ pub(super) struct Variant {
     pub virtual_nodes: &'static [usize],
     /// Input.
     pub told: Seen,
-    /// Medians that the thesis prints of it \[mm, %\].
-    pub printed: [Option<f64>; 2],
+    /// Whether the shared graph is that of a template instead of the average body.
+    pub template: bool,
+    /// Whether parameters are read on their own scale instead of the logarithmic one.
+    pub raw: bool,
 }
 
 /// A method, its errors and its costs.
@@ -273,6 +305,8 @@ pub(super) struct Measured {
     pub errors: Vec<f64>,
     /// `|V − V̂| / V` of each cavity, where there is one.
     pub volumes: Vec<f64>,
+    /// Mean error over the nodes of each body \[mm\].
+    pub bodies: Vec<f64>,
     /// Everything before the first answer, simulations not counted \[s\].
     pub cpu_s: f64,
     /// CPU time of the simulations that it learned from \[s\].
@@ -280,8 +314,6 @@ pub(super) struct Measured {
     pub simulated_s: f64,
     /// Wall time of one answer \[s\].
     pub answer_s: f64,
-    /// Medians that the thesis prints \[mm, %\].
-    pub printed: [Option<f64>; 2],
 }
 
 /// How long networks are trained, and how fast.
@@ -318,10 +350,13 @@ impl Variant {
     /// Description for a table.
     pub(super) fn name(&self) -> String {
         let Self { steps, latent, virtual_nodes, .. } = self;
-        match virtual_nodes {
-            [] => format!("K = {steps}, M = {latent}, no virtual nodes"),
-            some => format!("K = {steps}, M = {latent}, η = {some:?}"),
-        }
+        let nodes = match virtual_nodes {
+            [] => "no virtual nodes".into(),
+            some => format!("η = {some:?}"),
+        };
+        let template = if self.template { ", template" } else { "" };
+        let raw = if self.raw { ", parameters as they are" } else { "" };
+        format!("K = {steps}, M = {latent}, {nodes}{template}{raw}")
     }
 }
 
@@ -341,16 +376,22 @@ impl Measured {
     }
 }
 
-/// The table of what was measured: errors of nodes, of volumes, or both.
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The table of what was measured: errors of nodes, of volumes, or both; beside medians that the thesis prints.
 pub(super) fn table(measured: &[Measured]) -> Result<Table> {
     let columns = [
         Column::new("err_u", "mm").about("‖u − û‖ at every node of every body tested"),
         Column::new("volume", "%").about("|V − V̂| / V of the cavity"),
+        Column::new("mean err_u", "mm").about("mean over the nodes of each body tested"),
     ];
-    let errors =
-        |row: &Measured| [row.errors.clone(), row.volumes.iter().map(|v| 100.0 * v).collect()];
+    let errors = |row: &Measured| {
+        [row.errors.clone(), row.volumes.iter().map(|v| 100.0 * v).collect(), row.bodies.clone()]
+    };
     let there = |k: usize| measured.iter().any(|row| !errors(row)[k].is_empty());
-    let there: Vec<usize> = (0..2).filter(|k| there(*k)).collect();
+    let there: Vec<usize> = (0..columns.len()).filter(|k| there(*k)).collect();
     let mut table = Table::new(
         there.iter().map(|k| columns[*k].clone()),
         [
@@ -364,7 +405,8 @@ pub(super) fn table(measured: &[Measured]) -> Result<Table> {
         let cell = |k: &usize| -> Result<Cell> {
             let found =
                 Distribution::of(errors(method)[*k].clone()).context("nothing was tested")?;
-            Ok(Cell::from(found).against("thesis", method.printed[*k]))
+            let printed = thesis::median(&method.method, &columns[*k].name);
+            Ok(Cell::from(found).against("thesis", printed))
         };
         let mut cells = there.iter().map(cell);
         let first = cells.next().context("nothing was tested")??;

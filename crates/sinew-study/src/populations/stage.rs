@@ -68,6 +68,7 @@ impl Individual {
 /// Names of the two parts that are no stage, on the command line and of their folders.
 pub(super) const RECTANGLES: &str = "rectangles";
 pub(super) const INFLATED: &str = "inflated";
+pub(super) const SPEED: &str = "speed";
 /// Names of the stages.
 pub(super) const KEYS: [&str; 4] = ["rings", "beams", "ventricles", "infarcts"];
 

@@ -3,3 +3,4 @@
 mod beams;
 mod organs;
 mod populations;
+mod thesis;

@@ -17,7 +17,10 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
     let read = || Report::read(&folder.path().join("report.json")).unwrap();
     let report = read();
     let names: Vec<_> = report.sections.iter().map(|section| section.name.as_str()).collect();
-    assert_eq!(names, ["rectangles", "inflated", "rings", "beams", "ventricles", "infarcts"]);
+    assert_eq!(
+        names,
+        ["rectangles", "inflated", "speed", "rings", "beams", "ventricles", "infarcts"]
+    );
     let plane = report.sections[0].tables().next().unwrap();
     assert_eq!(plane.rows.len(), 3, "a regression, a network without virtual nodes and one with");
     let inflated: Vec<_> = report.sections[1].tables().collect();
@@ -33,7 +36,7 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
     let plain = inflated[2].rows.iter().filter(|row| row.method.starts_with("MLP"));
     let patience = plain.filter(|row| row.about.contains("25, 50, 75 %"));
     assert_eq!(patience.count(), 12);
-    for section in &report.sections[2..] {
+    for section in &report.sections[3..] {
         let table = section.tables().next().unwrap();
         let methods: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();
         let about_coarse = "POD + GP about the coarse solution";

@@ -49,7 +49,7 @@ impl Active {
 }
 
 impl Factors {
-    /// Makes sure that the mesh has what the factors name, and that they are one of a field and a set.
+    /// Checks that the factors name either a field or a set, and that the mesh has it.
     fn prepare(&self, key: &str, mesh: &mut AnyMesh, source: &Source) -> Result<(), CaseError> {
         match (&self.field, &self.nodes, self.factor) {
             (Some(_), None, None) => Ok(()),
@@ -160,7 +160,7 @@ impl Case {
         let tension = match (self.active.contracts(), &stiffness, tension) {
             (false, _, _) | (true, None, None) => None,
             (true, None, Some(tension)) => Some(tension),
-            // What is stiffened is the whole energy, the tension's as well.
+            // The stiffness multiplies the whole energy, so the tension is divided by it.
             (true, Some(stiffness), tension) => {
                 let tension = tension.unwrap_or_else(|| vec![1.0; stiffness.len()]);
                 Some(tension.iter().zip(stiffness).map(|(c, f)| c / f).collect())

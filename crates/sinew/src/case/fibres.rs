@@ -77,7 +77,8 @@ impl Fibres {
         Ok(())
     }
 
-    /// Nodal fibres whose signs disagree: turned to agree here, but whatever averaged them as they are is wrong.
+    /// Warning about nodal fibres of opposite sign in a cell. They are aligned here, but an average taken elsewhere without
+    /// alignment is wrong.
     pub(super) fn warning(&self, body: &Body) -> Option<String> {
         let name = self.field.as_ref()?;
         if body.mesh.cell_fields().contains_key(name) {
@@ -228,7 +229,7 @@ fn completed(given: &[[f64; 3]]) -> Result<[[f64; 3]; 3], &'static str> {
     Ok([frame[0], frame[1], frame[2]].map(Into::into))
 }
 
-/// The unit vector along what of a direction is perpendicular to others; `None` where hardly anything is.
+/// Unit vector along the part of a direction perpendicular to others; `None` if that part nearly vanishes.
 fn across(direction: Vector3<f64>, others: &[Vector3<f64>]) -> Option<Vector3<f64>> {
     let rest = others.iter().fold(direction, |rest, other| rest - other * rest.dot(other));
     (rest.norm() > 1e-3 * direction.norm()).then(|| rest / rest.norm())

@@ -23,7 +23,7 @@ pub struct Law {
     pub name: String,
     /// Penalty on changes of volume \[kPa\], for laws that have one.
     pub bulk_modulus: Option<f64>,
-    /// Which strain its resistance to changes of shape reads; the isochoric part where nothing is said.
+    /// Strain measure of its shape energy; the isochoric one by default.
     #[serde(default, deserialize_with = "strain")]
     pub strain: Option<Strain>,
 }
@@ -55,7 +55,7 @@ pub struct Row {
     pub bulk_modulus: bool,
     /// Material directions that it reads.
     pub directions: usize,
-    /// How many of them matter; any others perpendicular to these serve.
+    /// Number of directions that matter. The others may be any perpendicular ones.
     pub needed: usize,
     lower: fn(f64, AnyMesh, Parts) -> Result<ForceBalance, SceneError>,
 }

@@ -5,11 +5,13 @@ use super::source::{Source, exactly};
 use super::units::length;
 use serde::Deserialize;
 use sinew_energy::listed;
-use sinew_mesh::{AnyMesh, Biventricle, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
+use sinew_mesh::{
+    AnyMesh, Biventricle, IdealLiver, TruncatedEllipsoid, box_hexahedra, box_tetrahedra,
+};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Source of a mesh: one of the first four keys.
+/// Source of a mesh: one of the first five keys.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshSource {
@@ -22,11 +24,13 @@ pub struct MeshSource {
     pub ellipsoid: Option<EllipsoidMesh>,
     /// Two such ventricles in one wall.
     pub biventricle: Option<BiventricleMesh>,
+    /// A body of the shape of a liver.
+    pub liver: Option<LiverMesh>,
     /// Cells of what is made.
     pub element: Option<Element>,
     /// Unit of length of the numbers above and in the file; mm where there is none.
     pub unit: Option<String>,
-    /// Instead of the first four keys, a mesh in memory, in that unit ([`Case::on`](super::Case::on)).
+    /// Instead of the first five keys, a mesh in memory, in that unit ([`Case::on`](super::Case::on)).
     #[serde(skip)]
     pub given: Option<Arc<AnyMesh>>,
 }
@@ -73,6 +77,16 @@ pub struct BiventricleMesh {
     /// Thickness of the septum.
     pub septum: f64,
     /// Length of an edge: from [`Biventricle::shortest_edge`] to [`Biventricle::longest_edge`].
+    pub edge: f64,
+}
+
+/// See [`IdealLiver`]; with sets `bottom` and `clamped`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LiverMesh {
+    /// Length along x.
+    pub length: f64,
+    /// Length of an edge, within [`IdealLiver::edges`].
     pub edge: f64,
 }
 
@@ -151,8 +165,9 @@ impl MeshSource {
     /// The mesh of the file or of the numbers, in its unit.
     fn read_or_made(&self, source: &Source) -> Result<AnyMesh, CaseError> {
         let element = self.element.unwrap_or_default();
-        Ok(match (&self.file, &self.cuboid, &self.ellipsoid, &self.biventricle) {
-            (Some(file), None, None, None) => {
+        let made = (&self.cuboid, &self.ellipsoid, &self.biventricle, &self.liver);
+        Ok(match (&self.file, made) {
+            (Some(file), (None, None, None, None)) => {
                 if self.element.is_some() {
                     let reason = "a file holds its own kind of cell; leave it out".into();
                     return Err(source.error(&["mesh", "element"], reason));
@@ -167,11 +182,13 @@ impl MeshSource {
                 }
                 sinew_mesh::read(file).map_err(|reason| error(reason.to_string()))?.0
             }
-            (None, Some(cuboid), None, None) => cuboid.make(element, source)?,
-            (None, None, Some(ellipsoid), None) => ellipsoid.make(element, source)?,
-            (None, None, None, Some(heart)) => heart.make(element, source)?,
+            (None, (Some(cuboid), None, None, None)) => cuboid.make(element, source)?,
+            (None, (None, Some(ellipsoid), None, None)) => ellipsoid.make(element, source)?,
+            (None, (None, None, Some(heart), None)) => heart.make(element, source)?,
+            (None, (None, None, None, Some(liver))) => liver.make(element, source)?,
             _ => {
-                let reason = "give one of `file`, `box`, `ellipsoid` and `biventricle`".into();
+                let reason =
+                    "give one of `file`, `box`, `ellipsoid`, `biventricle` and `liver`".into();
                 return Err(source.error(&["mesh"], reason));
             }
         })
@@ -291,6 +308,28 @@ impl BiventricleMesh {
             return Err(source.error(&["mesh", "element"], reason));
         }
         Ok(heart.tetrahedra(edge).into())
+    }
+}
+
+impl LiverMesh {
+    fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
+        let Self { length, edge } = self;
+        let error = |key, reason| Err(source.error(&["mesh", "liver", key], reason));
+        if !(length > 0.0 && length.is_finite()) {
+            return error("length", format!("{length} is not a length; give a positive one"));
+        }
+        let liver = IdealLiver { length };
+        let [shortest, longest] = liver.edges();
+        if !(shortest..=longest).contains(&edge) {
+            let reason =
+                format!("an edge of {edge} does not fit; give one from {shortest} to {longest}");
+            return error("edge", reason);
+        }
+        if element != Element::Tetrahedra {
+            let reason = "a liver is made of tetrahedra only; leave it out".into();
+            return Err(source.error(&["mesh", "element"], reason));
+        }
+        Ok(liver.tetrahedra(edge).into())
     }
 }
 

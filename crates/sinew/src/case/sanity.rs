@@ -1,4 +1,4 @@
-//! What is probably a mistake though it can be solved: sizes, stiffnesses and supports that no soft tissue has.
+//! Probable mistakes in a case that can be solved: sizes, stiffnesses and supports outside those of soft tissue.
 
 use super::Case;
 use sinew_energy::{Body, Mat3};
@@ -9,7 +9,7 @@ const SIZES: [f64; 2] = [1.0, 1e3];
 /// Smallest and largest shear modulus [kPa]: an embryo's tissue has 0.1, a tendon 1e5 at most.
 const STIFFNESSES: [f64; 2] = [0.01, 1e5];
 
-/// Displacement relative to the size of a body below which nothing is seen to happen.
+/// Largest displacement \[relative to the size of the body\] below which the body counts as at rest.
 const LEAST_MOTION: f64 = 1e-6;
 
 impl Case {

@@ -1,4 +1,4 @@
-//! The text of a case file: where its keys are, and what was meant by a misspelt one.
+//! The text of a case file: lines of its keys, and suggestions for misspelt ones.
 
 use super::CaseError;
 use serde::de::Error as _;
@@ -49,7 +49,7 @@ impl Source {
                 (Vec::new(), format!("this is not TOML ({message}); {advice}"))
             }
         };
-        // What is missing from the whole file is on no line of it.
+        // A key missing at the top level has no line.
         let whole = keys.is_empty() && reason.contains(IS_MISSING);
         let line = start.filter(|_| !whole).map(|start| self.line_at(start));
         CaseError::Key { file: self.file.clone(), line, key: keys.join("."), reason }

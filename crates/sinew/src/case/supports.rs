@@ -48,7 +48,8 @@ pub struct Turn {
     pub share: f64,
 }
 
-/// The largest turn that displacements tell from a smaller one the other way \[degrees\].
+/// Largest angle of rotation \[degrees\]. Beyond it, a smaller rotation in the other direction gives the same
+/// displacements.
 const HALF_TURN: f64 = 180.0;
 
 impl Turn {

@@ -71,7 +71,7 @@ fn traced(lowered: &Lowered, thetas: &[Vec<f64>]) -> Result<(Vec<Solution>, Opti
     let mut terminal = Terminal::default();
     let mut counter = Counter::new(&mut terminal, "follow", 0, thetas.len());
     let count = || {
-        // An interruption ends the process.
+        // The observer cannot break: an interruption ends the process.
         let _ = counter.step(1, "");
     };
     let trace = Solver::new(lowered.to_solve())?.trace(thetas, &options, count)?;

@@ -1,4 +1,4 @@
-//! Rows of θ that are asked for, and what becomes of each: one that fails does not end the others.
+//! Requested rows of θ with their results. A failed row does not stop the others.
 
 use super::{MOST_WARNINGS, Usage, refuse};
 use anyhow::Result;
@@ -54,7 +54,7 @@ pub(crate) struct Answer<'a> {
 #[derive(Debug, Default)]
 pub(crate) struct Batch {
     rows: Vec<Asked>,
-    /// How many of them are wrong as they were given.
+    /// Number of rows that could not be read or are invalid.
     wrong: usize,
     told: usize,
 }

@@ -158,7 +158,7 @@ fn told(error: CalibrateError) -> anyhow::Error {
     }
 }
 
-/// Hears the stage, the solves made and their number.
+/// Callback with the stage, the solves done and their number.
 type Teller = Box<dyn FnMut(&str, usize, usize) + Send>;
 
 /// Progress of solves on the terminal; a stage ends when the next one begins.

@@ -96,7 +96,7 @@ fn regression<'b>(case: &Case, body: &'b Body, folder: &Path) -> Result<Emulator
     Ok(training.train(body, &options, &mut Terminal::default())?)
 }
 
-/// Facts of a body beside its arrays.
+/// Parts of a body that its arrays do not hold.
 fn left_out(body: &Body) -> Vec<&'static str> {
     let parts = [
         ("pressures", !body.pressures.is_empty()),

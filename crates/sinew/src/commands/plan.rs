@@ -56,10 +56,15 @@ pub(super) fn table(plan: &Costs) {
         let seconds = [cost.prepare, cost.each].map(|steps| plan.seconds(steps));
         match (plan.total_s(cost), seconds) {
             (Some(total), [Some(prepare), Some(each)]) => println!(
-                "{taken} {name:34} {total:8.2} s expected: {prepare:.2} s to prepare, {:.1} ms a set",
-                1e3 * each
+                "{taken} {name:34} {total:8.2} s expected: {prepare:.2} s to prepare, {:.1} ms a set on {}",
+                1e3 * each,
+                threads_in_words(plan.threads())
             ),
             _ => println!("{taken} {name:34} for {} sets", plan.sets),
         }
     }
+}
+
+fn threads_in_words(count: usize) -> String {
+    if count == 1 { "one thread".into() } else { format!("each of {count} threads") }
 }

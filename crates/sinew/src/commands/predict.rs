@@ -85,7 +85,7 @@ struct Opened<'b> {
 }
 
 impl Asked {
-    /// Reads θ and the emulator, and repeats what its training warned of, and that elements lock.
+    /// Reads θ and the emulator, and repeats the warnings of its training and of locking.
     fn open<'b>(&self, case: &Case, body: &'b Body, folder: &Path) -> Result<Opened<'b>> {
         let (name, path) = chosen(self.emulator.as_deref(), case, folder)?;
         let batch = self.theta.read(body)?;

@@ -1,6 +1,8 @@
 //! Parameters drawn from their ranges.
 
 use super::equilibria::equilibria;
+use super::script::{Scheduler, Script, quoted};
+use super::stop::Stoppable;
 use super::{CaseArguments, MOST_WARNINGS, refuse, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -8,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use sinew::case::Lowered;
 use sinew::output::{Balanced, Fields, Results, Row};
 use sinew::{Body, Design, Options, Simulations};
-use sinew_emulate::{Shard, Terminal, merge, simulate_shard, store};
+use sinew_emulate::{Shard, merge, simulate_shard, store};
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// How many, and how they are spread.
@@ -23,7 +26,13 @@ again, and put together by sinew merge:
 
   sinew sample heart.toml --count 3000 --solve --shard 1/16    # to 16/16, anywhere with the same OUT
   sinew merge heart.toml
-  sinew train heart.toml --recipe hybrid --simulations out/heart/sample")]
+  sinew train heart.toml --recipe hybrid --simulations out/heart/sample
+
+  sinew sample heart.toml --count 3000 --script slurm --shards 16    # the same as one job array
+  sh out/heart/sample/slurm.sh --time=04:00:00
+
+By SIGTERM, as schedulers send it before the time is up, or by Ctrl-C it stores what is solved and ends with the code 3. The
+same command goes on.")]
 pub(crate) struct Sample {
     #[command(flatten)]
     case: CaseArguments,
@@ -40,12 +49,23 @@ pub(crate) struct Sample {
     /// Solve each parameter set
     #[arg(long)]
     solve: bool,
-    /// Solve this shard only, such as 3/16
-    #[arg(long, value_name = "INDEX/COUNT", requires = "solve")]
+    /// Solve this shard only: 3/16; `auto` for that of the job array's task that this is (Slurm, SGE), with the numbers of the whole
+    /// array as auto:0-15 where the scheduler does not tell them (PBS)
+    #[arg(long, value_name = "INDEX/COUNT", requires = "solve", value_parser = shard)]
     shard: Option<Shard>,
+    /// Write a campaign for a scheduler: all shards, and their merge
+    #[arg(long, value_name = "SCHEDULER", conflicts_with_all = ["solve", "shard"])]
+    script: Option<Scheduler>,
+    /// Shards of the campaign that --script writes
+    #[arg(long, value_name = "COUNT", default_value = "16", requires = "script")]
+    shards: NonZeroUsize,
 }
 
-/// How samples were drawn, for those who put the shards together.
+fn shard(text: &str) -> Result<Shard, String> {
+    Shard::named(text, |name| std::env::var(name).ok())
+}
+
+/// Design, seed and counts of the samples, stored for the merging of the shards.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Campaign {
     count: usize,
@@ -60,10 +80,10 @@ impl Sample {
     pub(crate) fn run(&self) -> Result<()> {
         let (_, lowered, folder) = self.case.open_lowered()?;
         let body = lowered.body();
-        if self.shard.is_some() && lowered.balance().is_some() {
+        if self.campaign_shards().is_some() && lowered.balance().is_some() {
             return refuse(
-                "--shard: a body without a potential (mixed elements, or a pressure whose rim moves freely) is solved by one process; \
-                 leave --shard out"
+                "a body without a potential (mixed elements, or a pressure whose rim moves freely) is solved by one process; leave \
+                 --shard and --script out"
                     .into(),
             );
         }
@@ -75,6 +95,9 @@ impl Sample {
         store::write_bytes(&path, table(body, &thetas).as_bytes())?;
         if let Some(shard) = self.shard {
             return self.solve_shard(body, &thetas, shard, &folder);
+        }
+        if let Some(scheduler) = self.script {
+            return self.write_script(scheduler, body, &folder);
         }
         if self.solve {
             let found = solutions(&lowered, &thetas, &folder)?;
@@ -119,11 +142,35 @@ fn solutions(lowered: &Lowered, thetas: &[Vec<f64>], folder: &Path) -> Result<Si
 }
 
 impl Sample {
+    /// How many shards the campaign has; none where one process solves all.
+    fn campaign_shards(&self) -> Option<usize> {
+        self.shard.map(Shard::of).or(self.script.map(|_| self.shards.get()))
+    }
+
+    fn write_script(&self, scheduler: Scheduler, body: &Body, folder: &Path) -> Result<()> {
+        let Self { count, seed, design, .. } = self;
+        let (case, merge) = (self.case.words(), format!("sinew merge {}", self.case.words()));
+        let sample =
+            format!("sinew sample {case} --count {count} --seed {seed} --design {design} --solve");
+        let shards = self.shards.get();
+        let script = Script { name: &body.name, sample: &sample, merge: &merge, folder, shards };
+        let (name, text, start) = script.written(scheduler);
+        let path = folder.join(name);
+        store::write_bytes(&path, text.as_bytes())?;
+        println!("written: {}", path.display());
+        println!(
+            "start {shards} shards of {count} samples: {start} {}",
+            quoted(&path.to_string_lossy())
+        );
+        Ok(())
+    }
+
     /// Refuses to mix with another campaign in the folder, and notes this one.
     fn check_campaign(&self, design: Design, folder: &Path) -> Result<()> {
         let file = folder.join(CAMPAIGN);
         let (count, seed) = (self.count, self.seed);
-        let own = self.shard.map(|shard| Campaign { count, design, seed, shards: shard.of() });
+        let shards = self.campaign_shards();
+        let own = shards.map(|shards| Campaign { count, design, seed, shards });
         match (store::read_json::<Campaign>(&file)?, own) {
             (Some(stored), own) if own.as_ref() != Some(&stored) => {
                 let Campaign { count, shards, seed, .. } = stored;
@@ -147,7 +194,7 @@ impl Sample {
         shard: Shard,
         folder: &Path,
     ) -> Result<()> {
-        let found = simulate_shard(body, thetas, shard, folder, &mut Terminal::default())?;
+        let found = simulate_shard(body, thetas, shard, folder, &mut Stoppable::new()?)?;
         found.failures.iter().for_each(|failure| told_failure(body, failure));
         println!(
             "shard {shard}: {} of {} samples solved",

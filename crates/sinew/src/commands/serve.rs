@@ -28,7 +28,7 @@ pub(crate) struct Serve {
     /// Port; 0 takes one that is free
     #[arg(long, default_value_t = 4242)]
     port: u16,
-    /// Address to listen at; whoever reaches another one than the loopback can ask
+    /// Address to listen at; any address but the loopback is open to all who reach it
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     bind: IpAddr,
     /// Name of the emulator's folder within OUT [default: the only one, or that of the case's recipe]
@@ -82,7 +82,7 @@ impl Serve {
     }
 }
 
-/// Answers one request; a client that left hears nothing.
+/// Answers one request, unless the client has left.
 fn answer(service: &Service<'_>, mut request: Request) {
     let mut text = String::new();
     let read = request.as_reader().take(MOST_BYTES).read_to_string(&mut text);
@@ -95,7 +95,7 @@ fn answer(service: &Service<'_>, mut request: Request) {
     };
     let reply = match read {
         Err(error) => failed(400, &format!("the request cannot be read: {error}")),
-        // A fault of the program ends one request, not the server.
+        // A panic ends one request, not the server.
         Ok(_) => catch_unwind(AssertUnwindSafe(|| service.answer(&method, path, &text)))
             .unwrap_or_else(|_| failed(500, "the program failed; its terminal says where")),
     };

@@ -117,7 +117,7 @@ fn worst(lowered: &Lowered, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
     found.max_by(|a, b| a.expected_share.total_cmp(&b.expected_share))
 }
 
-/// Refuses cells that nothing better is made of here, before anything is solved.
+/// Refuses cells that have no quadratic form here, before solving.
 fn check_cells(body: &Body) -> Result<()> {
     let element = body.element();
     match element.corners {

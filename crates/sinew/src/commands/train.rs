@@ -77,7 +77,7 @@ impl Train {
         };
         let training = Training {
             recipe: self.recipe.unwrap_or(own.recipe),
-            // Of simulations that are there, all.
+            // All stored simulations by default.
             samples: self.samples.or(own.samples).or(self.simulations.as_ref().map(|_| usize::MAX)),
             target: self.target.or(own.target),
             seed: self.seed.or(own.seed),

@@ -64,8 +64,8 @@ impl Prepared {
         builder.build().map_err(|error| error.to_string())
     }
 
-    /// The volumes of a cavity at pressures \[kPa\], all other loads as in the image: what a pressure–volume curve is made of.
-    /// Pressures are known, so factors of uncertain pressures are not parameters of it but of the image alone.
+    /// The volumes of a cavity at pressures \[kPa\], for a pressure–volume curve. Other loads are those of the image. These
+    /// pressures are known: factors of uncertain pressures apply to the image alone.
     ///
     /// # Errors
     /// A cavity whose pressure is not a parameter.

@@ -18,8 +18,8 @@ pub(super) struct Compact {
 }
 
 impl Compact {
-    /// Keeps some of the values, or all. What rounding costs, measured at `thetas`, stays within `tolerance` of the values' norm: each
-    /// mode has an equal part of it, and one whose contribution is less is dropped.
+    /// Keeps `rows` of the values, or all. The rounding error at `thetas` stays within `tolerance` of the norm of the
+    /// values. Each mode has an equal part of it; a mode with a smaller contribution is dropped.
     pub(super) fn of(
         regression: PodRegression,
         rows: Option<&[usize]>,

@@ -1,4 +1,4 @@
-//! The error of what a page shows, over θ.
+//! The error of the displacements on the page, over θ.
 
 use super::compact::Compact;
 use super::refused::ViewerError;
@@ -19,9 +19,10 @@ const LEAST: usize = 40;
 const DEGREE: usize = 4;
 /// Least error of a node relative to the mean that has a colour of its own: held nodes have none at all.
 const FLOOR: f64 = 1e-2;
-/// Part of the logarithms' norm that the pattern of the error may lack: it says where the error is, in colours of a decade each.
+/// Rounding error of the pattern \[relative to the norm of its logarithms\]: the pattern locates the error, in colours of a
+/// decade each.
 const PATTERN: f64 = 0.1;
-/// Part of the logarithms' norm that the level of the error may lack.
+/// Rounding error of the level \[relative to the norm of its logarithms\].
 const LEVEL: f64 = 1e-4;
 /// Factor within which a shown error is said to be right.
 const FACTOR: f64 = 3.0;
@@ -102,7 +103,7 @@ impl ErrorModel {
     }
 }
 
-/// Distances of what the page shows from the equilibria that checked error estimates foresee.
+/// Nodal distances of the displacements on the page from the equilibria of checked error estimates.
 fn errors(
     emulator: &Emulator<'_>,
     shown: &Compact,

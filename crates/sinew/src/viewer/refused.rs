@@ -1,4 +1,4 @@
-//! What keeps an emulator from being a page.
+//! Errors of a page of an emulator.
 
 use sinew_emulate::{Error as EmulatorError, RegressionError};
 

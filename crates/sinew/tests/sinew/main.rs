@@ -4,6 +4,7 @@
 mod damage;
 
 mod answers;
+mod campaigns;
 mod case_files;
 mod damaged_cases;
 mod keys;

@@ -1,7 +1,9 @@
 //! The program as a person at a terminal meets it.
 
+use std::io::Read;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 /// A bar that trains in a second.
 const BAR: &str = r#"
@@ -28,7 +30,7 @@ fn sinew(folder: &Path, arguments: &str) -> Output {
 }
 
 /// Output of a command that must succeed.
-fn done(folder: &Path, arguments: &str) -> String {
+pub(crate) fn done(folder: &Path, arguments: &str) -> String {
     let output = sinew(folder, arguments);
     let [out, err] =
         [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
@@ -45,7 +47,7 @@ fn refused(folder: &Path, arguments: &str) -> (i32, String) {
     (output.status.code().unwrap(), text)
 }
 
-fn bar() -> tempfile::TempDir {
+pub(crate) fn bar() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bar.toml"), BAR).unwrap();
     folder
@@ -207,6 +209,56 @@ fn help_teaches_and_scenes_can_be_copied() {
     assert!(code == 2 && told.contains("--mesh FILE"), "{told}");
 }
 
+/// Numbers of a table of cases, row by row.
+pub(crate) fn table(path: &Path) -> Vec<f64> {
+    let text = std::fs::read_to_string(path).unwrap();
+    // The last three columns are words.
+    let rows = text.lines().skip(1).map(|row| row.trim_end_matches(",,,").split(','));
+    rows.flatten().map(|x| x.parse::<f64>().unwrap()).collect()
+}
+
+#[test]
+fn a_signal_stores_what_is_solved_and_the_same_command_goes_on() {
+    let folder = bar();
+    let folder = folder.path();
+    // Ten times the time of the other tests' solves.
+    let case = BAR.replace("[6, 2, 2]", "[16, 4, 4]");
+    std::fs::write(folder.join("bar.toml"), case).unwrap();
+    let line = "sample bar.toml --count 60 --design sobol --solve --out stopped --shard 1/2";
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+    command.current_dir(folder).args(line.split_whitespace()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    // The options of a campaign are written when its samples are drawn, right before the first solve.
+    while !folder.join("stopped/sample/thetas.csv").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    let kill = Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
+    assert!(kill.unwrap().success());
+    let mut told = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(3), "{told}");
+    assert!(told.contains("the same command goes on"), "{told}");
+    let shard = folder.join("stopped/sample/shards/00001-of-00002");
+    let rows = std::fs::metadata(shard.join("under-way/theta.npy")).unwrap().len();
+    // More than the head of the table, which is 128 bytes.
+    assert!(rows > 128 && !shard.join("done.json").exists());
+    done(folder, line);
+    assert!(!shard.join("under-way").exists());
+    for shard in ["--out stopped --shard 2/2", "--out whole --shard 1/2", "--out whole --shard 2/2"]
+    {
+        done(folder, &format!("sample bar.toml --count 60 --design sobol --solve {shard}"));
+    }
+    let [stopped, whole] = ["stopped", "whole"].map(|run| {
+        done(folder, &format!("merge bar.toml --out {run}"));
+        table(&folder.join(run).join("sample/cases.csv"))
+    });
+    assert_eq!(stopped.len(), whole.len());
+    for (a, b) in stopped.iter().zip(&whole) {
+        assert!((a - b).abs() <= 1e-10 * b.abs(), "{a} for {b}");
+    }
+}
+
 #[test]
 fn a_campaign_in_shards_is_that_of_one_process() {
     let folder = bar();
@@ -242,13 +294,8 @@ fn a_campaign_in_shards_is_that_of_one_process() {
     }
     assert_eq!(merged[0], merged[1]);
     // A sweep goes from neighbour to neighbour, of which a shard has others: the same to the solver's rounding.
-    let numbers = |name: &str| -> Vec<f64> {
-        let text = String::from_utf8(file(name)).unwrap();
-        // The last three columns are words.
-        let rows = text.lines().skip(1).map(|row| row.trim_end_matches(",,,").split(','));
-        rows.flatten().map(|x| x.parse::<f64>().unwrap()).collect()
-    };
-    let [parts, whole] = ["parts", "whole"].map(|run| numbers(&format!("{run}/sample/cases.csv")));
+    let [parts, whole] =
+        ["parts", "whole"].map(|run| table(&folder.join(run).join("sample/cases.csv")));
     assert_eq!(parts.len(), whole.len());
     for (a, b) in parts.iter().zip(&whole) {
         assert!((a - b).abs() <= 1e-10 * b.abs(), "{a} for {b}");

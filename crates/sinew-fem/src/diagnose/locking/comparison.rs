@@ -4,7 +4,8 @@ use sinew_energy::Body;
 use sinew_mesh::Prolongation;
 use std::fmt;
 
-/// How far a solution is from that of better elements, such as quadratic ones, at the nodes of the first.
+/// Difference between the solutions of a body in two kinds of elements, at the nodes of the first; the second are the
+/// better ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FormulationDifference {
     /// Mean nodal distance \[length\].
@@ -87,7 +88,7 @@ pub fn compare_formulations(
 }
 
 impl FormulationDifference {
-    /// Part of the better elements' mean displacement that the first ones lose; negative where they move farther.
+    /// Loss of mean displacement relative to the better elements; negative if the first ones move farther.
     pub fn lost(&self) -> f64 {
         let [own, better] = self.displacement;
         if own == better { 0.0 } else { 1.0 - own / better }
@@ -99,7 +100,7 @@ impl fmt::Display for FormulationDifference {
         let Self { mean, largest, displacement: [own, better], cavities, length_unit: unit } = self;
         write!(
             f,
-            "{mean:.4} {unit} apart in the mean, {largest:.4} {unit} at most; mean displacement {own:.4} for {better:.4} \
+            "{mean:.4} {unit} apart in the mean, {largest:.4} {unit} at most; mean displacement {own:.4} instead of {better:.4} \
              {unit}, {:.1} % lost",
             100.0 * self.lost()
         )?;

@@ -1,9 +1,9 @@
-//! How much of a displacement linear elements lose, as a function of few numbers.
+//! Model of the displacement that linear elements lose.
 //!
-//! The compliance that elements lack, relative to the one they have, is X = (b + c K/μ) / n² where they lock mildly, n being
-//! the number of elements through the thickness: strains that are constant in an element miss those that are linear
-//! through the thickness by its squared size, and a change of volume costs K/μ times as much. Where they lock
-//! severely it saturates, for elements keep some motions that cost nothing.
+//! The missing compliance relative to that of the elements is X = (b + c K/μ) / n² under mild locking, with n elements
+//! through the thickness. A constant strain misses the linear strain of bending by the squared element size, and a
+//! change of volume costs K/μ times as much energy. Under severe locking X saturates, because some motions of the
+//! elements change no volume.
 
 use super::Proportions;
 use sinew_mesh::Element;
@@ -26,14 +26,14 @@ enum Kind {
     AveragedHexahedra,
 }
 
-/// Beams of linear tetrahedra never lose more than this times the displacement that they keep: 15 to 17 at K/μ = 1e4
-/// with one to six elements across.
+/// Largest X of beams of linear tetrahedra: 15 to 17 at K/μ = 1e4 with one to six elements across.
 const BEAM: f64 = 15.0;
-/// Compliance that a cube loses, at K/μ = 500.
+/// Largest X of a cube, measured at K/μ = 500.
 const CUBE: f64 = 0.6;
 /// Slenderness of a cube by its principal extents, which may lie along its diagonals.
 const OF_A_CUBE: f64 = 2.0;
-/// The loss of hexahedra grows as the root of X beyond 1: an alternating mode bends without change of volume.
+/// Constant a of the loss X / (1 + a √X) of hexahedra; it grows as √X beyond 1, as an alternating mode bends without
+/// change of volume.
 const ROOT: f64 = 1.6;
 
 impl Model {
@@ -49,7 +49,7 @@ impl Model {
     /// Part of the displacement that is lost, at K/μ where the volume counts.
     pub(super) fn share(&self, body: &Proportions, bulk_to_shear: Option<f64>) -> f64 {
         let Proportions { slenderness, elements_through_thickness: across, lengthwise } = *body;
-        // Long hexahedra bend by shear the more, the longer they are.
+        // Long hexahedra bend by shear, in proportion to their length.
         let across = match self.kind {
             Kind::Simplices => across,
             Kind::Hexahedra => (across * lengthwise).sqrt(),

@@ -21,7 +21,7 @@ pub(super) struct Forces {
 }
 
 impl Forces {
-    /// Forces that have a potential, under a fraction of the loads.
+    /// Forces with a potential, at a fraction of the loads.
     fn of_potential(
         potential: &Body,
         displacement: &[f64],

@@ -1,4 +1,4 @@
-//! What the supports do to the body.
+//! Reactions of the supports.
 
 use crate::elements::supports::part;
 use nalgebra::Vector3;

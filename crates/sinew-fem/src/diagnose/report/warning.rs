@@ -1,25 +1,24 @@
-//! What makes a solution doubtful.
+//! Warnings about a solution.
 
 use super::SolutionReport;
 use crate::{CellValue, LockingWarning};
 use thiserror::Error;
 
-/// Residuals \[relative to the forces\] above this leave fewer than six digits.
+/// Largest residual without a warning \[relative to the forces\]: six digits.
 const LARGEST_RESIDUAL: f64 = 1e-6;
-/// Cells below this J hardly resist what follows, and laws are seldom fitted there.
+/// Least J without a warning: laws are seldom fitted below it.
 const LEAST_VOLUME_RATIO: f64 = 0.3;
-/// Cells above this J belong to no tissue, which is mostly water.
+/// Largest J without a warning: tissue is mostly water.
 const LARGEST_VOLUME_RATIO: f64 = 3.0;
-/// Mean ratio below which gradients in a cell are hardly better than noise: a tetrahedron with dihedral
-/// angles of a few degrees.
+/// Least mean ratio without a warning: gradients are poor in a tetrahedron with dihedral angles of a few degrees.
 const LEAST_SHAPE: f64 = 0.1;
 
-/// Why a solution should be looked at twice; its `Display` advises.
+/// Reason to doubt a solution; its `Display` gives advice.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Warning {
-    /// The forces are not balanced as well as they could be.
+    /// The residual is large.
     #[error(
         "the residual is {relative:.1e} of the forces; solve again from this displacement, or scale the units so \
          that forces are near 1"

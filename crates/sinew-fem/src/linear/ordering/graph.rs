@@ -1,4 +1,4 @@
-//! Undirected graphs with weights, and what multilevel methods do to them.
+//! Undirected graphs with weights, and their coarsening.
 
 /// A graph: the neighbours of each vertex, without itself, compressed.
 #[derive(Clone, Debug)]
@@ -94,14 +94,14 @@ impl Graph {
         (self.contracted(&leaders, &mate, &coarse_of), coarse_of)
     }
 
-    /// The graph in which each leader is one with its mate.
+    /// The graph in which each leader is merged with its mate.
     fn contracted(&self, leaders: &[usize], mate: &[u32], coarse_of: &[u32]) -> Self {
         let mut starts = Vec::with_capacity(leaders.len() + 1);
         starts.push(0);
         let mut neighbours: Vec<u32> = Vec::with_capacity(self.neighbours.len() / 2);
         let mut edge_weights: Vec<u32> = Vec::with_capacity(self.neighbours.len() / 2);
         let mut weights = Vec::with_capacity(leaders.len());
-        // Place of the edge to each coarse vertex, valid when it belongs to the present one.
+        // Index of the edge to each coarse vertex, valid only for the current vertex.
         let mut seen = vec![0; leaders.len()];
         for (coarse, &leader) in leaders.iter().enumerate() {
             let first = neighbours.len();
@@ -129,8 +129,7 @@ impl Graph {
     }
 }
 
-/// A small generator of random numbers (SplitMix64; G. L. Steele et al., OOPSLA 2014): orders of visits
-/// need no more.
+/// Random numbers for visiting orders (SplitMix64; G. L. Steele et al., OOPSLA 2014).
 #[derive(Clone, Debug)]
 pub(super) struct Random(pub u64);
 

@@ -6,11 +6,11 @@ use std::collections::BinaryHeap;
 
 /// Graphs are coarsened down to this many vertices.
 const COARSEST: usize = 120;
-/// Separators that are grown in the coarsest graph, from as many vertices.
+/// Number of separators grown in the coarsest graph, each from a random vertex.
 const GROWN: usize = 8;
-/// A side may weigh this part of the whole.
+/// Largest weight of a side \[relative to the whole\].
 const MOST_BALANCED: f64 = 0.6;
-/// A separator with all vertices on one side is as good as one heavier by one part of this many.
+/// Penalty of imbalance: a fully unbalanced separator costs as much as a balanced one that is heavier by 1/`UNEVEN`.
 const UNEVEN: u64 = 4;
 /// Refinement passes per level; most end by themselves before. Measured on the beams: 12 passes to one side in
 /// turn give 6 % fewer operations than passes to both.
@@ -91,7 +91,7 @@ impl Separation {
         let mut unseen = 0;
         while 2 * separation.weights[0] < total {
             let Some(vertex) = queue.pop_front() else {
-                // The component is used up: go on in the next one.
+                // The component is exhausted: continue in the next one.
                 match (unseen..graph.len()).find(|&v| !seen[v]) {
                     Some(next) => {
                         (unseen, seen[next]) = (next, true);
@@ -143,14 +143,14 @@ impl Separation {
     }
 }
 
-/// State of a refinement pass. Each moves vertices out of the separator to one side, so the separator
-/// sweeps over the other: it gets over hills that moves to and fro do not.
+/// State of a refinement pass. A pass moves vertices to one side only, so that the separator sweeps over the other
+/// side. Moves to both sides would stop in local minima that this passes.
 struct Pass<'g> {
     graph: &'g Graph,
     /// Weight that the separator loses when a vertex of it goes to the side.
     gain: Vec<i64>,
     moved: Vec<bool>,
-    /// Vertices of the separator by gain; an entry whose gain is no longer true is void.
+    /// Vertices of the separator by gain; an entry with an outdated gain is void.
     queue: BinaryHeap<(i64, Reverse<u32>)>,
     /// Vertices that changed, with the part they came from.
     log: Vec<(u32, u8)>,

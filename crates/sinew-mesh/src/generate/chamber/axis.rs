@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 const RAYS: usize = 64;
 /// A rim counts as plane when its points are within this fraction of the axis' length of a plane.
 const PLANE: f64 = 0.01;
-/// How far below its rim a surface is cut at most, so that rays still meet it, relative to the axis' length.
+/// Distance below its rim at which a surface is cut, so that rays still meet it \[relative to the axis' length\].
 const BELOW: f64 = 1e-4;
 /// Step of the search for a base, and where it ends, relative to the axis' length.
 const STEP: f64 = 0.01;
@@ -23,7 +23,7 @@ const THIN: f64 = 0.5;
 /// Two points on a ray nearer than this, relative to their distance from its start, are one: an edge of two triangles.
 const SAME: f64 = 1e-6;
 
-/// From the apex to the middle of the valves; of no length where the endocardium is closed.
+/// Axis from the apex to the middle of the valves; its length is zero if the endocardium is closed.
 #[derive(Default)]
 pub(super) struct Axis {
     apex: Point,
@@ -175,7 +175,7 @@ impl Section {
 
     fn base(&self, axis: &Axis) -> Base {
         let below = |x: &Point| -(x - self.centre).dot(&self.normal);
-        // Where the rims say nothing the apex is the lowest point.
+        // Without rims, the apex is the lowest point.
         let apex = if axis.length > 0.0 { axis.apex } else { farthest(&axis.points, below) };
         Base { centre: self.centre, normal: self.normal, apex }
     }

@@ -1,4 +1,4 @@
-//! Why there is no wall, with places and advice.
+//! Errors of chamber walls, with places and advice.
 
 use crate::Defect;
 use thiserror::Error;
@@ -50,7 +50,7 @@ pub enum ChamberError {
         shown(point)
     )]
     Folded { point: [f64; 3] },
-    /// Much of the endocardium has nothing around it.
+    /// Much of the endocardium has no outer surface around it.
     #[error(
         "{count} of {of} nodes of the endocardium have no outer surface along their normal, the first at {}; give the \
          epicardium around it, in the same unit, and the septum if there is one",

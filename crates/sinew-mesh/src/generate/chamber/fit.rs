@@ -13,23 +13,23 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// Start of the rays' origins along the axis, as a fraction of the way from the apex to the base; below, all rays
 /// leave the same point.
 const POLE: f64 = 1.0 / 3.0;
-/// Rows and columns of the table of points that ways along the surface are measured on.
+/// Rows and columns of the table of points for arc lengths along the surface.
 const ROWS: usize = 48;
 const COLUMNS: usize = 64;
-/// The cavity as rays see it: by `q` from 0 at the apex to 1 at the base, and an angle around the axis.
+/// Ray coordinates of the cavity: `q` from 0 at the apex to 1 at the base, and an angle around the axis.
 pub(super) struct Fit<'a> {
     trees: &'a Trees,
     pub base: Base,
     pole: Point,
     /// Unit direction from apex to base.
     up: Point,
-    /// Angles count from this direction, as far as it is across the axis.
+    /// Direction of angle zero, perpendicular to the axis.
     towards: Point,
     /// `q` of the rays that leave the pole across the axis.
     equator: f64,
     /// Points of the surface, row by row from the apex.
     table: Vec<[Point; COLUMNS]>,
-    /// Ways along the surface from the apex, relative to the whole, row by row.
+    /// Arc lengths along the surface from the apex \[relative to the whole\], row by row.
     ways: Vec<[f64; COLUMNS]>,
     /// Mean way from the apex to the base \[length\].
     meridian: f64,

@@ -1,11 +1,11 @@
-//! How the wall of a chamber is meshed.
+//! Options for the mesh of a chamber's wall.
 
-/// How a wall is meshed.
+/// Options for the mesh of a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallOptions {
     /// How fine.
     pub size: Size,
-    /// Layers of cells; where left out as many as make cells about as thick as wide, two at least.
+    /// Layers of cells; by default as many as make cells about as thick as wide, but at least two.
     pub layers: Option<usize>,
     /// Base.
     pub trim: Trim,
@@ -29,8 +29,8 @@ pub enum Size {
 /// Base of a ventricle: cells beyond it are left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trim {
-    /// The highest plane across the axis that is below the rims of the endocardium (its valves) and cuts a wall of at least
-    /// half of its median thickness; the plane of the rims where they lie in one that is such.
+    /// The highest plane normal to the axis that is below the rims of the endocardium (its valves) and cuts a wall of
+    /// at least half its median thickness; the plane of the rims itself if they are plane and it does.
     Auto,
     /// The plane across the axis at this fraction of the way from the apex to the middle of the rims.
     Fraction(f64),

@@ -1,4 +1,4 @@
-//! From the endocardium through the wall to the nearest outer surface.
+//! Outer nodes of the wall: from the endocardium to the nearest outer surface.
 
 use super::axis::Base;
 use super::error::ChamberError;
@@ -6,11 +6,11 @@ use super::trees::{Point, Trees};
 use crate::generate::wall::Sheet;
 use crate::quality::Spread;
 
-/// Most of the nodes whose ray may miss every outer surface, as a fraction: they take the thickness around them.
+/// Largest share of nodes whose ray misses every outer surface; they take the thickness of their neighbours.
 const MISSED: f64 = 0.1;
 /// Least thickness relative to the median.
 const THIN: f64 = 0.02;
-/// Directions turn into the plane of the base from this many thicknesses below it.
+/// Distance below the base, in thicknesses, over which directions rotate into its plane.
 const TURNS: f64 = 2.0;
 
 /// The outer end of each node of the sheet.
@@ -123,7 +123,7 @@ fn directions(
     directions
 }
 
-/// The largest thickness nowhere above the measured one that changes by at most `slope` per length along the surface.
+/// Largest thickness at or below the measured one with a slope of at most `slope` along the surface.
 ///
 /// Where the other ventricle ends, the outer surface jumps from its endocardium to the epicardium; the wall takes a slope
 /// there, through tissue that both ventricles share.

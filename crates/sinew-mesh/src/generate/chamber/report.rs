@@ -1,4 +1,4 @@
-//! What was made, and how well it fits.
+//! Report on a wall and its fit.
 
 use super::axis::Base;
 use super::error::shown;
@@ -41,7 +41,7 @@ pub struct ChamberReport {
     pub outer_distance: [f64; 2],
     /// Pairs of triangles of the given surfaces that pass through each other below the base, and where the first is.
     pub crossings: (usize, Option<[f64; 3]>),
-    /// Pairs of the mesh's own boundary triangles that do.
+    /// Pairs of triangles of the mesh's own boundary that pass through each other.
     pub own_crossings: usize,
 }
 

@@ -1,12 +1,11 @@
-//! How many cells make a wall.
+//! Numbers of cells of a wall.
 
 use super::error::ChamberError;
 use super::options::{Size, WallOptions};
 
-/// Sizes of edges that are tried for a wanted number of nodes, each smaller by this factor.
+/// Factor between the edge sizes tried for a given number of nodes.
 const FINER: f64 = 0.98;
-/// Cells along the axis may be this much longer or shorter than wide to come near a wanted number of nodes, and how much that
-/// counts beside the number.
+/// Largest aspect ratio along the axis to meet a given number of nodes, and its weight relative to that of the number.
 const LONGER: f64 = 1.25;
 const STRETCHED: f64 = 0.2;
 /// Numbers of nodes and layers that are made.
@@ -44,7 +43,10 @@ impl Lengths {
             Size::Edge(edge) => fail(format!("edges cannot be {edge} long")),
             Size::Nodes(wanted) if NODES.contains(&wanted) => {
                 let cells = self.about(wanted, options.layers);
-                cells.map_or_else(|| fail(format!("{wanted} nodes do not make so many layers")), Ok)
+                cells.map_or_else(
+                    || fail(format!("{wanted} nodes are too few for so many layers")),
+                    Ok,
+                )
             }
             Size::Nodes(wanted) => fail(format!("{wanted} nodes cannot be made")),
         }

@@ -3,7 +3,7 @@
 use super::{ShapeError, padded, unfolded};
 use crate::{TetMesh, box_tetrahedra};
 
-/// A beam along x, about 100 long and 10 × 10 across, that its numbers make longer, thicker, tapered, wavy, bent and twisted.
+/// A beam along x, about 100 long and 10 × 10 across; its numbers set length, thickness, taper, waves, bend and twist.
 ///
 /// Numbers of mean zero and variance one, uniform over `[−√3, √3]`, make the population; 0 for all of them is the straight beam.
 ///

@@ -26,7 +26,8 @@ pub struct ShapeModes {
     pub modes: Vec<Vec<f64>>,
     /// Root mean square deviation of the nodes along each mode \[length\].
     pub deviations: Vec<f64>,
-    /// Mean nodal distance to what the first P modes make, over all nodes and shapes, P = 0, 1, … \[length\]: δ_P of thesis Fig. A.2.
+    /// Mean nodal distance to the approximation by the first P modes, over all nodes and shapes, P = 0, 1, …
+    /// \[length\]: δ_P of thesis Fig. A.2.
     pub left_over: Vec<f64>,
 }
 

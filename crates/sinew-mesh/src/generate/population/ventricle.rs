@@ -8,10 +8,11 @@ use std::sync::LazyLock;
 
 /// A left ventricle between two smooth surfaces: a truncated ellipsoid and smooth modes of its endocardium and epicardium.
 ///
-/// Its numbers are independent, of mean zero and variance one, and move the nodes by as much as the principal components of 1093
-/// hearts do (root mean square over the nodes 3.1, 2.0, 1.5, 1.25, 1.1, 0.8, 0.7, 0.6, 0.5, 0.5 mm and so on). The modes are size, length, thickness, skew, and the
-/// eigenfunctions of the Laplacian on the disk that is the surface unrolled from its apex, `J_m(k r) cos m φ` with no slope at the base: along the normal for both
-/// surfaces together, or against each other; each less what those before it do. The base stays in its plane.
+/// Its numbers are independent, of mean zero and variance one. They move the nodes as much as the principal components
+/// of 1093 hearts (root mean square over the nodes 3.1, 2.0, 1.5, 1.25, 1.1, 0.8, 0.7, 0.6, 0.5, 0.5 mm and so on). The
+/// modes are size, length, thickness and skew, then the Laplacian's eigenfunctions `J_m(k r) cos m φ` on the disk
+/// unrolled from the apex, with zero slope at the base. These move both surfaces along the normal, together or against
+/// each other. Each mode is orthogonal to those before it. The base stays in its plane.
 ///
 /// ```
 /// use sinew_mesh::VentricleShape;
@@ -30,11 +31,11 @@ use std::sync::LazyLock;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct VentricleShape {
-    /// How much of every mode of the table.
+    /// Amplitude of every mode of the table.
     amounts: SVector<f64, { Self::NUMBERS }>,
 }
 
-/// Effect of a mode, and with which of `cos m φ` and `sin m φ`.
+/// Effect of a mode.
 #[derive(Clone, Copy, Debug)]
 enum Mode {
     Size,
@@ -198,8 +199,8 @@ fn mean(r: f64, angle: f64, depth: f64) -> [f64; 3] {
     [across * angle.cos(), across * angle.sin(), -axis(MEAN.long) * down]
 }
 
-/// Independent modes, one per row, as sums of those of the table: each is made perpendicular to all before it over both surfaces (Gram and Schmidt), and moves
-/// the nodes by its part of the spectrum.
+/// Orthogonal modes, one per row, as combinations of those of the table (Gram–Schmidt over both surfaces), scaled by
+/// the spectrum.
 static ORTHOGONAL: LazyLock<
     SMatrix<f64, { VentricleShape::NUMBERS }, { VentricleShape::NUMBERS }>,
 > = LazyLock::new(|| {
@@ -225,7 +226,7 @@ static ORTHOGONAL: LazyLock<
 });
 
 impl Mode {
-    /// Displacement of a point, of any size.
+    /// Displacement of a point, not normalised.
     fn moves(self, r: f64, angle: f64, depth: f64) -> [f64; 3] {
         let [x, y, z] = mean(r, angle, depth);
         let (sin, cos) = (FRAC_PI_2 * r).sin_cos();

@@ -53,7 +53,7 @@ impl Data<'_> {
             fact("simulations", format!("{wall_s:.0} s, or as long as it takes to read them")),
             fact(
                 "displacements tested",
-                format!("mean {:.1} mm, largest {:.0} mm", sizes.mean, sizes.q100),
+                format!("mean {:.3} mm, largest {:.0} mm", sizes.mean, sizes.q100),
             ),
             fact(
                 "inflated cavities",
@@ -98,8 +98,7 @@ impl Data<'_> {
                 [", of the population", ", trained further"].map(|how| format!("{name}{how}"));
             let about = "trained on other shapes, which times do not count";
             let found = predicting(surrogate, &topology, told);
-            let row = compared.measured([&names[0], about], (0.0, 0), told, &found)?;
-            rows.push(Measured { printed: [Some(0.295), Some(0.43)], ..row });
+            rows.push(compared.measured([&names[0], about], (0.0, 0), told, &found)?);
             if told.coarse && map.is_empty() {
                 map = self.map(numbers, &found)?;
             }
@@ -107,8 +106,7 @@ impl Data<'_> {
             // Every sample has features of its own about a coarse solution, so that message passing has to learn too.
             let compared = of_pace(Pace { decoders_only: !told.coarse, ..TRANSFER });
             let from = |data: &DataSet| Ok(surrogate.carried_to(data)?);
-            let (row, _) = compared.trained([&names[1], &about], from, told, &topology)?;
-            rows.push(Measured { printed: [Some(0.113), Some(0.34)], ..row });
+            rows.push(compared.trained([&names[1], &about], from, told, &topology)?.0);
         }
         rows.iter_mut().for_each(|row| row.group = "one shape".into());
         Ok((rows, map))
@@ -132,11 +130,11 @@ impl Data<'_> {
         (0..points).map(row).collect()
     }
 
-    /// Table 2.1: answers for a shape that changes and for one that stays, beside the solver.
-    pub(super) fn times(
+    /// Times of answers for a shape that changes and for one that stays \[s\] (Table 2.1).
+    pub(super) fn answer_times(
         &self,
         (variant, surrogate): &(Variant, Surrogate),
-    ) -> Result<(String, String)> {
+    ) -> Result<[f64; 2]> {
         const AGAIN: u32 = 20;
         let (first, told) = (&self.compared.unseen[0], variant.told);
         let topology = self.ventricles.graph(variant.virtual_nodes)?;
@@ -144,7 +142,7 @@ impl Data<'_> {
         let time = |answer: &mut dyn FnMut() -> Result<()>| -> Result<f64> {
             let start = Instant::now();
             (0..AGAIN).try_for_each(|_| answer())?;
-            Ok(1e3 * start.elapsed().as_secs_f64() / f64::from(AGAIN))
+            Ok(start.elapsed().as_secs_f64() / f64::from(AGAIN))
         };
         let geometry = first.geometry(&topology, told)?;
         let varying = time(&mut || {
@@ -153,10 +151,17 @@ impl Data<'_> {
         })?;
         let fixed = surrogate.fixed_geometry(&geometry)?;
         let fixed = time(&mut || fixed.predict(theta).map(|_| ()).map_err(Into::into))?;
-        let [coarse, solver] = [self.compared.coarse_s, self.solver_s].map(|s| 1e3 * s);
+        Ok([varying, fixed])
+    }
+
+    /// The same in words, beside the solver.
+    pub(super) fn times(&self, general: &(Variant, Surrogate)) -> Result<(String, String)> {
+        let [varying, fixed] = self.answer_times(general)?;
+        let all = [varying, fixed, self.compared.coarse_s, self.solver_s];
+        let [varying, fixed, coarse, solver] = all.map(|s| 1e3 * s);
         let what = format!(
             "{varying:.1} ms where the shape changes, {fixed:.2} ms where it stays; the coarse solution {coarse:.0} ms, the solver by way of it {solver:.0} ms; {}, {} threads",
-            variant.name(),
+            general.0.name(),
             rayon::current_num_threads()
         );
         Ok(("an answer".into(), what))

@@ -4,8 +4,8 @@ use super::ALL;
 use super::methods::Data;
 use super::perceptron::{Perceptron, Samples};
 use super::ventricle::Ventricle;
-use crate::populations::measure::cpu_seconds;
 use crate::populations::simulated::{Compared, Measured, Seen, Simulated};
+use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
 use sinew_emulate::PodRegression;
@@ -14,27 +14,6 @@ use std::time::Instant;
 
 /// Patience \[epochs\] that trainings have, and last none.
 const PATIENCE: [usize; 4] = [10, 25, 50, 100];
-
-/// Printed figures of a training: when it ended, quartiles of the errors \[%\] of its best weights and of its last.
-struct Printed {
-    epochs: usize,
-    best: [f64; 3],
-    last: Option<[f64; 3]>,
-}
-
-/// Table A.10 of MLP 1, which has no patience; Tables A.12 and A.13 of MLP 2 with each and with none.
-const MLP_1: &[Printed] = &[printed(1000, [9.51, 20.34, 36.13], None)];
-const MLP_2: &[Printed] = &[
-    printed(93, [2.85, 6.31, 12.11], Some([2.90, 6.51, 12.03])),
-    printed(142, [2.69, 5.86, 10.73], Some([2.60, 5.71, 10.73])),
-    printed(319, [2.31, 5.05, 9.38], Some([2.52, 5.55, 10.50])),
-    printed(620, [1.95, 4.35, 7.78], Some([2.52, 5.33, 9.28])),
-    printed(1000, [1.95, 4.35, 7.78], Some([1.95, 4.35, 7.78])),
-];
-
-const fn printed(epochs: usize, best: [f64; 3], last: Option<[f64; 3]>) -> Printed {
-    Printed { epochs, best, last }
-}
 
 impl Data<'_> {
     /// Regression and plain networks, put through the same.
@@ -49,12 +28,10 @@ impl Data<'_> {
         Ok(rows)
     }
 
-    /// A method that finds the volumes \[mm³\] of the ventricles tested, after so many CPU-seconds and simulations, beside quartiles \[%\]
-    /// that the thesis prints.
+    /// A method that finds the volumes \[mm³\] of the ventricles tested, after so many CPU-seconds and simulations, by number.
     fn volumes_found(
         &self,
         [method, about]: [&str; 2],
-        printed: Option<[f64; 3]>,
         (cpu_s, learned): (f64, usize),
         find: impl Fn(&[Ventricle]) -> Result<Vec<f64>>,
     ) -> Result<Measured> {
@@ -64,20 +41,18 @@ impl Data<'_> {
         let truths = unseen.iter().map(|v| v.volume(&v.displacement));
         let volumes: Vec<f64> = truths.zip(found).map(|(v, found)| (found - v).abs() / v).collect();
         let errors = Distribution::of(volumes.clone()).context("no cavity was tested")?;
-        let quartiles = |of: [f64; 3]| of.map(|error| format!("{error:.2}")).join(", ");
-        let ours = quartiles([errors.q25, errors.q50, errors.q75].map(|error| 100.0 * error));
-        let theirs = printed.map(|errors| format!("; thesis {}", quartiles(errors)));
-        let theirs = theirs.unwrap_or_default();
+        let quartiles = [errors.q25, errors.q50, errors.q75];
+        let quartiles = quartiles.map(|error| format!("{:.2}", 100.0 * error)).join(", ");
         Ok(Measured {
             method: method.into(),
-            about: format!("{about}; 25, 50, 75 %: {ours} %{theirs}"),
+            about: format!("{about}; 25, 50, 75 %: {quartiles} %"),
             group: String::new(),
             errors: Vec::new(),
             volumes,
+            bodies: Vec::new(),
             cpu_s,
             simulated_s: self.compared.simulation_s * learned as f64,
             answer_s,
-            printed: [None, printed.map(|[_, median, _]| median)],
         })
     }
 
@@ -97,7 +72,7 @@ impl Data<'_> {
         };
         let method = format!("POD + GP, {} simulations{}", seen.len(), told.name());
         let names = [&method[..], "regression of how much the cavity grows"];
-        let found = self.volumes_found(names, None, (cpu_s, seen.len()), |unseen| {
+        let found = self.volumes_found(names, (cpu_s, seen.len()), |unseen| {
             unseen.iter().map(find).collect()
         })?;
         let coarse_s = if told.coarse { coarse_s } else { 0.0 };
@@ -120,8 +95,9 @@ impl Data<'_> {
         let samples = |of: &[Ventricle]| -> Samples {
             (scaled(&inputs(of), &scales), scaled(&volumes(of), &scale))
         };
-        let (method, printed) = if transformed { ("MLP 2", MLP_2) } else { ("MLP 1", MLP_1) };
-        let patience = &PATIENCE[..printed.len() - 1];
+        // The first has no patience in the thesis.
+        let (method, patience) =
+            if transformed { ("MLP 2", &PATIENCE[..]) } else { ("MLP 1", &[][..]) };
         let learned = training.len() + validation.len();
         let [training, validation] = [training, validation].map(samples);
         let before_s = cpu_seconds() - start;
@@ -131,19 +107,13 @@ impl Data<'_> {
             Ok(found.iter().map(|v| scale[0][0] + scale[0][1] * f64::from(*v)).collect())
         };
         let mut rows = Vec::new();
-        for (index, (stopped, printed)) in stopped.iter().zip(printed).enumerate() {
+        for (index, stopped) in stopped.iter().enumerate() {
             let waits = patience.get(index).map_or("none".into(), usize::to_string);
-            let weights = [
-                ("best", &stopped.best, Some(printed.best)),
-                ("last", &stopped.last, printed.last),
-            ];
-            for (which, weights, quartiles) in weights {
+            for (which, weights) in [("best", &stopped.best), ("last", &stopped.last)] {
                 let name = format!("{method}, patience {waits}, {which} weights");
-                let (ours, theirs) = (stopped.epoch, printed.epochs);
-                let about = format!("ended after {ours} epochs (thesis {theirs})");
+                let about = format!("ended after {} epochs", stopped.epoch);
                 let cost = (before_s + stopped.cpu_s, learned);
-                let find = |unseen: &[Ventricle]| find(weights, unseen);
-                rows.push(self.volumes_found([&name, &about], quartiles, cost, find)?);
+                rows.push(self.volumes_found([&name, &about], cost, |of| find(weights, of))?);
             }
         }
         Ok(rows)

@@ -1,0 +1,254 @@
+//! Samples that are solved together, and what is stored of them on the way.
+
+use crate::identity::Identity;
+use crate::simulate::{Failure, MOST_COMPARED, Simulations, alike, read, store};
+use crate::{Body, Result};
+use sinew_fem::{Earlier, Options, Solution, SolveError, Solver};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Time between two stores within a block: a kill loses what was found since, and the solves under way.
+const PAUSE: Duration = Duration::from_secs(10);
+/// Least time between two stores, in times that the last one took: on a slow file system they cost a twentieth at most.
+const SHARE: u32 = 20;
+
+/// Folder of a block that is under way, in that of the simulations.
+const UNDER_WAY: &str = "under-way";
+
+/// A block that is being solved.
+pub(crate) struct Block<'a> {
+    pub(crate) thetas: &'a [Vec<f64>],
+    store: Option<(PathBuf, &'a Identity)>,
+    /// In the order in which they were found, so that files of which a kill left one short agree in their first rows.
+    found: Simulations,
+    /// Solutions that a rising load may not lead to, by index. They are found again after a kill, to be compared.
+    jumped: Vec<(usize, Solution)>,
+    opened: Instant,
+    stored: Instant,
+    /// Time that the last store took.
+    cost: Duration,
+}
+
+impl<'a> Block<'a> {
+    /// Samples of a block, with what an earlier run left of it in the folder of the simulations.
+    ///
+    /// # Errors
+    /// Files that cannot be read, or are of another body.
+    pub(crate) fn open(
+        thetas: &'a [Vec<f64>],
+        folder: Option<(&Path, &'a Identity)>,
+    ) -> Result<Self> {
+        let store = folder.map(|(folder, body)| (folder.join(UNDER_WAY), body));
+        let earlier = match &store {
+            Some((folder, body)) => read(folder, body)?.map(|(_, found)| found),
+            None => None,
+        };
+        let now = Instant::now();
+        let found = earlier.unwrap_or_default();
+        let mut block = Self {
+            thetas,
+            store,
+            found,
+            jumped: Vec::new(),
+            opened: now,
+            stored: now,
+            cost: Duration::ZERO,
+        };
+        // A kill after the last block was stored leaves its own.
+        if block.earlier().iter().flatten().count() != block.len() {
+            block.found = Simulations::default();
+        }
+        Ok(block)
+    }
+
+    /// Samples that are found.
+    pub(crate) fn len(&self) -> usize {
+        self.found.fields.len() + self.found.failures.len()
+    }
+
+    /// Results so far, sample by sample.
+    pub(crate) fn earlier(&self) -> Vec<Option<Earlier>> {
+        let Simulations { thetas, fields, failures, .. } = &self.found;
+        let solved =
+            thetas.iter().zip(fields).map(|(theta, u)| (theta, Earlier::Solved(u.clone())));
+        let failed = failures.iter().map(|failure| (&failure.theta, Earlier::Failed));
+        let mut known = vec![None; self.thetas.len()];
+        for (theta, earlier) in solved.chain(failed) {
+            let is_its =
+                |&place: &usize| known[place].is_none() && alike(theta, &self.thetas[place]);
+            if let Some(place) = (0..known.len()).find(is_its) {
+                known[place] = Some(earlier);
+            }
+        }
+        known
+    }
+
+    /// Takes a result.
+    pub(crate) fn take(&mut self, index: usize, result: std::result::Result<Solution, SolveError>) {
+        match result {
+            Ok(solution) if solution.jumped => self.jumped.push((index, solution)),
+            Ok(solution) => self.found.push(self.thetas[index].clone(), solution),
+            Err(error) => self
+                .found
+                .failures
+                .push(Failure { theta: self.thetas[index].clone(), reason: error.to_string() }),
+        }
+    }
+
+    /// Whether the time has come to store.
+    pub(crate) fn is_due(&self) -> bool {
+        self.stored.elapsed() >= PAUSE.max(SHARE * self.cost)
+    }
+
+    /// Stores what is found.
+    pub(crate) fn store(&mut self) -> Result<()> {
+        let start = Instant::now();
+        if let Some((folder, body)) = &self.store {
+            let seconds = self.found.seconds + self.opened.elapsed().as_secs_f64();
+            store(folder, body, self.len(), &Simulations { seconds, ..self.found.clone() })?;
+        }
+        (self.stored, self.cost) = (Instant::now(), start.elapsed());
+        Ok(())
+    }
+
+    /// All results in the order of the samples, those of several equilibria compared with the one that a rising load leads to.
+    pub(crate) fn close(mut self, body: &Body, compare: bool) -> Result<Simulations> {
+        self.jumped.sort_by_key(|&(index, _)| index);
+        let branched = if compare { branched(body, &self.jumped)? } else { Vec::new() };
+        self.jumped.drain(..).for_each(|(_, solution)| {
+            self.found.push(solution.theta.clone(), solution);
+        });
+        let place = |theta: &Vec<f64>| self.thetas.iter().position(|own| alike(own, theta));
+        let mut order: Vec<usize> = (0..self.found.thetas.len()).collect();
+        order.sort_by_key(|&row| place(&self.found.thetas[row]));
+        self.found.failures.sort_by_key(|failure| place(&failure.theta));
+        let Simulations { thetas, mut fields, failures, solve_seconds, seconds, .. } = self.found;
+        Ok(Simulations {
+            thetas: order.iter().map(|&row| thetas[row].clone()).collect(),
+            fields: order.iter().map(|&row| std::mem::take(&mut fields[row])).collect(),
+            solve_seconds: order.iter().map(|&row| solve_seconds[row]).collect(),
+            failures,
+            branched,
+            seconds: seconds + self.opened.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Removes what was stored on the way, once the block is stored itself.
+    pub(crate) fn forget(folder: &Path) {
+        // Left behind it is read once more, found to be of other samples, and replaced.
+        let _ = std::fs::remove_dir_all(folder.join(UNDER_WAY));
+    }
+}
+
+/// Parameters of solutions beside which a rising load leads to another one.
+fn branched(body: &Body, jumped: &[(usize, Solution)]) -> Result<Vec<Vec<f64>>> {
+    let mut found = Vec::new();
+    if jumped.is_empty() {
+        return Ok(found);
+    }
+    let mut solver = Solver::new(body)?;
+    for (_, solution) in jumped.iter().take(MOST_COMPARED) {
+        // Where no rising load arrives, there is nothing to compare with.
+        if let Ok(Some(_)) = solver.under_rising_load(solution, &Options::default()) {
+            found.push(solution.theta.clone());
+        }
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Design, Error, Observer, Progress, identity, simulate};
+    use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+    use std::ops::ControlFlow;
+
+    fn body() -> Body {
+        Scene::new(sinew_mesh::box_tetrahedra([40.0, 8.0, 8.0], [4, 1, 1]), NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
+            .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
+            .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
+            .support(Support::clamped("x_min"))
+            .lower()
+            .unwrap()
+    }
+
+    /// Counts solves, and breaks after some.
+    struct Breaks {
+        after: usize,
+        solves: usize,
+    }
+
+    impl Observer for Breaks {
+        fn progress(&mut self, _: &Progress<'_>) -> ControlFlow<()> {
+            self.solves += 1;
+            if self.solves >= self.after {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        }
+    }
+
+    #[test]
+    fn a_block_that_was_stopped_goes_on_from_what_it_found() {
+        let (body, folder) = (body(), tempfile::tempdir().unwrap());
+        let mut thetas = Design::Sobol.sample(&body.parameters, 130, 1).unwrap();
+        // One without an equilibrium, which is not tried again.
+        thetas[3][0] = -1.0;
+        let whole = simulate(&body, &thetas, "test", None, &mut ()).unwrap();
+        assert_eq!(whole.failures.len(), 1);
+        let mut solves = 0;
+        // Stopped three times, once within the second hundred; each time solves that are under way end.
+        for after in [20, 30, 60, usize::MAX] {
+            let mut observer = Breaks { after, solves: 0 };
+            let found = simulate(&body, &thetas, "test", Some(folder.path()), &mut observer);
+            solves += observer.solves;
+            let under_way = folder.path().join(UNDER_WAY).exists();
+            match found {
+                Ok(found) => {
+                    assert!(after == usize::MAX && !under_way);
+                    assert_eq!((&found.thetas, &found.failures), (&whole.thetas, &whole.failures));
+                    assert_eq!(found.solve_seconds.len(), whole.fields.len());
+                    for (a, b) in found.fields.iter().flatten().zip(whole.fields.iter().flatten()) {
+                        // The solver's rounding, of displacements of some millimetres.
+                        assert!((a - b).abs() <= 1e-10, "{a} for {b}");
+                    }
+                }
+                Err(error) => {
+                    assert!(after < usize::MAX && under_way, "{after}: {error}");
+                    assert!(matches!(error, Error::Interrupted { .. }), "{error}");
+                }
+            }
+        }
+        assert_eq!(solves, thetas.len(), "each sample is solved once");
+    }
+
+    #[test]
+    fn a_killed_run_loses_what_it_found_since_it_stored() {
+        let (body, folder) = (body(), tempfile::tempdir().unwrap());
+        let thetas = Design::Sobol.sample(&body.parameters, 8, 1).unwrap();
+        let identity = identity::of(&body);
+        let own = Some((folder.path(), &identity));
+        let mut block = Block::open(&thetas, own).unwrap();
+        let mut solver = Solver::new(&body).unwrap();
+        for index in [5, 2, 7] {
+            assert!(!block.is_due());
+            block.take(index, solver.solve(&thetas[index], &Options::default()));
+        }
+        block.stored -= PAUSE;
+        assert!(block.is_due());
+        block.store().unwrap();
+        assert!(!block.is_due());
+        block.take(0, solver.solve(&thetas[0], &Options::default()));
+        // As if it were killed while it stores again: the tables are new, the log is old.
+        let log = std::fs::read(folder.path().join("under-way/simulations.json")).unwrap();
+        block.store().unwrap();
+        std::fs::write(folder.path().join("under-way/simulations.json"), log).unwrap();
+        let again = Block::open(&thetas, own).unwrap();
+        let known: Vec<_> = again.earlier().iter().map(Option::is_some).collect();
+        assert_eq!(known, [false, false, true, false, false, true, false, true]);
+        // What is of other samples is no part of this block.
+        assert_eq!(Block::open(&thetas[..6], own).unwrap().len(), 0);
+    }
+}

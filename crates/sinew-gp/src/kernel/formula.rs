@@ -1,0 +1,171 @@
+//! Kernels by their formula alone.
+
+use super::{Hyperparameter, Kernel, Measure, SquaredExponential};
+use crate::series::Series;
+use std::fmt;
+use std::ops::{Add, Mul};
+use std::sync::Arc;
+
+type Function<const D: usize> =
+    dyn Fn(&[Series], &[Series; D], &[Series; D]) -> Series + Send + Sync;
+
+/// A kernel given by one formula over Taylor series, as [`super::matern`] and the like, and one of your own. Sums of kernels are
+/// independent functions added, products as a periodic kernel in one axis times a smooth one in another.
+///
+/// ```
+/// use sinew_gp::{Formula, SquaredExponential, matern, periodic, Smoothness, check_kernel};
+///
+/// let trend: Formula<2> = SquaredExponential::new().into();
+/// let details = matern(Smoothness::Twice).scaled();
+/// check_kernel(&(trend + details * periodic(0, 0.5)?), &[3.0, 3.0, 0.1, 0.5, 0.5, 1.0], [0.0; 2], [1.0; 2], 7)?;
+/// # Ok::<(), sinew_gp::GpError>(())
+/// ```
+#[derive(Clone)]
+pub struct Formula<const D: usize> {
+    name: String,
+    hyperparameters: Vec<Hyperparameter>,
+    /// For each hyperparameter, its position among those that the formula takes.
+    positions: Vec<usize>,
+    /// Number of those.
+    taken: usize,
+    /// Axes that it depends on.
+    axes: Vec<usize>,
+    smoothness: Option<usize>,
+    stationary: bool,
+    function: Arc<Function<D>>,
+}
+
+impl<const D: usize> Formula<D> {
+    /// A kernel of variance one on all axes by its name, hyperparameters and formula, with smooth functions and no more known of
+    /// it; see [`Formula::smooth`] and [`Formula::stationary`].
+    pub fn new(
+        name: impl Into<String>,
+        hyperparameters: Vec<Hyperparameter>,
+        formula: impl Fn(&[Series], &[Series; D], &[Series; D]) -> Series + Send + Sync + 'static,
+    ) -> Self {
+        let taken = hyperparameters.len();
+        Self {
+            name: name.into(),
+            hyperparameters,
+            positions: (0..taken).collect(),
+            taken,
+            axes: (0..D).collect(),
+            smoothness: None,
+            stationary: false,
+            function: Arc::new(formula),
+        }
+    }
+
+    /// Kernel whose functions have no more than these derivatives.
+    pub fn smooth(self, derivatives: usize) -> Self {
+        Self { smoothness: Some(derivatives), ..self }
+    }
+
+    /// Kernel that depends on x − x′ only, of which fewer derivatives are taken.
+    pub fn stationary(self) -> Self {
+        Self { stationary: true, ..self }
+    }
+
+    /// Kernel on the axes with these numbers only: along others points count as equal, at zero.
+    pub fn along(mut self, axes: &[usize]) -> Self {
+        self.axes.retain(|axis| axes.contains(axis));
+        let kept = |h: &Hyperparameter| match h.measure {
+            Measure::Length { axis } | Measure::Width { axis, .. } => self.axes.contains(&axis),
+            Measure::Number { .. } => true,
+        };
+        let known =
+            std::mem::take(&mut self.hyperparameters).into_iter().zip(self.positions.clone());
+        (self.hyperparameters, self.positions) = known.filter(|(h, _)| kept(h)).unzip();
+        // One that there is not is refused by its length.
+        for axis in axes.iter().copied().filter(|axis| *axis >= D) {
+            let measure = Measure::Length { axis };
+            self.hyperparameters.push(Hyperparameter { name: "lengthscale", measure });
+            self.positions.push(self.taken);
+            self.taken += 1;
+        }
+        self
+    }
+
+    /// The kernel times a variance, whose root is the first hyperparameter: a summand beside others.
+    pub fn scaled(self) -> Self {
+        let measure = Measure::Number { lower: 1e-3, upper: 1e3 };
+        let amplitude = Hyperparameter { name: "amplitude", measure };
+        let whole = [vec![amplitude], self.hyperparameters.clone()].concat();
+        let (name, smoothness, stationary) =
+            (format!("scaled {}", self.name), self.smoothness, self.stationary);
+        let scaled =
+            Self::new(name, whole, move |h, x, y| h[0].squared() * self.formula(&h[1..], x, y));
+        Self { smoothness, stationary, ..scaled }
+    }
+
+    fn combined(self, other: Self, sign: &str, of: fn(Series, Series) -> Series) -> Self {
+        let whole = [&self.hyperparameters[..], &other.hyperparameters].concat();
+        let name = format!("{} {sign} {}", self.name, other.name);
+        let smoothness = self.smoothness.into_iter().chain(other.smoothness).min();
+        let stationary = self.stationary && other.stationary;
+        let combined = Self::new(name, whole, move |h, x, y| {
+            let (first, second) = h.split_at(self.hyperparameters.len());
+            of(self.formula(first, x, y), other.formula(second, x, y))
+        });
+        Self { smoothness, stationary, ..combined }
+    }
+}
+
+impl<const D: usize> Add for Formula<D> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        self.combined(other, "+", |a, b| a + b)
+    }
+}
+
+impl<const D: usize> Mul for Formula<D> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        self.combined(other, "×", |a, b| a * b)
+    }
+}
+
+impl<const D: usize> From<SquaredExponential> for Formula<D> {
+    fn from(kernel: SquaredExponential) -> Self {
+        let (name, known) = (Kernel::<D>::name(&kernel), Kernel::<D>::hyperparameters(&kernel));
+        Self::new(name, known, move |h, x, y| kernel.formula(h, x, y)).stationary()
+    }
+}
+
+impl<const D: usize> fmt::Debug for Formula<D> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.name)
+    }
+}
+
+impl<const D: usize> Kernel<D> for Formula<D> {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn hyperparameters(&self) -> Vec<Hyperparameter> {
+        self.hyperparameters.clone()
+    }
+
+    fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>> {
+        Box::new(self.clone().along(axes))
+    }
+
+    fn formula(&self, hyperparameters: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
+        let mut taken = vec![Series::number(1.0); self.taken];
+        self.positions.iter().zip(hyperparameters).for_each(|(k, h)| taken[*k] = h.clone());
+        let [mut x, mut y] = [x.clone(), y.clone()];
+        for axis in (0..D).filter(|axis| !self.axes.contains(axis)) {
+            (x[axis], y[axis]) = (x[axis].constant(0.0), y[axis].constant(0.0));
+        }
+        (self.function)(&taken, &x, &y)
+    }
+
+    fn smoothness(&self) -> Option<usize> {
+        self.smoothness
+    }
+
+    fn is_stationary(&self) -> bool {
+        self.stationary
+    }
+}

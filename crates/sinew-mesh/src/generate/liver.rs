@@ -1,0 +1,108 @@
+//! A body of the shape of a liver.
+
+use super::implicit::implicit_tetrahedra;
+use crate::{TetMesh, boundary_facets};
+
+/// Length that [`IdealLiver`]'s other sizes are in proportion to \[mm\].
+const LENGTH: f64 = 150.0;
+/// Lobes: centre and semi-axes of ellipsoids \[mm\], the right one thick, the left one thin and long.
+const LOBES: [[[f64; 3]; 2]; 2] =
+    [[[-27.0, 0.0, 6.0], [48.0, 46.0, 52.0]], [[27.0, 6.0, 4.0], [48.0, 32.0, 24.0]]];
+/// Width within which the fold between the lobes is filled \[mm\].
+const FOLD: f64 = 14.0;
+/// Longest and shortest edges over the length: two through the thin lobe, and a grid that can be held.
+const EDGES: [f64; 2] = [0.09, 0.005];
+
+/// An ideal liver: a thick and a thin lobe side by side along x, cut off by the plane z = 0.
+///
+/// It is no person's liver, and stands in where none is at hand.
+///
+/// ```
+/// let liver = sinew_mesh::IdealLiver { length: 150.0 };
+/// let mesh = liver.tetrahedra(12.0);
+/// assert!(mesh.node_sets["clamped"].iter().all(|&node| mesh.points[node][2] == 0.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IdealLiver {
+    /// Length along x \[length\].
+    pub length: f64,
+}
+
+impl IdealLiver {
+    /// Tetrahedra with edges of about `edge` \[length\]. Node and facet sets are `bottom` (z = 0) and `clamped`, the half of it below the
+    /// thick lobe.
+    ///
+    /// # Panics
+    /// When the length is not positive and finite, or the edge is not within [`IdealLiver::edges`].
+    pub fn tetrahedra(&self, edge: f64) -> TetMesh {
+        let [shortest, longest] = self.edges();
+        assert!(
+            self.length > 0.0 && self.length.is_finite() && (shortest..=longest).contains(&edge),
+            "the length {} must be positive, and the edge {edge} between {shortest} and {longest}",
+            self.length
+        );
+        let scale = self.length / LENGTH;
+        let ends = |axis: usize, sign: f64| {
+            let end = LOBES.map(|[centre, semi]| sign * centre[axis] + semi[axis]);
+            scale * end[0].max(end[1])
+        };
+        let cells = |length: f64| (length / edge).ceil() + 1.0;
+        let [left, right] = [-1.0, 1.0].map(|sign| [0, 1].map(|axis| cells(ends(axis, sign))));
+        let up = cells(ends(2, 1.0));
+        let low = [-left[0] * edge, -left[1] * edge, 0.0];
+        let high = [right[0] * edge, right[1] * edge, up * edge];
+        let counts = [left[0] + right[0], left[1] + right[1], up].map(|count| count as usize);
+        let body = |x: [f64; 3]| scale * inside(x.map(|x| x / scale));
+        let mut mesh = implicit_tetrahedra(low, high, counts, body);
+        let boundary = boundary_facets(&mesh);
+        mesh.name_side(&boundary, "bottom", |x| x[2] == 0.0);
+        mesh.name_side(&boundary, "clamped", |x| x[2] == 0.0 && x[0] <= 0.5 * edge);
+        mesh
+    }
+
+    /// Shortest and longest edges that it can be made of \[length\].
+    pub fn edges(&self) -> [f64; 2] {
+        let [longest, shortest] = EDGES;
+        [shortest * self.length, longest * self.length]
+    }
+}
+
+/// About the distance from the surface, positive inside \[mm\].
+fn inside(x: [f64; 3]) -> f64 {
+    let [a, b] = LOBES.map(|[centre, semi]| {
+        let part = |power: i32| -> f64 {
+            (0..3).map(|i| ((x[i] - centre[i]) / semi[i].powi(power)).powi(2)).sum::<f64>().sqrt()
+        };
+        let (ratio, slope) = (part(1), part(2));
+        if slope == 0.0 { semi[2] } else { (1.0 - ratio) * ratio / slope }
+    });
+    // Smooth maximum: the fold between the lobes is filled.
+    let blend = (1.0 - (a - b).abs() / FOLD).max(0.0);
+    a.max(b) + 0.25 * FOLD * blend * blend
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quality;
+
+    #[test]
+    fn the_liver_is_sound_and_of_its_length() {
+        for (length, edge) in [(150.0, 13.0), (1.0, 0.06)] {
+            let mesh = IdealLiver { length }.tetrahedra(edge);
+            let summary = quality(&mesh).unwrap();
+            assert!(summary.dihedral.min > 8.0, "{edge}: {summary}");
+            let reach = |sign: f64| mesh.points.iter().map(|x| sign * x[0]).fold(0.0, f64::max);
+            let found = reach(1.0) + reach(-1.0);
+            assert!((found / length - 1.0).abs() < 0.03, "{found} for {length}");
+            let [clamped, bottom] = ["clamped", "bottom"].map(|set| mesh.facet_sets[set].len());
+            assert!(5 * clamped > 2 * bottom && clamped < bottom, "{clamped} of {bottom}");
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "between 0.75 and 13.5")]
+    fn an_edge_that_reaches_through_the_thin_lobe_is_refused() {
+        IdealLiver { length: 150.0 }.tetrahedra(20.0);
+    }
+}

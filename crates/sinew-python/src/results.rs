@@ -1,0 +1,147 @@
+//! Results as dictionaries of arrays.
+
+use crate::arrays::{cube, matrix, vector};
+use crate::errors::Kind;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use sinew::case::hardly_moves;
+use sinew::{Body, Simulations, locking_in_words, theta_in_words};
+use sinew_emulate::{Answers, Method};
+use sinew_fem::{LockingWarning, cell_stresses, locking};
+
+/// Stress and strain of the cells at one displacement, by name.
+pub(crate) fn stresses<'py>(
+    py: Python<'py>,
+    body: &Body,
+    field: &[f64],
+    theta: &[f64],
+) -> PyResult<Bound<'py, PyDict>> {
+    let cells = py
+        .detach(|| cell_stresses(body, field, theta))
+        .map_err(|error| Kind::Solve.of(py, error))?;
+    let (found, count) = (PyDict::new(py), cells.len());
+    let tensor = |of: fn(&sinew_fem::CellStress) -> &[[f64; 3]; 3]| {
+        cube(
+            py,
+            cells.iter().flat_map(|cell| of(cell).as_flattened().to_vec()).collect(),
+            [count, 3, 3],
+        )
+    };
+    let triple = |of: fn(&sinew_fem::CellStress) -> [f64; 3]| {
+        matrix(py, cells.iter().flat_map(of).collect(), [count, 3])
+    };
+    found.set_item("cauchy_stress", tensor(|cell| &cell.cauchy)?)?;
+    found.set_item("green_lagrange_strain", tensor(|cell| &cell.green_lagrange)?)?;
+    found.set_item("principal_stresses", triple(|cell| cell.principal_stresses)?)?;
+    found.set_item("principal_stretches", triple(|cell| cell.principal_stretches)?)?;
+    found.set_item(
+        "volume_ratio",
+        vector(py, cells.iter().map(|cell| cell.volume_ratio).collect()),
+    )?;
+    let fibres: Option<Vec<sinew_fem::Fibre>> = cells.iter().map(|cell| cell.fibre).collect();
+    if let Some(fibres) = fibres {
+        let directions = fibres.iter().flat_map(|fibre| fibre.direction).collect();
+        found.set_item("fibre", matrix(py, directions, [count, 3])?)?;
+        found.set_item("fibre_stretch", vector(py, fibres.iter().map(|f| f.stretch).collect()))?;
+        found.set_item("fibre_stress", vector(py, fibres.iter().map(|f| f.stress).collect()))?;
+    }
+    Ok(found)
+}
+
+/// Solutions at every row of θ: displacements (NaN where there is none), failures by row, seconds by row, warnings.
+pub(crate) fn solutions<'py>(
+    py: Python<'py>,
+    body: &Body,
+    thetas: &[Vec<f64>],
+    found: Simulations,
+) -> PyResult<Bound<'py, PyDict>> {
+    let mut warnings: Vec<String> = locking_at(body, thetas).iter().map(locking_in_words).collect();
+    warnings.extend(found.fields.iter().find_map(|field| hardly_moves(body, field)));
+    warnings.extend(branched(body, &found));
+    let (failures, seconds, fields) = by_row(thetas, found, 3 * body.nodes);
+    let result = PyDict::new(py);
+    result.set_item("displacement", cube(py, fields, [thetas.len(), body.nodes, 3])?)?;
+    result.set_item("failures", failures)?;
+    result.set_item("seconds", vector(py, seconds))?;
+    result.set_item("warnings", warnings)?;
+    Ok(result)
+}
+
+/// Answers: displacements (NaN where there is none), their errors, sources, warnings and failures by row, the method.
+pub(crate) fn answers<'py>(
+    py: Python<'py>,
+    body: &Body,
+    found: &Answers,
+) -> PyResult<Bound<'py, PyDict>> {
+    let count = found.answers.len();
+    let mut fields = Vec::with_capacity(count * 3 * body.nodes);
+    let (mut error, mut source, mut said, mut failures) = (vec![], vec![], vec![], vec![]);
+    for (row, answer) in found.answers.iter().enumerate() {
+        match answer {
+            Ok(answer) => {
+                fields.extend(&answer.displacement);
+                error.push(answer.error);
+                source.push(match answer.method {
+                    Method::Solver => "solved",
+                    _ => "predicted",
+                });
+                said.push(answer.warnings.iter().map(ToString::to_string).collect());
+            }
+            Err(reason) => {
+                fields.resize(fields.len() + 3 * body.nodes, f64::NAN);
+                error.push(f64::NAN);
+                source.push("none");
+                said.push(Vec::new());
+                failures.push((row, reason.to_string()));
+            }
+        }
+    }
+    let result = PyDict::new(py);
+    result.set_item("displacement", cube(py, fields, [count, body.nodes, 3])?)?;
+    result.set_item("error", vector(py, error))?;
+    result.set_item("source", source)?;
+    result.set_item("set_warnings", said)?;
+    result.set_item("failures", failures)?;
+    result.set_item("method", found.plan.method().name())?;
+    Ok(result)
+}
+
+/// The worst of the warnings that the cells are too stiff.
+fn locking_at(body: &Body, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
+    let found = thetas.iter().filter_map(|theta| locking(body, theta).ok().flatten());
+    found.max_by(|a, b| a.expected_share.total_cmp(&b.expected_share))
+}
+
+/// Failures by row, seconds by row, and all displacements, NaN where there is none.
+fn by_row(
+    thetas: &[Vec<f64>],
+    found: Simulations,
+    length: usize,
+) -> (Vec<(usize, String)>, Vec<f64>, Vec<f64>) {
+    let mut failed = found.failures.into_iter().peekable();
+    let mut solved = found.fields.into_iter().zip(found.solve_seconds);
+    let (mut failures, mut seconds) = (Vec::new(), Vec::new());
+    let mut all = Vec::with_capacity(thetas.len() * length);
+    for (row, theta) in thetas.iter().enumerate() {
+        if let Some(failure) = failed.next_if(|failure| failure.theta == *theta) {
+            failures.push((row, failure.reason));
+            seconds.push(f64::NAN);
+            all.resize(all.len() + length, f64::NAN);
+        } else if let Some((field, own)) = solved.next() {
+            seconds.push(own);
+            all.extend(field);
+        }
+    }
+    (failures, seconds, all)
+}
+
+/// A warning about solutions that a rising load does not lead to.
+fn branched(body: &Body, found: &Simulations) -> Option<String> {
+    let first = found.branched.first()?;
+    let (count, all) = (found.branched.len(), found.fields.len());
+    Some(format!(
+        "{count} of {all} solutions are not those that a rising load leads to, the first at {}: the body has several stable \
+         equilibria; load_steps=True raises the load step by step",
+        theta_in_words(body, first)
+    ))
+}

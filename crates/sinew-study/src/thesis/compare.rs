@@ -1,0 +1,179 @@
+//! A printed figure against ours: by the thesis' own kind of method, and by the best.
+
+use super::printed::{Cell, Kind, Table};
+use super::stored::{Found, Stored};
+use anyhow::Result;
+use sinew_report::format::rounded;
+use std::collections::BTreeMap;
+
+/// Runs by name.
+pub type Runs = BTreeMap<String, Stored>;
+
+/// Result of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Standing {
+    /// At or below the printed figure in its digits (at or above, for a gain).
+    Met,
+    /// Not so.
+    Missed,
+    /// A run has the method but not this figure.
+    Unstated,
+    /// No run has the method.
+    NotRun,
+}
+
+impl Standing {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Met, Self::Missed, Self::Unstated, Self::NotRun];
+
+    /// Name on the page.
+    pub fn name(self) -> &'static str {
+        ["met", "missed", "unstated", "not run"][self as usize]
+    }
+}
+
+/// A figure of ours beside a limit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ours {
+    /// Result.
+    pub standing: Standing,
+    /// Value in the thesis' unit, method and cost, where there is one.
+    pub found: Option<Found>,
+    /// Ours over the limit; for a gain the other way round.
+    pub ratio: f64,
+}
+
+/// A printed figure with ours.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compared {
+    /// The printed figure.
+    pub cell: Cell,
+    /// Limit, in proportion to displacements where the table says so.
+    pub limit: f64,
+    /// By the thesis' kind of method.
+    pub own: Ours,
+    /// By the method of least error.
+    pub best: Ours,
+}
+
+/// Compares all figures of a table.
+///
+/// # Errors
+/// A table that is not well formed, or a run without the displacement that limits are in proportion to.
+pub fn compare(table: &Table, runs: &Runs) -> Result<Vec<Compared>> {
+    let names = [&table.run, &table.rivals];
+    let runs: Vec<&Stored> = names.into_iter().filter_map(|name| runs.get(name)).collect();
+    table.cells()?.into_iter().map(|cell| one(table, cell, &runs)).collect()
+}
+
+fn one(table: &Table, cell: Cell, runs: &[&Stored]) -> Result<Compared> {
+    let factor = match (&table.scale, runs.first()) {
+        (Some(scale), Some(run)) => run.mean_of_fact(&scale.fact)? / scale.printed,
+        _ => 1.0,
+    };
+    let limit = if factor == 1.0 { cell.limit } else { rounded(cell.limit * factor, cell.digits) };
+    let place = [&*table.section, &*cell.own, &*cell.column];
+    let own = runs.iter().find_map(|run| {
+        run.value(place, cell.statistic).and_then(|found| in_unit(table, &cell, run, found))
+    });
+    let judged = |found: Option<Found>| {
+        let Some(found) = found else {
+            let there = runs.iter().any(|run| run.has(&table.section, &cell.own));
+            let standing = if there { Standing::Unstated } else { Standing::NotRun };
+            return Ours { standing, found: None, ratio: f64::NAN };
+        };
+        let ours = rounded(found.value, cell.digits);
+        let (met, ratio) = match table.kind.grows() {
+            true => (ours >= limit * (1.0 - ROUNDING), limit / found.value),
+            false => (ours <= limit * (1.0 + ROUNDING), found.value / limit),
+        };
+        let standing = if met { Standing::Met } else { Standing::Missed };
+        Ours { standing, found: Some(found), ratio }
+    };
+    let least = |run: &&Stored| {
+        let subject = run.subject(place).unwrap_or_default();
+        let all = [&*table.section, subject, &*cell.column];
+        let found = run.least(all, &cell.best, cell.statistic)?;
+        in_unit(table, &cell, run, found)
+    };
+    // A baseline, as the solver is, may be of the thesis' kind where no other method is.
+    let best = runs.iter().filter_map(least).chain(own.clone());
+    let better = |a: &Found, b: &Found| match table.kind.grows() {
+        true => b.value.total_cmp(&a.value),
+        false => a.value.total_cmp(&b.value),
+    };
+    let best = judged(best.min_by(better));
+    Ok(Compared { limit, own: judged(own), best, cell })
+}
+
+/// Rounding of a product of two decimals.
+const ROUNDING: f64 = 1e-9;
+
+/// A value in the thesis' unit; relative to that of another row for gains and growths.
+fn in_unit(table: &Table, cell: &Cell, run: &Stored, found: Found) -> Option<Found> {
+    if table.kind == Kind::Error {
+        return Some(found);
+    }
+    let value = match table.kind {
+        Kind::Time => found.value / seconds(&cell.unit),
+        kind => {
+            let over = run.value([&*table.section, &*cell.over, &*cell.column], cell.statistic)?;
+            if kind.grows() { over.value / found.value } else { found.value / over.value }
+        }
+    };
+    Some(Found { value, ..found })
+}
+
+/// Seconds in a unit of time.
+fn seconds(unit: &str) -> f64 {
+    match unit {
+        "ms" => 1e-3,
+        "min" => 60.0,
+        _ => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::thesis::printed::thesis;
+    use sinew_report::{Block, Column, Distribution, Report, Row, Section, Table as Own};
+
+    fn run() -> Runs {
+        let mut table =
+            Own::new([Column::new("err_u", "mm")], [Column::new("CPU", "s").once()], []);
+        let row = |method: &str, samples: Vec<f64>| {
+            Row::new(method, Distribution::of(samples).unwrap(), 7.0).unwrap()
+        };
+        for (method, samples) in [
+            ("POD + GP, 225 simulations", vec![1e-5, 2e-5, 3e-5]),
+            ("K = 1, M = 40, no virtual nodes", vec![0.4164, 1.4751, 9.0]),
+        ] {
+            table.push(row(method, samples)).unwrap();
+        }
+        let section = Section { blocks: vec![Block::Table(table)], ..Section::default() };
+        let report = Report { sections: vec![section], ..Report::default() };
+        [("rectangles".to_string(), Stored::new("command".into(), None, report))].into()
+    }
+
+    #[test]
+    fn figures_are_met_in_the_digits_that_are_printed() {
+        let table = thesis().table.iter().find(|table| table.place == "Table A.1").unwrap();
+        let found = compare(table, &run()).unwrap();
+        // Quartiles of three samples lie amid them.
+        let first = &found[0];
+        assert_eq!(first.own.standing, Standing::Missed, "{first:?}");
+        let median = &found[6];
+        // 1.4751 is 1.48 in three digits.
+        assert_eq!((median.own.standing, median.best.standing), (Standing::Missed, Standing::Met));
+        assert_eq!(median.best.found.as_ref().unwrap().before_s, Some(7.0));
+        assert!((median.best.ratio - 2e-5 / 1.47).abs() < 1e-9);
+        // Another method was not run, but regression met its figure.
+        assert_eq!(
+            (found[1].own.standing, found[1].best.standing),
+            (Standing::NotRun, Standing::Met)
+        );
+        let nothing = compare(table, &Runs::new()).unwrap();
+        assert!(nothing.iter().all(|cell| cell.best.standing == Standing::NotRun));
+    }
+}

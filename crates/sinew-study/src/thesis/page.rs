@@ -1,0 +1,188 @@
+//! The page of all figures, in Markdown.
+
+use super::compare::{Compared, Ours, Runs, Standing, compare};
+use super::printed::{Remark, Table, thesis};
+use super::stored::Stored;
+use anyhow::Result;
+use std::fmt::Write;
+
+const HEAD: &str = "# Every printed figure of the thesis
+
+Written by `cargo xtask thesis`, which runs what is missing and reads all figures of ours from reports of those runs; a test holds this page against them. The
+printed figures are in `crates/sinew-study/thesis.toml`, what is kept of the reports in `docs/thesis`.
+
+*Own kind* is the thesis' kind of method: a network trained on simulations or on the energy, a plain network, a constrained process. *Best* is the method of least
+error, at most one Newton step included; the solver alone is none. *×* is ours over the printed figure, for gains the other way round. ✓ is at or below what is
+printed, in the digits that are printed and in two at least. *s* is the time before the first answer: CPU time of simulations and training in chapter 2, wall time of them
+in chapter 3, of a fit in chapter 4. Medians are over all nodes of all test cases, as in the thesis. *Not run* says that no run is kept that has the method.
+";
+
+/// Writes the page from what is kept of the runs.
+///
+/// # Errors
+/// A table of the thesis that is not well formed.
+pub fn page(runs: &Runs) -> Result<String> {
+    let found: Vec<(&Table, Vec<Compared>)> = thesis()
+        .table
+        .iter()
+        .map(|table| Ok((table, compare(table, runs)?)))
+        .collect::<Result<_>>()?;
+    let mut text = HEAD.to_string();
+    text += &summary(&found);
+    text += &self::runs(runs);
+    for chapter in CHAPTERS {
+        let _ = write!(text, "\n## {}\n", chapter_name(chapter));
+        for (table, cells) in found.iter().filter(|(table, _)| table.chapter == chapter) {
+            text += &self::table(table, cells);
+        }
+    }
+    text += &remarks("Contradictions and misprints of the thesis", &thesis().misprint);
+    text += &remarks("Slips of these documents, mended", &thesis().slip);
+    Ok(text)
+}
+
+/// Chapters and appendices in the order of the page.
+const CHAPTERS: [&str; 6] = ["1", "2", "A", "3", "B", "4"];
+
+fn chapter_name(chapter: &str) -> String {
+    let name = if chapter.parse::<u32>().is_ok() { "Chapter" } else { "Appendix" };
+    format!("{name} {chapter}")
+}
+
+/// Numbers of figures by chapter and standing.
+fn summary(found: &[(&Table, Vec<Compared>)]) -> String {
+    let names = Standing::ALL.map(Standing::name).join(" | ");
+    let mut text = format!(
+        "\n## In short\n\n| | figures | own kind: {names} | best: {names} |\n|---|---|---|---|---|---|---|---|---|---|\n"
+    );
+    let mut line = |name: String, wanted: &dyn Fn(&Table) -> bool| {
+        let tables = found.iter().filter(|(table, _)| wanted(table));
+        let cells: Vec<&Compared> = tables.flat_map(|(_, cells)| cells).collect();
+        let count = |of: &dyn Fn(&Compared) -> &Ours| {
+            let with = |standing| cells.iter().filter(|cell| of(cell).standing == standing).count();
+            Standing::ALL.map(|standing| with(standing).to_string()).join(" | ")
+        };
+        let (own, best) = (count(&|cell| &cell.own), count(&|cell| &cell.best));
+        if !cells.is_empty() {
+            let _ = writeln!(text, "| {name} | {} | {own} | {best} |", cells.len());
+        }
+    };
+    for chapter in CHAPTERS {
+        for (times, what) in [(false, "errors"), (true, "times")] {
+            let name = format!("{}, {what}", chapter_name(chapter));
+            line(name, &|table| table.chapter == chapter && table.kind.is_time() == times);
+        }
+    }
+    line("**Errors**".into(), &|table| !table.kind.is_time());
+    line("**Times**".into(), &|table| table.kind.is_time());
+    line("**All**".into(), &|_| true);
+    text
+}
+
+/// Commands and costs.
+fn runs(runs: &Runs) -> String {
+    let mut text = "\n## Runs\n\n| run | command | CPU min | seed | finished | revision |\n|---|---|---|---|---|---|\n".to_string();
+    let mut machines = Vec::new();
+    for run in &thesis().run {
+        let Some(Stored { command, cpu_s, report }) = runs.get(&run.name) else {
+            let command = run.command();
+            let _ = writeln!(
+                text,
+                "| {} | `{command}` | not run, about {} | | | |",
+                run.name, run.minutes
+            );
+            continue;
+        };
+        let from = &report.provenance;
+        let minutes = cpu_s.map_or("–".into(), |seconds| plain(seconds / 60.0, 2));
+        let seed = from.seed.map_or(String::new(), |seed| seed.to_string());
+        let _ = writeln!(
+            text,
+            "| {} | `{command}` | {minutes} | {seed} | {} | {} |",
+            run.name, from.finished, from.revision
+        );
+        machines.push(from.machine.clone());
+    }
+    machines.sort();
+    machines.dedup();
+    if !machines.is_empty() {
+        let _ = writeln!(text, "\nMachine: {}, shared with other programs.", machines.join("; "));
+    }
+    text
+}
+
+/// One table of the thesis.
+fn table(table: &Table, cells: &[Compared]) -> String {
+    let mut text =
+        format!("\n### {}\n\n{}. Run `{}`.", table.place, capital(&table.about), table.run);
+    if !table.note.is_empty() {
+        let _ = write!(text, " {}", table.note);
+    }
+    text += "\n\n| | thesis | own kind | × | s | best | × | s | by |\n|---|---|---|---|---|---|---|---|---|\n";
+    for Compared { cell, limit, own, best } in cells {
+        let unit = if cell.unit.is_empty() { String::new() } else { format!(" {}", cell.unit) };
+        let scaled = match (limit / cell.limit - 1.0).abs() > 1e-9 {
+            true => format!(" → {}", plain(*limit, cell.digits)),
+            false => String::new(),
+        };
+        let by = best.found.as_ref().map_or("", |found| &found.method);
+        let _ = writeln!(
+            text,
+            "| {} | {}{scaled}{unit} | {} | {} | {by} |",
+            cell.what,
+            cell.printed,
+            columns(own, cell.digits),
+            columns(best, cell.digits)
+        );
+    }
+    text
+}
+
+/// Value, ratio and cost.
+fn columns(ours: &Ours, digits: usize) -> String {
+    let Some(found) = &ours.found else { return format!("{} | | ", ours.standing.name()) };
+    let mark = if ours.standing == Standing::Met { "✓" } else { "✗" };
+    let before = found.before_s.filter(|seconds| *seconds > 0.0);
+    let before = before.map_or(String::new(), |seconds| plain(seconds, 2));
+    format!("{} {mark} | {} | {before}", plain(found.value, digits), plain(ours.ratio, 2))
+}
+
+fn remarks(title: &str, remarks: &[Remark]) -> String {
+    let lines = remarks.iter().map(|remark| format!("- **{}**: {}\n", remark.place, remark.what));
+    format!("\n## {title}\n\n{}", lines.collect::<String>())
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A number in so many digits, with a power of ten below 0.01 and from 10 000 on: `0.42`, `6.5e-3`.
+fn plain(value: f64, digits: usize) -> String {
+    let scientific = format!("{:.*e}", digits - 1, value);
+    let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    match exponent {
+        -2..4 => format!("{value:.*}", (digits as i32 - 1 - exponent).max(0) as usize),
+        _ => scientific,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_are_asked_for() {
+        let all = [(0.4164, 3), (1.48e-5, 2), (78.04, 2), (23.0, 2), (3.3e5, 2), (0.0, 2)];
+        let texts = all.map(|(value, digits)| plain(value, digits));
+        assert_eq!(texts, ["0.416", "1.5e-5", "78", "23", "3.3e5", "0.0"]);
+    }
+
+    #[test]
+    fn a_page_without_runs_has_every_figure_and_says_what_was_not_run() {
+        let text = page(&Runs::new()).unwrap();
+        assert!(text.contains("| **All** | 328 | 0 | 0 | 0 | 328 | 0 | 0 | 0 | 328 |"), "{text}");
+        assert!(text.contains("| K = 6, 50 % | 3.47e-2 mm | not run | | | not run | | | |"));
+        assert!(text.contains("`cargo xtask reproduce-populations --only rectangles"));
+    }
+}

@@ -1,0 +1,145 @@
+//! From the command line to the page.
+
+use super::compare::Runs;
+use super::page::page;
+use super::printed::{Run, Table, thesis};
+use super::stored::Stored;
+use crate::timing::cpu_seconds_of_children;
+use anyhow::{Context, Result, ensure};
+use clap::Parser;
+use sinew_emulate::store;
+use sinew_report::Report;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Hold every figure that the thesis prints against ours: run the studies that are missing, and write docs/thesis.md from their reports.
+///
+/// A run that was interrupted goes on where it was. What is kept of finished runs lies in docs/thesis; such runs are not repeated.
+#[derive(Parser, Clone, Debug)]
+#[command(name = "cargo xtask thesis", version, max_term_width = 110)]
+pub struct Options {
+    /// Chapters (1, 2, 3, 4, A, B) or runs, separated by commas [default: all]
+    #[arg(long, value_delimiter = ',', value_parser = keys())]
+    pub only: Vec<String>,
+    /// Small runs that check the path: they mean nothing, are repeated each time, and their page lies in the folder of the runs
+    #[arg(long)]
+    pub quick: bool,
+    /// Run nothing: write the page from what is kept
+    #[arg(long)]
+    pub write: bool,
+    /// Repeat finished runs, too
+    #[arg(long, conflicts_with_all = ["write", "quick"])]
+    pub again: bool,
+    /// Folder for the runs
+    #[arg(long, default_value = "out/thesis")]
+    pub out: PathBuf,
+}
+
+/// Names that a choice may have.
+fn keys() -> Vec<&'static str> {
+    let chapters = thesis().table.iter().map(|table| &*table.chapter);
+    let mut keys: Vec<_> = chapters.chain(thesis().run.iter().map(|run| &*run.name)).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    keys
+}
+
+/// Folder of the documents of this workspace.
+fn documents() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("")).join("docs")
+}
+
+/// What is kept of all runs.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn kept() -> Result<Runs> {
+    let folder = documents().join("thesis");
+    let mut runs = Runs::new();
+    for run in &thesis().run {
+        runs.extend(Stored::read(&folder, &run.name)?.map(|stored| (run.name.clone(), stored)));
+    }
+    Ok(runs)
+}
+
+/// Runs what is missing and writes the page; its path.
+///
+/// # Errors
+/// A run that fails; files that cannot be read or written. Runs that are done are kept.
+pub fn reproduce(options: &Options) -> Result<PathBuf> {
+    let (mut runs, page_file) = match options.quick {
+        true => (Runs::new(), options.out.join("thesis.md")),
+        false => (kept()?, documents().join("thesis.md")),
+    };
+    let missing: Vec<&Run> = thesis().run.iter().filter(|run| options.wants(run, &runs)).collect();
+    let mut left: f64 = missing.iter().map(|run| run.minutes).sum();
+    for (index, run) in missing.iter().enumerate() {
+        let (number, of) = (index + 1, missing.len());
+        let time = if options.quick {
+            String::new()
+        } else {
+            format!(", about {:.0} of {left:.0} CPU minutes", run.minutes)
+        };
+        eprintln!("\n== run {number} of {of}, {}{time}: {}", run.name, run.command());
+        let stored = options.run(run).with_context(|| format!("run {}", run.name))?;
+        if !options.quick {
+            stored.write(&documents().join("thesis"), &run.name)?;
+        }
+        runs.insert(run.name.clone(), stored);
+        store::write_bytes(&page_file, page(&runs)?.as_bytes())?;
+        left -= run.minutes;
+    }
+    store::write_bytes(&page_file, page(&runs)?.as_bytes())?;
+    Ok(page_file)
+}
+
+impl Run {
+    /// Command that repeats the run.
+    pub fn command(&self) -> String {
+        format!("cargo xtask {} {}", self.task, self.arguments)
+    }
+}
+
+impl Options {
+    fn wants(&self, run: &Run, kept: &Runs) -> bool {
+        let of = |table: &Table| table.run == run.name && self.only.contains(&table.chapter);
+        let chosen =
+            self.only.is_empty() || self.only.contains(&run.name) || thesis().table.iter().any(of);
+        let done = kept.get(&run.name).is_some_and(|stored| stored.command == run.command());
+        chosen && !self.write && (self.again || !done)
+    }
+
+    /// Runs a study in its folder, going on where it was interrupted.
+    fn run(&self, run: &Run) -> Result<Stored> {
+        let out = self.out.join(&run.name);
+        // A check is repeated; so is a run that was finished.
+        let (report, cost) = (out.join("report.json"), out.join("cpu.json"));
+        let earlier: Option<f64> = store::read_json(&cost)?.filter(|_| !self.quick);
+        let mut arguments: Vec<&str> = run.arguments.split(' ').collect();
+        if self.quick {
+            if let Some(at) = arguments.iter().position(|argument| *argument == "--budget") {
+                arguments.drain(at..at + 2);
+            }
+            arguments.push("--quick");
+        } else if earlier.is_some() {
+            arguments.push("--resume");
+        } else {
+            store::write_json(&cost, &0.0)?;
+        }
+        let program = std::env::current_exe()?.with_file_name(&run.program);
+        ensure!(
+            program.exists(),
+            "there is no program {}; `cargo xtask thesis` builds it",
+            program.display()
+        );
+        let before = cpu_seconds_of_children();
+        let status = Command::new(&program).args(arguments).arg("--out").arg(&out).status();
+        let status = status.with_context(|| program.display().to_string())?;
+        let spent = cpu_seconds_of_children() - before + earlier.unwrap_or(0.0);
+        store::write_json(&cost, &spent)?;
+        ensure!(status.success(), "{} ended with {status}", run.command());
+        let stored = Stored::new(run.command(), Some(spent), Report::read(&report)?);
+        std::fs::remove_file(&cost)?;
+        Ok(stored)
+    }
+}

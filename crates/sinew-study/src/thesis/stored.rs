@@ -1,0 +1,213 @@
+//! What is kept of a run: tables and facts of its report, command and cost.
+
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use sinew_emulate::store;
+use sinew_report::{Block, Cell, Column, Report, Row, Section, Table, Value};
+use std::path::Path;
+
+/// Digits that are kept of every number.
+const DIGITS: usize = 4;
+
+/// A run's report without drawings, with what it took.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stored {
+    /// Command that repeats it.
+    pub command: String,
+    /// CPU time of all of its processes \[s\], where it was measured.
+    pub cpu_s: Option<f64>,
+    /// Tables and facts.
+    pub report: Report,
+}
+
+/// A value in a report.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// Value in the unit of its column, times in s.
+    pub value: f64,
+    /// Method, with its subject if it has one.
+    pub method: String,
+    /// Everything before the first answer \[s\], where the table has it.
+    pub before_s: Option<f64>,
+}
+
+impl Stored {
+    /// Part of a report that is kept.
+    pub fn new(command: String, cpu_s: Option<f64>, mut report: Report) -> Self {
+        let kept = |block: &Block| matches!(block, Block::Table(_) | Block::Facts(_));
+        for section in &mut report.sections {
+            section.blocks.retain(kept);
+            for block in &mut section.blocks {
+                if let Block::Table(table) = block {
+                    table.rows.iter_mut().for_each(shorten);
+                }
+            }
+        }
+        report.provenance.versions.clear();
+        report.definitions.clear();
+        Self { command, cpu_s, report }
+    }
+
+    /// What is kept of a run in a folder, if anything is.
+    ///
+    /// # Errors
+    /// A file that holds something else.
+    pub fn read(folder: &Path, run: &str) -> Result<Option<Self>> {
+        Ok(store::read_json(&folder.join(format!("{run}.json")))?)
+    }
+
+    /// Writes it into a folder.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, folder: &Path, run: &str) -> Result<()> {
+        // In one line a row, so that a change of one shows.
+        let text = serde_json::to_string(self)?.replace("},{\"method\"", "},\n{\"method\"");
+        let text = text.replace("},{\"subject\"", "},\n{\"subject\"") + "\n";
+        Ok(store::write_bytes(&folder.join(format!("{run}.json")), text.as_bytes())?)
+    }
+
+    fn sections<'a>(&'a self, section: &'a str) -> impl Iterator<Item = &'a Section> {
+        let wanted = move |found: &&Section| section.is_empty() || found.name == section;
+        self.report.sections.iter().filter(wanted)
+    }
+
+    /// Rows of a section that have a column; the baseline of a table, which is the solver, is marked.
+    fn rows<'a>(
+        &'a self,
+        section: &'a str,
+        column: &'a str,
+    ) -> impl Iterator<Item = (&'a Table, &'a Row, bool)> {
+        let tables = self.sections(section).flat_map(Section::tables);
+        let tables = tables.filter(move |table| cells(table, &table.rows[0], column).is_some());
+        tables.flat_map(|table| {
+            let solver = |row: &Row| table.baseline.as_ref() == Some(&row.method);
+            table.rows.iter().map(move |row| (table, row, solver(row)))
+        })
+    }
+
+    /// Value of a row, which is named by method, subject and method, or all of its name.
+    pub fn value(&self, [section, row, column]: [&str; 3], statistic: &str) -> Option<Found> {
+        let of =
+            |(table, found, _): (&Table, &Row, bool)| found_in(table, found, column, statistic);
+        let whole = self.rows(section, column).find(|(_, found, _)| found.name() == row);
+        let named = || self.rows(section, column).find(|(_, found, _)| is_named(found, row));
+        whole.or_else(named).and_then(of)
+    }
+
+    /// Least value of all rows on the same subject whose names hold a word; neither of the solver nor after two Newton steps, which
+    /// are solves.
+    pub fn least(
+        &self,
+        [section, subject, column]: [&str; 3],
+        word: &str,
+        statistic: &str,
+    ) -> Option<Found> {
+        let rows = self.rows(section, column).filter(|(_, row, solver)| {
+            let solves =
+                *solver || row.method.contains("+ 2 Newton") || row.method == "noise floor";
+            !solves && row.subject == subject && row.name().contains(word)
+        });
+        let values = rows.filter_map(|(table, row, _)| found_in(table, row, column, statistic));
+        values.min_by(|a, b| a.value.total_cmp(&b.value))
+    }
+
+    /// Subject of a row, or of others that its name begins with.
+    pub fn subject<'a>(&'a self, [section, row, column]: [&'a str; 3]) -> Option<&'a str> {
+        let rows = || self.rows(section, column).map(|(_, found, _)| found);
+        let alike = |found: &&Row| !found.subject.is_empty() && row.starts_with(&found.subject);
+        let own = rows().find(|found| is_named(found, row)).or_else(|| rows().find(alike));
+        own.map(|found| &*found.subject)
+    }
+
+    /// Whether a section has a row, whatever its columns.
+    pub fn has(&self, section: &str, row: &str) -> bool {
+        let rows = self.sections(section).flat_map(Section::tables).flat_map(|table| &table.rows);
+        rows.into_iter().any(|found| is_named(found, row))
+    }
+
+    /// Number after `mean` in a fact.
+    ///
+    /// # Errors
+    /// No such fact.
+    pub fn mean_of_fact(&self, name: &str) -> Result<f64> {
+        let blocks = self.report.sections.iter().flat_map(|section| &section.blocks);
+        let facts = blocks.filter_map(|block| match block {
+            Block::Facts(facts) => Some(facts),
+            _ => None,
+        });
+        let text = facts.flatten().find(|(found, _)| found == name).map(|(_, text)| text);
+        let words = text.and_then(|text| text.split_once("mean "));
+        let number = words.and_then(|(_, rest)| rest.split(' ').next()?.parse().ok());
+        number.with_context(|| format!("there is no mean in a fact `{name}`"))
+    }
+}
+
+/// Whether a row goes by a name: its method, with its subject, or with its setting too.
+fn is_named(row: &Row, is: &str) -> bool {
+    row.method == is || name(row) == is || row.name() == is
+}
+
+/// Subject and method.
+fn name(row: &Row) -> String {
+    if row.subject.is_empty() {
+        row.method.clone()
+    } else {
+        format!("{}, {}", row.subject, row.method)
+    }
+}
+
+/// Cells of a row in a column of its table.
+fn cells<'a>(table: &Table, row: &'a Row, column: &str) -> Option<&'a Cell> {
+    let parts =
+        [(&table.errors, &row.errors), (&table.times, &row.times), (&table.others, &row.others)];
+    parts.into_iter().find_map(|(columns, cells)| {
+        cells.get(columns.iter().position(|found| found.name == column)?)
+    })
+}
+
+fn found_in(table: &Table, row: &Row, column: &str, statistic: &str) -> Option<Found> {
+    let value = number(&cells(table, row, column)?.value, statistic)?;
+    let before = |column: &Column| column.once || column.name == "seconds";
+    let once = table.times.iter().zip(&row.times).filter(|(column, _)| before(column));
+    let once: Vec<f64> = once.filter_map(|(_, cell)| cell.value.median()).collect();
+    let before_s = (!once.is_empty()).then(|| once.iter().sum());
+    let about = if row.subject.is_empty() { name(row) } else { row.name() };
+    Some(Found { value, method: about, before_s })
+}
+
+fn number(value: &Value, statistic: &str) -> Option<f64> {
+    match value {
+        Value::Distribution(found) => Some(match statistic {
+            "q25" => found.q25,
+            "q75" => found.q75,
+            "q100" => found.q100,
+            "mean" => found.mean,
+            _ => found.q50,
+        }),
+        Value::Several(values) => number(values.first()?, statistic),
+        other => other.median(),
+    }
+}
+
+/// Leaves out densities and digits beyond [`DIGITS`].
+fn shorten(row: &mut Row) {
+    let cells = row.errors.iter_mut().chain(&mut row.times).chain(&mut row.others);
+    cells.for_each(|cell| shorten_value(&mut cell.value));
+}
+
+fn shorten_value(value: &mut Value) {
+    let short = |number: &mut f64| *number = sinew_report::format::rounded(*number, DIGITS);
+    match value {
+        Value::Number(number) => short(number),
+        Value::Several(values) => values.iter_mut().for_each(shorten_value),
+        Value::Distribution(found) => {
+            found.density.clear();
+            let quantiles = [&mut found.q0, &mut found.q2_5, &mut found.q25, &mut found.q50];
+            quantiles.into_iter().for_each(short);
+            let others = [&mut found.q75, &mut found.q97_5, &mut found.q100, &mut found.mean];
+            others.into_iter().for_each(short);
+        }
+        Value::Text(_) | Value::Nothing => {}
+    }
+}
