@@ -5,8 +5,8 @@ use crate::comparison::triangles;
 use crate::patient::Prepared;
 use rayon::prelude::*;
 use sinew_calibrate::{Decided, Forward, Klotz, Posterior};
-use sinew_report::format::{digits, seconds, trimmed};
 use sinew_fem::Unloaded;
+use sinew_report::format::{digits, seconds, trimmed};
 use sinew_report::{
     Block, Cell, Chart, Provenance, Report, Section, Series, Style, Surfaces, density,
 };
