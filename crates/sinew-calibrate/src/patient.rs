@@ -60,7 +60,7 @@ pub struct Patient<'p> {
     /// θ of the anchor.
     start: Vec<f64>,
     anchor: OnceLock<Option<Anchor<'p>>>,
-    /// Where most θ were said to lie.
+    /// θ near which most solves are expected.
     focus: RwLock<Option<Arc<Anchor<'p>>>>,
 }
 

@@ -5,6 +5,10 @@ use serde::{Deserialize, Serialize};
 /// Quantiles by linear interpolation between order statistics, and the largest value. NaN counts as the largest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quantiles {
+    /// The least.
+    pub min: f64,
+    /// 2.5 %.
+    pub q02_5: f64,
     /// 5 %.
     pub q05: f64,
     /// 25 %.
@@ -15,6 +19,8 @@ pub struct Quantiles {
     pub q75: f64,
     /// 95 %.
     pub q95: f64,
+    /// 97.5 %.
+    pub q97_5: f64,
     /// The largest.
     pub max: f64,
     /// The mean.
@@ -39,7 +45,8 @@ impl Quantiles {
             }
         };
         let mean = sorted.iter().sum::<f64>() / sorted.len() as f64;
-        let [q05, q25, q50, q75, q95, max] = [0.05, 0.25, 0.5, 0.75, 0.95, 1.0].map(at);
-        Self { q05, q25, q50, q75, q95, max, mean }
+        let [min, q02_5, q05, q25] = [0.0, 0.025, 0.05, 0.25].map(at);
+        let [q50, q75, q95, q97_5, max] = [0.5, 0.75, 0.95, 0.975, 1.0].map(at);
+        Self { min, q02_5, q05, q25, q50, q75, q95, q97_5, max, mean }
     }
 }

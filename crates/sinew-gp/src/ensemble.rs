@@ -18,7 +18,7 @@ pub struct Ensemble<const D: usize> {
     model: Arc<Model<D>>,
     /// Parameter vectors, on their scales, equally probable.
     pub draws: Vec<Vec<f64>>,
-    /// Shape of the tail of the importance weights, for draws by [`crate::laplace`]: above 0.5 their averages cannot be trusted,
+    /// Shape of the tail of the importance weights, for draws by [`crate::laplace`]: above 0.4 their averages cannot be trusted,
     /// and [`crate::nuts`] is the one to ask.
     pub k_hat: Option<f64>,
     warnings: Vec<Warning>,
@@ -236,9 +236,9 @@ impl<const D: usize> Ensemble<D> {
 
 /// Level of the interval that the most probable value is looked for in.
 const NEARLY_ALL: f64 = 0.99;
-/// Shape of the tail of importance weights up to which their variance is finite (Vehtari et al. 2024, who go up to 0.7 for weights of
-/// one proposal; about a spike, moved proposals end between at half the width).
-pub(crate) const TRUSTED: f64 = 0.5;
+/// Shape of the tail of importance weights up to which averages over them are trusted: their variance is finite up to 0.5 (Vehtari et
+/// al. 2024), of which some hundred weights leave an uncertainty of a tenth.
+pub(crate) const TRUSTED: f64 = 0.4;
 /// R̂ from which on chains disagree; 1.01 takes more draws than an ensemble has (Vehtari et al. 2021).
 const MIXED: f64 = 1.1;
 

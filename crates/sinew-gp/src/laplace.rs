@@ -43,7 +43,7 @@ pub fn laplace<const D: usize>(
         let smoothed = psis(&ratios, 1.0);
         let (weights, k_hat) = (smoothed.weights(), smoothed.k_hat);
         let next = moved(&proposals, &drawn, &weights);
-        if k_hat <= LIGHT && next.as_ref().is_none_or(|next| alike(&proposals, next))
+        if k_hat <= TRUSTED && next.as_ref().is_none_or(|next| alike(&proposals, next))
             || round == ROUNDS
         {
             let chosen = resample(&weights, draws, random.random());
@@ -73,8 +73,6 @@ pub fn ensemble<const D: usize>(
     }
 }
 
-/// Pareto k̂ up to which proposals stay unchanged.
-const LIGHT: f64 = 0.4;
 /// Factor of the covariance that proposals move to: that of weights whose tail is smoothed is too small.
 const INFLATION: f64 = 1.3;
 /// Ratio of variances of draws to those of their proposals up to which proposals stay unchanged.

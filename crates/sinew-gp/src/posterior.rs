@@ -1,12 +1,12 @@
 //! What the data say of u and of linear functionals of it.
 
-use crate::coefficients::PointCoefficients;
+use crate::coefficients::{PartCoefficients, PointCoefficients};
 use crate::compile::check_roughness;
 use crate::data::{Role, check_finite, check_places};
 use crate::error::{GpError, check_lengths};
 use crate::factor::Factor;
 use crate::functional::Functional;
-use crate::gram::{Block, PairPlan, Scratch, Side};
+use crate::gram::{PairPlan, Scratch, Side};
 use crate::model::{Model, spread};
 use crate::operator::Operator;
 use crate::state::{Factored, State, combine};
@@ -47,6 +47,8 @@ struct Query<const D: usize> {
     /// For each part, a_β.
     coefficients: Vec<Vec<f64>>,
     mean: Vec<f64>,
+    /// For each part, the plan of its points with each other.
+    own: Vec<PairPlan<D>>,
 }
 
 impl<const D: usize> Query<D> {
@@ -122,7 +124,7 @@ impl<const D: usize> Posterior<D> {
         let query = self.query(&state, operator, points)?;
         let (mean, whitened) = self.conditioned(&state, &query);
         let known = |point: usize| whitened.col(point).iter().map(|w| w * w).sum::<f64>();
-        let left = self.variances(&state, &query).into_iter().enumerate();
+        let left = Self::variances(&state, &query).into_iter().enumerate();
         let deviation = left.map(|(point, prior)| (prior - known(point)).max(0.0).sqrt());
         Ok(Prediction { mean, standard_deviation: deviation.collect() })
     }
@@ -224,7 +226,7 @@ impl<const D: usize> Posterior<D> {
     ) -> Result<f64, GpError> {
         let state = State::new(&self.model, &self.parameters)?;
         let query = self.query(&state, operator, points)?;
-        let sum: f64 = self.variances(&state, &query).iter().sum();
+        let sum: f64 = Self::variances(&state, &query).iter().sum();
         Ok((sum / points.len().max(1) as f64).sqrt())
     }
 
@@ -245,13 +247,13 @@ impl<const D: usize> Posterior<D> {
         let monomials = built.factors(&state.theta);
         let mut mean = vec![0.0; points.len()];
         built.add_mean(&monomials, 1.0, &mut mean);
-        let coefficients = built
-            .parts
-            .iter()
-            .enumerate()
-            .map(|(part, p)| combine(state.kernels[part].0, &monomials, &p.arrays))
-            .collect();
-        Ok(Query { points: built, coefficients, mean })
+        let parts = || built.parts.iter().enumerate();
+        let of = |(part, p): (usize, &PartCoefficients<D>)| {
+            combine(state.kernels[part].0, &monomials, &p.arrays)
+        };
+        let coefficients = parts().map(of).collect();
+        let own = parts().map(|(part, p)| self.plan(part, &p.orders, &p.orders)).collect();
+        Ok(Query { coefficients, mean, own, points: built })
     }
 
     /// Covariances of the query with one observation after the other.
@@ -264,31 +266,28 @@ impl<const D: usize> Posterior<D> {
         let mut scratch = Scratch::default();
         let mut covariances = vec![0.0; query.points.count];
         for (number, group) in self.model.groups.iter().enumerate() {
-            let parts = 0..query.points.parts.len();
-            let plans: Vec<(usize, usize, PairPlan<D>)> = parts
-                .flat_map(|part| (0..group.legs.len()).map(move |leg| (part, leg)))
+            let legs = |part| (0..group.legs.len()).map(move |leg| (part, leg));
+            let pairs = (0..query.points.parts.len()).flat_map(legs);
+            let plans: Vec<_> = pairs
                 .map(|(part, leg)| {
-                    let kernel = &*self.model.prior.parts[part].kernel;
                     let second = &group.legs[leg].parts[part].orders;
-                    let plan = PairPlan::new(kernel, &query.points.parts[part].orders, second);
-                    (part, leg, plan)
+                    (part, leg, self.plan(part, &query.points.parts[part].orders, second))
                 })
                 .collect();
             for own in 0..group.values.len() {
                 covariances.fill(0.0);
                 for (part, leg, plan) in &plans {
-                    let block = Block {
-                        kernel: &*self.model.prior.parts[*part].kernel,
-                        hyperparameters: &state.kernels[*part].1,
-                        plan,
-                        first: query.side(*part),
-                        second: state.side(*part, [number, *leg]),
-                    };
+                    let second = state.side(*part, [number, *leg]);
+                    let block = state.between(*part, plan, query.side(*part), second);
                     block.add_column(0, own, &mut covariances, &mut scratch);
                 }
                 visit(group.offset + own, &covariances);
             }
         }
+    }
+
+    fn plan(&self, part: usize, first: &[[usize; D]], second: &[[usize; D]]) -> PairPlan<D> {
+        PairPlan::new(&*self.model.prior.parts[part].kernel, first, second)
     }
 
     /// Posterior mean, and L⁻¹ K_* with one column for each point.
@@ -308,34 +307,25 @@ impl<const D: usize> Posterior<D> {
     }
 
     /// Prior variances at the query's points.
-    fn variances(&self, state: &State<'_, D>, query: &Query<D>) -> Vec<f64> {
+    fn variances(state: &State<'_, D>, query: &Query<D>) -> Vec<f64> {
         let mut scratch = Scratch::default();
         let mut variances = vec![0.0; query.points.count];
         for (point, own) in variances.chunks_mut(1).enumerate() {
-            self.add_own(state, query, (point, point), own, &mut scratch);
+            Self::add_own(state, query, (point, point), own, &mut scratch);
         }
         variances
     }
 
     /// Prior covariances of the query's points from `first` on with point `column`.
     fn add_own(
-        &self,
         state: &State<'_, D>,
         query: &Query<D>,
         (first, column): (usize, usize),
         out: &mut [f64],
         scratch: &mut Scratch,
     ) {
-        for (part, description) in self.model.prior.parts.iter().enumerate() {
-            let orders = &query.points.parts[part].orders;
-            let plan = PairPlan::new(&*description.kernel, orders, orders);
-            let block = Block {
-                kernel: &*description.kernel,
-                hyperparameters: &state.kernels[part].1,
-                plan: &plan,
-                first: query.side(part),
-                second: query.side(part),
-            };
+        for (part, plan) in query.own.iter().enumerate() {
+            let block = state.between(part, plan, query.side(part), query.side(part));
             block.add_column(first, column, out, scratch);
         }
     }
@@ -354,7 +344,7 @@ impl<const D: usize> Posterior<D> {
         let mut prior = vec![0.0; points.len()];
         for column in 0..points.len() {
             prior.fill(0.0);
-            self.add_own(&state, &query, (0, column), &mut prior, &mut scratch);
+            Self::add_own(&state, &query, (0, column), &mut prior, &mut scratch);
             for (row, value) in prior.iter().enumerate() {
                 covariance[(row, column)] = value - covariance[(row, column)];
             }

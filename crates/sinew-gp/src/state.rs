@@ -4,7 +4,7 @@ use crate::compile::Variance;
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::factor::Factor;
-use crate::gram::{Block, Scratch, Side};
+use crate::gram::{Block, PairPlan, Scratch, Side};
 use crate::model::Model;
 use faer::Par;
 use rayon::prelude::*;
@@ -114,13 +114,20 @@ impl<'a, const D: usize> State<'a, D> {
 
     /// Covariance of one part between a leg of one group and a leg of another, each by group and leg.
     pub(crate) fn block(&self, part: usize, first: [usize; 2], second: [usize; 2]) -> Block<'_, D> {
-        Block {
-            kernel: &*self.model.prior.parts[part].kernel,
-            hyperparameters: &self.kernels[part].1,
-            plan: &self.model.plans[part][self.leg(first) * self.model.legs + self.leg(second)],
-            first: self.side(part, first),
-            second: self.side(part, second),
-        }
+        let plan = &self.model.plans[part][self.leg(first) * self.model.legs + self.leg(second)];
+        self.between(part, plan, self.side(part, first), self.side(part, second))
+    }
+
+    /// Covariance of one part between any points.
+    pub(crate) fn between<'b>(
+        &'b self,
+        part: usize,
+        plan: &'b PairPlan<D>,
+        first: Side<'b, D>,
+        second: Side<'b, D>,
+    ) -> Block<'b, D> {
+        let kernel = &*self.model.prior.parts[part].kernel;
+        Block { kernel, hyperparameters: &self.kernels[part].1, plan, first, second }
     }
 
     /// All pairs of a leg of one group and a leg of another.

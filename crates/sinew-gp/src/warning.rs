@@ -96,7 +96,7 @@ pub enum Warning {
     },
     /// Importance weights of [`crate::laplace`] with a tail so heavy that its averages cannot be trusted.
     #[error(
-        "importance weights are heavy-tailed (k̂ = {k_hat:.2}, above 0.5): Laplace's approximation misses much of the posterior; draw by `nuts`"
+        "importance weights are heavy-tailed (k̂ = {k_hat:.2}, above 0.4): Laplace's approximation misses much of the posterior; draw by `nuts`"
     )]
     HeavyWeights {
         /// Shape of the tail.

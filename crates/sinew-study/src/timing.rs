@@ -84,6 +84,24 @@ pub fn cpu_seconds_of_children() -> f64 {
     spent(OWN + 2)
 }
 
+/// CPU time of one call \[s\], on all threads, over as many calls as take half a second: on a busy machine wall time is that of others, too.
+///
+/// # Errors
+/// Those of the call.
+pub fn cpu_seconds_of(mut call: impl FnMut() -> Result<()>) -> Result<f64> {
+    /// Long beside a tick of the clock \[s\].
+    const ENOUGH: f64 = 0.5;
+    let (start, mut calls) = (cpu_seconds(), 0.0);
+    loop {
+        call()?;
+        calls += 1.0;
+        let spent = cpu_seconds() - start;
+        if spent.is_nan() || spent >= ENOUGH {
+            return Ok(spent / calls);
+        }
+    }
+}
+
 /// Place of user time among the fields of `/proc/self/stat` after the name, which may hold spaces; system time follows.
 const OWN: usize = 11;
 

@@ -5,8 +5,8 @@ use crate::comparison::{Comparison, Method, SOLVER};
 use sinew_emulate::{CurvePoint, Errors, Evaluation, METRICS, Metric, Quantiles};
 use sinew_report::format::{count as spaced, digits, rounded, seconds as duration};
 use sinew_report::{
-    Block, Cell, Chart, Column, Level, Provenance, Report, ReportError, Row, Section, Series,
-    Style, Table,
+    Block, Cell, Chart, Column, Distribution, Level, Provenance, Report, ReportError, Row, Section,
+    Series, Style, Table,
 };
 
 /// Median errors that a source prints for a scene, to be held against ours.
@@ -394,10 +394,17 @@ fn solver(cold: f64, warm: f64, count: usize) -> Result<Row, ReportError> {
     Ok(row)
 }
 
-/// The median, with the 95 % quantile and the largest below it.
+/// All quantiles, with that of 95 % and the largest below the median; the median alone where some error is not finite.
 fn cell(of: &Quantiles) -> Cell {
     let [most, largest] = [of.q95, of.max].map(|value| digits(value, 2));
     // Broken between the two, not within.
     let note = format!("95\u{a0}%\u{a0}{most}, largest\u{a0}{largest}");
-    Cell { note, ..Cell::from(of.q50) }
+    let Quantiles { min, q02_5, q25, q50, q75, q97_5, max, mean, .. } = *of;
+    if !(max.is_finite() && mean.is_finite()) {
+        return Cell { note, ..Cell::from(q50) };
+    }
+    let density = Vec::new();
+    let [q0, q2_5, q100] = [min, q02_5, max];
+    let all = Distribution { q0, q2_5, q25, q50, q75, q97_5, q100, mean, density };
+    Cell { note, ..Cell::from(all) }
 }

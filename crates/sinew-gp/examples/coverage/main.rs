@@ -183,7 +183,7 @@ fn run<const D: usize>(
     };
     let start = Instant::now();
     let weighed = laplace(&fit, 300, seed)?;
-    let trusted = options.laplace || weighed.k_hat.is_none_or(|k_hat| k_hat <= 0.5);
+    let trusted = options.laplace || weighed.k_hat.is_none_or(|k_hat| k_hat <= 0.4);
     let weighed = judge(&weighed, start.elapsed().as_secs_f64())?;
     let chosen = if trusted { weighed.clone() } else { sampled.clone() };
     let errors = case

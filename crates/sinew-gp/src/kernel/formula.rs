@@ -76,7 +76,7 @@ impl<const D: usize> Formula<D> {
         let known =
             std::mem::take(&mut self.hyperparameters).into_iter().zip(self.positions.clone());
         (self.hyperparameters, self.positions) = known.filter(|(h, _)| kept(h)).unzip();
-        // One that there is not is refused by its length.
+        // A length scale that does not exist is an error.
         for axis in axes.iter().copied().filter(|axis| *axis >= D) {
             let measure = Measure::Length { axis };
             self.hyperparameters.push(Hyperparameter { name: "lengthscale", measure });

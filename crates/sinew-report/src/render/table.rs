@@ -76,7 +76,10 @@ fn row(table: &Table, row: &Row, palette: &Palette) -> Markup {
                         Some(median) => { (digits(median, ERROR_DIGITS)) }
                         None => { (value(&cell.value, ERROR_DIGITS)) }
                     }
-                    small { (range(&cell.value, &|x| digits(x, ERROR_DIGITS))) (cell.note) }
+                    small {
+                        @if cell.note.is_empty() { (range(&cell.value, &|x| digits(x, ERROR_DIGITS))) }
+                        (cell.note)
+                    }
                     @if let Some(verdict) = &cell.verdict {
                         small.met[verdict.met].missed[!verdict.met] {
                             (if verdict.met { "✓ " } else { "✗ " }) (verdict.text)

@@ -88,7 +88,7 @@ pub(super) struct Compared<'a, B> {
     pub pace: Pace,
     /// CPU time of a simulation \[s\].
     pub simulation_s: f64,
-    /// Wall time of a body on its coarse mesh \[s\].
+    /// CPU time of a body on its coarse mesh \[s\].
     pub coarse_s: f64,
 }
 
@@ -117,7 +117,7 @@ impl<B: Simulated> Compared<'_, B> {
         self.trained(names, start, variant.told, topology)
     }
 
-    /// The same in a file that a run which goes on reads, with `more` of what the network tells.
+    /// Stores it for a resumed run, with `more` results of the network.
     pub(super) fn kept_network<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,

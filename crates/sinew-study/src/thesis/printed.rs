@@ -55,7 +55,7 @@ pub enum Kind {
     Time,
     /// The error of `over` relative to that of a method: the more, the better.
     Gain,
-    /// The same of times.
+    /// The time of `over` relative to that of a method: the more, the better.
     Speedup,
     /// The figure of a method relative to that of `over`: the less, the better.
     Growth,

@@ -49,7 +49,7 @@ fn documents() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("")).join("docs")
 }
 
-/// What is kept of all runs.
+/// Kept reports of all runs.
 ///
 /// # Errors
 /// A file that cannot be read.

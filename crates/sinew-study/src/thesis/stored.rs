@@ -48,7 +48,7 @@ impl Stored {
         Self { command, cpu_s, report }
     }
 
-    /// What is kept of a run in a folder, if anything is.
+    /// Reads the kept report of a run, if there is one.
     ///
     /// # Errors
     /// A file that holds something else.
@@ -95,18 +95,20 @@ impl Stored {
         whole.or_else(named).and_then(of)
     }
 
-    /// Least value of all rows on the same subject whose names hold a word; neither of the solver nor after two Newton steps, which
-    /// are solves.
+    /// Least value of all rows on the same subject whose names hold a word, raw or after one Newton step; not of the solver.
     pub fn least(
         &self,
         [section, subject, column]: [&str; 3],
         word: &str,
-        statistic: &str,
+        (statistic, step): (&str, bool),
     ) -> Option<Found> {
         let rows = self.rows(section, column).filter(|(_, row, solver)| {
-            let solves =
-                *solver || row.method.contains("+ 2 Newton") || row.method == "noise floor";
-            !solves && row.subject == subject && row.name().contains(word)
+            let solves = *solver || row.method.starts_with("fem_") || row.method == "noise floor";
+            let wanted = match step {
+                true => row.method.ends_with("+ 1 Newton"),
+                false => !row.method.ends_with("Newton"),
+            };
+            wanted && !solves && row.subject == subject && row.name().contains(word)
         });
         let values = rows.filter_map(|(table, row, _)| found_in(table, row, column, statistic));
         values.min_by(|a, b| a.value.total_cmp(&b.value))

@@ -5,11 +5,11 @@ use super::{ALL, LARGEST};
 use crate::populations::simulated::{
     Compared, Measured, Pace, Seen, Simulated, Variant, predicting,
 };
+use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
 use sinew_emulate::{Design, FrozenStiffness};
 use sinew_gnn::{DataSet, Surrogate};
 use sinew_report::Distribution;
-use std::time::Instant;
 
 /// Steps of a training, one ventricle each, and their largest learning rate; the same when a network goes on to one shape.
 pub(super) const PACE: Pace = Pace { steps: 2000, rate: 4e-3, batch: 1, decoders_only: false };
@@ -23,7 +23,7 @@ const POINTS: usize = 8;
 pub(super) struct Data<'a> {
     pub ventricles: &'a Ventricles,
     pub compared: Compared<'a, Ventricle>,
-    /// Wall time of the solver by way of the coarse mesh \[s\].
+    /// CPU time of the solver by way of the coarse mesh \[s\].
     pub solver_s: f64,
 }
 
@@ -130,39 +130,32 @@ impl Data<'_> {
         (0..points).map(row).collect()
     }
 
-    /// Times of answers for a shape that changes and for one that stays \[s\] (Table 2.1).
+    /// CPU times of answers for a shape that changes and for one that stays \[s\] (Table 2.1).
     pub(super) fn answer_times(
         &self,
         (variant, surrogate): &(Variant, Surrogate),
     ) -> Result<[f64; 2]> {
-        const AGAIN: u32 = 20;
         let (first, told) = (&self.compared.unseen[0], variant.told);
         let topology = self.ventricles.graph(variant.virtual_nodes)?;
         let theta = std::slice::from_ref(&first.theta);
-        let time = |answer: &mut dyn FnMut() -> Result<()>| -> Result<f64> {
-            let start = Instant::now();
-            (0..AGAIN).try_for_each(|_| answer())?;
-            Ok(start.elapsed().as_secs_f64() / f64::from(AGAIN))
-        };
         let geometry = first.geometry(&topology, told)?;
-        let varying = time(&mut || {
+        let varying = cpu_seconds_of(|| {
             surrogate.predict(&first.geometry(&topology, told)?, theta)?;
             Ok(())
         })?;
         let fixed = surrogate.fixed_geometry(&geometry)?;
-        let fixed = time(&mut || fixed.predict(theta).map(|_| ()).map_err(Into::into))?;
+        let fixed = cpu_seconds_of(|| Ok(fixed.predict(theta).map(|_| ())?))?;
         Ok([varying, fixed])
     }
 
-    /// The same in words, beside the solver.
+    /// Row of the table in words, beside the solver.
     pub(super) fn times(&self, general: &(Variant, Surrogate)) -> Result<(String, String)> {
         let [varying, fixed] = self.answer_times(general)?;
         let all = [varying, fixed, self.compared.coarse_s, self.solver_s];
         let [varying, fixed, coarse, solver] = all.map(|s| 1e3 * s);
         let what = format!(
-            "{varying:.1} ms where the shape changes, {fixed:.2} ms where it stays; the coarse solution {coarse:.0} ms, the solver by way of it {solver:.0} ms; {}, {} threads",
-            general.0.name(),
-            rayon::current_num_threads()
+            "{varying:.1} ms where the shape changes, {fixed:.2} ms where it stays; the coarse solution {coarse:.0} ms, the solver by way of it {solver:.0} ms; {}, CPU times",
+            general.0.name()
         );
         Ok(("an answer".into(), what))
     }

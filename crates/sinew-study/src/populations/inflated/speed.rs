@@ -39,7 +39,7 @@ pub(in crate::populations) fn section(options: &Options) -> Result<Section> {
     let [varies_s, stays_s] = data.answer_times(&(variant, surrogate))?;
     let mut table = Table::new(
         [Column::new("err_u", "mm").about("‖u − û‖ at every node; of an untrained network")],
-        [Column::new("answer", "s").about("one parameter set, threads as the report says")],
+        [Column::new("answer", "s").about("CPU time of one parameter set")],
         [],
     );
     for (method, errors, seconds) in [
@@ -52,7 +52,7 @@ pub(in crate::populations) fn section(options: &Options) -> Result<Section> {
         table.push(Row::new(method, errors, seconds)?)?;
     }
     let nodes = format!("{} nodes.", only.body.nodes);
-    let about = "Times of one answer, the parameters 1. The network has random weights, on which times do not depend: its errors mean nothing.";
+    let about = "CPU times of one answer, all parameters 1. The network has random weights, on which times do not depend: its errors mean nothing.";
     let blocks = vec![Block::Text(about.into()), Block::Text(nodes), Block::Table(table)];
     Ok(Section { name: stage::SPEED.into(), title: "Times on the thesis' mesh".into(), blocks })
 }

@@ -4,6 +4,7 @@ use super::hull::hull_volume;
 use crate::populations::options::Options;
 use crate::populations::simulated::{Seen, Simulated};
 use crate::populations::stage::{Stage, shape_parameters};
+use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -16,7 +17,6 @@ use sinew_gnn::Geometry;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{Prolongation, VentricleShape};
 use std::path::Path;
-use std::time::Instant;
 
 /// Cells through the wall, around, from apex to base: a mesh of 484 nodes, and one of 6788, the nearest to the thesis' 6784; with
 /// those of the coarse mesh. Fibres turn through the wall, so that one cell across it is another material.
@@ -180,17 +180,20 @@ impl Ventricles {
         Ok(Some(Ventricle { numbers, theta, body, displacement, coarse }))
     }
 
-    /// Mean wall times of ventricles on the coarse mesh, at the nodes of the fine one, and of the solver by way of it \[s\]; the bodies are
+    /// Mean CPU times of ventricles on the coarse mesh, at the nodes of the fine one, and of the solver by way of it \[s\]; the bodies are
     /// there.
     pub(super) fn times(&self, ventricles: &[Ventricle]) -> Result<[f64; 2]> {
         let (options, mut seconds) = (SolverOptions::default(), [0.0; 2]);
         for Ventricle { numbers, theta, .. } in ventricles {
-            let ([fine, coarse], start) = (self.stage.bodies(numbers)?, Instant::now());
-            coarse_displacement(&coarse, &fine, theta, &options)?;
-            seconds[0] += start.elapsed().as_secs_f64();
-            let start = Instant::now();
-            Solver::new(&fine)?.solve_nested(&coarse, theta, &options)?;
-            seconds[1] += start.elapsed().as_secs_f64();
+            let [fine, coarse] = self.stage.bodies(numbers)?;
+            seconds[0] += cpu_seconds_of(|| {
+                coarse_displacement(&coarse, &fine, theta, &options)?;
+                Ok(())
+            })?;
+            seconds[1] += cpu_seconds_of(|| {
+                Solver::new(&fine)?.solve_nested(&coarse, theta, &options)?;
+                Ok(())
+            })?;
         }
         Ok(seconds.map(|s| s / ventricles.len() as f64))
     }
