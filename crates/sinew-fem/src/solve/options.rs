@@ -34,11 +34,7 @@ pub struct Options {
     /// \[relative to the body's volume\]. Minima of a potential meet it at intermediate loads, and are solved to
     /// rounding errors at the final load.
     pub accuracy: f64,
-<<<<<<< HEAD
-    /// Residual of a minimum of a potential at the final load \[relative to loads and reactions\]; 0, the default, solves to rounding errors.
-=======
     /// Residual that is enough for a minimum of a potential; 0, the default, solves to rounding errors.
->>>>>>> main
     pub minimum_accuracy: f64,
     /// Accuracy without a potential at intermediate loads.
     pub accuracy_on_the_way: f64,
