@@ -49,7 +49,7 @@ impl Cluster {
             cluster.spawn(node, Command::new(&slurmd).args(["-D", "-N", node]));
         }
         cluster
-            .wait("two idle nodes", 20, || cluster.said("sinfo", "-h -o %T=%D").trim() == "idle=2");
+            .wait("two idle nodes", 60, || cluster.said("sinfo", "-h -o %T=%D").trim() == "idle=2");
         Some(cluster)
     }
 
@@ -224,7 +224,7 @@ fn a_campaign_on_slurm_survives_a_requeue_and_a_dead_node() {
         |node: &str| cluster.said("squeue", &format!("-h -r -t R -w {node} -j {array} -o %K"));
     let solves =
         |node: &str| cluster.jobs(Some(node)).iter().any(|process| process.name == "sinew");
-    cluster.wait("solves on both nodes", 20, || solves("n1") && solves("n2"));
+    cluster.wait("solves on both nodes", 60, || solves("n1") && solves("n2"));
     let task = running("n1").lines().next().unwrap().to_string();
     cluster.said("scontrol", &format!("requeue {array}_{task}"));
     let lost: Vec<_> = running("n2").lines().map(str::to_string).collect();
@@ -243,7 +243,7 @@ fn a_campaign_on_slurm_survives_a_requeue_and_a_dead_node() {
     });
     let controller = fs::read_to_string(slurm.join("slurmctld.log")).unwrap();
     assert!(controller.contains("n2 not responding") || controller.contains("n2 set DOWN"));
-    cluster.wait("an empty queue", 20, || cluster.said("squeue", "-h -r").is_empty());
+    cluster.wait("an empty queue", 60, || cluster.said("squeue", "-h -r").is_empty());
     let seconds = start.elapsed().as_secs_f64();
     drop(cluster);
     // The requeued task was stopped by SIGTERM, and stored what it had.
