@@ -29,6 +29,7 @@ pub(crate) fn replaced(own: Training, given: &str) -> Result<Training, String> {
         steps,
         seed: given.seed.or(own.seed),
         held_out: given.held_out.or(own.held_out),
+        anchors: given.anchors.or(own.anchors),
         design: given.design.or(own.design),
         network: given.network.or(own.network),
     })
