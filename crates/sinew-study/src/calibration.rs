@@ -7,11 +7,12 @@ mod metropolis;
 pub mod options;
 mod patients;
 mod reference;
+mod row;
 
 use crate::program::Growing;
 use anyhow::Result;
 use options::{Options, Part};
-use sinew_report::{Cell, Section};
+use sinew_report::Section;
 use std::path::PathBuf;
 
 /// Runs all parts that are asked for and writes the report, anew after each; the path of `report.html`.
@@ -34,13 +35,4 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
         page = growing.add(section(options)?, &options.out)?;
     }
     Ok(page)
-}
-
-/// A row of a listing, which is printed too.
-fn row(name: &str, head: &[&str], numbers: &[f64]) -> Vec<Cell> {
-    let said = head.iter().zip(numbers).filter(|(_, number)| !number.is_nan());
-    let said: Vec<String> = said.map(|(head, number)| format!("{head} {number:.3}")).collect();
-    println!("{name}: {}", said.join(", "));
-    let cell = |number: &f64| if number.is_nan() { Cell::default() } else { Cell::from(*number) };
-    std::iter::once(Cell::from(name)).chain(numbers.iter().map(cell)).collect()
 }

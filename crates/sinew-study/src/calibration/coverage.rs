@@ -2,7 +2,7 @@
 
 use super::options::Options;
 use super::patients::{self, NAMES, Synthetic};
-use super::row;
+use super::row::row;
 use crate::program;
 use anyhow::{Result, anyhow};
 use serde::{Deserialize, Serialize};

@@ -1,9 +1,10 @@
 //! Posteriors against brute force, with a bad emulator and adaptive Metropolis beside.
 
+use super::metropolis;
 use super::options::Options;
 use super::patients::{self, Synthetic};
 use super::reference::Reference;
-use super::{metropolis, row};
+use super::row::row;
 use crate::program;
 use anyhow::{Result, anyhow};
 use sinew::Prepared;
