@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 /// Samples that are solved together. The partition is fixed, so a run that is resumed between two blocks gives the
-/// numbers of an uninterrupted one; within a block they agree to the solver's rounding.
+/// numbers of an uninterrupted one; so does one within a block, but for chains of neighbours that took long (see `block.rs`).
 const BLOCK: usize = 100;
 
 /// Solutions of a block that are compared with that of a rising load, which costs another solve each.

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use rayon::ThreadPoolBuilder;
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Results of all pieces, `threads` at a time; stops at an error.
 ///
@@ -13,10 +13,30 @@ pub(crate) fn each<P: Sync, T: Send>(
     pieces: &[P],
     piece: impl Fn(&P) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
-    let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build();
-    let one = |of: &P| pool(1)?.install(|| piece(of));
-    // One after the other, so that the first come first.
-    pool(threads)?.install(|| pieces.par_iter().with_max_len(1).map(one).collect())
+    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let work = || -> Result<Vec<(usize, Result<T>)>> {
+        let pool = ThreadPoolBuilder::new().num_threads(1).build()?;
+        let mut done = Vec::new();
+        while !failed.load(Ordering::Relaxed) {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(of) = pieces.get(index) else { break };
+            let result = pool.install(|| piece(of));
+            failed.fetch_or(result.is_err(), Ordering::Relaxed);
+            done.push((index, result));
+        }
+        Ok(done)
+    };
+    // A scope of its own, for threads of a pool that wait for another pool take further pieces meanwhile.
+    let joined = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads.max(1)).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().map(|worker| worker.join()).collect::<Vec<_>>()
+    });
+    let mut done = Vec::with_capacity(pieces.len());
+    for found in joined {
+        done.extend(found.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
+    }
+    done.sort_by_key(|&(index, _)| index);
+    done.into_iter().map(|(_, result)| result).collect()
 }
 
 #[cfg(test)]

@@ -11,6 +11,10 @@ use sinew_report::{Block, Column, Distribution, Row, Section, Table};
 
 /// The section of the report: answers for a shape that changes and for one that stays, beside the solver, all parameters 1.
 pub(in crate::populations) fn section(options: &Options) -> Result<Section> {
+    options.kept(&options.out.join(stage::SPEED).join("section.json"), || measured(options))
+}
+
+fn measured(options: &Options) -> Result<Section> {
     let options = &Options { full: !options.quick, ..options.clone() };
     let ventricles = Ventricles::new(options)?;
     let numbers = vec![0.0; ALL];
