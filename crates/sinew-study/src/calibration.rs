@@ -15,6 +15,9 @@ use options::{Options, Part};
 use sinew_report::Section;
 use std::path::PathBuf;
 
+/// Makes a section of the report.
+type Make = fn(&Options) -> Result<Section>;
+
 /// Runs all parts that are asked for and writes the report, anew after each; the path of `report.html`.
 ///
 /// # Errors
@@ -25,7 +28,7 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     let size = (options.seed, options.quick);
     let mut growing = Growing::new(names, size, options, |_| String::new())?;
     let mut page = options.out.join("report.html");
-    let parts: [(Part, fn(&Options) -> Result<Section>); 4] = [
+    let parts: [(Part, Make); 4] = [
         (Part::Coverage, coverage::section),
         (Part::Grid, exactness::grid),
         (Part::Grid, exactness::rival),

@@ -88,6 +88,9 @@ fn one(options: &Options, patient: &Synthetic, number: u64) -> Result<Result<Out
     Ok(Ok(Outcome { ranks, correction: posterior.correction, mixing }))
 }
 
+/// Number of an outcome.
+type Number = fn(&Outcome) -> f64;
+
 fn written(outcomes: &[Outcome], refused: Vec<String>, title: String) -> Section {
     const HEAD: [&str; 4] = ["50 %", "80 %", "95 %", "inside its band"];
     let held = |ranks: &[f64]| {
@@ -106,7 +109,7 @@ fn written(outcomes: &[Outcome], refused: Vec<String>, title: String) -> Section
         all.extend(ranks);
     }
     rows.push(row("pooled", &HEAD, &held(&all)));
-    let of: [(&str, fn(&Outcome) -> f64); 7] = [
+    let of: [(&str, Number); 7] = [
         ("median solves", |o| o.correction.solves as f64),
         ("median time [s]", |o| o.correction.seconds),
         ("median k̂", |o| o.correction.k_hat),
