@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use sinew_emulate::Shard;
 use sinew_mesh::VentricleShape;
 use sinew_report::{Block, Chart, Column, Figure, Map, Panel, Row, Section, Table};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 use ventricle::Ventricles;
@@ -139,7 +140,7 @@ fn figure(rows: Vec<Vec<Option<f64>>>) -> Figure {
 
 /// Simulates one part of the ventricles of every seed.
 pub(super) fn simulate(options: &Options, shard: Shard) -> Result<PathBuf> {
-    let count = counts(options).iter().sum();
+    let count = Draw::of(options).count;
     for options in options.of_each_seed() {
         Ventricles::new(&options)?.simulated(
             count,
@@ -151,27 +152,48 @@ pub(super) fn simulate(options: &Options, shard: Shard) -> Result<PathBuf> {
     Ok(simulations(options))
 }
 
-/// Ventricles to train, to choose weights, to test.
-fn counts(options: &Options) -> [usize; 3] {
-    if options.quick { [6, 2, 3] } else { [850, 50, 100] }
+/// Ventricles of the population by their number. Those to test stay the same when more are drawn.
+struct Draw {
+    count: usize,
+    validation: Range<usize>,
+    unseen: Range<usize>,
+}
+
+impl Draw {
+    /// 2250 to train, as in the thesis; 850 on the mesh of 6788 nodes.
+    fn of(options: &Options) -> Self {
+        match options {
+            Options { quick: true, .. } => Self { count: 11, validation: 6..8, unseen: 8..11 },
+            Options { full, .. } => Self {
+                count: if *full { 1000 } else { 2400 },
+                validation: 850..900,
+                unseen: 900..1000,
+            },
+        }
+    }
+
+    /// Number of the ventricle among those to train; none if it is not one of them.
+    fn training(&self, index: usize) -> Option<usize> {
+        let kept = self.validation.start..self.unseen.end;
+        (!kept.contains(&index)).then(|| index - if index < kept.start { 0 } else { kept.len() })
+    }
 }
 
 fn study(options: &Options) -> Result<Study> {
     eprintln!("\nVentricles of random shape, inflated");
-    let (ventricles, counts) = (Ventricles::new(options)?, counts(options));
+    let (ventricles, draw) = (Ventricles::new(options)?, Draw::of(options));
     let start = Instant::now();
-    let drawn: usize = counts.iter().sum();
-    let learned = options.simulations.map_or(counts[0], |count| count as usize);
-    let wanted = |index: usize| index < learned || index >= counts[0];
-    let all = ventricles.simulated(drawn, wanted, &simulations(options), None)?;
+    let most = options.simulations.map_or(usize::MAX, |count| count as usize);
+    let wanted = |index: usize| draw.training(index).is_none_or(|number| number < most);
+    let all = ventricles.simulated(draw.count, wanted, &simulations(options), None)?;
     let seconds = start.elapsed().as_secs_f64();
     // By number, so that one without equilibrium moves no other.
     let [mut training, mut validation, mut unseen] = [Vec::new(), Vec::new(), Vec::new()];
     for (index, ventricle) in all {
         let small = ventricle.volume(&ventricle.displacement) < LARGEST;
         match index {
-            _ if index < counts[0] => training.push(ventricle),
-            _ if index < counts[0] + counts[1] => validation.push(ventricle),
+            _ if draw.validation.contains(&index) => validation.push(ventricle),
+            _ if !draw.unseen.contains(&index) => training.push(ventricle),
             _ if small => unseen.push(ventricle),
             _ => {}
         }
@@ -187,11 +209,9 @@ fn study(options: &Options) -> Result<Study> {
         Compared { options, training, validation, unseen, pace: PACE, simulation_s, coarse_s };
     let data = Data { ventricles: &ventricles, compared, solver_s };
     let compared = &data.compared;
-    let facts = data.facts(drawn, seconds)?;
+    let facts = data.facts(draw.count, seconds)?;
     let mut population = vec![coarse_alone(compared)?, one_stiffness(&ventricles, compared)?];
-    // Of a few simulations all are wanted.
-    let parts = if options.simulations.is_some() { [2, 1] } else { [4, 2] };
-    for count in parts.map(|part| training.len().div_ceil(part).max(2).min(training.len())) {
+    for count in [training.len().div_ceil(8).max(2), training.len()] {
         for coarse in [false, true] {
             population.push(compared.regression(count, Seen { numbers: ALL, coarse })?);
         }

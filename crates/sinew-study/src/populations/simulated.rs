@@ -95,10 +95,8 @@ pub(super) struct Compared<'a, B> {
 impl<B: Simulated> Compared<'_, B> {
     /// Regression on the first `count` simulations, over numbers of the shape and parameters.
     pub(super) fn regression(&self, count: usize, told: Seen) -> Result<Measured> {
-        let (start, seen) = (cpu_seconds(), &self.training[..count]);
-        let inputs: Vec<Vec<f64>> = seen.iter().map(|body| body.inputs(told)).collect();
-        let fields: Vec<Vec<f64>> = seen.iter().map(|body| body.target(told)).collect();
-        let fit = PodRegression::fit(&seen[0].parameters(told), &inputs, &fields)?;
+        let start = cpu_seconds();
+        let fit = regression(&self.training[..count], told, |body| body.target(told))?;
         let cost = (cpu_seconds() - start, count);
         let method = format!("POD + GP, {count} simulations{}", told.name());
         self.measured([&method, &in_short(&fit)], cost, told, |body| {
@@ -254,6 +252,23 @@ impl<B: Simulated> Compared<'_, B> {
         Ok((chart, ("two principal components of the embeddings".into(), what)))
     }
 }
+
+/// Regression of what `target` says of bodies, over numbers of the shape and parameters. Modes and hyperparameters come from the first
+/// [`FITTED`] of them: a fit takes the cube of their number at every step of its search.
+pub(super) fn regression<B: Simulated>(
+    seen: &[B],
+    told: Seen,
+    target: impl Fn(&B) -> Vec<f64>,
+) -> Result<PodRegression> {
+    let inputs: Vec<Vec<f64>> = seen.iter().map(|body| body.inputs(told)).collect();
+    let fields: Vec<Vec<f64>> = seen.iter().map(target).collect();
+    let few = seen.len().min(FITTED);
+    let fit = PodRegression::fit(&seen[0].parameters(told), &inputs[..few], &fields[..few])?;
+    Ok(if seen.len() > few { fit.refitted(&inputs, &fields)? } else { fit })
+}
+
+/// Simulations that modes and hyperparameters of a regression are fitted to.
+const FITTED: usize = 425;
 
 /// Predictions of a network for bodies on a graph.
 pub(super) fn predicting<'a, B: Simulated>(

@@ -4,11 +4,10 @@ use super::ALL;
 use super::methods::Data;
 use super::perceptron::{Perceptron, Samples};
 use super::ventricle::Ventricle;
-use crate::populations::simulated::{Compared, Measured, Seen, Simulated};
+use crate::populations::simulated::{Compared, Measured, Seen, Simulated, regression};
 use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
-use sinew_emulate::PodRegression;
 use sinew_report::Distribution;
 use std::time::Instant;
 
@@ -56,15 +55,12 @@ impl Data<'_> {
         })
     }
 
-    /// Regression of the cavity's growth over numbers and parameters, from half of the simulations.
+    /// Regression of the cavity's growth over numbers and parameters.
     fn regressed_volumes(&self, told: Seen) -> Result<Measured> {
         let start = cpu_seconds();
-        let Compared { training, coarse_s, .. } = self.compared;
-        let seen = &training[..training.len().div_ceil(2)];
-        let inputs: Vec<_> = seen.iter().map(|v| v.inputs(told)).collect();
+        let Compared { training: seen, coarse_s, .. } = self.compared;
         let growth = |v: &Ventricle| vec![v.growth(&v.displacement) - v.known_growth(told)];
-        let growths: Vec<_> = seen.iter().map(growth).collect();
-        let fit = PodRegression::fit(&seen[0].parameters(told), &inputs, &growths)?;
+        let fit = regression(seen, told, growth)?;
         let cpu_s = cpu_seconds() - start;
         let find = |v: &Ventricle| -> Result<f64> {
             let growth = fit.predict(&v.inputs(told))?[0] + v.known_growth(told);
