@@ -5,8 +5,8 @@ use crate::packed;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 
-/// Functions of the parameters, one for each value, first and second derivative at some places (anchors), that is one where it is given and zero
-/// where the others are: interpolation with derivatives by a Gaussian kernel (gradient-enhanced kriging; Rasmussen & Williams 9.4).
+/// Field over the parameters with given values, first and second derivatives at some places (anchors): interpolation by a Gaussian kernel
+/// (gradient-enhanced kriging; Rasmussen & Williams 9.4).
 ///
 /// The kernel is `exp(−½ ‖z − z′‖²)` of `z = B x`. Directions in which the interpolated fields curve more are longer: `Bᵀ B = C / (s² λ)`
 /// with the Gram matrix C of their second derivatives, its largest eigenvalue λ, and a length s by the evidence.
@@ -19,6 +19,8 @@ pub struct Anchors {
     map: DMatrix<f64>,
     /// Inverse of the covariances of values and derivatives by z, anchor by anchor.
     inverse: DMatrix<f64>,
+    /// Inverse times these values and derivatives: weights of the covariances with them, a row for each.
+    weights: DMatrix<f64>,
 }
 
 /// Variance on the diagonal relative to that of a value: rounding errors of states and of their derivatives by differences.
@@ -32,7 +34,7 @@ const LENGTH: f64 = 2.0;
 
 impl Anchors {
     /// Anchors at standardised parameters, from fields that are given there: at each the value, the first derivatives and those by each two of
-    /// the parameters. Returns them with the fields that their functions multiply, anchor by anchor. `curvature` is C.
+    /// the parameters. `curvature` is C.
     ///
     /// # Errors
     /// Numbers that are not finite, anchors that coincide.
@@ -40,7 +42,7 @@ impl Anchors {
         at: &[Vec<f64>],
         fields: &[Vec<Vec<f64>>],
         curvature: &DMatrix<f64>,
-    ) -> Result<(Self, Vec<Vec<f64>>)> {
+    ) -> Result<Self> {
         if (1..at.len()).any(|i| at[..i].contains(&at[i])) {
             return Err(CoordinateError::None("two anchors are at the same parameters"));
         }
@@ -53,46 +55,29 @@ impl Anchors {
         let factor = |row: usize, length: f64| {
             length.powi(orders[row % orders.len()].iter().sum::<usize>() as i32)
         };
-        let mut best: Option<(f64, f64, Self)> = None;
+        let mut best: Option<(f64, Self)> = None;
         for length in LENGTHS {
             let places = at.iter().map(|x| &root * DVector::from_column_slice(x) / length);
-            let Some((anchors, factored)) = Self::at(places.collect(), &root / length) else {
-                continue;
-            };
+            let given = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+                factor(i, length) * matrix[(i, j)]
+            });
+            let (places, map) = (places.collect::<Vec<_>>(), &root / length);
+            let Some(factored) = factored(&places, root.ncols()) else { continue };
+            let spread: f64 = factored.l_dirty().diagonal().iter().map(|l| 2.0 * l.ln()).sum();
+            let (inverse, weights) = (factored.inverse(), factored.solve(&given));
             let scaled = DMatrix::from_fn(fields.len(), fields.len(), |i, j| {
                 factor(i, length) * factor(j, length) * products[(i, j)]
             });
-            let fit = anchors.inverse.component_mul(&scaled).sum();
-            let spread: f64 = factored.l_dirty().diagonal().iter().map(|l| 2.0 * l.ln()).sum();
+            let fit = inverse.component_mul(&scaled).sum();
             let scale: f64 = (0..fields.len()).map(|row| 2.0 * factor(row, length).ln()).sum();
             let evidence = fields.len() as f64 * fit.ln() + spread - scale;
             // Fields of zero tell no length.
             let evidence = if evidence.is_finite() { evidence } else { (length - LENGTH).abs() };
-            if best.as_ref().is_none_or(|(least, ..)| evidence < *least) {
-                best = Some((evidence, length, anchors));
+            if best.as_ref().is_none_or(|(least, _)| evidence < *least) {
+                best = Some((evidence, Self { places, map, inverse, weights }));
             }
         }
-        let (_, length, anchors) = best.ok_or(CoordinateError::None("anchors coincide"))?;
-        let scaled = fields.into_iter().enumerate();
-        let scaled = scaled.map(|(row, field)| {
-            field.into_iter().map(|value| factor(row, length) * value).collect()
-        });
-        Ok((anchors, scaled.collect()))
-    }
-
-    /// Anchors and the factor of their covariances; `None` where that is singular.
-    fn at(places: Vec<DVector<f64>>, map: DMatrix<f64>) -> Option<(Self, Cholesky<f64, Dyn>)> {
-        let orders = orders(map.ncols());
-        let rows = orders.len();
-        let entry = |i: usize, j: usize| {
-            let between = &places[i / rows] - &places[j / rows];
-            let nugget = if i == j { NUGGET } else { 0.0 };
-            covariance(&between, &orders[i % rows], &orders[j % rows]) + nugget
-        };
-        let count = places.len() * rows;
-        let factored = Cholesky::new(DMatrix::from_fn(count, count, entry))?;
-        let inverse = factored.inverse();
-        Some((Self { places, map, inverse }, factored))
+        Ok(best.ok_or(CoordinateError::None("anchors coincide"))?.1)
     }
 
     /// Standardised parameters of the anchors.
@@ -107,17 +92,22 @@ impl Anchors {
         self.places.len()
     }
 
-    /// Number of the functions.
-    pub fn terms(&self) -> usize {
-        self.inverse.nrows()
+    /// Length of the field.
+    pub fn length(&self) -> usize {
+        self.weights.ncols()
     }
 
-    /// The functions at standardised parameters, or how they change along a direction of these.
+    /// Fields at rows of standardised parameters, one after the other, or their changes along a direction for each row.
     ///
     /// # Errors
     /// Other parameters than those of the anchors.
-    pub fn at_parameters(&self, x: &[f64], along: Option<&[f64]>) -> Result<Vec<f64>> {
-        Ok((&self.inverse * self.covariances(x, along)?).as_slice().to_vec())
+    pub fn at_parameters(&self, rows: &[f64], along: Option<&[f64]>) -> Result<Vec<f64>> {
+        let count = self.map.ncols();
+        let rows = rows.chunks(count).enumerate().map(|(row, x)| {
+            self.covariances(x, along.map(|along| &along[row * count..(row + 1) * count]))
+        });
+        let covariances = DMatrix::from_columns(&rows.collect::<Result<Vec<_>>>()?);
+        Ok(self.weights.tr_mul(&covariances).as_slice().to_vec())
     }
 
     /// Variance of the interpolation at standardised parameters, relative to that far from all anchors: zero at them.
@@ -127,26 +117,6 @@ impl Anchors {
     pub fn variance(&self, x: &[f64]) -> Result<f64> {
         let covariances = self.covariances(x, None)?;
         Ok((1.0 - covariances.dot(&(&self.inverse * &covariances))).max(0.0))
-    }
-
-    /// How much less the variance at all of some standardised parameters is in sum, for each of them, when its value is known (active learning; Cohn 1996).
-    ///
-    /// # Errors
-    /// As [`Anchors::at_parameters`].
-    pub fn gains(&self, all: &[Vec<f64>]) -> Result<Vec<f64>> {
-        let columns = all.iter().map(|x| self.covariances(x, None));
-        let known = DMatrix::from_columns(&columns.collect::<Result<Vec<_>>>()?);
-        let explained = known.tr_mul(&(&self.inverse * &known));
-        let places: Vec<_> =
-            all.iter().map(|x| &self.map * DVector::from_column_slice(x)).collect();
-        let left = |i: usize, j: usize| {
-            (-0.5 * (&places[i] - &places[j]).norm_squared()).exp() - explained[(i, j)]
-        };
-        let gain = |i: usize| {
-            let squares: f64 = (0..all.len()).map(|j| left(i, j).powi(2)).sum();
-            squares / (left(i, i).max(0.0) + NUGGET)
-        };
-        Ok((0..all.len()).map(gain).collect())
     }
 
     fn covariances(&self, x: &[f64], along: Option<&[f64]>) -> Result<DVector<f64>> {
@@ -167,8 +137,21 @@ impl Anchors {
                 }
             })
         });
-        Ok(DVector::from_iterator(self.terms(), rows))
+        Ok(DVector::from_iterator(self.inverse.nrows(), rows))
     }
+}
+
+/// Factor of the covariances of values and derivatives at some places; `None` where these are singular.
+fn factored(places: &[DVector<f64>], parameters: usize) -> Option<Cholesky<f64, Dyn>> {
+    let orders = orders(parameters);
+    let rows = orders.len();
+    let entry = |i: usize, j: usize| {
+        let between = &places[i / rows] - &places[j / rows];
+        let nugget = if i == j { NUGGET } else { 0.0 };
+        covariance(&between, &orders[i % rows], &orders[j % rows]) + nugget
+    };
+    let count = places.len() * rows;
+    Cholesky::new(DMatrix::from_fn(count, count, entry))
 }
 
 /// How often each parameter occurs in the value, the first derivatives, and those by two parameters: those with the first, with the second and so on.
@@ -236,18 +219,22 @@ fn turned(given: &[Vec<f64>], back: &DMatrix<f64>) -> Vec<Vec<f64>> {
 struct Packed {
     parameters: usize,
     anchors: usize,
+    length: usize,
     places: String,
     map: String,
+    weights: String,
 }
 
 impl From<Anchors> for Packed {
-    fn from(Anchors { places, map, .. }: Anchors) -> Self {
+    fn from(Anchors { places, map, weights, .. }: Anchors) -> Self {
         let all: Vec<f64> = places.iter().flat_map(|place| place.iter().copied()).collect();
         Self {
             parameters: map.ncols(),
             anchors: places.len(),
+            length: weights.ncols(),
             places: packed::doubles(&all),
             map: packed::doubles(map.as_slice()),
+            weights: packed::doubles(weights.as_slice()),
         }
     }
 }
@@ -259,9 +246,13 @@ impl TryFrom<Packed> for Anchors {
         let (count, anchors) = (stored.parameters, stored.anchors);
         let places = packed::read_doubles(&stored.places, anchors * count)?;
         let map = packed::read_doubles(&stored.map, count * count)?;
-        let places = places.chunks(count.max(1)).map(DVector::from_column_slice).collect();
-        let found = Self::at(places, DMatrix::from_vec(count, count, map));
-        Ok(found.ok_or("anchors of the outputs coincide")?.0)
+        let chunks = places.chunks(count.max(1));
+        let places: Vec<_> = chunks.map(DVector::from_column_slice).collect();
+        let factored = factored(&places, count).ok_or("anchors of the outputs coincide")?;
+        let (map, inverse) = (DMatrix::from_vec(count, count, map), factored.inverse());
+        let weights = packed::read_doubles(&stored.weights, inverse.nrows() * stored.length)?;
+        let weights = DMatrix::from_vec(inverse.nrows(), stored.length, weights);
+        Ok(Self { places, map, inverse, weights })
     }
 }
 
@@ -283,9 +274,8 @@ mod tests {
         ]
     }
 
-    fn at(anchors: &Anchors, fields: &[Vec<f64>], x: [f64; 2], along: Option<&[f64]>) -> [f64; 2] {
-        let terms = anchors.at_parameters(&x, along).unwrap();
-        std::array::from_fn(|i| terms.iter().zip(fields).map(|(t, field)| t * field[i]).sum())
+    fn at(anchors: &Anchors, x: [f64; 2], along: Option<&[f64]>) -> [f64; 2] {
+        anchors.at_parameters(&x, along).unwrap().try_into().unwrap()
     }
 
     #[test]
@@ -294,10 +284,10 @@ mod tests {
         let all: Vec<_> = places.iter().map(|&place| given(place)).collect();
         let curvature = DMatrix::from_row_slice(2, 2, &[2.0, 0.5, 0.5, 1.0]);
         let thetas: Vec<Vec<f64>> = places.iter().map(|place| place.to_vec()).collect();
-        let (anchors, fields) = Anchors::through(&thetas, &all, &curvature).unwrap();
+        let anchors = Anchors::through(&thetas, &all, &curvature).unwrap();
         for (place, given) in places.iter().zip(&all) {
-            let found = at(&anchors, &fields, *place, None);
-            let slopes = [[1.0, 0.0], [0.0, 1.0]].map(|p| at(&anchors, &fields, *place, Some(&p)));
+            let found = at(&anchors, *place, None);
+            let slopes = [[1.0, 0.0], [0.0, 1.0]].map(|p| at(&anchors, *place, Some(&p)));
             for i in 0..2 {
                 // The nugget times weights of millions: the fields are smooth over the length.
                 assert!((found[i] - given[0][i]).abs() < 1e-3, "{found:?} {given:?}");
@@ -306,15 +296,8 @@ mod tests {
             }
             assert!(anchors.variance(place).unwrap() < 1e-4);
         }
-        // What is known already tells nothing, and the middle of what is not tells most.
-        let candidates = [vec![0.6, 1.5], vec![10.0, -9.0], vec![11.0, -9.0], vec![9.0, -9.0]];
-        let gains = anchors.gains(&candidates).unwrap();
-        assert!(
-            gains[0] < 0.1 * gains[1] && gains[1] > gains[2] && gains[1] > gains[3],
-            "{gains:?}"
-        );
         let between = [0.4, -0.3];
-        let (found, truth) = (at(&anchors, &fields, between, None), given(between));
+        let (found, truth) = (at(&anchors, between, None), given(between));
         assert!((0..2).all(|i| (found[i] - truth[0][i]).abs() < 2e-3), "{found:?} {truth:?}");
         assert!(anchors.variance(&[40.0, 40.0]).unwrap() > 0.9);
         // Stored ones are the same to the bit.

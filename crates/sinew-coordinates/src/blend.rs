@@ -1,28 +1,22 @@
-//! Outputs that go through several solved states.
+//! Motions that go through several solved states.
 
 use crate::anchors::Anchors;
-use crate::dirichlet::Dirichlet;
 use crate::error::{Result, require_count};
 use crate::motions::{Anchor, Motions};
 use crate::polynomial::{all_terms, terms};
-use crate::split::pseudo_inverse;
-use nalgebra::{DMatrix, SMatrix, SVector};
-use sinew_energy::Body;
+use nalgebra::DMatrix;
 
-/// Deviations of the parameters over which outputs at an anchor are differentiated: half of the digits of a second difference are left.
+/// Deviations of the parameters over which the remainder at an anchor is differentiated: half of the digits of a second difference are left.
 const STEP: f64 = 1e-3;
 
 impl Motions {
-    /// Outputs that go through all of these states with their first and second derivatives: what the outputs leave of them is interpolated by
-    /// [`Anchors`], as displacements of nodes within their clusters, so that it turns with these.
+    /// Displacements that go through all of these states with their first and second derivatives: [`Anchors`] interpolate the remainder of the
+    /// Taylor expansion and are added after the motions. Rotations that the expansion extrapolates do not turn it.
     ///
     /// # Errors
-    /// Another body than the motions', states that do not belong to it, states at the same parameters.
-    pub fn through(self, states: &[Anchor], body: &Body) -> Result<Self> {
-        let dirichlet = Dirichlet::of_body(body);
-        let table = dirichlet.projectors(3);
-        let free: Vec<_> =
-            table.chunks_exact(9).map(SMatrix::<f64, 3, 3>::from_row_slice).collect();
+    /// Another body than the motions', states at the same parameters.
+    pub fn through(self, states: &[Anchor]) -> Result<Self> {
+        let nodes = self.origin().len() / 3;
         let count = states.first().map_or(0, |state| state.at.len());
         let mut curvature = DMatrix::zeros(count, count);
         let mut fields = Vec::with_capacity(states.len());
@@ -30,20 +24,18 @@ impl Motions {
             require_count("parameters of an anchor", state.at.len(), count)?;
             require_count("changes at an anchor", state.changes.len(), 1 + all_terms(count))?;
             for change in &state.changes {
-                require_count("entries of a change", change.len(), 3 * body.nodes)?;
+                require_count("entries of a change", change.len(), 3 * nodes)?;
             }
             curvature += curvature_of(&state.changes[1 + count..], count);
-            fields.push(self.remainder(state, &free)?);
+            fields.push(self.remainder(state)?);
         }
         let at: Vec<_> = states.iter().map(|state| state.at.clone()).collect();
-        let (anchors, fields) = Anchors::through(&at, &fields, &curvature)?;
-        let clusters = vec![0.0; 6 * self.tree().centres.len()];
-        let slopes = fields.into_iter().map(|field| [&clusters[..], &field[..]].concat());
-        Ok(self.with_terms(anchors, slopes.collect()))
+        let anchors = Anchors::through(&at, &fields, &curvature)?;
+        Ok(self.with_anchors(anchors))
     }
 
-    /// Outputs of nodes that are missing at a state, and their first and second derivatives.
-    fn remainder(&self, state: &Anchor, free: &[SMatrix<f64, 3, 3>]) -> Result<Vec<Vec<f64>>> {
+    /// Remainder of the displacement at a state, and its first and second derivatives \[length\].
+    fn remainder(&self, state: &Anchor) -> Result<Vec<Vec<f64>>> {
         let count = state.at.len();
         let missing = |axes: &[usize], sign: f64| -> Result<Vec<f64>> {
             let mut away = vec![0.0; count];
@@ -53,7 +45,8 @@ impl Motions {
                 target.iter_mut().zip(change).for_each(|(u, change)| *u += term * change);
             }
             let at: Vec<f64> = state.at.iter().zip(&away).map(|(x, away)| x + away).collect();
-            self.missing(&at, &target, free)
+            let expanded = self.expanded(&at)?;
+            Ok(target.iter().zip(expanded).map(|(u, expanded)| u - expanded).collect())
         };
         let both = |axes: &[usize]| Ok([missing(axes, 1.0)?, missing(axes, -1.0)?]);
         let here = missing(&[], 0.0)?;
@@ -78,39 +71,6 @@ impl Motions {
             }
         }
         Ok(all)
-    }
-
-    /// Outputs of nodes that bring what outputs follow at standardised parameters to a displacement, clusters being where they are.
-    fn missing(
-        &self,
-        parameters: &[f64],
-        target: &[f64],
-        free: &[SMatrix<f64, 3, 3>],
-    ) -> Result<Vec<f64>> {
-        let (tree, outputs) = (self.tree(), self.outputs_at(parameters)?);
-        let (clusters, nodes) = outputs.split_at(6 * tree.centres.len());
-        // A node's displacement is linear in its outputs: four of them tell how.
-        let base = tree.moved(clusters, nodes);
-        let columns: [Vec<f64>; 3] = std::array::from_fn(|k| {
-            let unit = nodes.iter().enumerate().map(|(i, y)| y + f64::from(i % 3 == k));
-            tree.moved(clusters, &unit.collect::<Vec<_>>())
-        });
-        let of_node = |node: usize| {
-            let map =
-                SMatrix::<f64, 3, 3>::from_fn(|i, k| columns[k][3 * node + i] - base[3 * node + i]);
-            let lacks = SVector::<f64, 3>::from_fn(|i, _| {
-                target[3 * node + i] - self.origin()[3 * node + i] - base[3 * node + i]
-            });
-            let (map, lacks) = (free[node] * map, free[node] * lacks);
-            // Supports leave a map of lower rank.
-            let whole = free[node] == SMatrix::<f64, 3, 3>::identity();
-            let y = match map.try_inverse().filter(|_| whole) {
-                Some(inverse) => inverse * lacks,
-                None => pseudo_inverse(map.transpose() * map) * map.transpose() * lacks,
-            };
-            [y[0], y[1], y[2]]
-        };
-        Ok((0..free.len()).flat_map(of_node).collect())
     }
 }
 

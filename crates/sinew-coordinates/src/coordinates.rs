@@ -38,7 +38,7 @@ impl Coordinates {
         }
     }
 
-    /// Solved states whose functions multiply the last slopes; none where outputs follow one state.
+    /// Further solved states whose displacements are added; none where outputs follow one state.
     pub fn anchors(&self) -> Option<&Arc<Anchors>> {
         match self {
             Self::Motions(motions) => motions.anchors(),

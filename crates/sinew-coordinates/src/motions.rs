@@ -34,11 +34,11 @@ pub struct Motions {
     slopes: Arc<[Vec<f64>]>,
     /// Logarithm of the amplitude per unit of each of these terms; none where outputs follow without one.
     rates: Arc<[f64]>,
-    /// Further solved states, whose functions multiply the last of `slopes`.
+    /// Further solved states, whose displacements are added.
     anchors: Option<Arc<Anchors>>,
 }
 
-/// A solved state that outputs are to go through.
+/// A solved state that displacements are to go through.
 #[derive(Clone, Debug)]
 pub struct Anchor {
     /// Its standardised parameters.
@@ -184,42 +184,37 @@ impl Motions {
         self
     }
 
-    /// Displacement of a body at standardised parameters by the Taylor expansion alone, node by node \[length\].
+    /// Displacement of a body at standardised parameters without a network, node by node \[length\].
     ///
     /// # Errors
     /// Another body than the motions', other parameters than the outputs follow.
     pub fn followed(&self, parameters: &[f64], body: &Body) -> Result<Vec<f64>> {
         require_count("nodes of the body", body.nodes, self.tree.positions.len())?;
-        let outputs = self.outputs_at(parameters)?;
-        let (clusters, nodes) = outputs.split_at(6 * self.tree.centres.len());
-        let moved = self.tree.moved(clusters, nodes);
-        let moved: Vec<f64> = moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect();
+        let mut moved = self.expanded(parameters)?;
+        if let Some(anchors) = &self.anchors {
+            let added = anchors.at_parameters(parameters, None)?;
+            moved.iter_mut().zip(added).for_each(|(u, added)| *u += added);
+        }
         Ok(Dirichlet::of_body(body).write_over(&moved))
     }
 
-    /// Outputs of clusters and then of nodes at standardised parameters.
-    pub(crate) fn outputs_at(&self, parameters: &[f64]) -> Result<Vec<f64>> {
-        let of_anchors = self.anchors.as_ref().map_or(0, |anchors| anchors.terms());
-        let of_amplitude = usize::from(!self.rates.is_empty());
-        let plain = self.slopes.len() - of_anchors;
-        check_terms(plain - of_amplitude, parameters.len())?;
-        let mut all = with_amplitude(terms(parameters), &self.rates);
-        all.truncate(plain);
-        if let Some(anchors) = &self.anchors {
-            all.extend(anchors.at_parameters(parameters, None)?);
-        }
-        let mut outputs = vec![0.0; 6 * self.tree.centres.len() + self.origin.len()];
-        for (slope, term) in self.slopes.iter().zip(all) {
+    /// Displacement of the Taylor expansion alone, node by node \[length\].
+    pub(crate) fn expanded(&self, parameters: &[f64]) -> Result<Vec<f64>> {
+        check_terms(self.slopes.len() - usize::from(!self.rates.is_empty()), parameters.len())?;
+        let mut terms = with_amplitude(terms(parameters), &self.rates);
+        terms.truncate(self.slopes.len());
+        let clusters = 6 * self.tree.centres.len();
+        let mut outputs = vec![0.0; clusters + self.origin.len()];
+        for (slope, term) in self.slopes.iter().zip(terms) {
             outputs.iter_mut().zip(slope).for_each(|(y, slope)| *y += term * slope);
         }
-        Ok(outputs)
+        let moved = self.tree.moved(&outputs[..clusters], &outputs[clusters..]);
+        Ok(moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect())
     }
 
-    /// Outputs with further terms, `slopes`, that are functions of anchors.
-    pub(crate) fn with_terms(mut self, anchors: Anchors, slopes: Vec<Vec<f64>>) -> Self {
-        self.slopes = self.slopes.iter().cloned().chain(slopes).collect();
-        self.anchors = Some(anchors.into());
-        self
+    /// With further solved states.
+    pub(crate) fn with_anchors(self, anchors: Anchors) -> Self {
+        Self { anchors: Some(anchors.into()), ..self }
     }
 
     /// The slopes as features of a graph's nodes, virtual ones after the real ones: six columns for each change that outputs follow, of
@@ -252,7 +247,7 @@ impl Motions {
         &self.rates
     }
 
-    /// Further solved states that outputs go through, see [`Motions::through`]; none where there is one alone.
+    /// Further solved states that displacements go through, see [`Motions::through`]; none where there is one alone.
     pub fn anchors(&self) -> Option<&Arc<Anchors>> {
         self.anchors.as_ref()
     }
@@ -465,16 +460,15 @@ impl TryFrom<Packed> for Motions {
             node_parents: packed.node_parents,
             cluster_parents: packed.cluster_parents,
         };
-        let origin = read(&packed.origin, 3 * nodes)?.into();
+        let origin: Arc<[f64]> = read(&packed.origin, 3 * nodes)?.into();
         let slopes = packed.slopes.iter().map(|slope| read(slope, 6 * clusters + 3 * nodes));
         let slopes: Arc<[Vec<f64>]> = slopes.collect::<std::result::Result<_, _>>()?;
         let rates: Arc<[f64]> = packed.rates.into();
-        let of_anchors = packed.anchors.as_ref().map_or(0, Anchors::terms);
-        let Some(plain) = slopes.len().checked_sub(of_anchors) else {
-            return Err("the outputs have fewer terms than their anchors".into());
-        };
-        if !rates.is_empty() && rates.len() + 1 != plain {
+        if !rates.is_empty() && rates.len() + 1 != slopes.len() {
             return Err("the amplitude of the outputs has other terms than they".into());
+        }
+        if packed.anchors.as_ref().is_some_and(|anchors| anchors.length() != origin.len()) {
+            return Err("the anchors of the outputs have other nodes than they".into());
         }
         let (unknowns, anchors) = (packed.unknowns, packed.anchors.map(Arc::new));
         Ok(Self { origin, unknowns, tree: tree.into(), slopes, rates, anchors })

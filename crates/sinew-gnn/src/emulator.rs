@@ -18,6 +18,8 @@ pub struct Output {
     pub nodes: Tensor<3>,
     /// `[batch, virtual nodes, 6]`, where they are decoded.
     pub clusters: Option<Tensor<3>>,
+    /// Displacement that is added to that of the outputs, `[batch, real nodes, D]`: that of anchors, where there are some.
+    pub added: Option<Tensor<3>>,
 }
 
 /// Embeddings of the nodes of a geometry that are decoded, `[nodes, 2 M]`, layer by layer.
@@ -261,10 +263,13 @@ impl Emulator {
     /// The outputs of all decoders, in their order.
     fn gathered(&self, mut parts: Vec<Tensor<3>>) -> Output {
         match self.config.decoding {
-            Decoding::Components => Output { nodes: Tensor::cat(parts, 2), clusters: None },
+            Decoding::Components => {
+                Output { nodes: Tensor::cat(parts, 2), clusters: None, added: None }
+            }
             Decoding::Motions { .. } => {
                 let nodes = parts.remove(0);
-                Output { nodes, clusters: (!parts.is_empty()).then(|| Tensor::cat(parts, 1)) }
+                let clusters = (!parts.is_empty()).then(|| Tensor::cat(parts, 1));
+                Output { nodes, clusters, added: None }
             }
         }
     }

@@ -21,6 +21,8 @@ pub(crate) struct OutputMap {
     supports: Supports,
     /// Outputs with a Taylor polynomial in the parameters.
     slopes: Option<Slopes>,
+    /// Further solved states, whose displacements are added.
+    anchors: Option<Arc<Anchors>>,
 }
 
 /// Outputs per unit of each term of the standardised parameters, see [`terms`].
@@ -33,8 +35,6 @@ struct Slopes {
     /// `[terms of the parameters, 1]`: rates of the logarithm of an amplitude a, which multiplies the terms. The last term
     /// is then 1 − a.
     rates: Option<Tensor<2>>,
-    /// Solved states whose functions multiply the last rows.
-    anchors: Option<Arc<Anchors>>,
 }
 
 impl Slopes {
@@ -49,59 +49,27 @@ impl Slopes {
             clusters: part(|row, at| &row[..at]),
             nodes: part(|row, at| &row[at..]),
             rates: (!rates.is_empty()).then(|| matrix(rates, rates.len(), device)),
-            anchors: coordinates.anchors().cloned(),
         })
-    }
-
-    /// Terms of the Taylor polynomial.
-    fn plain(&self) -> usize {
-        self.nodes.dims()[0] - self.anchors.as_ref().map_or(0, |anchors| anchors.terms())
-    }
-
-    /// Terms, and behind them functions of anchors, or their changes along a direction in each row. These are numbers of double precision until
-    /// they are summed, and constants of a training: nothing is learned through them.
-    fn with_anchors(
-        &self,
-        terms: Tensor<2>,
-        parameters: &Tensor<2>,
-        along: Option<&Tensor<2>>,
-    ) -> Tensor<2> {
-        let Some(anchors) = &self.anchors else { return terms };
-        let numbers = |x: &Tensor<2>| -> Vec<f64> {
-            x.clone().into_data().iter::<f32>().map(f64::from).collect()
-        };
-        let ([rows, count], at) = (parameters.dims(), numbers(parameters));
-        let along = along.map(numbers);
-        let values = (0..rows).flat_map(|row| {
-            let part = |all: &[f64]| all[row * count..(row + 1) * count].to_vec();
-            let along = along.as_deref().map(part);
-            let found = anchors.at_parameters(&part(&at), along.as_deref());
-            // A surrogate is assembled with as many parameters as its anchors have.
-            found.unwrap_or_else(|_| vec![f64::NAN; anchors.terms()])
-        });
-        let values = matrix(&values.collect::<Vec<_>>(), rows, &parameters.device());
-        Tensor::cat(vec![terms, values], 1)
     }
 
     /// Taylor terms at parameters, a row for each sample.
     fn terms(&self, parameters: Tensor<2>) -> Tensor<2> {
         let plain = Tensor::cat(terms(parameters.clone()), 1);
-        let terms = match &self.rates {
-            None => plain.slice_dim(1, 0..self.plain()),
+        match &self.rates {
+            None => plain.slice_dim(1, 0..self.nodes.dims()[0]),
             Some(rates) => {
                 let bounded = (plain.clone().matmul(rates.clone()) / MOST).tanh();
                 let amplitude = (bounded * MOST).exp();
                 Tensor::cat(vec![plain * amplitude.clone(), amplitude.neg() + 1.0], 1)
             }
-        };
-        self.with_anchors(terms, &parameters, None)
+        }
     }
 
     /// Derivatives of these along a direction of the parameters in each row.
     fn terms_along(&self, parameters: Tensor<2>, direction: Tensor<2>) -> Tensor<2> {
         let change = Tensor::cat(terms_along(parameters.clone(), direction.clone()), 1);
-        let terms = match &self.rates {
-            None => change.slice_dim(1, 0..self.plain()),
+        match &self.rates {
+            None => change.slice_dim(1, 0..self.nodes.dims()[0]),
             Some(rates) => {
                 let plain = Tensor::cat(terms(parameters.clone()), 1);
                 let bounded = (plain.clone().matmul(rates.clone()) / MOST).tanh();
@@ -111,8 +79,7 @@ impl Slopes {
                 let change = change * amplitude + plain * of_amplitude.clone();
                 Tensor::cat(vec![change, of_amplitude.neg()], 1)
             }
-        };
-        self.with_anchors(terms, &parameters, Some(&direction))
+        }
     }
 
     /// Adds the Taylor polynomial of `terms` to `output`, a row for each sample.
@@ -124,6 +91,7 @@ impl Slopes {
         Output {
             nodes: follow(output.nodes, &self.nodes),
             clusters: output.clusters.map(|clusters| follow(clusters, &self.clusters)),
+            added: output.added,
         }
     }
 }
@@ -191,18 +159,35 @@ impl OutputMap {
             origin: field(geometry.coordinates.origin().unwrap_or(&scales.mean)),
             rule,
             supports: Supports::new(&geometry.dirichlet, dimensions, device),
+            anchors: geometry.coordinates.anchors().cloned(),
         }
     }
 
     /// The outputs at standardised parameters, one row per sample, from the network's.
     pub(crate) fn complete(&self, output: Output, parameters: Tensor<2>) -> Output {
-        match &self.slopes {
+        let added = self.of_anchors(&parameters, None);
+        let output = match &self.slopes {
             Some(slopes) => {
                 let terms = slopes.terms(parameters);
                 slopes.add_to(output, terms)
             }
             None => output,
-        }
+        };
+        Output { added, ..output }
+    }
+
+    /// Displacements of anchors, a row for each sample, or their changes along directions. They are computed in double precision and are
+    /// constants of a training: nothing is learned through them.
+    fn of_anchors(&self, parameters: &Tensor<2>, along: Option<&Tensor<2>>) -> Option<Tensor<3>> {
+        let anchors = self.anchors.as_ref()?;
+        let numbers = |x: &Tensor<2>| -> Vec<f64> {
+            x.clone().into_data().iter::<f32>().map(f64::from).collect()
+        };
+        let ([rows, _], [nodes, dimensions]) = (parameters.dims(), self.dims());
+        let found = anchors.at_parameters(&numbers(parameters), along.map(numbers).as_deref());
+        // A surrogate is assembled with as many parameters as its anchors have.
+        let found = found.unwrap_or_else(|_| vec![f64::NAN; rows * nodes * dimensions]);
+        Some(matrix(&found, rows, &parameters.device()).reshape([rows, nodes, dimensions]))
     }
 
     /// Complete outputs at standardised parameters where a network adds nothing.
@@ -213,18 +198,21 @@ impl OutputMap {
             Rule::Motions(tree) => Some(zeros(tree.centres.len(), 6)),
             Rule::Scale(_) | Rule::Matrices(_) => None,
         };
-        self.complete(Output { nodes: zeros(nodes, dimensions), clusters }, parameters)
+        let nodes = zeros(nodes, dimensions);
+        self.complete(Output { nodes, clusters, added: None }, parameters)
     }
 
     /// Completes derivatives of the outputs in the standardised parameters, those of all samples by the first before those by
     /// the second.
     pub(crate) fn complete_tangents(&self, change: Output, parameters: Tensor<2>) -> Output {
-        let Some(slopes) = &self.slopes else { return change };
+        let Some(slopes) = &self.slopes else { return change }; // anchors come with slopes
         let [rows, count] = parameters.dims();
         let units = Tensor::eye(count, &parameters.device()).reshape([count, 1, count]);
         let directions = units.repeat_dim(1, rows).reshape([count * rows, count]);
-        let terms = slopes.terms_along(parameters.repeat_dim(0, count), directions);
-        slopes.add_to(change, terms)
+        let parameters = parameters.repeat_dim(0, count);
+        let added = self.of_anchors(&parameters, Some(&directions));
+        let terms = slopes.terms_along(parameters, directions);
+        Output { added, ..slopes.add_to(change, terms) }
     }
 
     /// Displacements `[batch, real nodes, D]` of complete outputs.
@@ -233,11 +221,13 @@ impl OutputMap {
             (Rule::Motions(tree), Some(clusters)) => rigid_motions(clusters, output.nodes, tree),
             _ => self.linear(output.nodes),
         };
+        let increment = output.added.into_iter().fold(increment, |sum, added| sum + added);
         self.supports.write_over(increment + self.origin.clone())
     }
 
     /// Change of the displacements `[directions · batch, real nodes, D]` along changes of the outputs, samples fastest.
     pub(crate) fn tangent(&self, output: &Output, change: Output) -> Tensor<3> {
+        let added = change.added;
         let change = match (&self.rule, &output.clusters, change.clusters) {
             (Rule::Motions(tree), Some(clusters), Some(cluster_change)) => {
                 let shape = change.nodes.dims();
@@ -251,7 +241,7 @@ impl OutputMap {
             }
             _ => self.linear(change.nodes),
         };
-        self.supports.project(change)
+        self.supports.project(added.into_iter().fold(change, |sum, added| sum + added))
     }
 
     fn linear(&self, output: Tensor<3>) -> Tensor<3> {
@@ -288,8 +278,8 @@ impl OutputMap {
                 clusters: Tensor::from_inner(slopes.clusters.clone()),
                 nodes: Tensor::from_inner(slopes.nodes.clone()),
                 rates: slopes.rates.clone().map(Tensor::from_inner),
-                anchors: slopes.anchors.clone(),
             }),
+            anchors: self.anchors.clone(),
         }
     }
 

@@ -219,10 +219,8 @@ impl Surrogate {
         require_count("outputs that are rigid motions", motions.into(), decoded.into())?;
         let parameters = self.scales.parameters.ranges().len();
         let (slopes, rates) = (geometry.coordinates.slopes().len(), geometry.coordinates.rates());
-        let anchors = geometry.coordinates.anchors();
-        let of_anchors = anchors.map_or(0, |anchors| anchors.terms());
-        check_terms(slopes - usize::from(!rates.is_empty()) - of_anchors, parameters)?;
-        if let Some(anchors) = anchors {
+        check_terms(slopes - usize::from(!rates.is_empty()), parameters)?;
+        if let Some(anchors) = geometry.coordinates.anchors() {
             anchors.variance(&vec![0.0; parameters])?;
         }
         if !rates.is_empty() {

@@ -10,15 +10,16 @@ use std::ops::ControlFlow;
 
 /// Parameter sets among which anchors are chosen.
 const CANDIDATES: usize = 1000;
-/// Candidates whose error is estimated by Newton steps: the ones that tell most about the others.
+/// Candidates of the largest variance whose displacement is predicted, and those of them whose error is estimated by Newton steps.
+const PREDICTED: usize = 100;
 const CHECKED: usize = 4;
 /// Deviations of the parameters over which derivatives at an anchor are differences: their error is of second order.
 const STEP: f64 = 0.02;
 
 /// Motions that go through `count` solved states: the one at the centre of the ranges, which they are about, and others that are added where the
-/// error is largest (greedy reduced basis; Hesthaven, Rozza & Stamm 3.2): of 1000 candidates in Sobol's sequence those four are checked
-/// that would lower the variance of the interpolation at all of them most, and the one of the largest error estimate is solved. One without an
-/// estimate counts as farthest.
+/// error is largest (greedy reduced basis; Hesthaven, Rozza & Stamm 3.2). Candidates are 1000 parameter sets of Sobol's sequence. The four with the
+/// largest product of the interpolation's standard deviation and the predicted displacement are checked by Newton steps. The one with the
+/// largest error estimate is solved. One without an estimate counts as farthest.
 ///
 /// # Errors
 /// An anchor that has no equilibrium, an observer that breaks.
@@ -36,7 +37,7 @@ pub fn with_anchors(
     let mut candidates = Design::Sobol.sample(&body.parameters, CANDIDATES, seed)?;
     let mut counter = Counter::new(observer, "anchors", 1, count);
     let mut anchors = vec![anchor(solver, &body.centre(), motions.origin(), 1)?];
-    let mut through = motions.clone().through(&anchors, body)?;
+    let mut through = motions.clone().through(&anchors)?;
     while anchors.len() < count {
         let (theta, start) = farthest(solver, &through, &mut candidates)?;
         let solved = match &start {
@@ -46,7 +47,7 @@ pub fn with_anchors(
         let number = anchors.len() + 1;
         let solved = solved.map_err(|error| lacking(body, number, &theta, error.to_string()))?;
         anchors.push(anchor(solver, &theta, &solved.displacement, number)?);
-        through = motions.clone().through(&anchors, body)?;
+        through = motions.clone().through(&anchors)?;
         if let ControlFlow::Break(()) = counter.step(1, "") {
             return Err(Error::Interrupted { stage: "anchors".into() });
         }
@@ -62,18 +63,25 @@ fn farthest(
     candidates: &mut Vec<Vec<f64>>,
 ) -> Result<(Vec<f64>, Option<Vec<f64>>)> {
     let (body, scaling) = (solver.body(), parameters::scaling(solver.body())?);
-    let at = |theta: &Vec<f64>| Ok(scaling.standardise(theta)?);
-    let places: Vec<Vec<f64>> = candidates.iter().map(at).collect::<Result<_>>()?;
-    let gains = motions.anchors().map_or(Ok(Vec::new()), |anchors| anchors.gains(&places))?;
-    let mut order: Vec<usize> = (0..gains.len()).collect();
-    order.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]));
+    let place = |theta: &Vec<f64>| Ok(scaling.standardise(theta)?);
+    let places: Vec<Vec<f64>> = candidates.iter().map(place).collect::<Result<_>>()?;
+    let variance = |x: &Vec<f64>| motions.anchors().map_or(Ok(1.0), |anchors| anchors.variance(x));
+    let variances: Vec<f64> = places.iter().map(variance).collect::<std::result::Result<_, _>>()?;
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by(|&a, &b| variances[b].total_cmp(&variances[a]));
+    let scored = order.into_iter().take(PREDICTED).map(|index| {
+        let predicted = motions.followed(&places[index], body)?;
+        let squares =
+            predicted.as_chunks::<3>().0.iter().map(|u| u.iter().map(|u| u * u).sum::<f64>());
+        Ok((variances[index] * squares.fold(0.0, f64::max), index, predicted))
+    });
+    let mut scored: Vec<(f64, usize, Vec<f64>)> = scored.collect::<Result<_>>()?;
+    scored.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
     let mut best: Option<(f64, usize, Option<Vec<f64>>)> = None;
-    for &place in order.iter().take(CHECKED) {
-        let theta = &candidates[place];
-        let predicted = motions.followed(&places[place], body)?;
-        let estimate = solver.error_estimate(&predicted, theta)?;
+    for (_, place, predicted) in scored.into_iter().take(CHECKED) {
+        let estimate = solver.error_estimate(&predicted, &candidates[place])?;
         let (error, near) = match estimate.distance {
-            Ok(distance) => (distance.mean, Some(distance.equilibrium)),
+            Ok(distance) => (distance.largest, Some(distance.equilibrium)),
             Err(_) => (f64::INFINITY, None),
         };
         if best.as_ref().is_none_or(|(largest, ..)| error > *largest) {
