@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -12,6 +13,8 @@ import numpy as np
 import pytest
 
 from pysinew import Case
+
+from test_calibration import PATIENT
 
 LONG = """
 import sys, warnings
@@ -34,6 +37,7 @@ CALLS = {
     "train": ("", "case.train('regression', samples=2000, target=0.0)"),
     "answers": ("thetas = case.sample(3000)", "case.answers(thetas, 1e-6)"),
     "correct": ("e = case.train('taylor', held_out=2); thetas = case.sample(500)", "e.correct(thetas, 2)"),
+    "calibrate": (f"case = Case.parse({PATIENT!r}.replace('[1, 8, 4]', '[2, 24, 12]')).synthesise({{'mu': 18.0}})", "case.calibrate()"),
     "estimate": ("e = case.train('taylor', held_out=2); p = e.predict(case.sample(500))", "e.estimate(p)"),
 }
 
@@ -94,12 +98,31 @@ def test_an_exception_of_the_listener_ends_the_computation(bar: Case) -> None:
 
 
 def test_two_threads_predict_at_once(emulator, bar: Case) -> None:
-    thetas, expected = bar.sample(200), None
+    thetas, found = bar.sample(900), []
     expected = emulator.predict(thetas).displacement
-    found: list[np.ndarray] = []
-    threads = [threading.Thread(target=lambda: found.append(emulator.predict(thetas).displacement)) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(found) == 4 and all(np.array_equal(each, expected) for each in found)
+
+    def work() -> None:
+        for _ in range(100):
+            displacement = emulator.predict(thetas).displacement
+        found.append(displacement)
+
+    def seconds(count: int) -> float:
+        threads = [threading.Thread(target=work) for _ in range(count)]
+        start = time.perf_counter()
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        return time.perf_counter() - start
+
+    ratio = 0.0
+    for _ in range(8):
+        ratio = max(ratio, 2.0 * seconds(1) / seconds(2))
+        if ratio >= 1.6:
+            break
+    assert all(np.array_equal(each, expected) for each in found)
+    print(f"two threads: {ratio:.2f} times as many predictions as one")
+    busy = os.getloadavg()[0] > 1.0 if hasattr(os, "getloadavg") else False
+    if ratio < 1.6 and ((os.cpu_count() or 1) < 2 or busy):
+        pytest.skip(f"two threads: {ratio:.2f} times as many predictions as one, on a machine that is busy or has one core")
+    assert ratio >= 1.6
