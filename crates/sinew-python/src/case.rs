@@ -95,11 +95,6 @@ impl NativeCase {
     }
 
     #[getter]
-    fn about(&self) -> &str {
-        &self.case.about
-    }
-
-    #[getter]
     fn text(&self) -> &str {
         self.case.text()
     }

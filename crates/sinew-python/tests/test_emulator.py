@@ -136,19 +136,20 @@ def test_an_emulator_of_the_program_predicts_the_same_to_the_bit(bar: Case, tmp_
 
 
 def test_a_thousand_predictions_cost_what_they_cost_in_rust(emulator, bar: Case) -> None:
-    table = bar.sample(999, seed=6, design="uniform")
+    table = bar.sample(1000, seed=6, design="uniform")
     rows = bar._native.in_scene(table)
 
-    def best(call) -> float:
-        times = []
-        for _ in range(7):
-            start = time.perf_counter()
-            call()
-            times.append(time.perf_counter() - start)
-        return min(times)
+    def seconds(call) -> float:
+        start = time.perf_counter()
+        call()
+        return time.perf_counter() - start
 
-    compiled = best(lambda: emulator._native.predict(rows, 0, None))
-    whole = best(lambda: emulator.predict(table))
-    print(f"999 predictions: {1e3 * whole:.2f} ms, of which compiled {1e3 * compiled:.2f} ms")
-    # A loaded machine; what Python adds is checks of the table.
-    assert whole < 1.5 * compiled + 2e-3
+    compiled = whole = float("inf")
+    for turn in range(300):
+        # The least times of both, in turns, as other programs take theirs.
+        compiled = min(compiled, seconds(lambda: emulator._native.predict(rows, 0, None)))
+        whole = min(whole, seconds(lambda: emulator.predict(table)))
+        if turn >= 40 and whole <= 1.05 * compiled:
+            break
+    print(f"1000 predictions: {1e3 * whole:.2f} ms, of which compiled {1e3 * compiled:.2f} ms")
+    assert whole <= 1.05 * compiled

@@ -8,13 +8,10 @@ use page::Page;
 use quantities::Quantities;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use sinew_emulate::Error as EmulatorError;
+use sinew_emulate::{Error as EmulatorError, central_differences};
 use sinew_energy::Body;
 use sinew_fem::{Options, SolveError, Solver};
 use std::sync::Mutex;
-
-/// Step of central differences \[relative to a parameter's range\]: rounding leaves about ten digits.
-const STEP: f64 = 1e-5;
 
 /// Models of one body for the protocol of UM-Bridge 1.0 (Seelinger et al., "UM-Bridge: Uncertainty quantification and modeling
 /// bridge", J. Open Source Software, 2023).
@@ -295,17 +292,7 @@ impl<'b> Service<'b> {
                 Ok(solver.sensitivity(&solution)?)
             }),
             Model::Corrected => {
-                let column = |(index, parameter): (usize, &sinew_energy::Parameter)| {
-                    let step = STEP * (parameter.range[1] - parameter.range[0]);
-                    let at = |by: f64| {
-                        let mut moved = theta.to_vec();
-                        moved[index] += by;
-                        self.displacement(model, &moved)
-                    };
-                    let (ahead, behind) = (at(step)?, at(-step)?);
-                    Ok(ahead.iter().zip(behind).map(|(a, b)| (a - b) / (2.0 * step)).collect())
-                };
-                self.body.parameters.iter().enumerate().map(column).collect()
+                central_differences(self.body, theta, |theta| self.displacement(model, &theta))
             }
         }
     }
