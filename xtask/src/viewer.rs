@@ -21,7 +21,7 @@ const TIME: &str = "(() => { const { model, state } = sinewViewer.views[0];
         const start = performance.now(); for (let k = 0; k < 5; k++) model(shares); return (performance.now() - start) / 5; });
     return Math.min(...times); })()";
 
-/// What the page shows once the solver has answered, or after ten seconds.
+/// Line of the page and its numbers once the solver has answered, or after ten seconds.
 const SOLVED: &str = "(async () => { const { data, state, draw } = sinewViewer.views[0];
     for (let i = 0; i < 200 && state.solved?.name !== 'solver'; i++) await new Promise((done) => setTimeout(done, 50));
     draw(); const told = [...document.querySelectorAll('.readings .error')].at(-1).textContent;

@@ -8,7 +8,7 @@ use sinew::calibrate::{CalibrateError, calibrate as sampled};
 use sinew::calibration::{arviz, in_words, observed};
 use sinew::{Case, PatientFile, theta_of};
 
-/// What failed: a class of exceptions with the words.
+/// Class of an exception with its words.
 type Failure = (Kind, String);
 
 /// Groups of draws for arviz as JSON, and the result in lines; the seed is the case's own where none is given.
