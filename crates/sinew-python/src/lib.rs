@@ -19,7 +19,7 @@ use pyo3::prelude::*;
 #[pyo3(name = "_native")]
 fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("NETWORKS", cfg!(feature = "networks"))?;
+    module.add("NETWORKS", sinew::NETWORKS)?;
     module.add_class::<case::NativeCase>()?;
     module.add_class::<emulator::NativeEmulator>()?;
     module.add_class::<mesh::NativeMesh>()?;
