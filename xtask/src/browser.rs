@@ -6,6 +6,9 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
+/// Beginning of the address of a page that this machine serves.
+pub(crate) const SERVED: &str = "http://127.0.0.1:";
+
 /// One page in a browser of its own, which ends with it.
 pub(crate) struct Browser {
     child: Child,
@@ -14,6 +17,8 @@ pub(crate) struct Browser {
     profile: PathBuf,
     session: Option<String>,
     calls: u64,
+    /// Beginning of the addresses that the page may ask for.
+    own: String,
     /// Events of the page, such as messages on its console.
     pub(crate) events: Vec<Value>,
 }
@@ -35,8 +40,16 @@ impl Browser {
             .spawn()?;
         let to = child.stdin.take().context("no pipe to the browser")?;
         let from = BufReader::new(child.stdout.take().context("no pipe from the browser")?);
-        let mut browser =
-            Self { child, to, from, profile, session: None, calls: 0, events: Vec::new() };
+        let mut browser = Self {
+            child,
+            to,
+            from,
+            profile,
+            session: None,
+            calls: 0,
+            own: String::new(),
+            events: Vec::new(),
+        };
         let page = browser.call("Target.createTarget", json!({ "url": "about:blank" }))?;
         let attach = json!({ "targetId": page["targetId"], "flatten": true });
         let attached = browser.call("Target.attachToTarget", attach)?;
@@ -77,8 +90,8 @@ impl Browser {
             .context("the browser ended, or answered nothing that can be read")
     }
 
-    /// Opens a file in a window of some size and waits until it is loaded.
-    pub(crate) fn open(&mut self, file: &Path, size: [u32; 2], dark: bool) -> Result<()> {
+    /// Opens a file, or a page that this machine serves, in a window of some size and waits until it is loaded.
+    pub(crate) fn open(&mut self, page: &Path, size: [u32; 2], dark: bool) -> Result<()> {
         let [width, height] = size;
         let metrics =
             json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
@@ -87,7 +100,12 @@ impl Browser {
         let media = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
         self.call("Emulation.setEmulatedMedia", media)?;
         self.events.clear();
-        let url = format!("file://{}", file.canonicalize()?.display());
+        let served = page.to_str().filter(|page| page.starts_with(SERVED));
+        let url = match served {
+            Some(url) => url.to_string(),
+            None => format!("file://{}", page.canonicalize()?.display()),
+        };
+        self.own = served.unwrap_or("file:").into();
         self.call("Page.navigate", json!({ "url": url }))?;
         while !self.events.iter().any(|event| event["method"] == "Page.loadEventFired") {
             let event = self.read()?;
@@ -115,7 +133,7 @@ impl Browser {
         Ok(())
     }
 
-    /// Errors on the console, and addresses other than the file's own that were asked for.
+    /// Errors on the console, and addresses other than the page's own that were asked for.
     pub(crate) fn faults(&self) -> Vec<String> {
         let fault = |event: &Value| {
             let (method, params) = (event["method"].as_str()?, &event["params"]);
@@ -131,7 +149,7 @@ impl Browser {
             let own = method == "Network.requestWillBeSent"
                 && told
                     .as_str()
-                    .is_some_and(|url| url.starts_with("file:") || url.starts_with("data:"));
+                    .is_some_and(|url| url.starts_with(&self.own) || url.starts_with("data:"));
             (!own).then(|| format!("{method}: {told}"))
         };
         self.events.iter().filter_map(fault).collect()

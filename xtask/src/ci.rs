@@ -1,12 +1,12 @@
 //! What continuous integration runs, cheapest first.
 
 use crate::command::{self, cargo};
-use crate::{arrows, circles, licences, readme, words};
+use crate::{arrows, circles, licences, readme, wheel, words};
 use anyhow::Result;
 use std::time::Instant;
 
-/// Format, dependency arrows, circles of imports, words, READMEs, licences, tests, campaigns, lints, a build without networks and documentation. The
-/// Python wheel, which is a release build of its own, is tried by `cargo xtask wheel --test`.
+/// Format, dependency arrows, circles of imports, words, READMEs, licences, tests, campaigns, tests of the Python package, lints, a build without
+/// networks and documentation. The wheel, which is a release build of its own, is made by `cargo xtask wheel`.
 pub(crate) fn run() -> Result<()> {
     let start = Instant::now();
     let done =
@@ -26,6 +26,8 @@ pub(crate) fn run() -> Result<()> {
     done("tests");
     command::campaigns()?;
     done("campaigns");
+    wheel::test()?;
+    done("Python");
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
     done("lints");
     // The configuration of the Python wheel too.

@@ -70,9 +70,10 @@ enum Task {
     Words,
     /// Find circles of imports of more than two files inside a crate
     Circles,
-    /// Build the Python wheel into target/wheel; skipped with a word where Python or its packages are missing
+    /// Build the Python wheel into target/wheel/dist and run its README in a clean virtual environment; skipped with a word where Python or its
+    /// packages are missing
     Wheel {
-        /// Try it: the README's program in a clean virtual environment, then the Python tests
+        /// Run the Python tests instead, on a library that is compiled as the workspace's tests are
         #[arg(long)]
         test: bool,
     },
@@ -89,7 +90,7 @@ enum Task {
     /// Open reports and pages of emulators in a headless Chromium: errors, overlapping labels, contrast, in light and dark; sliders, keys and
     /// times of emulators
     Page {
-        /// Files such as out/reproduce-beam/report.html
+        /// Files such as out/reproduce-beam/report.html, or the address of a page that `sinew serve` prints
         pages: Vec<std::path::PathBuf>,
     },
     /// Run the benchmarks; each prints its error beside its time
@@ -120,7 +121,8 @@ fn main() -> Result<()> {
         Task::Arrows => arrows::check(),
         Task::Words => words::check(),
         Task::Circles => circles::check(),
-        Task::Wheel { test } => wheel::run(test),
+        Task::Wheel { test: false } => wheel::run(),
+        Task::Wheel { test: true } => wheel::test(),
         Task::Campaigns => command::campaigns(),
         Task::Package => package::run(),
         Task::Licences => licences::check(),

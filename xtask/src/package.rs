@@ -82,7 +82,23 @@ fn unpack(package: &Package, packages: &Path, trial: &Path) -> Result<()> {
     for held in HELD {
         ensure!(trial.join(&name).join(held).exists(), "{name} lacks {held}");
     }
+    for part in ["examples", "benches", "tests"] {
+        modules(&trial.join(&name).join(part))?;
+    }
     println!("{name}: {:.0} kB", bytes as f64 / 1024.0);
+    Ok(())
+}
+
+/// Requires the files that programs of a folder name as their modules.
+fn modules(folder: &Path) -> Result<()> {
+    for entry in std::fs::read_dir(folder).into_iter().flatten() {
+        let file = entry?.path();
+        let text = std::fs::read_to_string(&file).unwrap_or_default();
+        for named in text.split("#[path = \"").skip(1).filter_map(|rest| rest.split('"').next()) {
+            let (file, found) = (file.display(), folder.join(named).exists());
+            ensure!(found, "{file} needs {named}, which is not packed: `exclude` it in Cargo.toml");
+        }
+    }
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! The page of an emulator as a person meets it: pictures that follow the sliders, keys, widths, times.
 
-use crate::browser::Browser;
+use crate::browser::{Browser, SERVED};
 use anyhow::Result;
 use serde_json::Value;
 use std::path::Path;
@@ -21,6 +21,14 @@ const TIME: &str = "(() => { const { model, state } = sinewViewer.views[0];
         const start = performance.now(); for (let k = 0; k < 5; k++) model(shares); return (performance.now() - start) / 5; });
     return Math.min(...times); })()";
 
+/// Line of the page and its numbers once the solver has answered, or after ten seconds.
+const SOLVED: &str = "(async () => { const { data, state, draw } = sinewViewer.views[0];
+    for (let i = 0; i < 200 && state.solved?.name !== 'solver'; i++) await new Promise((done) => setTimeout(done, 50));
+    draw(); const told = [...document.querySelectorAll('.readings .error')].at(-1).textContent;
+    const norms = Array.from({ length: state.solved?.displacement?.length / 3 || 0 }, (_, n) => Math.hypot(...state.solved.displacement.slice(3 * n, 3 * n + 3)));
+    const mean = norms.reduce((sum, u) => sum + u, 0) / norms.length;
+    return { told, mean: state.solved?.mean, shown: state.error?.[0], apart: Math.abs(mean - state.mean) }; })()";
+
 /// Faults of a page in two widths, light and dark; what is right is told.
 pub(crate) fn check(program: &Path, page: &Path, script: &str) -> Result<Vec<String>> {
     let mut browser = Browser::start(program)?;
@@ -35,6 +43,9 @@ pub(crate) fn check(program: &Path, page: &Path, script: &str) -> Result<Vec<Str
             );
             browser.open(page, size, dark)?;
             let (mut found, time) = look(&mut browser)?;
+            if page.to_string_lossy().starts_with(SERVED) {
+                found.extend(corrected(&mut browser)?);
+            }
             found.extend(seen(&mut browser, script)?);
             found.extend(browser.faults());
             let told = if found.is_empty() { "nothing wrong" } else { "faults" };
@@ -92,6 +103,37 @@ fn look(browser: &mut Browser) -> Result<(Vec<String>, f64)> {
     let time = browser.evaluate(TIME)?.as_f64().unwrap_or(f64::NAN);
     require(time <= MOST_MS, &format!("a prediction takes {time:.1} ms"));
     Ok((found, time))
+}
+
+/// Faults of a page that is served: the solver's body and the true error have to follow the sliders.
+fn corrected(browser: &mut Browser) -> Result<Vec<String>> {
+    let mut found = Vec::new();
+    let mut pictures = Vec::new();
+    for share in ["0.2", "0.8"] {
+        browser.evaluate(&format!(
+            "sinewViewer.views[0].setShare(sinewViewer.views[0].state.active, {share})"
+        ))?;
+        let seen = browser.evaluate(SOLVED)?;
+        let [mean, shown, apart] = ["mean", "shown", "apart"].map(|name| seen[name].as_f64());
+        let told = seen["told"].as_str().unwrap_or_default();
+        if !(told.starts_with("true error") && mean > Some(0.0)) {
+            found.push(format!("the solver does not answer: {told}"));
+        }
+        // The page's own error is right within a factor of three in nine of ten cases.
+        let ratio = mean.zip(shown).map_or(f64::NAN, |(mean, shown)| mean / shown);
+        if !(0.1..=10.0).contains(&ratio) {
+            found.push(format!("the true error is {ratio:.1} times the shown one"));
+        }
+        if apart != Some(0.0) {
+            found.push("the body is not where the solver says".into());
+        }
+        eprintln!("share {share}: {told}; {ratio:.2} of the shown one");
+        pictures.push(browser.evaluate(PICTURE)?);
+    }
+    if pictures[0] == pictures[1] {
+        found.push("two corrected bodies give the same picture".into());
+    }
+    Ok(found)
 }
 
 /// Faults that a script finds in the page as it is shown.

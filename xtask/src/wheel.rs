@@ -1,4 +1,4 @@
-//! The Python wheel: built by maturin, tried in a clean virtual environment.
+//! The Python package: a wheel that maturin builds, and tests of a library that is compiled as the workspace's own tests are.
 
 use crate::command::cargo;
 use anyhow::{Context, Result, bail};
@@ -16,29 +16,75 @@ const TARGET: &str = "x86_64-unknown-linux-gnu";
 /// Packages that build a wheel; the second brings a linker for old C libraries.
 const BUILDERS: [&str; 2] = ["maturin>=1.9,<2", "ziglang"];
 /// Packages that the tests use.
-const TESTERS: [&str; 7] =
-    ["pytest", "mypy", "meshio", "pyvista", "xarray", "nbclient", "ipykernel"];
+const TESTERS: [&str; 9] =
+    ["numpy", "pytest", "mypy", "meshio", "pyvista", "xarray", "arviz", "nbclient", "ipykernel"];
 /// A sampler of chains on several levels, its client of `sinew serve`, and what it imports without saying so.
 const SAMPLERS: [&str; 4] = ["tinyDA", "umbridge", "ray", "matplotlib<3.11"];
 
-/// Builds the wheel into `target/wheel`, and with `test` runs the Python tests on it. Where Python or its packages are missing it says that
-/// this is skipped.
-pub(crate) fn run(test: bool) -> Result<()> {
-    let metadata = MetadataCommand::new().no_deps().exec()?;
-    let root = metadata.workspace_root.into_std_path_buf();
-    let folder = metadata.target_directory.into_std_path_buf().join("wheel");
-    std::fs::create_dir_all(&folder)?;
-    let Some(python) = interpreter() else {
-        eprintln!("wheel: skipped, for there is no python3 with venv here");
-        return Ok(());
-    };
+/// Builds the wheel into `target/wheel/dist` and runs the README's program on it in a clean environment. Where Python or its packages are
+/// missing it says that this is skipped.
+pub(crate) fn run() -> Result<()> {
+    let Some((root, folder, python)) = place()? else { return Ok(()) };
     let builder = environment(&python, &folder.join("build"))?;
     if !install(&builder, &BUILDERS)? {
         eprintln!("wheel: skipped, for maturin cannot be installed here");
         return Ok(());
     }
     let wheel = build(&root, &builder, &folder)?;
-    if test { tried(&root, &python, &folder, &wheel) } else { Ok(()) }
+    tried(&root, &python, &folder, &wheel)
+}
+
+/// Runs the Python tests on a library and a program in the profile of `cargo test`, of which little is left to compile after it. Where
+/// Python or its packages are missing it says that this is skipped.
+pub(crate) fn test() -> Result<()> {
+    let Some((root, folder, python)) = place()? else { return Ok(()) };
+    let own = environment(&python, &folder.join("tests"))?;
+    if !install(&own, &TESTERS)? {
+        let named = TESTERS.join(", ");
+        eprintln!("Python tests: skipped, for one of {named} cannot be installed here");
+        return Ok(());
+    }
+    if !install(&own, &SAMPLERS)? {
+        let named = SAMPLERS.join(", ");
+        eprintln!("test of samplers: skipped, for {named} cannot be installed here");
+    }
+    // Tests among the targets choose the features that tests have.
+    let targets = ["--lib", "--bin", "sinew", "--test", "sinew"];
+    cargo(&[&["build", "--workspace", "--profile", "test"], &targets[..]].concat(), &[])?;
+    let built = folder.parent().context("no target folder")?.join("debug");
+    let package = root.join("crates/sinew-python");
+    let whole = folder.join("package");
+    let _ = std::fs::remove_dir_all(&whole);
+    std::fs::create_dir_all(whole.join("pysinew"))?;
+    for file in std::fs::read_dir(package.join("python/pysinew"))? {
+        let file = file?;
+        if file.file_type()?.is_file() {
+            std::fs::copy(file.path(), whole.join("pysinew").join(file.file_name()))?;
+        }
+    }
+    let [prefix, suffix] = [std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX];
+    let ending = if cfg!(windows) { "pyd" } else { "abi3.so" };
+    std::fs::copy(
+        built.join(format!("{prefix}sinew_python{suffix}")),
+        whole.join("pysinew").join(format!("_native.{ending}")),
+    )?;
+    let mut pytest = Command::new(&own);
+    pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations", "5"]);
+    pytest.arg(package.join("tests")).env("PYTHONPATH", &whole).env("PYTHONDONTWRITEBYTECODE", "1");
+    let program = built.join(format!("sinew{}", std::env::consts::EXE_SUFFIX));
+    call(pytest.env("SINEW_PROGRAM", program))
+}
+
+/// The workspace, the folder for what is made, and a Python; `None` where there is none.
+fn place() -> Result<Option<(PathBuf, PathBuf, PathBuf)>> {
+    let metadata = MetadataCommand::new().no_deps().exec()?;
+    let folder = metadata.target_directory.into_std_path_buf().join("wheel");
+    std::fs::create_dir_all(&folder)?;
+    let found = interpreter();
+    if found.is_none() {
+        eprintln!("Python: skipped, for there is no python3 with venv here");
+    }
+    Ok(found.map(|python| (metadata.workspace_root.into_std_path_buf(), folder, python)))
 }
 
 /// A Python 3 that makes virtual environments; `PYTHON` names another than `python3`.
@@ -101,7 +147,7 @@ fn build(root: &Path, python: &Path, folder: &Path) -> Result<PathBuf> {
     Ok(wheel.clone())
 }
 
-/// Runs the README's program in a clean environment, then the tests beside the program `sinew`.
+/// Runs the README's program in a clean environment.
 fn tried(root: &Path, python: &Path, folder: &Path, wheel: &Path) -> Result<()> {
     let clean = folder.join("clean");
     let _ = std::fs::remove_dir_all(&clean);
@@ -121,28 +167,5 @@ fn tried(root: &Path, python: &Path, folder: &Path, wheel: &Path) -> Result<()> 
     if seconds > MOST_SECONDS {
         bail!("more than {MOST_SECONDS} s");
     }
-    if !install(&own, &TESTERS)? {
-        eprintln!(
-            "Python tests: skipped, for one of {} cannot be installed here",
-            TESTERS.join(", ")
-        );
-        return Ok(());
-    }
-    if !install(&own, &SAMPLERS)? {
-        eprintln!(
-            "test of samplers: skipped, for {} cannot be installed here",
-            SAMPLERS.join(", ")
-        );
-    }
-    let program = program_to_compare_with()?;
-    let mut pytest = Command::new(&own);
-    pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(package.join("tests"));
-    call(pytest.env("SINEW_PROGRAM", program))
-}
-
-/// The program `sinew`, as tests of the workspace build it.
-fn program_to_compare_with() -> Result<PathBuf> {
-    cargo(&["build", "--workspace", "--bin", "sinew"], &[])?;
-    let folder = MetadataCommand::new().no_deps().exec()?.target_directory.into_std_path_buf();
-    Ok(folder.join("debug").join(format!("sinew{}", std::env::consts::EXE_SUFFIX)))
+    Ok(())
 }

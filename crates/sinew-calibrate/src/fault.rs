@@ -70,6 +70,14 @@ pub enum CalibrateError {
         /// Solves made.
         solves: usize,
     },
+    /// Stopped from outside.
+    #[error("interrupted during {stage}, after {solves} solves")]
+    Interrupted {
+        /// Stage that was not finished.
+        stage: String,
+        /// Solves made.
+        solves: usize,
+    },
     /// A file of solves that cannot be used.
     #[error("{0}")]
     Store(String),

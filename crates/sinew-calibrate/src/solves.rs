@@ -7,7 +7,8 @@ use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::io::Write as _;
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Observables at one θ, or a reason why there are none.
@@ -26,6 +27,7 @@ pub struct Solves<'f> {
     told: Box<Told<'f>>,
     started: Instant,
     budget: Option<Duration>,
+    stopped: Arc<AtomicBool>,
     /// Answers that were asked for, those of a file included.
     asked: std::collections::HashSet<Vec<u64>>,
 }
@@ -40,6 +42,7 @@ impl<'f> Solves<'f> {
             told,
             started: Instant::now(),
             budget: None,
+            stopped: Arc::default(),
             asked: Default::default(),
         }
     }
@@ -47,6 +50,12 @@ impl<'f> Solves<'f> {
     /// Ends with an error when this time is over.
     pub fn within(mut self, budget: Option<Duration>) -> Self {
         self.budget = budget;
+        self
+    }
+
+    /// Ends with an error when the flag is set.
+    pub fn until(mut self, stopped: Arc<AtomicBool>) -> Self {
+        self.stopped = stopped;
         self
     }
 
@@ -122,7 +131,7 @@ impl<'f> Solves<'f> {
     /// Answers at many θ in their order, whatever the number of threads; those that are known as they are.
     ///
     /// # Errors
-    /// [`CalibrateError::Budget`] when the time is over.
+    /// [`CalibrateError::Budget`] when the time is over, [`CalibrateError::Interrupted`] when it was stopped.
     pub fn at(
         &mut self,
         stage: &str,
@@ -157,6 +166,9 @@ impl<'f> Solves<'f> {
     }
 
     fn in_time(&self, stage: &str) -> Result<(), CalibrateError> {
+        if self.stopped.load(Ordering::Relaxed) {
+            return Err(CalibrateError::Interrupted { stage: stage.into(), solves: self.count() });
+        }
         match self.budget {
             Some(budget) if self.started.elapsed() > budget => Err(CalibrateError::Budget {
                 budget: budget.as_secs_f64(),

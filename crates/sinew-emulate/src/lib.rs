@@ -117,7 +117,7 @@ pub use evaluation::{Corrected, Evaluation, Times};
 pub use frozen_stiffness::FrozenStiffness;
 pub use options::{Budget, TrainingOptions};
 pub use plan::{Cost, Method, Plan};
-pub use predictor::Predictor;
+pub use predictor::{Predictor, central_differences};
 pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;
 pub use recipe::{Train, train};

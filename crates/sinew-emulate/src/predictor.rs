@@ -76,18 +76,7 @@ pub trait Predictor: Debug + Send + Sync {
     /// As [`Predictor::predict`].
     fn sensitivity(&self, body: &Body, theta: &[f64]) -> Result<Vec<Vec<f64>>> {
         check_length(body, theta)?;
-        let derivative = |p: usize| -> Result<Vec<f64>> {
-            let [low, high] = body.parameters[p].range;
-            let step = STEP * (high - low);
-            let at = |sign: f64| {
-                let mut moved = theta.to_vec();
-                moved[p] += sign * step;
-                self.predict(body, &[moved])
-            };
-            let (ahead, behind) = (at(1.0)?, at(-1.0)?);
-            Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * step)).collect())
-        };
-        (0..theta.len()).map(derivative).collect()
+        central_differences(body, theta, |theta| self.predict(body, &[theta]))
     }
 
     /// The regression that predicts alone, without an expansion or network beside it; `None` for other predictors.
@@ -100,4 +89,26 @@ pub trait Predictor: Debug + Send + Sync {
     /// # Errors
     /// A file that cannot be written.
     fn save(&self, folder: &Path) -> Result<()>;
+}
+
+/// Derivatives of a field by each parameter [per unit of the parameter], by central differences over small parts of the ranges.
+///
+/// # Errors
+/// Those of `at`.
+pub fn central_differences<E>(
+    body: &Body,
+    theta: &[f64],
+    at: impl Fn(Vec<f64>) -> Result<Vec<f64>, E>,
+) -> Result<Vec<Vec<f64>>, E> {
+    let derivative = |(index, parameter): (usize, &sinew_energy::Parameter)| {
+        let step = STEP * (parameter.range[1] - parameter.range[0]);
+        let moved = |by: f64| {
+            let mut theta = theta.to_vec();
+            theta[index] += by;
+            at(theta)
+        };
+        let (ahead, behind) = (moved(step)?, moved(-step)?);
+        Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * step)).collect())
+    };
+    body.parameters.iter().enumerate().map(derivative).collect()
 }

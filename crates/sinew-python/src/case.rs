@@ -25,12 +25,12 @@ pub(crate) fn scenes() -> Vec<&'static str> {
 /// A case with its body.
 #[pyclass(frozen, module = "pysinew._native")]
 pub(crate) struct NativeCase {
-    case: Case,
+    pub(crate) case: Case,
     pub(crate) body: Arc<Body>,
 }
 
 impl NativeCase {
-    fn lowered(py: Python<'_>, case: Case) -> PyResult<Self> {
+    pub(crate) fn lowered(py: Python<'_>, case: Case) -> PyResult<Self> {
         let body = py.detach(|| case.body()).map_err(|error| Kind::Case.of(py, error))?;
         Ok(Self { case, body: Arc::new(body) })
     }
@@ -92,11 +92,6 @@ impl NativeCase {
     #[getter]
     fn name(&self) -> &str {
         &self.case.name
-    }
-
-    #[getter]
-    fn about(&self) -> &str {
-        &self.case.about
     }
 
     #[getter]

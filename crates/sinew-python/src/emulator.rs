@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use self_cell::self_cell;
 use sinew::case::Training;
-use sinew::{Body, Emulator, Estimate, Prediction, TrainingOptions, locking_in_words};
+use sinew::{Body, Emulator, Estimate, Prediction, TrainingOptions};
 use sinew_emulate::{Error, Warning};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -108,13 +108,6 @@ impl NativeEmulator {
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.with(|emulator| said(&emulator.record.warnings))
-    }
-
-    /// A warning that the cells are too stiff, if they are.
-    fn locking(&self, py: Python<'_>) -> PyResult<Option<String>> {
-        let found = sinew_fem::locking_over_ranges(self.body())
-            .map_err(|error| Kind::Solve.of(py, error))?;
-        Ok(found.map(|found| locking_in_words(&found)))
     }
 
     /// Stores it in a folder.

@@ -16,6 +16,8 @@ pub(crate) enum Kind {
     Solve,
     /// An emulator that cannot be made, stored or asked.
     Emulator,
+    /// A posterior that the solver does not confirm.
+    Calibration,
 }
 
 impl Kind {
@@ -24,6 +26,7 @@ impl Kind {
             Self::Case => "CaseError",
             Self::Solve => "SolveError",
             Self::Emulator => "EmulatorError",
+            Self::Calibration => "CalibrationError",
         }
     }
 

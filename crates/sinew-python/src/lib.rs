@@ -3,6 +3,7 @@
 //! A leaf without logic of its own. The Python half (`python/pysinew`) reads what users write, and makes what they read.
 
 mod arrays;
+mod calibration;
 mod case;
 mod emulator;
 mod errors;
@@ -18,10 +19,12 @@ use pyo3::prelude::*;
 #[pyo3(name = "_native")]
 fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("NETWORKS", cfg!(feature = "networks"))?;
+    module.add("NETWORKS", sinew::NETWORKS)?;
     module.add_class::<case::NativeCase>()?;
     module.add_class::<emulator::NativeEmulator>()?;
     module.add_class::<mesh::NativeMesh>()?;
     module.add_function(wrap_pyfunction!(case::scenes, module)?)?;
+    module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
+    module.add_function(wrap_pyfunction!(calibration::synthesise, module)?)?;
     Ok(())
 }

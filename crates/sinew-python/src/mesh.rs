@@ -18,6 +18,13 @@ impl NativeMesh {
         Ok(call(mixed))
     }
 
+    fn put(&self, py: Python<'_>, name: &str, of_nodes: bool, field: Field) -> PyResult<()> {
+        self.with(py, |mixed| match of_nodes {
+            true => mixed.add_point_field(name, field),
+            false => mixed.add_cell_field(name, field),
+        })
+    }
+
     /// The mesh, which can be made once.
     pub(crate) fn make(&self, py: Python<'_>) -> PyResult<(AnyMesh, usize)> {
         let taken = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take();
@@ -71,53 +78,27 @@ impl NativeMesh {
         self.with(py, |mixed| mixed.name_nodes(name, nodes))
     }
 
-    /// Adds a field of real numbers, a row per node.
-    fn add_point_field(
+    /// Adds a field of real numbers, a row per node or per cell of any kind.
+    fn add_field(
         &self,
         py: Python<'_>,
         name: &str,
+        of_nodes: bool,
         rows: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<()> {
-        let field = real(&rows);
-        self.with(py, |mixed| mixed.add_point_field(name, field))
+        let rows = rows.as_array();
+        let values = FieldValues::Float(rows.iter().copied().collect());
+        self.put(py, name, of_nodes, Field { components: rows.ncols(), values })
     }
 
-    /// Adds a field of real numbers, a row per cell of any kind.
-    fn add_cell_field(
+    /// Adds a field of integers, a number per node or per cell of any kind.
+    fn add_labels(
         &self,
         py: Python<'_>,
         name: &str,
-        rows: PyReadonlyArray2<'_, f64>,
-    ) -> PyResult<()> {
-        let field = real(&rows);
-        self.with(py, |mixed| mixed.add_cell_field(name, field))
-    }
-
-    /// Adds a field of integers, a number per node.
-    fn add_point_labels(
-        &self,
-        py: Python<'_>,
-        name: &str,
+        of_nodes: bool,
         labels: PyReadonlyArray1<'_, i64>,
     ) -> PyResult<()> {
-        let field = Field::labels(labels.as_array().to_vec());
-        self.with(py, |mixed| mixed.add_point_field(name, field))
+        self.put(py, name, of_nodes, Field::labels(labels.as_array().to_vec()))
     }
-
-    /// Adds a field of integers, a number per cell of any kind.
-    fn add_cell_labels(
-        &self,
-        py: Python<'_>,
-        name: &str,
-        labels: PyReadonlyArray1<'_, i64>,
-    ) -> PyResult<()> {
-        let field = Field::labels(labels.as_array().to_vec());
-        self.with(py, |mixed| mixed.add_cell_field(name, field))
-    }
-}
-
-fn real(rows: &PyReadonlyArray2<'_, f64>) -> Field {
-    let rows = rows.as_array();
-    let values = FieldValues::Float(rows.iter().copied().collect());
-    Field { components: rows.ncols(), values }
 }

@@ -5,6 +5,7 @@ use crate::errors::Kind;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sinew::case::hardly_moves;
+use sinew::stresses::{StressField, stress_fields};
 use sinew::{Body, Simulations, locking_in_words, theta_in_words};
 use sinew_emulate::{Answers, Method};
 use sinew_fem::{LockingWarning, cell_stresses, locking};
@@ -20,30 +21,12 @@ pub(crate) fn stresses<'py>(
         .detach(|| cell_stresses(body, field, theta))
         .map_err(|error| Kind::Solve.of(py, error))?;
     let (found, count) = (PyDict::new(py), cells.len());
-    let tensor = |of: fn(&sinew_fem::CellStress) -> &[[f64; 3]; 3]| {
-        cube(
-            py,
-            cells.iter().flat_map(|cell| of(cell).as_flattened().to_vec()).collect(),
-            [count, 3, 3],
-        )
-    };
-    let triple = |of: fn(&sinew_fem::CellStress) -> [f64; 3]| {
-        matrix(py, cells.iter().flat_map(of).collect(), [count, 3])
-    };
-    found.set_item("cauchy_stress", tensor(|cell| &cell.cauchy)?)?;
-    found.set_item("green_lagrange_strain", tensor(|cell| &cell.green_lagrange)?)?;
-    found.set_item("principal_stresses", triple(|cell| cell.principal_stresses)?)?;
-    found.set_item("principal_stretches", triple(|cell| cell.principal_stretches)?)?;
-    found.set_item(
-        "volume_ratio",
-        vector(py, cells.iter().map(|cell| cell.volume_ratio).collect()),
-    )?;
-    let fibres: Option<Vec<sinew_fem::Fibre>> = cells.iter().map(|cell| cell.fibre).collect();
-    if let Some(fibres) = fibres {
-        let directions = fibres.iter().flat_map(|fibre| fibre.direction).collect();
-        found.set_item("fibre", matrix(py, directions, [count, 3])?)?;
-        found.set_item("fibre_stretch", vector(py, fibres.iter().map(|f| f.stretch).collect()))?;
-        found.set_item("fibre_stress", vector(py, fibres.iter().map(|f| f.stress).collect()))?;
+    for StressField { name, components, values } in stress_fields(body, &cells) {
+        match components {
+            1 => found.set_item(name, vector(py, values))?,
+            9 => found.set_item(name, cube(py, values, [count, 3, 3])?)?,
+            _ => found.set_item(name, matrix(py, values, [count, components])?)?,
+        }
     }
     Ok(found)
 }

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pysinew import Answers, Case, CaseError, Emulator, Solutions
+from pysinew import Answers, Case, CaseError, Emulator, Posterior, Solutions
 
 
 def largest(case: Case, stiffness: float) -> float:
@@ -13,6 +13,11 @@ def largest(case: Case, stiffness: float) -> float:
 def within(emulator: Emulator, count: int) -> int:
     answers: Answers = emulator.answers(emulator.case.sample(count, seed=1), accuracy=1e-3)
     return int(np.sum(answers.within))
+
+
+def middle(patient: Case, parameter: str) -> float:
+    posterior: Posterior = patient.calibrate(seed=3)
+    return float(np.median(posterior[parameter]))
 
 
 def main() -> None:

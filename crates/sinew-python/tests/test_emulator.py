@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from pysinew import Case, CaseError, EmulatorError, SinewWarning
+from pysinew._native import NETWORKS
 
 from conftest import BAR
 
@@ -102,7 +103,7 @@ def test_a_run_is_kept_and_refused_twice(bar: Case, tmp_path: Path) -> None:
     ("keys", "said"),
     [
         ({"recipe": "regresion"}, "regresion"),
-        ({"recipe": "pi"}, "networks"),
+        pytest.param({"recipe": "pi"}, "networks", marks=pytest.mark.skipif(NETWORKS, reason="this library has networks")),
         ({"minutes": -1.0}, "positive"),
         ({"held_out": 0}, "held-out"),
     ],
@@ -131,25 +132,24 @@ def test_an_emulator_of_the_program_predicts_the_same_to_the_bit(bar: Case, tmp_
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SinewWarning)
         trained = bar.train("regression", samples=9, target=0.0, progress=False).predict(THETA).displacement
-    assert np.array_equal(stored, theirs)
-    # Its simulations are the same up to rounding, which the fit of lengthscales magnifies.
-    assert np.abs(trained - theirs).max() < 1e-9 * np.abs(theirs).max()
+    assert np.array_equal(stored, theirs) and np.array_equal(trained, theirs)
 
 
 def test_a_thousand_predictions_cost_what_they_cost_in_rust(emulator, bar: Case) -> None:
-    table = bar.sample(999, seed=6, design="uniform")
+    table = bar.sample(1000, seed=6, design="uniform")
     rows = bar._native.in_scene(table)
 
-    def best(call) -> float:
-        times = []
-        for _ in range(7):
-            start = time.perf_counter()
-            call()
-            times.append(time.perf_counter() - start)
-        return min(times)
+    def seconds(call) -> float:
+        start = time.perf_counter()
+        call()
+        return time.perf_counter() - start
 
-    compiled = best(lambda: emulator._native.predict(rows, 0, None))
-    whole = best(lambda: emulator.predict(table))
-    print(f"999 predictions: {1e3 * whole:.2f} ms, of which compiled {1e3 * compiled:.2f} ms")
-    # A loaded machine; what Python adds is checks of the table.
-    assert whole < 1.5 * compiled + 2e-3
+    compiled = whole = float("inf")
+    for turn in range(300):
+        # The least times of both, in turns, as other programs take theirs.
+        compiled = min(compiled, seconds(lambda: emulator._native.predict(rows, 0, None)))
+        whole = min(whole, seconds(lambda: emulator.predict(table)))
+        if turn >= 40 and whole <= 1.05 * compiled:
+            break
+    print(f"1000 predictions: {1e3 * whole:.2f} ms, of which compiled {1e3 * compiled:.2f} ms")
+    assert whole <= 1.05 * compiled

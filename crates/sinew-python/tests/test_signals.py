@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -12,6 +13,8 @@ import numpy as np
 import pytest
 
 from pysinew import Case
+
+from test_calibration import PATIENT
 
 LONG = """
 import sys, warnings
@@ -34,6 +37,7 @@ CALLS = {
     "train": ("", "case.train('regression', samples=2000, target=0.0)"),
     "answers": ("thetas = case.sample(3000)", "case.answers(thetas, 1e-6)"),
     "correct": ("e = case.train('taylor', held_out=2); thetas = case.sample(500)", "e.correct(thetas, 2)"),
+    "calibrate": (f"case = Case.parse({PATIENT!r}.replace('[1, 8, 4]', '[2, 24, 12]')).synthesise({{'mu': 18.0}})", "case.calibrate()"),
     "estimate": ("e = case.train('taylor', held_out=2); p = e.predict(case.sample(500))", "e.estimate(p)"),
 }
 
@@ -93,13 +97,36 @@ def test_an_exception_of_the_listener_ends_the_computation(bar: Case) -> None:
         bar.solve(bar.sample(400), progress=raises)
 
 
-def test_two_threads_predict_at_once(emulator, bar: Case) -> None:
-    thetas, expected = bar.sample(200), None
+def test_several_threads_predict_the_same(emulator, bar: Case) -> None:
+    thetas, found = bar.sample(200), []
     expected = emulator.predict(thetas).displacement
-    found: list[np.ndarray] = []
     threads = [threading.Thread(target=lambda: found.append(emulator.predict(thetas).displacement)) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
     assert len(found) == 4 and all(np.array_equal(each, expected) for each in found)
+
+
+def test_two_threads_do_the_work_of_two() -> None:
+    solution = Case.scene("IdealVentricle").solve(progress=False)
+
+    def seconds(count: int) -> float:
+        threads = [threading.Thread(target=lambda: [solution.stresses() for _ in range(30)]) for _ in range(count)]
+        start = time.perf_counter()
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        return time.perf_counter() - start
+
+    ratio = 0.0
+    for _ in range(20):
+        # The interpreter's lock would leave this at 1.
+        ratio = max(ratio, 2.0 * seconds(1) / seconds(2))
+        if ratio >= 1.6:
+            break
+    print(f"two threads: {ratio:.2f} times the work of one")
+    if ratio < 1.6 and (os.cpu_count() or 1) < 2:
+        pytest.skip(f"two threads: {ratio:.2f} times the work of one, on one core")
+    assert ratio >= 1.6

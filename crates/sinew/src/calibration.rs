@@ -1,5 +1,9 @@
 //! What a calibration found: pressure–volume curve, sentences, page.
 
+mod run;
+
+pub use run::{arviz, in_words, observed};
+
 use crate::case::stress_in_kpa;
 use crate::comparison::triangles;
 use crate::patient::Prepared;

@@ -121,6 +121,9 @@ pub use {
     sinew_fem as fem, sinew_mesh as mesh, sinew_report as report,
 };
 
+/// Whether emulators that are networks can be trained and loaded: the feature `networks`.
+pub const NETWORKS: bool = cfg!(feature = "networks");
+
 /// Reads an emulator of `body`; networks need the feature `networks`.
 ///
 /// # Errors

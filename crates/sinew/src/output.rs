@@ -1,7 +1,7 @@
 //! What the program writes: fields for ParaView, tables and arrays.
 
 use crate::npz;
-use crate::stresses::{add_stresses, stress_fields};
+use crate::stresses::{StressField, add_stresses, stress_fields};
 use crate::theta::outside;
 use rayon::prelude::*;
 pub use sinew_energy::metrics::mean_and_largest;
@@ -236,30 +236,24 @@ impl Results<'_> {
 
     /// Stress and strain of cells for the arrays: name, shape, and numbers, NaN where a row has none.
     fn stress_arrays(&self) -> Vec<(&'static str, Vec<usize>, Vec<f64>)> {
-        if !self.stresses {
-            return Vec::new();
-        }
-        let cases = || 0..self.rows.len();
-        let found: Vec<_> = cases().map(|case| self.cell_stresses(case)).collect();
+        let of_row = |case| Some(stress_fields(self.body, &self.cell_stresses(case)?));
+        let rows = (0..self.rows.len()).filter(|_| self.stresses);
+        let found: Vec<Option<Vec<StressField>>> = rows.map(of_row).collect();
         let Some(like) = found.iter().flatten().next() else { return Vec::new() };
-        let (cells, like) = (self.body.cell_count(), stress_fields(self.body, like));
-        let shapes = like.iter().map(|field| match field.components {
-            1 => vec![found.len(), cells],
-            9 => vec![found.len(), cells, 3, 3],
-            count => vec![found.len(), cells, count],
-        });
-        let mut arrays: Vec<_> =
-            like.iter().zip(shapes).map(|(field, shape)| (field.name, shape, Vec::new())).collect();
-        for stresses in &found {
-            let fields = stresses.as_ref().map(|cells| stress_fields(self.body, cells));
-            for (index, (_, _, values)) in arrays.iter_mut().enumerate() {
-                match &fields {
-                    Some(fields) => values.extend_from_slice(&fields[index].values),
-                    None => values.extend(vec![f64::NAN; like[index].values.len()]),
-                }
-            }
-        }
-        arrays
+        let array = |(index, field): (usize, &StressField)| {
+            let missing = vec![f64::NAN; field.values.len()];
+            let values = |fields: &Option<Vec<StressField>>| {
+                fields.as_ref().map_or(&missing, |fields| &fields[index].values).clone()
+            };
+            let mut shape = vec![found.len(), self.body.cell_count()];
+            shape.extend(match field.components {
+                1 => vec![],
+                9 => vec![3, 3],
+                count => vec![count],
+            });
+            (field.name, shape, found.iter().flat_map(values).collect())
+        };
+        like.iter().enumerate().map(array).collect()
     }
 
     /// Stress and strain of the cells of a row; `None` where there is no displacement, or one that inverts a cell.

@@ -50,8 +50,7 @@ impl PatientFile {
     /// # Errors
     /// A file that cannot be read, a case that makes no sense, or phases, data and settings that are misspelt.
     pub fn read(path: &Path) -> Result<Self, CaseError> {
-        let case = Case::read(path)?;
-        Self::of(case)
+        Self::of(Case::read(path)?)
     }
 
     /// Reads a patient from text; `file` names it in errors.
@@ -62,7 +61,11 @@ impl PatientFile {
         Self::of(Case::parse(text, file)?)
     }
 
-    fn of(case: Case) -> Result<Self, CaseError> {
+    /// The patient of a case whose text has phases and data.
+    ///
+    /// # Errors
+    /// Phases, data and settings that are misspelt.
+    pub fn of(case: Case) -> Result<Self, CaseError> {
         let tables = toml::from_str(case.text()).map_err(|error| case.source.syntax(&error))?;
         Ok(Self { case, tables, blank: false })
     }

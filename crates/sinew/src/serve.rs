@@ -1,18 +1,17 @@
 //! A body for samplers and other programs: the requests of UM-Bridge 1.0 and their answers.
 
+mod page;
 mod quantities;
 
 use crate::Emulator;
+use page::Page;
 use quantities::Quantities;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use sinew_emulate::Error as EmulatorError;
+use sinew_emulate::{Error as EmulatorError, central_differences};
 use sinew_energy::Body;
 use sinew_fem::{Options, SolveError, Solver};
 use std::sync::Mutex;
-
-/// Step of central differences \[relative to a parameter's range\]: rounding leaves about ten digits.
-const STEP: f64 = 1e-5;
 
 /// Models of one body for the protocol of UM-Bridge 1.0 (Seelinger et al., "UM-Bridge: Uncertainty quantification and modeling
 /// bridge", J. Open Source Software, 2023).
@@ -44,6 +43,7 @@ const STEP: f64 = 1e-5;
 pub struct Service<'b> {
     body: &'b Body,
     emulator: Option<Emulator<'b>>,
+    page: Option<Page>,
     /// Solvers that are not at work.
     solvers: Mutex<Vec<Solver<'b>>>,
 }
@@ -53,7 +53,9 @@ pub struct Service<'b> {
 pub struct Reply {
     /// Status of HTTP: 200, 400 for what the client has to change, 404, or 500 where there is no result.
     pub status: u16,
-    /// JSON.
+    /// Media type: JSON, but for the page.
+    pub kind: &'static str,
+    /// Content.
     pub text: String,
 }
 
@@ -115,7 +117,19 @@ impl From<SolveError> for Fault {
 impl<'b> Service<'b> {
     /// Service for a body, with the emulator that `emulator` and `corrected` use; `solver` alone without one.
     pub fn new(body: &'b Body, emulator: Option<Emulator<'b>>) -> Self {
-        Self { body, emulator, solvers: Mutex::default() }
+        Self { body, emulator, page: None, solvers: Mutex::default() }
+    }
+
+    /// Gives the emulator's page at `/` too, as [`crate::viewer()`] makes it at the first request. It shows the solver's displacement where the
+    /// sliders rest, and the true error beside the shown one.
+    pub fn with_page(self, seed: u64) -> Self {
+        let page = self.emulator.as_ref().and_then(|_| Page::of(self.body, seed));
+        Self { page, ..self }
+    }
+
+    /// Whether there is a page.
+    pub fn has_page(&self) -> bool {
+        self.page.is_some()
     }
 
     /// Names of the models.
@@ -132,6 +146,13 @@ impl<'b> Service<'b> {
 
     /// Answer to a request; never a panic, whatever it holds.
     pub fn answer(&self, method: &str, path: &str, text: &str) -> Reply {
+        let page = self.page.as_ref().zip(self.emulator.as_ref());
+        if let ("GET", "/", Some((page, emulator))) = (method, path, page) {
+            return match page.html(emulator) {
+                Ok(text) => Reply { status: 200, kind: "text/html; charset=utf-8", text },
+                Err(text) => Reply { status: 500, kind: "text/plain; charset=utf-8", text },
+            };
+        }
         let found = match (method, path.trim_end_matches('/')) {
             ("GET", "/Info") => Ok(json!({ "protocolVersion": 1.0, "models": self.models() })),
             ("POST", path) => self.posted(path, text),
@@ -147,7 +168,7 @@ impl<'b> Service<'b> {
                 (status, json!({ "error": { "type": kind, "message": message } }))
             }
         };
-        Reply { status, text: value.to_string() }
+        Reply { status, kind: "application/json", text: value.to_string() }
     }
 
     fn posted(&self, path: &str, text: &str) -> Result<Value, Fault> {
@@ -158,7 +179,9 @@ impl<'b> Service<'b> {
             "/Evaluate",
             "/Gradient",
             "/ApplyJacobian",
+            "/Surface",
         ];
+        let known = &known[..known.len() - usize::from(self.page.is_none())];
         if !known.contains(&path) {
             let message = format!("{path} is not supported; there are: {}", known.join(", "));
             return Err(Fault { status: 400, kind: "UnsupportedFeature", message });
@@ -196,6 +219,10 @@ impl<'b> Service<'b> {
         if path == "/Evaluate" {
             let output = Quantities(self.body).of(&self.displacement(model, &theta)?);
             return Ok(json!({ "output": [finite(output)?] }));
+        }
+        if let (Some(page), "/Surface") = (&self.page, path) {
+            let shown = page.displacement(&self.displacement(model, &theta)?);
+            return Ok(json!({ "displacement": finite(shown)? }));
         }
         for (name, index) in [("outWrt", request.out_wrt), ("inWrt", request.in_wrt)] {
             if index != Some(0) {
@@ -265,17 +292,7 @@ impl<'b> Service<'b> {
                 Ok(solver.sensitivity(&solution)?)
             }),
             Model::Corrected => {
-                let column = |(index, parameter): (usize, &sinew_energy::Parameter)| {
-                    let step = STEP * (parameter.range[1] - parameter.range[0]);
-                    let at = |by: f64| {
-                        let mut moved = theta.to_vec();
-                        moved[index] += by;
-                        self.displacement(model, &moved)
-                    };
-                    let (ahead, behind) = (at(step)?, at(-step)?);
-                    Ok(ahead.iter().zip(behind).map(|(a, b)| (a - b) / (2.0 * step)).collect())
-                };
-                self.body.parameters.iter().enumerate().map(column).collect()
+                central_differences(self.body, theta, |theta| self.displacement(model, &theta))
             }
         }
     }

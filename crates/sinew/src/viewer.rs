@@ -18,7 +18,7 @@ use sinew_emulate::{Design, Observer, PodRegression, split_seed};
 use sinew_energy::{Body, Magnitude};
 use sinew_report::format::digits;
 use sinew_report::{Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerEmulator};
-use surface::Surface;
+pub(crate) use surface::Surface;
 
 /// Predictions that they are measured on.
 const CHECKED: usize = 100;

@@ -7,6 +7,8 @@ use sinew_calibrate::{
     Posterior, Prior, Problem, Solves, Unknown, calibrate, look_ahead,
 };
 use sinew_sample::{quantile, standard_normals};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Volume in the image \[mL\] and pressure there \[kPa\].
 const IMAGE: [f64; 2] = [120.0, 1.0];
@@ -336,6 +338,19 @@ fn a_run_that_was_killed_goes_on_to_the_same_bits() {
     assert_eq!((whole.draws, whole.correction.solves), (again.draws, again.correction.solves));
     let other = Solves::new(&Sphere, Box::new(|_, _, _| ())).kept_in(&path, "cube", true);
     assert!(other.err().unwrap().to_string().contains("another patient"));
+}
+
+#[test]
+fn a_flag_ends_a_calibration() {
+    let problem = Problem::new(unknowns(), data(3, 1.0), Vec::new()).unwrap();
+    let stopped = Arc::new(AtomicBool::new(false));
+    let flag = stopped.clone();
+    // After the first solves.
+    let told = move |_: &str, done: usize, _: usize| flag.store(done > 0, Ordering::Relaxed);
+    let mut solves = Solves::new(&Sphere, Box::new(told)).until(stopped);
+    let error = calibrate(&problem, &mut solves, &CalibrateOptions::default()).unwrap_err();
+    assert!(matches!(error, CalibrateError::Interrupted { .. }), "{error}");
+    assert!(error.to_string().starts_with("interrupted during "), "{error}");
 }
 
 #[test]

@@ -8,11 +8,13 @@
 from ._native import __version__
 from .case import Case, Parameter, Unloaded
 from .emulator import Emulator
-from .errors import CaseError, EmulatorError, SinewError, SinewWarning, SolveError
+from .errors import CalibrationError, CaseError, EmulatorError, SinewError, SinewWarning, SolveError
+from .posterior import Posterior
 from .results import Answers, Corrections, Estimate, Fields, Predictions, Solutions
 
 __all__ = [
     "Answers",
+    "CalibrationError",
     "Case",
     "CaseError",
     "Corrections",
@@ -21,6 +23,7 @@ __all__ = [
     "Estimate",
     "Fields",
     "Parameter",
+    "Posterior",
     "Predictions",
     "SinewError",
     "SinewWarning",

@@ -69,10 +69,9 @@ class Blocks:
             return
         if array.ndim == 1 and array.dtype.kind in "iub":
             labels = np.ascontiguousarray(array, dtype=np.int64)
-            (self.native.add_point_labels if of_nodes else self.native.add_cell_labels)(name, labels)
-            return
+            return self.native.add_labels(name, of_nodes, labels)
         table: Floats = np.ascontiguousarray(array, dtype=np.float64).reshape(rows, -1)
-        (self.native.add_point_field if of_nodes else self.native.add_cell_field)(name, table)
+        self.native.add_field(name, of_nodes, table)
 
 
 def read(

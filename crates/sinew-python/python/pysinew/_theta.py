@@ -38,7 +38,7 @@ def read(case: NativeCase, theta: Any) -> tuple[Floats, bool]:
     return case.in_scene(np.atleast_2d(table)), one
 
 
-def _text(name: str, value: Any) -> str:
+def text(name: str, value: Any) -> str:
     """A value as a case file would hold it."""
     if isinstance(value, str):
         return value
@@ -52,7 +52,7 @@ def _text(name: str, value: Any) -> str:
 def _one(case: NativeCase, theta: Any) -> Floats:
     if not isinstance(theta, Mapping):
         raise CaseError(f"theta: a {type(theta).__name__} stands among sets by name; give them all in one way")
-    return case.theta([(str(name), _text(str(name), value)) for name, value in theta.items()])
+    return case.theta([(str(name), text(str(name), value)) for name, value in theta.items()])
 
 
 def _by_name(case: NativeCase, theta: Mapping[str, Any]) -> tuple[Floats, bool]:

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any, Literal, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _meshes, _theta, _views
-from ._native import NativeCase, scenes
+from . import _meshes, _theta, _views, posterior
+from ._native import NativeCase, calibrate, scenes, synthesise
 from ._numbers import Floats
 from ._progress import ProgressArgument, shown, warn
 from ._theta import Theta
 from .errors import CaseError, SolveError
+from .posterior import Posterior
 from .results import Answers, Solutions
 
 if TYPE_CHECKING:
@@ -73,6 +74,9 @@ class Case:
         select: Mapping[str, Any] | None = None,
         formulation: str | None = None,
         training: Mapping[str, Any] | None = None,
+        phases: Mapping[str, Any] | None = None,
+        data: Sequence[Mapping[str, Any]] | None = None,
+        calibration: Mapping[str, Any] | None = None,
         name: str = "case",
         unit: str | None = None,
         node_sets: Mapping[str, Any] | None = None,
@@ -88,6 +92,9 @@ class Case:
             "fibres": fibres,
             "select": select,
             "training": training,
+            "phases": phases,
+            "data": data,
+            "calibration": calibration,
         }
         source: dict[str, Any] = {} if unit is None else {"unit": unit}
         given = None
@@ -327,6 +334,21 @@ class Case:
         return Unloaded(
             Case._of(native), found["displacement"], found["distance"], tuple(found["volume_ratios"]), found["iterations"]
         )
+
+    def calibrate(self, *, seed: int | None = None, progress: ProgressArgument = None) -> Posterior:
+        """The posterior of the parameters, of a case whose mesh is an image and which has `phases` and `data`. Every draw is corrected by
+        the solver; `calibration` of the case sets how.
+
+        Raises `CalibrationError` where the solver does not confirm a posterior.
+        """
+        with shown(progress) as bar:
+            groups, words = calibrate(self._native, seed, bar)
+        return posterior.read(self, json.loads(groups), words)
+
+    def synthesise(self, theta: Mapping[str, Any], seed: int = 1) -> Case:
+        """The case with data that the solver gives at θ by name, with noise of their standard deviations."""
+        pairs = [(str(name), _theta.text(str(name), value)) for name, value in theta.items()]
+        return Case._of(synthesise(self._native, pairs, seed))
 
 
 @dataclass(frozen=True, eq=False)

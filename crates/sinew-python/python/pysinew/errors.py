@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["CaseError", "EmulatorError", "SinewError", "SinewWarning", "SolveError"]
+__all__ = ["CalibrationError", "CaseError", "EmulatorError", "SinewError", "SinewWarning", "SolveError"]
 
 
 class SinewError(Exception):
@@ -19,6 +19,10 @@ class SolveError(SinewError, RuntimeError):
 
 class EmulatorError(SinewError, RuntimeError):
     """An emulator that cannot be trained, stored, read or asked."""
+
+
+class CalibrationError(SinewError, RuntimeError):
+    """Data that no posterior was found for which the solver confirms."""
 
 
 class SinewWarning(UserWarning):

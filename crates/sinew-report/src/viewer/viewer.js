@@ -301,7 +301,7 @@
     };
     // What is shown for θ, or for a case.
     const evaluate = () => {
-      const u = emulator ? model(state.shares) : shown[state.chosen].displacement;
+      const u = emulator ? state.solved?.displacement ?? model(state.shares) : shown[state.chosen].displacement;
       position.forEach((_, i) => (position[i] = points[i] + u[i]));
       for (let n = 0; n < nodes; n++) lengths[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]);
       [state.mean, state.largest] = [lengths.reduce((sum, x) => sum + x, 0) / nodes, peak(u)];
@@ -349,7 +349,8 @@
         ...cavities.map((cavity) => reading(cavity.about, volume(cavity), emulator.volume)));
       const [mean, most, share] = [...(state.error ?? []), (100 * state.error?.[0]) / state.mean].map((e) => digits(e, 2));
       const error = `estimated error ${mean} ${data.length} in the mean (${share} %), ${most} ${data.length} at most`;
-      readings.append(make("p", { className: "error", textContent: state.error ? error : "no estimated error" }));
+      const told = [state.error ? error : "no estimated error", state.solved?.words].filter(Boolean);
+      readings.append(...told.map((textContent) => make("p", { className: "error", textContent })));
       drawCharts();
     };
     // Camera and drawing.
@@ -400,10 +401,10 @@
       return { slider, number };
     });
     const setShare = (index, share) => {
-      [state.shares[index], state.active] = [share, index];
+      [state.shares[index], state.active, state.solved] = [share, index, null];
       const text = digits(own(index), 4);
       [sliders[index].slider.value, sliders[index].number.value] = [share, text]; sliders[index].slider.setAttribute("aria-valuetext", text + unitOf(parameters[index].unit));
-      refresh(true);
+      refresh(true); root.dispatchEvent(new Event("moved"));
     };
     // Buttons; each tells whether it is pressed.
     const buttons = [];
@@ -493,7 +494,7 @@
       draw();
     }).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => refresh());
-    sinewViewer.views.push({ data, state, canvas, model, draw, evaluate, setShare });
+    sinewViewer.views.push({ data, state, root, canvas, model, draw, evaluate, refresh, setShare, digits });
   };
   document.querySelectorAll(".viewer").forEach(start);
 })();

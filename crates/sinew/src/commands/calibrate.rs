@@ -3,13 +3,13 @@
 use super::Usage;
 use anyhow::{Context, Result};
 use clap::Args;
-use sinew::calibration::{Curve, parameter_in_words, report, verdict, volumes_in_words};
+use sinew::calibration::{Curve, arviz, in_words, observed, report};
 use sinew::case::stress_in_kpa;
 use sinew::{PatientFile, Prepared};
 use sinew_calibrate::{
-    CalibrateError, Identifiability, Mode, Patient, Posterior, Solves, calibrate, look_ahead,
+    CalibrateError, Identifiability, Mode, Patient, Posterior, calibrate, look_ahead,
 };
-use sinew_emulate::{Observer, Progress, Terminal};
+use sinew_emulate::Terminal;
 use sinew_report::Provenance;
 use sinew_report::format::{digits, trimmed};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -83,7 +83,8 @@ impl Calibrate {
         let folder =
             self.out.clone().unwrap_or_else(|| Path::new("out").join(name)).join("calibrate");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-        let solves = Solves::new(&patient, teller()).within(self.budget);
+        let mut terminal = Terminal::default();
+        let solves = observed(&patient, &mut terminal).within(self.budget);
         if self.check {
             let mut solves = solves;
             say_setting(&prepared);
@@ -110,11 +111,7 @@ impl Calibrate {
         clock: Instant,
     ) -> Result<()> {
         posterior.write_csv(&folder.join("posterior.csv"))?;
-        let further = prepared.reported.iter();
-        let further: Vec<_> = further
-            .map(|seen| (format!("{} [{}]", seen.name, seen.unit), seen.observable, seen.size))
-            .collect();
-        posterior.to_arviz(&further).write(&folder.join("posterior.json"))?;
+        arviz(prepared, posterior).write(&folder.join("posterior.json"))?;
         let mut curves = Vec::new();
         for (cavity, _) in &prepared.pressures {
             match Curve::new(prepared, posterior, cavity) {
@@ -139,7 +136,7 @@ impl Calibrate {
         let name = &file.case.name;
         let page = report(name, prepared, posterior, &curves, rest.unloaded.as_ref(), provenance)
             .write(folder)?;
-        say(prepared, posterior);
+        in_words(prepared, posterior).iter().for_each(|line| println!("{line}"));
         println!("written: {}", page.display());
         Ok(())
     }
@@ -156,32 +153,6 @@ fn told(error: CalibrateError) -> anyhow::Error {
         error @ CalibrateError::Unreachable { .. } => Usage(error.to_string()).into(),
         other => other.into(),
     }
-}
-
-/// Callback with the stage, the solves done and their number.
-type Teller = Box<dyn FnMut(&str, usize, usize) + Send>;
-
-/// Progress of solves on the terminal; a stage ends when the next one begins.
-fn teller() -> Teller {
-    let mut terminal = Terminal::default();
-    let mut stage_now = String::new();
-    let (mut first, mut clock) = (0, Instant::now());
-    Box::new(move |stage, done, of| {
-        if stage_now != stage {
-            if !stage_now.is_empty() {
-                terminal.finished(&stage_now, "done", clock.elapsed().as_secs_f64());
-            }
-            stage_now = stage.to_string();
-            (first, clock) = (done, Instant::now());
-        }
-        let pace = clock.elapsed().as_secs_f64() / (done - first.min(done)) as f64;
-        let _ = terminal.progress(&Progress {
-            stage,
-            fraction: done as f64 / of.max(1) as f64,
-            seconds_left: pace * (of - done) as f64,
-            message: "",
-        });
-    })
 }
 
 /// Hash of the inputs of a solve: the file and the mesh.
@@ -245,20 +216,4 @@ fn say_ahead(prepared: &Prepared, mode: &Mode, seen: &Identifiability) {
     }
     println!("before anything is sampled:");
     seen.in_words().iter().for_each(|line| println!("  {line}"));
-}
-
-/// The result.
-fn say(prepared: &Prepared, posterior: &Posterior) {
-    println!("{}", verdict(prepared, posterior));
-    volumes_in_words(prepared, posterior).iter().for_each(|line| println!("  {line}"));
-    let count = posterior.problem.unknowns.len();
-    (0..count).for_each(|at| println!("  {}", parameter_in_words(posterior, at)));
-    posterior.identifiability.in_words().iter().for_each(|line| println!("  {line}"));
-    posterior.predictive.in_words().iter().for_each(|line| println!("  warning: {line}"));
-    let found = &posterior.correction;
-    let [r_hat, bulk, tail] = posterior.mixing();
-    println!(
-        "  R̂ {r_hat:.3}, {bulk:.0} effective draws in the bulk and {tail:.0} in the tails, {} solves, {:.1} s",
-        found.solves, found.seconds
-    );
 }

@@ -34,7 +34,7 @@ pub(crate) struct Export {
 }
 
 /// Seed of the predictions that a page is made from.
-const SEED: u64 = 0x9a6e;
+pub(super) const SEED: u64 = 0x9a6e;
 
 impl Export {
     pub(crate) fn run(&self) -> Result<()> {

@@ -20,6 +20,9 @@ prediction and one Newton step), solver (the equilibrium). The input is theta in
 one vector, whose entries are printed at the start. Evaluate, Gradient and ApplyJacobian are supported. Without a trained
 emulator there is the solver alone. Ends with Ctrl-C.
 
+A browser shows the emulator's page at the same address. Where the sliders rest, the solver corrects the body, and the true
+error stands beside the estimated one. With another address than the loopback there is no page.
+
 Example: sinew train IdealVentricle --recipe regression && sinew serve IdealVentricle
   python: umbridge.HTTPModel('http://127.0.0.1:4242', 'emulator')([[0.2, 2.0, 3.0, 2.0, 8.0]])")]
 pub(crate) struct Serve {
@@ -53,6 +56,11 @@ impl Serve {
             }
         };
         let service = Service::new(&body, emulator);
+        // The page is for this machine alone.
+        let service = match self.bind.is_loopback() {
+            true => service.with_page(super::export::SEED),
+            false => service,
+        };
         let server = match Server::http((self.bind, self.port)) {
             Ok(server) => server,
             Err(error) => {
@@ -67,6 +75,9 @@ impl Serve {
         println!("models: {}", service.models().join(", "));
         println!("input: {}", parameters.join(", "));
         println!("output: {}", service.outputs().join(", "));
+        if service.has_page() {
+            println!("page: http://{}/, made when it is opened first", server.server_addr());
+        }
         println!("serving {} at http://{}", body.name, server.server_addr());
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         std::thread::scope(|scope| {
@@ -90,6 +101,7 @@ fn answer(service: &Service<'_>, mut request: Request) {
     let path = url.split('?').next().unwrap_or_default();
     let failed = |status, message: &str| Reply {
         status,
+        kind: "application/json",
         text: serde_json::json!({ "error": { "type": "InternalError", "message": message } })
             .to_string(),
     };
@@ -99,8 +111,9 @@ fn answer(service: &Service<'_>, mut request: Request) {
         Ok(_) => catch_unwind(AssertUnwindSafe(|| service.answer(&method, path, &text)))
             .unwrap_or_else(|_| failed(500, "the program failed; its terminal says where")),
     };
+    let header = Header::from_bytes("Content-Type", reply.kind);
     let mut response = Response::from_string(reply.text).with_status_code(reply.status);
-    if let Ok(header) = Header::from_bytes("Content-Type", "application/json") {
+    if let Ok(header) = header {
         response.add_header(header);
     }
     let _ = request.respond(response);

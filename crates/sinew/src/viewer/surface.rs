@@ -11,7 +11,7 @@ const STROKE: f64 = 0.9;
 const LEAST_WITHIN: f64 = 0.3;
 
 /// Triangles of a body's boundary.
-pub(super) struct Surface {
+pub(crate) struct Surface {
     /// Nodes of the mesh, in order.
     pub(super) nodes: Vec<usize>,
     /// Corners among these.
@@ -22,7 +22,7 @@ pub(super) struct Surface {
 
 impl Surface {
     /// `None` for a body without a surface in three dimensions.
-    pub(super) fn of(body: &Body) -> Option<Self> {
+    pub(crate) fn of(body: &Body) -> Option<Self> {
         let (mut triangles, mut cells) = (Vec::new(), Vec::new());
         for facet in body.mesh.boundary_facets() {
             let corners = match body.mesh.nodes_of_facet(facet)[..] {
@@ -52,7 +52,7 @@ impl Surface {
     }
 
     /// Displacement at the surface \[length\].
-    pub(super) fn of_field(&self, field: &[f64]) -> Vec<f64> {
+    pub(crate) fn of_field(&self, field: &[f64]) -> Vec<f64> {
         self.nodes.iter().flat_map(|&node| field[3 * node..3 * node + 3].to_vec()).collect()
     }
 

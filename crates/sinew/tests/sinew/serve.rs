@@ -145,6 +145,34 @@ fn faults_are_answered_as_the_protocol_says() {
     assert_eq!(evaluated(&service, "solver", &[11.0, 4.0]).len(), 3);
 }
 
+#[test]
+fn the_page_is_given_the_displacement_of_its_nodes() {
+    let body = body();
+    let request = json!({ "name": "solver", "input": [[11.0, 4.0]] });
+    let service = Service::new(&body, Some(emulator(&body)));
+    assert_eq!(service.answer("GET", "/", "").status, 404);
+    assert_eq!(asked(&service, "/Surface", &request).1["error"]["type"], "UnsupportedFeature");
+    let service = service.with_page(1);
+    let page = service.answer("GET", "/", "");
+    assert!(page.status == 200 && page.kind.starts_with("text/html"), "{}", page.text);
+    assert!(page.text.contains("fetch(\"Surface\"") && page.text.contains("viewer-page"));
+    let (status, found) = asked(&service, "/Surface", &request);
+    assert_eq!(status, 200, "{found}");
+    let mut solver = Solver::new(&body).unwrap();
+    let theta = [11.0, body.parameters[1].unit.in_scene(4.0)];
+    let solution = solver.solve(&theta, &Options::default()).unwrap();
+    let facets = body.mesh.boundary_facets();
+    let mut nodes: Vec<usize> =
+        facets.iter().flat_map(|&facet| body.mesh.nodes_of_facet(facet)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let expected = nodes.iter().flat_map(|n| &solution.displacement[3 * n..3 * n + 3]);
+    let shown = numbers(&found["displacement"]);
+    assert_eq!(shown.len(), 3 * nodes.len());
+    // Decimals of JSON, of displacements of some millimetres.
+    assert!(shown.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12));
+}
+
 /// A server that ends with the test.
 struct Served(Child, String);
 

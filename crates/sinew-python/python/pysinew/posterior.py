@@ -1,0 +1,56 @@
+"""Posteriors of parameters, for arviz and for people."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._numbers import Floats
+
+if TYPE_CHECKING:
+    from .case import Case
+
+__all__ = ["Posterior"]
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Draws of the solver's posterior, by chain and draw."""
+
+    #: The case with its data.
+    case: Case
+    #: Arrays by name, (chains, draws), in the groups of arviz: `posterior`, `prior`, `posterior_predictive`; measured values in
+    #: `observed_data`. Names end with the unit, such as `mu [kPa]`.
+    groups: dict[str, dict[str, Floats]]
+    #: The result for people, line by line.
+    words: list[str]
+
+    def __str__(self) -> str:
+        return "\n".join(self.words)
+
+    @property
+    def names(self) -> list[str]:
+        """Parameters and derived volumes."""
+        return list(self.groups["posterior"])
+
+    def __getitem__(self, name: str) -> Floats:
+        """Draws of a parameter or volume by its name, with or without its unit, (chains, draws)."""
+        found = [own for own in self.names if name in (own, own.split(" [")[0])]
+        if not found:
+            raise KeyError(f"{name} is not in this posterior; there are: {', '.join(self.names)}")
+        return self.groups["posterior"][found[0]]
+
+    def to_arviz(self) -> Any:
+        """An arviz `InferenceData`; with arviz 1 the `xarray.DataTree` that replaced it."""
+        import arviz
+
+        groups: Any = self.groups
+        return arviz.from_dict(**groups) if hasattr(arviz, "InferenceData") else arviz.from_dict(groups)
+
+
+def read(case: Case, groups: dict[str, dict[str, Any]], words: list[str]) -> Posterior:
+    """A posterior of lists."""
+    arrays = {name: {own: np.asarray(values) for own, values in group.items()} for name, group in groups.items()}
+    return Posterior(case, arrays, words)
