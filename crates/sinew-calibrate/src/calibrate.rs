@@ -246,8 +246,8 @@ fn check_reach(problem: &Problem, solves: &Solves, mode: &Mode) -> Result<(), Ca
         let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
             [low.min(value), high.max(value)]
         });
-        let below = datum.value + OUT_OF_REACH * datum.deviation < low;
-        let above = datum.value - OUT_OF_REACH * datum.deviation > high;
+        let below = datum.value + OUT_OF_REACH * datum.error() < low;
+        let above = datum.value - OUT_OF_REACH * datum.error() > high;
         if misfit.abs() < OUT_OF_REACH || !(below || above) {
             continue;
         }

@@ -11,8 +11,11 @@ pub struct Datum {
     pub observable: usize,
     /// Value, in the unit of the observable.
     pub value: f64,
-    /// Standard deviation of its error, in the unit of the observable.
+    /// Standard deviation of its error, in the unit of the observable; of the logarithm for a share.
     pub deviation: f64,
+    /// Whether the error is a share of the exact value, such as 3 %: its logarithm is normal, and values are positive. A share of the
+    /// measured value would take values that were measured too low for better known ones.
+    pub is_share: bool,
     /// Unit of the values that people read; empty for a ratio.
     pub unit: String,
     /// Size of that unit in the unit of the observable.
@@ -29,7 +32,33 @@ impl Datum {
         deviation: f64,
     ) -> Self {
         let (name, kind, unit) = (name.into(), kind.into(), String::new());
-        Self { name, kind, observable, value, deviation, unit, size: 1.0 }
+        Self { name, kind, observable, value, deviation, is_share: false, unit, size: 1.0 }
+    }
+
+    /// Standard deviation in the unit of the observable, at the measured value.
+    pub fn error(&self) -> f64 {
+        if self.is_share { self.deviation * self.value } else { self.deviation }
+    }
+
+    /// A value with `z` standard deviations of error.
+    pub fn with_error(&self, exact: f64, z: f64) -> f64 {
+        let error = z * self.deviation;
+        if self.is_share { exact * error.exp() } else { exact + error }
+    }
+
+    /// A value on the scale where errors have standard deviation 1; a share of what is not positive is out of reach.
+    pub(crate) fn scaled(&self, value: f64) -> f64 {
+        let value = if self.is_share { value.max(f64::MIN_POSITIVE).ln() } else { value };
+        value / self.deviation
+    }
+
+    /// Derivative of [`Datum::scaled`].
+    pub(crate) fn slope(&self, value: f64) -> f64 {
+        match self.is_share {
+            true if value > 0.0 => 1.0 / (value * self.deviation),
+            true => 0.0,
+            false => 1.0 / self.deviation,
+        }
     }
 }
 

@@ -26,7 +26,7 @@ impl Noise {
         }
         for kind in problem.kinds.iter().filter(|kind| kind.bias > 0.0) {
             let share = |at: usize| match problem.data[at].kind == kind.name {
-                true => kind.bias / problem.data[at].deviation,
+                true => kind.bias / problem.data[at].error(),
                 false => 0.0,
             };
             let shares = DVector::from_fn(count, |at, _| share(at));
@@ -61,7 +61,7 @@ impl Noise {
 impl Problem {
     /// Logarithm of the likelihood of observables at coordinates, up to a constant.
     pub(crate) fn log_likelihood(&self, y: &[f64], observed: &Observed) -> f64 {
-        let residual = &self.measured - self.scaled(observed);
+        let residual = &self.measured - self.scaled(&observed.values);
         Noise::new(self, &self.log_factors(y), None).log_likelihood(&residual)
     }
 

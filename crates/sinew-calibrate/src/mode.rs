@@ -206,7 +206,7 @@ impl Search {
 impl State {
     fn new(problem: &Problem, y: Vec<f64>, theta: Vec<f64>, observed: Observed) -> Option<Self> {
         let jacobian = problem.jacobian(&theta, &y, &observed)?;
-        let residual = &problem.measured - problem.scaled(&observed);
+        let residual = &problem.measured - problem.scaled(&observed.values);
         let cost = -problem.log_posterior(&y, &observed);
         Some(Self { y, theta, observed, jacobian, residual, cost })
     }

@@ -148,7 +148,7 @@ impl Posterior {
                 let noise = standard_normals(chain.len(), &mut random);
                 for ((value, z), y) in chain.iter_mut().zip(noise).zip(draws) {
                     let factor = self.problem.log_factor(at, &self.problem.log_factors(y)).exp();
-                    *value = (*value + z * factor * datum.deviation) / datum.size;
+                    *value = datum.with_error(*value, z * factor) / datum.size;
                 }
             }
             dict = dict.with("posterior_predictive", &datum.name, chains);

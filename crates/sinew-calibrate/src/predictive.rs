@@ -3,7 +3,6 @@
 use crate::datum::FACTOR_DEVIATION;
 use crate::likelihood::Noise;
 use crate::problem::Problem;
-use nalgebra::DVector;
 use sinew_sample::psis;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
@@ -57,8 +56,7 @@ impl Predictive {
         let data = (0..problem.data.len()).map(|at| check(problem, draws, at)).collect();
         let chi = ChiSquared::new(problem.data.len() as f64).expect("positive degrees of freedom");
         let tail = |(y, observables): &Draw| {
-            let scaled = problem.data.iter().map(|d| observables[d.observable] / d.deviation);
-            let residual = &problem.measured - DVector::from_iterator(problem.data.len(), scaled);
+            let residual = &problem.measured - problem.scaled(observables);
             let noise = Noise::new(problem, &problem.log_factors(y), None);
             chi.sf(residual.dot(&noise.solve(&residual)))
         };
@@ -104,10 +102,11 @@ fn check(problem: &Problem, draws: &[Draw], at: usize) -> DatumCheck {
         let log = problem
             .factor_of(at)
             .map_or(0.0, |place| FACTOR_DEVIATION * y[problem.unknowns.len() + place]);
-        (datum.deviation * log.exp()).hypot(bias)
+        log.exp().hypot(bias / datum.error())
     };
+    let misfit = |value: f64| problem.measured[at] - datum.scaled(value);
     let scores: Vec<f64> =
-        draws.iter().map(|(y, o)| (datum.value - o[datum.observable]) / deviation(y)).collect();
+        draws.iter().map(|(y, o)| misfit(o[datum.observable]) / deviation(y)).collect();
     let two_sided = |below: f64| 2.0 * below.min(1.0 - below);
     let count = draws.len() as f64;
     let below = scores.iter().map(|z| normal.cdf(*z)).sum::<f64>() / count;
@@ -123,7 +122,7 @@ fn check(problem: &Problem, draws: &[Draw], at: usize) -> DatumCheck {
         value: datum.value,
         predicted,
         deviation: (squares.sum::<f64>() / (count - 1.0)).sqrt(),
-        residual: (datum.value - predicted) / datum.deviation,
+        residual: misfit(predicted),
         p: two_sided(below),
         p_left_out: (smoothed.k_hat <= MOST_K).then(|| two_sided(weighted)),
     }

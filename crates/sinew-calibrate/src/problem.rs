@@ -51,6 +51,12 @@ impl Problem {
                     "{name}: the value is {value}; give a finite number or leave the datum out"
                 ));
             }
+            if datum.is_share && datum.value <= 0.0 {
+                let (name, value) = (&datum.name, datum.value);
+                return refuse(format!(
+                    "{name}: the value is {value}, and a share of it is no standard deviation; give a number"
+                ));
+            }
             if !(datum.deviation.is_finite() && datum.deviation > 0.0) {
                 let (name, deviation) = (&datum.name, datum.deviation);
                 return refuse(format!(
@@ -65,8 +71,7 @@ impl Problem {
             (&a.kind, &a.name).cmp(&(&b.kind, &b.name)).then(a.value.total_cmp(&b.value))
         });
         kinds.sort_by(|a, b| a.name.cmp(&b.name));
-        let measured =
-            DVector::from_iterator(data.len(), data.iter().map(|d| d.value / d.deviation));
+        let measured = DVector::from_iterator(data.len(), data.iter().map(|d| d.scaled(d.value)));
         Ok(Self { unknowns, data, kinds, measured })
     }
 
@@ -116,8 +121,8 @@ impl Problem {
     }
 
     /// Observables of the data over their standard deviations.
-    pub(crate) fn scaled(&self, observed: &Observed) -> DVector<f64> {
-        let values = self.data.iter().map(|d| observed.values[d.observable] / d.deviation);
+    pub(crate) fn scaled(&self, observed: &[f64]) -> DVector<f64> {
+        let values = self.data.iter().map(|d| d.scaled(observed[d.observable]));
         DVector::from_iterator(self.data.len(), values)
     }
 
@@ -139,7 +144,8 @@ impl Problem {
             .collect();
         Some(DMatrix::from_fn(self.data.len(), self.unknowns.len(), |row, at| {
             let datum = &self.data[row];
-            observed.jacobian[datum.observable][at] / datum.deviation * slope[at]
+            let value = observed.values[datum.observable];
+            observed.jacobian[datum.observable][at] * datum.slope(value) * slope[at]
         }))
     }
 
@@ -150,15 +156,14 @@ impl Problem {
             theta.iter().zip(&moments).map(|(t, [mean, deviation])| (t.ln() - mean) / deviation);
         let row = |datum: &Datum| {
             let row = &observed.jacobian[datum.observable];
-            (0..theta.len())
-                .map(|at| row[at] * theta[at] * moments[at][1] / datum.deviation)
-                .collect()
+            let slope = datum.slope(observed.values[datum.observable]);
+            (0..theta.len()).map(|at| row[at] * theta[at] * moments[at][1] * slope).collect()
         };
         let slopes = match observed.jacobian.is_empty() {
             true => Vec::new(),
             false => self.data.iter().map(row).collect(),
         };
-        let values = self.scaled(observed).as_slice().to_vec();
+        let values = self.scaled(&observed.values).as_slice().to_vec();
         Sample { x: x.collect(), values, slopes, weight }
     }
 }

@@ -130,7 +130,7 @@ fn largest_error(target: &Target, draws: &Chains, found: &[Option<Observed>]) ->
         .pooled()
         .zip(found)
         .filter_map(|(y, observed)| {
-            let error = target.problem.scaled(observed.as_ref()?) - target.predicted(y);
+            let error = target.problem.scaled(&observed.as_ref()?.values) - target.predicted(y);
             Some(error.iter().map(|e| e.abs()).collect())
         })
         .collect();

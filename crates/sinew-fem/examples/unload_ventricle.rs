@@ -34,8 +34,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let cold = cpu() - start;
             let Some(loading) = unloaded.loading else { continue };
             println!(
-                "  Newton: {} systems and {} of the check, {cold:.2} s in all, off by {:.1e} mm",
-                unloaded.iterations, loading.iterations, loading.distance
+                "  Newton: {} systems and {} of the check ({:.2} s), {cold:.2} s in all, off by {:.1e} mm",
+                unloaded.iterations, loading.iterations, loading.seconds, loading.distance
             );
             // Each entry but the pressure five per cent up or down.
             let signs = [1.05, 0.95, 0.95, 1.05, 1.0];

@@ -14,7 +14,7 @@ use sinew_sample::{ess_bulk, ess_tail};
 use std::time::Instant;
 
 /// Cells of the patient with two unknown parameters, points of the grid along each, and draws that are compared.
-const GRID: ([usize; 3], usize, usize) = ([2, 12, 10], 50, 2400);
+const GRID: ([usize; 3], usize, usize) = ([2, 16, 8], 50, 2400);
 const QUICK_GRID: ([usize; 3], usize, usize) = ([2, 8, 5], 16, 800);
 /// Patients, solves of importance sampling for each, and draws that are compared.
 const IMPORTANCE: (u64, usize, usize) = (3, 20_000, 2400);

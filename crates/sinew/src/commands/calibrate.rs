@@ -209,7 +209,7 @@ fn say_ahead(prepared: &Prepared, mode: &Mode, seen: &Identifiability) {
             "  {}: measured {} ± {} {}, computed {}, {misfit:+.1} sd{mark}",
             datum.name,
             shown(datum.value),
-            shown(datum.deviation),
+            shown(datum.error()),
             datum.unit,
             shown(model)
         );

@@ -137,16 +137,22 @@ impl Reader<'_> {
             Observable::Strain { .. } => "strain",
             Observable::Displacement { .. } => "displacement",
         };
-        let deviation = self.deviation(value)?;
-        let named = Datum::new(observable.to_string(), kind, place, value * size, deviation * size);
-        Ok(Datum { unit: unit.into(), size, ..named })
+        let (deviation, is_share) = self.deviation()?;
+        if is_share && !(kind == "volume" && value > 0.0) {
+            let reason =
+                "a share is for volumes that are positive; give the standard deviation as a number";
+            return Err(self.error("sd", reason));
+        }
+        let deviation = if is_share { deviation } else { deviation * size };
+        let named = Datum::new(observable.to_string(), kind, place, value * size, deviation);
+        Ok(Datum { is_share, unit: unit.into(), size, ..named })
     }
 
-    /// Standard deviation in the unit of the value.
-    fn deviation(&self, value: f64) -> Result<f64, CaseError> {
-        let missing = "the standard deviation is missing: sd = 0.02 in the unit of the value, or \"3 %\" of it";
+    /// Standard deviation in the unit of the value, or a share, and whether it is a share.
+    fn deviation(&self) -> Result<(f64, bool), CaseError> {
+        let missing = "the standard deviation is missing: sd = 0.02 in the unit of the value, or \"3 %\" of a volume";
         let deviation = match self.entry.sd.as_ref().ok_or_else(|| self.error("sd", missing))? {
-            Quantity::Number(value) => *value,
+            Quantity::Number(value) => (*value, false),
             Quantity::Text(text) => {
                 let share =
                     text.trim().strip_suffix('%').and_then(|n| n.trim().parse::<f64>().ok());
@@ -156,14 +162,14 @@ impl Reader<'_> {
                         format!("`{text}` is neither a number nor a share such as \"3 %\""),
                     )
                 })?;
-                0.01 * share * value.abs()
+                (0.01 * share, true)
             }
         };
-        match deviation.is_finite() && deviation > 0.0 {
+        match deviation.0.is_finite() && deviation.0 > 0.0 {
             true => Ok(deviation),
             false => Err(self.error(
                 "sd",
-                format!("the standard deviation is {deviation}; give a positive number"),
+                format!("the standard deviation is {}; give a positive number", deviation.0),
             )),
         }
     }

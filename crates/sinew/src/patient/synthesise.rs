@@ -33,8 +33,8 @@ impl PatientFile {
         Ok(unknowns.map(parameter).collect())
     }
 
-    /// The patient file with values that the solver gives at θ, with noise of the stated standard deviations: a share is one of the exact
-    /// value, and is written as the number that it makes. Values that the file has are replaced.
+    /// The patient file with values that the solver gives at θ, with noise of the stated standard deviations; the logarithm of a share's
+    /// noise is normal. Values that the file has are replaced.
     ///
     /// # Errors
     /// As [`PatientFile::prepare`], and a θ at which the solver has no answer.
@@ -60,24 +60,20 @@ impl PatientFile {
                 (Some(segments), true) => segments.names().len(),
                 _ => 1,
             };
-            let (mut values, mut deviation) = (Vec::with_capacity(count), 0.0);
+            let mut values = Vec::with_capacity(count);
             for exact in &seen.values[place..place + count] {
                 let exact = exact / prepared.size_of(place);
-                deviation = match &entry.sd {
-                    Some(Quantity::Number(deviation)) => *deviation,
+                let z = standard_normals(1, &mut random)[0];
+                values.push(match &entry.sd {
+                    Some(Quantity::Number(deviation)) => exact + z * deviation,
                     Some(Quantity::Text(text)) => {
                         let share = text.trim().trim_end_matches('%').trim().parse::<f64>();
-                        0.01 * share.unwrap_or(0.0) * exact.abs()
+                        exact * (0.01 * z * share.unwrap_or(0.0)).exp()
                     }
-                    None => 0.0,
-                };
-                values.push(exact + deviation * standard_normals(1, &mut random)[0]);
+                    None => exact,
+                });
             }
             place += count;
-            if let (Some(Quantity::Text(_)), [_]) = (&entry.sd, &values[..]) {
-                // A share of the measured value would not be the noise that it has: low values would count as better known.
-                written.insert("sd".into(), Value::Float(deviation));
-            }
             written.remove("value");
             written.remove("values");
             match of_all {

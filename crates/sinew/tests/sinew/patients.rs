@@ -69,10 +69,11 @@ fn units_phases_and_segments_are_read() {
         ["a [kPa]", "a_f [kPa]"]
     );
     assert_eq!((problem.data.len(), prepared.segments.as_ref().unwrap().names().len()), (6, 4));
-    // 16 mmHg in kPa, and 3 % of 44 mL in mm³.
+    // 16 mmHg in kPa, 44 mL in mm³ and 3 % as a share.
     assert!((prepared.phases["high"]["p"] - 2.133158).abs() < 1e-6);
     let low = problem.data.iter().find(|d| d.name == "volume of endo at low").unwrap();
-    assert_eq!((low.value, low.deviation), (44_000.0, 0.03 * 44.0 * 1e3));
+    assert_eq!((low.value, low.deviation, low.is_share), (44_000.0, 0.03, true));
+    assert!((low.error() - 0.03 * 44.0 * 1e3).abs() < 1e-9);
     let reported: Vec<_> = prepared.reported.iter().map(|seen| seen.name.as_str()).collect();
     let expected = ["rest", "high", "low"].map(|state| format!("volume of endo at {state}"));
     assert_eq!(reported, expected);
@@ -106,6 +107,7 @@ fn mistakes_are_refused_with_their_place() {
     says("segments = \"1x4\"", "segments = \"aha\"", &["`aha` is not a division"]);
     says(", septum = [-1.0, 0.0, 0.0]", "", &["septum"]);
     says("sd = 2.0", "sd = 0.0", &["standard deviation is 0"]);
+    says("sd = 0.02", "sd = \"2 %\"", &["a share is for volumes"]);
     says(
         "a = [0.1, 0.4]",
         "a = { range = [0.0, 0.4], sampling = \"linear\" }",
