@@ -212,7 +212,7 @@ impl Motions {
         Ok(moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect())
     }
 
-    /// With further solved states.
+    /// Motions about further solved states too.
     pub(crate) fn with_anchors(self, anchors: Anchors) -> Self {
         Self { anchors: Some(anchors.into()), ..self }
     }
