@@ -212,7 +212,7 @@ impl Motions {
         Ok(moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect())
     }
 
-    /// With further solved states.
+    /// The same motions through further solved states.
     pub(crate) fn with_anchors(self, anchors: Anchors) -> Self {
         Self { anchors: Some(anchors.into()), ..self }
     }

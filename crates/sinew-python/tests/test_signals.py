@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import hashlib
 import signal
 import subprocess
 import sys
@@ -109,10 +109,19 @@ def test_several_threads_predict_the_same(emulator, bar: Case) -> None:
 
 
 def test_two_threads_do_the_work_of_two() -> None:
-    solution = Case.scene("IdealVentricle").solve(progress=False)
+    solution, block = Case.scene("IdealVentricle").solve(progress=False), bytes(1 << 20)
 
-    def seconds(count: int) -> float:
-        threads = [threading.Thread(target=lambda: [solution.stresses() for _ in range(30)]) for _ in range(count)]
+    def stresses() -> None:
+        for _ in range(30):
+            solution.stresses()
+
+    def hashes() -> None:
+        """Work that is known to leave the interpreter's lock alone."""
+        for _ in range(100):
+            hashlib.sha256(block).digest()
+
+    def seconds(work, count: int) -> float:
+        threads = [threading.Thread(target=work) for _ in range(count)]
         start = time.perf_counter()
         for thread in threads:
             thread.start()
@@ -120,13 +129,11 @@ def test_two_threads_do_the_work_of_two() -> None:
             thread.join()
         return time.perf_counter() - start
 
-    ratio = 0.0
-    for _ in range(20):
-        # The interpreter's lock would leave this at 1.
-        ratio = max(ratio, 2.0 * seconds(1) / seconds(2))
-        if ratio >= 1.6:
-            break
-    print(f"two threads: {ratio:.2f} times the work of one")
-    if ratio < 1.6 and (os.cpu_count() or 1) < 2:
-        pytest.skip(f"two threads: {ratio:.2f} times the work of one, on one core")
-    assert ratio >= 1.6
+    spent = {(work, count): 0.0 for work in (stresses, hashes) for count in (1, 2)}
+    for _ in range(10):
+        for work, count in spent:
+            spent[work, count] += seconds(work, count)
+    ratio, possible = (2.0 * spent[work, 1] / spent[work, 2] for work in (stresses, hashes))
+    print(f"two threads do {ratio:.2f} times the work of one; hashes {possible:.2f} times")
+    # 1.6 on two idle cores; other programs take their part of both. The interpreter's lock leaves this at 1.
+    assert ratio >= 0.8 * possible

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numbers
 from collections.abc import Mapping, Sequence
-from typing import Any, Union
+from typing import Any, NamedTuple, Union
 
 import numpy as np
 
@@ -17,8 +17,39 @@ from .errors import CaseError
 Theta = Union[None, Mapping[str, Any], Sequence[Any], Floats]
 
 
-def read(case: NativeCase, theta: Any) -> tuple[Floats, bool]:
-    """Rows in the unit of the scene, and whether one set was given rather than several."""
+class Sets(NamedTuple):
+    """Parameter sets, a row each."""
+
+    #: In the units of the scene.
+    rows: Floats
+    #: In the parameters' own units.
+    values: Floats
+    #: Whether one set was given rather than a list of them.
+    one: bool
+
+    def pick(self, found: Any) -> Any:
+        """What was found for every set, or for the one."""
+        return np.asarray(found[0]) if self.one else found
+
+    def single(self) -> Sets:
+        """Requires one set."""
+        if not self.one:
+            raise CaseError(f"theta: give one set of parameters, not {len(self.rows)}")
+        return self
+
+
+def read(case: NativeCase, theta: Any) -> Sets:
+    """Parameter sets as users give them."""
+    table = _table(case, theta)
+    if isinstance(table, tuple):
+        rows, one = table
+        return Sets(rows, case.shown(rows), one)
+    values = np.atleast_2d(table)
+    return Sets(case.in_scene(values), values, table.ndim == 1)
+
+
+def _table(case: NativeCase, theta: Any) -> Union[Floats, tuple[Floats, bool]]:
+    """Numbers in the parameters' own units; or rows in those of the scene, and whether one set was given."""
     if theta is None:
         return case.centre()[np.newaxis], True
     if hasattr(theta, "columns") and hasattr(theta, "to_numpy"):
@@ -34,8 +65,7 @@ def read(case: NativeCase, theta: Any) -> tuple[Floats, bool]:
             f"theta of shape {table.shape}: the case has {len(names)} parameters ({', '.join(names)}); give one number each, or a "
             f"row of them for every set"
         )
-    one = table.ndim == 1
-    return case.in_scene(np.atleast_2d(table)), one
+    return table
 
 
 def text(name: str, value: Any) -> str:

@@ -226,22 +226,24 @@ class Case:
 
         Raises `SolveError` where one set was asked for and has no equilibrium; of several, failures are listed.
         """
-        thetas, one = _theta.read(self._native, theta)
-        warn(self._native.outside(thetas))
+        sets = _theta.read(self._native, theta)
+        warn(self._native.outside(sets.rows))
         with shown(progress) as bar:
-            found = self._native.solve(thetas, load_steps, folder, bar)
+            found = self._native.solve(sets.rows, load_steps, folder, bar)
         warn(found["warnings"])
         failures = dict(found["failures"])
-        if one and failures:
-            raise SolveError(f"{self._native.in_words(thetas[0])}: {failures[0]}")
+        self._refuse(sets, failures)
         if failures:
             row, reason = next(iter(failures.items()))
-            warn([f"{len(failures)} of {len(thetas)} sets have no equilibrium, the first is set {row}: {reason}"])
-        values, displacement, seconds = self._native.shown(thetas), found["displacement"], found["seconds"]
-        if one:
-            values, displacement, seconds = values[0], displacement[0], seconds[0]
-        empty: list[list[str]] = [[] for _ in thetas]
-        return Solutions(self, values, displacement, empty, failures, np.asarray(seconds))
+            warn([f"{len(failures)} of {len(sets.rows)} sets have no equilibrium, the first is set {row}: {reason}"])
+        empty: list[list[str]] = [[] for _ in sets.rows]
+        values, displacement, seconds = map(sets.pick, (sets.values, found["displacement"], found["seconds"]))
+        return Solutions(self, values, displacement, empty, failures, seconds)
+
+    def _refuse(self, sets: _theta.Sets, failures: dict[int, str]) -> None:
+        """Raises where one set was asked for and failed."""
+        if sets.one and failures:
+            raise SolveError(f"{self._native.in_words(sets.rows[0])}: {failures[0]}")
 
     def answers(
         self,
@@ -252,22 +254,17 @@ class Case:
         progress: ProgressArgument = None,
     ) -> Answers:
         """Displacements to a relative accuracy by the method that costs least, every one with its checked error."""
-        rows, one = _theta.read(self._native, thetas)
-        warn(self._native.outside(rows))
+        sets = _theta.read(self._native, thetas)
+        warn(self._native.outside(sets.rows))
         if emulator is not None and emulator.case is not self:
             raise CaseError("the emulator is of another case; call `answers` of its own, `emulator.case`")
         native = None if emulator is None else emulator._native
         with shown(progress) as bar:
-            found = self._native.answers(rows, accuracy, native, bar)
+            found = self._native.answers(sets.rows, accuracy, native, bar)
         failures = dict(found["failures"])
-        if one and failures:
-            raise SolveError(f"{self._native.in_words(rows[0])}: {failures[0]}")
-        values, displacement, error = self._native.shown(rows), found["displacement"], found["error"]
-        if one:
-            values, displacement, error = values[0], displacement[0], error[0]
-        return Answers(
-            self, values, displacement, found["set_warnings"], np.asarray(error), found["source"], failures, accuracy, found["method"]
-        )
+        self._refuse(sets, failures)
+        values, displacement, error = map(sets.pick, (sets.values, found["displacement"], found["error"]))
+        return Answers(self, values, displacement, found["set_warnings"], error, found["source"], failures, accuracy, found["method"])
 
     def train(
         self,
@@ -324,9 +321,7 @@ class Case:
         `kept` as the same vectors."""
         if fibres not in ("carried", "kept"):
             raise CaseError(f"fibres = {fibres!r}: give \"carried\" or \"kept\"")
-        rows, one = _theta.read(self._native, theta)
-        if not one:
-            raise CaseError(f"theta: give one set of parameters, not {len(rows)}")
+        rows = _theta.read(self._native, theta).single().rows
         warn(self._native.outside(rows))
         with shown(progress) as bar:
             native, found = self._native.unload(rows, fibres == "kept", bar)

@@ -65,30 +65,27 @@ class Emulator:
 
     def predict(self, theta: Theta = None, *, refine: int = 0, progress: ProgressArgument = None) -> Predictions:
         """Displacements; θ as in `Case.solve`. `refine` takes quasi-Newton steps with one stiffness for all."""
-        rows, one = _theta.read(self.case._native, theta)
+        sets = _theta.read(self.case._native, theta)
         with shown(progress) as bar:
-            displacement, warnings = self._native.predict(rows, refine, bar)
-        values = self.case._native.shown(rows)
-        return Predictions(self.case, values[0] if one else values, displacement[0] if one else displacement, warnings)
+            displacement, warnings = self._native.predict(sets.rows, refine, bar)
+        return Predictions(self.case, sets.pick(sets.values), sets.pick(displacement), warnings)
 
     def estimate(self, prediction: Predictions, *, progress: ProgressArgument = None) -> Estimate:
         """How far a prediction is from equilibrium, by Newton steps from it that contract, or why there is no telling."""
         if prediction.case is not self.case:
             raise CaseError("the prediction is of another case; estimate it by an emulator of its own")
-        rows, one = _theta.read(self.case._native, prediction.theta)
+        sets = _theta.read(self.case._native, prediction.theta)
         with shown(progress) as bar:
-            found = self._native.estimate(rows, prediction._rows(), bar)
-        return _estimate(found, one)
+            found = self._native.estimate(sets.rows, prediction._rows(), bar)
+        return _estimate(found, sets)
 
     def correct(self, theta: Theta = None, steps: int = 1, *, progress: ProgressArgument = None) -> Corrections:
         """Predictions after Newton steps, each of which about squares the error."""
-        rows, one = _theta.read(self.case._native, theta)
+        sets = _theta.read(self.case._native, theta)
         with shown(progress) as bar:
-            found = self._native.correct(rows, steps, bar)
-        values, displacement = self.case._native.shown(rows), found["displacement"]
-        if one:
-            values, displacement = values[0], displacement[0]
-        return Corrections(self.case, values, displacement, found["set_warnings"], _estimate(found, one))
+            found = self._native.correct(sets.rows, steps, bar)
+        values, displacement = sets.pick(sets.values), sets.pick(found["displacement"])
+        return Corrections(self.case, values, displacement, found["set_warnings"], _estimate(found, sets))
 
     def answers(self, thetas: Theta, accuracy: float = 1e-3, *, progress: ProgressArgument = None) -> Answers:
         """Displacements to a relative accuracy, from this emulator's predictions where that costs least."""
@@ -96,19 +93,13 @@ class Emulator:
 
     def sensitivity(self, theta: Theta = None) -> Floats:
         """Derivative of the displacement by each parameter [mm per unit of the parameter], (p, nodes, 3), at one θ."""
-        rows, one = _theta.read(self.case._native, theta)
-        if not one:
-            raise CaseError(f"theta: give one set of parameters, not {len(rows)}")
-        return self._native.sensitivity(rows)
+        return self._native.sensitivity(_theta.read(self.case._native, theta).single().rows)
 
     def save(self, folder: Path) -> None:
         """Stores it in a folder, for `Case.load` and for the program `sinew`."""
         self._native.save(folder)
 
 
-def _estimate(found: dict[str, Any], one: bool) -> Estimate:
+def _estimate(found: dict[str, Any], sets: _theta.Sets) -> Estimate:
     names = ("mean", "largest", "energy_norm", "relative", "residual")
-    mean, largest, energy_norm, relative, residual = (
-        np.asarray(found[name][0]) if one else found[name] for name in names
-    )
-    return Estimate(mean, largest, energy_norm, relative, residual, found["words"])
+    return Estimate(**{name: sets.pick(found[name]) for name in names}, words=found["words"])

@@ -67,7 +67,7 @@ class Fields:
 
     def stresses(self, index: int = 0) -> dict[str, Floats]:
         """Stress and strain of the cells of one set: `cauchy_stress` [kPa] and `green_lagrange_strain` (cells, 3, 3), principal values,
-        `volume_ratio`, and for laws with fibres their direction, stretch and stress [kPa]."""
+        `volume` [mm³] and `volume_ratio`, and for laws with fibres their direction, stretch and stress [kPa]."""
         values = np.atleast_2d(self.theta)[index if not self.is_one else 0]
         theta = self.case._native.in_scene(values[np.newaxis])[0]
         return self.case._native.stresses(theta, np.ascontiguousarray(self.one(index)).ravel())
