@@ -21,8 +21,8 @@
 //! let sinks: Vec<f64> = beam.positions.iter().flat_map(|x| [0.0, 0.0, -(x[0] / 30.0).powi(2)]).collect();
 //! let level = vec![0.0; 3 * beam.nodes];
 //! let motions = Motions::about(&rest, &topology, &beam, &beam.centre())?;
-//! let motions = motions.following(&[sinks.clone(), level], &beam)?;
-//! let moved = motions.followed(&[1e-3, 0.0], &beam)?;
+//! let motions = motions.with_expansion(&[sinks.clone(), level], &beam)?;
+//! let moved = motions.expansion_at(&[1e-3, 0.0], &beam)?;
 //! assert!(moved.iter().zip(&sinks).all(|(u, sink)| (u - 1e-3 * sink).abs() < 1e-6));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

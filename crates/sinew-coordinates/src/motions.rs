@@ -121,7 +121,8 @@ impl Motions {
     ///
     /// # Errors
     /// Another body than the motions', or changes that do not belong to it.
-    pub fn following(mut self, changes: &[Vec<f64>], body: &Body) -> Result<Self> {
+    #[doc(alias = "following")]
+    pub fn with_expansion(mut self, changes: &[Vec<f64>], body: &Body) -> Result<Self> {
         self.slopes = self.outputs_of(changes, &Dirichlet::of_body(body))?.into();
         (self.rates, self.anchors) = (Arc::new([]), None);
         Ok(self)
@@ -187,8 +188,9 @@ impl Motions {
     /// Displacement of a body at standardised parameters without a network, node by node \[length\].
     ///
     /// # Errors
-    /// Another body than the motions', other parameters than the outputs follow.
-    pub fn followed(&self, parameters: &[f64], body: &Body) -> Result<Vec<f64>> {
+    /// Another body than the motions', other parameters than the expansion has.
+    #[doc(alias = "followed")]
+    pub fn expansion_at(&self, parameters: &[f64], body: &Body) -> Result<Vec<f64>> {
         require_count("nodes of the body", body.nodes, self.tree.positions.len())?;
         let mut moved = self.expanded(parameters)?;
         if let Some(anchors) = &self.anchors {
