@@ -6,7 +6,8 @@
 //!
 //! The mesh of a scene that has its own is `-`.
 
-use sinew::{Case, Design, Emulator, PodRegression};
+use sinew::{Case, Design, Emulator};
+use sinew_emulate::PodRegression;
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{Options, sweep};
 use std::error::Error;
