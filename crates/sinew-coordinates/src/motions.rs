@@ -214,7 +214,7 @@ impl Motions {
         Ok(moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect())
     }
 
-    /// The same motions through further solved states.
+    /// Motions that pass through further solved states.
     pub(crate) fn with_anchors(self, anchors: Anchors) -> Self {
         Self { anchors: Some(anchors.into()), ..self }
     }
