@@ -1,6 +1,6 @@
 //! Coordinates of a body's displacement, and scales of its parameters: what an emulator of any kind predicts, in plain numbers.
 //!
-//! Clusters of nodes as rigid bodies, which follow the parameters to second order about one solution:
+//! Clusters of nodes as rigid bodies, with a Taylor expansion of second order in the parameters about one solution:
 //!
 //! ```
 //! use sinew_coordinates::Motions;

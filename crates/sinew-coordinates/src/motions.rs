@@ -128,13 +128,13 @@ impl Motions {
         Ok(self)
     }
 
-    /// [`Motions::following`] to second order, multiplied by an amplitude: `u = a (u₀ + v)` for small rotations, with the
+    /// [`Motions::with_expansion`] to second order, multiplied by an amplitude: `u = a (u₀ + v)` for small rotations, with the
     /// displacement u₀ of zero outputs. The logarithm of a and the remainder v, perpendicular to u₀, are polynomials of
     /// second order, with 1/20 ≤ a ≤ 20. If displacements fall like an inverse stiffness over decades, they stay positive
     /// multiples of each other. No polynomial has this property. Both forms agree to second order.
     ///
     /// # Errors
-    /// As [`Motions::following`]; changes of first order alone, or a displacement of zero.
+    /// As [`Motions::with_expansion`]; changes of first order alone, or a displacement of zero.
     pub fn in_proportion(
         mut self,
         changes: &[Vec<f64>],
@@ -239,7 +239,7 @@ impl Motions {
         FeatureMatrix { rows: nodes + clusters, columns, values }
     }
 
-    /// Taylor coefficients of [`Motions::following`]: outputs of clusters, six each, and then of nodes, three each.
+    /// Taylor coefficients of [`Motions::with_expansion`]: outputs of clusters, six each, and then of nodes, three each.
     pub fn slopes(&self) -> &[Vec<f64>] {
         &self.slopes
     }

@@ -66,7 +66,7 @@ fn directions_of_another_body_are_refused() {
 }
 
 #[test]
-fn what_follows_the_parameters_is_there_before_any_training() {
+fn the_expansion_is_there_before_any_training() {
     // Displacements of second order in the parameters, and nothing beyond them.
     let parameters: Vec<Vec<f64>> =
         (0..20).map(|k| vec![(1.3 * k as f64).sin(), (2.1 * k as f64).cos()]).collect();
