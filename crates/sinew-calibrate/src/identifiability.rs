@@ -4,9 +4,9 @@ use crate::problem::Problem;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Ratio of posterior to prior standard deviation, above which the data do not determine a parameter.
-const UNDECIDED: f64 = 0.9;
+const UNIDENTIFIED: f64 = 0.9;
 /// Ratio of posterior to prior standard deviation, up to which the data determine a parameter.
-const DECIDED: f64 = 0.5;
+const IDENTIFIED: f64 = 0.5;
 /// Component of a unit direction above which its parameter is named.
 const NAMED: f64 = 0.3;
 
@@ -25,7 +25,8 @@ pub struct Identifiability {
 
 /// Verdict of data on a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum Decided {
+#[doc(alias = "Decided")]
+pub enum Identified {
     /// The posterior has at most half the prior's standard deviation.
     Yes,
     /// Between half and nine tenths.
@@ -34,12 +35,12 @@ pub enum Decided {
     No,
 }
 
-impl Decided {
+impl Identified {
     /// Verdict at a ratio of posterior and prior standard deviation.
     pub fn of(contraction: f64) -> Self {
         match contraction {
-            c if c <= DECIDED => Self::Yes,
-            c if c < UNDECIDED => Self::Weakly,
+            c if c <= IDENTIFIED => Self::Yes,
+            c if c < UNIDENTIFIED => Self::Weakly,
             _ => Self::No,
         }
     }
@@ -47,9 +48,9 @@ impl Decided {
     /// In words.
     pub fn in_words(self) -> &'static str {
         match self {
-            Self::Yes => "decided by the data",
-            Self::Weakly => "weakly decided",
-            Self::No => "not decided by these data: the prior is returned",
+            Self::Yes => "identified by the data",
+            Self::Weakly => "weakly identified",
+            Self::No => "not identified by these data: the prior is returned",
         }
     }
 }
@@ -81,28 +82,28 @@ impl Identifiability {
     }
 
     /// Number of directions whose posterior is at most half as wide as the prior.
-    pub fn decided(&self) -> usize {
-        self.spectrum.iter().filter(|value| narrowing(**value) <= DECIDED).count()
+    pub fn identified(&self) -> usize {
+        self.spectrum.iter().filter(|value| narrowing(**value) <= IDENTIFIED).count()
     }
 
     /// Sentences about directions and parameters.
     pub fn in_words(&self) -> Vec<String> {
         let count = self.names.len();
-        let mut said = vec![match self.decided() {
-            0 => format!("The data decide none of the {count} directions of the parameters."),
-            decided if decided == count => {
-                format!("The data decide all {count} directions of the parameters.")
+        let mut said = vec![match self.identified() {
+            0 => format!("The data identify none of the {count} directions of the parameters."),
+            identified if identified == count => {
+                format!("The data identify all {count} directions of the parameters.")
             }
-            decided => {
-                format!("The data decide {decided} of {count} directions of the parameters.")
+            identified => {
+                format!("The data identify {identified} of {count} directions of the parameters.")
             }
         }];
         for (value, direction) in self.spectrum.iter().zip(&self.directions) {
             let narrowed = narrowing(*value);
-            let verdict = match Decided::of(narrowed) {
-                Decided::Yes => "decided",
-                Decided::Weakly => "weakly decided",
-                Decided::No => "not decided",
+            let verdict = match Identified::of(narrowed) {
+                Identified::Yes => "identified",
+                Identified::Weakly => "weakly identified",
+                Identified::No => "not identified",
             };
             said.push(format!(
                 "{} {verdict}: {narrowed:.2} of the prior's standard deviation is left.",
@@ -110,8 +111,8 @@ impl Identifiability {
             ));
         }
         for (name, contraction) in self.names.iter().zip(&self.contraction) {
-            if Decided::of(*contraction) == Decided::No {
-                said.push(format!("{name} by itself is {}.", Decided::No.in_words()));
+            if Identified::of(*contraction) == Identified::No {
+                said.push(format!("{name} by itself is {}.", Identified::No.in_words()));
             }
         }
         said

@@ -2,7 +2,7 @@
 
 use crate::correction::Correction;
 use crate::datum::FACTOR_DEVIATION;
-use crate::identifiability::{Decided, Identifiability};
+use crate::identifiability::{Identifiability, Identified};
 use crate::mode::Mode;
 use crate::predictive::Predictive;
 use crate::problem::Problem;
@@ -31,7 +31,7 @@ pub struct Posterior {
     pub draws: Chains,
     /// The solver's observables by chain and draw.
     pub observed: Vec<Vec<Vec<f64>>>,
-    /// Parameters and directions that data decide, linearised at the mode.
+    /// Parameters and directions that data identify, linearised at the mode.
     pub identifiability: Identifiability,
     /// Data beside their predictions.
     pub predictive: Predictive,
@@ -106,9 +106,10 @@ impl Posterior {
         Summary::of(&chains).deviation / self.problem.unknowns[parameter].prior.moments()[1]
     }
 
-    /// Whether data decide a parameter.
-    pub fn decided(&self, parameter: usize) -> Decided {
-        Decided::of(self.contraction(parameter))
+    /// Whether data identify a parameter.
+    #[doc(alias = "decided")]
+    pub fn identified(&self, parameter: usize) -> Identified {
+        Identified::of(self.contraction(parameter))
     }
 
     /// Largest R̂, least bulk and least tail effective sample size over all parameters and factors.

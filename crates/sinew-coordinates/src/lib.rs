@@ -1,6 +1,6 @@
 //! Coordinates of a body's displacement, and scales of its parameters: what an emulator of any kind predicts, in plain numbers.
 //!
-//! Clusters of nodes as rigid bodies, which follow the parameters to second order about one solution:
+//! Clusters of nodes as rigid bodies, with a Taylor expansion of second order in the parameters about one solution:
 //!
 //! ```
 //! use sinew_coordinates::Motions;
@@ -21,8 +21,8 @@
 //! let sinks: Vec<f64> = beam.positions.iter().flat_map(|x| [0.0, 0.0, -(x[0] / 30.0).powi(2)]).collect();
 //! let level = vec![0.0; 3 * beam.nodes];
 //! let motions = Motions::about(&rest, &topology, &beam, &beam.centre())?;
-//! let motions = motions.following(&[sinks.clone(), level], &beam)?;
-//! let moved = motions.followed(&[1e-3, 0.0], &beam)?;
+//! let motions = motions.with_expansion(&[sinks.clone(), level], &beam)?;
+//! let moved = motions.expansion_at(&[1e-3, 0.0], &beam)?;
 //! assert!(moved.iter().zip(&sinks).all(|(u, sink)| (u - 1e-3 * sink).abs() < 1e-6));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

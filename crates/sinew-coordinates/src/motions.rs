@@ -121,19 +121,20 @@ impl Motions {
     ///
     /// # Errors
     /// Another body than the motions', or changes that do not belong to it.
-    pub fn following(mut self, changes: &[Vec<f64>], body: &Body) -> Result<Self> {
+    #[doc(alias = "following")]
+    pub fn with_expansion(mut self, changes: &[Vec<f64>], body: &Body) -> Result<Self> {
         self.slopes = self.outputs_of(changes, &Dirichlet::of_body(body))?.into();
         (self.rates, self.anchors) = (Arc::new([]), None);
         Ok(self)
     }
 
-    /// [`Motions::following`] to second order, multiplied by an amplitude: `u = a (u₀ + v)` for small rotations, with the
+    /// [`Motions::with_expansion`] to second order, multiplied by an amplitude: `u = a (u₀ + v)` for small rotations, with the
     /// displacement u₀ of zero outputs. The logarithm of a and the remainder v, perpendicular to u₀, are polynomials of
     /// second order, with 1/20 ≤ a ≤ 20. If displacements fall like an inverse stiffness over decades, they stay positive
     /// multiples of each other. No polynomial has this property. Both forms agree to second order.
     ///
     /// # Errors
-    /// As [`Motions::following`]; changes of first order alone, or a displacement of zero.
+    /// As [`Motions::with_expansion`]; changes of first order alone, or a displacement of zero.
     pub fn in_proportion(
         mut self,
         changes: &[Vec<f64>],
@@ -187,8 +188,9 @@ impl Motions {
     /// Displacement of a body at standardised parameters without a network, node by node \[length\].
     ///
     /// # Errors
-    /// Another body than the motions', other parameters than the outputs follow.
-    pub fn followed(&self, parameters: &[f64], body: &Body) -> Result<Vec<f64>> {
+    /// Another body than the motions', other parameters than the expansion has.
+    #[doc(alias = "followed")]
+    pub fn expansion_at(&self, parameters: &[f64], body: &Body) -> Result<Vec<f64>> {
         require_count("nodes of the body", body.nodes, self.tree.positions.len())?;
         let mut moved = self.expanded(parameters)?;
         if let Some(anchors) = &self.anchors {
@@ -212,7 +214,7 @@ impl Motions {
         Ok(moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect())
     }
 
-    /// The same motions through further solved states.
+    /// Motions that pass through further solved states.
     pub(crate) fn with_anchors(self, anchors: Anchors) -> Self {
         Self { anchors: Some(anchors.into()), ..self }
     }
@@ -237,7 +239,7 @@ impl Motions {
         FeatureMatrix { rows: nodes + clusters, columns, values }
     }
 
-    /// Taylor coefficients of [`Motions::following`]: outputs of clusters, six each, and then of nodes, three each.
+    /// Taylor coefficients of [`Motions::with_expansion`]: outputs of clusters, six each, and then of nodes, three each.
     pub fn slopes(&self) -> &[Vec<f64>] {
         &self.slopes
     }

@@ -36,7 +36,7 @@ pub fn check_terms(found: usize, parameters: usize) -> Result<()> {
     match found {
         0 => Ok(()),
         all if all == all_terms(parameters) => Ok(()),
-        _ => require_count("parameters that outputs follow", found, parameters),
+        _ => require_count("parameters of the expansion", found, parameters),
     }
 }
 

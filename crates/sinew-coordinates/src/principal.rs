@@ -59,7 +59,8 @@ impl PrincipalDirections {
     ///
     /// # Errors
     /// Fewer than two fields, of different lengths, not finite, or all the same; parameters that do not belong to the fields.
-    pub fn following<'a>(
+    #[doc(alias = "following")]
+    pub fn about_trend<'a>(
         fields: impl IntoIterator<Item = &'a [f64]>,
         parameters: &[Vec<f64>],
         power: f64,
@@ -214,7 +215,7 @@ mod tests {
     /// Directions of simulations without parameters.
     fn about_mean(fields: &[Vec<f64>], power: f64) -> Result<PrincipalDirections> {
         let parameters = vec![Vec::new(); fields.len()];
-        PrincipalDirections::following(fields.iter().map(Vec::as_slice), &parameters, power)
+        PrincipalDirections::about_trend(fields.iter().map(Vec::as_slice), &parameters, power)
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Corrections of a prediction: steps of Newton's method, or quasi-Newton steps with one stiffness for all.
+//! Corrections of a prediction: steps of Newton's method, or quasi-Newton steps with a frozen stiffness for all.
 
 use crate::parameters::{check_length, extrapolation};
 use crate::{Emulator, Estimate, Prediction, Result, Warning, taylor};

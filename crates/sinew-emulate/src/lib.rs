@@ -140,6 +140,6 @@ pub mod parts {
     pub use crate::parameters::{check_length, not_finite, require_finite, require_some, scaling};
     pub use crate::recipe::train_with;
     pub use crate::session::{Session, Stream};
-    pub use crate::taylor::{admissible, following, with_anchors, work};
+    pub use crate::taylor::{admissible, expand, with_anchors, work};
     pub use crate::timing::timed;
 }

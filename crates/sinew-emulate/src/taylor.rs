@@ -4,7 +4,7 @@ mod anchors;
 mod derivatives;
 
 pub use anchors::with_anchors;
-pub use derivatives::{admissible, following, work};
+pub use derivatives::{admissible, expand, work};
 
 use crate::{Body, Design, Observer, Result, graph, parameters};
 use serde::{Deserialize, Serialize};
@@ -66,7 +66,7 @@ impl TaylorExpansion {
     ) -> Result<Self> {
         let body = solver.body();
         let motions = Motions::about(state, topology, body, &body.centre())?;
-        Ok(Self(following(solver, motions, tried)?.0))
+        Ok(Self(expand(solver, motions, tried)?.0))
     }
 
     /// Solutions that it goes through.
@@ -79,6 +79,6 @@ impl TaylorExpansion {
     /// # Errors
     /// θ of the wrong length, or not positive where samples are uniform in the logarithm.
     pub fn at(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
-        Ok(self.0.followed(&parameters::scaling(body)?.standardise(theta)?, body)?)
+        Ok(self.0.expansion_at(&parameters::scaling(body)?.standardise(theta)?, body)?)
     }
 }

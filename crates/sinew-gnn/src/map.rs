@@ -84,13 +84,13 @@ impl Slopes {
 
     /// Adds the Taylor polynomial of `terms` to `output`, a row for each sample.
     fn add_to(&self, output: Output, terms: Tensor<2>) -> Output {
-        let follow = |outputs: Tensor<3>, slopes: &Tensor<2>| {
-            let followed = terms.clone().matmul(slopes.clone()).reshape(outputs.dims());
-            outputs + followed
+        let expanded = |outputs: Tensor<3>, slopes: &Tensor<2>| {
+            let polynomial = terms.clone().matmul(slopes.clone()).reshape(outputs.dims());
+            outputs + polynomial
         };
         Output {
-            nodes: follow(output.nodes, &self.nodes),
-            clusters: output.clusters.map(|clusters| follow(clusters, &self.clusters)),
+            nodes: expanded(output.nodes, &self.nodes),
+            clusters: output.clusters.map(|clusters| expanded(clusters, &self.clusters)),
             added: output.added,
         }
     }

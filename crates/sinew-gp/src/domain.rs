@@ -210,7 +210,7 @@ impl<const D: usize> Domain<D> {
         match points.len() == count {
             true => Ok(points),
             false => Err(GpError::Problem(
-                "the domain's polygon has too small a share of its bounding box to sample from"
+                "the domain's polygon has too small a share of its bounding box to sample from; turn it along the axes, or give points of your own"
                     .into(),
             )),
         }

@@ -56,7 +56,9 @@ pub enum GpError {
         most: f64,
     },
     /// No restart of a fit succeeded.
-    #[error("none of {restarts} restarts reached a finite evidence; last: {last}")]
+    #[error(
+        "none of {restarts} restarts reached a finite evidence; narrow the bounds of the parameters or add noise; the last one: {last}"
+    )]
     NoFit {
         /// Restarts tried.
         restarts: usize,
@@ -75,6 +77,8 @@ pub(crate) fn place(coordinates: &[f64]) -> String {
 pub(crate) fn check_lengths(points: usize, values: usize) -> Result<(), GpError> {
     match points == values {
         true => Ok(()),
-        false => Err(GpError::Data(format!("{points} points but {values} values"))),
+        false => Err(GpError::Data(format!(
+            "{points} points but {values} values; give one value for each point"
+        ))),
     }
 }

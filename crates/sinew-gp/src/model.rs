@@ -195,9 +195,9 @@ impl<const D: usize> Model<D> {
         let (found, expected) = (scaled.len(), self.parameters.len());
         match found == expected {
             true => Ok(()),
-            false => {
-                Err(GpError::Request(format!("{found} parameters given, the model has {expected}")))
-            }
+            false => Err(GpError::Request(format!(
+                "{found} parameters given, the model has {expected}; give one value for each"
+            ))),
         }
     }
 

@@ -186,7 +186,7 @@ pub(crate) fn check_orders<const D: usize>(
     for (order, axis) in operator.orders().into_iter().zip(domain.names()) {
         if order > MOST_DERIVATIVES {
             return Err(GpError::Problem(format!(
-                "derivative of order {order} along {axis}; at most {MOST_DERIVATIVES} is supported"
+                "derivative of order {order} along {axis}; at most {MOST_DERIVATIVES} is supported; write the equation as one of lower order"
             )));
         }
     }

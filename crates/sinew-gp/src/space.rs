@@ -174,7 +174,9 @@ impl<const D: usize> LogDensity for Space<'_, D> {
 
 /// A density that gives no draws.
 pub(crate) fn not_drawn(error: sinew_sample::SampleError) -> GpError {
-    GpError::Request(format!("the posterior of the parameters gives no draws: {error}"))
+    GpError::Request(format!(
+        "the posterior of the parameters gives no draws: {error}; narrow the bounds, or add values"
+    ))
 }
 
 fn finite(value: f64) -> f64 {

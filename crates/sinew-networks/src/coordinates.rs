@@ -77,11 +77,11 @@ pub(crate) fn nearby(
     let (centre, rest) = (body.centre(), vec![0.0; 3 * body.nodes]);
     let response = solver.linear_response(&centre)?;
     let motions =
-        Motions::about(&rest, topology, body, &centre)?.following(&[response, guess], body)?;
+        Motions::about(&rest, topology, body, &centre)?.with_expansion(&[response, guess], body)?;
     let mut best = (f64::INFINITY, rest);
     let parts = (0..PARTS.2).map(|k| PARTS.0 * PARTS.1.powi(k));
     for part in parts.flat_map(|part| [[part, 0.0], [0.0, part]]) {
-        let moved = motions.followed(&part, body)?;
+        let moved = motions.expansion_at(&part, body)?;
         let energy = body.value(&moved, &centre);
         if energy < best.0 {
             best = (energy, moved);
@@ -110,7 +110,7 @@ pub(crate) fn of_simulations(
         .collect::<std::result::Result<_, sinew_coordinates::CoordinateError>>(
     )?;
     let fields = fields.iter().map(Vec::as_slice);
-    Ok(PrincipalDirections::following(fields, &parameters, POWER)?)
+    Ok(PrincipalDirections::about_trend(fields, &parameters, POWER)?)
 }
 
 /// A displacement one Newton step nearer to equilibrium at the centre of the parameter range, or the same where it inverts a cell.

@@ -9,7 +9,7 @@ use course::Course;
 use serde::{Deserialize, Serialize};
 use sinew_coordinates::Coordinates as Meaning;
 use sinew_coordinates::{Motions, OutputScale};
-use sinew_emulate::parts::{Session, following, not_finite, scaling, timed, with_anchors};
+use sinew_emulate::parts::{Session, expand, not_finite, scaling, timed, with_anchors};
 use sinew_emulate::{
     Body, Load, Predictor, Record, Simulations, TestSet, TrainingOptions, share_of,
 };
@@ -184,8 +184,8 @@ pub(crate) fn train(
     let topology = geometry.topology.clone();
     let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
     let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
-    let follow = |session: &mut Session<'_, '_>, geometry: &mut Geometry, anchor: &[f64]| {
-        follow(geometry, session, lesson, at_anchor(anchor)?)
+    let expanded = |session: &mut Session<'_, '_>, geometry: &mut Geometry, anchor: &[f64]| {
+        expanded(geometry, session, lesson, at_anchor(anchor)?)
     };
     geometry.coordinates = match &coordinates {
         Coordinates::Components => Meaning::Components,
@@ -204,11 +204,11 @@ pub(crate) fn train(
             let solved =
                 timed(&mut prepare_s, || Solver::new(body)?.solve(&centre, &Options::default()))?;
             session.simulations += if anchors > 1 { anchors } else { 0 };
-            timed(&mut prepare_s, || follow(session, &mut geometry, &solved.displacement))?
+            timed(&mut prepare_s, || expanded(session, &mut geometry, &solved.displacement))?
         }
         Coordinates::MotionsOfSimulation => {
             let anchor = coordinates::nearer(body, lesson.central_simulation(body))?;
-            timed(&mut prepare_s, || follow(session, &mut geometry, &anchor))?
+            timed(&mut prepare_s, || expanded(session, &mut geometry, &anchor))?
         }
         Coordinates::MotionsAfter(first) => {
             geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);
@@ -217,7 +217,7 @@ pub(crate) fn train(
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
             earlier = course.kept.map(|kept| (surrogate, kept));
             let anchor = coordinates::nearer(body, &anchor)?;
-            timed(&mut prepare_s, || follow(session, &mut geometry, &anchor))?
+            timed(&mut prepare_s, || expanded(session, &mut geometry, &anchor))?
         }
     };
     data.geometries = vec![geometry.clone()];
@@ -230,8 +230,8 @@ pub(crate) fn train(
     TrainedNetwork::new(surrogate, geometry)
 }
 
-/// Motions that follow the parameters, through further anchors where there are some, their derivatives among the features of the geometry.
-fn follow(
+/// Taylor expansion of the motions in the parameters, through further anchors where there are some, their derivatives among the features of the geometry.
+fn expanded(
     geometry: &mut Geometry,
     session: &mut Session<'_, '_>,
     lesson: &Lesson<'_>,
@@ -241,7 +241,7 @@ fn follow(
     const TRIED: usize = 32;
     let tried = &lesson.thetas[..lesson.thetas.len().min(TRIED)];
     let mut solver = Solver::new(session.body)?;
-    let (motions, first) = following(&mut solver, motions, tried)?;
+    let (motions, first) = expand(&mut solver, motions, tried)?;
     graph::add_features(geometry, &first)?;
     let TrainingOptions { anchors, seed, .. } = *session.options;
     let motions = with_anchors(&mut solver, motions, anchors, seed, session.observer)?;

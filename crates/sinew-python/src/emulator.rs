@@ -116,7 +116,7 @@ impl NativeEmulator {
         saved.map_err(|error| errors::emulator(py, &error))
     }
 
-    /// Displacements at every row of θ and the warnings of each, after some quasi-Newton steps with one stiffness.
+    /// Displacements at every row of θ and the warnings of each, after some quasi-Newton steps with a frozen stiffness.
     fn predict<'py>(
         &self,
         py: Python<'py>,

@@ -174,7 +174,7 @@ fn train<'b>(
     recipe.train(body, &options, &mut ())
 }
 
-/// Bodies of random shape by one stiffness and by a network for the population.
+/// Bodies of random shape by a frozen stiffness and by a network for the population.
 fn unseen(options: &Options, shapes: Shapes) -> Result<Vec<Outcome>> {
     let mean = shapes.body(None)?;
     let stiffness = FrozenStiffness::new(&mean)?;
@@ -209,7 +209,7 @@ fn unseen(options: &Options, shapes: Shapes) -> Result<Vec<Outcome>> {
         for steps in STEPS {
             let found = stiffness.descend(&body, &theta, steps)?;
             let fields = found.into_iter().map(|descent| descent.displacement).collect();
-            judge(&format!("one stiffness, {steps} steps"), fields)?;
+            judge(&format!("frozen stiffness, {steps} steps"), fields)?;
         }
         if let Ok(met) = network.meet(&body) {
             judge("population", met.predict(&theta)?.fields())?;

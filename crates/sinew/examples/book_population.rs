@@ -71,12 +71,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     assert!(off < 0.01, "{off}");
 
-    // Many answers for this patient: one solve, followed, and four steps from each with its own stiffness.
+    // Many answers for this patient: one solve, its expansion, and four steps from each with its own stiffness.
     let emulator = Emulator::taylor(&patient, 1)?;
     let raw = emulator.predict(std::slice::from_ref(&theta))?;
     let fine = emulator.refine(std::slice::from_ref(&theta), 4)?;
     let [raw_off, fine_off] = [&raw, &fine].map(|found| distance(found.field(0), &truth));
-    println!("followed {:.2} % off, refined {:.3} %", 100.0 * raw_off, 100.0 * fine_off);
+    println!("expansion {:.2} % off, refined {:.3} %", 100.0 * raw_off, 100.0 * fine_off);
     assert!(fine_off < 0.1 * raw_off && fine_off < 2e-3);
 
     // The error bar: the distance to the equilibrium that Newton steps contract to.

@@ -8,7 +8,7 @@ use crate::case::stress_in_kpa;
 use crate::comparison::triangles;
 use crate::patient::Prepared;
 use rayon::prelude::*;
-use sinew_calibrate::{Decided, Forward, Klotz, Posterior};
+use sinew_calibrate::{Forward, Identified, Klotz, Posterior};
 use sinew_fem::Unloaded;
 use sinew_report::format::{digits, seconds, trimmed};
 use sinew_report::{
@@ -122,8 +122,8 @@ pub fn parameter_in_words(posterior: &Posterior, parameter: usize) -> String {
     let unknown = &posterior.problem.unknowns[parameter];
     let left = posterior.contraction(parameter);
     let head = format!("{}: ", unknown.name);
-    let verdict = posterior.decided(parameter);
-    if verdict == Decided::No {
+    let verdict = posterior.identified(parameter);
+    if verdict == Identified::No {
         return head
             + &format!("{} ({left:.2} of its standard deviation is left)", verdict.in_words());
     }
@@ -152,13 +152,13 @@ pub fn volumes_in_words(prepared: &Prepared, posterior: &Posterior) -> Vec<Strin
 
 /// The result in a sentence.
 pub fn verdict(prepared: &Prepared, posterior: &Posterior) -> String {
-    let decided = (0..posterior.problem.unknowns.len())
-        .filter(|&at| posterior.decided(at) == Decided::Yes)
+    let identified = (0..posterior.problem.unknowns.len())
+        .filter(|&at| posterior.identified(at) == Identified::Yes)
         .map(|at| posterior.problem.unknowns[at].name.as_str());
-    let decided: Vec<&str> = decided.collect();
-    let of_parameters = match decided.is_empty() {
-        true => "the data decide no parameter by itself".to_string(),
-        false => format!("the data decide {}", decided.join(", ")),
+    let identified: Vec<&str> = identified.collect();
+    let of_parameters = match identified.is_empty() {
+        true => "the data identify no parameter by itself".to_string(),
+        false => format!("the data identify {}", identified.join(", ")),
     };
     let doubts = posterior.predictive.in_words();
     let fit = match doubts.first() {
@@ -300,7 +300,7 @@ fn identifiability(posterior: &Posterior) -> Section {
             rows: found.spectrum.iter().zip(&found.directions).map(row).collect(),
         },
     ];
-    Section { name: "identifiability".into(), title: "Decided by the data".into(), blocks }
+    Section { name: "identifiability".into(), title: "Identified by the data".into(), blocks }
 }
 
 fn data(posterior: &Posterior) -> Section {

@@ -28,7 +28,7 @@ From a mesh to predictions:
 Your own heart:
   sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
   sinew train LeftVentricle --mesh wall.vtu
-  sinew calibrate patient.toml --check            what measurements of a patient can decide; without --check the posterior
+  sinew calibrate patient.toml --check            what measurements of a patient can identify; without --check the posterior
 
 CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa; parameters
 are in the units that the case file gives them in, unless a value names its own (p=7mmHg).

@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_calibrate::{
-    CalibrateError, CalibrateOptions, Datum, Decided, Forward, ForwardError, Kind, Observed,
+    CalibrateError, CalibrateOptions, Datum, Forward, ForwardError, Identified, Kind, Observed,
     Posterior, Prior, Problem, Solves, Unknown, calibrate, look_ahead,
 };
 use sinew_sample::{quantile, standard_normals};
@@ -228,7 +228,7 @@ fn a_bad_emulator_is_seen_and_corrected_or_refused() {
 fn a_volume_at_the_pressure_of_the_image_returns_the_prior() {
     let posterior = run(vec![volume(2, 121.0, 2.0)]);
     for parameter in 0..2 {
-        assert_eq!(posterior.decided(parameter), Decided::No);
+        assert_eq!(posterior.identified(parameter), Identified::No);
         let shares: Vec<f64> = posterior.coordinates.parameter(parameter).concat();
         // Quantiles of a standard normal prior within four standard errors of 480 draws.
         assert!(
@@ -236,8 +236,8 @@ fn a_volume_at_the_pressure_of_the_image_returns_the_prior() {
         );
     }
     let said = posterior.identifiability.in_words();
-    assert!(said[0].contains("decide none of the 2 directions"), "{said:?}");
-    assert!(said.iter().any(|s| s.starts_with("a by itself is not decided")), "{said:?}");
+    assert!(said[0].contains("identify none of the 2 directions"), "{said:?}");
+    assert!(said.iter().any(|s| s.starts_with("a by itself is not identified")), "{said:?}");
 }
 
 #[test]
@@ -245,9 +245,9 @@ fn volumes_alone_are_wide_and_it_is_said_in_words() {
     let exact = Sphere.observe(&truth(), false).unwrap().values;
     let posterior = run([1, 3, 4].map(|at| volume(at, exact[at], 0.03 * exact[at])).to_vec());
     let said = posterior.identifiability.in_words();
-    assert!(said[0].contains("decide 1 of 2 directions"), "{said:?}");
-    assert!(said.iter().any(|s| s.contains("not decided") || s.contains("weakly")), "{said:?}");
-    assert!((0..2).any(|at| posterior.decided(at) != Decided::Yes));
+    assert!(said[0].contains("identify 1 of 2 directions"), "{said:?}");
+    assert!(said.iter().any(|s| s.contains("not identified") || s.contains("weakly")), "{said:?}");
+    assert!((0..2).any(|at| posterior.identified(at) != Identified::Yes));
 }
 
 #[test]
@@ -356,7 +356,7 @@ fn a_flag_ends_a_calibration() {
 }
 
 #[test]
-fn what_data_decide_is_said_before_anything_is_sampled() {
+fn what_data_identify_is_said_before_anything_is_sampled() {
     let problem = Problem::new(unknowns(), data(3, 1.0), Vec::new()).unwrap();
     let mut solves = Solves::new(&Sphere, Box::new(|_, _, _| ()));
     let (mode, seen) = look_ahead(&problem, &mut solves).unwrap();

@@ -70,7 +70,7 @@ fn farthest(
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by(|&a, &b| variances[b].total_cmp(&variances[a]));
     let scored = order.into_iter().take(PREDICTED).map(|index| {
-        let predicted = motions.followed(&places[index], body)?;
+        let predicted = motions.expansion_at(&places[index], body)?;
         let squares =
             predicted.as_chunks::<3>().0.iter().map(|u| u.iter().map(|u| u * u).sum::<f64>());
         Ok((variances[index] * squares.fold(0.0, f64::max), index, predicted))

@@ -1,4 +1,4 @@
-//! First and second derivatives of a solution in the parameters, as motions that follow them.
+//! First and second derivatives of a solution in the parameters, as an expansion of motions.
 
 use crate::{Body, Result, parameters};
 use rayon::prelude::*;
@@ -15,7 +15,8 @@ use sinew_fem::{SolveError, Solver};
 /// origin. An order that overshoots, as under exponential laws, is damped.
 ///
 /// Returns these motions, and those of first order for the features.
-pub fn following(
+#[doc(alias = "following")]
+pub fn expand(
     solver: &mut Solver<'_>,
     motions: Motions,
     thetas: &[Vec<f64>],
@@ -25,12 +26,12 @@ pub fn following(
     let body = solver.body();
     let centre = body.centre();
     let mut changes = first_order(solver, motions.origin(), &centre)?;
-    let first = motions.clone().following(&changes, body)?;
+    let first = motions.clone().with_expansion(&changes, body)?;
     for deviation in DEVIATIONS {
-        let from = |away: &[f64]| Ok(first.followed(away, body)?);
+        let from = |away: &[f64]| Ok(first.expansion_at(away, body)?);
         if let Some(products) = second_order(solver, &vec![0.0; centre.len()], &from, deviation)? {
             changes.extend(products);
-            let both = motions.clone().following(&changes, body)?;
+            let both = motions.clone().with_expansion(&changes, body)?;
             let count = body.parameters.len();
             // A body that no load moves has no amplitude.
             let in_proportion = motions.in_proportion(&changes, count, body).ok();
@@ -73,7 +74,7 @@ fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result
     for theta in thetas {
         let at = scaling.standardise(theta)?;
         let energy = |(_, motions): &(f64, Motions)| -> Result<f64> {
-            Ok(guarded.value(&motions.followed(&at, body)?, theta))
+            Ok(guarded.value(&motions.expansion_at(&at, body)?, theta))
         };
         let energies: Vec<f64> = tried.par_iter().map(energy).collect::<Result<_>>()?;
         let least = energies.iter().copied().fold(f64::INFINITY, f64::min);

@@ -2,7 +2,7 @@
 
 use crate::to_an_accuracy::bar;
 use sinew_coordinates::Motions;
-use sinew_emulate::parts::{following, scaling, topology_of_met, with_anchors};
+use sinew_emulate::parts::{expand, scaling, topology_of_met, with_anchors};
 use sinew_emulate::{
     Body, Design, Emulator, Error, Train, TrainingOptions, recipe::Regression, recipe::Taylor,
 };
@@ -23,7 +23,7 @@ fn through(body: &Body, count: usize) -> (Motions, Vec<Vec<f64>>) {
     let topology = topology_of_met(body, 1).unwrap();
     let motions = Motions::about(&solved, &topology, body, &body.centre()).unwrap();
     let tried = Design::LatinHypercube.sample(&body.parameters, 16, 1).unwrap();
-    let motions = following(&mut solver, motions, &tried).unwrap().0;
+    let motions = expand(&mut solver, motions, &tried).unwrap().0;
     let motions = with_anchors(&mut solver, motions, count, 1, &mut ()).unwrap();
     let scaling = scaling(body).unwrap();
     let at = motions.anchors().unwrap().parameters();
@@ -39,7 +39,7 @@ fn states_and_derivatives_are_met_at_every_anchor_and_no_anchor_is_taken_twice()
     let twice = |i: usize| anchors[..i].iter().any(|other| apart(other, &anchors[i]) < 1e-6);
     assert!(!(1..5).any(twice), "{anchors:?}");
     let (scaling, mut solver) = (scaling(&body).unwrap(), Solver::new(&body).unwrap());
-    let at = |x: &[f64]| motions.followed(x, &body).unwrap();
+    let at = |x: &[f64]| motions.expansion_at(x, &body).unwrap();
     for theta in &anchors {
         let x = scaling.standardise(theta).unwrap();
         let solution = solver.solve(theta, &Options::default()).unwrap();

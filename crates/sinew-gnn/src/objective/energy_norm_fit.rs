@@ -23,7 +23,7 @@ pub struct EnergyNormFit {
 const SIMULATIONS_OF_SPREAD: usize = 32;
 
 impl EnergyNormFit {
-    /// Objective with one stiffness per geometry. `data` sets the unit of the loss: the root mean square of `√(eᵀ K e)` with the
+    /// Objective with a frozen stiffness per geometry. `data` sets the unit of the loss: the root mean square of `√(eᵀ K e)` with the
     /// departures e of its simulations from their mean.
     ///
     /// # Errors

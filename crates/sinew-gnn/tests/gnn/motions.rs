@@ -262,8 +262,8 @@ fn memory_and_time_grow_with_the_body() {
     // So small that nothing turns.
     let bend = beam.body.positions.iter().flat_map(|x| [0.0, 0.0, -1e-6 * x[0] * x[0]]);
     let bend: Vec<f64> = bend.collect();
-    let following = motions.following(std::slice::from_ref(&bend), &beam.body).unwrap();
-    let found = following.followed(&[1.0], &beam.body).unwrap();
+    let expansion = motions.with_expansion(std::slice::from_ref(&bend), &beam.body).unwrap();
+    let found = expansion.expansion_at(&[1.0], &beam.body).unwrap();
     assert!(relative_difference(&bend, &found) < 1e-3);
 }
 
@@ -342,7 +342,7 @@ fn bodies_of_different_graphs_train_together_and_a_network_goes_on_to_others() {
 }
 
 #[test]
-fn outputs_follow_the_parameters_to_first_order() {
+fn outputs_have_the_first_order_expansion() {
     let rollers =
         vec![Support::clamped("x_min"), Support::roller_on_plane("x_max", [1.0, 0.0, 2.0])];
     let mesh = box_tetrahedra([40.0, 10.0, 10.0], [4, 2, 2]);
@@ -356,34 +356,34 @@ fn outputs_follow_the_parameters_to_first_order() {
         vec![Support::clamped("x_min"), Support::roller_on_plane("x_max", [1.0, 0.0, 2.0])],
     );
     let changes = [beam.response(), response(&sideways, &beam.theta)];
-    let following = motions.clone().following(&changes, &beam.body).unwrap();
+    let expansion = motions.clone().with_expansion(&changes, &beam.body).unwrap();
     let small = 1e-4;
     for (p, change) in changes.iter().enumerate() {
         let parameters: [f64; 2] = std::array::from_fn(|i| if i == p { small } else { 0.0 });
-        let found = following.followed(&parameters, &beam.body).unwrap();
+        let found = expansion.expansion_at(&parameters, &beam.body).unwrap();
         let found: Vec<f64> = found.iter().map(|u| u / small).collect();
         assert!(relative_difference(change, &found) < 1e-3, "{p}");
         // Half of the way, and of no energy's size.
-        let damped = following.clone().damped([0.5, 0.5], 1).of_energy(1.0).unwrap();
-        let half: Vec<f64> = damped.followed(&parameters, &beam.body).unwrap();
+        let damped = expansion.clone().damped([0.5, 0.5], 1).of_energy(1.0).unwrap();
+        let half: Vec<f64> = damped.expansion_at(&parameters, &beam.body).unwrap();
         let half: Vec<f64> = half.iter().map(|u| 2.0 * u / small).collect();
         assert!(relative_difference(change, &half) < 1e-3, "{p}");
     }
-    assert!(following.followed(&[0.0; 3], &beam.body).is_err());
-    assert!(motions.clone().following(&[vec![0.0; 3]], &beam.body).is_err());
-    let text = serde_json::to_string(&following).unwrap();
-    assert_eq!(serde_json::from_str::<Motions>(&text).unwrap(), following);
-    let columns = following.features();
+    assert!(expansion.expansion_at(&[0.0; 3], &beam.body).is_err());
+    assert!(motions.clone().with_expansion(&[vec![0.0; 3]], &beam.body).is_err());
+    let text = serde_json::to_string(&expansion).unwrap();
+    assert_eq!(serde_json::from_str::<Motions>(&text).unwrap(), expansion);
+    let columns = expansion.features();
     assert_eq!((columns.rows, columns.columns), (beam.topology.nodes, 12));
 
     // A network that adds nothing predicts that, with its derivatives.
-    data.geometries[0].coordinates = Coordinates::Motions(following.clone());
+    data.geometries[0].coordinates = Coordinates::Motions(expansion.clone());
     for device in devices() {
         let surrogate = beam.surrogate(&data, &device);
         let fixed = surrogate.fixed_geometry(&data.geometries[0]).unwrap();
         let theta = vec![55.0, 95.0];
         let expected = surrogate.scales().parameters.standardise(&theta).unwrap();
-        let expected = following.followed(&expected, &beam.body).unwrap();
+        let expected = expansion.expansion_at(&expected, &beam.body).unwrap();
         let found = fixed.predict(std::slice::from_ref(&theta)).unwrap();
         assert!(relative_difference(&expected, found.field(0)) < 1e-5);
         let centre = beam.theta.to_vec();
@@ -395,7 +395,7 @@ fn outputs_follow_the_parameters_to_first_order() {
         }
     }
     // Parameters that the outputs do not know are refused.
-    let one = motions.following(&changes[..1], &beam.body).unwrap();
+    let one = motions.with_expansion(&changes[..1], &beam.body).unwrap();
     data.geometries[0].coordinates = Coordinates::Motions(one);
     let scales = beam.surrogate(&beam.data(), &devices()[0]);
     assert!(matches!(
@@ -405,23 +405,23 @@ fn outputs_follow_the_parameters_to_first_order() {
 }
 
 #[test]
-fn outputs_follow_stiffness_over_decades_in_proportion_to_an_amplitude() {
+fn the_expansion_holds_over_decades_of_stiffness_in_proportion_to_an_amplitude() {
     let beam = Beam::hanging([4, 2, 2]);
     // So small that nothing turns: the displacement falls like the inverse of the first parameter's exponential.
     let origin: Vec<f64> = beam.response().iter().map(|u| 1e-3 * u).collect();
     let about = Motions::about(&origin, &beam.topology, &beam.body, &beam.theta).unwrap();
     let part = |part: f64| -> Vec<f64> { origin.iter().map(|u| part * u).collect() };
     let changes = [part(-1.0), part(0.0), part(0.5), part(0.0), part(0.0)];
-    let plain = about.clone().following(&changes, &beam.body).unwrap();
-    let following = about.clone().in_proportion(&changes, 2, &beam.body).unwrap();
-    let at = |motions: &Motions, t: f64| motions.followed(&[t, 0.3], &beam.body).unwrap();
+    let plain = about.clone().with_expansion(&changes, &beam.body).unwrap();
+    let expansion = about.clone().in_proportion(&changes, 2, &beam.body).unwrap();
+    let at = |motions: &Motions, t: f64| motions.expansion_at(&[t, 0.3], &beam.body).unwrap();
     // No polynomial falls to a fourteenth; the amplitude saturates far beyond.
     for t in [-1.5f64, 0.7, 1.5] {
         let bounded = 3.0 * (-t / 3.0).tanh();
-        assert!(relative_difference(&part(bounded.exp()), &at(&following, t)) < 1e-3, "{t}");
+        assert!(relative_difference(&part(bounded.exp()), &at(&expansion, t)) < 1e-3, "{t}");
     }
     assert!(relative_difference(&part((-1.5f64).exp()), &at(&plain, 1.5)) > 1.0);
-    assert!(at(&following, -400.0).iter().all(|u| u.is_finite()));
+    assert!(at(&expansion, -400.0).iter().all(|u| u.is_finite()));
     // Whatever the changes, both are the same to second order: what is between them falls by eight where parameters halve.
     let mut random = (1..).map(|k: i32| (17.0 * f64::from(k)).sin() * (5.3 * f64::from(k)).cos());
     let size = origin.iter().fold(0f64, |most, u| most.max(u.abs()));
@@ -431,30 +431,30 @@ fn outputs_follow_stiffness_over_decades_in_proportion_to_an_amplitude() {
         u => 0.5 * u + 0.2 * size * random.next().unwrap(),
     };
     let changes: Vec<Vec<f64>> = (0..5).map(|_| origin.iter().map(&mut change).collect()).collect();
-    let plain = about.clone().following(&changes, &beam.body).unwrap();
-    let following = about.clone().in_proportion(&changes, 2, &beam.body).unwrap();
-    let at = |motions: &Motions, h: f64| motions.followed(&[h, -0.7 * h], &beam.body).unwrap();
-    let [far, near] = [0.2, 0.1].map(|h| relative_difference(&at(&plain, h), &at(&following, h)));
+    let plain = about.clone().with_expansion(&changes, &beam.body).unwrap();
+    let expansion = about.clone().in_proportion(&changes, 2, &beam.body).unwrap();
+    let at = |motions: &Motions, h: f64| motions.expansion_at(&[h, -0.7 * h], &beam.body).unwrap();
+    let [far, near] = [0.2, 0.1].map(|h| relative_difference(&at(&plain, h), &at(&expansion, h)));
     assert!((6.5..9.5).contains(&(far / near)) && near > 1e-6, "{far:e} {near:e}");
     // The size of outputs changes nothing.
-    let other = following.clone().of_energy(3.0).unwrap();
-    assert!(relative_difference(&at(&following, 0.9), &at(&other, 0.9)) < 1e-12);
-    let text = serde_json::to_string(&following).unwrap();
-    assert_eq!(serde_json::from_str::<Motions>(&text).unwrap(), following);
+    let other = expansion.clone().of_energy(3.0).unwrap();
+    assert!(relative_difference(&at(&expansion, 0.9), &at(&other, 0.9)) < 1e-12);
+    let text = serde_json::to_string(&expansion).unwrap();
+    assert_eq!(serde_json::from_str::<Motions>(&text).unwrap(), expansion);
     assert!(about.clone().in_proportion(&changes[..2], 2, &beam.body).is_err());
     let rest = Motions::about(&part(0.0), &beam.topology, &beam.body, &beam.theta).unwrap();
     assert!(rest.in_proportion(&changes, 2, &beam.body).is_err());
 
     // A network that adds nothing predicts that, with its derivatives.
     let mut data = beam.data();
-    data.geometries[0].coordinates = Coordinates::Motions(following.clone());
+    data.geometries[0].coordinates = Coordinates::Motions(expansion.clone());
     for device in devices() {
         let surrogate = beam.surrogate(&data, &device);
         let fixed = surrogate.fixed_geometry(&data.geometries[0]).unwrap();
         let scaling = &surrogate.scales().parameters;
         let theta = vec![58.0, 95.0];
         let exact = |theta: &[f64]| {
-            following.followed(&scaling.standardise(theta).unwrap(), &beam.body).unwrap()
+            expansion.expansion_at(&scaling.standardise(theta).unwrap(), &beam.body).unwrap()
         };
         let found = fixed.predict(std::slice::from_ref(&theta)).unwrap();
         assert!(relative_difference(&exact(&theta), found.field(0)) < 1e-5);

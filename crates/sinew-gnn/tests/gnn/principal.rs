@@ -15,7 +15,7 @@ fn mixing_directions(size: usize) -> PrincipalDirections {
     };
     let fields: Vec<Vec<f64>> = parameters.iter().enumerate().map(field).collect();
     let fields = fields.iter().map(Vec::as_slice);
-    let directions = PrincipalDirections::following(fields, &parameters, 0.7).unwrap();
+    let directions = PrincipalDirections::about_trend(fields, &parameters, 0.7).unwrap();
     assert!(!directions.slopes().is_empty());
     directions
 }
@@ -66,7 +66,7 @@ fn directions_of_another_body_are_refused() {
 }
 
 #[test]
-fn what_follows_the_parameters_is_there_before_any_training() {
+fn the_expansion_is_there_before_any_training() {
     // Displacements of second order in the parameters, and nothing beyond them.
     let parameters: Vec<Vec<f64>> =
         (0..20).map(|k| vec![(1.3 * k as f64).sin(), (2.1 * k as f64).cos()]).collect();
@@ -80,7 +80,8 @@ fn what_follows_the_parameters_is_there_before_any_training() {
     };
     let fields: Vec<Vec<f64>> = parameters.iter().map(|p| field(p)).collect();
     let directions =
-        PrincipalDirections::following(fields.iter().map(Vec::as_slice), &parameters, 0.7).unwrap();
+        PrincipalDirections::about_trend(fields.iter().map(Vec::as_slice), &parameters, 0.7)
+            .unwrap();
     data.geometries[0].coordinates = Coordinates::Principal(directions);
     let config = small_config(&data, 2);
     let surrogate = untrained(&data, &config, 7, &devices()[0]);
@@ -93,5 +94,5 @@ fn what_follows_the_parameters_is_there_before_any_training() {
         // Single precision, at values of the size of the field.
         assert!((found[dof] - expected).abs() < 1e-6 * size as f64, "{} {expected}", found[dof]);
     }
-    assert!(PrincipalDirections::following([&[1.0][..], &[2.0]], &parameters, 0.7).is_err());
+    assert!(PrincipalDirections::about_trend([&[1.0][..], &[2.0]], &parameters, 0.7).is_err());
 }

@@ -35,7 +35,7 @@ impl PopulationEmulator {
     }
 
     /// Displacements of a body at each of `thetas` \[length\], from one state: what the network predicts for the centre of the
-    /// parameters' ranges, after `newton_steps` there. The Taylor expansion of second order about it uses one stiffness.
+    /// parameters' ranges, after `newton_steps` there. The Taylor expansion of second order about it uses a frozen stiffness.
     ///
     /// # Errors
     /// As [`PopulationEmulator::meet`] and [`Emulator::predict`].

@@ -5,7 +5,7 @@ use super::template::Template;
 use crate::{Result, coordinates, graph};
 use sinew_coordinates::Coordinates as Meaning;
 use sinew_coordinates::Motions;
-use sinew_emulate::parts::{dot, following, scaling, work};
+use sinew_emulate::parts::{dot, expand, scaling, work};
 use sinew_emulate::{Body, Design, split_seed};
 use sinew_energy::Barriers;
 use sinew_fem::{Options, Solution, SolveError, Solver, sweep};
@@ -36,7 +36,7 @@ impl Population {
         let anchor = self.anchor(&mut solver, &topology, template)?;
         let motions = Motions::about(&anchor, &topology, body, &centre)?;
         let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-        let (motions, first) = following(&mut solver, motions, &thetas)?;
+        let (motions, first) = expand(&mut solver, motions, &thetas)?;
         let work = work(body, &anchor);
         let (step, gain, energy) = match self.start {
             Start::Near { .. } => {
@@ -57,7 +57,7 @@ impl Population {
         let (motions, first) = (motions.of_energy(energy)?, first.of_energy(energy)?);
         let mut geometry = graph::geometry_at(&body.positions, body, topology)?;
         if let Some(step) = step {
-            graph::add_features(&mut geometry, &first.clone().following(&[step], body)?)?;
+            graph::add_features(&mut geometry, &first.clone().with_expansion(&[step], body)?)?;
         }
         graph::add_features(&mut geometry, &first)?;
         geometry.coordinates = Meaning::Motions(motions);
@@ -167,7 +167,7 @@ fn gains(
     let body = solver.body();
     let scaling = scaling(body)?;
     let of = |theta: &Vec<f64>| -> Result<[f64; 2]> {
-        let state = motions.followed(&scaling.standardise(theta)?, body)?;
+        let state = motions.expansion_at(&scaling.standardise(theta)?, body)?;
         let energy = body.value(&state, theta);
         Ok(match missing_step(solver, &state, theta) {
             Ok((_, gain)) if gain < work && energy.is_finite() => {

@@ -117,5 +117,5 @@ impl Default for Population {
     }
 }
 
-/// Parameter sets that parts of the followed outputs are tried at.
+/// Parameter sets that parts of the expansion are tried at.
 pub(super) const TRIED: usize = 8;

@@ -44,7 +44,7 @@ fn regression_on_few_simulations_is_nearly_exact() {
 }
 
 #[test]
-fn one_solution_followed_to_second_order_needs_no_training() {
+fn a_second_order_expansion_needs_no_training() {
     let body = beam(1.0);
     let emulator = Recipe::Taylor.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     assert_eq!((emulator.record.simulations, emulator.record.steps), (1, 0));

@@ -61,7 +61,7 @@ fn relative(test: &TestSet<'_>, found: &[Vec<f64>]) -> f64 {
     test.fields.iter().zip(found).map(of).sum::<f64>() / found.len() as f64
 }
 
-/// Whatever predicts, steps with one stiffness bring it nearer and nearer, the same on any number of threads.
+/// Whatever predicts, steps with a frozen stiffness bring it nearer and nearer, the same on any number of threads.
 #[test]
 fn predictions_are_refined_with_one_stiffness() {
     let body = beam(1.0);

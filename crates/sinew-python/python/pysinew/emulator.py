@@ -64,7 +64,7 @@ class Emulator:
         return self._held_out("max")
 
     def predict(self, theta: Theta = None, *, refine: int = 0, progress: ProgressArgument = None) -> Predictions:
-        """Displacements; θ as in `Case.solve`. `refine` takes quasi-Newton steps with one stiffness for all."""
+        """Displacements; θ as in `Case.solve`. `refine` takes quasi-Newton steps with a frozen stiffness for all."""
         sets = _theta.read(self.case._native, theta)
         with shown(progress) as bar:
             displacement, warnings = self._native.predict(sets.rows, refine, bar)

@@ -35,7 +35,7 @@ pub struct Options {
     #[arg(long)]
     #[serde(default)]
     pub no_rivals: bool,
-    /// Leave out networks: what regression, one solution and one stiffness do
+    /// Leave out networks: what regression, one solution and a frozen stiffness do
     #[arg(long)]
     #[serde(default)]
     pub no_networks: bool,

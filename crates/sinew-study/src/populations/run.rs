@@ -125,7 +125,7 @@ fn study(options: &Options, key: &str) -> Result<Study> {
             study.outcomes.push(groups[0].measure([&name, &about], cpu_s, predict)?);
         }
     }
-    followed(options, &stage, &groups, &mut study)?;
+    expanded(options, &stage, &groups, &mut study)?;
     for &loss in size.losses.iter().filter(|_| !options.no_networks) {
         network(options, &stage, &groups, (loss, size.steps), &mut study)?;
     }
@@ -159,7 +159,7 @@ fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
 }
 
 /// Methods without a network.
-fn followed(options: &Options, stage: &Stage, groups: &[Group], study: &mut Study) -> Result<()> {
+fn expanded(options: &Options, stage: &Stage, groups: &[Group], study: &mut Study) -> Result<()> {
     let about = "the same body on a mesh of few cells, by moving least squares";
     study.outcomes.push(groups[0].measure(["coarse solution", about], 0.0, |individual| {
         Ok(coarse(stage, individual)?.unwrap_or_else(|| individual.rest()))
@@ -189,7 +189,7 @@ fn one_stiffness(stage: &Stage, group: &Group, study: &mut Study) -> Result<()> 
     let Some(mean) = stage.mean_like(&group.individuals[0].body)? else { return Ok(()) };
     let emulator = FrozenStiffness::new(&mean)?;
     for steps in FROM_ANOTHER {
-        let name = format!("one stiffness, {steps} steps");
+        let name = format!("frozen stiffness, {steps} steps");
         let about = "from solution and stiffness of the mean body, one solve in all";
         study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
             let theta = std::slice::from_ref(&individual.theta);

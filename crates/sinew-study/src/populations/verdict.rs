@@ -16,7 +16,7 @@ const CLASSES: [(&str, &str); 6] = [
     ("nearest", "regression"),
     ("mean", "regression"),
     ("no network", "taylor"),
-    ("one stiffness", "one stiffness"),
+    ("frozen stiffness", "frozen stiffness"),
     ("coarse solution", "solver on a coarse mesh"),
 ];
 
@@ -241,13 +241,14 @@ mod tests {
     fn a_method_wins_that_is_lower_in_both_medians_than_all_other_classes() {
         let mut all = vec![
             entry("POD + GP, 400 simulations", 43.0, 42.0, 74.0),
-            entry("one stiffness", 5.4, 1.1, 0.0),
+            entry("frozen stiffness", 5.4, 1.1, 0.0),
             entry("network", 9.7, 2.2, 322.0),
             entry("network, dd", 8.2, 7.5, 305.0),
         ];
         let found = of(&all);
-        assert_eq!(found.winner, Some("one stiffness"), "{found:?}");
-        for number in ["one stiffness (5.4 % raw, 1.1 %", "network, dd (8.2 %", "network (9.7 %"] {
+        assert_eq!(found.winner, Some("frozen stiffness"), "{found:?}");
+        for number in ["frozen stiffness (5.4 % raw, 1.1 %", "network, dd (8.2 %", "network (9.7 %"]
+        {
             assert!(found.because.contains(number), "{found:?}");
         }
         // A network that is lower raw only, and another after a step only, do not make one that wins.
@@ -255,7 +256,7 @@ mod tests {
         let found = of(&all);
         assert_eq!(found.winner, None);
         assert!(
-            found.because.starts_with("one stiffness (5.4 %")
+            found.because.starts_with("frozen stiffness (5.4 %")
                 && found.because.contains("lower raw, network (9.7")
         );
     }
@@ -309,13 +310,17 @@ mod tests {
     #[test]
     fn seeds_are_counted_and_their_medians_range_from_the_smallest_to_the_largest() {
         let seed =
-            |raw| vec![entry("one stiffness", raw, 1.0, 0.0), entry("network", 3.0, 2.0, 60.0)];
+            |raw| vec![entry("frozen stiffness", raw, 1.0, 0.0), entry("network", 3.0, 2.0, 60.0)];
         let seeds = [2.0, 2.5, 4.0].map(seed);
         let found = tally(&seeds, "population", "%");
-        assert!(found.starts_with("one stiffness in 2 of 3 seeds: one stiffness (2"), "{found}");
+        assert!(
+            found.starts_with("frozen stiffness in 2 of 3 seeds: frozen stiffness (2"),
+            "{found}"
+        );
         assert!(found.contains("; none in 1 of 3 seeds: network (3"), "{found}");
         assert!(
-            tally(&seeds[..1], "population", "%").starts_with("one stiffness: one stiffness (2")
+            tally(&seeds[..1], "population", "%")
+                .starts_with("frozen stiffness: frozen stiffness (2")
         );
         let table = over_seeds(&seeds, true, "%").unwrap();
         let sinew_report::Value::Distribution(raw) = &table.rows[0].errors[0].value else {

@@ -158,7 +158,7 @@ fn capital(text: &str) -> String {
 }
 
 /// A number in so many digits, with a power of ten below 0.01 and from 10 000 on: `0.42`, `6.5e-3`.
-fn plain(value: f64, digits: usize) -> String {
+pub(super) fn plain(value: f64, digits: usize) -> String {
     let scientific = format!("{:.*e}", digits - 1, value);
     let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
     match exponent {

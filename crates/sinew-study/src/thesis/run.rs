@@ -1,6 +1,7 @@
 //! From the command line to the page.
 
 use super::compare::Runs;
+use super::filled::{PAGES, fill};
 use super::page::page;
 use super::printed::{Run, Table, thesis};
 use super::stored::Stored;
@@ -12,7 +13,7 @@ use sinew_report::Report;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Hold every figure that the thesis prints against ours: run the studies that are missing, and write docs/thesis.md from their reports.
+/// Hold every figure that the thesis prints against ours: run the studies that are missing, and write docs/thesis.md and the tables of other pages from their reports.
 ///
 /// A run that was interrupted goes on where it was. What is kept of finished runs lies in docs/thesis; such runs are not repeated.
 #[derive(Parser, Clone, Debug)]
@@ -90,7 +91,21 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
         left -= run.minutes;
     }
     store::write_bytes(&page_file, page(&runs)?.as_bytes())?;
+    if !options.quick {
+        fill_pages(&runs)?;
+    }
     Ok(page_file)
+}
+
+/// Fills the tables of the other pages.
+fn fill_pages(runs: &Runs) -> Result<()> {
+    for name in PAGES {
+        let file = documents().join(name);
+        let text = std::fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+        let filled = fill(&text, runs).with_context(|| format!("docs/{name}"))?;
+        store::write_bytes(&file, filled.as_bytes())?;
+    }
+    Ok(())
 }
 
 impl Run {

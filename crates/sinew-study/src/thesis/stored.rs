@@ -72,6 +72,12 @@ impl Stored {
         self.report.sections.iter().filter(wanted)
     }
 
+    /// Rows of all tables of a section.
+    pub fn rows_of<'a>(&'a self, section: &'a str) -> impl Iterator<Item = (&'a Table, &'a Row)> {
+        let tables = self.sections(section).flat_map(Section::tables);
+        tables.flat_map(|table| table.rows.iter().map(move |row| (table, row)))
+    }
+
     /// Rows of a section that have a column; the baseline of a table, which is the solver, is marked.
     fn rows<'a>(
         &'a self,
@@ -79,7 +85,7 @@ impl Stored {
         column: &'a str,
     ) -> impl Iterator<Item = (&'a Table, &'a Row, bool)> {
         let tables = self.sections(section).flat_map(Section::tables);
-        let tables = tables.filter(move |table| cells(table, &table.rows[0], column).is_some());
+        let tables = tables.filter(move |table| cell(table, &table.rows[0], column).is_some());
         tables.flat_map(|table| {
             let solver = |row: &Row| table.baseline.as_ref() == Some(&row.method);
             table.rows.iter().map(move |row| (table, row, solver(row)))
@@ -159,8 +165,8 @@ fn name(row: &Row) -> String {
     }
 }
 
-/// Cells of a row in a column of its table.
-fn cells<'a>(table: &Table, row: &'a Row, column: &str) -> Option<&'a Cell> {
+/// Cell of a row in a column of its table.
+pub(super) fn cell<'a>(table: &Table, row: &'a Row, column: &str) -> Option<&'a Cell> {
     let parts =
         [(&table.errors, &row.errors), (&table.times, &row.times), (&table.others, &row.others)];
     parts.into_iter().find_map(|(columns, cells)| {
@@ -169,7 +175,7 @@ fn cells<'a>(table: &Table, row: &'a Row, column: &str) -> Option<&'a Cell> {
 }
 
 fn found_in(table: &Table, row: &Row, column: &str, statistic: &str) -> Option<Found> {
-    let value = number(&cells(table, row, column)?.value, statistic)?;
+    let value = number(&cell(table, row, column)?.value, statistic)?;
     let before = |column: &Column| column.once || column.name == "seconds";
     let once = table.times.iter().zip(&row.times).filter(|(column, _)| before(column));
     let once: Vec<f64> = once.filter_map(|(_, cell)| cell.value.median()).collect();
@@ -178,7 +184,8 @@ fn found_in(table: &Table, row: &Row, column: &str, statistic: &str) -> Option<F
     Some(Found { value, method: about, before_s })
 }
 
-fn number(value: &Value, statistic: &str) -> Option<f64> {
+/// Statistic of a value, `q50` or another; its only number where it has one; None for words.
+pub(super) fn number(value: &Value, statistic: &str) -> Option<f64> {
     match value {
         Value::Distribution(found) => Some(match statistic {
             "q25" => found.q25,

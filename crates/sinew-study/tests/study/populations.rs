@@ -44,7 +44,7 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
         let both = |method: &str| [method.into(), format!("{method}, 4 quasi-Newton steps")];
         let mut all: Vec<String> = rivals.map(String::from).into();
         all.extend(["coarse solution".into()]);
-        all.extend([16, 32].map(|steps| format!("one stiffness, {steps} steps")));
+        all.extend([16, 32].map(|steps| format!("frozen stiffness, {steps} steps")));
         all.extend([both("no network"), both("network")].concat());
         // What starts from equilibrium has no state to find.
         all.extend((section.name == "beams").then(|| "network, carried".into()));

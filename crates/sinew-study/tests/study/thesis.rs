@@ -1,17 +1,29 @@
 //! The page of all printed figures.
 
 use sinew_study::thesis::compare::{Standing, compare};
+use sinew_study::thesis::filled::{PAGES, fill};
 use sinew_study::thesis::page::page;
 use sinew_study::thesis::run::kept;
 use sinew_study::thesis::thesis;
 use std::process::Command;
 
+const DOCUMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs");
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/thesis.md");
 
 #[test]
 fn the_page_is_made_from_what_is_kept_of_the_runs() {
     let text = std::fs::read_to_string(PAGE).unwrap();
     assert!(text == page(&kept().unwrap()).unwrap(), "`cargo xtask thesis --write` writes it");
+}
+
+#[test]
+fn tables_of_other_pages_are_filled_from_what_is_kept() {
+    for name in PAGES {
+        let text = std::fs::read_to_string(format!("{DOCUMENTS}/{name}")).unwrap();
+        assert!(text.contains("<!-- table "), "{name} has no such table");
+        let filled = fill(&text, &kept().unwrap()).unwrap();
+        assert!(text == filled, "{name}: `cargo xtask thesis --write` writes it");
+    }
 }
 
 #[test]

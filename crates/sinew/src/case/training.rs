@@ -43,14 +43,14 @@ pub struct Training {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecipeName {
-    /// The one that does best on the held-out cases: regression, and hybrid where that misses the target.
+    /// The one of lowest error on the held-out cases: regression, and hybrid where that misses the target.
     #[default]
     Auto,
     /// Taylor expansion of second order about one solution: nothing is trained.
     Taylor,
     /// Few simulations, their main modes, and a Gaussian process.
     Regression,
-    /// A network on simulations, weighed by the body's stiffness.
+    /// A network on simulations, supervised in the energy norm.
     Hybrid,
     /// A network by minimum potential energy, without simulations.
     Pi,

@@ -36,7 +36,7 @@ pub(crate) struct Calibrate {
     /// Folder for results [default: out/NAME]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Say what the data can decide, with units, phases and segments as they were read, and stop before sampling
+    /// Say what the data can identify, with units, phases and segments as they were read, and stop before sampling
     #[arg(long)]
     check: bool,
     /// Stop with an error when this time is over, such as 60s or 5m

@@ -23,7 +23,7 @@ Example: sinew train IdealVentricle --recipe regression --samples 50")]
 pub(crate) struct Train {
     #[command(flatten)]
     case: CaseArguments,
-    /// Recipe
+    /// How the emulator is made
     #[arg(long, value_enum)]
     recipe: Option<RecipeName>,
     /// Simulations to learn from

@@ -1,4 +1,4 @@
-//! Descent with one stiffness for many parameter sets, where bodies are hard.
+//! Descent with a frozen stiffness for many parameter sets, where bodies are hard.
 
 use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;

@@ -179,7 +179,7 @@ pub(super) fn one_stiffness(
     let mean = ventricles.mean()?;
     let emulator = FrozenStiffness::new(&mean)?;
     let about = "from solution and stiffness of the mean ventricle, one solve in all";
-    let names = [&*format!("one stiffness, {STEPS} steps"), about];
+    let names = [&*format!("frozen stiffness, {STEPS} steps"), about];
     let told = Seen { numbers: ALL, coarse: false };
     compared.measured(names, (0.0, 0), told, |ventricle| {
         let theta = std::slice::from_ref(&ventricle.theta);
