@@ -90,7 +90,12 @@ fn table(marker: &str, runs: &Runs) -> Result<String> {
         let there = rows.iter().any(|found| found.row.method == *method);
         anyhow::ensure!(there, "no row has the method {method}");
     }
+    let measured = |table: &Table| {
+        let mut errors = table.errors.iter().chain(&table.others);
+        errors.any(|error| columns.iter().any(|column| split(column).0 == error.name))
+    };
     rows.retain(|found| wanted.is_empty() || wanted.contains(&&*found.row.method));
+    rows.retain(|found| measured(found.table));
     let heads = columns.iter().map(|column| head(column, &rows)).collect::<Result<Vec<_>>>()?;
     let mut text = match (&columns[..], &heads[..]) {
         ([column], [head]) if !wanted.is_empty() => side_by_side(&rows, &wanted, column, head),
