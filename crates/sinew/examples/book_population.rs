@@ -71,7 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     assert!(off < 0.01, "{off}");
 
-    // Many answers for this patient: one solve, its expansion, and four steps from each with its own stiffness.
+    // Many answers for this patient: a Taylor expansion about one solve, and four quasi-Newton steps with its stiffness.
     let emulator = Emulator::taylor(&patient, 1)?;
     let raw = emulator.predict(std::slice::from_ref(&theta))?;
     let fine = emulator.refine(std::slice::from_ref(&theta), 4)?;
