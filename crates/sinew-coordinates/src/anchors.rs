@@ -97,13 +97,17 @@ impl Anchors {
         self.weights.ncols()
     }
 
-    /// Fields at rows of standardised parameters, one after the other, or their changes along a direction for each row.
+    /// Fields \[length\] at rows of standardised parameters, one after the other, or their changes along a direction for each row.
     ///
     /// # Errors
-    /// Other parameters than those of the anchors.
+    /// Other parameters than those of the anchors, or none.
     pub fn at_parameters(&self, rows: &[f64], along: Option<&[f64]>) -> Result<Vec<f64>> {
         let count = self.map.ncols();
-        let rows = rows.chunks(count).enumerate().map(|(row, x)| {
+        if rows.is_empty() {
+            return Err(CoordinateError::None("anchors need parameters"));
+        }
+        require_count("entries of directions", along.unwrap_or(rows).len(), rows.len())?;
+        let rows = rows.chunks(count.max(1)).enumerate().map(|(row, x)| {
             self.covariances(x, along.map(|along| &along[row * count..(row + 1) * count]))
         });
         let covariances = DMatrix::from_columns(&rows.collect::<Result<Vec<_>>>()?);
