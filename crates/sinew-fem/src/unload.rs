@@ -1,5 +1,6 @@
 //! Inverse elastostatics: the body at rest whose loaded state is given by an image.
 
+mod connected;
 mod entries;
 mod error;
 mod image;
@@ -64,7 +65,7 @@ use std::time::Instant;
 /// per volume and area, and parameters are those of the body at rest; a prescribed motion leads from rest to the image.
 ///
 /// A converged search is checked: the body at rest may cross itself, the image may be unstable, and loading may lead to
-/// another equilibrium. Each has its [`UnloadError`].
+/// another equilibrium. Each has its [`UnloadError`]. See [`Loading`] for the last check.
 #[doc(alias("inverse design", "stress-free configuration", "prestress"))]
 pub struct Unload<'p> {
     search: Search<'p>,

@@ -20,6 +20,7 @@ use crate::elements::supports::place;
 use crate::elements::system::{Residual, System};
 use crate::linear::vector::dot;
 use crate::solve::control::Missing;
+use crate::solve::line::Line;
 use crate::solve::search::{Equilibrium, Goal, Search, Start};
 use crate::solve::watch::Log;
 use crate::{Iteration, Options};
@@ -297,15 +298,9 @@ impl System<'_> {
 
     /// Derivative of the balance in the place on the line, with the motion of the supports.
     fn rate_along(&self, search: &Search<'_>) -> (Vec<f64>, Vec<f64>) {
-        let (more_load, direction) = search.goal.line.rates();
         let (state, at) = (search.state(), &search.at);
-        let mut rate = self.load_derivative(&at.displacement, &search.theta);
-        rate.iter_mut().for_each(|r| *r *= more_load);
-        if direction.iter().any(|&d| d != 0.0) {
-            let more =
-                self.rate_by_theta(&at.displacement, &search.theta, search.load_factor, &direction);
-            rate.iter_mut().zip(more).for_each(|(r, m)| *r += m);
-        }
+        let mut rate = self.rate_on(search.goal.line, state);
+        let (more_load, _) = search.goal.line.rates();
         let mut motion = vec![0.0; at.displacement.len()];
         place(self.body, more_load, &mut motion);
         if motion.iter().any(|&m| m != 0.0) {
@@ -313,6 +308,19 @@ impl System<'_> {
             rate.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
         }
         (rate, motion)
+    }
+
+    /// Derivative of the balance in the place on a line, without the motion of supports.
+    pub(crate) fn rate_on(&self, line: &Line, state: State<'_>) -> Vec<f64> {
+        let (more_load, direction) = line.rates();
+        let mut rate = self.load_derivative(state.displacement, state.theta);
+        rate.iter_mut().for_each(|r| *r *= more_load);
+        if direction.iter().any(|&d| d != 0.0) {
+            let State { displacement, theta, load_factor, .. } = state;
+            let more = self.rate_by_theta(displacement, theta, load_factor, &direction);
+            rate.iter_mut().zip(more).for_each(|(r, m)| *r += m);
+        }
+        rate
     }
 
     /// Change of the balance at the assembled state with a motion of the supports.

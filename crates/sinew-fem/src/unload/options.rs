@@ -13,8 +13,8 @@ pub struct UnloadOptions {
     pub least_load_step: f64,
     /// Unbalanced forces that are enough \[relative to loads and reactions\]; 0, the default, is what rounding errors amount to.
     pub accuracy: f64,
-    /// Whether the body at rest is loaded from rest to see that it comes to the image, beside the check that the image is one of its
-    /// stable equilibria. `None` saves that solve, where the body at rest is a neighbour of one that was loaded.
+    /// Options of the check that loading from rest leads to the image, see [`crate::Loading`]. `None` skips it, where the body at rest is a
+    /// neighbour of one that was checked; whether the image is a stable equilibrium is checked in either case.
     pub load: Option<Options>,
 }
 

@@ -24,7 +24,7 @@ pub struct Unloaded {
     pub residual: f64,
     /// Norm of the loads and reactions \[stress·length²\].
     pub force_scale: f64,
-    /// The result of loading from rest, if it was asked for.
+    /// The check that loading from rest leads to the image, if it was asked for.
     pub loading: Option<Loading>,
     /// Elements that are too stiff for the body, so that it is unloaded too little.
     pub locking: Option<LockingWarning>,
@@ -36,10 +36,11 @@ pub struct Unloaded {
     pub seconds: f64,
 }
 
-/// How the body at rest was loaded.
+/// Check that loading from rest leads to the image: by a stable equilibrium half-way whose tangent leads to the image, or by loading where
+/// this leaves doubt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loading {
-    /// Largest distance of a node from its image \[length\].
+    /// Largest distance of a node from its image \[length\], by a Newton step from there or after loading.
     pub distance: f64,
     /// Newton iterations.
     pub iterations: usize,

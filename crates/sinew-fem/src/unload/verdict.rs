@@ -1,5 +1,6 @@
 //! Checks of a body at rest after the search.
 
+use super::connected::connected;
 use super::error::UnloadError;
 use super::image::Image;
 use super::options::UnloadOptions;
@@ -25,12 +26,16 @@ impl Image<'_> {
         self.check_crossings(trial)?;
         let rest = &trial.rest;
         let mut system = self.system_of(rest)?;
-        system.assemble(&Unknowns::of(&trial.displacement), theta, 1.0, None);
-        let (_, negative_pivots) = system.factorise(false).ok_or(SolveError::Singular)?;
+        let residual = system.assemble(&Unknowns::of(&trial.displacement), theta, 1.0, None);
+        let (shift, negative_pivots) = system.factorise(false).ok_or(SolveError::Singular)?;
         if negative_pivots > 0 {
             return Err(UnloadError::Unstable { negative_pivots });
         }
         let Some(forward) = &options.load else { return Ok(None) };
+        let shown = connected(&mut system, trial, theta, forward, (residual, shift));
+        if shown.is_some() {
+            return Ok(shown);
+        }
         let start = Instant::now();
         let mut loaded = load(self, trial, theta, forward)?;
         let same = SAME * trial.motion.iter().fold(0.0, |most: f64, w| most.max(w.abs()));

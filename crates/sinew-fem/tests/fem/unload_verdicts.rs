@@ -4,7 +4,7 @@ use crate::support::ventricle::{BULK_MODULUS, MMHG, scene, thetas};
 use crate::ventricles::ventricles;
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, SceneError, Support};
-use sinew_fem::{Unload, UnloadError, UnloadOptions, Unloaded};
+use sinew_fem::{Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
 use sinew_mesh::{TetMesh, box_tetrahedra, sphere_octant};
 
 fn small() -> TetMesh {
@@ -48,6 +48,56 @@ fn suction_made_the_image_smaller() {
     let unloaded = unload(&body, &[a, b, a_f, b_f, -0.5 * MMHG]).unwrap();
     let rest = vec![0.0; unloaded.motion.len()];
     assert!(unloaded.rest.body.cavity_volumes(&rest)[0] > 1.01 * body.cavity_volumes(&rest)[0]);
+}
+
+/// Half of a shallow arch between two plates that bears its weight, moved by a displacement.
+fn arch(weight: f64, moved: Option<&[f64]>) -> Body {
+    let mut mesh = box_tetrahedra([50.0, 4.0, 4.0], [8, 1, 1]).quadratic();
+    mesh.map_points(|[x, y, z]| [x, y, z + 8.0 * (std::f64::consts::PI * x / 100.0).sin()]);
+    if let Some(moved) = moved {
+        let moves = mesh.points.iter_mut().zip(moved.as_chunks::<3>().0);
+        moves.for_each(|(x, u)| (0..3).for_each(|i| x[i] += u[i]));
+    }
+    let plate = [None, Some(0.0), None];
+    let scene = Scene::new(mesh, NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+        .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+        .load(Load::BodyForce([0.0, 0.0, weight]))
+        .support(Support::clamped("x_min"))
+        .support(Support::uniform("y_min", plate))
+        .support(Support::uniform("y_max", plate))
+        .support(Support::uniform("x_max", [Some(0.0), None, None]));
+    scene.lower().unwrap()
+}
+
+/// An arch under a weight below its limit point has two stable states, and is loaded to the upright one. It is no answer for an image of the
+/// other, which another arch is loaded to.
+#[test]
+fn an_arch_that_has_snapped_comes_from_another_one() {
+    let (theta, options) = ([75.0, 75.0], Options::default());
+    let snapped = Solver::new(&arch(-1e-2, None)).unwrap().solve(&theta, &options).unwrap();
+    let weight = -7e-3;
+    let body = arch(weight, None);
+    let mut solver = Solver::new(&body).unwrap();
+    let upright = solver.solve(&theta, &options).unwrap();
+    let snapped = solver.solve_from(&snapped.displacement, &theta, &options).unwrap();
+    let lowest = |u: &[f64]| u.iter().copied().fold(0.0, f64::min);
+    assert!(upright.is_stable() && snapped.is_stable());
+    println!("{} {}", lowest(&upright.displacement), lowest(&snapped.displacement));
+    assert!(lowest(&upright.displacement) > -5.0 && lowest(&snapped.displacement) < -10.0);
+    let unload = |state: &[f64]| {
+        let image = arch(weight, Some(state));
+        let motion: Vec<f64> = state.iter().map(|u| -u).collect();
+        Unload::new(&image)?.solve_near(&motion, &theta, &UnloadOptions::default())
+    };
+    for (state, same) in [(&upright.displacement, true), (&snapped.displacement, false)] {
+        let found = unload(state).map_err(|error| error.to_string()).unwrap();
+        let farthest =
+            |u: &[f64]| u.iter().zip(&found.motion).map(|(u, w)| (u + w).abs()).fold(0.0, f64::max);
+        assert!((farthest(state) < 1e-8) == same, "{}", farthest(state));
+        let loaded = Solver::new(&found.rest.body).unwrap().solve(&theta, &options).unwrap();
+        assert!(farthest(&loaded.displacement) < 1e-8, "{}", farthest(&loaded.displacement));
+    }
 }
 
 #[test]
