@@ -12,6 +12,7 @@ use linfa::traits::{Fit, Predict};
 use linfa_clustering::{KMeans, KMeansInit};
 use ndarray::Array2;
 use rand::{Rng, RngExt};
+use std::ops::Range;
 
 /// Movement of the centres, as the root of the sum of squares in units of the largest extent of
 /// the body, that ends the iteration. A hundredth of it changes no cluster of 1570 random points.
@@ -19,14 +20,55 @@ const TOLERANCE: f64 = 1e-3;
 /// Bound on Lloyd's iterations.
 const ITERATIONS: u64 = 100;
 
+/// Most distances of an iteration, about 0.02 s. Its time grows with the square of the body, so that the leaves are halved first beyond.
+const MOST_DISTANCES: usize = 1 << 23;
+
 /// Groups `leaves` into exactly `roots` clusters, none empty: the root of each leaf, roots
-/// numbered by their first leaf. The best of `runs` starts by inertia.
+/// numbered by their first leaf. The best of `runs` starts by inertia. Leaves beyond [`MOST_DISTANCES`] are
+/// clustered in halves across their longest extent.
 ///
 /// k-means may leave a cluster empty, and does when positions coincide. Then the leaf farthest
 /// from its cluster's mean, the first of equals, becomes that cluster, until none is empty.
 ///
 /// Needs `1 ≤ roots ≤ leaves.len()` and finite positions of order one.
 pub(crate) fn cluster(
+    leaves: &[[f64; 3]],
+    roots: usize,
+    runs: usize,
+    random: &mut impl Rng,
+) -> Result<Vec<usize>, GraphError> {
+    let mut clusters = vec![0; leaves.len()];
+    let mut blocks = vec![((0..leaves.len()).collect::<Vec<_>>(), 0..roots)];
+    while let Some((block, range)) = blocks.pop() {
+        if range.len() > 1 && block.len() * range.len() > MOST_DISTANCES {
+            blocks.extend(halves(leaves, block, range));
+            continue;
+        }
+        let places: Vec<_> = block.iter().map(|&leaf| leaves[leaf]).collect();
+        let found = cluster_at_once(&places, range.len(), runs, random)?;
+        block.iter().zip(found).for_each(|(&leaf, root)| clusters[leaf] = range.start + root);
+    }
+    Ok(numbered_by_first_leaf(roots, clusters))
+}
+
+/// Halves of a block of leaves across its longest extent, with their shares of the roots.
+fn halves(
+    leaves: &[[f64; 3]],
+    mut block: Vec<usize>,
+    roots: Range<usize>,
+) -> [(Vec<usize>, Range<usize>); 2] {
+    let extent = |axis: &usize| {
+        let along = || block.iter().map(|&leaf| leaves[leaf][*axis]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    let longest = (0..3).max_by(|a, b| extent(a).total_cmp(&extent(b))).unwrap_or(0);
+    block.sort_by(|&a, &b| leaves[a][longest].total_cmp(&leaves[b][longest]));
+    let second = block.split_off(block.len() / 2);
+    let middle = roots.start + roots.len() / 2;
+    [(block, roots.start..middle), (second, middle..roots.end)]
+}
+
+fn cluster_at_once(
     leaves: &[[f64; 3]],
     roots: usize,
     runs: usize,
@@ -55,7 +97,7 @@ pub(crate) fn cluster(
     if best.1.len() != leaves.len() {
         return Err(failed("no run had a finite inertia".into()));
     }
-    Ok(numbered_by_first_leaf(roots, best.1))
+    Ok(best.1)
 }
 
 /// k-means++ (Arthur & Vassilvitskii, "k-means++: the advantages of careful seeding", 2007):
@@ -139,6 +181,23 @@ mod tests {
         let leaves: Vec<_> = heap(0.5).chain(heap(0.0)).chain(heap(1.0)).collect();
         let clusters = cluster(&leaves, 3, 10, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
         assert_eq!(clusters, [0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2]);
+    }
+
+    #[test]
+    fn large_bodies_are_clustered_in_halves() {
+        let side = 20;
+        let at = |i: usize| [i % side, i / side % side, i / (side * side)].map(|x| x as f64 / 10.0);
+        let leaves: Vec<_> = (0..side * side * 12).map(at).collect();
+        let roots = leaves.len() / 2 - 1;
+        assert!(leaves.len() * roots > MOST_DISTANCES);
+        let clusters = cluster(&leaves, roots, 1, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+        let mut sizes = vec![0; roots];
+        clusters.iter().for_each(|&root| sizes[root] += 1);
+        assert!(sizes.iter().all(|&size| size > 0));
+        // Leaves of a cluster are neighbours.
+        let distances = squared_distances(&leaves, roots, &clusters);
+        let farthest = distances.into_iter().fold(0.0, f64::max);
+        assert!(farthest < 0.2f64.powi(2), "{farthest}");
     }
 
     #[test]
