@@ -54,19 +54,19 @@ pub(crate) fn check_accuracy(accuracy: f64) -> Result<()> {
     if makes_sense { Ok(()) } else { Err(Error::Setting { what, value: accuracy, advice }) }
 }
 
-/// Answer by quasi-Newton steps from a prediction with the solver's last factor, and the number of steps; `None` if they do
+/// Answer by quasi-Newton steps from a prediction with the solver's last factor, and the number of steps; its error is infinite where they do
 /// not contract. With `seen`, they contracted at a neighbour.
 pub(crate) fn converged(
     solver: &Solver<'_>,
     predicted: &[f64],
     theta: &[f64],
     (accuracy, seen): (f64, bool),
-) -> Result<Option<(Answer, usize)>> {
+) -> Result<(Answer, usize)> {
     let found = match seen {
         true => solver.converge_near(predicted, theta, accuracy, QUASI_NEWTON)?,
         false => solver.converge(predicted, theta, accuracy, QUASI_NEWTON)?,
     };
-    Ok(found.map(|found| (Answer::predicted(found.displacement, found.error, 0), found.steps)))
+    Ok((Answer::predicted(found.displacement, found.error, 0), found.steps))
 }
 
 /// Answer by Newton steps from a prediction until the estimated error is below the tolerance, or `None` if they do not

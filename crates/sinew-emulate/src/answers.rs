@@ -251,26 +251,30 @@ impl Found<'_> {
         theta: &[f64],
         stepping: &mut Stepping,
     ) -> Result<Option<Result<Answer>>> {
-        let near = (stepping.accuracy, stepping.seen > 0);
-        if stepping.held
-            && let Some((answer, steps)) = converged(solver, predicted, theta, near)?
-        {
-            stepping.seen =
-                if steps >= CHECKED { TRUSTED } else { stepping.seen.saturating_sub(1) };
-            return Ok(Some(Ok(answer)));
+        let mut from = predicted.to_vec();
+        if stepping.held {
+            let near = (stepping.accuracy, stepping.seen > 0);
+            let (answer, steps) = converged(solver, predicted, theta, near)?;
+            if answer.is_within(stepping.accuracy) {
+                stepping.seen =
+                    if steps >= CHECKED { TRUSTED } else { stepping.seen.saturating_sub(1) };
+                return Ok(Some(Ok(answer)));
+            }
+            // Each step lowers the energy.
+            from = answer.displacement;
         }
         let few = self.thetas.len() < FEW;
-        let (mut taken, mut start) = (0, vec![0.0; predicted.len()]);
-        if !(few && is_far(self.body, predicted, theta)) {
+        let (mut taken, mut start) = (0, vec![0.0; from.len()]);
+        if !(few && is_far(self.body, &from, theta)) {
             let within = (stepping.accuracy, if few { 1 } else { MOST_STEPS });
-            let (answer, steps) = confirmed(solver, predicted, theta, within)?;
+            let (answer, steps) = confirmed(solver, &from, theta, within)?;
             (stepping.held, stepping.seen, taken) = (answer.is_some(), 0, steps);
             if answer.is_some() || !few {
                 return Ok(answer.map(Ok));
             }
             // The descent lowered the energy of this body.
             if stepping.descends {
-                start.copy_from_slice(predicted);
+                start.copy_from_slice(&from);
             }
         }
         let solved = solver.solve_from(&start, theta, &Options::default()).map(Answer::from);

@@ -15,12 +15,13 @@ const SEEN: usize = 2;
 /// dominate a step.
 const SAFETY: f64 = 4.0;
 
-/// A displacement that a quasi-Newton iteration converged to, from [`Solver::converge`].
+/// Last displacement of a quasi-Newton iteration, from [`Solver::converge`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converged {
     /// Displacement, node by node \[length\].
     pub displacement: Vec<f64>,
-    /// Estimated mean nodal distance to the equilibrium, relative to the mean nodal displacement.
+    /// Estimated mean nodal distance to the equilibrium, relative to the mean nodal displacement; infinite where the steps did not contract
+    /// enough.
     pub error: f64,
     /// Quasi-Newton steps: a gradient and two or three back-substitutions each.
     pub steps: usize,
@@ -28,13 +29,13 @@ pub struct Converged {
 
 impl Solver<'_> {
     /// Quasi-Newton steps at θ from a displacement \[length\], with the last factorised stiffness, until the estimated
-    /// error is below `accuracy` \[relative to the mean nodal displacement\]; `None` where `most` steps do not reach
-    /// it.
+    /// error is below `accuracy` \[relative to the mean nodal displacement\]; where `most` steps do not reach it,
+    /// [`Converged::error`] is infinite.
     ///
     /// The next step is computed but not taken. Its length and its contraction ratio, in the mean and in the energy
     /// norm, bound the error (P. Deuflhard, Newton Methods for Nonlinear Problems, 2011, section 2.1). Use the
-    /// stiffness of a neighbouring equilibrium, from [`Solver::error_estimate`] or [`Solver::solve`]. `None` also where
-    /// the energy is above that of the body at rest.
+    /// stiffness of a neighbouring equilibrium, from [`Solver::error_estimate`] or [`Solver::solve`]. The error is infinite also
+    /// where the energy is above that of the body at rest.
     ///
     /// ```
     /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -47,7 +48,7 @@ impl Solver<'_> {
     ///     .lower()?;
     /// let mut solver = Solver::new(&beam)?;
     /// let near = solver.solve(&[55.0, 85.0], &Options::default())?.displacement;
-    /// let found = solver.converge(&near, &[50.0, 90.0], 1e-4, 8)?.expect("neighbours");
+    /// let found = solver.converge(&near, &[50.0, 90.0], 1e-4, 8)?;
     /// assert!(found.error <= 1e-4 && found.steps <= 4); // no factorisation
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -61,7 +62,7 @@ impl Solver<'_> {
         theta: &[f64],
         accuracy: f64,
         most: usize,
-    ) -> Result<Option<Converged>, SolveError> {
+    ) -> Result<Converged, SolveError> {
         self.converged(from, theta, (accuracy, most), SEEN)
     }
 
@@ -77,7 +78,7 @@ impl Solver<'_> {
         theta: &[f64],
         accuracy: f64,
         most: usize,
-    ) -> Result<Option<Converged>, SolveError> {
+    ) -> Result<Converged, SolveError> {
         self.converged(from, theta, (accuracy, most), 0)
     }
 
@@ -87,7 +88,7 @@ impl Solver<'_> {
         theta: &[f64],
         (accuracy, most): (f64, usize),
         seen: usize,
-    ) -> Result<Option<Converged>, SolveError> {
+    ) -> Result<Converged, SolveError> {
         let (body, system) = (self.body(), &self.system);
         self.check(from, theta)?;
         let potential = Potential { body, theta, frames: &body.frames };
@@ -97,7 +98,7 @@ impl Solver<'_> {
         let (mut memory, mut lengths, mut norms) = (Memory::default(), Vec::new(), Vec::new());
         for steps in 0..=most {
             if !(at.energy.is_finite() && at.slope.iter().all(|g| g.is_finite())) {
-                return Ok(None);
+                break;
             }
             let direction = memory.direction(system, &at, potential.frames);
             if !direction.iter().all(|d| d.is_finite()) {
@@ -111,14 +112,15 @@ impl Solver<'_> {
             let [size, _] = mean_and_largest(&at.displacement);
             let error = if balanced { 0.0 } else { left_open(&lengths, &norms, seen) / size };
             if error <= accuracy {
-                let found = Converged { displacement: at.displacement, error, steps };
-                return Ok(below_rest(body, theta, at.energy).then_some(found));
+                let error = if below_rest(body, theta, at.energy) { error } else { f64::INFINITY };
+                return Ok(Converged { displacement: at.displacement, error, steps });
             }
             let first = memory.pairs.is_empty();
             let Some(next) = system.step_along(&at, &direction, potential, first) else { break };
             at = next;
         }
-        Ok(None)
+        let (displacement, steps) = (at.displacement, lengths.len().saturating_sub(1));
+        Ok(Converged { displacement, error: f64::INFINITY, steps })
     }
 }
 
