@@ -1,6 +1,11 @@
 //! Rigid motions of a body's clusters as the coordinates of its displacement.
 
+mod costs;
+mod stored;
+
+use costs::{Costs, inverse_root};
 use std::sync::Arc;
+use stored::Packed;
 
 use crate::anchors::Anchors;
 use crate::tree::MotionTree;
@@ -11,7 +16,6 @@ use sinew_graph::{FeatureMatrix, Topology, pool_positions};
 
 use crate::dirichlet::Dirichlet;
 use crate::error::{CoordinateError, Result, require_count, require_finite, require_positive};
-use crate::packed;
 use crate::polynomial::{all_terms, check_terms, terms, with_amplitude};
 
 /// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
@@ -46,9 +50,6 @@ pub struct Anchor {
     /// Taylor polynomial there, node by node \[length\]: the displacement, and its changes with each parameter and each product of two.
     pub changes: Vec<Vec<f64>>,
 }
-
-/// Eigenvalue \[relative to the largest of a cluster's stiffness\] below which a motion has scale zero.
-const SMALLEST_STIFFNESS: f64 = 1e-9;
 
 impl Motions {
     /// Motions about a displacement of a body \[length\], that of zero outputs, with the stiffness there at θ. A unit
@@ -295,90 +296,6 @@ fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffne
     body.stiffness(displacement, theta).ok_or(CoordinateError::NoStiffness)
 }
 
-/// Energies of motions of nodes and of clusters.
-struct Costs<'a> {
-    stiffness: &'a Stiffness,
-    /// Projector onto the free directions of each node.
-    free: &'a [[[f64; 3]; 3]],
-    places: &'a [[f64; 3]],
-}
-
-impl Costs<'_> {
-    fn of_node(&self, node: usize) -> SMatrix<f64, 3, 3> {
-        let own = self.stiffness.row(node).find(|(neighbour, _)| *neighbour == node);
-        let block = own.map_or([[0.0; 3]; 3], |(_, block)| *block);
-        let (free, block) = (matrix(&self.free[node]), matrix(&block));
-        free * block * free
-    }
-
-    /// Gives every cluster of a tree its scale, layer by layer.
-    fn scale_clusters(&self, tree: &mut MotionTree, roots_per_layer: &[usize]) {
-        let mut ancestors = tree.node_parents.clone();
-        let mut first = 0;
-        for &count in roots_per_layer {
-            let of_layer = self.of_clusters(&ancestors, first..first + count, &tree.centres);
-            tree.cluster_scales.extend(of_layer.into_iter().map(|(cost, radius)| {
-                let mut scale = inverse_root(cost);
-                scale[3..].as_flattened_mut().iter_mut().for_each(|entry| *entry /= radius);
-                scale
-            }));
-            first += count;
-            for ancestor in &mut ancestors {
-                *ancestor = tree.cluster_parents[*ancestor].unwrap_or(*ancestor);
-            }
-        }
-    }
-
-    /// Translations, and turns measured by the displacement at the radius of gyration, of each cluster of a layer, and
-    /// that radius. `ancestors` are the clusters of the nodes.
-    fn of_clusters(
-        &self,
-        ancestors: &[usize],
-        layer: std::ops::Range<usize>,
-        centres: &[[f64; 3]],
-    ) -> Vec<(SMatrix<f64, 6, 6>, f64)> {
-        let mut sums = vec![(0.0, 0usize); layer.len()];
-        let arm = |node: usize| -> [f64; 3] {
-            std::array::from_fn(|i| self.places[node][i] - centres[ancestors[node]][i])
-        };
-        for (node, &cluster) in ancestors.iter().enumerate() {
-            let sum = &mut sums[cluster - layer.start];
-            *sum = (sum.0 + arm(node).iter().map(|r| r * r).sum::<f64>(), sum.1 + 1);
-        }
-        let radius = |&(squares, count): &(f64, usize)| {
-            let radius = (squares / count.max(1) as f64).sqrt();
-            if radius > 0.0 { radius } else { 1.0 }
-        };
-        let mut costs: Vec<_> =
-            sums.iter().map(|sum| (SMatrix::<f64, 6, 6>::zeros(), radius(sum))).collect();
-        let rigid = |node: usize, radius: f64| {
-            matrix(&self.free[node]) * rigid_motions(arm(node).map(|r| r / radius))
-        };
-        for (node, &cluster) in ancestors.iter().enumerate() {
-            let (cost, radius) = &mut costs[cluster - layer.start];
-            let mut force = SMatrix::<f64, 3, 6>::zeros();
-            for (neighbour, block) in self.stiffness.row(node) {
-                if ancestors[neighbour] == cluster {
-                    force += matrix(block) * rigid(neighbour, *radius);
-                }
-            }
-            *cost += rigid(node, *radius).transpose() * force;
-        }
-        costs
-    }
-}
-
-fn matrix(entries: &[[f64; 3]; 3]) -> SMatrix<f64, 3, 3> {
-    SMatrix::from_fn(|i, j| entries[i][j])
-}
-
-/// `|A|^(−½)` on the directions that cost anything.
-fn inverse_root<const N: usize>(cost: SMatrix<f64, N, N>) -> [[f64; N]; N] {
-    let symmetric = DMatrix::from_fn(N, N, |i, j| 0.5 * (cost[(i, j)] + cost[(j, i)]));
-    let root = of_eigenvalues(symmetric, SMALLEST_STIFFNESS, |value| value.abs().powf(-0.5));
-    std::array::from_fn(|i| std::array::from_fn(|j| root[(i, j)]))
-}
-
 /// A function of a symmetric matrix by that of its eigenvalues, zero for those below a part of the largest.
 pub(crate) fn of_eigenvalues(
     symmetric: DMatrix<f64>,
@@ -398,81 +315,4 @@ pub(crate) fn rigid_motions([x, y, z]: [f64; 3]) -> SMatrix<f64, 3, 6> {
         0.0, 1.0, 0.0, -z, 0.0, x, //
         0.0, 0.0, 1.0, y, -x, 0.0,
     ])
-}
-
-/// How motions are stored: numbers as bytes, so that they come back the same.
-#[derive(Serialize, Deserialize)]
-struct Packed {
-    unknowns: usize,
-    node_parents: Vec<usize>,
-    cluster_parents: Vec<Option<usize>>,
-    origin: String,
-    positions: String,
-    centres: String,
-    node_scales: String,
-    cluster_scales: String,
-    #[serde(default)]
-    slopes: Vec<String>,
-    #[serde(default)]
-    rates: Vec<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    anchors: Option<Anchors>,
-}
-
-impl From<Motions> for Packed {
-    fn from(motions: Motions) -> Self {
-        let tree = &motions.tree;
-        Self {
-            unknowns: motions.unknowns,
-            node_parents: tree.node_parents.clone(),
-            cluster_parents: tree.cluster_parents.clone(),
-            origin: packed::doubles(&motions.origin),
-            positions: packed::doubles(tree.positions.as_flattened()),
-            centres: packed::doubles(tree.centres.as_flattened()),
-            node_scales: packed::doubles(tree.node_scales.as_flattened().as_flattened()),
-            cluster_scales: packed::doubles(tree.cluster_scales.as_flattened().as_flattened()),
-            slopes: motions.slopes.iter().map(|slope| packed::doubles(slope)).collect(),
-            rates: motions.rates.to_vec(),
-            anchors: motions.anchors.as_deref().cloned(),
-        }
-    }
-}
-
-impl TryFrom<Packed> for Motions {
-    type Error = String;
-
-    fn try_from(packed: Packed) -> std::result::Result<Self, String> {
-        let (nodes, clusters) = (packed.node_parents.len(), packed.cluster_parents.len());
-        let read = |text: &str, count: usize| packed::read_doubles(text, count);
-        let known = packed.node_parents.iter().all(|&parent| parent < clusters);
-        let ascending = packed.cluster_parents.iter().enumerate();
-        if !known || !ascending.clone().all(|(k, p)| p.is_none_or(|p| p > k && p < clusters)) {
-            return Err("clusters of the outputs do not form a tree".into());
-        }
-        let tree = MotionTree {
-            positions: read(&packed.positions, 3 * nodes)?.as_chunks().0.to_vec(),
-            centres: read(&packed.centres, 3 * clusters)?.as_chunks().0.to_vec(),
-            node_scales: read(&packed.node_scales, 9 * nodes)?.as_chunks().0.as_chunks().0.to_vec(),
-            cluster_scales: read(&packed.cluster_scales, 36 * clusters)?
-                .as_chunks()
-                .0
-                .as_chunks()
-                .0
-                .to_vec(),
-            node_parents: packed.node_parents,
-            cluster_parents: packed.cluster_parents,
-        };
-        let origin: Arc<[f64]> = read(&packed.origin, 3 * nodes)?.into();
-        let slopes = packed.slopes.iter().map(|slope| read(slope, 6 * clusters + 3 * nodes));
-        let slopes: Arc<[Vec<f64>]> = slopes.collect::<std::result::Result<_, _>>()?;
-        let rates: Arc<[f64]> = packed.rates.into();
-        if !rates.is_empty() && rates.len() + 1 != slopes.len() {
-            return Err("the amplitude of the outputs has other terms than they".into());
-        }
-        if packed.anchors.as_ref().is_some_and(|anchors| anchors.length() != origin.len()) {
-            return Err("the anchors of the outputs have other nodes than they".into());
-        }
-        let (unknowns, anchors) = (packed.unknowns, packed.anchors.map(Arc::new));
-        Ok(Self { origin, unknowns, tree: tree.into(), slopes, rates, anchors })
-    }
 }
