@@ -4,12 +4,12 @@ mod costs;
 mod stored;
 
 use costs::{Costs, inverse_root};
+pub(crate) use costs::{of_eigenvalues, rigid_motions};
 use std::sync::Arc;
 use stored::Packed;
 
 use crate::anchors::Anchors;
 use crate::tree::MotionTree;
-use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Body, Stiffness};
 use sinew_graph::{FeatureMatrix, Topology, pool_positions};
@@ -294,25 +294,4 @@ fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffne
     require_finite("a displacement", displacement)?;
     body.check_theta(theta)?;
     body.stiffness(displacement, theta).ok_or(CoordinateError::NoStiffness)
-}
-
-/// A function of a symmetric matrix by that of its eigenvalues, zero for those below a part of the largest.
-pub(crate) fn of_eigenvalues(
-    symmetric: DMatrix<f64>,
-    smallest: f64,
-    function: impl Fn(f64) -> f64,
-) -> DMatrix<f64> {
-    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(symmetric);
-    let floor = smallest * eigenvalues.amax();
-    let function = |value: f64| if value.abs() > floor { function(value) } else { 0.0 };
-    &eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(function)) * eigenvectors.transpose()
-}
-
-/// Displacement of a node by translations and small turns about a place so far from it.
-pub(crate) fn rigid_motions([x, y, z]: [f64; 3]) -> SMatrix<f64, 3, 6> {
-    SMatrix::from_row_slice(&[
-        1.0, 0.0, 0.0, 0.0, z, -y, //
-        0.0, 1.0, 0.0, -z, 0.0, x, //
-        0.0, 0.0, 1.0, y, -x, 0.0,
-    ])
 }

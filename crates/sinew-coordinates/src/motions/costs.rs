@@ -1,8 +1,7 @@
 //! Energies of rigid motions, which scale the outputs.
 
-use super::{of_eigenvalues, rigid_motions};
 use crate::tree::MotionTree;
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use sinew_energy::Stiffness;
 
 /// Eigenvalue \[relative to the largest of a cluster's stiffness\] below which a motion has scale zero.
@@ -90,4 +89,25 @@ pub(super) fn inverse_root<const N: usize>(cost: SMatrix<f64, N, N>) -> [[f64; N
     let symmetric = DMatrix::from_fn(N, N, |i, j| 0.5 * (cost[(i, j)] + cost[(j, i)]));
     let root = of_eigenvalues(symmetric, SMALLEST_STIFFNESS, |value| value.abs().powf(-0.5));
     std::array::from_fn(|i| std::array::from_fn(|j| root[(i, j)]))
+}
+
+/// A function of a symmetric matrix by that of its eigenvalues, zero for those below a part of the largest.
+pub(crate) fn of_eigenvalues(
+    symmetric: DMatrix<f64>,
+    smallest: f64,
+    function: impl Fn(f64) -> f64,
+) -> DMatrix<f64> {
+    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(symmetric);
+    let floor = smallest * eigenvalues.amax();
+    let function = |value: f64| if value.abs() > floor { function(value) } else { 0.0 };
+    &eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(function)) * eigenvectors.transpose()
+}
+
+/// Displacement of a node by translations and small turns about a place so far from it.
+pub(crate) fn rigid_motions([x, y, z]: [f64; 3]) -> SMatrix<f64, 3, 6> {
+    SMatrix::from_row_slice(&[
+        1.0, 0.0, 0.0, 0.0, z, -y, //
+        0.0, 1.0, 0.0, -z, 0.0, x, //
+        0.0, 0.0, 1.0, y, -x, 0.0,
+    ])
 }
