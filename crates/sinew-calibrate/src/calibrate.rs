@@ -130,7 +130,7 @@ pub fn calibrate(
 ///
 /// # Errors
 /// No answer of the solver near the middle of the prior, or a datum out of reach.
-pub fn look_ahead(
+pub fn check_identifiability(
     problem: &Problem,
     solves: &mut Solves,
 ) -> Result<(Mode, Identifiability), CalibrateError> {

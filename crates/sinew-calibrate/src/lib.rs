@@ -58,7 +58,7 @@ mod solves;
 mod verify;
 mod wall;
 
-pub use calibrate::{CalibrateOptions, calibrate, look_ahead};
+pub use calibrate::{CalibrateOptions, calibrate, check_identifiability};
 pub use correction::Correction;
 pub use datum::{Datum, Kind};
 pub use error::PatientError;

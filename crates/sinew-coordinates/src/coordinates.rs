@@ -30,7 +30,7 @@ impl Coordinates {
         }
     }
 
-    /// Rates of the logarithm of the amplitude, see [`Motions::in_proportion`]; empty without an amplitude.
+    /// Rates of the logarithm of the amplitude, see [`Motions::with_amplitude`]; empty without an amplitude.
     pub fn rates(&self) -> &[f64] {
         match self {
             Self::Motions(motions) => motions.rates(),

@@ -136,7 +136,7 @@ impl Motions {
     ///
     /// # Errors
     /// As [`Motions::with_expansion`]; changes of first order alone, or a displacement of zero.
-    pub fn in_proportion(
+    pub fn with_amplitude(
         mut self,
         changes: &[Vec<f64>],
         parameters: usize,
@@ -245,7 +245,7 @@ impl Motions {
         &self.slopes
     }
 
-    /// Logarithm of the amplitude per unit of each term, see [`Motions::in_proportion`]; none where outputs follow without one.
+    /// Logarithm of the amplitude per unit of each term, see [`Motions::with_amplitude`]; none where outputs follow without one.
     pub fn rates(&self) -> &[f64] {
         &self.rates
     }

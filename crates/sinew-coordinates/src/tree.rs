@@ -1,6 +1,6 @@
 //! Rigid motions of nested clusters, composed from the whole body down to its nodes.
 
-use crate::turning::{Number, Turn, product};
+use crate::turning::{Number, Rotation, product};
 use sinew_num::{Mat3, Slope};
 
 /// A body whose nodes belong to clusters, which belong to larger clusters, and so on up to one or several roots.
@@ -26,7 +26,7 @@ pub struct MotionTree {
 /// A cluster's own motion, and that of the clusters it belongs to and its own together: `x ↦ x + a + E (x − X)`.
 struct Motion<S> {
     translation: [S; 3],
-    turn: Turn<S>,
+    turn: Rotation<S>,
     /// a: displacement of the centre \[length\].
     shift: [S; 3],
     /// E: rotation less the identity.
@@ -46,7 +46,7 @@ impl MotionTree {
         // Stored from the root on: cluster k is at `count − 1 − k`.
         for cluster in (0..count).rev() {
             let [t, w] = self.own_motion(cluster, &outputs[6 * cluster..6 * cluster + 6]);
-            let turn = Turn::new(w);
+            let turn = Rotation::new(w);
             let own =
                 Motion { shift: t.clone(), rotation: turn.less_identity(), translation: t, turn };
             motions.push(match self.cluster_parents[cluster] {

@@ -22,7 +22,7 @@ impl Number for Slope<1> {
 }
 
 /// `exp([ω]) − I = s(q) [ω] + m(q) [ω]²` with `q = ω·ω`, `s = sin √q / √q` and `m = (1 − cos √q) / q` (Rodrigues).
-pub(crate) struct Turn<S> {
+pub(crate) struct Rotation<S> {
     vector: [S; 3],
     square: S,
 }
@@ -67,7 +67,7 @@ fn series(q: f64, first: f64, n: f64) -> [f64; 2] {
     [sum, slope]
 }
 
-impl<S: Number> Turn<S> {
+impl<S: Number> Rotation<S> {
     /// Rotation by the angle `‖ω‖` \[rad\] about the axis along ω.
     pub(crate) fn new(vector: [S; 3]) -> Self {
         let [x, y, z] = vector.clone();
@@ -90,7 +90,7 @@ impl<S: Number> Turn<S> {
     }
 }
 
-impl Turn<f64> {
+impl Rotation<f64> {
     /// Gradient by ω of what has the gradient `moment` by `exp([ω]) − I`.
     pub(crate) fn pull_back(&self, moment: &Mat3<f64>) -> [f64; 3] {
         let ([s, s_slope], [m, m_slope]) = (sine_part(self.square), cosine_part(self.square));
@@ -123,12 +123,12 @@ mod tests {
         let axis = [0.48, -0.6, 0.64];
         let moment = sinew_num::Mat3::from_fn(|i, j| ((3 * i + j) as f64).cos());
         let value = |w: [f64; 3]| {
-            let e = Turn::new(w).less_identity();
+            let e = Rotation::new(w).less_identity();
             (0..9).map(|ij| moment[ij / 3][ij % 3] * e[ij / 3][ij % 3]).sum::<f64>()
         };
         for angle in [0.0, 1e-9, 1e-3, 0.3162, 0.3163, 1.0, 3.0, std::f64::consts::PI, 6.0] {
             let w = axis.map(|a| angle * a);
-            let slope = Turn::new(w).pull_back(&moment);
+            let slope = Rotation::new(w).pull_back(&moment);
             for i in 0..3 {
                 const STEP: f64 = 1e-5;
                 let at = |step: f64| {

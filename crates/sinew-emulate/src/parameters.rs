@@ -35,7 +35,7 @@ pub(crate) fn extrapolation(body: &Body, theta: &[f64]) -> Vec<Warning> {
 
 /// θ by name, in the parameters' own units.
 pub(crate) fn in_words(body: &Body, theta: &[f64]) -> String {
-    let pair = |(p, value): (&Parameter, &f64)| format!("{} = {}", p.name, p.unit.said(*value));
+    let pair = |(p, value): (&Parameter, &f64)| format!("{} = {}", p.name, p.unit.format(*value));
     body.parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
 }
 
@@ -74,7 +74,7 @@ pub fn not_finite(body: &Body, theta: &[f64]) -> Error {
         outside(body, theta).max_by(|a, b| beyond(a.0, a.1).total_cmp(&beyond(b.0, b.1)));
     let reason = match farthest {
         Some((p, value)) => {
-            let [value, low, high] = [value, p.range[0], p.range[1]].map(|x| p.unit.said(x));
+            let [value, low, high] = [value, p.range[0], p.range[1]].map(|x| p.unit.format(x));
             let name = &p.name;
             format!(
                 "{name} = {value} is far outside its range from {low} to {high}: give a value that is nearer"
@@ -91,7 +91,7 @@ pub(crate) fn require_inside(body: &Body, thetas: &[Vec<f64>]) -> Result<()> {
     for (sample, theta) in thetas.iter().enumerate() {
         check_length(body, theta)?;
         if let Some((p, value)) = outside(body, theta).next() {
-            let [value, low, high] = [value, p.range[0], p.range[1]].map(|x| p.unit.said(x));
+            let [value, low, high] = [value, p.range[0], p.range[1]].map(|x| p.unit.format(x));
             return Err(Error::OutsideRange {
                 sample,
                 parameter: p.name.clone(),

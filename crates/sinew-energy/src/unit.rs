@@ -11,8 +11,8 @@ use std::fmt;
 ///
 /// let mmhg = Unit::sized("mmHg", 0.133322387415); // kPa
 /// let p = mmhg.in_scene(8.0);
-/// assert_eq!((mmhg.shown(p), mmhg.said(p).as_str()), (8.0, "8 mmHg"));
-/// assert_eq!(Unit::from("1").said(0.45), "0.45");
+/// assert_eq!((mmhg.shown(p), mmhg.format(p).as_str()), (8.0, "8 mmHg"));
+/// assert_eq!(Unit::from("1").format(0.45), "0.45");
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
@@ -69,7 +69,7 @@ impl Unit {
     }
 
     /// A value in the unit of the scene, for people: `8 mmHg`.
-    pub fn said(&self, value: f64) -> String {
+    pub fn format(&self, value: f64) -> String {
         let shown = self.shown(value);
         let plain = shown == 0.0 || !shown.is_finite() || (LEAST..MOST).contains(&shown.abs());
         let number = if plain { shown.to_string() } else { format!("{shown:e}") };
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(scene.shown(0.1 + 0.2), 0.1 + 0.2);
         assert_eq!(scene.head("a"), "a [kPa]");
         assert_eq!(
-            [1e120, -0.25, 2e-9].map(|x| scene.said(x)),
+            [1e120, -0.25, 2e-9].map(|x| scene.format(x)),
             ["1e120 kPa", "-0.25 kPa", "2e-9 kPa"]
         );
         assert!(mmhg.shown(f64::NAN).is_nan());

@@ -87,7 +87,7 @@ impl Surrogate {
     ///
     /// # Errors
     /// As [`Surrogate::new`].
-    pub fn carried_to(&self, data: &DataSet) -> Result<Self> {
+    pub fn transferred_to(&self, data: &DataSet) -> Result<Self> {
         let embedding = |geometry| self.emulator.embedding(self.known(geometry)?);
         let embeddings: Option<Vec<_>> = data.geometries.iter().map(embedding).collect();
         let emulator = self.emulator.clone().with_embeddings(embeddings.unwrap_or_default());

@@ -14,5 +14,5 @@ mod trainer;
 pub use concern::Concern;
 pub use config::{Budget, TrainingConfig};
 pub use progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
-pub use stream::{Lesson, StreamTrainer};
+pub use stream::{GeometryBatch, StreamTrainer};
 pub use trainer::Trainer;

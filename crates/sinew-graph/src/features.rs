@@ -118,11 +118,11 @@ mod tests {
     fn columns_side_by_side() {
         let clamped = FeatureMatrix::indicator(2, &[0, 0]).unwrap();
         let fibres = FeatureMatrix::from_rows(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
-        let both = clamped.beside(&fibres).unwrap();
+        let both = clamped.hstack(&fibres).unwrap();
         assert_eq!((both.rows, both.columns), (2, 4));
         assert_eq!(both.row(1), [0.0, 4.0, 5.0, 6.0]);
         let three = FeatureMatrix::indicator(3, &[]).unwrap();
-        assert!(matches!(clamped.beside(&three), Err(GraphError::RowCount { found: 3, .. })));
+        assert!(matches!(clamped.hstack(&three), Err(GraphError::RowCount { found: 3, .. })));
         let error = GraphError::NodeOutOfRange { node: 2, nodes: 2 };
         assert_eq!(FeatureMatrix::indicator(2, &[2]), Err(error));
     }

@@ -37,7 +37,7 @@ impl FeatureMatrix {
     ///
     /// # Errors
     /// When the rows differ in number, or values do not fill a table.
-    pub fn beside(&self, other: &Self) -> Result<Self, GraphError> {
+    pub fn hstack(&self, other: &Self) -> Result<Self, GraphError> {
         self.check("left columns", self.rows)?;
         other.check("right columns", self.rows)?;
         let columns = self.columns + other.columns;

@@ -29,7 +29,7 @@ pub const SELECTION_TOLERANCE: f64 = 1e-5;
 /// let end = beam.select("end", &Selection::plane([0.0; 3], [1.0, 0.0, 0.0]))?;
 /// assert_eq!((end.nodes, end.facets), (9, 8));
 /// let top = Selection::facing([0.0, 0.0, 1.0], 10.0);
-/// let half = beam.select("half", &top.and(Selection::beyond([2.0, 0.0, 0.0], [1.0, 0.0, 0.0])))?;
+/// let half = beam.select("half", &top.and(Selection::half_space([2.0, 0.0, 0.0], [1.0, 0.0, 0.0])))?;
 /// assert_eq!((half.facets, beam.facet_sets["half"].len()), (16, 16));
 ///
 /// // An empty selection is an error that says how near the nearest node comes.
@@ -43,7 +43,7 @@ pub struct Selection(pub(crate) Rule);
 #[derive(Clone, Debug)]
 pub(crate) enum Rule {
     Plane { point: [f64; 3], normal: [f64; 3], within: f64 },
-    Beyond { point: [f64; 3], direction: [f64; 3] },
+    HalfSpace { point: [f64; 3], direction: [f64; 3] },
     Box { least: [f64; 3], most: [f64; 3] },
     Sphere { centre: [f64; 3], radius: f64 },
     Facing { direction: [f64; 3], degrees: f64 },
@@ -97,8 +97,8 @@ impl Selection {
     }
 
     /// Points on the side of a plane that `direction`, its normal, points to, with the plane itself.
-    pub fn beyond(point: [f64; 3], direction: [f64; 3]) -> Self {
-        Self(Rule::Beyond { point, direction })
+    pub fn half_space(point: [f64; 3], direction: [f64; 3]) -> Self {
+        Self(Rule::HalfSpace { point, direction })
     }
 
     /// Points in a box along the axes, between its corners.

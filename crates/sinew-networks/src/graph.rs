@@ -36,6 +36,6 @@ pub(crate) fn geometry_at(
 /// Appends the Taylor coefficients of the outputs to the features of the nodes.
 pub(crate) fn add_features(geometry: &mut Geometry, motions: &Motions) -> Result<()> {
     let nodes = &mut geometry.features.nodes;
-    *nodes = nodes.beside(&motions.features())?;
+    *nodes = nodes.hstack(&motions.features())?;
     Ok(())
 }

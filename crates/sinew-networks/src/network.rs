@@ -137,7 +137,7 @@ impl Predictor for TrainedNetwork {
 }
 
 /// Training data of a network.
-pub(crate) struct Lesson<'a> {
+pub(crate) struct TrainingData<'a> {
     pub thetas: &'a [Vec<f64>],
     /// Simulated displacements at the parameters; `None` for training without any.
     pub fields: Option<&'a [Vec<f64>]>,
@@ -165,7 +165,7 @@ const RATE_OF_START: f64 = 0.5;
 /// Trains by `plan`; an interrupted run goes on from its last checkpoint.
 pub(crate) fn train(
     session: &mut Session<'_, '_>,
-    lesson: &Lesson<'_>,
+    training_data: &TrainingData<'_>,
     plan: &Plan<'_>,
     record: &mut Record,
 ) -> Result<TrainedNetwork> {
@@ -174,7 +174,7 @@ pub(crate) fn train(
     let mut geometry = timed(&mut prepare_s, || {
         graph::geometry(body, plan.coordinates.are_motions(), session.options.seed)
     })?;
-    let (training, validation) = (lesson.samples(), Vec::new());
+    let (training, validation) = (training_data.samples(), Vec::new());
     let mut data = DataSet { geometries: Vec::new(), training, validation };
     let (starts, anchors) = (session.options.start.is_some(), session.options.anchors);
     // Further anchors stand about a solved state.
@@ -182,17 +182,17 @@ pub(crate) fn train(
     let (coordinates, training) = stages(session, plan, solves);
     let (mut course, mut earlier) = (Course::new(session)?, None);
     let topology = geometry.topology.clone();
-    let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
+    let at_rest = || coordinates::at_rest(body, &topology, training_data.energy);
     let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
     let expanded = |session: &mut Session<'_, '_>, geometry: &mut Geometry, anchor: &[f64]| {
-        expanded(geometry, session, lesson, at_anchor(anchor)?)
+        expanded(geometry, session, training_data, at_anchor(anchor)?)
     };
     geometry.coordinates = match &coordinates {
         Coordinates::Components => Meaning::Components,
         Coordinates::Simulations => {
-            let fields = lesson.fields.unwrap_or_default();
+            let fields = training_data.fields.unwrap_or_default();
             Meaning::Principal(timed(&mut prepare_s, || {
-                coordinates::of_simulations(body, lesson.thetas, fields)
+                coordinates::of_simulations(body, training_data.thetas, fields)
             })?)
         }
         Coordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
@@ -207,13 +207,13 @@ pub(crate) fn train(
             timed(&mut prepare_s, || expanded(session, &mut geometry, &solved.displacement))?
         }
         Coordinates::MotionsOfSimulation => {
-            let anchor = coordinates::nearer(body, lesson.central_simulation(body))?;
+            let anchor = coordinates::nearer(body, training_data.central_simulation(body))?;
             timed(&mut prepare_s, || expanded(session, &mut geometry, &anchor))?
         }
         Coordinates::MotionsAfter(first) => {
             geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);
             data.geometries = vec![geometry.clone()];
-            let surrogate = course.stage(session, "anchor", &data, lesson, plan, first)?;
+            let surrogate = course.stage(session, "anchor", &data, training_data, plan, first)?;
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
             earlier = course.kept.map(|kept| (surrogate, kept));
             let anchor = coordinates::nearer(body, &anchor)?;
@@ -221,7 +221,7 @@ pub(crate) fn train(
         }
     };
     data.geometries = vec![geometry.clone()];
-    let last = course.stage(session, "train", &data, lesson, plan, &training)?;
+    let last = course.stage(session, "train", &data, training_data, plan, &training)?;
     let surrogate = course.better(earlier, last);
     (record.steps, record.train_s) = course.before;
     record.prepare_s += prepare_s;
@@ -234,12 +234,12 @@ pub(crate) fn train(
 fn expanded(
     geometry: &mut Geometry,
     session: &mut Session<'_, '_>,
-    lesson: &Lesson<'_>,
+    training_data: &TrainingData<'_>,
     motions: Motions,
 ) -> Result<Meaning> {
     /// Parameter sets that orders are tried at.
     const TRIED: usize = 32;
-    let tried = &lesson.thetas[..lesson.thetas.len().min(TRIED)];
+    let tried = &training_data.thetas[..training_data.thetas.len().min(TRIED)];
     let mut solver = Solver::new(session.body)?;
     let (motions, first) = expand(&mut solver, motions, tried)?;
     graph::add_features(geometry, &first)?;
@@ -270,7 +270,7 @@ fn stages(
     (coordinates, training)
 }
 
-impl<'a> Lesson<'a> {
+impl<'a> TrainingData<'a> {
     pub(crate) fn of(simulations: &'a Simulations, held_out: &'a TestSet<'a>) -> Self {
         let Simulations { thetas, fields, .. } = simulations;
         Self { thetas, fields: Some(fields), linear_response: &[], energy: 0.0, held_out }
@@ -310,7 +310,7 @@ fn trainer(
     session: &Session<'_, '_>,
     checkpoint: Option<&Path>,
     data: &DataSet,
-    lesson: &Lesson<'_>,
+    training_data: &TrainingData<'_>,
     plan: &Plan<'_>,
     config: &TrainingConfig,
 ) -> Result<Trainer> {
@@ -320,8 +320,8 @@ fn trainer(
         return Ok(Trainer::resume(folder, data.clone(), objective, &device)?);
     }
     let surrogate = match &session.options.start {
-        Some(folder) => learned(folder, backend(session)?)?.carried_to(data)?,
-        None => untrained(session, data, lesson, plan, config.seed)?,
+        Some(folder) => learned(folder, backend(session)?)?.transferred_to(data)?,
+        None => untrained(session, data, training_data, plan, config.seed)?,
     };
     let trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
     Ok(match checkpoint {
@@ -344,13 +344,13 @@ fn learned(run: &Path, backend: Backend) -> Result<Surrogate> {
 fn untrained(
     session: &Session<'_, '_>,
     data: &DataSet,
-    lesson: &Lesson<'_>,
+    training_data: &TrainingData<'_>,
     plan: &Plan<'_>,
     seed: u64,
 ) -> Result<Surrogate> {
     let device = backend(session)?.device()?;
     let sizes = plan.network.on(&data.geometries[0], session.body.parameters.len());
     let inputs = scaling(session.body)?;
-    let scales = Scales::over(&data.geometries, inputs, lesson.output_scale()?)?;
+    let scales = Scales::over(&data.geometries, inputs, training_data.output_scale()?)?;
     Ok(Surrogate::new(&sizes, data, scales, seed, &device)?)
 }

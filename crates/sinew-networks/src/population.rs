@@ -1,8 +1,8 @@
 //! One network for all bodies of a population, trained on a stream of bodies by energy or on simulations of each.
 
 mod emulator;
-mod lesson;
 mod settings;
+mod stream;
 mod template;
 
 pub use emulator::PopulationEmulator;
@@ -15,7 +15,8 @@ use sinew_coordinates::OutputScale;
 use sinew_emulate::Body;
 use sinew_emulate::parts::scaling;
 use sinew_gnn::{
-    Backend, Budget, DataSet, Geometry, Lesson, Scales, StreamTrainer, Surrogate, TrainingConfig,
+    Backend, Budget, DataSet, Geometry, GeometryBatch, Scales, StreamTrainer, Surrogate,
+    TrainingConfig,
 };
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -68,15 +69,15 @@ impl Population {
         let template = emulator.template.clone();
         let config = TrainingConfig { seed, ..self.training.clone() };
         let mut trainer = StreamTrainer::new(emulator.surrogate.clone(), config)?;
-        let lesson = |index: u64| -> Result<Result<Lesson>> {
+        let batch = |index: u64| -> Result<Result<GeometryBatch>> {
             let body = draw(index)?;
-            Ok(self.lesson(&body, &template, seed, index))
+            Ok(self.batch(&body, &template, seed, index))
         };
         std::thread::scope(|scope| {
             // Bodies are prepared in order on a separate thread. It ends when the receiver is dropped.
-            let (send, lessons) = sync_channel(2 * self.bodies.max(1));
+            let (send, batches) = sync_channel(2 * self.bodies.max(1));
             scope.spawn(move || {
-                let all = || (0..).try_for_each(|index| send.send(lesson(index)).ok());
+                let all = || (0..).try_for_each(|index| send.send(batch(index)).ok());
                 // A separate pool, so that preparation does not wait for training.
                 match ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
                     Ok(pool) => pool.install(all),
@@ -104,7 +105,7 @@ impl Population {
                     }
                     continue;
                 }
-                let (prepared, refused) = prepared(&lessons, self.bodies.max(1))?;
+                let (prepared, refused) = prepared(&batches, self.bodies.max(1))?;
                 left_out += refused;
                 losses.push(trainer.step(&prepared, share)?);
                 seconds += start.elapsed().as_secs_f64();
@@ -124,7 +125,7 @@ impl Population {
         }
         let body = &bodies[0];
         let sizes = self.network.on(&geometries[0], body.parameters.len());
-        let output = OutputScale::root_mean_square(3, geometries.iter().map(lesson::origin))?;
+        let output = OutputScale::root_mean_square(3, geometries.iter().map(stream::origin))?;
         let scales = Scales::over(&geometries, scaling(body)?, output)?;
         let data = DataSet {
             geometries: vec![geometries[0].clone()],
@@ -139,16 +140,16 @@ impl Population {
 
 /// Lessons of a step, and how many bodies before them could not be prepared.
 fn prepared(
-    lessons: &Receiver<Result<Result<Lesson>>>,
+    batches: &Receiver<Result<Result<GeometryBatch>>>,
     count: usize,
-) -> Result<(Vec<Lesson>, usize)> {
+) -> Result<(Vec<GeometryBatch>, usize)> {
     /// Bodies in a row that may fail before all of them count as wrong.
     const MOST_REFUSED: usize = 20;
     let (mut prepared, mut refused, mut in_a_row) = (Vec::with_capacity(count), 0, 0);
-    for lesson in lessons {
-        match lesson? {
-            Ok(lesson) => {
-                prepared.push(lesson);
+    for batch in batches {
+        match batch? {
+            Ok(batch) => {
+                prepared.push(batch);
                 in_a_row = 0;
             }
             Err(error) if in_a_row == MOST_REFUSED => return Err(error),

@@ -53,6 +53,6 @@ pub use report::{Block, Report, SCHEMA, Section};
 pub use surface::{SurfaceCase, Surfaces};
 pub use table::{Cell, Column, Row, Table, Value, Verdict};
 pub use viewer::{
-    Model, Packed, PackedRows, Quantity, Rows, Slider, Source, Strokes, Viewer, ViewerCase,
+    LineSegments, Model, Packed, PackedRows, Quantity, Rows, Slider, Source, Viewer, ViewerCase,
     ViewerCavity, ViewerEmulator,
 };

@@ -41,7 +41,7 @@ pub struct Viewer {
     /// Triangles over the nodes, `u32`, counterclockwise seen from outside.
     pub triangles: Packed,
     /// Fibres.
-    pub strokes: Option<Strokes>,
+    pub strokes: Option<LineSegments>,
     /// Quantities that the surface may be coloured by.
     pub quantities: Vec<Quantity>,
     /// Emulator that moves the surface.
@@ -56,7 +56,7 @@ pub struct Viewer {
 
 /// Short lines that lie in triangles and move with them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Strokes {
+pub struct LineSegments {
     /// Triangle of each, `u32`.
     pub triangles: Packed,
     /// Half of each along the first and the last side from the triangle's first corner \[sides\], `f32`, two for each.

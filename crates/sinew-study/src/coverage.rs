@@ -211,7 +211,7 @@ fn unseen(options: &Options, shapes: Shapes) -> Result<Vec<Outcome>> {
             let fields = found.into_iter().map(|descent| descent.displacement).collect();
             judge(&format!("frozen stiffness, {steps} steps"), fields)?;
         }
-        if let Ok(met) = network.meet(&body) {
+        if let Ok(met) = network.on(&body) {
             judge("population", met.predict(&theta)?.fields())?;
             judge("population, 4 quasi-Newton steps", met.refine(&theta, REFINED)?.fields())?;
         }

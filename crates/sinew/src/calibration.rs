@@ -140,7 +140,7 @@ pub fn volumes_in_words(prepared: &Prepared, posterior: &Posterior) -> Vec<Strin
     let unmeasured = prepared.reported.iter().filter(|seen| {
         posterior.problem.data.iter().all(|datum| datum.observable != seen.observable)
     });
-    let line = |seen: &crate::patient::Seen| {
+    let line = |seen: &crate::patient::Reported| {
         let draws = posterior.observable(seen.observable).concat();
         let [low, middle, high] =
             [0.025, 0.5, 0.975].map(|share| digits(quantile(&draws, share) / seen.size, 4));

@@ -28,11 +28,11 @@ pub use loads::{FoundationLoad, Load, Pressure, Rim};
 pub use lowered::Lowered;
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
 pub use parameters::Range;
-pub use sanity::hardly_moves;
+pub use sanity::negligible_displacement;
 pub use select::{
     Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,
 };
-pub use supports::{Support, Turn};
+pub use supports::{Rotation, Support};
 pub use training::{RecipeName, Training};
 pub use units::stress_in_kpa;
 pub(crate) use units::{number_and_unit, stress};

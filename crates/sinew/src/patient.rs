@@ -9,7 +9,7 @@ mod synthesise;
 mod tables;
 mod units;
 
-pub use prepared::{Prepared, Seen};
+pub use prepared::{Prepared, Reported};
 
 use crate::case::{Case, CaseError};
 use std::path::{Path, PathBuf};

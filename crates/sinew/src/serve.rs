@@ -50,7 +50,7 @@ pub struct Service<'b> {
 
 /// Answer to a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Reply {
+pub struct Response {
     /// Status of HTTP: 200, 400 for what the client has to change, 404, or 500 where there is no result.
     pub status: u16,
     /// Media type: JSON, but for the page.
@@ -145,12 +145,12 @@ impl<'b> Service<'b> {
     }
 
     /// Answer to a request; never a panic, whatever it holds.
-    pub fn answer(&self, method: &str, path: &str, text: &str) -> Reply {
+    pub fn answer(&self, method: &str, path: &str, text: &str) -> Response {
         let page = self.page.as_ref().zip(self.emulator.as_ref());
         if let ("GET", "/", Some((page, emulator))) = (method, path, page) {
             return match page.html(emulator) {
-                Ok(text) => Reply { status: 200, kind: "text/html; charset=utf-8", text },
-                Err(text) => Reply { status: 500, kind: "text/plain; charset=utf-8", text },
+                Ok(text) => Response { status: 200, kind: "text/html; charset=utf-8", text },
+                Err(text) => Response { status: 500, kind: "text/plain; charset=utf-8", text },
             };
         }
         let found = match (method, path.trim_end_matches('/')) {
@@ -168,7 +168,7 @@ impl<'b> Service<'b> {
                 (status, json!({ "error": { "type": kind, "message": message } }))
             }
         };
-        Reply { status, kind: "application/json", text: value.to_string() }
+        Response { status, kind: "application/json", text: value.to_string() }
     }
 
     fn posted(&self, path: &str, text: &str) -> Result<Value, Fault> {

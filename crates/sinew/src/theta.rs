@@ -130,7 +130,7 @@ pub fn parse_way(text: &str, parameters: &[Parameter]) -> Result<(usize, [f64; 2
     let ends = [read(start)?, read(end)?];
     match ends[0] == ends[1] {
         true => {
-            Err(error(format!("both ends are {}; give two values", parameter.unit.said(ends[0]))))
+            Err(error(format!("both ends are {}; give two values", parameter.unit.format(ends[0]))))
         }
         false => Ok((index, ends)),
     }
@@ -213,7 +213,7 @@ pub fn admissible(body: &Body, theta: &[f64]) -> Result<(), String> {
         let bounds = if index < of_law { body.material.bounds(index) } else { f64::MIN..=f64::MAX };
         if !bounds.contains(&value) {
             let required = required(parameter, &body.units, &bounds, value);
-            let (name, value) = (&parameter.name, parameter.unit.said(value));
+            let (name, value) = (&parameter.name, parameter.unit.format(value));
             return Err(format!("{name} = {value} makes no sense; it must be {required}"));
         }
     }

@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_calibrate::{
     CalibrateError, CalibrateOptions, Datum, Forward, ForwardError, Identified, Kind, Observed,
-    Posterior, Prior, Problem, Solves, Unknown, calibrate, look_ahead,
+    Posterior, Prior, Problem, Solves, Unknown, calibrate, check_identifiability,
 };
 use sinew_sample::{quantile, standard_normals};
 use std::sync::Arc;
@@ -359,7 +359,7 @@ fn a_flag_ends_a_calibration() {
 fn what_data_identify_is_said_before_anything_is_sampled() {
     let problem = Problem::new(unknowns(), data(3, 1.0), Vec::new()).unwrap();
     let mut solves = Solves::new(&Sphere, Box::new(|_, _, _| ()));
-    let (mode, seen) = look_ahead(&problem, &mut solves).unwrap();
+    let (mode, seen) = check_identifiability(&problem, &mut solves).unwrap();
     assert!(solves.count() < 20, "{}", solves.count());
     let posterior = run(data(3, 1.0));
     // Two numbers that are the same for a normal posterior.

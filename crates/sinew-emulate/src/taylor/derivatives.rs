@@ -34,8 +34,8 @@ pub fn expand(
             let both = motions.clone().with_expansion(&changes, body)?;
             let count = body.parameters.len();
             // A body that no load moves has no amplitude.
-            let in_proportion = motions.in_proportion(&changes, count, body).ok();
-            return Ok((damped(&[Some(both), in_proportion], body, thetas)?, first));
+            let with_amplitude = motions.with_amplitude(&changes, count, body).ok();
+            return Ok((damped(&[Some(both), with_amplitude], body, thetas)?, first));
         }
     }
     Ok((damped(&[Some(first.clone())], body, thetas)?, first))

@@ -1,7 +1,7 @@
 //! Arc-length steps near a limit point of a rising load, to see whether the load falls beyond it.
 
 use crate::linear::vector::norm;
-use crate::solve::outlook::Turn;
+use crate::solve::outlook::LimitPoint;
 use crate::solve::path::{Along, Path, Point};
 use crate::solve::search::Equilibrium;
 use crate::solve::watch::Log;
@@ -28,7 +28,7 @@ impl Path<'_, '_> {
         };
         let scale = apart(before, last) / (last.place - before.place);
         if !(scale > 0.0 && scale.is_finite()) {
-            self.outlook.turn = Turn::Unclear;
+            self.outlook.turn = LimitPoint::Unclear;
             return false;
         }
         let mut length = 0.0;
@@ -46,10 +46,10 @@ impl Path<'_, '_> {
         self.along = Along::Place;
         self.options.iterations_per_load = per_load;
         self.points.iter_mut().for_each(|point| point.at = point.place);
-        self.reached().place > start && self.outlook.turn == Turn::Unknown
+        self.reached().place > start && self.outlook.turn == LimitPoint::Unknown
     }
 
-    fn turn(&mut self, mut step: f64, scale: f64, history: &mut Log<'_>) -> Turn {
+    fn turn(&mut self, mut step: f64, scale: f64, history: &mut Log<'_>) -> LimitPoint {
         for _ in 0..MOST {
             let last = self.reached().clone();
             let guess = self.extrapolated(last.at + step);
@@ -61,16 +61,16 @@ impl Path<'_, '_> {
             };
             if found.place <= last.place {
                 let unstable = found.negative_pivots > 0 || !self.system.has_potential();
-                return if unstable { Turn::At(last.place) } else { Turn::Unclear };
+                return if unstable { LimitPoint::At(last.place) } else { LimitPoint::Unclear };
             }
             self.push(last.at + self.length_to(&last, &found, scale), &found);
             self.outlook.reach(found.place, &found);
             if self.outlook.refused.is_none() {
-                return Turn::Unknown;
+                return LimitPoint::Unknown;
             }
             step *= CHANGES[1];
         }
-        Turn::Unclear
+        LimitPoint::Unclear
     }
 
     fn length_to(&self, last: &Point, found: &Equilibrium, scale: f64) -> f64 {

@@ -17,14 +17,14 @@ pub(crate) struct Outlook {
     points: Vec<(f64, Vec<f64>)>,
     pub refused: Option<f64>,
     /// States found by arc-length continuation.
-    pub turn: Turn,
+    pub turn: LimitPoint,
     /// Whether the body has snapped from one branch to another on the way.
     pub jumped: bool,
 }
 
 /// Limit point of a curve of equilibria, from which it turns back to smaller loads.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Turn {
+pub(crate) enum LimitPoint {
     /// Not looked at.
     Unknown,
     /// Looked at without an answer.
@@ -38,7 +38,7 @@ impl Outlook {
         Self {
             points: vec![(0.0, rest.to_vec())],
             refused: None,
-            turn: Turn::Unknown,
+            turn: LimitPoint::Unknown,
             jumped: false,
         }
     }
@@ -47,7 +47,7 @@ impl Outlook {
         if found.jumped {
             // The limit point of the branch left behind no longer counts.
             self.points.clear();
-            (self.jumped, self.turn) = (true, Turn::Unknown);
+            (self.jumped, self.turn) = (true, LimitPoint::Unknown);
         }
         self.add(place, &found.unknowns.displacement);
     }
@@ -56,11 +56,11 @@ impl Outlook {
         self.points.push((place, displacement.to_vec()));
         self.points.drain(..self.points.len().saturating_sub(POINTS));
         if self.refused.is_some_and(|refused| refused <= place) {
-            (self.refused, self.turn) = (None, Turn::Unknown);
+            (self.refused, self.turn) = (None, LimitPoint::Unknown);
         }
         // An equilibrium beyond the limit point is of another branch, or the limit lies farther on.
-        if matches!(self.turn, Turn::At(limit) if place > limit) {
-            self.turn = Turn::Unknown;
+        if matches!(self.turn, LimitPoint::At(limit) if place > limit) {
+            self.turn = LimitPoint::Unknown;
         }
     }
 
@@ -87,14 +87,15 @@ impl Outlook {
         let (Some(_), Some((reached, _))) = (self.refused, self.points.last()) else {
             return false;
         };
-        self.turn == Turn::Unknown && self.limit().is_some_and(|limit| *reached >= NEAR * limit)
+        self.turn == LimitPoint::Unknown
+            && self.limit().is_some_and(|limit| *reached >= NEAR * limit)
     }
 
     /// Place of the next equilibrium on the way to `goal`, in place of `target` after a failure.
     pub(crate) fn target(&self, target: f64, goal: f64) -> f64 {
         match (self.turn, self.refused, self.points.last(), self.limit()) {
-            (Turn::At(limit), ..) => goal.min(BEYOND * limit),
-            (Turn::Unknown, Some(_), Some((reached, _)), Some(limit)) if limit > *reached => {
+            (LimitPoint::At(limit), ..) => goal.min(BEYOND * limit),
+            (LimitPoint::Unknown, Some(_), Some((reached, _)), Some(limit)) if limit > *reached => {
                 target.min(reached + ONWARD * (limit - reached))
             }
             _ => target,
@@ -104,8 +105,8 @@ impl Outlook {
     /// The limit point, if it was passed by arc length.
     pub(crate) fn ends(&self) -> Option<f64> {
         match self.turn {
-            Turn::At(limit) => Some(limit),
-            Turn::Unknown | Turn::Unclear => None,
+            LimitPoint::At(limit) => Some(limit),
+            LimitPoint::Unknown | LimitPoint::Unclear => None,
         }
     }
 }
@@ -117,7 +118,7 @@ mod tests {
     /// Displacements of two nodes whose place is `1 − (1 − q)²` along a straight way, with its top at 1.
     fn outlook(places: [f64; 3]) -> Outlook {
         let mut outlook =
-            Outlook { points: Vec::new(), refused: None, turn: Turn::Unknown, jumped: false };
+            Outlook { points: Vec::new(), refused: None, turn: LimitPoint::Unknown, jumped: false };
         for place in places {
             let way = 1.0 - f64::sqrt(1.0 - place);
             outlook.add(place, &[3.0 * way, -4.0 * way, 0.0]);
@@ -142,7 +143,7 @@ mod tests {
         let mut near = outlook([0.3, 0.7, 0.95]);
         near.refuse(2.0);
         assert!(near.is_near() && near.ends().is_none());
-        near.turn = Turn::At(1.0);
+        near.turn = LimitPoint::At(1.0);
         assert!((near.target(0.99, 2.0) - 1.05).abs() < 1e-12 && near.ends() == Some(1.0));
         near.add(2.5, &[5.0, -6.0, 0.0]);
         assert!(near.ends().is_none() && near.refused.is_none());

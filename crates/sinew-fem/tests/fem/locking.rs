@@ -169,7 +169,7 @@ fn what_a_ventricle_loses_is_foreseen() {
         ("stiff ventricle", [0.26, 4.2, 5.18, 4.46, 0.53]),
     ] {
         let found = difference(&bodies[0], &bodies[1], &theta);
-        assert_foreseen(what, expected(&bodies[0], &theta), found.lost());
+        assert_foreseen(what, expected(&bodies[0], &theta), found.displacement_loss());
         // The cavity of the linear ones stays smaller.
         let (name, [own, better]) = &found.cavities[0];
         assert!(name == "endo" && own < better && found.largest > found.mean, "{found}");
@@ -189,7 +189,7 @@ fn what_a_compressible_ventricle_loses_is_foreseen() {
         let theta = [20.0, nu, 1.0];
         let found = difference(&bodies[0], &bodies[1], &theta);
         let what = format!("neo-Hookean ventricle, nu = {nu}");
-        assert_foreseen(&what, expected(&bodies[0], &theta), found.lost());
+        assert_foreseen(&what, expected(&bodies[0], &theta), found.displacement_loss());
     }
 }
 
@@ -223,7 +223,7 @@ fn other_meshes_of_the_same_body_are_compared_at_its_nodes() {
     let (finer, same) = tilted(box_hexahedra(size, [12, 4, 4]));
     let found = compare_formulations(&body, &field, &finer, &same).unwrap();
     // Linear fields are interpolated exactly but for rounding.
-    assert!(found.largest < 1e-12 && found.lost().abs() < 1e-12, "{found}");
+    assert!(found.largest < 1e-12 && found.displacement_loss().abs() < 1e-12, "{found}");
     let error = compare_formulations(&body, &field[1..], &finer, &same).unwrap_err();
     assert!(error.to_string().contains("three per node"), "{error}");
 }

@@ -59,13 +59,13 @@ impl MinimumPotential {
     ///
     /// # Errors
     /// A limit that is not positive.
-    pub fn forgiving(self, limit: f64) -> Result<Self> {
+    pub fn logarithmic_above(self, limit: f64) -> Result<Self> {
         require_positive("the limit of an energy", limit)?;
         Ok(Self { limit: Some(limit), ..self })
     }
 
     /// Takes the energy of each sample as `(Π − reference) / unit`, with `[reference, unit]` in the order of the samples of
-    /// a batch, which holds all samples of a [`crate::Lesson`]. If the unit is the energy that can still be gained at a
+    /// a batch, which holds all samples of a [`crate::GeometryBatch`]. If the unit is the energy that can still be gained at a
     /// sample, samples near equilibrium count as much as those far from it.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ use crate::optimiser::Optimiser;
 use crate::surrogate::Surrogate;
 
 /// One geometry of a stream, with the samples and the objective of one step.
-pub struct Lesson {
+pub struct GeometryBatch {
     /// The geometry.
     pub geometry: Geometry,
     /// Parameter sets on it, all with the geometry's index zero.
@@ -23,7 +23,7 @@ pub struct Lesson {
 
 /// Trains a [`Surrogate`] on a stream of geometries, for unseen shapes.
 ///
-/// A step takes as many lessons as it is given, and forgets them. Message passing is trained to the end.
+/// A step takes as many batches as it is given, and forgets them. Message passing is trained to the end.
 pub struct StreamTrainer {
     surrogate: Surrogate,
     emulator: Emulator,
@@ -48,22 +48,22 @@ impl StreamTrainer {
         Ok(Self { surrogate, emulator, optimiser: Optimiser::default(), config, steps: 0, lost: 0 })
     }
 
-    /// One update of the weights by the mean loss of some lessons, which is returned. `share` is the part of the budget
+    /// One update of the weights by the mean loss of some batches, which is returned. `share` is the part of the budget
     /// that is spent, for the schedule of the learning rate.
     ///
-    /// The energy of a body in the stream may overflow. A lesson whose loss is not finite is left out. If the gradient is
+    /// The energy of a body in the stream may overflow. A batch whose loss is not finite is left out. If the gradient is
     /// not finite, the weights do not change.
     ///
     /// # Errors
-    /// A lesson whose parts do not fit each other, [`Error::Diverged`] after ten steps in a row that taught nothing.
-    pub fn step(&mut self, lessons: &[Lesson], share: f64) -> Result<f64> {
-        sinew_burn::on_ready_threads(|| self.step_in_pool(lessons, share))
+    /// A batch whose parts do not fit each other, [`Error::Diverged`] after ten steps in a row that taught nothing.
+    pub fn step(&mut self, batches: &[GeometryBatch], share: f64) -> Result<f64> {
+        sinew_burn::on_ready_threads(|| self.step_in_pool(batches, share))
     }
 
-    fn step_in_pool(&mut self, lessons: &[Lesson], share: f64) -> Result<f64> {
-        let mut losses = Vec::with_capacity(lessons.len());
-        for lesson in lessons {
-            let loss = self.loss(lesson)?;
+    fn step_in_pool(&mut self, batches: &[GeometryBatch], share: f64) -> Result<f64> {
+        let mut losses = Vec::with_capacity(batches.len());
+        for batch in batches {
+            let loss = self.loss(batch)?;
             let value: f64 = loss.clone().into_scalar::<f32>().into();
             losses.push((loss, value));
         }
@@ -90,7 +90,7 @@ impl StreamTrainer {
             }
             gradient_norm = norm;
         } else if given == 0 {
-            return Err(Error::NothingToTrain("a step of a stream needs a lesson"));
+            return Err(Error::NothingToTrain("a step of a stream needs a batch"));
         }
         self.lost += 1;
         if self.lost < MOST_LOST {
@@ -99,15 +99,15 @@ impl StreamTrainer {
         Err(Error::Diverged { step: self.steps, loss: f64::NAN, gradient_norm, learning_rate })
     }
 
-    fn loss(&self, lesson: &Lesson) -> Result<Tensor<1>> {
-        let Lesson { geometry, samples, objective } = lesson;
+    fn loss(&self, batch: &GeometryBatch) -> Result<Tensor<1>> {
+        let GeometryBatch { geometry, samples, objective } = batch;
         let data = DataSet {
             geometries: vec![geometry.clone()],
             training: samples.clone(),
             validation: Vec::new(),
         };
         if samples.is_empty() {
-            return Err(Error::NothingToTrain("a lesson without parameter sets"));
+            return Err(Error::NothingToTrain("a batch without parameter sets"));
         }
         objective.check(&data)?;
         let tensors = self.surrogate.prepare(geometry)?.lifted();

@@ -335,7 +335,7 @@ fn bodies_of_different_graphs_train_together_and_a_network_goes_on_to_others() {
         let fixed = trainer.surrogate().fixed_geometry(&data.geometries[0]).unwrap();
         energy_left(&finer, &fixed)
     };
-    let carried = left_after(surrogate.carried_to(&data).unwrap());
+    let carried = left_after(surrogate.transferred_to(&data).unwrap());
     let fresh = left_after(finer.surrogate(&data, device));
     println!("a finer mesh after sixty steps: {carried:.3} and {fresh:.3} of the energy is left");
     assert!(carried < 0.5 * fresh, "{carried} {fresh}");
@@ -413,7 +413,7 @@ fn the_expansion_holds_over_decades_of_stiffness_in_proportion_to_an_amplitude()
     let part = |part: f64| -> Vec<f64> { origin.iter().map(|u| part * u).collect() };
     let changes = [part(-1.0), part(0.0), part(0.5), part(0.0), part(0.0)];
     let plain = about.clone().with_expansion(&changes, &beam.body).unwrap();
-    let expansion = about.clone().in_proportion(&changes, 2, &beam.body).unwrap();
+    let expansion = about.clone().with_amplitude(&changes, 2, &beam.body).unwrap();
     let at = |motions: &Motions, t: f64| motions.expansion_at(&[t, 0.3], &beam.body).unwrap();
     // No polynomial falls to a fourteenth; the amplitude saturates far beyond.
     for t in [-1.5f64, 0.7, 1.5] {
@@ -432,7 +432,7 @@ fn the_expansion_holds_over_decades_of_stiffness_in_proportion_to_an_amplitude()
     };
     let changes: Vec<Vec<f64>> = (0..5).map(|_| origin.iter().map(&mut change).collect()).collect();
     let plain = about.clone().with_expansion(&changes, &beam.body).unwrap();
-    let expansion = about.clone().in_proportion(&changes, 2, &beam.body).unwrap();
+    let expansion = about.clone().with_amplitude(&changes, 2, &beam.body).unwrap();
     let at = |motions: &Motions, h: f64| motions.expansion_at(&[h, -0.7 * h], &beam.body).unwrap();
     let [far, near] = [0.2, 0.1].map(|h| relative_difference(&at(&plain, h), &at(&expansion, h)));
     assert!((6.5..9.5).contains(&(far / near)) && near > 1e-6, "{far:e} {near:e}");
@@ -441,9 +441,9 @@ fn the_expansion_holds_over_decades_of_stiffness_in_proportion_to_an_amplitude()
     assert!(relative_difference(&at(&expansion, 0.9), &at(&other, 0.9)) < 1e-12);
     let text = serde_json::to_string(&expansion).unwrap();
     assert_eq!(serde_json::from_str::<Motions>(&text).unwrap(), expansion);
-    assert!(about.clone().in_proportion(&changes[..2], 2, &beam.body).is_err());
+    assert!(about.clone().with_amplitude(&changes[..2], 2, &beam.body).is_err());
     let rest = Motions::about(&part(0.0), &beam.topology, &beam.body, &beam.theta).unwrap();
-    assert!(rest.in_proportion(&changes, 2, &beam.body).is_err());
+    assert!(rest.with_amplitude(&changes, 2, &beam.body).is_err());
 
     // A network that adds nothing predicts that, with its derivatives.
     let mut data = beam.data();

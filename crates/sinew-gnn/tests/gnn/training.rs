@@ -206,10 +206,10 @@ fn embeddings_leave_message_passing_and_are_trained_themselves() {
     };
     let unseen = finished.predict_unseen(&data.geometries[1], &theta).unwrap().displacement;
     assert_ne!(predict(&finished), unseen);
-    assert_eq!(predict(&finished.carried_to(&data).unwrap()), predict(&finished));
+    assert_eq!(predict(&finished.transferred_to(&data).unwrap()), predict(&finished));
     let mut moved = data.clone();
     moved.geometries[0].features.edges.values[0] += 1e-3;
-    assert_eq!(predict(&finished.carried_to(&moved).unwrap()), unseen);
+    assert_eq!(predict(&finished.transferred_to(&moved).unwrap()), unseen);
     let folder = tempfile::tempdir().unwrap();
     finished.save(folder.path()).unwrap();
     let loaded = Surrogate::load(folder.path(), device).unwrap();

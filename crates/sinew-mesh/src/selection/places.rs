@@ -116,7 +116,7 @@ impl<'m, const N: usize> Places<'m, N> {
                 let within = distance("the distance from the plane", *within)?;
                 each(&|x| (x - at).dot(&normal).abs() - within)
             }
-            Rule::Beyond { point, direction } => {
+            Rule::HalfSpace { point, direction } => {
                 let (at, normal) = (finite(point)?, unit(direction)?);
                 each(&|x| (at - x).dot(&normal))
             }
@@ -219,7 +219,7 @@ impl Selection {
     fn what(&self) -> &'static str {
         match &self.0 {
             Rule::Plane { .. } => "the plane",
-            Rule::Beyond { .. } => "the side of the plane",
+            Rule::HalfSpace { .. } => "the side of the plane",
             Rule::Box { .. } => "the box",
             Rule::Sphere { .. } => "the sphere",
             Rule::Facing { .. } => "the direction",

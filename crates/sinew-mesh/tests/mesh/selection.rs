@@ -20,7 +20,7 @@ fn each_condition_finds_the_side_of_a_box() {
     fn check<const N: usize>(mut mesh: Mesh<N>) {
         assert_is(&mut mesh, &Selection::plane([2.0, 9.0, 9.0], [5.0, 0.0, 0.0]), "x_max");
         assert_is(&mut mesh, &Selection::near_plane([2.2, 0.0, 0.0], X, 0.3), "x_max");
-        assert_is(&mut mesh, &Selection::beyond([1.9, 0.0, 0.0], X), "x_max");
+        assert_is(&mut mesh, &Selection::half_space([1.9, 0.0, 0.0], X), "x_max");
         assert_is(&mut mesh, &Selection::cuboid([1.9, -1.0, -1.0], [2.0, 1.0, 1.0]), "x_max");
         assert_is(&mut mesh, &Selection::facing(X, 1.0), "x_max");
         assert_is(&mut mesh, &Selection::set("x_max"), "x_max");
@@ -82,7 +82,7 @@ fn combinations_and_the_nearest_node() {
     assert_eq!(mesh.points[mesh.node_sets["one"][0]], [2.0, 1.0, 1.0]);
     // Two nodes as near.
     assert_eq!(mesh.select("two", &Selection::nearest([0.25, 0.0, 0.0])).unwrap().nodes, 2);
-    let three = edge.and(Selection::beyond([0.0, 0.9, 0.0], [0.0, 1.0, 0.0]));
+    let three = edge.and(Selection::half_space([0.0, 0.9, 0.0], [0.0, 1.0, 0.0]));
     assert_eq!(mesh.select("corner", &three).unwrap().nodes, 1);
     // Sides, but for the top: facets by their normal keep nodes inside the body out.
     let round = Selection::facing(Z, 45.0)

@@ -1,6 +1,6 @@
 //! The course of a training over its stages: the curve on the held-out cases, and the weights that are kept.
 
-use super::{Lesson, Plan, trainer};
+use super::{Plan, TrainingData, trainer};
 use crate::{Error, Result};
 use sinew_emulate::parts::Session;
 use sinew_emulate::store::{read_json, write_json};
@@ -36,18 +36,19 @@ impl Course {
         session: &mut Session<'_, '_>,
         name: &str,
         data: &DataSet,
-        lesson: &Lesson<'_>,
+        training_data: &TrainingData<'_>,
         plan: &Plan<'_>,
         config: &TrainingConfig,
     ) -> Result<Surrogate> {
         let stage = format!("train {} ({name})", plan.recipe);
         let checkpoint = session.folder(name);
-        let mut trainer = trainer(session, checkpoint.as_deref(), data, lesson, plan, config)?;
+        let mut trainer =
+            trainer(session, checkpoint.as_deref(), data, training_data, plan, config)?;
         let mut watch = Watch {
             course: self,
             observer: &mut *session.observer,
             stage: &stage,
-            lesson,
+            training_data,
             geometry: &data.geometries[0],
             failure: None,
             warned: false,
@@ -103,7 +104,7 @@ struct Watch<'a> {
     course: &'a mut Course,
     observer: &'a mut dyn Observer,
     stage: &'a str,
-    lesson: &'a Lesson<'a>,
+    training_data: &'a TrainingData<'a>,
     geometry: &'a Geometry,
     failure: Option<Error>,
     /// Whether a concern of this stage was said before its end.
@@ -124,7 +125,7 @@ impl Watch<'_> {
             error: None,
             inverted: 0,
         };
-        let held_out = self.lesson.held_out;
+        let held_out = self.training_data.held_out;
         let found = match surrogate.predict(self.geometry, &held_out.thetas) {
             Ok(prediction) => {
                 let fields = 0..held_out.thetas.len();

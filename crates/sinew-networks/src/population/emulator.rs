@@ -24,7 +24,7 @@ impl PopulationEmulator {
     ///
     /// # Errors
     /// Other names, order, ranges, units or scales of the parameters than the population's, or a body that cannot be prepared.
-    pub fn meet<'b>(&self, body: &'b Body) -> Result<Emulator<'b>> {
+    pub fn on<'b>(&self, body: &'b Body) -> Result<Emulator<'b>> {
         let start = Instant::now();
         let (geometry, ..) = self.recipe.geometry(body, &self.template, self.seed)?;
         let network = TrainedNetwork::new(self.surrogate.clone(), geometry)?;
@@ -38,14 +38,14 @@ impl PopulationEmulator {
     /// parameters' ranges, after `newton_steps` there. The Taylor expansion of second order about it uses a frozen stiffness.
     ///
     /// # Errors
-    /// As [`PopulationEmulator::meet`] and [`Emulator::predict`].
-    pub fn carried(
+    /// As [`PopulationEmulator::on`] and [`Emulator::predict`].
+    pub fn expansion_on(
         &self,
         body: &Body,
         thetas: &[Vec<f64>],
         newton_steps: usize,
     ) -> Result<Vec<Vec<f64>>> {
-        let emulator = self.meet(body)?;
+        let emulator = self.on(body)?;
         thetas.iter().try_for_each(|theta| check_length(body, theta))?;
         let centre = body.centre();
         let state = emulator.predict(std::slice::from_ref(&centre))?.displacement;

@@ -80,7 +80,7 @@ pub enum Loss {
 ///     .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
 ///     .support(Support::clamped("x_min"))
 ///     .lower()?;
-/// let answer = emulator.meet(&body)?.correct(&[60.0, 90.0], 2)?;
+/// let answer = emulator.on(&body)?.correct(&[60.0, 90.0], 2)?;
 /// assert_eq!(answer.displacement.len(), 3 * body.nodes);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

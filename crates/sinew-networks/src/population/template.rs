@@ -75,7 +75,7 @@ fn require_axes(parameters: &[Axis], body: &Body) -> Result<()> {
 
 impl Solved {
     /// Displacement of this body interpolated to the nodes of another, both scaled to the same bounding box \[length\].
-    pub(super) fn carried_to(&self, body: &Body) -> Vec<f64> {
+    pub(super) fn interpolated_to(&self, body: &Body) -> Vec<f64> {
         /// Nodes that a state is averaged over, by the inverse squares of their squared distances.
         const NEAREST: usize = 4;
         let ([from, own], [to, size]) = (bounds(&self.positions), bounds(&body.positions));

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::coordinates::Coordinates;
-use crate::network::{Lesson, Network, Plan, TrainedNetwork, train};
+use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::parts::Session;
 use sinew_emulate::{Body, Record, TestSet};
@@ -54,8 +54,8 @@ impl DataDriven {
         record: &mut Record,
     ) -> Result<TrainedNetwork> {
         let simulations = session.training(self.simulations)?;
-        let lesson = Lesson::of(&simulations, held_out);
-        let (body, length) = (session.body, lesson.output_scale()?.length());
+        let training_data = TrainingData::of(&simulations, held_out);
+        let (body, length) = (session.body, training_data.output_scale()?.length());
         let plan = Plan {
             recipe: "dd",
             network: self.network,
@@ -63,7 +63,7 @@ impl DataDriven {
             training: &self.training,
             objective: &|_: &DataSet| self.objective(body, length),
         };
-        train(session, &lesson, &plan, record)
+        train(session, &training_data, &plan, record)
     }
 
     fn objective(&self, body: &Body, length: f64) -> Result<Box<dyn Objective>> {

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::coordinates::Coordinates;
-use crate::network::{Lesson, Network, Plan, TrainedNetwork, train};
+use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::parts::{Session, admissible};
 use sinew_emulate::{Record, TestSet};
@@ -48,9 +48,9 @@ impl Hybrid {
         record: &mut Record,
     ) -> Result<TrainedNetwork> {
         let simulations = session.training(self.simulations)?;
-        let lesson = Lesson::of(&simulations, held_out);
+        let training_data = TrainingData::of(&simulations, held_out);
         let body = session.body;
-        let central = admissible(body, lesson.central_simulation(body));
+        let central = admissible(body, training_data.central_simulation(body));
         let stiffness = body
             .stiffness(&central, &body.centre())
             .ok_or(sinew_coordinates::CoordinateError::NoStiffness)?;
@@ -64,6 +64,6 @@ impl Hybrid {
             training: &self.training,
             objective: &objective,
         };
-        train(session, &lesson, &plan, record)
+        train(session, &training_data, &plan, record)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::coordinates::{self, Coordinates};
-use crate::network::{Lesson, Network, Plan, TrainedNetwork, train};
+use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::parts::{Session, Stream, timed};
 use sinew_emulate::{Record, TestSet, Warning};
@@ -65,7 +65,7 @@ impl PhysicsInformed {
         let objective = |_: &DataSet| -> Result<Box<dyn Objective>> {
             Ok(Box::new(MinimumPotential::new(vec![potential.clone()], energy)?))
         };
-        let lesson = Lesson {
+        let training_data = TrainingData {
             thetas: &thetas,
             fields: None,
             linear_response: &linear_response,
@@ -79,7 +79,7 @@ impl PhysicsInformed {
             training: &self.training,
             objective: &objective,
         };
-        let network = train(session, &lesson, &plan, record)?;
+        let network = train(session, &training_data, &plan, record)?;
         let predicted = network.fixed.predict(std::slice::from_ref(&centre))?.displacement;
         judge_equilibrium(session, &predicted)?;
         Ok(network)

@@ -257,26 +257,27 @@ fn a_population_meets_bodies_with_its_own_parameters_only() {
     let draw = |_: u64| Ok(beam_of(own()));
     let emulator = population().prepare(&draw, 1).unwrap();
     let theta = [vec![10.0, 12.0]];
-    assert!(emulator.meet(&beam_of(own())).unwrap().predict(&theta).is_ok());
+    assert!(emulator.on(&beam_of(own())).unwrap().predict(&theta).is_ok());
     let others = [
         vec![log("mu", 8.0, 16.0), log("lambda", 8.0, 160.0)],
         vec![log("mu", 8.0, 16.0), Parameter::linear("lambda", "kPa", 8.0..=16.0)],
     ];
     for other in others {
         let body = beam_of(other);
-        for error in
-            [emulator.meet(&body).err().unwrap(), emulator.carried(&body, &theta, 1).unwrap_err()]
-        {
+        for error in [
+            emulator.on(&body).err().unwrap(),
+            emulator.expansion_on(&body, &theta, 1).unwrap_err(),
+        ] {
             assert!(matches!(error, sinew_networks::Error::OtherParameters { .. }), "{error}");
             let told = error.to_string();
             assert!(told.contains("those of the body are") && told.contains("mu from 8"), "{told}");
         }
     }
     let fewer = beam_of(own()).with_known(&[("lambda", 12.0)]).unwrap();
-    let told = emulator.meet(&fewer).err().unwrap().to_string();
+    let told = emulator.on(&fewer).err().unwrap().to_string();
     assert!(told.contains("those of the body are mu from 8 to 16 kPa (logarithmic):"), "{told}");
     assert!(matches!(
-        emulator.carried(&beam_of(own()), &[vec![10.0]], 1),
+        emulator.expansion_on(&beam_of(own()), &[vec![10.0]], 1),
         Err(sinew_networks::Error::Emulate(Error::ThetaLength { .. }))
     ));
     // Bodies that disagree are no population.
@@ -301,7 +302,7 @@ fn a_population_of_one_parameter_is_met() {
     let draw = |_: u64| Ok(one());
     let emulator = population().prepare(&draw, 1).unwrap();
     let body = one();
-    let predicted = emulator.meet(&body).unwrap().predict(&[vec![10.0]]).unwrap().displacement;
+    let predicted = emulator.on(&body).unwrap().predict(&[vec![10.0]]).unwrap().displacement;
     let solved =
         sinew_fem::Solver::new(&body).unwrap().solve(&[10.0], &Default::default()).unwrap();
     let [apart, size] = [&predicted, &vec![0.0; predicted.len()]].map(|from| {

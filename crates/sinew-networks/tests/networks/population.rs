@@ -58,19 +58,19 @@ fn a_network_learns_beams_that_it_has_never_seen() {
         let truth = Solver::new(&body).unwrap().solve(&theta, &Options::default()).unwrap();
         let thetas = std::slice::from_ref(&theta);
         let error = |found: &[f64]| distance(found, &truth.displacement);
-        let met = emulator.meet(&body).unwrap();
+        let met = emulator.on(&body).unwrap();
         let predicted = met.predict(thetas).unwrap().displacement;
-        let without = untrained.meet(&body).unwrap().predict(thetas).unwrap().displacement;
+        let without = untrained.on(&body).unwrap().predict(thetas).unwrap().displacement;
         let without = error(&without);
         // A hundred steps take a part of what the first state lacks, on either mesh.
         assert!(error(&predicted) < 0.9 * without, "{} for {without}", error(&predicted));
         let corrected = met.correct(&theta, 3).unwrap();
         assert!(error(&corrected.displacement) < error(&predicted));
         // The same seed makes the same network, whatever thread prepared its bodies.
-        let same = again.meet(&body).unwrap().predict(thetas).unwrap().displacement;
+        let same = again.on(&body).unwrap().predict(thetas).unwrap().displacement;
         assert_eq!(same, predicted);
         // A state in equilibrium leaves the third order of the parameters.
-        let carried = error(&emulator.carried(&body, thetas, 8).unwrap()[0]);
+        let carried = error(&emulator.expansion_on(&body, thetas, 8).unwrap()[0]);
         assert!(carried < 1e-2, "{carried}");
     }
 }

@@ -8,7 +8,9 @@ use super::row::row;
 use crate::program;
 use anyhow::{Result, anyhow};
 use sinew::Prepared;
-use sinew_calibrate::{CalibrateError, CalibrateOptions, Patient, Solves, calibrate, look_ahead};
+use sinew_calibrate::{
+    CalibrateError, CalibrateOptions, Patient, Solves, calibrate, check_identifiability,
+};
 use sinew_report::{Block, Cell, Section};
 use sinew_sample::{ess_bulk, ess_tail};
 use std::time::Instant;
@@ -75,7 +77,7 @@ pub(super) fn importance(options: &Options) -> Result<Section> {
         let at = options.out.join(format!("importance-{number}.json"));
         let reference = program::kept(&at, options.resume, || {
             let mut search = Solves::new(&model, Box::new(|_, _, _| ()));
-            let (mode, _) = look_ahead(problem, &mut search)?;
+            let (mode, _) = check_identifiability(problem, &mut search)?;
             Reference::importance(problem, &model, &mode, solves, options.seed)
         })?;
         let name = format!("patient {number}");

@@ -8,7 +8,7 @@ mod ventricle;
 mod volumes;
 
 use super::options::Options;
-use super::simulated::{Compared, Measured, Seen, Variant, table};
+use super::simulated::{Compared, Inputs, Measured, Variant, table};
 use super::stage::INFLATED as KEY;
 use super::verdict;
 use crate::timing::cpu_seconds;
@@ -213,7 +213,7 @@ fn study(options: &Options) -> Result<Study> {
     let mut population = vec![coarse_alone(compared)?, one_stiffness(&ventricles, compared)?];
     for count in [training.len().div_ceil(8).max(2), training.len()] {
         for coarse in [false, true] {
-            population.push(compared.regression(count, Seen { numbers: ALL, coarse })?);
+            population.push(compared.regression(count, Inputs { numbers: ALL, coarse })?);
         }
     }
     let volumes = data.volumes_alone()?;
@@ -264,7 +264,7 @@ fn simulations(options: &Options) -> PathBuf {
 fn variants(options: &Options) -> Vec<Variant> {
     let virtual_nodes = VIRTUAL_NODES[usize::from(options.full)];
     let of = |steps, numbers, coarse| {
-        let told = Seen { numbers, coarse };
+        let told = Inputs { numbers, coarse };
         Variant { steps, latent: 40, virtual_nodes, told, template: false, raw: false }
     };
     if options.quick {

@@ -1,7 +1,7 @@
 //! Plane beams of the thesis' chapter 2: one network on simulations of rectangles, with and without virtual nodes (Tables A.1 to A.7).
 
 use super::options::Options;
-use super::simulated::{Compared, Measured, Pace, Seen, Simulated, Variant, table};
+use super::simulated::{Compared, Inputs, Measured, Pace, Simulated, Variant, table};
 use super::stage;
 use super::verdict;
 use crate::timing::cpu_seconds;
@@ -169,7 +169,7 @@ impl Beam {
 }
 
 /// Length and width, which every method is told.
-const TOLD: Seen = Seen { numbers: 2, coarse: false };
+const TOLD: Inputs = Inputs { numbers: 2, coarse: false };
 
 impl Simulated for Beam {
     fn body(&self) -> &sinew::Body {
@@ -185,7 +185,7 @@ impl Simulated for Beam {
     }
 
     /// The graph of the average beam at its own positions.
-    fn geometry(&self, topology: &Topology, _told: Seen) -> Result<Geometry> {
+    fn geometry(&self, topology: &Topology, _told: Inputs) -> Result<Geometry> {
         let nodes = self.body.nodes;
         let held: Vec<usize> = (0..nodes).filter(|&n| self.body.positions[n][0] == 0.0).collect();
         let indicator = FeatureMatrix::indicator(nodes, &held)?;
@@ -198,12 +198,12 @@ impl Simulated for Beam {
         })
     }
 
-    fn inputs(&self, _told: Seen) -> Vec<f64> {
+    fn inputs(&self, _told: Inputs) -> Vec<f64> {
         let [length, width] = self.size;
         vec![length, width / length, self.theta[0], self.theta[1]]
     }
 
-    fn parameters(&self, _told: Seen) -> Vec<Parameter> {
+    fn parameters(&self, _told: Inputs) -> Vec<Parameter> {
         let log =
             |name: &str, unit: &str, [low, high]: [f64; 2]| Parameter::log(name, unit, low..=high);
         let shape = [log("length", "cm", LENGTHS), log("slenderness", "", SLENDERNESS)];

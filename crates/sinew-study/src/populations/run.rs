@@ -261,7 +261,7 @@ fn network(
     let fact = format!("{} of the stream left out, for they could not be prepared", last.left_out);
     study.facts.push((format!("training, {name}"), fact));
     let start = std::time::Instant::now();
-    let met = emulator.meet(&groups[0].individuals[0].body)?;
+    let met = emulator.on(&groups[0].individuals[0].body)?;
     study.facts.push((format!("answers, {name}"), answers(&groups[0], (start, &met))?));
     let solves = match stage.start {
         Start::Near { .. } => "one solve in all",
@@ -306,7 +306,7 @@ fn measured(
     start: Start,
 ) -> Result<Vec<Outcome>> {
     let met = |individual: &Individual, steps: usize| {
-        after(&emulator.meet(&individual.body)?, &individual.theta, steps)
+        after(&emulator.on(&individual.body)?, &individual.theta, steps)
     };
     let mut outcomes = vec![
         group.measure([name, about], spent, |individual| met(individual, 0))?,
@@ -314,26 +314,26 @@ fn measured(
     ];
     if start != Start::Equilibrium {
         let about = format!(
-            "the network's state for the centre of the parameters, {CARRIED_STEPS} Newton steps there, outputs to second order"
+            "the network's state for the centre of the parameters, {EXPANSION_STEPS} Newton steps there, outputs to second order"
         );
         let carried = format!("{name}, carried");
         outcomes.push(group.measure([&carried, &about], spent, |individual| {
             let theta = std::slice::from_ref(&individual.theta);
-            Ok(emulator.carried(&individual.body, theta, CARRIED_STEPS)?.remove(0))
+            Ok(emulator.expansion_on(&individual.body, theta, EXPANSION_STEPS)?.remove(0))
         })?);
     }
     Ok(outcomes)
 }
 
 /// Newton steps from the network's state for the centre of the parameters to one that is followed.
-const CARRIED_STEPS: usize = 2;
+const EXPANSION_STEPS: usize = 2;
 
 /// Median error on the first individuals.
 fn on_the_way(group: &Group, emulator: &PopulationEmulator) -> sinew_emulate::Result<f64> {
     const SOME: usize = 20;
     let mut errors = Vec::new();
     for (individual, truth) in group.individuals.iter().zip(&group.truths).take(SOME) {
-        let met = emulator.meet(&individual.body)?;
+        let met = emulator.on(&individual.body)?;
         let found = met.predict(std::slice::from_ref(&individual.theta))?.displacement;
         errors.push(super::measure::distance(&found, truth));
     }

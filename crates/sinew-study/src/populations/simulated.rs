@@ -29,24 +29,24 @@ pub(super) trait Simulated {
     fn displacement(&self) -> &[f64];
 
     /// Features for networks, on the graph that all share.
-    fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry>;
+    fn geometry(&self, topology: &Topology, told: Inputs) -> Result<Geometry>;
 
     /// Inputs of a regression.
-    fn inputs(&self, told: Seen) -> Vec<f64>;
+    fn inputs(&self, told: Inputs) -> Vec<f64>;
 
     /// Their ranges.
-    fn parameters(&self, told: Seen) -> Vec<Parameter>;
+    fn parameters(&self, told: Inputs) -> Vec<Parameter>;
 
     /// Lengths of the displacements of nodes \[mm\].
     fn lengths(displacement: &[f64]) -> Vec<f64>;
 
     /// Target of the learning: the displacement, or the remainder of it.
-    fn target(&self, _told: Seen) -> Vec<f64> {
+    fn target(&self, _told: Inputs) -> Vec<f64> {
         self.displacement().to_vec()
     }
 
     /// The displacement of what was predicted for [`Simulated::target`].
-    fn displaced(&self, found: Vec<f64>, _told: Seen) -> Vec<f64> {
+    fn displaced(&self, found: Vec<f64>, _told: Inputs) -> Vec<f64> {
         found
     }
 
@@ -64,14 +64,14 @@ pub(super) trait Simulated {
 
 /// Input of a method.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
+pub(super) struct Inputs {
     /// Number of coefficients of its shape.
     pub numbers: usize,
     /// Its solution on the coarse mesh, which is then corrected.
     pub coarse: bool,
 }
 
-impl Seen {
+impl Inputs {
     /// Deviation from the default, for a table.
     pub(super) fn name(self) -> &'static str {
         if self.coarse { ", about the coarse solution" } else { "" }
@@ -94,7 +94,7 @@ pub(super) struct Compared<'a, B> {
 
 impl<B: Simulated> Compared<'_, B> {
     /// Regression on the first `count` simulations, over numbers of the shape and parameters.
-    pub(super) fn regression(&self, count: usize, told: Seen) -> Result<Measured> {
+    pub(super) fn regression(&self, count: usize, told: Inputs) -> Result<Measured> {
         let start = cpu_seconds();
         let fit = regression(&self.training[..count], told, |body| body.target(told))?;
         let cost = (cpu_seconds() - start, count);
@@ -138,7 +138,7 @@ impl<B: Simulated> Compared<'_, B> {
         &self,
         names: [&str; 2],
         from: impl FnOnce(&DataSet) -> Result<Surrogate>,
-        told: Seen,
+        told: Inputs,
         topology: &Topology,
     ) -> Result<(Measured, Surrogate)> {
         let start = cpu_seconds();
@@ -154,7 +154,7 @@ impl<B: Simulated> Compared<'_, B> {
         &self,
         [method, about]: [&str; 2],
         (cpu_s, learned): (f64, usize),
-        told: Seen,
+        told: Inputs,
         found: impl Fn(&B) -> Result<Vec<f64>>,
     ) -> Result<Measured> {
         let clock = Instant::now();
@@ -177,7 +177,7 @@ impl<B: Simulated> Compared<'_, B> {
     }
 
     /// Bodies of the same features share a geometry.
-    pub(super) fn data_set(&self, topology: &Topology, told: Seen) -> Result<DataSet> {
+    pub(super) fn data_set(&self, topology: &Topology, told: Inputs) -> Result<DataSet> {
         let mut geometries = Vec::new();
         let mut sample = |body: &B| -> Result<Sample> {
             let geometry = body.geometry(topology, told)?;
@@ -257,7 +257,7 @@ impl<B: Simulated> Compared<'_, B> {
 /// [`FITTED`] of them: a fit takes the cube of their number at every step of its search.
 pub(super) fn regression<B: Simulated>(
     seen: &[B],
-    told: Seen,
+    told: Inputs,
     target: impl Fn(&B) -> Vec<f64>,
 ) -> Result<PodRegression> {
     let inputs: Vec<Vec<f64>> = seen.iter().map(|body| body.inputs(told)).collect();
@@ -274,7 +274,7 @@ const FITTED: usize = 425;
 pub(super) fn predicting<'a, B: Simulated>(
     surrogate: &'a Surrogate,
     topology: &'a Topology,
-    told: Seen,
+    told: Inputs,
 ) -> impl Fn(&B) -> Result<Vec<f64>> + 'a {
     move |body| {
         let geometry = body.geometry(topology, told)?;
@@ -300,7 +300,7 @@ pub(super) struct Variant {
     /// Virtual nodes, η.
     pub virtual_nodes: &'static [usize],
     /// Input.
-    pub told: Seen,
+    pub told: Inputs,
     /// Whether the shared graph is that of a template instead of the average body.
     pub template: bool,
     /// Whether parameters are read on their own scale instead of the logarithmic one.

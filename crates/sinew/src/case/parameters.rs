@@ -137,7 +137,7 @@ impl Case {
             if let Some(value) = parameter.range.iter().find(|&value| !bounds.contains(value)) {
                 let reason = format!(
                     "{} makes no sense for this law; it must be {}",
-                    parameter.unit.said(*value),
+                    parameter.unit.format(*value),
                     required(parameter, &body.units, &bounds, *value)
                 );
                 return Err(self.source.error(&["parameters", &parameter.name], reason));

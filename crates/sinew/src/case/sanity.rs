@@ -47,7 +47,7 @@ impl Case {
 }
 
 /// Warning about a displacement that is almost zero; `None` where everything is held.
-pub fn hardly_moves(body: &Body, displacement: &[f64]) -> Option<String> {
+pub fn negligible_displacement(body: &Body, displacement: &[f64]) -> Option<String> {
     let largest = displacement.iter().fold(0.0f64, |largest, u| largest.max(u.abs()));
     let size = size(body);
     let hardly = largest < LEAST_MOTION * size && !body.free_nodes().is_empty();

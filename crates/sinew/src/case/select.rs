@@ -49,7 +49,7 @@ pub struct SelectPlane {
     pub within: f64,
 }
 
-/// See [`Selection::beyond`].
+/// See [`Selection::half_space`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SelectBeyond {
@@ -138,7 +138,7 @@ impl Select {
         let Self { plane, beyond, cuboid, sphere, facing, near, nearest, set, any, not } = self;
         let mut all: Vec<Selection> = Vec::new();
         all.extend(plane.map(|p| Selection::near_plane(p.point, p.normal, p.within)));
-        all.extend(beyond.map(|p| Selection::beyond(p.point, p.normal)));
+        all.extend(beyond.map(|p| Selection::half_space(p.point, p.normal)));
         all.extend(cuboid.map(|b| Selection::cuboid(b.min, b.max)));
         all.extend(sphere.map(|s| Selection::sphere(s.centre, s.radius)));
         all.extend(facing.map(|f| Selection::facing(f.direction, f.degrees)));

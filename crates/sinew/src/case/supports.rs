@@ -33,18 +33,18 @@ pub struct Support {
     /// A point on the axis \[mm\].
     #[serde(deserialize_with = "exactly_if_any")]
     pub point: Option<[f64; 3]>,
-    /// Turn about the axis.
-    pub turn: Option<Turn>,
+    /// Rotation about the axis.
+    pub turn: Option<Rotation>,
 }
 
 /// Motion along the chord of a turn about an axis, counterclockwise when the axis points at the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Turn {
+pub struct Rotation {
     /// Angle of the turn \[degrees\].
     pub degrees: f64,
     /// Share of the way from the reference position to the turned one; 1 is the turn itself.
-    #[serde(default = "Turn::whole")]
+    #[serde(default = "Rotation::whole")]
     pub share: f64,
 }
 
@@ -52,7 +52,7 @@ pub struct Turn {
 /// displacements.
 const HALF_TURN: f64 = 180.0;
 
-impl Turn {
+impl Rotation {
     fn whole() -> f64 {
         1.0
     }
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn half_of_the_way_to_a_turn_is_on_its_chord() {
         let axis = Vector3::x_axis();
-        let turn = Turn { degrees: 90.0, share: 0.5 };
+        let turn = Rotation { degrees: 90.0, share: 0.5 };
         let u = turn.displacement([7.0, 5.0, 3.0], [0.0, 5.0, 5.0], &axis);
         // (0, 0, −2) about x turns to (0, 2, 0).
         assert!((u - Vector3::new(0.0, 1.0, 1.0)).norm() < 1e-15, "{u}");

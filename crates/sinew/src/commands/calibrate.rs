@@ -7,7 +7,7 @@ use sinew::calibration::{Curve, arviz, in_words, observed, report};
 use sinew::case::stress_in_kpa;
 use sinew::{PatientFile, Prepared};
 use sinew_calibrate::{
-    CalibrateError, Identifiability, Mode, Patient, Posterior, calibrate, look_ahead,
+    CalibrateError, Identifiability, Mode, Patient, Posterior, calibrate, check_identifiability,
 };
 use sinew_emulate::Terminal;
 use sinew_report::Provenance;
@@ -88,7 +88,8 @@ impl Calibrate {
         if self.check {
             let mut solves = solves;
             say_setting(&prepared);
-            let (mode, seen) = look_ahead(&prepared.problem, &mut solves).map_err(told)?;
+            let (mode, seen) =
+                check_identifiability(&prepared.problem, &mut solves).map_err(told)?;
             say_ahead(&prepared, &mode, &seen);
             return Ok(());
         }

@@ -3,7 +3,7 @@
 use super::{CaseArguments, Usage, chosen, refuse, trained};
 use anyhow::Result;
 use clap::Args;
-use sinew::serve::{Reply, Service};
+use sinew::serve::{self, Service};
 use std::io::Read;
 use std::net::IpAddr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -99,7 +99,7 @@ fn answer(service: &Service<'_>, mut request: Request) {
     let read = request.as_reader().take(MOST_BYTES).read_to_string(&mut text);
     let (method, url) = (request.method().to_string(), request.url().to_string());
     let path = url.split('?').next().unwrap_or_default();
-    let failed = |status, message: &str| Reply {
+    let failed = |status, message: &str| serve::Response {
         status,
         kind: "application/json",
         text: serde_json::json!({ "error": { "type": "InternalError", "message": message } })

@@ -5,7 +5,7 @@ use super::equilibria::{Equilibria, equilibria};
 use super::{Answer, Batch, CaseArguments, ThetaArguments, Written, refuse, warn_of_locking};
 use anyhow::Result;
 use clap::Args;
-use sinew::case::{Formulation, Lowered, hardly_moves};
+use sinew::case::{Formulation, Lowered, negligible_displacement};
 use sinew::output::{Balanced, displacement_in_words};
 use sinew::{Body, Case, Simulations};
 use sinew_fem::{LoadSteps, LockingWarning, Options, compare_formulations, locking};
@@ -61,7 +61,9 @@ impl Solve {
         let found = &equilibria.simulations;
         close_failures(body, &mut batch, &thetas, found);
         batch.print(body, |place| said(body, &found.fields[place]));
-        if let Some(warning) = found.fields.iter().find_map(|field| hardly_moves(body, field)) {
+        if let Some(warning) =
+            found.fields.iter().find_map(|field| negligible_displacement(body, field))
+        {
             eprintln!("warning: {warning}");
         }
         if self.check_mesh {

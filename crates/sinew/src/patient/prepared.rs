@@ -17,7 +17,7 @@ const ACCURACY: f64 = 1e-7;
 
 /// A quantity that is reported beside the data.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Seen {
+pub struct Reported {
     /// Name, such as `volume of endo at rest`.
     pub name: String,
     /// Place among the observables.
@@ -38,7 +38,7 @@ pub struct Prepared {
     /// All that is observed, the data first.
     pub observables: Vec<Observable>,
     /// Quantities that are reported beside the data: volumes of cavities in all states.
-    pub reported: Vec<Seen>,
+    pub reported: Vec<Reported>,
     /// Values of loads and tensions \[kPa\] by phase.
     pub phases: BTreeMap<String, BTreeMap<String, f64>>,
     /// Pressures that fill cavities: facet set and name of the parameter.
@@ -174,7 +174,7 @@ impl Prepared {
                     self.observables.len() - 1
                 });
                 let (name, size) = (observable.to_string(), VOLUMES[0].1);
-                self.reported.push(Seen { name, observable: place, unit: VOLUMES[0].0, size });
+                self.reported.push(Reported { name, observable: place, unit: VOLUMES[0].0, size });
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The surface of a body: triangles over their own nodes, with fibres.
 
 use sinew_energy::Body;
-use sinew_report::{Packed, Strokes};
+use sinew_report::{LineSegments, Packed};
 
 /// Most fibres that are drawn.
 const MOST_STROKES: usize = 2500;
@@ -65,7 +65,7 @@ impl Surface {
     }
 
     /// Fibres of the cells behind the surface, in its triangles; `None` for an isotropic law.
-    pub(super) fn strokes(&self, body: &Body) -> Option<Strokes> {
+    pub(super) fn strokes(&self, body: &Body) -> Option<LineSegments> {
         let every = self.triangles.len().div_ceil(MOST_STROKES);
         let (mut triangles, mut along) = (Vec::new(), Vec::new());
         for (index, (&corners, &cell)) in self.triangles.iter().zip(&self.cells).enumerate() {
@@ -78,7 +78,7 @@ impl Surface {
                 along.extend(stroke.map(|part| part as f32));
             }
         }
-        Some(Strokes { triangles: Packed::u32(triangles), along: Packed::f32(along) })
+        Some(LineSegments { triangles: Packed::u32(triangles), along: Packed::f32(along) })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Answers in files: units, rows that fail, emulators beside each other, and what is left of an earlier run.
 
 use sinew::Case;
-use sinew::case::hardly_moves;
+use sinew::case::negligible_displacement;
 use sinew::output::{Fields, MOST_BYTES, Results, Row};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -234,7 +234,7 @@ fn a_load_that_moves_nothing_is_warned_of() {
     let told = done(folder.path(), "solve plate.toml --theta mu=10,p=1e-7");
     assert!(told.contains("less than a millionth of the body's size of 30 mm"), "{told}");
     let body = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap();
-    let moved = |largest: f64| hardly_moves(&body, &vec![largest; 3 * body.nodes]);
+    let moved = |largest: f64| negligible_displacement(&body, &vec![largest; 3 * body.nodes]);
     assert!(moved(1e-5).is_some() && moved(1e-4).is_none());
 }
 

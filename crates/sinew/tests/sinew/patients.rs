@@ -1,7 +1,7 @@
 //! Patient files: what they are read as, what is refused in words, and the program on one.
 
 use sinew::PatientFile;
-use sinew_calibrate::{Forward, Solves, look_ahead};
+use sinew_calibrate::{Forward, Solves, check_identifiability};
 use std::path::Path;
 use std::process::Command;
 
@@ -129,7 +129,7 @@ fn pressures_in_kpa_that_were_meant_in_mmhg_are_seen_ahead() {
     let prepared = PatientFile::parse(&text, "patient.toml").unwrap().prepare().unwrap();
     let model = prepared.patient().unwrap();
     let mut solves = Solves::new(&model, Box::new(|_, _, _| ()));
-    let (mode, _) = look_ahead(&prepared.problem, &mut solves).unwrap();
+    let (mode, _) = check_identifiability(&prepared.problem, &mut solves).unwrap();
     let low = prepared.problem.data.iter().position(|d| d.name == "volume of endo at low").unwrap();
     assert!(mode.misfits[low] < -5.0, "{:?}", mode.misfits);
 }

@@ -48,7 +48,7 @@ pub struct FormulationError {
 ///     found.push(Solver::new(body)?.solve(&[75.0, 75.0], &Options::default())?.displacement);
 /// }
 /// let difference = compare_formulations(&bodies[0], &found[0], &bodies[1], &found[1])?;
-/// assert!(difference.lost() > 0.5, "{difference}");
+/// assert!(difference.displacement_loss() > 0.5, "{difference}");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -89,7 +89,7 @@ pub fn compare_formulations(
 
 impl FormulationDifference {
     /// Loss of mean displacement relative to the better elements; negative if the first ones move farther.
-    pub fn lost(&self) -> f64 {
+    pub fn displacement_loss(&self) -> f64 {
         let [own, better] = self.displacement;
         if own == better { 0.0 } else { 1.0 - own / better }
     }
@@ -102,7 +102,7 @@ impl fmt::Display for FormulationDifference {
             f,
             "{mean:.4} {unit} apart in the mean, {largest:.4} {unit} at most; mean displacement {own:.4} instead of {better:.4} \
              {unit}, {:.1} % lost",
-            100.0 * self.lost()
+            100.0 * self.displacement_loss()
         )?;
         for (name, [own, better]) in cavities {
             write!(f, "; volume of {name} {own:.6e} for {better:.6e} {unit}3")?;

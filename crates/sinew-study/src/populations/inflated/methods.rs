@@ -3,7 +3,7 @@
 use super::ventricle::{Ventricle, Ventricles};
 use super::{ALL, LARGEST};
 use crate::populations::simulated::{
-    Compared, Measured, Pace, Seen, Simulated, Variant, predicting,
+    Compared, Inputs, Measured, Pace, Simulated, Variant, predicting,
 };
 use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
@@ -88,7 +88,7 @@ impl Data<'_> {
         let compared = of_pace(TRANSFER);
         let mut rows = vec![coarse_alone(&compared)?];
         for coarse in [false, true] {
-            rows.push(compared.regression(training.len(), Seen { numbers: 0, coarse })?);
+            rows.push(compared.regression(training.len(), Inputs { numbers: 0, coarse })?);
         }
         let mut map = Vec::new();
         for (variant, surrogate) in general {
@@ -105,7 +105,7 @@ impl Data<'_> {
             let about = format!("the same on {} simulations of this shape", training.len());
             // Every sample has features of its own about a coarse solution, so that message passing has to learn too.
             let compared = of_pace(Pace { decoders_only: !told.coarse, ..TRANSFER });
-            let from = |data: &DataSet| Ok(surrogate.carried_to(data)?);
+            let from = |data: &DataSet| Ok(surrogate.transferred_to(data)?);
             rows.push(compared.trained([&names[1], &about], from, told, &topology)?.0);
         }
         rows.iter_mut().for_each(|row| row.group = "one shape".into());
@@ -164,7 +164,7 @@ impl Data<'_> {
 /// Prediction of the coarse mesh alone.
 pub(super) fn coarse_alone(compared: &Compared<'_, Ventricle>) -> Result<Measured> {
     let about = "the equilibrium of the ventricle on a coarse mesh, by moving least squares";
-    let told = Seen { numbers: ALL, coarse: true };
+    let told = Inputs { numbers: ALL, coarse: true };
     compared.measured(["coarse solution", about], (0.0, 0), told, |ventricle| {
         Ok(ventricle.coarse.displacement.clone())
     })
@@ -180,7 +180,7 @@ pub(super) fn one_stiffness(
     let emulator = FrozenStiffness::new(&mean)?;
     let about = "from solution and stiffness of the mean ventricle, one solve in all";
     let names = [&*format!("frozen stiffness, {STEPS} steps"), about];
-    let told = Seen { numbers: ALL, coarse: false };
+    let told = Inputs { numbers: ALL, coarse: false };
     compared.measured(names, (0.0, 0), told, |ventricle| {
         let theta = std::slice::from_ref(&ventricle.theta);
         Ok(emulator.descend(&ventricle.body, theta, STEPS)?.remove(0).displacement)

@@ -4,7 +4,7 @@ use super::methods::{Data, PACE};
 use super::ventricle::Ventricles;
 use super::{ALL, VIRTUAL_NODES};
 use crate::populations::options::Options;
-use crate::populations::simulated::{Compared, Seen, Simulated, Variant, predicting};
+use crate::populations::simulated::{Compared, Inputs, Simulated, Variant, predicting};
 use crate::populations::stage;
 use anyhow::{Context, Result};
 use sinew_report::{Block, Column, Distribution, Row, Section, Table};
@@ -32,7 +32,7 @@ fn measured(options: &Options) -> Result<Section> {
         simulation_s: solver_s,
         coarse_s,
     };
-    let told = Seen { numbers: ALL, coarse: false };
+    let told = Inputs { numbers: ALL, coarse: false };
     let virtual_nodes = if options.quick { &[8][..] } else { VIRTUAL_NODES[1] };
     let (steps, latent) = if options.quick { (1, 8) } else { (5, 40) };
     let variant = Variant { steps, latent, virtual_nodes, told, template: false, raw: false };

@@ -2,7 +2,7 @@
 
 use super::hull::hull_volume;
 use crate::populations::options::Options;
-use crate::populations::simulated::{Seen, Simulated};
+use crate::populations::simulated::{Inputs, Simulated};
 use crate::populations::stage::{Stage, shape_parameters};
 use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
@@ -245,7 +245,7 @@ impl Ventricle {
     }
 
     /// Displacement that the coarse mesh predicts.
-    pub(super) fn known_growth(&self, told: Seen) -> f64 {
+    pub(super) fn known_growth(&self, told: Inputs) -> f64 {
         if told.coarse { self.coarse.growth } else { 0.0 }
     }
 
@@ -282,12 +282,12 @@ impl Simulated for Ventricle {
         &self.displacement
     }
 
-    fn inputs(&self, told: Seen) -> Vec<f64> {
+    fn inputs(&self, told: Inputs) -> Vec<f64> {
         let growth = told.coarse.then_some(self.coarse.growth);
         self.numbers[..told.numbers].iter().chain(&self.theta).copied().chain(growth).collect()
     }
 
-    fn parameters(&self, told: Seen) -> Vec<Parameter> {
+    fn parameters(&self, told: Inputs) -> Vec<Parameter> {
         let numbers = shape_parameters(told.numbers);
         let growth = told.coarse.then(|| Parameter::linear("growth", "", 0.0..=GROWTH));
         numbers.chain(self.body.parameters.iter().cloned()).chain(growth).collect()
@@ -295,7 +295,7 @@ impl Simulated for Ventricle {
 
     /// Features for networks (thesis §2.4.1): on nodes the base, the endocardium, the vector across the wall, the fibre and the radial
     /// direction, and what the coarse mesh says; the first numbers of its shape for all of it.
-    fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry> {
+    fn geometry(&self, topology: &Topology, told: Inputs) -> Result<Geometry> {
         let Body { positions, mesh, nodes, .. } = &self.body;
         let sets = mesh.node_sets();
         let indicator = |name: &str| FeatureMatrix::indicator(*nodes, &sets[name]);
@@ -314,13 +314,13 @@ impl Simulated for Ventricle {
         };
         let radial: Vec<_> = positions.iter().map(radial).collect();
         let columns = indicator("base")?
-            .beside(&indicator("endo")?)?
-            .beside(&FeatureMatrix::from_rows(&across))?
-            .beside(&FeatureMatrix::from_rows(&fibres))?
-            .beside(&FeatureMatrix::from_rows(&radial))?;
+            .hstack(&indicator("endo")?)?
+            .hstack(&FeatureMatrix::from_rows(&across))?
+            .hstack(&FeatureMatrix::from_rows(&fibres))?
+            .hstack(&FeatureMatrix::from_rows(&radial))?;
         let (nodes, _) = self.coarse.displacement.as_chunks::<3>();
         let columns = match told.coarse {
-            true => columns.beside(&FeatureMatrix::from_rows(nodes))?,
+            true => columns.hstack(&FeatureMatrix::from_rows(nodes))?,
             false => columns,
         };
         let growth = told.coarse.then_some(self.coarse.growth);
@@ -334,7 +334,7 @@ impl Simulated for Ventricle {
     }
 
     /// Target of the learning: the displacement \[mm\], or the error of the coarse mesh, relative to the root mean square of its own.
-    fn target(&self, told: Seen) -> Vec<f64> {
+    fn target(&self, told: Inputs) -> Vec<f64> {
         if !told.coarse {
             return self.displacement.clone();
         }
@@ -343,7 +343,7 @@ impl Simulated for Ventricle {
         pairs.map(|(u, c)| (u - c) / size).collect()
     }
 
-    fn displaced(&self, found: Vec<f64>, told: Seen) -> Vec<f64> {
+    fn displaced(&self, found: Vec<f64>, told: Inputs) -> Vec<f64> {
         if !told.coarse {
             return found;
         }

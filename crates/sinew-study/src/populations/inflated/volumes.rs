@@ -4,7 +4,7 @@ use super::ALL;
 use super::methods::Data;
 use super::perceptron::{Perceptron, Samples};
 use super::ventricle::Ventricle;
-use crate::populations::simulated::{Compared, Measured, Seen, Simulated, regression};
+use crate::populations::simulated::{Compared, Inputs, Measured, Simulated, regression};
 use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
@@ -19,7 +19,7 @@ impl Data<'_> {
     pub(super) fn volumes_alone(&self) -> Result<Vec<Measured>> {
         let mut rows = Vec::new();
         for coarse in [false, true] {
-            rows.push(self.regressed_volumes(Seen { numbers: ALL, coarse })?);
+            rows.push(self.regressed_volumes(Inputs { numbers: ALL, coarse })?);
         }
         for transformed in [false, true] {
             rows.extend(self.network_volumes(transformed)?);
@@ -56,7 +56,7 @@ impl Data<'_> {
     }
 
     /// Regression of the cavity's growth over numbers and parameters.
-    fn regressed_volumes(&self, told: Seen) -> Result<Measured> {
+    fn regressed_volumes(&self, told: Inputs) -> Result<Measured> {
         let start = cpu_seconds();
         let Compared { training: seen, coarse_s, .. } = self.compared;
         let growth = |v: &Ventricle| vec![v.growth(&v.displacement) - v.known_growth(told)];

@@ -1,4 +1,4 @@
-//! Geometry and lesson of a body.
+//! Geometry and batch of a body.
 
 use super::settings::{Loss, Population, Start, TRIED};
 use super::template::Template;
@@ -10,7 +10,7 @@ use sinew_emulate::{Body, Design, split_seed};
 use sinew_energy::Barriers;
 use sinew_fem::{Options, Solution, SolveError, Solver, sweep};
 use sinew_gnn::{
-    DataFit, DataSet, EnergyNormFit, Geometry, Lesson, MinimumPotential, Objective, Sample,
+    DataFit, DataSet, EnergyNormFit, Geometry, GeometryBatch, MinimumPotential, Objective, Sample,
 };
 use sinew_graph::Topology;
 use std::sync::Arc;
@@ -73,7 +73,7 @@ impl Population {
     ) -> Result<Vec<f64>> {
         match (self.start, &template.solved) {
             (Start::Near { newton_steps }, Some(solved)) => {
-                let guess = solved.carried_to(solver.body());
+                let guess = solved.interpolated_to(solver.body());
                 coordinates::nearby(solver, topology, guess, newton_steps)
             }
             _ => {
@@ -83,22 +83,23 @@ impl Population {
         }
     }
 
-    pub(super) fn lesson(
+    pub(super) fn batch(
         &self,
         body: &Body,
         template: &Template,
         seed: u64,
         index: u64,
-    ) -> Result<Lesson> {
+    ) -> Result<GeometryBatch> {
         let (geometry, energy, mut solver) = self.geometry(body, template, seed)?;
         let seed = split_seed(seed, index);
         let thetas = Design::LatinHypercube.sample(&body.parameters, self.training.batch, seed)?;
         if self.loss != Loss::Energy {
-            return self.lesson_of_simulations(body, geometry, thetas);
+            return self.batch_of_simulations(body, geometry, thetas);
         }
         let sample = |theta| Sample { geometry: 0, theta, displacement: Vec::new() };
         let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
-        let objective = MinimumPotential::new(vec![potential], energy)?.forgiving(FORGIVEN)?;
+        let objective =
+            MinimumPotential::new(vec![potential], energy)?.logarithmic_above(FORGIVEN)?;
         let objective = match (self.start, &geometry.coordinates) {
             (Start::Equilibrium, Meaning::Motions(motions)) => {
                 objective.relative_to(gains(&mut solver, motions, &thetas, energy)?)?
@@ -106,16 +107,16 @@ impl Population {
             _ => objective,
         };
         let (samples, objective) = (thetas.into_iter().map(sample).collect(), Box::new(objective));
-        Ok(Lesson { geometry, samples, objective })
+        Ok(GeometryBatch { geometry, samples, objective })
     }
 
     /// Solves a body at parameter sets and leaves out failures. A body with fewer than two solutions is refused.
-    fn lesson_of_simulations(
+    fn batch_of_simulations(
         &self,
         body: &Body,
         geometry: Geometry,
         thetas: Vec<Vec<f64>>,
-    ) -> Result<Lesson> {
+    ) -> Result<GeometryBatch> {
         let solved = sweep(body, &thetas, &Options::default(), || ())?;
         let samples = solved.thetas.into_iter().zip(solved.results);
         let sample = |(theta, found): (Vec<f64>, std::result::Result<Solution, SolveError>)| {
@@ -142,7 +143,7 @@ impl Population {
             }
         };
         let DataSet { mut geometries, training: samples, .. } = data;
-        Ok(Lesson { geometry: geometries.remove(0), samples, objective })
+        Ok(GeometryBatch { geometry: geometries.remove(0), samples, objective })
     }
 }
 
