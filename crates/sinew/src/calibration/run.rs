@@ -1,6 +1,6 @@
 //! A calibration while it runs, and its result for people and for arviz.
 
-use super::{parameter_in_words, verdict, volumes_in_words};
+use super::words::{parameter_in_words, verdict, volumes_in_words};
 use crate::patient::Prepared;
 use sinew_calibrate::{Forward, Posterior, Solves};
 use sinew_emulate::{Observer, Progress};
