@@ -75,7 +75,7 @@ pub(crate) fn test() -> Result<()> {
     call(pytest.env("SINEW_PROGRAM", program))
 }
 
-/// The workspace, the folder for what is made, and a Python; `None` where there is none.
+/// The workspace, the folder for what is made, and a Python; `None` without a Python.
 fn place() -> Result<Option<(PathBuf, PathBuf, PathBuf)>> {
     let metadata = MetadataCommand::new().no_deps().exec()?;
     let folder = metadata.target_directory.into_std_path_buf().join("wheel");
@@ -95,7 +95,7 @@ fn interpreter() -> Option<PathBuf> {
     call.status().is_ok_and(|status| status.success()).then(|| python.into())
 }
 
-/// The interpreter of a virtual environment in a folder, made where there is none.
+/// The interpreter of a virtual environment in a folder, made if it does not exist.
 fn environment(python: &Path, folder: &Path) -> Result<PathBuf> {
     let own = folder.join("bin/python");
     if !own.exists() {

@@ -61,7 +61,7 @@ struct Panel {
     width: usize,
 }
 
-/// Widest panels first; the last one covers what is left.
+/// Widest panels first; the last one covers the remainder.
 fn panels(columns: usize) -> impl Iterator<Item = Panel> {
     let widest = match instructions() {
         #[cfg(target_arch = "x86_64")]

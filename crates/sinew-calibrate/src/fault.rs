@@ -33,7 +33,7 @@ pub enum CalibrateError {
         side: &'static str,
         /// `smallest` or `largest`.
         extreme: &'static str,
-        /// That value with unit.
+        /// Value of the datum, with its unit.
         reached: String,
     },
     /// Chains that disagree.

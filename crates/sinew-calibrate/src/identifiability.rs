@@ -45,7 +45,7 @@ impl Identified {
         }
     }
 
-    /// In words.
+    /// The verdict in words.
     pub fn in_words(self) -> &'static str {
         match self {
             Self::Yes => "identified by the data",

@@ -95,7 +95,7 @@ impl<'p> Patient<'p> {
         &self.observables
     }
 
-    /// All states at θ, solved from a prediction about the start; checked by loading from rest where there is none.
+    /// All states at θ, solved from a prediction about the start; without a start, checked by loading from rest.
     ///
     /// # Errors
     /// θ that makes no sense, no body at rest, or no stable equilibrium at a phase.

@@ -42,7 +42,7 @@ const TRUSTED: usize = 10;
 pub struct Answers {
     /// Expected costs.
     pub plan: Plan,
-    /// Answers in the order of the parameter sets, or why there is none.
+    /// Answers in the order of the parameter sets, or the reason for a missing one.
     pub answers: Vec<Result<Answer>>,
     /// Wall time of plan, preparation and answers \[s\].
     pub seconds: f64,

@@ -23,7 +23,7 @@ const UNDER_WAY: &str = "under-way";
 pub(crate) struct Block<'a> {
     pub(crate) thetas: &'a [Vec<f64>],
     store: Option<(PathBuf, &'a Identity)>,
-    /// In the order in which they were found, so that files of which a kill left one short agree in their first rows.
+    /// Results in the order in which they were found, so that files of which a kill left one short agree in their first rows.
     found: Simulations,
     /// Solutions that a rising load may not lead to, by index. They are found again after a kill, to be compared.
     jumped: Vec<(usize, Solution)>,

@@ -98,7 +98,7 @@ impl<'b> Emulator<'b> {
         Self::taylor_with_anchors(body, 1, seed)
     }
 
-    /// As [`Emulator::taylor`] through several solved states with their derivatives, `anchors` in all: beside the one at the centre those that
+    /// [`Emulator::taylor`] through several solved states with their derivatives, `anchors` in all: beside the one at the centre those that
     /// are added, one after the other, where the checked error is largest.
     ///
     /// ```

@@ -9,7 +9,7 @@ use sinew_fem::ErrorEstimate;
 /// Error estimate of a displacement, by Newton steps from it that contract ([`sinew_fem::Solver::error_estimate`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Distance to the equilibrium nearby; `None` where there is none, for the reason among the warnings.
+    /// Distance to the equilibrium nearby; `None` without an equilibrium, for the reason among the warnings.
     pub distance: Option<Distance>,
     /// Norm of the unbalanced nodal forces \[relative to loads and reactions at this displacement\]; `None` where it inverts a cell.
     pub residual: Option<f64>,

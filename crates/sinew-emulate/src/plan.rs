@@ -36,7 +36,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// For tables.
+    /// Name for tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Solver => "solver",
@@ -90,7 +90,7 @@ impl Plan {
         Ok(Self::measured(body, thetas, accuracy, emulator, 1)?.0)
     }
 
-    /// As [`Plan::new`], but measures no cost below four sets. Also returns the solution at the centre of the ranges if one
+    /// [`Plan::new`] that measures no cost below four sets. Also returns the solution at the centre of the ranges if one
     /// was computed.
     pub(crate) fn quick<'b>(
         body: &'b Body,

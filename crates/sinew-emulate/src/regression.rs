@@ -80,7 +80,7 @@ impl PodRegression {
         })
     }
 
-    /// As [`PodRegression::fit`] by a polynomial alone, of a total degree up to `degree`: for hundreds of samples, where a Gaussian
+    /// [`PodRegression::fit`] by a polynomial alone, of a total degree up to `degree`: for hundreds of samples, where a Gaussian
     /// process takes minutes to fit.
     ///
     /// # Errors

@@ -179,7 +179,7 @@ pub fn simulate_by(
     Ok(simulations)
 }
 
-/// Solves what is left of a block; stores it and ends with an error where the observer breaks.
+/// Solves the remaining samples of a block; stores it and ends with an error where the observer breaks.
 fn solved(
     body: &Body,
     block: Block<'_>,

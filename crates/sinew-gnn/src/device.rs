@@ -87,7 +87,9 @@ impl FromStr for Backend {
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let found = Self::ALL.into_iter().find(|backend| backend.name() == text);
-        found.ok_or_else(|| format!("`{text}` is none of {}", Self::ALL.map(Self::name).join(", ")))
+        found.ok_or_else(|| {
+            format!("`{text}` is not one of {}", Self::ALL.map(Self::name).join(", "))
+        })
     }
 }
 

@@ -10,7 +10,7 @@ pub enum Error {
     /// A configuration value admits no network.
     #[error("emulator configuration: {what} is {value}, but must be at least 1")]
     Configuration { what: &'static str, value: usize },
-    /// The share of the budget that trains the node embeddings is none.
+    /// The share of the budget that trains the node embeddings is not between 0 and 1.
     #[error(
         "the share of the budget that trains the node embeddings is {0}; give a number from 0 to 1"
     )]

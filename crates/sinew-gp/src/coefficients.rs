@@ -32,7 +32,7 @@ pub(crate) fn monomial_slope(monomial: &Monomial, theta: &[f64], position: usize
 pub(crate) struct PartCoefficients<const D: usize> {
     /// The derivatives β of the latent function that occur.
     pub orders: Vec<[usize; D]>,
-    /// For each monomial, A at `[order · points + point]`.
+    /// A of each monomial, at `[order · points + point]`.
     pub arrays: Vec<Vec<f64>>,
     /// Coordinates of the points axis by axis, as the latent function takes them.
     pub axes: [Vec<f64>; D],
@@ -45,7 +45,7 @@ pub(crate) struct PointCoefficients<const D: usize> {
     /// Lengths of the domain's axes, in which derivatives are of size one.
     pub extents: [f64; D],
     pub monomials: Vec<Monomial>,
-    /// For each monomial, its share of the mean at each point.
+    /// Share of each monomial in the mean at each point.
     pub mean: Vec<Vec<f64>>,
     pub parts: Vec<PartCoefficients<D>>,
 }

@@ -9,7 +9,7 @@ use crate::operator::Operator;
 /// Standard deviation of the error of observations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
-    /// None: the values are exact.
+    /// The values are exact.
     Exact,
     /// Known, in the unit of the values.
     Known(f64),
@@ -53,7 +53,7 @@ pub(crate) struct Group<const D: usize> {
 pub(crate) struct Averages {
     /// Number of values of each mean.
     pub counts: Vec<f64>,
-    /// Sum of squares of what is left of the values by a linear function in each cell.
+    /// Sum of squares of the residuals of the values about a linear function in each cell.
     pub squares: f64,
     /// Degrees of freedom of that sum.
     pub freedom: f64,
@@ -77,7 +77,7 @@ pub struct Data<const D: usize> {
 }
 
 impl<const D: usize> Data<D> {
-    /// None yet.
+    /// Data without observations.
     pub fn new() -> Self {
         Self { groups: Vec::new(), everywhere: None }
     }

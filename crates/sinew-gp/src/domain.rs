@@ -140,7 +140,7 @@ impl<const D: usize> Domain<D> {
     /// Position of an axis.
     ///
     /// # Errors
-    /// If there is none of that name.
+    /// If no axis has that name.
     pub(crate) fn axis(&self, name: &str) -> Result<usize, GpError> {
         self.names.iter().position(|n| n == name).ok_or_else(|| {
             let axes = self.names.join(", ");

@@ -66,7 +66,7 @@ impl<const D: usize> Ensemble<D> {
     /// Drawn values of a parameter by name, in its own unit.
     ///
     /// # Errors
-    /// If there is none of that name.
+    /// If no entry has that name.
     pub fn parameter(&self, name: &str) -> Result<Vec<f64>, GpError> {
         let position = self.model.position(name)?;
         let parameter = &self.model.parameters()[position];
@@ -78,7 +78,7 @@ impl<const D: usize> Ensemble<D> {
     /// normal density would have fallen to a sixteenth).
     ///
     /// # Errors
-    /// If there is none of that name, there are no draws, or `level` does not lie between 0 and 1.
+    /// If no entry has that name, there are no draws, or `level` does not lie between 0 and 1.
     pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
         const NEAR: f64 = 0.1;
         check_share(level)?;
@@ -98,7 +98,7 @@ impl<const D: usize> Ensemble<D> {
     /// Mean of a parameter over the draws, in its own unit.
     ///
     /// # Errors
-    /// If there is none of that name, or there are no draws.
+    /// If no entry has that name, or there are no draws.
     pub fn mean(&self, name: &str) -> Result<f64, GpError> {
         let values = self.parameter(name)?;
         match values.len() {

@@ -40,7 +40,7 @@ pub enum GpError {
         at: Vec<f64>,
         /// Root mean square over places.
         residual: f64,
-        /// That of the largest term of the equation.
+        /// Size of the largest term of the equation.
         term: f64,
     },
     /// Matrices of all observations that do not fit into memory.
@@ -73,7 +73,7 @@ pub(crate) fn place(coordinates: &[f64]) -> String {
     format!("({})", numbers.join(", "))
 }
 
-/// As many of one as of the other.
+/// Requires equal numbers of both.
 pub(crate) fn check_lengths(points: usize, values: usize) -> Result<(), GpError> {
     match points == values {
         true => Ok(()),

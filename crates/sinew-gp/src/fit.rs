@@ -87,7 +87,7 @@ pub(crate) struct HoldOut {
     pub at: Vec<f64>,
     /// Root mean square.
     pub residual: f64,
-    /// That of the equation's largest term.
+    /// Size of the equation's largest term.
     pub term: f64,
 }
 
@@ -250,7 +250,7 @@ impl<const D: usize> Fit<D> {
     /// Value of a parameter by name, in its own unit.
     ///
     /// # Errors
-    /// If there is none of that name.
+    /// If no parameter has that name.
     pub fn parameter(&self, name: &str) -> Result<f64, GpError> {
         let position = self.model.position(name)?;
         Ok(self.model.parameters()[position].from_scale(self.outcome().parameters[position]))

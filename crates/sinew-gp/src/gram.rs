@@ -7,11 +7,11 @@ use crate::coefficients::position;
 use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request, derivatives, derivatives_and_pull_back};
 use sinew_num::vectorised;
 
-/// Which entry of a kernel's table each pair of orders reads.
+/// Entry of a kernel's table that each pair of orders reads.
 #[derive(Clone, Debug)]
 pub(crate) struct PairPlan<const D: usize> {
     pub entries: Vec<Orders<D>>,
-    /// For (β, β′), at `[β · width + β′]`.
+    /// Entry of (β, β′), at `[β · width + β′]`.
     reads: Vec<usize>,
     /// (−1)^|β′| for stationary kernels, else 1.
     signs: Vec<f64>,

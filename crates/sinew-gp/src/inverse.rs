@@ -31,7 +31,7 @@ pub(crate) fn invert_lower(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>, par
     matmul(below.rb_mut(), full, Accum::Replace, product.as_ref(), full, first.rb(), low, 1.0, par);
 }
 
-/// Two independent halves of some work, each with what is left to it of the threads.
+/// Two independent halves of some work, each with its share of the threads.
 pub(crate) fn side_by_side(
     par: Par,
     first: impl FnOnce(Par) + Send,

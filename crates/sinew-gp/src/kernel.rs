@@ -69,7 +69,7 @@ impl<const D: usize> Orders<D> {
     }
 }
 
-/// Which derivatives are asked for, at which hyperparameters, and of which pairs: many first points
+/// Derivatives that are asked for, at which hyperparameters, and of which pairs: many first points
 /// with one second point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Request<'a, const D: usize> {

@@ -72,7 +72,7 @@ pub struct Model<const D: usize> {
     pub(crate) source: Option<Field<D>>,
     /// All data, for models with more points.
     pub(crate) given: Vec<Group<D>>,
-    /// For each part, plans between legs at `[first · legs + second]`.
+    /// Plans of each part between legs at `[first · legs + second]`.
     pub(crate) plans: Vec<Vec<PairPlan<D>>>,
 }
 
@@ -174,7 +174,7 @@ impl<const D: usize> Model<D> {
     /// Position of a parameter by name.
     ///
     /// # Errors
-    /// If there is none of that name.
+    /// If no parameter has that name.
     pub fn position(&self, name: &str) -> Result<usize, GpError> {
         self.parameters.iter().position(|p| p.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
@@ -328,7 +328,7 @@ const LENGTH_BOUNDS: [f64; 2] = [0.03, 30.0];
 const LENGTH_START: [f64; 2] = [0.3, 1.5];
 /// Hyperprior of logarithms of amplitudes and lengths about the size of data and domain.
 const DEVIATION: f64 = 1.0;
-/// In units of the spread of the values: from far below any instrument to nothing but noise.
+/// Bounds in units of the spread of the values: from far below any instrument to nothing but noise.
 const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
 const NOISE_START: [f64; 2] = [0.01, 0.1];
 /// Hyperprior of measurement errors: 95 % between 0.3 % and all of the spread. A few values tell their errors hardly at

@@ -140,7 +140,7 @@ impl<const D: usize> Term<D> {
 #[derive(Clone, Debug)]
 pub struct Operator<const D: usize> {
     terms: Vec<Term<D>>,
-    /// As factors of 1, with the function always there.
+    /// Terms as factors of 1, with the function always there.
     sources: Vec<Term<D>>,
 }
 

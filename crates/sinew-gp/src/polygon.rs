@@ -171,7 +171,7 @@ impl Polygon {
 /// Sine of the angle between two edges up to which they are in line.
 const LEAST_TURN: f64 = 1e-9;
 
-/// For each number, the product of the others.
+/// Product of all other numbers, for each.
 pub(crate) fn products_of_others(numbers: &[Series]) -> Vec<Series> {
     (0..numbers.len())
         .map(|own| {

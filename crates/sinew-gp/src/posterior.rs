@@ -44,10 +44,10 @@ pub struct Prediction {
 /// An operator compiled at test points.
 struct Query<const D: usize> {
     points: PointCoefficients<D>,
-    /// For each part, a_β.
+    /// a_β of each part.
     coefficients: Vec<Vec<f64>>,
     mean: Vec<f64>,
-    /// For each part, the plan of its points with each other.
+    /// Plan of the points of each part with each other.
     own: Vec<PairPlan<D>>,
 }
 

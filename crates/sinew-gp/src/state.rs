@@ -35,13 +35,13 @@ pub(crate) struct State<'a, const D: usize> {
     pub kernels: Vec<(f64, Vec<f64>)>,
     /// The operators' parameters.
     pub theta: Vec<f64>,
-    /// For each part and leg, a_β at [`State::slot`].
+    /// a_β of each part and leg, at [`State::slot`].
     pub coefficients: Vec<Vec<f64>>,
-    /// For each group, values of the monomials.
+    /// Values of the monomials of each group.
     monomials: Vec<Vec<f64>>,
-    /// For each group, the standard deviation of its noise.
+    /// Standard deviation of the noise of each group.
     pub noise: Vec<f64>,
-    /// For each group, what the variance of each observation's noise is divided by.
+    /// Divisors of the variance of each observation's noise, by group.
     pub weights: Vec<Vec<f64>>,
 }
 

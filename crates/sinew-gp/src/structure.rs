@@ -87,7 +87,7 @@ impl<const D: usize> Lift<D> {
         self.ends[self.side().index()]
     }
 
-    /// That side in words.
+    /// The side in words.
     pub(crate) fn face(&self, domain: &Domain<D>) -> String {
         domain.face(self.axis, self.side())
     }
@@ -97,7 +97,7 @@ impl<const D: usize> Lift<D> {
         (!self.value.is_zero()).then_some(&self.value)
     }
 
-    /// As an operator on u at the end, or at either.
+    /// Operator on u at the end, or at either.
     pub(crate) fn operator(&self) -> Operator<D> {
         let mut derivative = Derivative::identity();
         derivative.orders[self.axis] = self.order;

@@ -72,7 +72,7 @@ pub enum Warning {
         at: Vec<f64>,
         /// Root mean square over all points.
         residual: f64,
-        /// That of the largest term of the equation; a thousandth of the left-hand side's deviation before the data, if that is more.
+        /// Size of the largest term of the equation; a thousandth of the left-hand side's deviation before the data, if that is more.
         term: f64,
     },
     /// A value that the others predict far worse than its noise allows.

@@ -7,7 +7,7 @@ use std::num::NonZero;
 /// Pairs `[larger, smaller]` of roots of which one is among the `neighbours` nearest of the
 /// other (thesis Eqs. 2.18 and 2.19, made symmetric as in Fig. 2.4).
 ///
-/// Among roots at the same distance the lower index wins, so the result depends neither on the
+/// Among roots at the same distance the lower index is taken, so the result depends neither on the
 /// layout of the tree nor on threads. The immutable tree takes any number of points that share a
 /// coordinate, as on regular grids, where trees with bounded buckets fail.
 pub(crate) fn nearest_pairs(

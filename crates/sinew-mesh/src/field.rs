@@ -62,7 +62,7 @@ impl FieldValues {
         }
     }
 
-    /// Whether there is none.
+    /// Whether the field has no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -89,7 +89,7 @@ pub struct QualitySummary {
     pub slivers: Vec<usize>,
 }
 
-/// The quality of all tetrahedra, or `None` when there is none.
+/// The quality of all tetrahedra, or `None` without tetrahedra.
 pub fn quality(mesh: &TetMesh) -> Option<QualitySummary> {
     let cells = 0..mesh.cells.len();
     let volumes: Vec<f64> = cells.clone().map(|cell| mesh.cell_volume(cell)).collect();

@@ -253,7 +253,7 @@ impl NativeCase {
         results::stresses(py, &self.body, &field, &theta)
     }
 
-    /// Solutions at every row of θ: displacements (NaN where there is none), failures by row, seconds by row, warnings.
+    /// Solutions at every row of θ: displacements (NaN for failed rows), failures by row, seconds by row, warnings.
     #[pyo3(signature = (thetas, load_steps, folder, listener))]
     fn solve<'py>(
         &self,

@@ -206,7 +206,7 @@ impl NativeEmulator {
 }
 
 impl NativeEmulator {
-    /// Estimates by name, NaN where there is none.
+    /// Estimates by name, NaN where there is no estimate.
     fn told<'py>(&self, py: Python<'py>, found: &[Estimate]) -> PyResult<Bound<'py, PyDict>> {
         let result = PyDict::new(py);
         let distances = || found.iter().map(|estimate| estimate.distance.as_ref());

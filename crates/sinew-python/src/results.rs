@@ -31,7 +31,7 @@ pub(crate) fn stresses<'py>(
     Ok(found)
 }
 
-/// Solutions at every row of θ: displacements (NaN where there is none), failures by row, seconds by row, warnings.
+/// Solutions at every row of θ: displacements (NaN for failed rows), failures by row, seconds by row, warnings.
 pub(crate) fn solutions<'py>(
     py: Python<'py>,
     body: &Body,
@@ -50,7 +50,7 @@ pub(crate) fn solutions<'py>(
     Ok(result)
 }
 
-/// Answers: displacements (NaN where there is none), their errors, sources, warnings and failures by row, the method.
+/// Answers: displacements (NaN for failed rows), their errors, sources, warnings and failures by row, the method.
 pub(crate) fn answers<'py>(
     py: Python<'py>,
     body: &Body,
@@ -95,7 +95,7 @@ fn locking_at(body: &Body, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
     found.max_by(|a, b| a.expected_share.total_cmp(&b.expected_share))
 }
 
-/// Failures by row, seconds by row, and all displacements, NaN where there is none.
+/// Failures by row, seconds by row, and all displacements, NaN for failed rows.
 fn by_row(
     thetas: &[Vec<f64>],
     found: Simulations,

@@ -136,7 +136,7 @@ pub struct Slider {
     pub name: String,
     /// Unit that it is shown in.
     pub unit: String,
-    /// One of that unit in the unit of θ.
+    /// Size of the unit in the unit of θ.
     pub size: f64,
     /// Range in the unit of θ.
     pub range: [f64; 2],

@@ -33,7 +33,7 @@ impl<const D: usize> Observed<D> {
         Self { places: Vec::new(), values: Vec::new(), collocation, load, noise }
     }
 
-    /// As the library takes it.
+    /// Form that the library takes.
     pub(crate) fn data(&self) -> Data<D> {
         let data = Data::new();
         let data = match self.places.is_empty() {
@@ -164,7 +164,7 @@ pub(crate) enum Approach {
 }
 
 impl Approach {
-    /// As it is called in tables.
+    /// Name in tables.
     pub(crate) fn method(self) -> Method {
         match self {
             Self::Constrained => Method::Hcgp,
@@ -179,7 +179,7 @@ impl Approach {
 pub(crate) enum Drawings {
     None,
     Posterior,
-    /// And how each restart moves.
+    /// Moves of each restart.
     PosteriorAndTraces,
 }
 
@@ -194,7 +194,7 @@ pub(crate) struct Inference<const D: usize> {
     pub observe: Observe<D>,
     /// Random starts of a fit.
     pub restarts: usize,
-    /// For the first data set.
+    /// Result for the first data set.
     pub drawings: Drawings,
     pub evidence: Evidence,
     /// Whether the fit adds points and answers with intervals, as it does by default. Rows are named by their number of points

@@ -54,7 +54,7 @@ impl Lines {
         let (h, dt) = ((upper - lower) / CELLS as f64, 1.0 / STEPS as f64);
         let mut matrix: Rows =
             vec![[d / h / h + a / 2.0 / h, -2.0 * d / h / h, d / h / h - a / 2.0 / h]; CELLS + 1];
-        // Mirror images beyond sealed ends; held ones do not move by themselves.
+        // Mirror images beyond sealed ends; fixed ones do not move.
         (matrix[0][2], matrix[CELLS][0]) = (2.0 * d / h / h, 2.0 * d / h / h);
         for (row, held) in [0, CELLS].into_iter().zip(self.held) {
             if held.is_some() {

@@ -73,7 +73,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// Name of the scene, for reports and folders; that of the file where there is none.
+    /// Name of the scene, for reports and folders; by default that of the file.
     #[serde(default)]
     pub name: String,
     /// Description, in a line.
@@ -254,7 +254,7 @@ impl Case {
         self.lowered_on(self.mesh.make(&self.source)?)
     }
 
-    /// As [`Case::lowered`], on another mesh than its own.
+    /// [`Case::lowered`] on another mesh than its own.
     ///
     /// # Errors
     /// As [`Case::lowered`].

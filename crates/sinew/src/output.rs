@@ -47,7 +47,7 @@ impl Fields<'_> {
 pub struct Row<'a> {
     /// θ in the units of the scene; empty where it could not be read.
     pub theta: Vec<f64>,
-    /// Displacements node by node \[length\], one by each name of [`Results`]; empty where there is none.
+    /// Displacements node by node \[length\], one by each name of [`Results`]; empty without a displacement.
     pub fields: Vec<&'a [f64]>,
     /// The balance that the first of them is an equilibrium of, where there is no potential.
     pub balance: Option<Balanced<'a>>,
@@ -118,7 +118,7 @@ impl Results<'_> {
         Ok(left_out)
     }
 
-    /// As [`Results::write`], of states along a parameter by its place in θ, all with pictures: the time of `cases.pvd` is its
+    /// [`Results::write`] of states along a parameter by its place in θ, all with pictures: the time of `cases.pvd` is its
     /// value, and `curve.csv` has displacements and volumes of cavities against it. `values` has one number per row.
     ///
     /// # Errors

@@ -47,7 +47,7 @@ impl fmt::Display for RigidMode {
     }
 }
 
-/// An axis by name, or by components when it is none of the coordinate axes.
+/// An axis by name, or by components when it is not a coordinate axis.
 struct Axis<'a>(&'a [f64; 3]);
 
 impl fmt::Display for Axis<'_> {

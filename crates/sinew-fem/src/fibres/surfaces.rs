@@ -49,7 +49,7 @@ impl Bounds {
         Ok(bounds)
     }
 
-    /// Values at sets of nodes; later sets win.
+    /// Values at sets of nodes; later sets override earlier ones.
     pub(super) fn prescribe(&self, sets: &[(&[usize], f64)]) -> Vec<Option<f64>> {
         let mut prescribed = vec![None; self.nodes];
         for (set, value) in sets {

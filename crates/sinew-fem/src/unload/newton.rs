@@ -17,7 +17,7 @@ const BALANCED: f64 = 1e-14;
 const STALLED: f64 = 1e-9;
 /// A step that leaves more than this part of the forces no longer falls.
 const FALLING: f64 = 0.5;
-/// A step leaves each cell at least this part of its volume.
+/// Least part of its volume that a step lets a cell keep.
 const LEAST_SHRINK: f64 = 0.1;
 /// Largest growth of the residual over its minimum, relative to loads and reactions and absolute, and the number of
 /// successive steps above it. Bending stretches a slender body and raises the reactions too; an exponential law

@@ -94,7 +94,7 @@ mod tests {
     fn losses_are_judged_against_those_of_a_network_without_outputs() {
         let of_losses_of = |history: &[HistoryPoint], zero| of_losses(history, zero, None);
         assert_eq!(of_losses_of(&losses(&[0.9, 0.3, 0.1], 0.01), 1.0), None);
-        // Energies are negative; a rise within the noise of batches is none.
+        // Energies are negative; a rise within the noise of batches does not count.
         assert_eq!(of_losses_of(&losses(&[-0.2, -0.8, -0.78], 0.01), 0.0), None);
         assert_eq!(
             of_losses_of(&losses(&[0.5, 2.0], 0.01), 1.0),

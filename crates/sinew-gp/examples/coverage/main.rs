@@ -67,7 +67,7 @@ fn deviation<const D: usize>(case: &Case<D>) -> f64 {
 
 /// Solutions at parameters next to the true ones, by many collocation points.
 struct Neighbours<const D: usize> {
-    /// For each parameter, a step up and a step down of its logarithm.
+    /// Steps of each parameter: a step up and a step down of its logarithm.
     moved: Vec<[Posterior<D>; 2]>,
 }
 

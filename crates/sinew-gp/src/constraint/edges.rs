@@ -132,7 +132,7 @@ pub(super) struct Edges<const D: usize> {
 struct Blend<const D: usize> {
     polygon: Polygon,
     edges: Vec<Conditioned<D>>,
-    /// For each corner of the polygon, its equations if both edges have conditions.
+    /// Equations of each corner of the polygon, if both edges have conditions.
     corners: Vec<Option<Corner<D>>>,
 }
 

@@ -24,7 +24,7 @@ type Function<const D: usize> =
 pub struct Formula<const D: usize> {
     name: String,
     hyperparameters: Vec<Hyperparameter>,
-    /// For each hyperparameter, its position among those that the formula takes.
+    /// Position of each hyperparameter among those that the formula takes.
     positions: Vec<usize>,
     /// Number of those.
     taken: usize,

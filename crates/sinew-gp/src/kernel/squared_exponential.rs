@@ -15,12 +15,12 @@ pub struct SquaredExponential {
 }
 
 impl SquaredExponential {
-    /// On all axes.
+    /// All axes.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// On the axes with these numbers only.
+    /// The axes with these numbers only.
     pub fn along(axes: &[usize]) -> Self {
         Self { axes: Some(axes.to_vec()) }
     }

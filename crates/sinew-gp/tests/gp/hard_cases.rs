@@ -11,7 +11,7 @@ fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// That an error says what is expected of it.
+/// Asserts that an error says what is expected of it.
 #[track_caller]
 fn says(error: &GpError, text: &str) {
     assert!(error.to_string().contains(text), "{error}");

@@ -30,7 +30,7 @@ impl Sets {
         Self { ids: BTreeMap::new(), sets: BTreeMap::new(), room }
     }
 
-    /// Adds members to a set, which is made if there is none.
+    /// Adds members to a set, which is made if it does not exist.
     pub(super) fn add(
         &mut self,
         scope: Scope,

@@ -74,7 +74,7 @@ impl PackedRows {
         self.held = (held, count);
     }
 
-    /// As it stands on a page: bits and steps row by row, and all integers one after the other, each raised by its largest.
+    /// Form on a page: bits and steps row by row, and all integers one after the other, each raised by its largest.
     pub fn packed(&self) -> Rows {
         let last = (self.held.1 > 0).then_some(self.held.0 as u8);
         let bytes: Vec<u8> = self.bytes.iter().copied().chain(last).collect();

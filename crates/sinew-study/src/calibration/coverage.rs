@@ -60,7 +60,7 @@ pub(super) fn section(options: &Options) -> Result<Section> {
     Ok(written(&outcomes, refused, title))
 }
 
-/// The outcome of a patient, or why there is none.
+/// The outcome of a patient, or the reason for its absence.
 fn one(options: &Options, patient: &Synthetic, number: u64) -> Result<Result<Outcome, String>> {
     let prepared = patient.file.prepare()?;
     let model = prepared.patient().map_err(|reason| anyhow!(reason))?;

@@ -91,7 +91,7 @@ pub(crate) const ORGANS: &[Organ] = &[
         minutes: 6.0,
         thesis: VENTRICLE,
         note: "The thesis' own variants of law and pressure. Its stand-in for the pressure moves soft walls so far that what outputs \
-               follow by themselves leaves 5 %, which the network learns slowly: half of the error for three times the steps.",
+               follow has an error of 5 %, which the network learns slowly: half of the error for three times the steps.",
         ..BASE
     },
     Organ {

@@ -91,7 +91,7 @@ fn nearest(individual: &Individual, inputs: &[Vec<f64>], fields: &[Vec<f64>]) ->
     nearest.map(|(_, field)| field.clone()).unwrap_or_default()
 }
 
-/// The solution on a coarse mesh, at the nodes of the individual's own \[length\]; `None` where there is none.
+/// The solution on a coarse mesh, at the nodes of the individual's own \[length\]; `None` without a solution.
 pub(super) fn coarse(stage: &Stage, individual: &Individual) -> Result<Option<Vec<f64>>> {
     let Some(body) = stage.coarse(individual)? else { return Ok(None) };
     let Individual { body: fine, theta, .. } = individual;

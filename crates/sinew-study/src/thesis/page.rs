@@ -12,7 +12,7 @@ Written by `cargo xtask thesis`, which runs what is missing and reads all figure
 printed figures are in `crates/sinew-study/thesis.toml`, what is kept of the reports in `docs/thesis`.
 
 *Own kind* is the thesis' kind of method: a network trained on simulations or on the energy, a plain network, a constrained process. *Best* is the method of least
-error, raw, or after one Newton step where no raw one is enough; the solver alone is none. *×* is ours over the printed figure, for gains the other way round. ✓ is at or below what is
+error, raw, or after one Newton step where no raw one is enough; the solver alone does not count. *×* is ours over the printed figure, for gains the other way round. ✓ is at or below what is
 printed, in the digits that are printed and in two at least. *s* is the time before the first answer: CPU time of simulations and training in chapter 2, wall time of them
 in chapter 3, of a fit in chapter 4. Medians are over all nodes of all test cases, as in the thesis. *Not run* says that no run is kept that has the method.
 ";

@@ -164,7 +164,7 @@ pub struct Cell {
     pub statistic: &'static str,
     /// Column of our report.
     pub column: String,
-    /// Our row of the thesis' kind; empty if there is none.
+    /// Our row of the thesis' kind; empty without one.
     pub own: String,
     /// Word in the names of rows among which the best is sought; empty for all.
     pub best: String,

@@ -32,7 +32,7 @@ impl CompressibleSphere {
     /// The equilibrium under a pressure \[stress\] that inflates the inner radius by less than a half.
     ///
     /// # Errors
-    /// [`NoSignChange`] when there is none.
+    /// [`NoSignChange`] without a sign change.
     pub fn inflate(&self, pressure: f64) -> Result<Inflation, NoSignChange> {
         let unloaded = |inner: f64| {
             // No solution: the wall is pushed apart further than it can bear.

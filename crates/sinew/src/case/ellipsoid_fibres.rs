@@ -28,7 +28,7 @@ pub struct EllipsoidRule {
 const SLACK: f64 = 0.2;
 
 impl EllipsoidRule {
-    /// As many directions as the law reads at each quadrature point of the rule that the body is integrated with, the fine one of
+    /// Directions, as many as the law reads, at each quadrature point of the rule that the body is integrated with, the fine one of
     /// mixed elements or the usual.
     pub(super) fn directions(
         &self,

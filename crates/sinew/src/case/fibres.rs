@@ -151,7 +151,7 @@ fn write(rows: &[[[f64; 3]; 3]], mesh: &mut AnyMesh) {
     }
 }
 
-/// As many unit directions per cell or node as the law reads.
+/// Unit directions per cell or node, as many as the law reads.
 pub(super) fn directions(
     fibres: Option<&Fibres>,
     law: &Row,

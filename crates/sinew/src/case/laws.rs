@@ -186,7 +186,7 @@ impl Law {
 /// A scene without its mesh and law.
 pub(super) struct Parts {
     pub name: String,
-    /// As many per row as the law reads.
+    /// Directions per row, as many as the law reads.
     pub directions: Vec<Vec<[f64; 3]>>,
     pub parameters: Vec<Parameter>,
     pub loads: Vec<Load>,
@@ -195,7 +195,7 @@ pub(super) struct Parts {
     pub form: Form,
     /// Whether it contracts along its fibres.
     pub active: bool,
-    /// Which strain solids resist.
+    /// Strain that solids resist.
     pub strain: Strain,
 }
 

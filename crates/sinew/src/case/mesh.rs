@@ -28,7 +28,7 @@ pub struct MeshSource {
     pub liver: Option<LiverMesh>,
     /// Cells of what is made.
     pub element: Option<Element>,
-    /// Unit of length of the numbers above and in the file; mm where there is none.
+    /// Unit of length of the numbers above and in the file; mm by default.
     pub unit: Option<String>,
     /// Instead of the first five keys, a mesh in memory, in that unit ([`Case::on`](super::Case::on)).
     #[serde(skip)]

@@ -20,7 +20,7 @@ pub struct Range {
     pub range: Option<[f64; 2]>,
     /// Instead, the known value, in `unit`.
     pub value: Option<f64>,
-    /// Unit of them; the law's where there is none.
+    /// Unit of them; by default the law's.
     pub unit: Option<String>,
     /// How samples are spread; by the logarithm where nothing is said.
     #[serde(default, deserialize_with = "spread")]

@@ -10,14 +10,14 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Select {
-    /// On a plane.
+    /// Points on a plane.
     pub plane: Option<SelectPlane>,
-    /// On a plane, and on the side that its normal points to.
+    /// Points on a plane, and on the side that its normal points to.
     pub beyond: Option<SelectBeyond>,
-    /// In a box along the axes.
+    /// Points in a box along the axes.
     #[serde(rename = "box")]
     pub cuboid: Option<SelectBox>,
-    /// In a ball.
+    /// Points in a ball.
     pub sphere: Option<SelectSphere>,
     /// Facets by their outward normal.
     pub facing: Option<SelectFacing>,
@@ -26,9 +26,9 @@ pub struct Select {
     /// The node nearest to a point.
     #[serde(deserialize_with = "exactly_if_any")]
     pub nearest: Option<[f64; 3]>,
-    /// In a set of the mesh, or in another selection.
+    /// Members of a set of the mesh, or of another selection.
     pub set: Option<String>,
-    /// One of these holds.
+    /// Points in at least one of these.
     pub any: Option<Vec<Select>>,
     /// These do not hold together.
     pub not: Option<Box<Select>>,
@@ -44,7 +44,7 @@ pub struct SelectPlane {
     /// Its normal, of any length.
     #[serde(deserialize_with = "exactly")]
     pub normal: [f64; 3],
-    /// Largest distance from it, on either side \[mm\]; rounding only where there is none.
+    /// Largest distance from it, on either side \[mm\]; by default that of rounding errors.
     #[serde(default)]
     pub within: f64,
 }

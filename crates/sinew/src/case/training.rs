@@ -17,9 +17,9 @@ type Network = toml::Table;
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Training {
-    /// Which recipe.
+    /// The recipe.
     pub recipe: RecipeName,
-    /// Simulations to learn from; the recipe's own number where there is none.
+    /// Simulations to learn from; by default the recipe's own number.
     pub samples: Option<usize>,
     /// Error relative to the displacements at which a regression is good enough.
     pub target: Option<f64>,
@@ -27,11 +27,11 @@ pub struct Training {
     pub minutes: Option<f64>,
     /// Training steps in all.
     pub steps: Option<usize>,
-    /// Seed that all others derive from; 1 where there is none.
+    /// Seed that all others derive from; 1 by default.
     pub seed: Option<u64>,
-    /// Simulations that nothing is trained on; 20 where there is none.
+    /// Simulations that nothing is trained on; 20 by default.
     pub held_out: Option<usize>,
-    /// Solved states that taylor, pi or hybrid stand about; 1 where there is none.
+    /// Solved states that taylor, pi or hybrid stand about; 1 by default.
     pub anchors: Option<usize>,
     /// How samples are spread.
     pub design: Option<Design>,

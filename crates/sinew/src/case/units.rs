@@ -46,7 +46,7 @@ fn find(table: &Table, unit: &str) -> Option<(&'static str, f64)> {
 /// A unit of stress among those of scenes in kPa.
 ///
 /// # Errors
-/// That it is none, with those that there are.
+/// Error of an unknown unit, with the known ones.
 pub(crate) fn stress(unit: &str) -> Result<Unit, String> {
     named(&STRESSES, unit, "stress").map(|(name, size)| Unit::sized(name, size))
 }

@@ -21,7 +21,7 @@ impl Page {
         Some(Self { surface: Surface::of(body)?, seed, html: OnceLock::new() })
     }
 
-    /// The page, or why there is none.
+    /// The page, or the reason for its absence.
     pub(super) fn html(&self, emulator: &Emulator<'_>) -> Result<String, String> {
         let make = || {
             let page = viewer(emulator, self.seed, &mut ()).map_err(|error| error.to_string())?;

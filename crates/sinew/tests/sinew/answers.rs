@@ -1,4 +1,4 @@
-//! Answers in files: units, rows that fail, emulators beside each other, and what is left of an earlier run.
+//! Answers in files: units, rows that fail, emulators beside each other, and remains of an earlier run.
 
 use sinew::Case;
 use sinew::case::negligible_displacement;

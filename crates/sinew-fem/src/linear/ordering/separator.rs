@@ -12,7 +12,7 @@ const GROWN: usize = 8;
 const MOST_BALANCED: f64 = 0.6;
 /// Penalty of imbalance: a fully unbalanced separator costs as much as a balanced one that is heavier by 1/`UNEVEN`.
 const UNEVEN: u64 = 4;
-/// Refinement passes per level; most end by themselves before. Measured on the beams: 12 passes to one side in
+/// Refinement passes per level; most end before. Measured on the beams: 12 passes to one side in
 /// turn give 6 % fewer operations than passes to both.
 const PASSES: usize = 12;
 /// Moves without improvement that end a pass.

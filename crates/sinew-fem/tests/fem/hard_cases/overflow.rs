@@ -253,7 +253,7 @@ fn sensitivities_near_overflow_keep_the_forces_balanced_or_are_refused() {
                 let moved = solution.displacement.iter().zip(slope).map(|(u, s)| u + move_by * s);
                 gradient_and_energy(&cube, &moved.collect::<Vec<_>>(), &theta).0
             };
-            // The forces stay balanced to first order: what is left falls with the square of the step.
+            // The forces stay balanced to first order: the residual falls with the square of the step.
             let left = |step: f64| unbalanced(&cube.prescribed, &forces(step), &[]) / step;
             let step = 1e-6;
             assert!(left(step) < 1e-2, "{kind} {stretch} {index}: {:e}", left(step));
