@@ -70,6 +70,10 @@ pub(crate) const SIMULATIONS: &str = "simulations";
 
 impl Train {
     pub(crate) fn run(&self) -> Result<()> {
+        #[cfg(feature = "networks")]
+        if let Err(reason) = self.backend.device() {
+            return refuse(format!("--backend {}: {reason}", self.backend));
+        }
         let (case, body, folder) = self.case.open()?;
         warn_of_locking(sinew_fem::locking_over_ranges(&body)?);
         let own = case.training;
@@ -89,6 +93,9 @@ impl Train {
             steps,
             ..own
         };
+        if let Some(few @ 0..=1) = training.samples {
+            return refuse(format!("{few} simulations to learn from: give at least 2 (--samples)"));
+        }
         if self.simulations.is_some()
             && matches!(training.recipe, RecipeName::Pi | RecipeName::Taylor)
         {
