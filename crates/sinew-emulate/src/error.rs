@@ -93,7 +93,7 @@ pub enum Error {
     ForeignFolder { folder: PathBuf },
     /// A folder whose networks a training cannot start from.
     #[error(
-        "{} is nothing to start from: {reason}; name the folder of a finished run of the same recipe and parameters",
+        "training cannot start from {}: {reason}; name the folder of a finished run of the same recipe and parameters",
         folder.display()
     )]
     Start { folder: PathBuf, reason: String },

@@ -179,7 +179,7 @@ mod tests {
         let object = message("{'descr': '|O', 'fortran_order': False, 'shape': (1,)}");
         assert!(object.contains("float64"), "{object}");
         let cut = message("{'descr': '<f8', 'fortran_order': False, 'shape': (2,)}");
-        assert!(cut.contains("need 16 bytes, but only 8"), "{cut}");
+        assert!(cut.contains("only 8 of 16 bytes"), "{cut}");
         assert!(message("{'descr': '<f8', 'shape': (1,)}").contains("fortran_order"));
     }
 }

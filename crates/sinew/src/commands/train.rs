@@ -23,16 +23,17 @@ Example: sinew train IdealVentricle --recipe regression --samples 50")]
 pub(crate) struct Train {
     #[command(flatten)]
     case: CaseArguments,
-    /// How the emulator is made
+    /// Kind of emulator
     #[arg(long, value_enum)]
     recipe: Option<RecipeName>,
-    /// Simulations to learn from
+    /// Number of simulations to learn from
     #[arg(long, value_name = "COUNT")]
     samples: Option<usize>,
-    /// Validation error, relative to the displacements, at which a regression takes no more simulations
+    /// Validation error, relative to the displacements, below which a regression takes no more simulations
     #[arg(long)]
     target: Option<f64>,
-    /// Solved states that taylor, pi or hybrid stand about, added where the error is largest; they count as simulations
+    /// Solved states that the expansion of taylor, pi or hybrid passes through. They are added where the error is largest, and
+    /// count as simulations
     #[arg(long, value_name = "COUNT")]
     anchors: Option<usize>,
     /// Wall time of simulations and training in minutes
