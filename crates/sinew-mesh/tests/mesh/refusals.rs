@@ -108,7 +108,7 @@ fn bad_numbers_are_placed() {
     assert_refused(&good.replace("1 1 1", "1 x 1"), &["line 6", "`x`"]);
     assert_refused(
         &good.replace("POINTS 5", "POINTS 99999999999999"),
-        &["coordinates need", "left"],
+        &["coordinates: only", "left"],
     );
     assert_refused(
         &good.replace("POINT_DATA 5", "POINT_DATA 6"),

@@ -78,9 +78,6 @@ const CAMPAIGN: &str = "campaign.json";
 
 impl Sample {
     pub(crate) fn run(&self) -> Result<()> {
-        if self.count == 0 {
-            return refuse("the number of parameter sets is 0; give at least 1 by --count".into());
-        }
         let (_, lowered, folder) = self.case.open_lowered()?;
         let body = lowered.body();
         if self.campaign_shards().is_some() && lowered.balance().is_some() {
