@@ -490,7 +490,7 @@ fn plain_box() -> sinew_mesh::TetMesh {
 }
 
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 42] = [
+const COMMAND_LINES: [(&str, &[&str]); 43] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -509,6 +509,7 @@ const COMMAND_LINES: [(&str, &[&str]); 42] = [
     ("train plate.toml --recipe dd --simulations none --out kept", &["none holds no simulations"]),
     ("train plate.toml --recipe dd --from none", &["cannot start from none"]),
     ("train plate.toml --samples -9", &["--samples", "-9"]),
+    ("train plate.toml --samples 1", &["1 simulations", "at least 2"]),
     ("evaluate plate.toml --cases -9", &["--cases", "-9"]),
     ("solve plate.toml --theta mu=-9,lambda=9,p=2", &["mu = -9 kPa", "positive"]),
     ("solve plate.toml --theta none.csv", &["none.csv", "CSV table"]),
