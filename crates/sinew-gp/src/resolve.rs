@@ -53,7 +53,7 @@ impl<const D: usize> Model<D> {
             let now = found.residual / found.term;
             idle = if now <= BETTER * error { 0 } else { idle + 1 };
             error = error.min(now);
-            let more = match now <= aim || round == ROUNDS || idle == 2 {
+            let more = match now <= aim || round == ROUNDS || idle == 3 {
                 true => None,
                 false => fit.with_more_points(options, round)?,
             };
