@@ -51,20 +51,20 @@ enum Task {
     /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
     /// conditions exactly, beside the figures it prints
     ReproduceGp(Options),
-    /// Hold every figure that the thesis prints against ours: run the studies that are missing and write docs/thesis.md
+    /// Compare every figure that the thesis prints with ours: run the studies that are missing and write docs/thesis.md
     Thesis(Options),
-    /// Calibrate synthetic patients: how often intervals hold the truth, and how far posteriors are from brute force
+    /// Calibrate synthetic patients: coverage of intervals, and distance of posteriors from brute force
     ReproduceCalibration(Options),
-    /// How often 95 % intervals of Gaussian processes hold the truth, on twenty-one problems that are not the thesis': sets of
-    /// data, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
+    /// Measure the coverage of 95 % intervals of Gaussian processes on twenty-one problems, none of them of the thesis: number of
+    /// data sets, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
     Coverage(Options),
-    /// How often error estimates of emulators mislead, on bodies and ranges that nothing was tuned for
+    /// Compare error estimates of emulators with true errors, on bodies and ranges that nothing was tuned for
     CoverageEstimates(Options),
-    /// Run the benchmarks of the solver against references it shares no code with
+    /// Run the benchmarks of the solver, against references that share no code with it
     Verify(Options),
     /// Format, lints, documentation, dependency arrows, circles of imports and tests: what continuous integration runs
     Ci,
-    /// Hold the crates' dependencies against the table in docs/architecture.md
+    /// Compare the crates' dependencies with the table in docs/architecture.md
     Arrows,
     /// Find words and sentences that the style guide replaces
     Words,
@@ -77,11 +77,12 @@ enum Task {
         #[arg(long)]
         test: bool,
     },
-    /// Run a campaign on a Slurm of two nodes that it starts on this machine, and one by Snakemake; says skipped where these are missing
+    /// Run a campaign on a Slurm of two nodes that it starts on this machine, and one by Snakemake; skipped with a word where these are
+    /// missing
     Campaigns,
     /// Pack all published crates, and build and test sinew-mesh and sinew-fem from their packages outside of the repository
     Package,
-    /// Print the licences of what is linked; fails on one that is not on the list
+    /// Print the licences of all linked crates; fails on a licence that is not allowed
     Licences,
     /// Write the README of every published crate: the beginning of its documentation
     Readmes,

@@ -54,7 +54,7 @@ impl Shard {
         let Some((scheduler, task)) = found else {
             let names = SCHEDULERS.map(|scheduler| scheduler.task).join(", ");
             return Err(format!(
-                "this process is no task of a job array, for none of {names} is a number; submit an array, or give INDEX/COUNT such as 3/16"
+                "this process is not a task of a job array: none of {names} is a number; submit an array, or give INDEX/COUNT such as 3/16"
             ));
         };
         let [first, last, step] = match (range.strip_prefix(':'), scheduler.array) {
@@ -94,8 +94,9 @@ fn untold(scheduler: &Scheduler, task: usize) -> String {
 /// First and last task as the command line gives them.
 fn given(text: &str, range: &str) -> Result<[usize; 3], String> {
     let ends = range.split_once('-').and_then(|(a, b)| Some([a.parse().ok()?, b.parse().ok()?]));
-    let [first, last] = ends
-        .ok_or_else(|| format!("`{text}` is no shard; write auto:FIRST-LAST, such as auto:1-16"))?;
+    let [first, last] = ends.ok_or_else(|| {
+        format!("`{text}` is not a shard; write auto:FIRST-LAST, such as auto:1-16")
+    })?;
     Ok([first, last, 1])
 }
 
@@ -113,7 +114,7 @@ impl FromStr for Shard {
         let numbers =
             text.split_once('/').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
         numbers.and_then(|(index, of)| Self::new(index, of)).ok_or_else(|| {
-            format!("`{text}` is no shard; write INDEX/COUNT counted from 1, such as 3/16")
+            format!("`{text}` is not a shard; write INDEX/COUNT counted from 1, such as 3/16")
         })
     }
 }

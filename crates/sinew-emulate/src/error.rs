@@ -51,7 +51,7 @@ pub enum Error {
     #[error("theta has {found} entries, the body has {expected} parameters: {names}")]
     ThetaLength { found: usize, expected: usize, names: String },
     /// A count or budget that admits no training.
-    #[error("{what} is {value}; {advice}")]
+    #[error("{what} is {}; {advice}", plain(*value))]
     Setting { what: &'static str, value: f64, advice: &'static str },
     /// A case index beyond those of the prediction.
     #[error("there is no case {case} in a prediction of {cases}")]
@@ -93,7 +93,7 @@ pub enum Error {
     ForeignFolder { folder: PathBuf },
     /// A folder whose networks a training cannot start from.
     #[error(
-        "{} is nothing to start from: {reason}; name the folder of a finished run of the same recipe and parameters",
+        "training cannot start from {}: {reason}; name the folder of a finished run of the same recipe and parameters",
         folder.display()
     )]
     Start { folder: PathBuf, reason: String },
@@ -164,4 +164,14 @@ pub enum Error {
     /// A prediction that is not finite.
     #[error("the prediction for {theta} is not finite; {reason}")]
     NotFinite { theta: String, reason: String },
+}
+
+/// A number without rows of zeros: in scientific notation beyond 1e-4 to 1e15.
+fn plain(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-4..1e15).contains(&size) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
 }

@@ -253,7 +253,7 @@ mod tests {
         let [better, worse] =
             [[0.1, f64::MAX], [0.2, f64::MAX]].map(|relative| root_mean_square(&cases(&relative)));
         assert!(better < worse, "{better} {worse}");
-        // Nor does a candidate win by being exact there.
+        // An exact prediction there does not outweigh a larger error elsewhere.
         assert!(better < root_mean_square(&cases(&[0.2, 0.0])));
         let [none, exact] = [f64::MAX, 0.0].map(|relative| root_mean_square(&cases(&[relative])));
         assert!(exact < none && none.is_finite());

@@ -40,8 +40,8 @@ impl Stage {
         Self { name, once_s, each_s, errors }
     }
 
-    /// After quasi-Newton steps with the stiffness at the centre of the ranges, factorised once in about the time of a Newton step; `None` where
-    /// there is none.
+    /// After quasi-Newton steps with the stiffness at the centre of the ranges, factorised once in about the time of a Newton step; `None` if
+    /// that stiffness cannot be factorised.
     pub(crate) fn refined(
         emulator: &Emulator<'_>,
         test: &TestSet<'_>,

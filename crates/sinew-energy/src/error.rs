@@ -29,7 +29,7 @@ pub enum SceneError {
     Factors { place: &'static str, count: usize, found: usize, at: usize },
     /// A tetrahedron without positive volume \[length³\].
     #[error(
-        "cell {cell} has volume {volume:e}; turn inverted cells with sinew_mesh::repair_orientation \
+        "cell {cell} has the volume {volume:?}, which must be positive; turn inverted cells (sinew_mesh::repair_orientation) \
          and remove flat ones"
     )]
     InvertedCell { cell: usize, volume: f64 },
@@ -70,7 +70,7 @@ pub enum SceneError {
     /// The body is free along an axis.
     #[error(
         "no support holds the body along {axes}: it is free to move there and has no unique \
-         equilibrium; add a support, such as Support::clamped"
+         equilibrium; add a support that holds it there"
     )]
     FreeToMove { axes: String },
     /// A node that belongs to no cell and that no support holds.
@@ -129,13 +129,13 @@ pub enum SceneError {
     PlaneLaw { law: &'static str, nodes: usize },
     /// Triangles that are not in one plane.
     #[error(
-        "node {node} lies {height:e} above node 0 along z, but triangles are a slice of a body in the x-y plane; flatten the mesh, \
-         or give cells of a solid"
+        "node {node} lies {height:e} above node 0 along z, but triangles are a plane section in the x-y plane; flatten the mesh, \
+         or give a mesh of solid cells"
     )]
     NotFlat { node: usize, height: f64 },
     /// A load across a plane body.
     #[error(
-        "{what} is {value}, but triangles are a slice of a body in the x-y plane that nothing moves out of; give 0, or cells of a solid"
+        "{what} is {value}, but a mesh of triangles is a plane section, whose nodes move in x and y only; give 0, or a mesh of solid cells"
     )]
     OutOfPlane { what: String, value: f64 },
     /// There are neither as many directions as cells, nor as quadrature points, nor as nodes.
@@ -210,15 +210,15 @@ pub enum SceneError {
     #[error(
         "the pressure on `{name}` has no potential: the edge between nodes {} and {} of its rim is neither \
          held nor made to slide in one coordinate plane; hold the rim, close the \
-         surface, or lower the scene with lower_follower",
+         surface, or solve the force balance (Scene::lower_follower)",
         edge[0], edge[1]
     )]
     LooseRim { name: String, edge: [usize; 2] },
     /// A sliding rim that is not plane enough.
     #[error(
         "the rim of `{name}` slides across {axis} but is not even: it goes from {axis} = {least} to {axis} = {most}, so that {:.2} % \
-         of the pressure's force would be lost, where 0.01 % is allowed; move its nodes into one plane, hold the rim, or lower \
-         the scene with lower_follower",
+         of the pressure's force would be lost, where 0.01 % is allowed; move its nodes into one plane, hold the rim, or solve \
+         the force balance (Scene::lower_follower)",
         100.0 * part
     )]
     UnevenRim { name: String, axis: char, least: f64, most: f64, part: f64 },

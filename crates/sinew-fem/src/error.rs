@@ -20,7 +20,7 @@ pub enum SolveError {
     LooseNode { node: usize },
     /// A connected part of the body can move without deforming.
     #[error(
-        "the part of the body with node {node} ({nodes} nodes) is free in {}; add supports there, such as Support::clamped",
+        "the part of the body with node {node} ({nodes} nodes) is free in {}; add supports that hold it there",
         modes.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
     )]
     FreeToMove { node: usize, nodes: usize, modes: Vec<RigidMode> },
@@ -147,8 +147,8 @@ pub enum Advice {
     /// The linear model at rest shows that the load is far beyond what the body bears.
     #[error(
         "the load is {times:.0e} times the one that would strain the body by about a quarter if it stayed linear, so that more than its \
-         first steps were not looked for; check the units of load, stiffness and mesh, or approach it by Line::of_loads and \
-         Solver::follow"
+         first steps were not looked for; check the units of load, stiffness and mesh, or approach it along a path of rising loads \
+         (Solver::follow)"
     )]
     FarBeyond { times: f64 },
     /// A prescribed rotation so large that its nodes pass through each other on straight lines.

@@ -42,7 +42,7 @@ pub enum Error {
     )]
     PredictionNotFinite { sample: usize },
     /// A backend this build does not contain.
-    #[error("this build has no `{0}` backend; build with the cargo feature of that name")]
+    #[error("this build has no `{0}` backend; build it with --features {0}")]
     MissingBackend(&'static str),
     /// A backend without a device.
     #[error(

@@ -71,7 +71,7 @@ pub enum Problem {
     Missing { expected: &'static str },
     /// The file ends before the numbers it declares.
     #[error(
-        "{what} need {needed} bytes, but only {available} are left; the declared count is wrong or \
+        "{what}: only {available} of {needed} bytes are left in the file; the declared count is wrong or \
          the file was cut off: export or copy it again"
     )]
     CutOff { what: &'static str, needed: u128, available: usize },

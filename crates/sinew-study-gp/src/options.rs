@@ -22,14 +22,14 @@ pub struct Options {
     /// Data sets behind every median [default: 10, or 1 with --quick]
     #[arg(long, value_parser = parse_count)]
     pub seeds: Option<usize>,
-    /// Fits side by side, each on one thread [default: one per processor]
+    /// Number of fits at the same time, each on one thread [default: number of processors]
     #[arg(long, value_parser = parse_count)]
     #[serde(skip)]
     pub threads: Option<usize>,
     /// Folder for the report and the results of single fits
     #[arg(long, default_value = "out/reproduce-gp")]
     pub out: PathBuf,
-    /// Keep the fits that the output folder holds, and do what is missing
+    /// Keep the fits in the output folder, and run the missing ones
     #[arg(long)]
     #[serde(skip)]
     pub resume: bool,

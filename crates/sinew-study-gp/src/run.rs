@@ -126,7 +126,7 @@ struct Piece {
     set: usize,
 }
 
-/// For each experiment and each case, what came of its data sets: of those stored before, if the run goes on, else done now, each
+/// Outcomes of the data sets of each experiment and each case. A resumed run reads those stored before; the others run now, each
 /// on one thread.
 fn outcomes(
     options: &Options,

@@ -30,7 +30,7 @@ use std::path::PathBuf;
 #[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[command(name = "cargo xtask coverage-estimates", version, max_term_width = 110)]
 pub struct Options {
-    /// Bodies by a part of their name, separated by commas [default: all]
+    /// Parts of names of bodies, separated by commas [default: all bodies]
     #[arg(long, value_delimiter = ',')]
     pub only: Vec<String>,
     /// Recipes to train
@@ -44,19 +44,19 @@ pub struct Options {
     /// Parameter sets of each body
     #[arg(long, default_value_t = 40)]
     pub cases: usize,
-    /// Training of networks in shares of their recipe's steps: poor networks are wanted, too
+    /// Training steps of networks relative to their recipe; below 1, since poor networks are tested too
     #[arg(long, default_value_t = 0.15)]
     pub effort: f64,
-    /// Folder of left_ventricle.vtk and liver.vtk, where there are such
+    /// Folder with left_ventricle.vtk and liver.vtk; optional
     #[arg(long, default_value = "../shared/meshes")]
     pub meshes: PathBuf,
     /// Seed that all seeds of the run derive from
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Folder for tables and what is kept
+    /// Folder for tables and stored results
     #[arg(long, default_value = "out/coverage-estimates")]
     pub out: PathBuf,
-    /// Keep what an earlier run with the same options has finished
+    /// Keep the finished parts of an earlier run with the same options
     #[arg(long)]
     #[serde(skip)]
     pub resume: bool,

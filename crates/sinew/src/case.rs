@@ -421,7 +421,7 @@ impl Case {
             _ => &["mesh"],
         };
         let loose = matches!(error, SceneError::LooseRim { .. } | SceneError::UnevenRim { .. });
-        let advice = if loose { format!("; or {}", lowered::LOOSE) } else { String::new() };
+        let advice = if loose { format!("; to do so, {}", lowered::LOOSE) } else { String::new() };
         self.source.error(key, format!("{error}{advice}"))
     }
 }

@@ -56,7 +56,7 @@ enum Command {
     Calibrate(calibrate::Calibrate),
     /// Make the data of a patient file from parameters, with noise.
     Synthesise(synthesise::Synthesise),
-    /// Sample parameter sets from their ranges, and solve them if wanted.
+    /// Sample parameter sets from their ranges, and solve them with --solve.
     Sample(sample::Sample),
     /// Merge the shards of a campaign.
     Merge(sample::Merge),

@@ -186,7 +186,9 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
         let cells: Vec<&str> = text.split(',').map(|cell| cell.trim().trim_matches('"')).collect();
         if cells.len() != heads.len() {
             let (found, wanted, names) = (cells.len(), heads.len(), names.join(", "));
-            let reason = format!("{found} values for the {wanted} columns {names}; give one each");
+            let reason = format!(
+                "{found} values for the {wanted} columns {names}; give one for each column"
+            );
             return Err(error(line, reason));
         }
         let read = |((parameter, &column), unit): ((&Parameter, &usize), &Unit)| {

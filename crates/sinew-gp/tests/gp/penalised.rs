@@ -54,8 +54,8 @@ fn a_wave_runs_around_a_ring() {
         let mean = must(posterior.mean(&grid));
         let misses = mean.iter().zip(&grid).map(|(m, x)| (m - exact(*x)).abs());
         let err = misses.sum::<f64>() / grid.len() as f64;
-        // How far the ends are apart at times that no pseudo-observation names, the last ones apart,
-        // beyond which there is none.
+        // Distance between the ends at times between pseudo-observations. The last times are left out: no
+        // pseudo-observation lies beyond them.
         let jump = |operator: &Operator<2>| {
             (1..10)
                 .map(|k| {

@@ -102,13 +102,13 @@ fn bad_cells_are_named() {
 #[test]
 fn bad_numbers_are_placed() {
     let good = vtk("4 0 1 2 3", "10", "POINT_DATA 5\nVECTORS u double\n");
-    assert_refused(&good, &["values of a field need 29 bytes, but only 0", "cut off"]);
+    assert_refused(&good, &["values of a field: only 0 of 29 bytes", "cut off"]);
     let holed = vtk("4 0 1 2 3", "10", "").replace("5 int", "5 float").replace("1 1 1", "1 nan 1");
     assert_refused(&holed, &["line 6", "node 4 lies at", "finite"]);
     assert_refused(&good.replace("1 1 1", "1 x 1"), &["line 6", "`x`"]);
     assert_refused(
         &good.replace("POINTS 5", "POINTS 99999999999999"),
-        &["coordinates need", "left"],
+        &["coordinates: only", "left"],
     );
     assert_refused(
         &good.replace("POINT_DATA 5", "POINT_DATA 6"),

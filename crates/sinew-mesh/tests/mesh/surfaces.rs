@@ -184,7 +184,7 @@ fn damaged_surfaces_are_named_with_their_place() {
     let mut binary = to_stl(&surface(), VtkEncoding::Binary).unwrap();
     binary.truncate(binary.len() - 20);
     let error = refused("a.STL", &binary);
-    assert!(error.contains("triangles need") && error.contains("byte 80"), "{error}");
+    assert!(error.contains("triangles: only") && error.contains("byte 80"), "{error}");
     let text = String::from_utf8(to_vtk_surface(&surface(), VtkEncoding::Ascii).unwrap()).unwrap();
     let error = refused("a.vtk", text.replace("POLYDATA", "STRUCTURED_GRID").as_bytes());
     assert!(error.contains("line 4") && error.contains("poly data"), "{error}");

@@ -166,7 +166,7 @@ fn auto_says_why_it_took_what_it_took() {
     assert!(choice.to_string().contains("meets the target"), "{choice}");
     assert!(errors(&emulator).relative.max < 1e-3);
 
-    // A target out of reach: regression doubles its simulations, a rival is tried, and the least error wins.
+    // A target out of reach: regression doubles its simulations, a rival is tried, and the least error decides.
     let base = Hybrid::default();
     let training = steps(&base.training, 20);
     let rival = Hybrid { simulations: 12, network: small_network(), training, ..base };

@@ -91,7 +91,7 @@ fn a_correction_from_far_away_says_so() {
     let Recipe::DataDriven(base) = quick_network(1) else { unreachable!("it is data-driven") };
     let recipe = Recipe::from(DataDriven { coordinates: Coordinates::Components, ..base });
     let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
-    // An emulator that learned nothing, and whose outputs follow nothing by themselves, is too far away for a step, at least at the ends of the ranges.
+    // An untrained emulator without a Taylor polynomial is too far away for a step, at least at the ends of the ranges.
     let corrected = emulator.correct(&[8.0, 8.0], 1).unwrap();
     let far =
         |w: &Warning| matches!(w, Warning::FarForCorrection { relative, .. } if *relative > 0.04);

@@ -21,7 +21,7 @@ pub struct BeamOptions {
     /// Wall time of the whole run, such as 90s, 10m or 1h: step counts are scaled to fit
     #[arg(long, value_parser = humantime::parse_duration, conflicts_with_all = ["quick", "full"])]
     pub budget: Option<Duration>,
-    /// Steps of all trainings relative to the default run: repeatable, where a time budget depends on the machine
+    /// Steps of all trainings relative to the default run; unlike a time budget, independent of the machine
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = parse_effort, conflicts_with_all = ["quick", "full", "budget"])]
     pub effort: f64,
     /// Same code with few simulations and steps, within a minute: a check, not a result

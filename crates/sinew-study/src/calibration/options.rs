@@ -26,10 +26,10 @@ pub struct Options {
     /// Seed that all seeds of the run derive from
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Folder for the report and what it is made of
+    /// Folder for the report and stored results
     #[arg(long, default_value = "out/reproduce-calibration")]
     pub out: PathBuf,
-    /// Keep the patients that an earlier run with the same options has finished
+    /// Keep the finished patients of an earlier run with the same options
     #[arg(long)]
     #[serde(skip)]
     pub resume: bool,
@@ -39,7 +39,7 @@ pub struct Options {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Part {
-    /// Two parameters against a grid of solves, with a bad emulator beside, and adaptive Metropolis.
+    /// Two parameters against a grid of solves, also with a poor emulator, and adaptive Metropolis.
     Grid,
     /// Four parameters against importance sampling.
     Importance,

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 /// Train emulators of the thesis' organs and measure them against the finite-element solver.
 ///
-/// Scenes are run one after the other; a run that was killed goes on with --resume. Liver and ventricle are published
+/// Scenes are run one after the other; --resume continues a run that was killed. Liver and ventricle are published
 /// meshes that do not come with this program: without them made bodies stand in for the scenes `ventricle` and `liver`,
 /// and ventricle-thesis and ventricle-neo-hookean are left out, which the report says. The report holds what this call
 /// ran or resumed.
@@ -29,13 +29,13 @@ pub struct Options {
     /// Recipes to train
     #[arg(long, value_delimiter = ',', value_enum, default_value = "pi,taylor,regression")]
     pub recipe: Vec<RecipeName>,
-    /// Solved states that taylor, pi and hybrid stand about [default: 1]
+    /// Solved states that the expansion of taylor, pi and hybrid passes through [default: 1]
     #[arg(long, value_name = "COUNT")]
     pub anchors: Option<usize>,
-    /// Folder of left_ventricle.vtk and liver.vtk, where there are such
+    /// Folder with left_ventricle.vtk and liver.vtk; optional
     #[arg(long, default_value = "../shared/meshes")]
     pub meshes: PathBuf,
-    /// Folder of the surfaces of a real heart, patient1_LV_ENDOCARDIAL_000.vtk and its like
+    /// Folder with surfaces of a real heart, such as patient1_LV_ENDOCARDIAL_000.vtk; optional
     #[arg(long, default_value = "../shared/meshes/biv-me")]
     pub hearts: PathBuf,
     /// Seed that all seeds of the run derive from
@@ -44,7 +44,7 @@ pub struct Options {
     /// Folder for report, fields and emulators
     #[arg(long, default_value = "out/reproduce-organs")]
     pub out: PathBuf,
-    /// Keep what an earlier run with the same options has finished, and go on with the rest
+    /// Keep the finished parts of an earlier run with the same options, and run the rest
     #[arg(long)]
     #[serde(skip)]
     pub resume: bool,

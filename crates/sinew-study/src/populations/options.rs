@@ -27,15 +27,15 @@ pub struct Options {
     #[arg(long, conflicts_with = "quick")]
     #[serde(default)]
     pub full: bool,
-    /// Only simulate this part of the ventricles of chapter 2, such as 3/16, and end; a run with --resume finds what all parts simulated
+    /// Only simulate this part of the ventricles of chapter 2, such as 3/16; a run with --resume reads the simulations of all parts
     #[arg(long)]
     #[serde(skip)]
     pub shard: Option<Shard>,
-    /// Leave out the rivals that learn from simulations
+    /// Leave out regressions on simulations
     #[arg(long)]
     #[serde(default)]
     pub no_rivals: bool,
-    /// Leave out networks: what regression, one solution and a frozen stiffness do
+    /// Leave out networks: regression, Taylor expansion and frozen stiffness only
     #[arg(long)]
     #[serde(default)]
     pub no_networks: bool,
@@ -43,7 +43,7 @@ pub struct Options {
     #[arg(long)]
     #[serde(default)]
     pub template: bool,
-    /// Only so many of the networks of plane beams
+    /// Number of networks of plane beams [default: all]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
     #[serde(skip)]
     pub networks: Option<u64>,
@@ -51,17 +51,17 @@ pub struct Options {
     #[arg(long, value_name = "COUNT", conflicts_with_all = ["quick", "shard"], value_parser = clap::value_parser!(u64).range(8..=850))]
     #[serde(default)]
     pub simulations: Option<u64>,
-    /// Folder of the surfaces of a real heart, patient1_LV_ENDOCARDIAL_000.vtk and its like
+    /// Folder with surfaces of a real heart, such as patient1_LV_ENDOCARDIAL_000.vtk; optional
     #[arg(long, default_value = "../shared/meshes/biv-me")]
     pub hearts: PathBuf,
     /// Seed that all seeds of the run derive from
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Study so many seeds, each one above the last, and show their medians beside each other
+    /// Number of seeds, from --seed upwards; medians of all seeds stand beside each other
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     #[serde(default = "one")]
     pub seeds: u64,
-    /// Folder for the report and what it is made of
+    /// Folder for the report and stored results
     #[arg(long, default_value = "out/reproduce-populations")]
     pub out: PathBuf,
     /// Keep the populations that an earlier run with the same options has finished

@@ -32,7 +32,7 @@ pub(super) struct Entry {
     cpu_s: f64,
 }
 
-/// Who wins a group, if anyone does, and the numbers that decided.
+/// Class with the lowest errors of a group, if there is one, and the numbers that decided.
 #[derive(Debug)]
 struct Verdict {
     winner: Option<&'static str>,
@@ -95,8 +95,8 @@ fn median(errors: &[f64]) -> Option<f64> {
     Distribution::of(errors.to_vec()).map(|errors| errors.q50)
 }
 
-/// The entries that take part, and whether each is within the CPU time at which classes are compared: what all were given that take
-/// any. A class with nothing by then takes part with what it has later: that may keep others from winning, and does not win.
+/// Entries that take part, and whether each is within the CPU time at which classes are compared: the least that any class was
+/// given. A class with no entry by then takes part with its later ones: these may keep others from the lowest error, and never have it.
 fn at_equal_time<'a>(entries: &[&'a Entry]) -> Vec<(&'a Entry, bool)> {
     let of_class = |class: &'static str| entries.iter().filter(move |e| e.class() == class);
     let given = |e: &&Entry| of_class(e.class()).fold(0.0, |most: f64, e| most.max(e.cpu_s));
@@ -147,7 +147,7 @@ fn least<'a>(of: &[&'a Entry]) -> Option<[&'a Entry; 2]> {
     Some([by(|e| [e.raw, e.after()])?, by(|e| [e.after(), e.raw])?])
 }
 
-/// The rule on one group with every seed: who wins in how many, and the numbers of the first of them.
+/// The rule on one group with every seed: how often each class has the lowest errors, and the numbers of the first of these seeds.
 fn tally(seeds: &[Vec<Entry>], group: &str, unit: &str) -> String {
     let mut found: Vec<(Verdict, usize)> = Vec::new();
     for seed in seeds {
@@ -251,7 +251,7 @@ mod tests {
         {
             assert!(found.because.contains(number), "{found:?}");
         }
-        // A network that is lower raw only, and another after a step only, do not make one that wins.
+        // One network with the lower raw error and another with the lower error after a step do not make one with both.
         all[2].corrected = Some(1.0);
         let found = of(&all);
         assert_eq!(found.winner, None);

@@ -13,19 +13,19 @@ use sinew_report::Report;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Hold every figure that the thesis prints against ours: run the studies that are missing, and write docs/thesis.md and the tables of other pages from their reports.
+/// Compare every figure that the thesis prints with ours: run the studies that are missing, and write docs/thesis.md and the tables of other pages from their reports.
 ///
-/// A run that was interrupted goes on where it was. What is kept of finished runs lies in docs/thesis; such runs are not repeated.
+/// An interrupted run continues. Reports of finished runs are kept in docs/thesis, and these runs are not repeated.
 #[derive(Parser, Clone, Debug)]
 #[command(name = "cargo xtask thesis", version, max_term_width = 110)]
 pub struct Options {
     /// Chapters (1, 2, 3, 4, A, B) or runs, separated by commas [default: all]
     #[arg(long, value_delimiter = ',', value_parser = keys())]
     pub only: Vec<String>,
-    /// Small runs that check the path: they mean nothing, are repeated each time, and their page lies in the folder of the runs
+    /// Small runs that check the code: no results, repeated each time; their page is written into the folder of the runs
     #[arg(long)]
     pub quick: bool,
-    /// Run nothing: write the page from what is kept
+    /// Run nothing: write the pages from the kept reports
     #[arg(long)]
     pub write: bool,
     /// Repeat finished runs, too

@@ -78,7 +78,7 @@ impl Factors {
         let Some(name) = &self.field else {
             let factor = self.factor.unwrap_or(1.0);
             if !fits(factor) {
-                let reason = format!("{factor} is no factor here; give a finite number {required}");
+                let reason = format!("{factor} is not a factor; give a finite number {required}");
                 return Err(source.error(&[key, "factor"], reason));
             }
             let mut of_nodes = vec![1.0; body.nodes];

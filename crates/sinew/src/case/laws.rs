@@ -160,7 +160,7 @@ impl Law {
         match (row.bulk_modulus, self.bulk_modulus) {
             (true, None) => Err(source.error(
                 &["law"],
-                format!("write law = {{ name = \"{}\", bulk_modulus = 25.0 }}: its penalty on changes of volume [kPa]", row.name),
+                format!("`bulk_modulus` [kPa], the penalty on changes of volume, is missing; write law = {{ name = \"{}\", bulk_modulus = 25.0 }}", row.name),
             )),
             (false, Some(_)) => {
                 Err(source.error(&["law", "bulk_modulus"], format!("`{}` has no bulk modulus of its own; leave it out", row.name)))

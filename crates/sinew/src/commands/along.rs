@@ -12,11 +12,11 @@ use std::path::Path;
 /// Path in θ and number of frames.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Way {
-    /// Follow the body along a parameter, from a load that rises from rest at the first end: NAME=START..END, such as p=0..8mmHg.
-    /// --theta gives the others
+    /// Solve along a path of one parameter: NAME=START..END, such as p=0..8mmHg. START is reached from rest by load increments;
+    /// --theta sets the other parameters
     #[arg(long, value_name = "NAME=START..END", conflicts_with_all = ["check_mesh", "load_steps", "pictures", "arrays"])]
     along: Option<String>,
-    /// Steps along it; there is one frame more
+    /// Steps of the path; there is one frame more than steps
     #[arg(long, value_name = "COUNT", default_value_t = 20, requires = "along", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     frames: u32,
 }

@@ -24,7 +24,7 @@ const DOUBTFUL: f64 = 3.0;
 #[command(after_help = "\
 PATIENT is a case file whose mesh is the image, with [phases], [[data]] and [calibration] (docs/calibration.md). Writes posterior.csv,
 posterior.json (for arviz), edpvr.csv, rest.vtu, report.html and report.json into OUT/calibrate. A posterior that the solver does not
-confirm is an error, not a result. solves.csv keeps every solve: --resume goes on from there to the same numbers.
+confirm is an error, not a result. solves.csv keeps every solve: --resume continues from there, to the same numbers.
 
 Example: sinew calibrate patient.toml --check")]
 pub(crate) struct Calibrate {
@@ -42,10 +42,10 @@ pub(crate) struct Calibrate {
     /// Stop with an error when this time is over, such as 60s or 5m
     #[arg(long, value_name = "TIME", value_parser = duration)]
     budget: Option<Duration>,
-    /// Go on from the solves of a run that was stopped
+    /// Continue a run that was stopped, from its stored solves
     #[arg(long)]
     resume: bool,
-    /// Seed instead of the file's
+    /// Seed [default: that of the file]
     #[arg(long)]
     seed: Option<u64>,
 }

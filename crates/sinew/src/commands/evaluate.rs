@@ -20,10 +20,10 @@ Example: sinew train OnceClampedBeam --recipe regression && sinew evaluate OnceC
 pub(crate) struct Evaluate {
     #[command(flatten)]
     case: CaseArguments,
-    /// Test cases
+    /// Number of test cases
     #[arg(long, default_value_t = 100)]
     cases: usize,
-    /// Largest number of Newton steps
+    /// Newton steps after which errors are measured, from 0 to this number
     #[arg(long, default_value_t = 2)]
     corrections: usize,
     /// Names of emulators within OUT [default: all]

@@ -18,8 +18,8 @@ directions) and body.json (names, units, ranges, law, counts, and the potential 
 displacement, against which another program can check its own).
 
 With --page writes OUT/NAME.html instead, where NAME is the emulator's: one file for any browser, without a network, with a
-slider for every parameter and the error shown. Where nothing is trained yet, a regression is, as by sinew train --recipe
-regression. Docs/viewer.md says how its numbers are made.
+slider for every parameter and the error shown. Without a trained emulator a regression is trained first, as by
+sinew train --recipe regression. docs/viewer.md describes how its numbers are made.
 
 Example: sinew export OnceClampedBeam --page")]
 pub(crate) struct Export {

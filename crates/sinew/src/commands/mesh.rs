@@ -18,7 +18,7 @@ pub(crate) struct Mesh {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// Fill the wall of a ventricle between its surfaces, with names, fibres and a report of how well it fits.
+    /// Mesh the wall of a ventricle between its surfaces, with facet sets, fibres and the distance to the surfaces.
     Ventricle(Ventricle),
 }
 
@@ -47,10 +47,10 @@ struct Ventricle {
     /// Approximate number of nodes [default: 1500]
     #[arg(long, value_name = "COUNT", conflicts_with = "edge")]
     nodes: Option<usize>,
-    /// Length of edges, instead of --nodes
+    /// Length of edges, in the unit of the surfaces, instead of --nodes
     #[arg(long, value_name = "LENGTH")]
     edge: Option<f64>,
-    /// Layers of cells [default: as many as make them about as thick as wide, two at least]
+    /// Layers of cells through the wall [default: cells about as thick as wide, at least two layers]
     #[arg(long, value_name = "COUNT")]
     layers: Option<usize>,
     /// Base: auto (the highest plane below the valves that cuts a whole wall), a fraction of the way from the

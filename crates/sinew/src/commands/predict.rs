@@ -35,7 +35,7 @@ pub(crate) struct Asked {
 #[command(after_help = "\
 Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict/NAME, where NAME is the emulator's. Each case has
 an estimate of its error, by Newton steps that contract, or the reason for its absence; --quick leaves it out. --refine 4
-adds quasi-Newton steps, a tenth of a Newton step or less each: a tenth to a thousandth of the error remains. A row of a table that fails
+adds quasi-Newton steps: each costs at most a tenth of a Newton step, and four lower the error by a factor of 10 to 1000. A row of a table that fails
 is a row of cases.csv with the reason, and the exit code is not 0.
 
 With --accuracy no emulator is needed: the solver, a Taylor expansion or a trained emulator is chosen by the expected number

@@ -21,8 +21,8 @@ Writes OUT/sample/thetas.csv, which --theta of the other commands reads; with --
 
 Example: sinew sample OnceClampedBeam --count 200 --design sobol --solve
 
-A campaign that outgrows one machine is solved in shards, each by a process of its own that may be killed and started
-again, and put together by sinew merge:
+A campaign too large for one machine is solved in shards. Each shard is a process that may be killed and started
+again; sinew merge puts the shards together:
 
   sinew sample heart.toml --count 3000 --solve --shard 1/16    # to 16/16, anywhere with the same OUT
   sinew merge heart.toml
@@ -31,8 +31,8 @@ again, and put together by sinew merge:
   sinew sample heart.toml --count 3000 --script slurm --shards 16    # the same as one job array
   sh out/heart/sample/slurm.sh --time=04:00:00
 
-By SIGTERM, as schedulers send it before the time is up, or by Ctrl-C it stores what is solved and ends with the code 3. The
-same command goes on.")]
+On Ctrl-C, or on SIGTERM, which schedulers send before the time is up, finished solves are stored and the exit code is 3. The
+same command continues.")]
 pub(crate) struct Sample {
     #[command(flatten)]
     case: CaseArguments,
@@ -49,11 +49,11 @@ pub(crate) struct Sample {
     /// Solve each parameter set
     #[arg(long)]
     solve: bool,
-    /// Solve this shard only: 3/16; `auto` for that of the job array's task that this is (Slurm, SGE), with the numbers of the whole
-    /// array as auto:0-15 where the scheduler does not tell them (PBS)
+    /// Solve one shard only, such as 3/16. `auto` takes the shard of this task of a job array (Slurm, SGE); PBS does not tell the
+    /// size of its arrays, so write auto:0-15
     #[arg(long, value_name = "INDEX/COUNT", requires = "solve", value_parser = shard)]
     shard: Option<Shard>,
-    /// Write a campaign for a scheduler: all shards, and their merge
+    /// Write the script of a campaign for a scheduler: all shards, and their merge
     #[arg(long, value_name = "SCHEDULER", conflicts_with_all = ["solve", "shard"])]
     script: Option<Scheduler>,
     /// Shards of the campaign that --script writes

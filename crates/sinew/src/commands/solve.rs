@@ -19,8 +19,8 @@ solved with a warning. A row of a table that fails is a row of cases.csv with th
 With --check-mesh the first case is solved with quadratic elements too. Printed are the mean and the largest difference,
 and the volumes of cavities.
 
-With --along the body is followed along one parameter, each frame from the one before: cases.pvd then has its value as time, and
-curve.csv the displacements and the volumes of cavities against it. The path ends where the body snaps, with an exit code of 1.
+With --along each frame starts from the equilibrium of the frame before. cases.pvd then has the parameter as time, and
+curve.csv displacements and cavity volumes against it. The path ends where the body snaps, with an exit code of 1.
 
 Examples: sinew solve IdealVentricle --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg
           sinew solve IdealVentricle --along p=0..8mmHg --frames 20")]

@@ -23,16 +23,17 @@ Example: sinew train IdealVentricle --recipe regression --samples 50")]
 pub(crate) struct Train {
     #[command(flatten)]
     case: CaseArguments,
-    /// How the emulator is made
+    /// Kind of emulator
     #[arg(long, value_enum)]
     recipe: Option<RecipeName>,
-    /// Simulations to learn from
+    /// Number of simulations to learn from
     #[arg(long, value_name = "COUNT")]
     samples: Option<usize>,
-    /// Validation error, relative to the displacements, at which a regression takes no more simulations
+    /// Validation error, relative to the displacements, below which a regression takes no more simulations
     #[arg(long)]
     target: Option<f64>,
-    /// Solved states that taylor, pi or hybrid stand about, added where the error is largest; they count as simulations
+    /// Solved states that the expansion of taylor, pi or hybrid passes through. They are added where the error is largest, and
+    /// count as simulations
     #[arg(long, value_name = "COUNT")]
     anchors: Option<usize>,
     /// Wall time of simulations and training in minutes
@@ -70,6 +71,10 @@ pub(crate) const SIMULATIONS: &str = "simulations";
 
 impl Train {
     pub(crate) fn run(&self) -> Result<()> {
+        #[cfg(feature = "networks")]
+        if let Err(reason) = self.backend.device() {
+            return refuse(format!("--backend {}: {reason}", self.backend));
+        }
         let (case, body, folder) = self.case.open()?;
         warn_of_locking(sinew_fem::locking_over_ranges(&body)?);
         let own = case.training;
@@ -89,6 +94,9 @@ impl Train {
             steps,
             ..own
         };
+        if let Some(few @ 0..=1) = training.samples {
+            return refuse(format!("{few} simulations to learn from: give at least 2 (--samples)"));
+        }
         if self.simulations.is_some()
             && matches!(training.recipe, RecipeName::Pi | RecipeName::Taylor)
         {

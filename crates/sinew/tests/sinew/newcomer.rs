@@ -490,7 +490,7 @@ fn plain_box() -> sinew_mesh::TetMesh {
 }
 
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 41] = [
+const COMMAND_LINES: [(&str, &[&str]); 43] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -507,8 +507,9 @@ const COMMAND_LINES: [(&str, &[&str]); 41] = [
     ("train plate.toml --minutes -1", &["budget", "-60", "give a positive"]),
     ("train plate.toml --target nan", &["target of a regression is NaN"]),
     ("train plate.toml --recipe dd --simulations none --out kept", &["none holds no simulations"]),
-    ("train plate.toml --recipe dd --from none", &["none is nothing to start from"]),
+    ("train plate.toml --recipe dd --from none", &["cannot start from none"]),
     ("train plate.toml --samples -9", &["--samples", "-9"]),
+    ("train plate.toml --samples 1", &["1 simulations", "at least 2"]),
     ("evaluate plate.toml --cases -9", &["--cases", "-9"]),
     ("solve plate.toml --theta mu=-9,lambda=9,p=2", &["mu = -9 kPa", "positive"]),
     ("solve plate.toml --theta none.csv", &["none.csv", "CSV table"]),
@@ -516,6 +517,7 @@ const COMMAND_LINES: [(&str, &[&str]); 41] = [
     ("solve plate.toml --pictures -1", &["--pictures", "-1"]),
     ("solve plate.toml --pictures many", &["--pictures", "many"]),
     ("sample plate.toml --count some", &["--count", "some"]),
+    ("sample plate.toml --count 0", &["--count", "0 is not in 1.."]),
     ("sample plate.toml --design random", &["--design", "latin-hypercube"]),
     ("sample plate.toml --shard 1/4", &["--solve"]),
     ("sample plate.toml --solve --shard 5/4", &["INDEX/COUNT"]),

@@ -277,7 +277,7 @@ fn a_ring_with_radial_ends_is_its_quarter_and_its_sector() {
         }
     }
 
-    // Lamé's solution, in plane strain; three linear cells through the wall leave 3.7 %.
+    // Lamé's solution, in plane strain; three linear cells through the wall have an error of 3.7 %.
     const PRESSURE: f64 = 1e-6;
     let found = pressed_ring(LinearElastic, whole, radial(), PRESSURE)[0];
     let ([a, b], [shear, lambda]) = (RADII, THETA);
