@@ -85,7 +85,7 @@ impl<const D: usize> PointCoefficients<D> {
         let empty = |part: &Part<D>| PartCoefficients {
             orders: Vec::new(),
             arrays: vec![Vec::new(); monomials.len()],
-            axes: std::array::from_fn(|d| points.iter().map(|x| part.seen(*x)[d]).collect()),
+            axes: std::array::from_fn(|d| points.iter().map(|x| prior.seen(part, *x)[d]).collect()),
         };
         let mut parts: Vec<PartCoefficients<D>> = prior.parts.iter().map(empty).collect();
         for (index, point) in points.iter().enumerate() {
@@ -119,10 +119,11 @@ impl<const D: usize> PointCoefficients<D> {
                     for beta in below(alpha, &part.feature.axes) {
                         let rest: [usize; D] = std::array::from_fn(|d| alpha[d] - beta[d]);
                         let binomial: f64 = (0..D).map(|d| choose(alpha[d], beta[d])).product();
-                        let (beta, turned) = part.turned(beta);
-                        let value = factor * binomial * turned * series.derivative(&rest);
-                        let row = built.row(beta, count);
-                        built.arrays[*monomial][row + index] += finite(value, "feature")?;
+                        for (beta, turned) in prior.turned(part, beta, point) {
+                            let value = factor * binomial * turned * series.derivative(&rest);
+                            let row = built.row(beta, count);
+                            built.arrays[*monomial][row + index] += finite(value, "feature")?;
+                        }
                     }
                 }
             }

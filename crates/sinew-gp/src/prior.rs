@@ -8,6 +8,7 @@ use crate::field::Field;
 use crate::kernel::{Kernel, unusable};
 use crate::operator::{Derivative, Operator};
 use crate::problem::Problem;
+use crate::series::Series;
 use crate::structure::{AxisStructure, Lift};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,21 +21,28 @@ pub(crate) struct Part<const D: usize> {
     pub kernel: Arc<dyn Kernel<D>>,
 }
 
-impl<const D: usize> Part<D> {
-    /// A point as the kernel takes it: along a direction, the position is its first coordinate.
-    pub(crate) fn seen(&self, mut point: [f64; D]) -> [f64; D] {
-        if let Some([tx, ty]) = self.feature.direction {
-            (point[0], point[1]) = (tx * point[0] + ty * point[1], 0.0);
-        }
-        point
-    }
+/// An axis as kernels take it: stretched next to one end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch {
+    ends: [f64; 2],
+    side: Side,
+    width: f64,
+}
 
-    /// A derivative of the latent function in these coordinates, and what it is multiplied by.
-    pub(crate) fn turned(&self, mut orders: [usize; D]) -> ([usize; D], f64) {
-        let Some([tx, ty]) = self.feature.direction else { return (orders, 1.0) };
-        let factor = tx.powi(orders[0] as i32) * ty.powi(orders[1] as i32);
-        (orders[0], orders[1]) = (orders[0] + orders[1], 0);
-        (orders, factor)
+impl Stretch {
+    /// Coordinate that runs between the same ends.
+    fn at(&self, x: &Series) -> Series {
+        let [end, other] = match self.side {
+            Side::Lower => self.ends,
+            Side::Upper => [self.ends[1], self.ends[0]],
+        };
+        let arc = |distance: Series| {
+            let sign = if distance.value() < 0.0 { -1.0 } else { 1.0 };
+            let distance = distance * (sign / self.width);
+            ((distance.squared() + 1.0).sqrt() + distance).ln() * sign
+        };
+        let whole = ((other - end) / self.width).asinh();
+        arc(x - end) * ((other - end) / whole) + end
     }
 }
 
@@ -47,6 +55,7 @@ pub struct Prior<const D: usize> {
     pub(crate) mean: Field<D>,
     pub(crate) parts: Vec<Part<D>>,
     pub(crate) boundary: Vec<Group<D>>,
+    pub(crate) stretches: [Option<Stretch>; D],
 }
 
 impl<const D: usize> Prior<D> {
@@ -79,7 +88,80 @@ impl<const D: usize> Prior<D> {
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
         let part = |feature: Feature<D>| Part { kernel: feature.kernel(kernel).into(), feature };
         let parts = features.into_iter().map(part).collect();
-        Ok(Self { domain, equation, mean, parts, boundary: Vec::new() })
+        Ok(Self { domain, equation, mean, parts, boundary: Vec::new(), stretches: [None; D] })
+    }
+
+    /// A prior whose functions vary within `width` (in the unit of the axis) of one end, and on lengths that grow with the
+    /// distance from it farther away: the kernel takes asinh of that distance over `width`. [`crate::Model::fit`] does so by
+    /// itself, with a fiftieth of an axis, where that halves the error of the equation.
+    ///
+    /// ```
+    /// use sinew_gp::{Domain, Prior, Problem, Side, SquaredExponential};
+    ///
+    /// let rod = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?;
+    /// let [dx, dt] = rod.derivatives();
+    /// let prior = Prior::constrained(&Problem::new(rod, dt - dx * dx)?, &SquaredExponential::new())?;
+    /// let prior = prior.stretched("t", Side::Lower, 0.02)?; // a start that is soon forgotten
+    /// # Ok::<(), sinew_gp::GpError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If there is no such axis, it belongs to a polygon, or the width is not finite and above 0.
+    pub fn stretched(mut self, axis: &str, side: Side, width: f64) -> Result<Self, GpError> {
+        let axis = self.domain.free_axis(axis, "one that does not")?;
+        if !(width.is_finite() && width > 0.0) {
+            return Err(GpError::Request(format!(
+                "a stretch of width {width}; give a finite one above 0, in the unit of the axis"
+            )));
+        }
+        let ends = self.domain.ends(axis);
+        self.stretches[axis] = Some(Stretch { ends, side, width });
+        Ok(self)
+    }
+
+    /// A point as the kernel of a part takes it: along a direction, the position is its first coordinate.
+    pub(crate) fn seen(&self, part: &Part<D>, mut point: [f64; D]) -> [f64; D] {
+        if let Some([tx, ty]) = part.feature.direction {
+            (point[0], point[1]) = (tx * point[0] + ty * point[1], 0.0);
+        }
+        for (x, stretch) in point.iter_mut().zip(&self.stretches) {
+            *x = stretch.map_or(*x, |stretch| stretch.at(&Series::number(*x)).value());
+        }
+        point
+    }
+
+    /// A derivative of the latent function of a part as a sum of those in these coordinates, with their factors (Faà di Bruno's
+    /// formula).
+    pub(crate) fn turned(
+        &self,
+        part: &Part<D>,
+        mut orders: [usize; D],
+        point: &[f64; D],
+    ) -> Vec<([usize; D], f64)> {
+        let mut factor = 1.0;
+        if let Some([tx, ty]) = part.feature.direction {
+            factor = tx.powi(orders[0] as i32) * ty.powi(orders[1] as i32);
+            (orders[0], orders[1]) = (orders[0] + orders[1], 0);
+        }
+        let mut sum = vec![(orders, factor)];
+        for (d, stretch) in self.stretches.iter().enumerate().filter(|(d, _)| orders[*d] > 0) {
+            let Some(stretch) = stretch else { continue };
+            let stretched = stretch.at(&Series::variable(point[d], 0, &[orders[d]]));
+            let (step, mut power) = (&stretched - stretched.value(), stretched.constant(1.0));
+            let mut factors = Vec::new();
+            for order in 1..=orders[d] {
+                power = power * &step / order as f64;
+                factors.push((order, power.derivative(&[orders[d]])));
+            }
+            let each = |(mut orders, known): ([usize; D], f64)| {
+                factors.clone().into_iter().map(move |(order, factor)| {
+                    orders[d] = order;
+                    (orders, known * factor)
+                })
+            };
+            sum = sum.into_iter().flat_map(each).collect();
+        }
+        sum
     }
 
     /// The unconstrained prior with about `points` pseudo-observations of the conditions, spread

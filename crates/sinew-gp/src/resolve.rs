@@ -1,10 +1,12 @@
 //! The fit of a model: many starts, points where the equation is off, and what stays off as noise.
 
 use crate::data::{Data, Noise, Role};
+use crate::domain::Side;
 use crate::error::GpError;
 use crate::fit::{Fit, FitOptions, HoldOut};
 use crate::hold_out::{Candidate, EVEN};
 use crate::model::Model;
+use rayon::prelude::*;
 
 /// Rounds of further points at most, and what each adds relative to those before.
 pub(crate) const ROUNDS: u64 = 8;
@@ -17,6 +19,9 @@ pub(crate) const RESOLVED_ALONE: f64 = 1e-3;
 const FEW_VALUES: f64 = 100.0;
 /// Share of the error before that a round must stay below, at least every other time.
 const BETTER: f64 = 0.8;
+/// Width of a layer at one end of an axis in units of its length, and share of the error that is left where there is one.
+const WIDTH: f64 = 0.02;
+const LAYER: f64 = 0.5;
 /// Distance of new points from others, in units of that of as many evenly spread ones.
 const APART: f64 = 0.3;
 
@@ -41,11 +46,14 @@ impl<const D: usize> Model<D> {
         let aim = fit.model().aim();
         let (mut error, mut idle) = (f64::INFINITY, 0);
         for round in 0.. {
-            let Some(found) = fit.left_out()? else { return Ok(fit) };
+            let Some(mut found) = fit.left_out()? else { return Ok(fit) };
+            if round == 0 && found.residual > aim * found.term {
+                (fit, found) = fit.stretched(found, options)?;
+            }
             let now = found.residual / found.term;
             idle = if now <= BETTER * error { 0 } else { idle + 1 };
             error = error.min(now);
-            let more = match now <= aim || round == ROUNDS || idle == 2 {
+            let more = match now <= aim || round == ROUNDS || idle == 3 {
                 true => None,
                 false => fit.with_more_points(options, round)?,
             };
@@ -140,6 +148,35 @@ impl<const D: usize> Fit<D> {
         let data = Data { groups, everywhere: None };
         let more = Model::new(model.prior.clone(), data, model.evidence)?;
         Ok(Some(Model { source: model.source.clone(), ..more }))
+    }
+
+    /// The fit with the axis stretched next to one end, and its error, where that leaves less of it than [`LAYER`].
+    fn stretched(self, found: HoldOut, options: &FitOptions) -> Result<(Self, HoldOut), GpError> {
+        let model = self.model();
+        let prior = &model.prior;
+        if self.candidates(0)?.is_empty() || prior.stretches.iter().any(Option::is_some) {
+            return Ok((self, found));
+        }
+        let (names, extents) = (prior.domain.names(), prior.domain.extents());
+        let free = (0..D).filter(|d| prior.domain.cross_section().is_none() || *d >= 2);
+        let ends: Vec<(usize, Side)> =
+            free.flat_map(|d| Side::BOTH.map(|side| (d, side))).collect();
+        let tried = |(d, side): (usize, Side)| -> Result<(Self, HoldOut), GpError> {
+            let prior = prior.clone().stretched(&names[d], side, WIDTH * extents[d])?;
+            let data = Data { groups: model.given.clone(), everywhere: None };
+            let own = Model::new(prior, data, model.evidence)?;
+            let own = Model { source: model.source.clone(), ..own };
+            let fit = own.fit_from(vec![self.outcome().parameters.clone()], options.iterations)?;
+            let error = fit.left_out()?;
+            Ok((fit, error.unwrap_or_else(|| found.clone())))
+        };
+        let tried: Vec<_> = ends.into_par_iter().filter_map(|end| tried(end).ok()).collect();
+        let error = |found: &HoldOut| found.residual / found.term;
+        let best = tried.into_iter().min_by(|a, b| error(&a.1).total_cmp(&error(&b.1)));
+        Ok(match best.filter(|(_, own)| error(own) < LAYER * error(&found)) {
+            Some(better) => better,
+            None => (self, found),
+        })
     }
 
     /// The fit with the error of collocation as noise of an equation that was exact, from the parameters before: so that
