@@ -32,7 +32,7 @@ pub enum GpError {
     },
     /// An equation so far off between its points that no interval can be given.
     #[error(
-        "no interval: between its points the equation is off by {residual:.1e} where its terms are of the size {term:.1e}, worst at {}; add points there, stretch the axis where the solution or a condition is steep, or raise `FitOptions::most_points`",
+        "no interval: between its points the equation is off by {residual:.1e} where its terms are of the size {term:.1e}, worst at {}; add points there, stretch the axis by `Prior::stretched` where the solution or a condition is steep, or raise `FitOptions::most_points`",
         place(at)
     )]
     Unresolved {

@@ -128,7 +128,7 @@ pub enum Warning {
     },
     /// Intervals that still moved when collocation points ran out.
     #[error(
-        "intervals still move with {points} collocation points; raise `FitOptions::most_points`, or stretch the axis where the solution is steep"
+        "intervals still move with {points} collocation points; raise `FitOptions::most_points`, or stretch the axis by `Prior::stretched` where the solution is steep"
     )]
     Unsettled {
         /// Points in the end.

@@ -67,7 +67,8 @@ pub(super) fn connected(
         && 1.0 <= most * half.place.min(1.0 - half.place) * middle
         && 1.0 <= most * (1.0 - half.place) * end;
     // Written so that a NaN leaves doubt.
-    if half.negative_pivots > 0 || !monotone || !(norm(&off) <= NEAR * length) {
+    let near = norm(&off) <= NEAR * length;
+    if half.negative_pivots > 0 || !monotone || !near {
         return None;
     }
     let mut to_equilibrium = vec![0.0; displacement.len()];
