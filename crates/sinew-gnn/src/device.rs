@@ -103,7 +103,7 @@ mod tests {
             assert_eq!(backend.name().parse(), Ok(backend));
             match backend.device() {
                 Err(Error::NoDevice(name)) => assert_eq!(name, backend.name()),
-                Err(error) => assert!(error.to_string().contains("cargo feature"), "{error}"),
+                Err(error) => assert!(error.to_string().contains("--features"), "{error}"),
                 Ok(_) => {}
             }
         }
