@@ -292,6 +292,13 @@ fn is_setting(error: &EmulatorError) -> bool {
 #[error("{0}")]
 pub(crate) struct Usage(pub String);
 
+/// Makes a folder for results before anything is computed for it.
+fn make_folder(folder: &Path) -> Result<()> {
+    let place = folder.display();
+    std::fs::create_dir_all(folder)
+        .or_else(|error| refuse(format!("{place}: {error}; check the path and the permissions")))
+}
+
 /// Refuses a command line.
 pub(crate) fn refuse<T>(reason: String) -> Result<T> {
     Err(Usage(reason).into())

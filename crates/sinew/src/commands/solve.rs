@@ -2,7 +2,9 @@
 
 use super::along::Way;
 use super::equilibria::{Equilibria, equilibria};
-use super::{Answer, Batch, CaseArguments, ThetaArguments, Written, refuse, warn_of_locking};
+use super::{
+    Answer, Batch, CaseArguments, ThetaArguments, Written, make_folder, refuse, warn_of_locking,
+};
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{Formulation, Lowered, negligible_displacement};
@@ -53,7 +55,8 @@ impl Solve {
             check_cells(body)?;
         }
         let mut batch = self.theta.read(body)?;
-        let thetas = batch.thetas();
+        let (thetas, folder) = (batch.thetas(), folder.join("solve"));
+        make_folder(&folder)?;
         warn_of_locking(worst(&lowered, &thetas));
         let load_steps = if self.load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
         let options = Options { load_steps, ..Options::default() };
@@ -70,7 +73,7 @@ impl Solve {
             check_mesh(case, body, found)?;
         }
         let answers = answers(&lowered, &equilibria);
-        batch.write(body, &["solved"], answers, &self.written, &folder.join("solve"))
+        batch.write(body, &["solved"], answers, &self.written, &folder)
     }
 }
 

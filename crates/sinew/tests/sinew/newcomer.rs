@@ -490,7 +490,7 @@ fn plain_box() -> sinew_mesh::TetMesh {
 }
 
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 43] = [
+const COMMAND_LINES: [(&str, &[&str]); 44] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -514,6 +514,7 @@ const COMMAND_LINES: [(&str, &[&str]); 43] = [
     ("solve plate.toml --theta mu=-9,lambda=9,p=2", &["mu = -9 kPa", "positive"]),
     ("solve plate.toml --theta none.csv", &["none.csv", "CSV table"]),
     ("solve plate.toml --theta bad.csv", &["bad.csv, line 2", "no row that can be computed"]),
+    ("solve plate.toml --out plate.toml", &["plate.toml/solve", "check the path"]),
     ("solve plate.toml --pictures -1", &["--pictures", "-1"]),
     ("solve plate.toml --pictures many", &["--pictures", "many"]),
     ("sample plate.toml --count some", &["--count", "some"]),
