@@ -9,7 +9,8 @@ use sinew_report::{Row, Table, Value};
 use std::fmt::Write;
 
 /// Pages under `docs` that have such tables.
-pub const PAGES: [&str; 3] = ["results.md", "emulators.md", "populations.md"];
+pub const PAGES: [&str; 4] =
+    ["results.md", "emulators.md", "populations.md", "gaussian-processes.md"];
 
 const START: &str = "<!-- table ";
 const END: &str = "<!-- end -->";
@@ -41,6 +42,17 @@ struct Named<'a> {
 }
 
 impl Named<'_> {
+    /// Method, with its remark if it has several rows of the table under this name.
+    fn method(&self, rows: &[Named]) -> String {
+        let Row { method, about, .. } = self.row;
+        let of_table = rows.iter().filter(|other| std::ptr::eq(other.table, self.table));
+        let same = of_table.filter(|other| other.name == self.name && other.row.method == *method);
+        match about.is_empty() || same.count() == 1 {
+            true => method.clone(),
+            false => format!("{method}, {about}"),
+        }
+    }
+
     /// Cell of a column, empty where its table has no such column.
     fn cell(&self, column: &str) -> String {
         let (name, statistic) = split(column);
@@ -132,7 +144,7 @@ fn listed(rows: &[Named], columns: &[&str], heads: &[String]) -> String {
         let name = if found.name == before { "" } else { &*found.name };
         before = &found.name;
         let cells: Vec<String> = columns.iter().map(|column| found.cell(column)).collect();
-        text += &line([name, &found.row.method].into_iter().chain(cells.iter().map(|c| &**c)));
+        text += &line([name, &*found.method(rows)].into_iter().chain(cells.iter().map(|c| &**c)));
     }
     text
 }
