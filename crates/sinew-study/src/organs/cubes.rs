@@ -59,7 +59,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
             decoder.push([outcome.nodes as f64, times.predict_decoder_s]);
             table.push(row(&outcome, mesh.thesis)?)?;
         }
-        before = Some(folder.join(if before.is_none() { "own" } else { "carried" }));
+        before = Some(folder.join(if before.is_none() { "own" } else { "fine-tuned" }));
     }
     for (name, points) in [("in full", full), ("decoder", decoder)] {
         chart = chart.with(Series::new(name, Style::Marked, points));
@@ -91,8 +91,8 @@ fn outcomes(
     let budget = options.training(mesh.minutes, 20);
     let mut runs = Vec::new();
     if before.is_some() {
-        runs.push(("as it is", "as-it-is", Budget::Steps(0), before.clone()));
-        runs.push(("trained on", "carried", budget, before.clone()));
+        runs.push(("pre-trained", "pre-trained", Budget::Steps(0), before.clone()));
+        runs.push(("fine-tuned", "fine-tuned", budget, before.clone()));
     }
     if mesh.own || before.is_none() {
         runs.push(("from scratch", "own", budget, None));

@@ -83,8 +83,8 @@ fn meet(
     let budget = budget(options);
     let start = Some(start.to_path_buf());
     for (name, budget, start) in [
-        ("as it is", Budget::Steps(0), start.clone()),
-        ("trained on", budget, start),
+        ("pre-trained", Budget::Steps(0), start.clone()),
+        ("fine-tuned", budget, start),
         ("from scratch", budget, None),
     ] {
         let folder = folder.join(name.replace(' ', "-"));

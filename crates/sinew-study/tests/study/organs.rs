@@ -73,7 +73,7 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     );
     let table = report.section("cube-meshes").unwrap().tables().next().unwrap();
     let networks: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();
-    assert_eq!(networks, ["from scratch", "as it is", "trained on", "from scratch"]);
+    assert_eq!(networks, ["from scratch", "pre-trained", "fine-tuned", "from scratch"]);
     let rates = report.section("learning-rates").unwrap().tables().next().unwrap();
     assert_eq!(rates.rows.len(), 7, "four rates of the thesis and three of ours");
 
