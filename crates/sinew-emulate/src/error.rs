@@ -1,6 +1,7 @@
 //! Errors of training, storage and prediction, with numbers and advice.
 
 use crate::RegressionError;
+use sinew_energy::Unit;
 use std::path::PathBuf;
 
 /// Result of this crate.
@@ -51,7 +52,7 @@ pub enum Error {
     #[error("theta has {found} entries, the body has {expected} parameters: {names}")]
     ThetaLength { found: usize, expected: usize, names: String },
     /// A count or budget that admits no training.
-    #[error("{what} is {}; {advice}", plain(*value))]
+    #[error("{what} is {}; {advice}", Unit::from("1").format(*value))]
     Setting { what: &'static str, value: f64, advice: &'static str },
     /// A case index beyond those of the prediction.
     #[error("there is no case {case} in a prediction of {cases}")]
@@ -164,14 +165,4 @@ pub enum Error {
     /// A prediction that is not finite.
     #[error("the prediction for {theta} is not finite; {reason}")]
     NotFinite { theta: String, reason: String },
-}
-
-/// A number without rows of zeros: in scientific notation beyond 1e-4 to 1e15.
-fn plain(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 || (1e-4..1e15).contains(&size) {
-        value.to_string()
-    } else {
-        format!("{value:e}")
-    }
 }

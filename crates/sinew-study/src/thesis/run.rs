@@ -153,7 +153,13 @@ impl Options {
         let spent = cpu_seconds_of_children() - before + earlier.unwrap_or(0.0);
         store::write_json(&cost, &spent)?;
         ensure!(status.success(), "{} ended with {status}", run.command());
-        let stored = Stored::new(run.command(), Some(spent), Report::read(&report)?);
+        let mut report = Report::read(&report)?;
+        // A kept report names no folder of this machine.
+        let (folder, named) = (out.display().to_string(), format!("out/thesis/{}", run.name));
+        for text in [&mut report.provenance.command, &mut report.provenance.config] {
+            *text = text.replace(&folder, &named);
+        }
+        let stored = Stored::new(run.command(), Some(spent), report);
         std::fs::remove_file(&cost)?;
         Ok(stored)
     }

@@ -77,3 +77,13 @@ fn a_quick_run_has_figures_of_its_own_and_leaves_the_page() {
     assert!(!wrong.status.success());
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("rectangles"));
 }
+
+#[test]
+fn kept_reports_name_no_folder_of_a_machine() {
+    for (name, stored) in kept().unwrap() {
+        let provenance = &stored.report.provenance;
+        for text in [&provenance.command, &provenance.config] {
+            assert!(!text.contains("--out /") && !text.contains("out = \"/"), "{name}: {text}");
+        }
+    }
+}

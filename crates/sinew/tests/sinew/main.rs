@@ -6,6 +6,7 @@ mod damage;
 mod answers;
 mod campaigns;
 mod case_files;
+mod command_lines;
 mod damaged_cases;
 mod keys;
 mod locking;
