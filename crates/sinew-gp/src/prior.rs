@@ -1,7 +1,7 @@
 //! Gaussian-process priors for a problem, with or without its boundary conditions.
 
 use crate::constraint::{Constraints, Feature, constraints, edge_lifts, unconstrained};
-use crate::data::{Group, Noise, Role};
+use crate::data::{Data, Group, Noise};
 use crate::domain::{Domain, Side, no_polygon};
 use crate::error::GpError;
 use crate::field::Field;
@@ -202,17 +202,13 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<(),
 /// restriction to the domain's would leave a constant.
 fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<(), GpError> {
     let declared = kernel.hyperparameters();
-    let all: Vec<usize> = (0..D).collect();
-    let fault = match declared.iter().find_map(|h| Some((h.name, unusable::<D>(h)?))) {
+    match declared.iter().find_map(|h| Some((h.name, unusable::<D>(h)?))) {
+        None => Ok(()),
         Some((name, problem)) => {
-            format!("hyperparameter {name} of the {} kernel: {problem}", kernel.name())
+            let whose = format!("hyperparameter {name} of the {} kernel", kernel.name());
+            Err(GpError::Kernel(format!("{whose}: {problem}")))
         }
-        None if kernel.on_axes(&all).hyperparameters().len() < declared.len() => {
-            format!("the {} kernel: its axis is not one of the domain's", kernel.name())
-        }
-        None => return Ok(()),
-    };
-    Err(GpError::Kernel(fault))
+    }
 }
 
 /// Refuses kernels whose functions lack the derivatives that an operator takes.
@@ -247,7 +243,11 @@ fn pseudo_observations<const D: usize>(
         let share = (points * (number + 1)) / all - (points * number) / all;
         domain.sample(share, random.random())
     };
-    let mut groups = Vec::new();
+    let told = |data: Data<D>, operator: Operator<D>, at: &[[f64; D]], f: &Field<D>| {
+        let values: Vec<f64> = at.iter().map(|point| f.value(*point)).collect();
+        data.imposed(operator, at, &values, Noise::Learned)
+    };
+    let mut data = Data::new();
     for (number, lift) in faces.iter().enumerate() {
         let places = places(number, &mut random)?;
         let at = |side: Side| {
@@ -255,9 +255,9 @@ fn pseudo_observations<const D: usize>(
             places.iter_mut().for_each(|point| point[lift.axis] = domain.end(lift.axis, side));
             places
         };
-        let group = pseudo(lift.operator(), at(lift.at.unwrap_or(Side::Upper)), &lift.data);
+        data = told(data, lift.operator(), &at(lift.at.unwrap_or(Side::Upper)), &lift.data);
         let jump = lift.at.is_none().then(|| (-1.0, at(Side::Lower)));
-        groups.push(Group { further: jump.into_iter().collect(), ..group });
+        data.groups[number].further.extend(jump);
     }
     for (number, (edge, lift)) in edges.into_iter().enumerate() {
         let mut places = places(faces.len() + number, &mut random)?;
@@ -265,24 +265,7 @@ fn pseudo_observations<const D: usize>(
         for point in &mut places {
             (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
         }
-        groups.push(pseudo(lift.operator(), places, &lift.data));
+        data = told(data, lift.operator(), &places, &lift.data);
     }
-    Ok(groups)
-}
-
-fn pseudo<const D: usize>(
-    operator: Operator<D>,
-    points: Vec<[f64; D]>,
-    data: &Field<D>,
-) -> Group<D> {
-    let values = points.iter().map(|point| data.value(*point)).collect();
-    Group {
-        operator: Some(operator),
-        points,
-        further: Vec::new(),
-        values,
-        noise: Noise::Learned,
-        role: Role::Imposed,
-        averages: None,
-    }
+    Ok(data.groups)
 }

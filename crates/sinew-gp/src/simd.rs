@@ -33,6 +33,20 @@ pub(crate) fn exp_of_negative(x: f64) -> f64 {
     if x < -708.0 { 0.0 } else { sum * power }
 }
 
+/// Σ term over lanes in eight partial sums: what vector instructions add at once.
+#[inline(always)]
+pub(crate) fn lane_sum(count: usize, term: impl Fn(usize) -> f64) -> f64 {
+    let mut sums = [0.0; 8];
+    let whole = count / 8 * 8;
+    for start in (0..whole).step_by(8) {
+        for (k, sum) in sums.iter_mut().enumerate() {
+            *sum += term(start + k);
+        }
+    }
+    (whole..count).for_each(|lane| sums[0] += term(lane));
+    sums.iter().sum()
+}
+
 #[cfg(test)]
 mod tests {
     #[test]
