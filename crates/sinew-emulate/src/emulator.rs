@@ -1,13 +1,13 @@
 //! A trained emulator of one body: prediction, storage.
 
-use crate::checksums::{self, SEAL};
-use crate::identity::{self, Identity};
 use crate::parameters::{check_length, extrapolation, require_finite, require_some};
-use crate::predictor::Predictor;
-use crate::record::Record;
-use crate::regressed::{self, Regressed};
+use crate::predict::Predictor;
+use crate::predict::regressed::{self, Regressed};
+use crate::predict::taylor::{self, TaylorExpansion};
+use crate::store::checksums::{self, SEAL};
+use crate::store::identity::{self, Identity};
+use crate::store::record::Record;
 use crate::store::{content, read_json, write_json};
-use crate::taylor::{self, TaylorExpansion};
 use crate::{Body, Error, PodRegression, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{FrozenTangent, Solver};

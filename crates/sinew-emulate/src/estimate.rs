@@ -1,6 +1,13 @@
 //! Error estimates of predictions: the distance to the nearby equilibrium, or the reason for none.
 
-use crate::evaluate::share;
+pub(crate) mod calibration;
+pub(crate) mod evaluate;
+pub(crate) mod evaluation;
+pub(crate) mod quantiles;
+pub(crate) mod stages;
+pub(crate) mod timing;
+
+use crate::estimate::evaluate::share;
 use crate::{Emulator, Error, Prediction, Result, Warning};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

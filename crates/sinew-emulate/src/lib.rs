@@ -66,80 +66,55 @@
 //! e \approx \|\hat u - u^+\|, \qquad \|\Delta u_{k+1}\| \le \tfrac14\,\|\Delta u_k\| \ \text{ in the energy norm and in the mean nodal distance}
 //! ```
 
-mod answer;
-mod answers;
-mod array_task;
-mod block;
-mod calibration;
-mod campaign;
-mod checksums;
-mod correction;
 mod emulator;
 mod error;
 mod estimate;
-mod evaluate;
-mod evaluation;
-mod frozen_stiffness;
 mod graph;
-mod identity;
-mod options;
 mod parameters;
-mod plan;
-mod predictor;
-mod progress;
-mod quantiles;
+mod predict;
 pub mod recipe;
-mod record;
-mod regressed;
-mod regression;
-mod sampling;
-mod sensitivity;
-mod session;
-mod shared;
-mod simulate;
-mod stages;
+mod refine;
+mod sample;
 pub mod store;
-mod taylor;
-#[cfg(feature = "terminal")]
-mod terminal;
-mod timing;
 mod warning;
 
-pub use answer::Answer;
-pub use answers::Answers;
-pub use campaign::{Shard, merge, simulate_shard};
-pub use correction::Correction;
 pub use emulator::{Emulator, Load, Prediction};
 pub use error::{Error, Result};
+pub use estimate::evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
+pub use estimate::evaluation::{Corrected, Evaluation, Times};
+pub use estimate::quantiles::Quantiles;
+pub use estimate::stages::Stage;
 pub use estimate::{Distance, Estimate};
-pub use evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
-pub use evaluation::{Corrected, Evaluation, Times};
-pub use frozen_stiffness::FrozenStiffness;
-pub use options::{Budget, TrainingOptions};
-pub use plan::{Cost, Method, Plan};
-pub use predictor::{Predictor, central_differences};
-pub use progress::{Counter, Observer, Progress};
-pub use quantiles::Quantiles;
-pub use recipe::{Train, train};
-pub use record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record};
-pub use regression::{Interpolation, PodRegression, RegressionError, RegressionParts};
-pub use sampling::{Design, share_of, split_seed};
-pub use simulate::{Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by};
-pub use sinew_energy::Body;
-pub use stages::Stage;
-pub use taylor::TaylorExpansion;
+pub use predict::frozen_stiffness::FrozenStiffness;
+pub use predict::regression::{Interpolation, PodRegression, RegressionError, RegressionParts};
+pub use predict::taylor::TaylorExpansion;
+pub use predict::{Predictor, central_differences};
+pub use recipe::options::{Budget, TrainingOptions};
+pub use recipe::progress::{Counter, Observer, Progress};
 #[cfg(feature = "terminal")]
-pub use terminal::Terminal;
+pub use recipe::terminal::Terminal;
+pub use recipe::{Train, train};
+pub use refine::Answer;
+pub use refine::answers::Answers;
+pub use refine::correction::Correction;
+pub use refine::plan::{Cost, Method, Plan};
+pub use sample::campaign::{Shard, merge, simulate_shard};
+pub use sample::simulate::{
+    Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by,
+};
+pub use sample::{Design, share_of, split_seed};
+pub use sinew_energy::Body;
+pub use store::record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record};
 pub use warning::Warning;
 
 /// Parts that recipes outside of this crate are made of, such as those of networks.
 pub mod parts {
-    pub use crate::evaluate::root_mean_square;
+    pub use crate::estimate::evaluate::root_mean_square;
+    pub use crate::estimate::timing::timed;
     pub use crate::graph::{topology, topology_of_met};
-    pub use crate::identity::{Axis, axes, dot, listed};
     pub use crate::parameters::{check_length, not_finite, require_finite, require_some, scaling};
+    pub use crate::predict::taylor::{admissible, expand, with_anchors, work};
+    pub use crate::recipe::session::{Session, Stream};
     pub use crate::recipe::train_with;
-    pub use crate::session::{Session, Stream};
-    pub use crate::taylor::{admissible, expand, with_anchors, work};
-    pub use crate::timing::timed;
+    pub use crate::store::identity::{Axis, axes, dot, listed};
 }

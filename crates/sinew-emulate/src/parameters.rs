@@ -1,6 +1,6 @@
 //! Parameters of a body as emulators see them.
 
-use crate::sampling::share_of;
+use crate::sample::share_of;
 use crate::{Body, Error, Result, Warning};
 use sinew_coordinates::{ParameterRange, ParameterScaling};
 use sinew_energy::Parameter;

@@ -1,15 +1,20 @@
 //! Recipes: how a body becomes an emulator. One file each.
 
+pub(crate) mod options;
+pub(crate) mod progress;
 mod regression;
+pub(crate) mod session;
 mod taylor;
+#[cfg(feature = "terminal")]
+pub(crate) mod terminal;
 
 pub use regression::Regression;
 pub use taylor::Taylor;
 
-use crate::evaluate::TestSet;
-use crate::predictor::Predictor;
-use crate::record::Record;
-use crate::session::{Described, Session, is_finished};
+use crate::estimate::evaluate::TestSet;
+use crate::predict::Predictor;
+use crate::recipe::session::{Described, Session, is_finished};
+use crate::store::record::Record;
 use crate::{Body, Calibration, Emulator, Error, Observer, Result, TrainingOptions};
 use serde_json::Value;
 use std::fmt::Debug;

@@ -1,5 +1,9 @@
 //! Files that appear whole or not at all.
 
+pub(crate) mod checksums;
+pub(crate) mod identity;
+pub(crate) mod record;
+
 use crate::{Error, Result};
 use serde::Serialize;
 use serde::de::DeserializeOwned;

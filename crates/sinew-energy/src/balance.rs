@@ -2,13 +2,28 @@
 
 use crate::body::{check_theta, theta_len};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
-use crate::{Body, PressureSurface, ThetaError};
+use crate::{Body, PressureSurface, SceneError, ThetaError};
 use sinew_mesh::Mesh;
+use std::sync::Arc;
 
 /// A balance of forces that is not the minimum of a potential: pressures on surfaces with a loose rim,
 /// and incompressible bodies, whose pressure is an unknown field (a saddle point).
+///
+/// It reads as its [`BalanceParts`] do (`balance.followers`), which nobody else can change, as a [`Body`] does.
 #[derive(Clone, Debug)]
-pub struct ForceBalance {
+pub struct ForceBalance(pub(crate) BalanceParts);
+
+impl std::ops::Deref for ForceBalance {
+    type Target = BalanceParts;
+
+    fn deref(&self) -> &BalanceParts {
+        &self.0
+    }
+}
+
+/// Parts of a [`ForceBalance`].
+#[derive(Clone, Debug)]
+pub struct BalanceParts {
     /// Part with a potential.
     pub body: Body,
     /// True follower pressures without one.
@@ -17,7 +32,51 @@ pub struct ForceBalance {
     pub pressure_field: Option<PressureField>,
 }
 
+/// The balance that is all potential.
+impl From<Body> for ForceBalance {
+    fn from(body: Body) -> Self {
+        Self(BalanceParts { body, followers: Vec::new(), pressure_field: None })
+    }
+}
+
 impl ForceBalance {
+    /// The part with a potential alone.
+    pub fn into_body(self) -> Body {
+        self.0.body
+    }
+
+    /// The balance with a changed body: `balance.map(|body| body.stiffened_cells(&factors))`.
+    ///
+    /// # Errors
+    /// Those of `change`, and [`SceneError::OtherBody`] if it gives a body of another mesh, or of other parameters than the
+    /// followers read.
+    pub fn map(
+        self,
+        change: impl FnOnce(Body) -> Result<Body, SceneError>,
+    ) -> Result<Self, SceneError> {
+        let parts = self.0;
+        let before = parts.body.clone();
+        let body = change(parts.body)?;
+        let same_points = body.points_per_cell == before.points_per_cell;
+        let same_theta = parts.followers.is_empty() || body.parameters == before.parameters;
+        if !(Arc::ptr_eq(&body.mesh, &before.mesh) && same_points && same_theta) {
+            return Err(SceneError::OtherBody);
+        }
+        Ok(Self(BalanceParts { body, ..parts }))
+    }
+
+    /// Mixed elements with the further bulk modulus 1/`compliance` \[stress\]; 0 is incompressible.
+    ///
+    /// # Errors
+    /// [`SceneError::Compliance`] where it is negative or not finite.
+    pub fn with_compliance(mut self, compliance: f64) -> Result<Self, SceneError> {
+        if !(compliance >= 0.0 && compliance.is_finite()) {
+            return Err(SceneError::Compliance { value: compliance });
+        }
+        self.0.pressure_field.iter_mut().for_each(|field| field.compliance = compliance);
+        Ok(self)
+    }
+
     /// Checks that θ has the right length, is finite and gives every parameter a value that makes sense.
     ///
     /// # Errors

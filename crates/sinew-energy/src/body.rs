@@ -3,7 +3,7 @@
 use crate::cavity::Cavity;
 use crate::{
     Barriers, Frames, Magnitude, Material, Parameter, PressureSurface, ReferenceLoads, Sampling,
-    Spring, ThetaError, Units,
+    SceneError, Spring, ThetaError, Units,
 };
 use sinew_mesh::{AnyMesh, Element};
 use sinew_num::Mat3;
@@ -13,12 +13,26 @@ use std::sync::Arc;
 /// Π(u; θ), thesis eqs. (3.15)–(3.16), integrated by quadrature.
 ///
 /// Newton's method, the physics-informed objective, errors and reports all read it. Its type names neither law, element
-/// nor load. Everything is in plain arrays; a load that a scene does not list is an empty array. Displacements are
-/// flat, `[u_x, u_y, u_z]` node by node. Linear tetrahedra have one quadrature
-/// point each, which is exact for them.
+/// nor load. Displacements are flat, `[u_x, u_y, u_z]` node by node.
+///
+/// It reads as its [`BodyArrays`] do (`body.cells`), which nobody else can change: lowering has checked them, so a body always holds
+/// finite numbers that fit each other.
 #[doc(alias("weak form", "potential energy"))]
 #[derive(Clone, Debug)]
-pub struct Body {
+pub struct Body(pub(crate) BodyArrays);
+
+impl std::ops::Deref for Body {
+    type Target = BodyArrays;
+
+    fn deref(&self) -> &BodyArrays {
+        &self.0
+    }
+}
+
+/// Arrays of a [`Body`]. A load that a scene does not list is an empty array. Linear tetrahedra have one quadrature
+/// point each, which is exact for them.
+#[derive(Clone, Debug)]
+pub struct BodyArrays {
     /// Name, for reports and files.
     pub name: String,
     /// Units of all its numbers.
@@ -349,14 +363,38 @@ impl Body {
     }
 
     /// Body with barriers that keep its energy finite, for training.
-    pub fn with_barriers(self, barriers: Barriers) -> Self {
-        Self { barriers: Some(barriers), ..self }
+    pub fn with_barriers(mut self, barriers: Barriers) -> Self {
+        self.0.barriers = Some(barriers);
+        self
+    }
+
+    /// Body made of another material, such as one of your own. θ lists the parameters given here, then those of the loads.
+    ///
+    /// # Errors
+    /// [`SceneError::OtherMaterial`] unless it has the body's quadrature points and as many parameters as are given.
+    pub fn with_material(
+        mut self,
+        material: Arc<dyn Material>,
+        mut parameters: Vec<Parameter>,
+    ) -> Result<Self, SceneError> {
+        let points = self.volumes.len();
+        let found = material.points().unwrap_or(points);
+        let (needed, given) = (material.parameters().len(), parameters.len());
+        if found != points || needed != given {
+            return Err(SceneError::OtherMaterial { found, points, needed, given });
+        }
+        let of_law = self.material.parameters().len();
+        parameters.extend(self.0.parameters.split_off(of_law));
+        (self.0.material, self.0.parameters) = (material, parameters);
+        Ok(self)
     }
 
     /// Body whose volumetric response is multiplied by a factor; `None` where its law does not allow it
     /// ([`crate::Law::with_softer_volume`]).
     pub fn with_softer_volume(&self, factor: f64) -> Option<Self> {
-        Some(Self { material: self.material.with_softer_volume(factor)?, ..self.clone() })
+        let mut softer = self.clone();
+        softer.0.material = self.material.with_softer_volume(factor)?;
+        Some(softer)
     }
 }
 

@@ -116,6 +116,23 @@ pub enum SceneError {
         "the support of node set `{name}` lists {given} displacements for {nodes} nodes; give one per node"
     )]
     SupportLength { name: String, given: usize, nodes: usize },
+    /// A compliance of mixed elements that is negative or not finite.
+    #[error("the compliance of the pressure field is {value}; give 1/κ, finite and at least 0")]
+    Compliance { value: f64 },
+    /// Nodal forces that do not fit the mesh.
+    #[error("the load lists forces on {given} nodes, but the mesh has {nodes}; give one per node")]
+    NodalForces { given: usize, nodes: usize },
+    /// A material that does not fit the body.
+    #[error(
+        "the material has directions at {found} points and reads {needed} parameters, but the body has {points} quadrature points and \
+         {given} parameters are given; let them agree"
+    )]
+    OtherMaterial { found: usize, points: usize, needed: usize, given: usize },
+    /// A body of another mesh in place of that of a balance of forces, or of other parameters than its followers read.
+    #[error(
+        "the balance of forces cannot take a body of another mesh, rule or list of parameters; lower its own scene instead"
+    )]
+    OtherBody,
     /// A number of a load or a support that is not finite.
     #[error("{what} is {value}; give a finite number")]
     NotFinite { what: String, value: f64 },

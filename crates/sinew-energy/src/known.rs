@@ -62,15 +62,16 @@ impl Body {
     }
 
     fn hold(&mut self, held: &[Option<f64>]) {
-        let of_law = &held[..self.material.parameters().len()];
+        let body = &mut self.0;
+        let of_law = &held[..body.material.parameters().len()];
         if of_law.iter().any(Option::is_some) {
-            self.material = Arc::new(Mapped::known(self.material.clone(), of_law));
+            body.material = Arc::new(Mapped::known(body.material.clone(), of_law));
         }
-        self.pressures.iter_mut().for_each(|pressure| pressure.magnitude.hold(held));
+        body.pressures.iter_mut().for_each(|pressure| pressure.magnitude.hold(held));
         let known = |(p, value): (&Parameter, &Option<f64>)| Some((p.name.clone(), (*value)?));
-        self.known.extend(self.parameters.iter().zip(held).filter_map(known));
+        body.known.extend(body.parameters.iter().zip(held).filter_map(known));
         let mut held = held.iter();
-        self.parameters.retain(|_| held.next().is_none_or(Option::is_none));
+        body.parameters.retain(|_| held.next().is_none_or(Option::is_none));
     }
 }
 
@@ -81,8 +82,8 @@ impl ForceBalance {
     /// As [`Body::with_known`].
     pub fn with_known(mut self, known: &[(&str, f64)]) -> Result<Self, SceneError> {
         let held = self.body.held(known)?;
-        self.body.hold(&held);
-        self.followers.iter_mut().for_each(|follower| follower.magnitude.hold(&held));
+        self.0.body.hold(&held);
+        self.0.followers.iter_mut().for_each(|follower| follower.magnitude.hold(&held));
         Ok(self)
     }
 }

@@ -90,8 +90,8 @@ mod stiffness;
 mod surface;
 mod unit;
 
-pub use balance::{ForceBalance, PressureField};
-pub use body::Body;
+pub use balance::{BalanceParts, ForceBalance, PressureField};
+pub use body::{Body, BodyArrays};
 pub use cavity::Cavity;
 pub use elements::{
     FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement,

@@ -6,11 +6,11 @@ mod loads;
 mod overlaps;
 mod supports;
 
-use crate::balance::{ForceBalance, PressureField};
+use crate::balance::{BalanceParts, ForceBalance, PressureField};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
 use crate::{
-    Body, Law, Load, Magnitude, Material, Parameter, Sampling, Scene, SceneError, Support, Units,
-    at_points,
+    Body, BodyArrays, Law, Load, Magnitude, Material, Parameter, Sampling, Scene, SceneError,
+    Support, Units, at_points,
 };
 use geometry::shape_functions;
 use overlaps::check_overlaps;
@@ -32,7 +32,7 @@ where
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower(&self) -> Result<Body, SceneError> {
-        Ok(self.lower_by(Nodes::<N>::QUADRATURE, false)?.body)
+        Ok(self.lower_by(Nodes::<N>::QUADRATURE, false)?.into_body())
     }
 
     /// Lowers as [`Scene::lower`] does, integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
@@ -66,7 +66,7 @@ where
         if !(positive && exact) {
             return Err(SceneError::Quadrature { points: rule.len(), sum, needed });
         }
-        Ok(self.lower_by(rule, false)?.body)
+        Ok(self.lower_by(rule, false)?.into_body())
     }
 
     /// Lowers a scene whose pressures may act on surfaces with a loose rim, so that they have no potential.
@@ -93,7 +93,7 @@ where
     {
         let rule = Nodes::<N>::FINE_QUADRATURE;
         let pressure_field = Some(PressureField::new::<N>(rule, &self.mesh));
-        Ok(ForceBalance { pressure_field, ..self.lower_by(rule, true)? })
+        Ok(ForceBalance(BalanceParts { pressure_field, ..self.lower_by(rule, true)?.0 }))
     }
 
     fn lower_by(
@@ -163,7 +163,7 @@ where
         let nodal_force = self.nodal_force(&reference_loads, &volumes)?;
         let springs = reference_loads.springs(points);
         let (pressures, followers) = self.pressures(&held, loose_rims)?;
-        let body = Body {
+        let body = Body(BodyArrays {
             name: self.name.into(),
             units: self.units.clone(),
             parameters: self.parameters.to_vec(),
@@ -186,8 +186,8 @@ where
             cavities: self.cavities()?,
             prescribed: held.prescribed,
             frames: held.frames,
-        };
-        Ok(ForceBalance { body, followers, pressure_field: None })
+        });
+        Ok(ForceBalance(BalanceParts { body, followers, pressure_field: None }))
     }
 
     fn check_parameters(&self) -> Result<(), SceneError> {
@@ -252,6 +252,11 @@ where
             match load {
                 Load::BodyForce([.., across]) if *across != 0.0 => {
                     return refuse("a body force along z".into(), *across);
+                }
+                Load::NodalForces(forces) => {
+                    if let Some([.., across]) = forces.iter().find(|force| force[2] != 0.0) {
+                        return refuse("a nodal force along z".into(), *across);
+                    }
                 }
                 Load::Traction { facets, value: [.., across] } if *across != 0.0 => {
                     return refuse(format!("the traction on `{facets}` along z"), *across);

@@ -1,6 +1,6 @@
 //! Bodies with a changed reference configuration.
 
-use crate::{Body, ForceBalance, PressureSurface};
+use crate::{BalanceParts, Body, BodyArrays, ForceBalance, PressureSurface};
 use sinew_num::Mat3;
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ impl Body {
         let pressures = self.pressures.iter().map(|surface| surface.placed(motion)).collect();
         let loads = &self.reference_loads;
         // Field by field: a clone would copy the largest arrays to throw them away.
-        Some(Self {
+        Some(Self(BodyArrays {
             name: self.name.clone(),
             units: self.units.clone(),
             parameters: self.parameters.clone(),
@@ -88,14 +88,7 @@ impl Body {
             cavities,
             prescribed: self.prescribed.clone(),
             frames: self.frames.clone(),
-        })
-    }
-
-    /// Whether nodal forces and springs are still those of [`Body::reference_loads`].
-    pub fn is_loaded_as_lowered(&self) -> bool {
-        let loads = &self.reference_loads;
-        loads.nodal_force(&self.cells, &self.volumes, &self.positions) == self.nodal_force
-            && loads.springs(&self.positions) == self.springs
+        }))
     }
 }
 
@@ -104,7 +97,8 @@ impl ForceBalance {
     pub fn moved(&self, motion: &[f64], fibres: Fibres) -> Option<Self> {
         let body = self.body.moved(motion, fibres)?;
         let followers = self.followers.iter().map(|surface| surface.placed(motion)).collect();
-        Some(Self { body, followers, pressure_field: self.pressure_field.clone() })
+        let pressure_field = self.pressure_field.clone();
+        Some(Self(BalanceParts { body, followers, pressure_field }))
     }
 }
 

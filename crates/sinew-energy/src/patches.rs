@@ -31,7 +31,9 @@ where
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower_with_patches(&self, cells: usize) -> Result<Body, SceneError> {
-        Ok(Body { patches: self.patches(cells), ..self.lower()? })
+        let mut body = self.lower()?;
+        body.0.patches = self.patches(cells);
+        Ok(body)
     }
 
     /// Averaged volume ratios with pressures that may act on surfaces with a loose rim, as [`Scene::lower_follower`].
@@ -39,9 +41,9 @@ where
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower_follower_averaged(&self) -> Result<ForceBalance, SceneError> {
-        let balance = self.lower_follower()?;
-        let body = Body { patches: self.patches(CELLS_OF_PATCH), ..balance.body };
-        Ok(ForceBalance { body, ..balance })
+        let mut balance = self.lower_follower()?;
+        balance.0.body.0.patches = self.patches(CELLS_OF_PATCH);
+        Ok(balance)
     }
 
     /// Quadrature points of each patch: of a cell with several of them, or of about `cells` with one each.

@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 pub struct ReferenceLoads {
     /// Force per reference volume \[stress/length\].
     pub body_force: [f64; 3],
+    /// Dead forces on the nodes [stress·length²], which stay when the reference configuration changes: `3 × nodes`, or none.
+    pub nodal: Vec<f64>,
     /// Values of the shape functions at each quadrature point of a cell.
     pub shapes: Vec<Vec<f64>>,
     /// Loaded and elastically held surfaces.
@@ -81,7 +83,8 @@ impl ReferenceLoads {
         volumes: &[f64],
         positions: &[[f64; 3]],
     ) -> Vec<f64> {
-        let mut force = vec![0.0; 3 * positions.len()];
+        let mut force = self.nodal.clone();
+        force.resize(3 * positions.len(), 0.0);
         let points = self.shapes.len().max(1);
         let present = self.body_force != [0.0; 3];
         for (point, volume) in volumes.iter().enumerate().filter(|_| present) {

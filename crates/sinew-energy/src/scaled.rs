@@ -37,7 +37,7 @@ impl Body {
     /// # Errors
     /// A name that is not a parameter of the law, and [`SceneError::Factors`] unless there is one finite factor for every cell, none of
     /// them negative.
-    pub fn with_parameter_field(self, name: &str, factors: &[f64]) -> Result<Self, SceneError> {
+    pub fn with_parameter_field(mut self, name: &str, factors: &[f64]) -> Result<Self, SceneError> {
         let names = self.material.parameters();
         let Some(index) = names.iter().position(|known| *known == name) else {
             let known = names.iter().map(ToString::to_string).collect();
@@ -45,7 +45,7 @@ impl Body {
         };
         check(factors, self.cell_count(), "cell", |factor| factor >= 0.0)?;
         let factors = self.per_point(factors);
-        let material = Arc::new(Mapped::scaled(self.material.clone(), index, factors));
-        Ok(Self { material, ..self })
+        self.0.material = Arc::new(Mapped::scaled(self.material.clone(), index, factors));
+        Ok(self)
     }
 }

@@ -158,6 +158,9 @@ pub enum Load {
     /// Force per reference volume [stress/length], the same everywhere: gravity.
     #[doc(alias = "gravity")]
     BodyForce([f64; 3]),
+    /// Dead force on each node [stress·length²]: point loads, and loads that vary from place to place, integrated by other code.
+    #[doc(alias("point load", "concentrated force"))]
+    NodalForces(Vec<[f64; 3]>),
     /// Dead force per reference area \[stress\].
     #[doc(alias("Neumann", "dead load"))]
     Traction {
@@ -197,10 +200,10 @@ pub enum Load {
 }
 
 impl Load {
-    /// Name of the facet set that the load acts on; `None` for a body force.
+    /// Name of the facet set that the load acts on; `None` for forces on volumes and nodes.
     pub(crate) fn facets(&self) -> Option<&str> {
         match self {
-            Self::BodyForce(_) => None,
+            Self::BodyForce(_) | Self::NodalForces(_) => None,
             Self::Traction { facets, .. }
             | Self::Foundation { facets, .. }
             | Self::Pressure { facets, .. }
@@ -211,7 +214,10 @@ impl Load {
     /// Form, facet set and size of a pressure; `None` for other loads.
     pub(crate) fn pressure(&self) -> Option<(PressureForm, &str, Magnitude)> {
         match self {
-            Self::BodyForce(_) | Self::Traction { .. } | Self::Foundation { .. } => None,
+            Self::BodyForce(_)
+            | Self::NodalForces(_)
+            | Self::Traction { .. }
+            | Self::Foundation { .. } => None,
             Self::Pressure { facets, magnitude } => {
                 Some((PressureForm::Follower, facets, *magnitude))
             }

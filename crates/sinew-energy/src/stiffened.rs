@@ -48,10 +48,11 @@ impl Body {
     ///
     /// # Errors
     /// [`SceneError::Factors`] unless there is one finite, positive factor for every cell.
-    pub fn stiffened_cells(self, factors: &[f64]) -> Result<Self, SceneError> {
+    pub fn stiffened_cells(mut self, factors: &[f64]) -> Result<Self, SceneError> {
         check(factors, self.cell_count(), "cell", |factor| factor > 0.0)?;
         let per_point = self.per_point(factors);
-        Ok(Self { material: self.material.stiffened(per_point), ..self })
+        self.0.material = self.material.stiffened(per_point);
+        Ok(self)
     }
 
     /// Values of cells at their quadrature points.

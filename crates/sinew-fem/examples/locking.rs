@@ -164,11 +164,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let quadratic = beam(box_tetrahedra(SIZE, [12, 4, 5]).quadratic());
         row("quadratic tets", &quadratic.mesh, quadratic.lower(), &theta)?;
         // Mixed: the law keeps a mild bulk modulus, the field of pressure brings the rest.
-        let mut body = quadratic.lower_mixed()?;
         let own = f64::min(bulk, 750.0);
-        if let Some(field) = &mut body.pressure_field {
-            field.compliance = if bulk > own { 1.0 / (bulk - own) } else { continue };
+        if bulk <= own {
+            continue;
         }
+        let body = quadratic.lower_mixed()?.with_compliance(1.0 / (bulk - own))?;
         let mut solver = Solver::new(&body)?;
         let unknowns = solver.unknowns() + solver.pressures();
         let found = solver.solve(&[75.0, own], &Options::default())?;

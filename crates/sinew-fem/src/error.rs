@@ -9,15 +9,6 @@ use thiserror::Error;
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SolveError {
-    /// The potential has no cell.
-    #[error("the body has no cells; lower a scene whose mesh has some")]
-    EmptyMesh,
-    /// Arrays of the body that do not fit each other, or that hold infinite values or NaN.
-    #[error("the body's {what} {problem}; lower it from a scene, which checks them")]
-    Malformed { what: &'static str, problem: &'static str },
-    /// A node in no cell that no support holds.
-    #[error("node {node} belongs to no cell and is not held; remove it from the mesh")]
-    LooseNode { node: usize },
     /// A connected part of the body can move without deforming.
     #[error(
         "the part of the body with node {node} ({nodes} nodes) is free in {}; add supports that hold it there",

@@ -75,8 +75,7 @@ impl<'p> Unload<'p> {
     /// Prepares for a body that was lowered on the image; its directions are those in the image, and move with the tissue.
     ///
     /// # Errors
-    /// A body that is malformed, whose supports leave a part of it free to move, or whose loads were changed after it was lowered;
-    /// [`UnloadError::PressureField`].
+    /// A body whose supports leave a part of it free to move; [`UnloadError::PressureField`].
     pub fn new(image: impl Into<Balance<'p>>) -> Result<Self, UnloadError> {
         let image = image.into();
         if image.pressures() > 0 {

@@ -38,8 +38,8 @@ pub(crate) struct Compiled<const D: usize> {
     pub number: usize,
     /// Points, the first of each observation.
     pub points: Vec<[f64; D]>,
-    /// Points of the problem's equation; empty for other operators.
-    pub places: Vec<[f64; D]>,
+    /// Whether the values are those of the problem's equation.
+    pub is_equation: bool,
     /// Legs of an observation, which is the sum of the operator's values over these: one set of points, or the
     /// two ends of a jump, the second with the opposite sign.
     pub legs: Vec<PointCoefficients<D>>,
@@ -175,14 +175,12 @@ pub(crate) fn compile<const D: usize>(
             Variance::StudentT { scale: usize::MAX, weights: usize::MAX, freedom }
         }
     };
-    let points = places.clone();
-    let places = if group.operator.is_none() { places } else { Vec::new() };
     Ok(Compiled {
         number,
         legs,
         values,
-        points,
-        places,
+        points: places,
+        is_equation: group.operator.is_none(),
         variance,
         averages: group.averages.clone(),
         offset: 0,

@@ -43,11 +43,18 @@ pub(crate) fn unconstrained<const D: usize>() -> Constraints<D> {
 pub fn constraints<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>, GpError> {
     let structures: [AxisStructure<D>; D] =
         std::array::from_fn(|axis| AxisStructure::new(problem, axis));
-    let edges = Edges::new(problem);
-    check_corners(problem, &structures, &edges)?;
+    let edges = Edges::of(problem);
+    check_corners(problem, &structures)?;
+    let (start, planes) = match edges {
+        None => (Field::zero(), vec![Feature::everywhere(constant(1.0))]),
+        Some(edges) => {
+            edges.check_corners(problem.domain())?;
+            (edges.mean(), edges.planes(problem.equation()))
+        }
+    };
     Ok(Constraints {
-        mean: mean(problem, &structures, edges.mean()),
-        features: features(problem.domain(), &structures, edges.planes())?,
+        mean: mean(problem, &structures, start),
+        features: features(problem.domain(), &structures, planes)?,
     })
 }
 

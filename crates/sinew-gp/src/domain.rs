@@ -21,10 +21,7 @@ impl Side {
 
     /// 0 for lower, 1 for upper.
     pub(crate) fn index(self) -> usize {
-        match self {
-            Self::Lower => 0,
-            Self::Upper => 1,
-        }
+        self as usize
     }
 }
 
@@ -160,10 +157,7 @@ impl<const D: usize> Domain<D> {
 
     /// Coordinate of one end of an axis.
     pub(crate) fn end(&self, axis: usize, side: Side) -> f64 {
-        match side {
-            Side::Lower => self.lower[axis],
-            Side::Upper => self.upper[axis],
-        }
+        self.ends(axis)[side.index()]
     }
 
     /// Coordinates of both ends of an axis.
@@ -184,7 +178,7 @@ impl<const D: usize> Domain<D> {
     /// Whether a point lies in the domain or next to it, by no more than `share` of the domain's size.
     pub(crate) fn contains_within(&self, point: [f64; D], share: f64) -> bool {
         let along = |d: usize| {
-            let margin = share * (self.upper[d] - self.lower[d]);
+            let margin = share * self.extents()[d];
             (self.lower[d] - margin..=self.upper[d] + margin).contains(&point[d])
         };
         // Distances to lines are rounded.
@@ -243,7 +237,7 @@ impl<const D: usize> Domain<D> {
                 let mut point = [0.0; D];
                 for d in (0..D).rev() {
                     let fraction = (rest % count) as f64 / steps;
-                    point[d] = self.lower[d] + fraction * (self.upper[d] - self.lower[d]);
+                    point[d] = self.lower[d] + fraction * self.extents()[d];
                     rest /= count;
                 }
                 point

@@ -160,8 +160,7 @@ impl<const D: usize> Model<D> {
                 GpError::Request(text.into())
             })?;
         // Until more points of an equation everywhere have left the answer as it is.
-        let places = || model.groups.iter().map(|group| group.places.len()).sum();
-        let unsettled = model.source.as_ref().map(|_| places());
+        let unsettled = model.source.as_ref().map(|_| model.places().len());
         match &restarts[best].outcome {
             Ok(_) => {
                 let (hold_out, ensemble) = (None, OnceLock::new());

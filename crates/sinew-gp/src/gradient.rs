@@ -7,9 +7,8 @@ use crate::inverse::invert_lower;
 use crate::optimise::dot;
 use crate::state::{Factored, State};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
-use faer::reborrow::{Reborrow, ReborrowMut};
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::reborrow::Reborrow;
+use faer::{Accum, MatMut};
 use rayon::prelude::*;
 
 /// Columns are shared out in this many lots, whatever the number of threads, so that sums do not
@@ -24,35 +23,27 @@ impl<const D: usize> State<'_, D> {
     /// Cotangents of −ln evidence: of the covariance (lower triangle, as if its entries were
     /// independent and each off-diagonal one counted twice) and of the residual.
     ///
-    /// With W the rows from `split` on of L⁻¹, z = L⁻¹ r, w = Wᵀ z_u, a = L_ff⁻ᵀ z_f and τ the weight of the rows
-    /// before, they are ½(WᵀW − wwᵀ − waᵀ − awᵀ) + ½τ(K_ff⁻¹ − aaᵀ) and w + τa.
+    /// With z = L⁻¹ r, w = L⁻ᵀ (0, z_u), a = L⁻ᵀ_ff z_f and τ the weight of the imposed rows f, they are
+    /// ½(L⁻ᵀ diag(τ, 1) L⁻¹ − wwᵀ − waᵀ − awᵀ − τaaᵀ) and w + τa.
     fn cotangents(&self, factored: &Factored) -> (Vec<f64>, Vec<f64>) {
         let (size, split, par) = (self.model.size, self.first_row(), self.threads());
-        let weight = self.weight();
-        let rest = size - split;
-        let lower = factored.factor.view();
-        let mut memory = vec![0.0; rest * rest];
-        let mut inverse = square(&mut memory, rest);
-        let left = inverted(lower, inverse.rb_mut(), split, par);
+        let (weight, factor) = (self.weight(), &factored.factor);
+        let mut inverse = vec![0.0; size * size];
+        invert_lower(square(&mut inverse, size), factor.view(), par);
+        for (column, rows) in inverse.chunks_mut(size).enumerate().take(split) {
+            rows[column..split].iter_mut().for_each(|entry| *entry *= weight.sqrt());
+        }
         let mut entries = vec![0.0; size * size];
-        let cotangent = square(&mut entries, size);
-        let (left, inverse) = (left.as_ref(), inverse.rb());
-        self.fill(cotangent, lower, (left, inverse));
+        let (low, high) = (BlockStructure::TriangularLower, BlockStructure::TriangularUpper);
+        let (cotangent, inverse) = (square(&mut entries, size), square(&mut inverse, size));
+        let upper = inverse.rb().transpose();
+        matmul(cotangent, low, Accum::Replace, upper, high, inverse.rb(), low, 1.0, par);
 
-        let (head, tail) = factored.whitened.split_at(split);
-        let of_w = |column: usize| -> f64 {
-            match column.checked_sub(split) {
-                None => left.col(column).iter().zip(tail).map(|(l, z)| l * z).sum(),
-                Some(c) => inverse.col(c).iter().zip(tail).skip(c).map(|(l, z)| l * z).sum(),
-            }
-        };
-        let mut w: Vec<f64> = match self.parallel() {
-            true => (0..size).into_par_iter().map(of_w).collect(),
-            false => (0..size).map(of_w).collect(),
-        };
-        let mut a = vec![0.0; size];
-        a[..split].copy_from_slice(head);
-        factored.factor.backward(&mut a[..split]);
+        let (mut a, mut w) = (factored.whitened.clone(), factored.whitened.clone());
+        a[split..].fill(0.0);
+        factor.backward(&mut a[..split]);
+        w[..split].fill(0.0);
+        factor.backward(&mut w);
         let subtract = |(column, rows): (usize, &mut [f64])| {
             let (w_column, a_column) = (w[column], a[column]);
             for row in column..size {
@@ -68,33 +59,6 @@ impl<const D: usize> State<'_, D> {
         }
         w.iter_mut().zip(&a).for_each(|(w, a)| *w += weight * a);
         (entries, w)
-    }
-
-    /// Lower triangle of `Wᵀ W` for `W = [left | inverse]`, and of the imposed rows' own inverse by its weight.
-    fn fill(
-        &self,
-        mut cotangent: MatMut<'_, f64>,
-        lower: MatRef<'_, f64>,
-        (left, inverse): (MatRef<'_, f64>, MatRef<'_, f64>),
-    ) {
-        let (split, par, weight) = (self.first_row(), self.threads(), self.weight());
-        let rest = self.model.size - split;
-        let full = BlockStructure::Rectangular;
-        let (low, high) = (BlockStructure::TriangularLower, BlockStructure::TriangularUpper);
-        if split > 0 {
-            let corner = cotangent.rb_mut().submatrix_mut(0, 0, split, split);
-            matmul(corner, low, Accum::Replace, left.transpose(), full, left, full, 1.0, par);
-            let below = cotangent.rb_mut().submatrix_mut(split, 0, rest, split);
-            matmul(below, full, Accum::Replace, inverse.transpose(), high, left, full, 1.0, par);
-            let mut memory = vec![0.0; split * split];
-            let mut imposed = square(&mut memory, split);
-            invert_lower(imposed.rb_mut(), lower.submatrix(0, 0, split, split), par);
-            let (upper, imposed) = (imposed.rb().transpose(), imposed.rb());
-            let corner = cotangent.rb_mut().submatrix_mut(0, 0, split, split);
-            matmul(corner, low, Accum::Add, upper, high, imposed, low, weight, par);
-        }
-        let corner = cotangent.rb_mut().submatrix_mut(split, split, rest, rest);
-        matmul(corner, low, Accum::Replace, inverse.transpose(), high, inverse, low, 1.0, par);
     }
 
     /// Gradient of ln evidence in all parameters, on their scales.
@@ -135,7 +99,7 @@ impl<const D: usize> State<'_, D> {
             let rows = &w[group.rows()];
             for (number, leg) in (group.first_leg..).zip(&group.legs) {
                 for part in 0..self.kernels.len() {
-                    let position = part * self.model.legs + number;
+                    let position = self.slot(part, number);
                     let slot = &pulled.coefficients[position];
                     gradient[self.model.part_offsets[part]] +=
                         dot(slot, &self.coefficients[position]);
@@ -198,14 +162,15 @@ impl<const D: usize> State<'_, D> {
         pulled: &mut Pulled,
         scratch: &mut Scratch,
     ) {
-        let second = self.group_of(column);
-        let own = column - self.model.groups[second].offset;
+        let group = self.group_of(column);
+        let seconds = self.legs_of(group);
+        let own = column - self.model.groups[group].offset;
         for part in 0..self.kernels.len() {
-            for first in second..self.model.groups.len() {
-                let (start, rows) = self.rows(first, column);
-                for (first, second) in self.leg_pairs(first, second) {
+            for first in seconds.start..self.legs.len() {
+                let (start, rows) = self.rows(self.legs[first].0, column);
+                for second in seconds.clone() {
                     let block = self.block(part, first, second);
-                    let leg = &self.model.groups[second[0]].legs[second[1]];
+                    let leg = self.legs[second].1;
                     // The cotangents of the column's own point come back apart, for it may lie in the same group as the rows.
                     pulled.own.clear();
                     pulled.own.resize(leg.parts[part].orders.len(), 0.0);
@@ -247,24 +212,4 @@ impl Pulled {
         let from = other.coefficients.iter().chain(&other.hyperparameters).flatten();
         to.zip(from).for_each(|(to, from)| *to += from);
     }
-}
-
-/// Inverse of the trailing block of a factor; `left = −L_uu⁻¹ L_uf L_ff⁻¹`, so that `[left | inverse]` is the trailing part of L⁻¹.
-fn inverted(
-    lower: MatRef<'_, f64>,
-    mut inverse: MatMut<'_, f64>,
-    split: usize,
-    par: Par,
-) -> Mat<f64> {
-    let rest = lower.nrows() - split;
-    invert_lower(inverse.rb_mut(), lower.submatrix(split, split, rest, rest), par);
-    let mut left = Mat::<f64>::zeros(rest, split);
-    if split > 0 {
-        let below = lower.submatrix(split, 0, rest, split);
-        let (full, low) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
-        matmul(left.as_mut(), full, Accum::Replace, inverse.rb(), low, below, full, -1.0, par);
-        let leading = lower.submatrix(0, 0, split, split);
-        solve_upper_triangular_in_place(leading.transpose(), left.as_mut().transpose_mut(), par);
-    }
-    left
 }

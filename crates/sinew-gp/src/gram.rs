@@ -5,6 +5,7 @@
 
 use crate::coefficients::position;
 use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request, derivatives, derivatives_and_pull_back};
+use crate::simd::lane_sum;
 use sinew_num::vectorised;
 
 /// Entry of a kernel's table that each pair of orders reads.
@@ -224,22 +225,13 @@ vectorised! {
         for ((factor, read), slope) in signed.iter().zip(reads).zip(signed_cotangent) {
             let entries = &table[read * count..(read + 1) * count];
             let slopes = &mut table_cotangent[read * count..(read + 1) * count];
-            let mut partial = [0.0; 8];
-            let whole = count / 8 * 8;
-            for start in (0..whole).step_by(8) {
-                for (k, partial) in partial.iter_mut().enumerate() {
-                    let lane = start + k;
-                    sums[lane] += factor * entries[lane];
-                    slopes[lane] += factor * scaled[lane];
-                    *partial += scaled[lane] * entries[lane];
-                }
+            for (((sum, entry), own), scaled) in
+                sums.iter_mut().zip(entries).zip(slopes.iter_mut()).zip(&scaled)
+            {
+                *sum += factor * entry;
+                *own += factor * scaled;
             }
-            for lane in whole..count {
-                sums[lane] += factor * entries[lane];
-                slopes[lane] += factor * scaled[lane];
-                partial[0] += scaled[lane] * entries[lane];
-            }
-            *slope += partial.iter().sum::<f64>();
+            *slope += lane_sum(count, |lane| scaled[lane] * entries[lane]);
         }
         for ((c, w), sum) in cotangent.iter_mut().zip(weights).zip(&sums) {
             *c += w * sum;

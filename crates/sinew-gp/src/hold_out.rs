@@ -1,6 +1,6 @@
 //! The error of collocation, from places that the fit does not know of.
 
-use crate::compile::Variance;
+use crate::compile::{Compiled, Variance};
 use crate::error::GpError;
 use crate::fit::{Fit, HoldOut};
 use crate::model::Model;
@@ -55,8 +55,8 @@ impl<const D: usize> Fit<D> {
     pub(crate) fn left_out(&self) -> Result<Option<HoldOut>, GpError> {
         let (model, posterior) = (self.model(), self.posterior()?);
         let (mut own, mut term) = (Vec::new(), 0.0_f64);
-        for group in model.groups.iter().filter(|g| !g.places.is_empty()) {
-            let at = &group.places;
+        for group in model.equations() {
+            let at = &group.points;
             term = term.max(NOTHING * posterior.prior_deviation(&model.prior.equation, at)?);
             for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
                 own.push((posterior.left_out(row)[0], *at));
@@ -78,7 +78,7 @@ impl<const D: usize> Fit<D> {
     /// Places with the residual of the equation there, where its right-hand side is known; else none.
     pub(crate) fn candidates(&self, seed: u64) -> Result<Vec<Candidate<D>>, GpError> {
         let model = self.model();
-        let mut exact = model.groups.iter().filter(|group| !group.places.is_empty());
+        let mut exact = model.equations();
         let Some(group) = exact.next() else { return Ok(Vec::new()) };
         let even = even(&group.values).filter(|_| group.values.len() >= EVEN);
         let even =
@@ -98,11 +98,20 @@ impl<const D: usize> Fit<D> {
 impl<const D: usize> Model<D> {
     /// Model with noise of this standard deviation on equations that were exact.
     pub(crate) fn with_noise(mut self, sigma: f64) -> Self {
-        for group in self.groups.iter_mut().filter(|group| !group.places.is_empty()) {
-            if group.variance == Variance::Known(0.0) {
-                group.variance = Variance::Known(sigma);
-            }
+        let exact = |g: &&mut Compiled<D>| g.is_equation && g.variance == Variance::Known(0.0);
+        for group in self.groups.iter_mut().filter(exact) {
+            group.variance = Variance::Known(sigma);
         }
         self
+    }
+
+    /// Groups of values of the right-hand side.
+    fn equations(&self) -> impl Iterator<Item = &Compiled<D>> {
+        self.groups.iter().filter(|group| group.is_equation && !group.points.is_empty())
+    }
+
+    /// All collocation points.
+    pub(crate) fn places(&self) -> Vec<[f64; D]> {
+        self.equations().flat_map(|group| group.points.iter().copied()).collect()
     }
 }

@@ -148,7 +148,7 @@ pub use kernel::{
 pub use laplace::{ensemble, laplace};
 pub use model::Model;
 pub use nuts::{NutsOptions, nuts};
-pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Source, Term};
+pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
 pub use parameter::{FreeParameter, Hyperprior};
 pub use polygon::Polygon;
 pub use posterior::{Posterior, Prediction};

@@ -66,8 +66,6 @@ pub struct Model<const D: usize> {
     pub(crate) imposed: usize,
     pub(crate) size: usize,
     pub(crate) evidence: Evidence,
-    /// Number of legs of all groups.
-    pub(crate) legs: usize,
     /// Right-hand side of an equation that holds everywhere.
     pub(crate) source: Option<Field<D>>,
     /// All data, for models with more points.
@@ -124,7 +122,6 @@ impl<const D: usize> Model<D> {
         }
         let evidence = evidence.resolve(&compiled, imposed, size, theta.len());
         let mut model = Self {
-            legs,
             source: None,
             given,
             plans: plans(&prior, &compiled),

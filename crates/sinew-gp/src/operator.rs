@@ -116,8 +116,8 @@ impl<const D: usize> Term<D> {
     }
 }
 
-/// A linear differential operator: a sum of coefficient × derivative (Definition 4.3.1), and of [`Source`]s, known functions
-/// with numbers and parameters in front.
+/// A linear differential operator: a sum of coefficient × derivative (Definition 4.3.1), and of known functions with numbers and
+/// parameters in front, as a load of unknown strength, which are part of the left-hand side.
 ///
 /// Numbers, [`Parameter`]s and [`Field`]s multiply derivatives from the left.
 ///
@@ -142,13 +142,6 @@ pub struct Operator<const D: usize> {
     terms: Vec<Term<D>>,
     /// Terms as factors of 1, with the function always there.
     sources: Vec<Term<D>>,
-}
-
-/// A known function of the coordinates with numbers and [`Parameter`]s in front, as a load of unknown strength. Added to
-/// an [`Operator`] it is part of the left-hand side.
-#[derive(Clone, Debug)]
-pub struct Source<const D: usize> {
-    terms: Vec<Term<D>>,
 }
 
 impl<const D: usize> Operator<D> {
@@ -192,23 +185,11 @@ impl<const D: usize> Operator<D> {
     }
 }
 
-impl<const D: usize> Source<D> {
-    fn map(self, change: impl Fn(Term<D>) -> Term<D>) -> Self {
-        Self { terms: self.terms.into_iter().map(change).collect() }
-    }
-}
-
-impl<const D: usize> From<Field<D>> for Source<D> {
+impl<const D: usize> From<Field<D>> for Operator<D> {
     fn from(function: Field<D>) -> Self {
-        let derivative = Derivative::identity();
-        let function = Some(function);
-        Self { terms: vec![Term { scale: 1.0, parameters: Vec::new(), function, derivative }] }
-    }
-}
-
-impl<const D: usize> From<Source<D>> for Operator<D> {
-    fn from(source: Source<D>) -> Self {
-        Self { terms: Vec::new(), sources: source.terms }
+        let (derivative, function) = (Derivative::identity(), Some(function));
+        let source = Term { scale: 1.0, parameters: Vec::new(), function, derivative };
+        Self { terms: Vec::new(), sources: vec![source] }
     }
 }
 
@@ -228,38 +209,36 @@ impl<const D: usize> Mul for Derivative<D> {
 
 impl<const D: usize> Mul<Derivative<D>> for Operator<D> {
     type Output = Self;
-    /// First the derivative on the right, then this operator.
+    /// First the derivative on the right, then this operator; known functions become factors of the derivative.
     fn mul(self, right: Derivative<D>) -> Self {
         let change = |term: Term<D>| Term { derivative: term.derivative * right, ..term };
-        Self { terms: self.terms.into_iter().map(change).collect(), sources: self.sources }
+        let all = self.terms.into_iter().chain(self.sources);
+        Self { terms: all.map(change).collect(), sources: Vec::new() }
     }
 }
 
-/// Factors from the left.
+/// Factors from the left: numbers and parameters.
 macro_rules! factors {
-    ($Right:ty, $Whole:ident) => {
+    ($($Right:ty),*) => {$(
         impl<const D: usize> Mul<$Right> for f64 {
-            type Output = $Whole<D>;
-            fn mul(self, right: $Right) -> $Whole<D> {
-                $Whole::from(right).map(|term| Term { scale: self * term.scale, ..term })
+            type Output = Operator<D>;
+            fn mul(self, right: $Right) -> Operator<D> {
+                Operator::from(right).map(|term| Term { scale: self * term.scale, ..term })
             }
         }
         impl<const D: usize> Mul<$Right> for &Parameter {
-            type Output = $Whole<D>;
-            fn mul(self, right: $Right) -> $Whole<D> {
-                $Whole::from(right).map(|term| term.times(self))
+            type Output = Operator<D>;
+            fn mul(self, right: $Right) -> Operator<D> {
+                Operator::from(right).map(|term| term.times(self))
             }
         }
-    };
+    )*};
 }
-factors!(Operator<D>, Operator);
-factors!(Derivative<D>, Operator);
-factors!(Field<D>, Source);
-factors!(Source<D>, Source);
+factors!(Operator<D>, Derivative<D>, Field<D>);
 
 /// Factors that are functions, and signs.
 macro_rules! multiples {
-    ($Right:ty) => {
+    ($($Right:ty),*) => {$(
         impl<const D: usize> Mul<$Right> for Field<D> {
             type Output = Operator<D>;
             fn mul(self, right: $Right) -> Operator<D> {
@@ -272,19 +251,11 @@ macro_rules! multiples {
                 -1.0 * self
             }
         }
-    };
+    )*};
 }
-multiples!(Operator<D>);
-multiples!(Derivative<D>);
+multiples!(Operator<D>, Derivative<D>);
 
-impl<const D: usize> Neg for Source<D> {
-    type Output = Self;
-    fn neg(self) -> Self {
-        -1.0 * self
-    }
-}
-
-/// Sums of operators, derivatives and sources.
+/// Sums of operators and derivatives.
 macro_rules! sums {
     ($($Left:ty, $Right:ty;)*) => {$(
         impl<const D: usize> Add<$Right> for $Left {
@@ -309,6 +280,4 @@ sums! {
     Operator<D>, Derivative<D>;
     Derivative<D>, Operator<D>;
     Derivative<D>, Derivative<D>;
-    Operator<D>, Source<D>;
-    Derivative<D>, Source<D>;
 }

@@ -266,18 +266,18 @@ impl<const D: usize> Posterior<D> {
         let mut scratch = Scratch::default();
         let mut covariances = vec![0.0; query.points.count];
         for (number, group) in self.model.groups.iter().enumerate() {
-            let legs = |part| (0..group.legs.len()).map(move |leg| (part, leg));
+            let legs = |part| state.legs_of(number).map(move |leg| (part, leg));
             let pairs = (0..query.points.parts.len()).flat_map(legs);
             let plans: Vec<_> = pairs
                 .map(|(part, leg)| {
-                    let second = &group.legs[leg].parts[part].orders;
+                    let second = &state.legs[leg].1.parts[part].orders;
                     (part, leg, self.plan(part, &query.points.parts[part].orders, second))
                 })
                 .collect();
             for own in 0..group.values.len() {
                 covariances.fill(0.0);
                 for (part, leg, plan) in &plans {
-                    let second = state.side(*part, [number, *leg]);
+                    let second = state.side(*part, *leg);
                     let block = state.between(*part, plan, query.side(*part), second);
                     block.add_column(0, own, &mut covariances, &mut scratch);
                 }

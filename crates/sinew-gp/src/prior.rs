@@ -1,12 +1,12 @@
 //! Gaussian-process priors for a problem, with or without its boundary conditions.
 
 use crate::constraint::{Constraints, Feature, constraints, edge_lifts, unconstrained};
-use crate::data::{Group, Noise, Role};
-use crate::domain::{Domain, Side};
+use crate::data::{Data, Group, Noise};
+use crate::domain::{Domain, Side, no_polygon};
 use crate::error::GpError;
 use crate::field::Field;
 use crate::kernel::{Kernel, unusable};
-use crate::operator::{Derivative, Operator};
+use crate::operator::Operator;
 use crate::problem::Problem;
 use crate::series::Series;
 use crate::structure::{AxisStructure, Lift};
@@ -202,17 +202,13 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<(),
 /// restriction to the domain's would leave a constant.
 fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<(), GpError> {
     let declared = kernel.hyperparameters();
-    let all: Vec<usize> = (0..D).collect();
-    let fault = match declared.iter().find_map(|h| Some((h.name, unusable::<D>(h)?))) {
+    match declared.iter().find_map(|h| Some((h.name, unusable::<D>(h)?))) {
+        None => Ok(()),
         Some((name, problem)) => {
-            format!("hyperparameter {name} of the {} kernel: {problem}", kernel.name())
+            let whose = format!("hyperparameter {name} of the {} kernel", kernel.name());
+            Err(GpError::Kernel(format!("{whose}: {problem}")))
         }
-        None if kernel.on_axes(&all).hyperparameters().len() < declared.len() => {
-            format!("the {} kernel: its axis is not one of the domain's", kernel.name())
-        }
-        None => return Ok(()),
-    };
-    Err(GpError::Kernel(fault))
+    }
 }
 
 /// Refuses kernels whose functions lack the derivatives that an operator takes.
@@ -238,71 +234,38 @@ fn pseudo_observations<const D: usize>(
 ) -> Result<Vec<Group<D>>, GpError> {
     let domain = problem.domain();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let structures = (0..D).map(|axis| AxisStructure::new(problem, axis));
-    let conditions: Vec<Lift<D>> = structures.flat_map(|structure| structure.lifts).collect();
-    let polygon = domain.cross_section();
-    let numbers = 0..polygon.map_or(0, |polygon| polygon.corners().len());
-    let edges: Vec<_> = numbers
-        .flat_map(|edge| edge_lifts(problem, edge).into_iter().map(move |lift| (edge, lift)))
-        .collect();
-    let (faces, all) = (conditions.len(), conditions.len() + edges.len());
-    let share = |number: usize| (points * (number + 1)) / all - (points * number) / all;
-    let mut groups = Vec::new();
-    for (number, lift) in conditions.iter().enumerate() {
-        let places = domain.sample(share(number), random.random())?;
-        groups.push(pseudo_at_face(domain, lift, &places));
+    let faces: Vec<Lift<D>> =
+        (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
+    let of_edge = |edge| edge_lifts(problem, edge).into_iter().map(move |lift| (edge, lift));
+    let edges: Vec<_> = (0..problem.edges.len()).flat_map(of_edge).collect();
+    let all = faces.len() + edges.len();
+    let places = |number: usize, random: &mut ChaCha8Rng| {
+        let share = (points * (number + 1)) / all - (points * number) / all;
+        domain.sample(share, random.random())
+    };
+    let told = |data: Data<D>, operator: Operator<D>, at: &[[f64; D]], f: &Field<D>| {
+        let values: Vec<f64> = at.iter().map(|point| f.value(*point)).collect();
+        data.imposed(operator, at, &values, Noise::Learned)
+    };
+    let mut data = Data::new();
+    for (number, lift) in faces.iter().enumerate() {
+        let places = places(number, &mut random)?;
+        let at = |side: Side| {
+            let mut places = places.clone();
+            places.iter_mut().for_each(|point| point[lift.axis] = domain.end(lift.axis, side));
+            places
+        };
+        data = told(data, lift.operator(), &at(lift.at.unwrap_or(Side::Upper)), &lift.data);
+        let jump = lift.at.is_none().then(|| (-1.0, at(Side::Lower)));
+        data.groups[number].further.extend(jump);
     }
-    for (number, ((edge, lift), polygon)) in
-        edges.into_iter().zip(polygon.into_iter().cycle()).enumerate()
-    {
-        let mut places = domain.sample(share(faces + number), random.random())?;
+    for (number, (edge, lift)) in edges.into_iter().enumerate() {
+        let mut places = places(faces.len() + number, &mut random)?;
+        let polygon = domain.cross_section().ok_or_else(no_polygon)?;
         for point in &mut places {
             (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
         }
-        let [nx, ny] = lift.outwards().map(|n| n * lift.slope);
-        let slope = nx * Derivative::along(0) + ny * Derivative::along(1);
-        let value = lift.value.clone();
-        let operator = match (value.is_zero(), lift.slope == 0.0) {
-            (true, _) => slope,
-            (false, true) => value * Derivative::identity(),
-            (false, false) => value * Derivative::identity() + slope,
-        };
-        groups.push(pseudo(operator, places, &lift.data));
+        data = told(data, lift.operator(), &places, &lift.data);
     }
-    Ok(groups)
-}
-
-/// A condition at an end of an axis, or between both, at the projections of `places`.
-fn pseudo_at_face<const D: usize>(
-    domain: &Domain<D>,
-    lift: &Lift<D>,
-    places: &[[f64; D]],
-) -> Group<D> {
-    let at = |side: Side| {
-        let mut places = places.to_vec();
-        places.iter_mut().for_each(|point| point[lift.axis] = domain.end(lift.axis, side));
-        places
-    };
-    let group = pseudo(lift.operator(), at(lift.at.unwrap_or(Side::Upper)), &lift.data);
-    match lift.at {
-        Some(_) => group,
-        None => Group { further: vec![(-1.0, at(Side::Lower))], ..group },
-    }
-}
-
-fn pseudo<const D: usize>(
-    operator: Operator<D>,
-    points: Vec<[f64; D]>,
-    data: &Field<D>,
-) -> Group<D> {
-    let values = points.iter().map(|point| data.value(*point)).collect();
-    Group {
-        operator: Some(operator),
-        points,
-        further: Vec::new(),
-        values,
-        noise: Noise::Learned,
-        role: Role::Imposed,
-        averages: None,
-    }
+    Ok(data.groups)
 }

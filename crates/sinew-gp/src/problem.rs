@@ -13,7 +13,6 @@ pub struct Problem<const D: usize> {
     equation: Operator<D>,
     pub(crate) faces: [[Option<Condition<D>>; 2]; D],
     pub(crate) periodic: [Option<Periodicity>; D],
-    pub(crate) boundary: Option<Field<D>>,
     /// Conditions on the polygon's edges; empty without any.
     pub(crate) edges: Vec<Option<Condition<D>>>,
 }
@@ -31,7 +30,6 @@ impl<const D: usize> Problem<D> {
             equation,
             faces: std::array::from_fn(|_| [None, None]),
             periodic: [None; D],
-            boundary: None,
             edges: Vec::new(),
         })
     }
@@ -79,13 +77,11 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// If the domain has no polygon, or its boundary has values already.
     pub fn boundary(mut self, value: Field<D>) -> Result<Self, GpError> {
-        if self.domain.cross_section().is_none() {
-            return Err(no_polygon());
-        }
-        if self.boundary.is_some() || !self.edges.is_empty() {
+        let edges = self.domain.cross_section().ok_or_else(no_polygon)?.corners().len();
+        if !self.edges.is_empty() {
             return Err(over_determined("the polygon"));
         }
-        self.boundary = Some(value);
+        self.edges = vec![Some(Condition::Dirichlet(value)); edges];
         Ok(self)
     }
 
@@ -108,7 +104,7 @@ impl<const D: usize> Problem<D> {
         }
         let face = format!("edge {edge} of the polygon");
         self.edges.resize(edges, None);
-        if self.boundary.is_some() || self.edges[edge].is_some() {
+        if self.edges[edge].is_some() {
             return Err(over_determined(&face));
         }
         self.edges[edge] = Some(self.on_edge(edge, condition, &face)?);

@@ -1,11 +1,12 @@
 //! The fit of a model: many starts, points where the equation is off, and what stays off as noise.
 
-use crate::data::{Data, Noise, Role};
+use crate::data::{Data, Group, Noise, Role};
 use crate::domain::Side;
 use crate::error::GpError;
 use crate::fit::{Fit, FitOptions, HoldOut};
 use crate::hold_out::{Candidate, EVEN};
 use crate::model::Model;
+use crate::prior::Prior;
 use rayon::prelude::*;
 
 /// Rounds of further points at most, and what each adds relative to those before.
@@ -59,8 +60,7 @@ impl<const D: usize> Model<D> {
             };
             let Some(model) = more else {
                 let open = fit.model().source.is_some() && now > aim;
-                let points = fit.model().groups.iter().map(|group| group.places.len()).sum();
-                fit.unsettled = open.then_some(points);
+                fit.unsettled = open.then_some(fit.model().places().len());
                 return fit.with_collocation_error(found, aim, options.iterations);
             };
             let mut starts = model.random_starts(options);
@@ -82,6 +82,12 @@ impl<const D: usize> Model<D> {
             None => group.values.len() as f64,
         });
         RESOLVED * (FEW_VALUES / values.sum::<f64>().max(FEW_VALUES)).sqrt()
+    }
+
+    /// Model of the same equation with another prior or more points.
+    fn rebuilt(&self, prior: Prior<D>, groups: Vec<Group<D>>) -> Result<Self, GpError> {
+        let model = Self::new(prior, Data { groups, everywhere: None }, self.evidence)?;
+        Ok(Self { source: self.source.clone(), ..model })
     }
 
     fn check_memory(&self, options: &FitOptions) -> Result<(), GpError> {
@@ -130,14 +136,12 @@ impl<const D: usize> Fit<D> {
         round: u64,
     ) -> Result<Option<Model<D>>, GpError> {
         let model = self.model();
-        let count: usize = model.groups.iter().map(|group| group.places.len()).sum();
-        if model.source.is_none() && count < EVEN {
+        let known = model.places();
+        if model.source.is_none() && known.len() < EVEN {
             return Ok(None);
         }
-        let room = options.most_points.saturating_sub(count);
-        let wanted = ((GROWTH * count as f64) as usize).max(2).min(room);
-        let known: Vec<[f64; D]> =
-            model.groups.iter().flat_map(|group| group.places.iter().copied()).collect();
+        let room = options.most_points.saturating_sub(known.len());
+        let wanted = ((GROWTH * known.len() as f64) as usize).max(2).min(room);
         let extents = model.prior.domain.extents();
         let chosen = spread_out(self.candidates(round)?, &known, wanted, extents);
         let mut groups = model.given.clone();
@@ -145,9 +149,7 @@ impl<const D: usize> Fit<D> {
         let Some(group) = exact.filter(|_| !chosen.is_empty()) else { return Ok(None) };
         group.points.extend(chosen.iter().map(|candidate| candidate.at));
         group.values.extend(chosen.iter().map(|candidate| candidate.value));
-        let data = Data { groups, everywhere: None };
-        let more = Model::new(model.prior.clone(), data, model.evidence)?;
-        Ok(Some(Model { source: model.source.clone(), ..more }))
+        model.rebuilt(model.prior.clone(), groups).map(Some)
     }
 
     /// The fit with the axis stretched next to one end, and its error, where that leaves less of it than [`LAYER`].
@@ -163,9 +165,7 @@ impl<const D: usize> Fit<D> {
             free.flat_map(|d| Side::BOTH.map(|side| (d, side))).collect();
         let tried = |(d, side): (usize, Side)| -> Result<(Self, HoldOut), GpError> {
             let prior = prior.clone().stretched(&names[d], side, WIDTH * extents[d])?;
-            let data = Data { groups: model.given.clone(), everywhere: None };
-            let own = Model::new(prior, data, model.evidence)?;
-            let own = Model { source: model.source.clone(), ..own };
+            let own = model.rebuilt(prior, model.given.clone())?;
             let fit = own.fit_from(vec![self.outcome().parameters.clone()], options.iterations)?;
             let error = fit.left_out()?;
             Ok((fit, error.unwrap_or_else(|| found.clone())))

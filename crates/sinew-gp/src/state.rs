@@ -1,5 +1,6 @@
 //! A model at given parameters: its covariance, factored.
 
+use crate::coefficients::PointCoefficients;
 use crate::compile::Variance;
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
@@ -35,6 +36,8 @@ pub(crate) struct State<'a, const D: usize> {
     pub kernels: Vec<(f64, Vec<f64>)>,
     /// The operators' parameters.
     pub theta: Vec<f64>,
+    /// All legs, each with the number of its group.
+    pub legs: Vec<(usize, &'a PointCoefficients<D>)>,
     /// a_β of each part and leg, at [`State::slot`].
     pub coefficients: Vec<Vec<f64>>,
     /// Values of the monomials of each group.
@@ -71,16 +74,17 @@ impl<'a, const D: usize> State<'a, D> {
             .collect();
         let monomials: Vec<Vec<f64>> =
             model.groups.iter().map(|group| group.legs[0].factors(&theta)).collect();
-        let coefficients = kernels
-            .iter()
-            .enumerate()
-            .flat_map(|(part, (amplitude, _))| {
-                model.groups.iter().zip(&monomials).flat_map(move |(group, monomials)| {
-                    let arrays = group.legs.iter().map(move |leg| &leg.parts[part].arrays);
-                    arrays.map(|arrays| combine(*amplitude, monomials, arrays))
-                })
-            })
+        let numbered = model.groups.iter().enumerate();
+        let legs: Vec<_> = numbered
+            .flat_map(|(number, group)| group.legs.iter().map(move |leg| (number, leg)))
             .collect();
+        let of = |part: usize| {
+            let (amplitude, legs, monomials) = (kernels[part].0, &legs, &monomials);
+            legs.iter().map(move |(group, leg)| {
+                combine(amplitude, &monomials[*group], &leg.parts[part].arrays)
+            })
+        };
+        let coefficients = (0..kernels.len()).flat_map(of).collect();
         let noise = model
             .groups
             .iter()
@@ -92,29 +96,30 @@ impl<'a, const D: usize> State<'a, D> {
             })
             .collect();
         let weights = model.groups.iter().map(|group| group.weights(scaled)).collect();
-        Ok(Self { model, kernels, theta, coefficients, monomials, noise, weights })
-    }
-
-    /// Number among all legs of a leg of a group.
-    pub(crate) fn leg(&self, [group, leg]: [usize; 2]) -> usize {
-        self.model.groups[group].first_leg + leg
+        Ok(Self { model, kernels, theta, legs, coefficients, monomials, noise, weights })
     }
 
     /// Position of the coefficients of a part on a leg.
-    pub(crate) fn slot(&self, part: usize, leg: [usize; 2]) -> usize {
-        part * self.model.legs + self.leg(leg)
+    pub(crate) fn slot(&self, part: usize, leg: usize) -> usize {
+        part * self.legs.len() + leg
     }
 
-    pub(crate) fn side(&self, part: usize, [group, leg]: [usize; 2]) -> Side<'_, D> {
+    /// Legs of a group.
+    pub(crate) fn legs_of(&self, group: usize) -> std::ops::Range<usize> {
+        let group = &self.model.groups[group];
+        group.first_leg..group.first_leg + group.legs.len()
+    }
+
+    pub(crate) fn side(&self, part: usize, leg: usize) -> Side<'_, D> {
         Side {
-            axes: &self.model.groups[group].legs[leg].parts[part].axes,
-            coefficients: &self.coefficients[self.slot(part, [group, leg])],
+            axes: &self.legs[leg].1.parts[part].axes,
+            coefficients: &self.coefficients[self.slot(part, leg)],
         }
     }
 
-    /// Covariance of one part between a leg of one group and a leg of another, each by group and leg.
-    pub(crate) fn block(&self, part: usize, first: [usize; 2], second: [usize; 2]) -> Block<'_, D> {
-        let plan = &self.model.plans[part][self.leg(first) * self.model.legs + self.leg(second)];
+    /// Covariance of one part between two legs.
+    pub(crate) fn block(&self, part: usize, first: usize, second: usize) -> Block<'_, D> {
+        let plan = &self.model.plans[part][first * self.legs.len() + second];
         self.between(part, plan, self.side(part, first), self.side(part, second))
     }
 
@@ -130,17 +135,6 @@ impl<'a, const D: usize> State<'a, D> {
         Block { kernel, hyperparameters: &self.kernels[part].1, plan, first, second }
     }
 
-    /// All pairs of a leg of one group and a leg of another.
-    pub(crate) fn leg_pairs(
-        &self,
-        first: usize,
-        second: usize,
-    ) -> impl Iterator<Item = ([usize; 2], [usize; 2])> + use<D> {
-        let count = |group: usize| self.model.groups[group].legs.len();
-        let (firsts, seconds) = (count(first), count(second));
-        (0..firsts).flat_map(move |a| (0..seconds).map(move |b| ([first, a], [second, b])))
-    }
-
     /// y − mean.
     pub(crate) fn residual(&self) -> Vec<f64> {
         let mut residual = Vec::with_capacity(self.model.size);
@@ -154,31 +148,22 @@ impl<'a, const D: usize> State<'a, D> {
         residual
     }
 
-    /// Adds covariances without noise of the group `first` from its point `start` on, as many as there is room for, with one row.
-    fn add_covariances(
-        &self,
-        (first, start): (usize, usize),
-        row: usize,
-        out: &mut [f64],
-        scratch: &mut Scratch,
-    ) {
-        let second = self.group_of(row);
-        let own = row - self.model.groups[second].offset;
-        for part in 0..self.kernels.len() {
-            for (first, second) in self.leg_pairs(first, second) {
-                self.block(part, first, second).add_column(start, own, out, scratch);
-            }
-        }
-    }
-
     /// The lower triangle of the covariance of the functionals without noise, column by column.
     pub(crate) fn covariance(&self) -> Vec<f64> {
         let size = self.model.size;
         let mut matrix = vec![0.0; size * size];
         let column = |(number, column): (usize, &mut [f64]), scratch: &mut Scratch| {
-            for first in self.group_of(number)..self.model.groups.len() {
-                let (start, rows) = self.rows(first, number);
-                self.add_covariances((first, start), number, &mut column[rows], scratch);
+            let own = self.group_of(number);
+            let seconds = self.legs_of(own);
+            let point = number - self.model.groups[own].offset;
+            for part in 0..self.kernels.len() {
+                for first in seconds.start..self.legs.len() {
+                    let (start, rows) = self.rows(self.legs[first].0, number);
+                    for second in seconds.clone() {
+                        let block = self.block(part, first, second);
+                        block.add_column(start, point, &mut column[rows.clone()], scratch);
+                    }
+                }
             }
         };
         if self.parallel() {

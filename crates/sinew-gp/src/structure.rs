@@ -7,10 +7,11 @@ use crate::operator::{Derivative, Operator};
 use crate::problem::Problem;
 use crate::series::Series;
 
-/// A polynomial along one axis, in the coordinate s that runs from 0 to 1.
+/// A polynomial along one axis, in the coordinate s that runs from 0 at one end to 1 at the other.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
-    lower: f64,
+    start: f64,
+    /// Negative from the upper end.
     length: f64,
     /// Coefficient of sᵏ at position k.
     coefficients: Vec<f64>,
@@ -18,7 +19,7 @@ pub(crate) struct Shape {
 
 impl Shape {
     pub(crate) fn at(&self, x: &Series) -> Series {
-        let s = (x - self.lower) / self.length;
+        let s = (x - self.start) / self.length;
         let (last, lower) = self.coefficients.split_last().expect("at least a constant");
         lower.iter().rev().fold(x.constant(*last), |sum, c| sum * &s + *c)
     }
@@ -32,7 +33,7 @@ impl Shape {
     fn normalised(self) -> Self {
         const SAMPLES: usize = 100;
         let values = (0..=SAMPLES).map(|k| {
-            let x = Series::number(self.lower + self.length * k as f64 / SAMPLES as f64);
+            let x = Series::number(self.start + self.length * k as f64 / SAMPLES as f64);
             self.at(&x).value().abs()
         });
         let most = values.fold(0.0, f64::max);
@@ -194,9 +195,12 @@ struct Basis {
 }
 
 impl Basis {
-    fn shape(&self, coefficients: &[f64]) -> Shape {
-        let [lower, upper] = self.ends;
-        Shape { lower, length: upper - lower, coefficients: coefficients.to_vec() }
+    fn shape(&self, from: Side, coefficients: Vec<f64>) -> Shape {
+        let [start, end] = match from {
+            Side::Lower => self.ends,
+            Side::Upper => [self.ends[1], self.ends[0]],
+        };
+        Shape { start, length: end - start, coefficients }
     }
 
     /// Functional of a derivative alone.
@@ -226,14 +230,9 @@ impl Basis {
             own.push(0.0);
             (1..own.len()).rev().for_each(|k| own[k] -= own[k - 1]);
         }
-        let scale = (self.ends[1] - self.ends[0]).powi(j as i32);
-        match side {
-            Side::Lower => self.shape(&own).scaled(scale),
-            Side::Upper => {
-                let turned = if j % 2 == 1 { -scale } else { scale };
-                self.shape(&mirrored(&own)).scaled(turned)
-            }
-        }
+        let shape = self.shape(side, own);
+        let scale = shape.length.powi(j as i32);
+        shape.scaled(scale)
     }
 }
 
@@ -279,18 +278,6 @@ fn annihilated(mut rows: Vec<Vec<f64>>, degrees: usize) -> Vec<Vec<f64>> {
         }
     }
     found
-}
-
-/// The coefficients of p(1 − s).
-fn mirrored(coefficients: &[f64]) -> Vec<f64> {
-    let (last, lower) = coefficients.split_last().expect("at least a constant");
-    lower.iter().rev().fold(vec![*last], |mut sum, c| {
-        // sum · (1 − s) + c
-        sum.push(0.0);
-        (1..sum.len()).rev().for_each(|k| sum[k] -= sum[k - 1]);
-        sum[0] += c;
-        sum
-    })
 }
 
 impl<const D: usize> AxisStructure<D> {
@@ -361,7 +348,8 @@ impl<const D: usize> AxisStructure<D> {
         let degrees = basis.contacts[0] + basis.contacts[1];
         let conditions = self.lifts.iter().map(|lift| lift.on_powers(degrees)).collect();
         for coefficients in annihilated(conditions, degrees) {
-            self.factors.push(trace(basis.axis, basis.shape(&coefficients).normalised()));
+            self.factors
+                .push(trace(basis.axis, basis.shape(Side::Lower, coefficients).normalised()));
         }
     }
 

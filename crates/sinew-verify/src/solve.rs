@@ -98,8 +98,7 @@ pub(crate) fn mixed<L: Law<D>, const D: usize, const N: usize>(
 where
     Nodes<N>: TaylorHoodElement<N>,
 {
-    let mut body = scene.lower_mixed()?;
-    body.pressure_field.iter_mut().for_each(|field| field.compliance = compliance);
+    let body = scene.lower_mixed()?.with_compliance(compliance)?;
     let (solution, cost) = equilibrium(&body, theta)?;
     Ok(Found { mesh: scene.mesh, displacement: solution.displacement, cost })
 }

@@ -328,14 +328,13 @@ impl Case {
         let balance = self.law.lower(law, mesh, parts).map_err(|error| self.place(error))?;
         self.check_rims(&balance)?;
         self.check_bounds(&balance.body)?;
-        let body = self.with_factors(balance.body)?;
+        let balance = self.with_factors(balance)?;
         // In kPa and the law's units by now.
         let known = |p: &sinew_energy::Parameter| {
             self.parameters[&p.name].value.map(|_| (p.name.clone(), p.range[0]))
         };
-        let known: Vec<_> = body.parameters.iter().filter_map(known).collect();
+        let known: Vec<_> = balance.body.parameters.iter().filter_map(known).collect();
         let known: Vec<_> = known.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let balance = sinew_energy::ForceBalance { body, ..balance };
         let balance = balance.with_known(&known).map_err(|error| self.place(error))?;
         Ok(Lowered::new(balance))
     }

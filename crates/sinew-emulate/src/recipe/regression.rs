@@ -1,13 +1,13 @@
 //! Decomposition of few simulations, or of what second order leaves of them, and a Gaussian process.
 
 use super::Train;
-use crate::evaluate::{TestSet, root_mean_square};
-use crate::predictor::Predictor;
-use crate::record::{Candidate, Record};
-use crate::regressed::Regressed;
-use crate::session::{Session, Stream};
-use crate::simulate::{Simulations, read_simulations};
-use crate::taylor::TaylorExpansion;
+use crate::estimate::evaluate::{TestSet, root_mean_square};
+use crate::predict::Predictor;
+use crate::predict::regressed::Regressed;
+use crate::predict::taylor::TaylorExpansion;
+use crate::recipe::session::{Session, Stream};
+use crate::sample::simulate::{Simulations, read_simulations};
+use crate::store::record::{Candidate, Record};
 use crate::{Body, Budget, Design, Error, RegressionError, Result, Warning};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};

@@ -1,14 +1,14 @@
 //! Taylor expansion about one solution or several: nothing is trained.
 
 use super::Train;
-use crate::evaluate::TestSet;
+use crate::estimate::evaluate::TestSet;
+use crate::estimate::timing::timed;
 use crate::parameters::require_some;
-use crate::predictor::Predictor;
-use crate::record::Record;
-use crate::regressed::Regressed;
-use crate::session::Session;
-use crate::taylor::{self, TaylorExpansion};
-use crate::timing::timed;
+use crate::predict::Predictor;
+use crate::predict::regressed::Regressed;
+use crate::predict::taylor::{self, TaylorExpansion};
+use crate::recipe::session::Session;
+use crate::store::record::Record;
 use crate::{Result, TrainingOptions};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};

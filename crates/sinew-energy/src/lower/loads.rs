@@ -11,7 +11,7 @@ impl<const N: usize> Setup<'_, N>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    /// Loads and springs per reference volume and area.
+    /// Loads and springs per reference volume and area, and forces on nodes.
     pub(super) fn reference_loads(
         &self,
         rule: &[QuadraturePoint],
@@ -23,6 +23,17 @@ where
                 Load::BodyForce(density) => {
                     density.iter().try_for_each(|&b| finite(b, || "a body force".into()))?;
                     (0..3).for_each(|i| loads.body_force[i] += density[i]);
+                }
+                Load::NodalForces(forces) => {
+                    let (given, nodes) = (forces.len(), self.mesh.points.len());
+                    if given != nodes {
+                        return Err(SceneError::NodalForces { given, nodes });
+                    }
+                    let what = || "a nodal force".into();
+                    forces.as_flattened().iter().try_for_each(|&f| finite(f, what))?;
+                    loads.nodal.resize(3 * nodes, 0.0);
+                    let sums = loads.nodal.iter_mut().zip(forces.as_flattened());
+                    sums.for_each(|(sum, force)| *sum += force);
                 }
                 Load::Traction { facets, value } => {
                     let what = || format!("the traction on `{facets}`");

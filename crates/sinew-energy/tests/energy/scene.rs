@@ -2,8 +2,8 @@
 
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{
-    Barriers, Load, Magnitude, Parameter, Prescribed, Sampling, Scene, SceneError, Support,
-    ThetaError, Units, metrics,
+    Barriers, Body, Fibres, Load, Magnitude, Parameter, Prescribed, Sampling, Scene, SceneError,
+    Support, ThetaError, Units, at_points, metrics,
 };
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
@@ -44,6 +44,64 @@ fn dead_loads_add_up() {
     let lifted: Vec<f64> = (0..potential.nodes).flat_map(|_| [0.0, 0.0, 0.1]).collect();
     let energy = potential.value(&lifted, &[1.0, 1.0]);
     assert!((energy - 0.1 * 3.0).abs() < 1e-13);
+}
+
+#[test]
+fn forces_on_nodes_add_to_the_others_and_stay_when_the_body_is_moved() {
+    let mut scene = block();
+    let mut forces = vec![[0.0; 3]; 36];
+    forces[35] = [0.0, 2.0, -1.0];
+    scene.loads = vec![Load::BodyForce([0.0, 0.0, -0.5]), Load::NodalForces(forces.clone())];
+    scene.loads.push(Load::NodalForces(forces));
+    let body = scene.lower().unwrap();
+    let total = |body: &Body, axis| body.nodal_force.iter().skip(axis).step_by(3).sum::<f64>();
+    assert!((total(&body, 1) - 4.0).abs() < 1e-13);
+    assert!((total(&body, 2) + 2.0 + 0.5 * 6.0).abs() < 1e-13);
+    let twice_as_long: Vec<f64> = body.positions.iter().flat_map(|x| [x[0], 0.0, 0.0]).collect();
+    let longer = body.moved(&twice_as_long, Fibres::Carried).unwrap();
+    assert!((total(&longer, 1) - 4.0).abs() < 1e-13);
+    assert!((total(&longer, 2) + 2.0 + 0.5 * 12.0).abs() < 1e-13);
+
+    let few = refused(|s| s.loads = vec![Load::NodalForces(vec![[0.0; 3]; 35])]);
+    assert_eq!(few, SceneError::NodalForces { given: 35, nodes: 36 });
+    let odd = refused(|s| s.loads = vec![Load::NodalForces(vec![[f64::NAN; 3]; 36])]);
+    assert!(matches!(odd, SceneError::NotFinite { .. }));
+}
+
+#[test]
+fn a_body_takes_a_material_that_fits_it_and_a_balance_a_body_of_its_own_mesh() {
+    let law = HolzapfelOgden.nearly_incompressible(1.0);
+    let along = |points| at_points(law, vec![[[1.0, 0.0, 0.0]]; points]);
+    let parameters = || ["a", "b", "a_f", "b_f"].map(parameter).to_vec();
+    let body = block().lower().unwrap();
+    let fibrous = body.clone().with_material(along(72), parameters()).unwrap();
+    assert_eq!((fibrous.theta_len(), fibrous.parameters.len()), (4, 4));
+    for (points, count) in [(71, 4), (72, 3)] {
+        let error = body.clone().with_material(along(points), parameters()[..count].to_vec());
+        let expected =
+            SceneError::OtherMaterial { found: points, points: 72, needed: 4, given: count };
+        assert_eq!(error.unwrap_err(), expected);
+    }
+
+    let mut scene = block();
+    let magnitude = Magnitude::Theta(2);
+    scene.loads = vec![Load::Pressure { facets: "z_max".into(), magnitude }];
+    scene.parameters.push(parameter("p"));
+    let balance = || scene.lower_follower().unwrap();
+    assert!(balance().map(|body| body.stiffened_cells(&[2.0; 72])).is_ok());
+    // Followers read θ[2] as the pressure.
+    let shifted = balance().map(|body| body.with_known(&[("mu", 1.0)]));
+    assert_eq!(shifted.unwrap_err(), SceneError::OtherBody);
+    assert_eq!(balance().map(|_| block().lower()).unwrap_err(), SceneError::OtherBody);
+
+    let mixed = Scene::new(block().mesh.quadratic(), NeoHookean)
+        .parameter(parameter("mu"))
+        .parameter(parameter("lambda"))
+        .support(Support::clamped("x_min"));
+    for (compliance, accepted) in [(0.0, true), (0.1, true), (-1.0, false), (f64::NAN, false)] {
+        let found = mixed.lower_mixed().unwrap().with_compliance(compliance);
+        assert_eq!(found.is_ok(), accepted, "{compliance}");
+    }
 }
 
 #[test]

@@ -12,7 +12,7 @@ use crate::diagnose::named::CellValue;
 use crate::elements::cells::{
     MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
-use crate::elements::check::{check_arrays, check_length};
+use crate::elements::check::check_length;
 use crate::{Balance, Solution, SolveError};
 use forces::Forces;
 
@@ -71,7 +71,7 @@ pub struct SolutionReport {
 /// ```
 ///
 /// # Errors
-/// A body that is malformed, or a solution that is not one of this body: by the length of displacement, pressure or θ.
+/// A solution that is not one of this body: by the length of displacement, pressure or θ.
 pub fn report<'p>(
     balance: impl Into<Balance<'p>>,
     solution: &Solution,
@@ -79,7 +79,6 @@ pub fn report<'p>(
     let balance = balance.into();
     let Solution { displacement, pressure, theta, .. } = solution;
     let body = balance.body;
-    check_arrays(balance)?;
     balance.check_theta(theta)?;
     check_length(body.prescribed.len(), displacement)?;
     check_length(balance.pressures(), pressure)?;

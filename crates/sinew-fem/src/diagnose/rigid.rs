@@ -3,7 +3,7 @@
 use crate::diagnose::hinges::free_piece;
 use crate::{RigidMode, SolveError};
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
-use sinew_energy::Body;
+use sinew_energy::{Body, BodyArrays};
 use std::collections::HashMap;
 
 /// A motion counts as free when the supports resist it by less than this, relative to what they
@@ -12,7 +12,7 @@ const FREE: f64 = 1e-12;
 /// Checks that each connected part of the body, and each piece of it that is only hinged to the others, is held
 /// against all rigid motions.
 pub(crate) fn check_supports(potential: &Body) -> Result<(), SolveError> {
-    let parts = parts(potential)?;
+    let parts = parts(potential);
     for part in &parts {
         let modes = free_modes(part, potential);
         if !modes.is_empty() {
@@ -30,7 +30,7 @@ pub(crate) fn check_supports(potential: &Body) -> Result<(), SolveError> {
 type Part = Vec<(usize, Vector3<f64>)>;
 
 /// Connected parts.
-fn parts(potential: &Body) -> Result<Vec<Part>, SolveError> {
+fn parts(potential: &Body) -> Vec<Part> {
     let mut cells_of = vec![Vec::new(); potential.nodes];
     for (cell, nodes) in potential.cell_nodes().enumerate() {
         nodes.iter().for_each(|&node| cells_of[node].push(cell));
@@ -39,13 +39,8 @@ fn parts(potential: &Body) -> Result<Vec<Part>, SolveError> {
     let mut seen = vec![false; potential.nodes];
     let mut parts = Vec::new();
     for start in 0..potential.nodes {
-        if cells_of[start].is_empty() {
-            if potential.prescribed[3 * start..3 * start + 3].contains(&None) {
-                return Err(SolveError::LooseNode { node: start });
-            }
-            continue;
-        }
-        if seen[start] {
+        // A node in no cell is held: lowering refuses others.
+        if seen[start] || cells_of[start].is_empty() {
             continue;
         }
         seen[start] = true;
@@ -62,12 +57,12 @@ fn parts(potential: &Body) -> Result<Vec<Part>, SolveError> {
         }
         parts.push(part);
     }
-    Ok(parts)
+    parts
 }
 
 /// Rigid motions of a part that neither prescribed displacements nor springs resist.
 fn free_modes(part: &Part, potential: &Body) -> Vec<RigidMode> {
-    let Body { prescribed, frames, springs, .. } = potential;
+    let BodyArrays { prescribed, frames, springs, .. } = &**potential;
     let sprung: HashMap<_, _> = springs.iter().map(|s| (s.node, &s.stiffness)).collect();
     let stiffest = springs.iter().flat_map(|s| s.stiffness.as_flattened());
     let stiffest = stiffest.fold(f64::MIN_POSITIVE, |m: f64, k| m.max(k.abs()));

@@ -1,7 +1,7 @@
 //! Supports along the coordinate axes or the axes of a node's own frame.
 
 use crate::elements::assembly::Assembly;
-use sinew_energy::{Body, Frames};
+use sinew_energy::{Body, BodyArrays, Frames};
 
 /// Deviation of a node from its prescribed place, in a rotated frame, that is a rounding error \[relative to its
 /// displacement\].
@@ -9,7 +9,7 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Sets prescribed degrees of freedom to a fraction of the prescribed motion.
 pub(crate) fn place(potential: &Body, load_factor: f64, displacement: &mut [f64]) {
-    let Body { prescribed, frames, .. } = potential;
+    let BodyArrays { prescribed, frames, .. } = &**potential;
     for (dof, target) in prescribed.iter().enumerate() {
         let Some(target) = target.map(|u| load_factor * u) else { continue };
         if frames.get(dof / 3).is_none() {

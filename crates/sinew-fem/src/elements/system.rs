@@ -3,7 +3,6 @@
 use crate::diagnose::locking::locking_of;
 use crate::diagnose::rigid::check_supports;
 use crate::elements::assembly::{Assembly, PredictedStress};
-use crate::elements::check::check_arrays;
 use crate::elements::followers::Followers;
 use crate::elements::pressure_field::Coupling;
 use crate::elements::state::State;
@@ -61,7 +60,6 @@ impl<'p> System<'p> {
     /// Prepares what is the same for all θ.
     pub(crate) fn new(balance: Balance<'p>) -> Result<Self, SolveError> {
         let Balance { body, whole } = balance;
-        check_arrays(balance)?;
         check_supports(body)?;
         let surfaces = whole.map_or(&[][..], |whole| &whole.followers);
         let sparsity = Arc::new(Sparsity::new(body, surfaces));

@@ -57,7 +57,7 @@ impl<'p> Solver<'p> {
     /// Prepares the solver.
     ///
     /// # Errors
-    /// A body that is malformed or whose supports leave a part of it free to move.
+    /// A body whose supports leave a part of it free to move.
     pub fn new(balance: impl Into<Balance<'p>>) -> Result<Self, SolveError> {
         System::new(balance.into()).map(|system| Self { system })
     }

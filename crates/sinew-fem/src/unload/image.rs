@@ -6,7 +6,7 @@ use crate::SolveError;
 use crate::elements::supports::is_moved_rim;
 use crate::elements::system::System;
 use crate::linear::sparsity::patch_nodes_of;
-use sinew_energy::{Fibres, ForceBalance, PressureSurface};
+use sinew_energy::{Fibres, ForceBalance};
 use std::sync::Arc;
 
 /// The image with what is prepared once.
@@ -19,13 +19,9 @@ pub(super) struct Image<'p> {
 }
 
 impl<'p> Image<'p> {
-    /// Prepares for a body whose loads are those that it was lowered with.
+    /// Prepares for a body.
     pub(super) fn new(system: System<'p>) -> Result<Self, UnloadError> {
         let body = system.body;
-        if !body.is_loaded_as_lowered() {
-            let (what, problem) = ("nodal forces or springs", "are not those of its loads");
-            return Err(SolveError::Malformed { what, problem }.into());
-        }
         if let Some(node) = is_moved_rim(body) {
             return Err(UnloadError::MovedRim { node });
         }
@@ -64,10 +60,10 @@ impl Image<'_> {
 
     /// The body at rest; `None` where a cell is inverted.
     pub(super) fn moved(&self, motion: &[f64]) -> Option<ForceBalance> {
-        let moved = |surface: &PressureSurface| surface.placed(motion);
-        let followers = self.system.followers.surfaces.iter().map(moved).collect();
-        let body = self.system.body.moved(motion, self.fibres)?;
-        Some(ForceBalance { body, followers, pressure_field: None })
+        match self.system.balance.whole {
+            Some(balance) => balance.moved(motion, self.fibres),
+            None => self.system.body.moved(motion, self.fibres).map(ForceBalance::from),
+        }
     }
 
     /// Whether the law has directions that move with the tissue.

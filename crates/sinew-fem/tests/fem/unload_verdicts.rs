@@ -170,14 +170,11 @@ fn a_body_that_crosses_itself_at_rest_is_refused() {
 }
 
 #[test]
-fn theta_that_makes_no_sense_and_loads_that_were_changed_are_told() {
+fn theta_that_makes_no_sense_is_told() {
     let body = scene(small(), BULK_MODULUS).lower().unwrap();
     for theta in [&[f64::NAN, 1.0, 1.0, 1.0, 1.0][..], &[-1.0, 1.0, 1.0, 1.0, 1.0], &[1.0; 4]] {
         assert!(matches!(unload(&body, theta), Err(UnloadError::Body(_))));
     }
-    let mut body = body;
-    body.nodal_force[3] += 1.0;
-    assert!(matches!(Unload::new(&body), Err(UnloadError::Body(_))));
 }
 
 /// The softest corner of the box, pressures far beyond it, and a pressure in mmHg taken for kPa: whatever comes, it is an answer that holds or

@@ -55,7 +55,11 @@ fn cantilever() -> Cantilever {
 impl Cantilever {
     /// A trainer by minimum potential energy that begins from a shift of all free nodes by `shift` along the beam [mm].
     fn trainer(&self, barriers: Option<Barriers>, shift: f64, config: TrainingConfig) -> Trainer {
-        let potential = sinew_energy::Body { barriers, ..self.potential.clone() };
+        let plain = self.potential.clone();
+        let potential = match barriers {
+            Some(barriers) => plain.with_barriers(barriers),
+            None => plain,
+        };
         let energy = 1e-3 * self.potential.volumes.iter().sum::<f64>();
         let objective = MinimumPotential::new(vec![Arc::new(potential)], energy).unwrap();
         let output = OutputScale { mean: vec![shift, 0.0, 0.0], scale: vec![1.0; 3] };

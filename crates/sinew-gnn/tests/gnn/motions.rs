@@ -196,8 +196,9 @@ fn storage_gives_back_the_same_bits() {
 #[test]
 fn a_place_far_away_changes_nothing() {
     let beam = Beam::hanging([4, 2, 2]);
-    let mut far = Beam::hanging([4, 2, 2]);
-    far.body.positions.iter_mut().for_each(|x| x[0] += 1024.0);
+    let mut mesh = box_tetrahedra([40.0, 10.0, 10.0], [4, 2, 2]);
+    mesh.map_points(|[x, y, z]| [x + 1024.0, y, z]);
+    let far = Beam::new(mesh, [75.0, 75.0], vec![Support::clamped("x_min")]);
     let [here, there] = [&beam, &far].map(|beam| {
         let data = beam.data();
         let surrogate = beam.trained(&data, 5, &devices()[0]);

@@ -1,7 +1,6 @@
 //! Whether the conditions of faces agree where these meet.
 
 use super::agreement::{conflict, differ, magnitude};
-use super::edges::Edges;
 use super::lift::{along, edge_lifts};
 use crate::domain::Domain;
 use crate::error::GpError;
@@ -16,7 +15,6 @@ const CORNER_SAMPLES: [f64; 5] = [0.5, 0.11, 0.83, 0.0, 1.0];
 pub(super) fn check_corners<const D: usize>(
     problem: &Problem<D>,
     structures: &[AxisStructure<D>; D],
-    edges: &Edges<D>,
 ) -> Result<(), GpError> {
     let varying: Vec<usize> =
         (0..D).filter(|axis| structures[*axis].varies(problem.domain())).collect();
@@ -36,10 +34,8 @@ pub(super) fn check_corners<const D: usize>(
             }
         }
     }
-    for lift in structures.iter().skip(2).flat_map(|structure| &structure.lifts) {
-        check_edges(problem, lift)?;
-    }
-    edges.check_corners(problem.domain())
+    let mut beyond = structures.iter().skip(2).flat_map(|structure| &structure.lifts);
+    beyond.try_for_each(|lift| check_edges(problem, lift))
 }
 
 /// A factor that varies along an edge where a slope of the product is held.

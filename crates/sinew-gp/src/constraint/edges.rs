@@ -19,7 +19,7 @@ use crate::condition::Condition;
 use crate::domain::Domain;
 use crate::edge::Edge;
 use crate::error::GpError;
-use crate::field::{Field, constant, field};
+use crate::field::{Field, field};
 use crate::operator::Operator;
 use crate::polygon::{Polygon, products_of_others};
 use crate::problem::Problem;
@@ -117,19 +117,8 @@ impl<const D: usize> Conditioned<D> {
 }
 
 /// The conditions on a polygon's edges.
-#[derive(Clone, Debug)]
-pub(super) struct Edges<const D: usize> {
-    /// One function on all edges, which needs no blending.
-    boundary: Option<Field<D>>,
-    inner: Option<Arc<Blend<D>>>,
-    /// A function near the conditions, and the blend of what it leaves of them.
-    near: Option<(Field<D>, Arc<Blend<D>>)>,
-    polygon: Option<Polygon>,
-    equation: Operator<D>,
-}
-
 #[derive(Debug)]
-struct Blend<const D: usize> {
+pub(super) struct Edges<const D: usize> {
     polygon: Polygon,
     edges: Vec<Conditioned<D>>,
     /// Equations of each corner of the polygon, if both edges have conditions.
@@ -137,51 +126,13 @@ struct Blend<const D: usize> {
 }
 
 impl<const D: usize> Edges<D> {
-    pub(super) fn new(problem: &Problem<D>) -> Self {
-        let polygon = problem.domain().cross_section().cloned();
-        let inner = polygon
-            .as_ref()
-            .filter(|_| problem.edges.iter().any(Option::is_some))
-            .map(|polygon| Arc::new(Blend::new(polygon.clone(), &problem.edges)));
-        let (boundary, equation) = (problem.boundary.clone(), problem.equation().clone());
-        let near = inner.as_ref().and_then(|blend| blend.near());
-        Self { boundary, inner, near, polygon, equation }
+    /// Conditions of a problem; none without a polygon, or where it has none.
+    pub(super) fn of(problem: &Problem<D>) -> Option<Arc<Self>> {
+        let polygon = problem.domain().cross_section()?.clone();
+        let any = problem.edges.iter().any(Option::is_some);
+        any.then(|| Arc::new(Self::new(polygon, &problem.edges)))
     }
 
-    pub(super) fn check_corners(&self, domain: &Domain<D>) -> Result<(), GpError> {
-        let mut corners = self.inner.iter().flat_map(|blend| blend.corners.iter().flatten());
-        corners.try_for_each(|corner| corner.check(domain))
-    }
-
-    /// A function that satisfies the conditions on the edges.
-    pub(super) fn mean(&self) -> Field<D> {
-        match (&self.boundary, &self.inner, &self.near) {
-            (Some(value), _, _) => value.clone(),
-            (None, None, _) => Field::zero(),
-            (None, Some(blend), None) => blend.clone().mean(),
-            (None, Some(_), Some((near, rest))) => {
-                let (near, rest) = (near.clone(), rest.clone().mean());
-                field(move |x: [Series; D]| near.at(x.clone()) + rest.at(x))
-            }
-        }
-    }
-
-    /// Features as far as the plane goes.
-    pub(super) fn planes(&self) -> Vec<Feature<D>> {
-        match (&self.boundary, &self.inner, &self.polygon) {
-            (Some(_), _, Some(polygon)) => {
-                let owned = polygon.clone();
-                let plain = || field(move |x: [Series; D]| owned.feature(&x[0], &x[1]));
-                let factors = adapted(polygon, &self.equation).unwrap_or_else(|| vec![plain()]);
-                factors.into_iter().map(Feature::everywhere).collect()
-            }
-            (None, Some(blend), _) => blend.clone().planes(&self.equation),
-            _ => vec![Feature::everywhere(constant(1.0))],
-        }
-    }
-}
-
-impl<const D: usize> Blend<D> {
     fn new(polygon: Polygon, conditions: &[Option<Condition<D>>]) -> Self {
         let count = conditions.len();
         let has = |edge: usize| conditions[edge % count].is_some();
@@ -218,6 +169,34 @@ impl<const D: usize> Blend<D> {
         };
         let values: Vec<_> = self.edges.iter().map(value).collect::<Option<_>>()?;
         (values.len() == self.corners.len()).then_some(values)
+    }
+
+    pub(super) fn check_corners(&self, domain: &Domain<D>) -> Result<(), GpError> {
+        if self.one_function().is_some() {
+            return Ok(());
+        }
+        self.corners.iter().flatten().try_for_each(|corner| corner.check(domain))
+    }
+
+    /// The function that is held on all edges, which needs no blending.
+    fn one_function(&self) -> Option<Field<D>> {
+        let mut values = self.values()?.into_iter();
+        let first = values.next()?;
+        values.all(|value| value.is(&first)).then_some(first)
+    }
+
+    /// A function that satisfies the conditions on the edges.
+    pub(super) fn mean(self: &Arc<Self>) -> Field<D> {
+        if let Some(value) = self.one_function() {
+            return value;
+        }
+        match self.near() {
+            None => self.clone().blended(),
+            Some((near, rest)) => {
+                let rest = rest.blended();
+                field(move |x: [Series; D]| near.at(x.clone()) + rest.at(x))
+            }
+        }
     }
 
     /// Whether values are those of one function, which the blend then is.
@@ -264,7 +243,7 @@ impl<const D: usize> Blend<D> {
         others.iter().map(|other| other / &sum).collect()
     }
 
-    fn mean(self: Arc<Self>) -> Field<D> {
+    fn blended(self: Arc<Self>) -> Field<D> {
         field(move |x: [Series; D]| {
             let weights = self.weights(&x[0], &x[1]);
             let jets: Vec<Option<Jet>> =
@@ -290,12 +269,13 @@ impl<const D: usize> Blend<D> {
         held
     }
 
-    fn planes(self: Arc<Self>, equation: &Operator<D>) -> Vec<Feature<D>> {
+    /// Features as far as the plane goes.
+    pub(super) fn planes(self: &Arc<Self>, equation: &Operator<D>) -> Vec<Feature<D>> {
         let smooth = self.values().and_then(|_| adapted(&self.polygon, equation));
         let mut planes: Vec<Feature<D>> = match smooth {
             Some(factors) => factors.into_iter().map(Feature::everywhere).collect(),
             None => {
-                let bubble = self.normalised(|blend, x| blend.bubble(&x[0], &x[1]));
+                let bubble = self.normalised(|all, x| all.bubble(&x[0], &x[1]));
                 let rough = singular(&self.polygon, equation, &self.held()).into_iter();
                 let rough = rough.map(Feature::beyond_plane);
                 std::iter::once(Feature::everywhere(bubble)).chain(rough).collect()
@@ -303,9 +283,9 @@ impl<const D: usize> Blend<D> {
         };
         for (position, own) in self.edges.iter().enumerate() {
             if own.condition.spring().is_some() {
-                let factor = self.normalised(move |blend, x| {
-                    let weight = blend.weights(&x[0], &x[1]).swap_remove(position);
-                    let trace = blend.edges[position].free_trace(x);
+                let factor = self.normalised(move |all, x| {
+                    let weight = all.weights(&x[0], &x[1]).swap_remove(position);
+                    let trace = all.edges[position].free_trace(x);
                     trace.map_or_else(|| x[0].constant(0.0), |trace| weight * trace)
                 });
                 let direction = Some(own.edge.tangent);
@@ -315,7 +295,7 @@ impl<const D: usize> Blend<D> {
         for number in 0..self.corners.len() {
             let free = self.corners[number].as_ref().map_or(0, |corner| corner.free.len());
             planes.extend((0..free).map(|mode| {
-                let corner = move |blend: &Self, x: &[Series; D]| blend.corner(number, mode, x);
+                let corner = move |all: &Self, x: &[Series; D]| all.corner(number, mode, x);
                 Feature::beyond_plane(self.normalised(corner))
             }));
         }

@@ -42,38 +42,21 @@ impl Basis {
         }
     }
 
-    fn count(&self) -> usize {
-        2 * DEGREE + 1 + self.singular.len()
-    }
-
-    /// Σ coefficient · function.
-    fn at(&self, coefficients: &[f64], x: &Series, y: &Series) -> Series {
+    /// All functions at a point; singular ones vanish at their corner.
+    fn functions(&self, x: &Series, y: &Series) -> Vec<Series> {
         let (a, b) = ((x - self.centre[0]) / self.size, (y - self.centre[1]) / self.size);
-        let (polynomials, singular) = coefficients.split_at(2 * DEGREE + 1);
-        let (first, rest) = polynomials.split_first().expect("a constant");
-        let mut sum = x.constant(*first);
+        let mut all = vec![x.constant(1.0)];
         let mut power = (x.constant(1.0), x.constant(0.0));
-        for pair in rest.chunks(2) {
+        for _ in 0..DEGREE {
             let (re, im) = power;
             power = (&re * &a - &im * &b, &re * &b + &im * &a);
-            if pair.iter().any(|c| *c != 0.0) {
-                sum = sum + &power.0 * pair[0] + &power.1 * pair[1];
-            }
+            all.extend([power.0.clone(), power.1.clone()]);
         }
-        for ((wedge, order), c) in self.singular.iter().zip(singular) {
-            // At the corner itself they vanish.
-            if *c != 0.0
-                && let Some(around) = wedge.around(*order, [Held::Value; 2], x, y)
-            {
-                sum = sum + around * *c;
-            }
-        }
-        sum
-    }
-
-    fn field<const D: usize>(&self, coefficients: Vec<f64>) -> Field<D> {
-        let basis = self.clone();
-        field(move |x: [Series; D]| basis.at(&coefficients, &x[0], &x[1]))
+        all.extend(self.singular.iter().map(|(wedge, order)| {
+            let around = wedge.around(*order, [Held::Value; 2], x, y);
+            around.unwrap_or_else(|| x.constant(0.0))
+        }));
+        all
     }
 }
 
@@ -86,8 +69,6 @@ pub(super) fn extension<const D: usize>(
         return None;
     }
     let basis = Basis::new(polygon);
-    let unit = |k: usize| (0..basis.count()).map(|n| f64::from(u8::from(n == k))).collect();
-    let fields: Vec<Field<D>> = (0..basis.count()).map(|k| basis.field(unit(k))).collect();
     let (mut rows, mut right) = (Vec::new(), Vec::new());
     for (edge, value) in values.iter().enumerate() {
         for k in 0..PLACES {
@@ -95,7 +76,8 @@ pub(super) fn extension<const D: usize>(
                 0.5 - 0.5 * ((k as f64 + 0.5) / PLACES as f64 * std::f64::consts::PI).cos();
             let mut at = [0.0; D];
             (at[0], at[1]) = polygon.on_edge(edge, fraction).into();
-            rows.push(fields.iter().map(|function| function.value(at)).collect::<Vec<_>>());
+            let functions = basis.functions(&Series::number(at[0]), &Series::number(at[1]));
+            rows.push(functions.iter().map(Series::value).collect::<Vec<_>>());
             right.push(value.value(at));
         }
     }
@@ -104,7 +86,10 @@ pub(super) fn extension<const D: usize>(
         return None;
     }
     let coefficients = least_squares(&rows, &right)?;
-    Some(basis.field(coefficients))
+    Some(field(move |x: [Series; D]| {
+        let terms = basis.functions(&x[0], &x[1]).into_iter().zip(&coefficients);
+        terms.fold(x[0].constant(0.0), |sum, (function, c)| sum + function * *c)
+    }))
 }
 
 /// Coefficients of Hestenes' extension f(−s) = Σ c f(s/k), k = 1 … 3, twice differentiable at 0 (Hestenes 1941).

@@ -3,6 +3,7 @@
 use crate::condition::Condition;
 use crate::edge::Edge;
 use crate::field::{Field, constant};
+use crate::operator::{Derivative, Operator};
 use crate::problem::Problem;
 use crate::series::Series;
 
@@ -54,6 +55,18 @@ impl<const D: usize> EdgeLift<D> {
         self.edge.normal.map(|n| -n)
     }
 
+    /// a u + b ∂u/∂n as an operator.
+    pub(crate) fn operator(&self) -> Operator<D> {
+        let [nx, ny] = self.outwards().map(|n| n * self.slope);
+        let slope = nx * Derivative::along(0) + ny * Derivative::along(1);
+        let value = self.value.clone() * Derivative::identity();
+        match (self.value.is_zero(), self.slope == 0.0) {
+            (true, _) => slope,
+            (false, true) => value,
+            (false, false) => value + slope,
+        }
+    }
+
     /// a u + b ∂u/∂n of a function, at `x` on the edge.
     pub(crate) fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
         let mut sum = x[0].constant(0.0);
@@ -69,8 +82,11 @@ impl<const D: usize> EdgeLift<D> {
 
 /// The conditions of a problem on one edge of its polygon.
 pub(crate) fn edge_lifts<const D: usize>(problem: &Problem<D>, number: usize) -> Vec<EdgeLift<D>> {
-    let whole = problem.boundary.clone().map(Condition::Dirichlet);
-    let condition = whole.or_else(|| problem.edges.get(number).cloned().flatten());
+    let condition = problem.edges.get(number).and_then(Option::as_ref);
     let edge = problem.domain().cross_section().map(|polygon| &polygon.edges()[number]);
-    condition.iter().zip(edge).flat_map(|(condition, edge)| EdgeLift::of(condition, edge)).collect()
+    condition
+        .into_iter()
+        .zip(edge)
+        .flat_map(|(condition, edge)| EdgeLift::of(condition, edge))
+        .collect()
 }

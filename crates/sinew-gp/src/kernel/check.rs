@@ -1,11 +1,10 @@
 //! What every kernel must satisfy, for those of this crate and of its users.
 
 use super::{Hyperparameter, Kernel, Measure, Orders, Request, derivatives};
+use crate::domain::Domain;
 use crate::error::{GpError, place};
 use crate::series::Series;
 use nalgebra::DMatrix;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Checks what is said of the hyperparameters, symmetry, positive definiteness, and the covariance of slopes by Taylor series
 /// against finite differences, on random points between `lower` and `upper`; definiteness also on a
@@ -15,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 /// Covariances that are singular but for rounding, as those of very long lengthscales, pass.
 ///
 /// # Errors
-/// [`GpError::Kernel`] with the first fault found.
+/// [`GpError::Kernel`] with the first fault found; [`GpError::Problem`] if an axis' ends are not in ascending order.
 pub fn check_kernel<const D: usize>(
     kernel: &dyn Kernel<D>,
     hyperparameters: &[f64],
@@ -24,14 +23,16 @@ pub fn check_kernel<const D: usize>(
     seed: u64,
 ) -> Result<(), GpError> {
     check_declarations(kernel, hyperparameters)?;
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let extents: [f64; D] = std::array::from_fn(|d| upper[d] - lower[d]);
-    let mut draw = || std::array::from_fn(|d| lower[d] + extents[d] * random.random::<f64>());
-    let points: Vec<[f64; D]> = (0..COVARIANCE_POINTS).map(|_| draw()).collect();
-    let checked = Checked { kernel, hyperparameters, extents };
+    let names: [String; D] = std::array::from_fn(|d| d.to_string());
+    let axis = |d: usize| (names[d].as_str(), [lower[d], upper[d]]);
+    let domain = Domain::cuboid(std::array::from_fn(axis))?;
+    let points = domain.sample(COVARIANCE_POINTS, seed)?;
+    let checked = Checked { kernel, hyperparameters, extents: domain.extents() };
     points.windows(2).try_for_each(|pair| checked.symmetry(pair[0], pair[1]))?;
     checked.definiteness(&points)?;
-    checked.definiteness(&grid(lower, extents))?;
+    // As many along each axis; roots are rounded.
+    let along = (COVARIANCE_POINTS as f64).powf(1.0 / D as f64) + 1e-9;
+    checked.definiteness(&domain.grid(along as usize))?;
     [0, 1, 2].into_iter().try_for_each(|other| checked.slopes(points[0], points[other]))
 }
 
@@ -70,19 +71,6 @@ pub(crate) fn unusable<const D: usize>(hyperparameter: &Hyperparameter) -> Optio
             (!ordered).then_some("give it finite bounds above 0 in ascending order")
         }
     }
-}
-
-/// At most [`COVARIANCE_POINTS`] points, as many along each axis.
-fn grid<const D: usize>(lower: [f64; D], extents: [f64; D]) -> Vec<[f64; D]> {
-    let along = (1..=COVARIANCE_POINTS)
-        .take_while(|n| n.checked_pow(D as u32).is_some_and(|all| all <= COVARIANCE_POINTS))
-        .last()
-        .unwrap_or(1);
-    let place = |number: usize, d: usize| {
-        let step = number / along.pow(d as u32) % along;
-        lower[d] + extents[d] * step as f64 / (along - 1).max(1) as f64
-    };
-    (0..along.pow(D as u32)).map(|number| std::array::from_fn(|d| place(number, d))).collect()
 }
 
 struct Checked<'a, const D: usize> {

@@ -2,7 +2,7 @@
 
 use super::{Hyperparameter, Kernel, MOST_PAIRS, Measure, Orders, Request};
 use crate::series::{MOST_VARIABLES, Series};
-use crate::simd::exp_of_negative;
+use crate::simd::{exp_of_negative, lane_sum};
 use sinew_num::vectorised;
 use std::cell::RefCell;
 
@@ -326,18 +326,8 @@ vectorised! {
         at: &[f64; MOST_PAIRS],
         after: &[f64; MOST_PAIRS],
     ) {
-        // Eight partial sums: what vector instructions do at once.
-        let mut sums = [0.0; 8];
-        let whole = weights.len() / 8 * 8;
-        for start in (0..whole).step_by(8) {
-            for (k, sum) in sums.iter_mut().enumerate() {
-                let lane = start + k;
-                *sum += weights[lane] * product[lane] * (differences[lane] * after[lane] + n * at[lane]);
-            }
-        }
-        for lane in whole..weights.len() {
-            sums[0] += weights[lane] * product[lane] * (differences[lane] * after[lane] + n * at[lane]);
-        }
-        *slope -= sums.iter().sum::<f64>();
+        *slope -= lane_sum(weights.len(), |lane| {
+            weights[lane] * product[lane] * (differences[lane] * after[lane] + n * at[lane])
+        });
     }
 }

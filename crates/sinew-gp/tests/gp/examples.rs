@@ -26,8 +26,9 @@ fn examples_keep_their_promises() {
 
 #[test]
 fn intervals_hold_the_truth() {
-    // Four sets of two problems, f = 0 and f ≠ 0, for every day; `cargo xtask coverage 100` is the study.
-    let options = ["4", "--only", "slab,graded rod"];
+    // Twelve sets of two problems, f = 0 and f ≠ 0, for every day; `cargo xtask coverage 100` is the study. Of four sets two may miss
+    // by chance: of the slab NUTS holds 2 of the first 4, and 22 of 24.
+    let options = ["12", "--only", "slab,graded rod"];
     let output = Command::new(program("coverage")).args(options).output().expect("it starts");
     let printed = String::from_utf8_lossy(&output.stdout);
     println!("{printed}{}", String::from_utf8_lossy(&output.stderr));
@@ -42,7 +43,7 @@ fn intervals_hold_the_truth() {
         let number = |column: usize| -> f64 { row[column].parse().expect("a number") };
         // NUTS begins at column 3, Laplace at 8: θ held, u held, estimates inside, width over Cramér–Rao.
         for first in [3, 8] {
-            assert!(number(first) >= 75.0 && number(first + 1) >= 80.0, "{row:?}");
+            assert!(number(first) >= 80.0 && number(first + 1) >= 80.0, "{row:?}");
             assert_eq!(number(first + 2), 100.0, "{row:?}");
             assert!((0.6..2.0).contains(&number(first + 3)), "{row:?}");
         }

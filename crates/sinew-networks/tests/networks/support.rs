@@ -12,11 +12,15 @@ use sinew_networks::Network;
 const GRAVITY: f64 = 9.8e-3;
 
 pub(crate) fn beam(weight: f64) -> Body {
+    beam_held_at("x_min", weight)
+}
+
+pub(crate) fn beam_held_at(end: &str, weight: f64) -> Body {
     Scene::new(box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]), NeoHookean)
         .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
         .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
         .load(Load::BodyForce([0.0, 0.0, -weight * GRAVITY]))
-        .support(Support::clamped("x_min"))
+        .support(Support::clamped(end))
         .lower()
         .expect("the beam is held and loaded")
 }

@@ -16,6 +16,7 @@ use anyhow::{Result, ensure};
 use methods::{Data, PACE, coarse_alone, one_stiffness};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::Shard;
+use sinew_gnn::Surrogate;
 use sinew_mesh::VentricleShape;
 use sinew_report::{Block, Chart, Column, Figure, Map, Panel, Row, Section, Table};
 use std::ops::Range;
@@ -211,12 +212,9 @@ fn study(options: &Options) -> Result<Study> {
     let compared = &data.compared;
     let facts = data.facts(draw.count, seconds)?;
     let mut population = vec![coarse_alone(compared)?, one_stiffness(&ventricles, compared)?];
-    for count in [training.len().div_ceil(8).max(2), training.len()] {
-        for coarse in [false, true] {
-            population.push(compared.regression(count, Inputs { numbers: ALL, coarse })?);
-        }
-    }
-    let volumes = data.volumes_alone()?;
+    let file = |name: &str| options.out.join(KEY).join(name);
+    population.extend(options.kept(&file("regressions.json"), || regressions(compared))?);
+    let volumes = options.kept(&file("volumes.json"), || data.volumes_alone())?;
     let mut study = Study { facts, population, volumes, ..Study::default() };
     if !options.no_networks {
         networks(options, &data, &mut study)?;
@@ -227,29 +225,41 @@ fn study(options: &Options) -> Result<Study> {
 /// Networks on the population, and what they make of one shape.
 fn networks(options: &Options, data: &Data<'_>, study: &mut Study) -> Result<()> {
     let Data { ventricles, compared, .. } = data;
-    let mut general = Vec::new();
+    let shape = data.one_shape()?;
+    study.one_shape = shape.without_networks(data)?;
     for variant in variants(options) {
         let (numbers, topology) = (variant.told.numbers, ventricles.graph(variant.virtual_nodes)?);
         let about = format!("network on simulations, told {numbers} numbers of the shape");
         let method = format!("{}, {numbers} numbers{}", variant.name(), variant.told.name());
         let names = [&method[..], &about];
         let of_one_shape = variant.told.coarse || variant.steps == STEPS || options.quick;
-        if numbers == ALL && !variant.raw && of_one_shape {
-            let (measured, surrogate) = compared.network(names, variant, &topology)?;
-            study.population.push(measured);
-            general.push((variant, surrogate));
-        } else {
-            let kept = compared.kept_network(KEY, names, variant, &topology, |_| Ok(()))?;
-            study.population.push(kept.0);
+        let goes_on = numbers == ALL && !variant.raw && of_one_shape;
+        let more = |surrogate: &Surrogate| {
+            goes_on.then(|| shape.fine_tuned(data, variant, surrogate)).transpose()
+        };
+        let (measured, more) = compared.kept_network(KEY, names, variant, &topology, more)?;
+        study.population.push(measured);
+        let Some(found) = more else { continue };
+        study.one_shape.extend(found.rows);
+        if study.embedding.is_none() {
+            study.embedding = Some(found.embedding);
+            study.facts.extend(found.facts);
+        }
+        if study.map.is_empty() {
+            study.map = found.map;
         }
     }
-    (study.one_shape, study.map) = data.one_shape(&general)?;
-    let (variant, surrogate) = &general[0];
-    let topology = ventricles.graph(variant.virtual_nodes)?;
-    let (embedding, fact) = compared.embedding((variant, surrogate), &topology, 2)?;
-    study.facts.extend([fact, data.times(&general[0])?]);
-    study.embedding = Some(embedding);
     Ok(())
+}
+
+/// Regression on an eighth of the simulations and on all of them, alone and about the coarse solution.
+fn regressions(compared: &Compared<'_, ventricle::Ventricle>) -> Result<Vec<Measured>> {
+    let all = compared.training.len();
+    let counts = [all.div_ceil(8).max(2), all];
+    let variants = counts.into_iter().flat_map(|count| [false, true].map(|coarse| (count, coarse)));
+    variants
+        .map(|(count, coarse)| compared.regression(count, Inputs { numbers: ALL, coarse }))
+        .collect()
 }
 
 /// Numbers of a shape, and K of the networks that differ in what they are told.
@@ -260,7 +270,7 @@ fn simulations(options: &Options) -> PathBuf {
     options.out.join(KEY).join("simulations")
 }
 
-/// Networks of Tables A.8 to A.10 and, last, those that go on to one shape. The thesis' 40 components hold what the 32 numbers here do.
+/// Networks of Tables A.8 to A.10; first those that are fine-tuned on one shape. The thesis' 40 components hold what the 32 numbers here do.
 fn variants(options: &Options) -> Vec<Variant> {
     let virtual_nodes = VIRTUAL_NODES[usize::from(options.full)];
     let of = |steps, numbers, coarse| {
@@ -274,6 +284,6 @@ fn variants(options: &Options) -> Vec<Variant> {
     let told = [0, 8, 16, 24].map(|numbers| of(STEPS, numbers, false));
     let steps = [1, 2, 4, 5, 6].map(|k| of(k, ALL, false));
     let raw = Variant { raw: true, ..of(STEPS, ALL, false) };
-    let last = [of(STEPS, ALL, false), of(1, ALL, true), of(STEPS, ALL, true)];
-    told.into_iter().chain(steps).chain([raw]).chain(last).collect()
+    let first = [of(STEPS, ALL, false), of(1, ALL, true), of(STEPS, ALL, true)];
+    first.into_iter().chain(told).chain(steps).chain([raw]).collect()
 }

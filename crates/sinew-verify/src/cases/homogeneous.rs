@@ -5,7 +5,7 @@ use sinew_energy::laws::{
     Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
     NeoHookeanShape,
 };
-use sinew_energy::{Body, Law, Solid, at_points};
+use sinew_energy::{Body, Law, Parameter, SceneError, Solid, at_points};
 use sinew_mesh::{HexMesh, TetMesh, box_hexahedra, box_tetrahedra};
 use std::sync::Arc;
 
@@ -48,8 +48,12 @@ impl Material {
     }
 
     /// The body of a scene, whatever its law, made of this material.
-    pub(super) fn fill(&self, body: Body) -> Body {
-        Body { material: (self.at)(body.volumes.len()), ..body }
+    pub(super) fn fill(&self, body: Body) -> Result<Body, SceneError> {
+        let material = (self.at)(body.volumes.len());
+        let named = material.parameters().iter().zip(&self.theta);
+        let fixed = |(name, &value): (&&str, &f64)| Parameter::linear(*name, "1", value..=value);
+        let parameters = named.map(fixed).collect();
+        body.with_material(material, parameters)
     }
 }
 

@@ -4,7 +4,7 @@ use super::boxes::{Boxes, boxes};
 use super::homogeneous::FRAME;
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::published;
-use crate::solve::{Found, equilibrium, lower, mixed, scene, with_directions};
+use crate::solve::{Found, equilibrium, mixed, scene, with_directions};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
 use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, Scene, Support};
@@ -75,8 +75,7 @@ fn bar<const N: usize>(
     with_directions(scene(mesh, law, &THETA, loads, supports), FRAME)
 }
 
-/// Displacements alone, with ½κ(J − 1)². The rim of the loaded side is loose, so the patches of a bar without load
-/// join the balance of the one with it.
+/// Displacements alone, with ½κ(J − 1)². The rim of the loaded side is loose.
 fn climb<const N: usize>(
     rows: &mut Rows<'_>,
     formulation: Formulation,
@@ -88,9 +87,10 @@ where
 {
     for &meshed in ladder {
         let bar = bar(mesh(meshed.0), BULK);
-        let mut body = bar.lower_follower()?;
-        let unloaded = Scene { loads: Vec::new(), ..bar.clone() };
-        body.body.patches = lower(&unloaded, formulation)?.patches;
+        let body = match formulation {
+            Formulation::FBar => bar.lower_follower_averaged()?,
+            _ => bar.lower_follower()?,
+        };
         let (solution, cost) = equilibrium(&body, &THETA)?;
         let (mesh, displacement) = (bar.mesh, solution.displacement);
         push(rows, formulation, meshed, &Found { mesh, displacement, cost })?;

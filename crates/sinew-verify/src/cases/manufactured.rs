@@ -5,7 +5,7 @@ use crate::integrate::points;
 use crate::solve::{BOUNDARY, equilibrium, scene, with_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{FiniteElement, Nodes, Support};
+use sinew_energy::{FiniteElement, Load, Nodes, Support};
 use sinew_mesh::{Mesh, TetMesh, box_hexahedra, box_tetrahedra};
 use sinew_num::{Jet, Mat3, Scalar, Slope};
 use std::f64::consts::PI;
@@ -146,8 +146,10 @@ where
     let exact = |x: [f64; 3]| Compressible::displacement(x);
     let mesh = &with_boundary(mesh);
     let supports = vec![Support::moved(BOUNDARY, mesh, exact)];
-    let mut potential = scene(mesh.clone(), NeoHookean, &THETA, vec![], supports).lower()?;
-    add_body_force::<Compressible, N>(mesh, THETA, &mut potential.nodal_force);
+    let mut forces = vec![[0.0; 3]; mesh.points.len()];
+    add_body_force::<Compressible, N>(mesh, THETA, &mut forces);
+    let loads = vec![Load::NodalForces(forces)];
+    let potential = scene(mesh.clone(), NeoHookean, &THETA, loads, supports).lower()?;
     let (solution, cost) = equilibrium(&potential, &THETA)?;
     Ok((displacement_errors::<Compressible, N>(mesh, &solution.displacement), cost))
 }
@@ -159,9 +161,11 @@ fn solve_mixed(mesh: Mesh<10>) -> Result<([f64; 3], Cost)> {
     let held: Vec<_> = ["x_min", "y_min", "y_max", "z_min", "z_max"]
         .map(|side| Support::moved(side, mesh, exact))
         .into();
-    let mut body = scene(mesh.clone(), NeoHookean, &THETA, vec![], held).lower_mixed()?;
-    add_body_force::<Incompressible, 10>(mesh, THETA, &mut body.body.nodal_force);
-    add_traction::<Incompressible>(mesh, THETA, &mut body.body.nodal_force);
+    let mut forces = vec![[0.0; 3]; mesh.points.len()];
+    add_body_force::<Incompressible, 10>(mesh, THETA, &mut forces);
+    add_traction::<Incompressible>(mesh, THETA, &mut forces);
+    let loads = vec![Load::NodalForces(forces)];
+    let body = scene(mesh.clone(), NeoHookean, &THETA, loads, held).lower_mixed()?;
     let (solution, cost) = equilibrium(&body, &THETA)?;
     let [value, slope] = displacement_errors::<Incompressible, 10>(mesh, &solution.displacement);
     let mut at_node = vec![0.0; mesh.points.len()];
@@ -236,7 +240,7 @@ fn stress<E: Exact>(at: [f64; 3], [shear, lame]: [f64; 2]) -> [[Slope<3>; 3]; 3]
 }
 
 /// Adds the nodal forces of `−Div P`.
-fn add_body_force<E: Exact, const N: usize>(mesh: &Mesh<N>, theta: [f64; 2], force: &mut [f64])
+fn add_body_force<E: Exact, const N: usize>(mesh: &Mesh<N>, theta: [f64; 2], force: &mut [[f64; 3]])
 where
     Nodes<N>: FiniteElement<N>,
 {
@@ -245,14 +249,14 @@ where
         for i in 0..3 {
             let density: f64 = -(0..3).map(|j| stress[i][j].gradient[j]).sum::<f64>();
             for (&node, shape) in point.nodes.iter().zip(&point.shape) {
-                force[3 * node + i] += point.volume * shape * density;
+                force[node][i] += point.volume * shape * density;
             }
         }
     }
 }
 
 /// Adds the nodal forces of `PN` on the side x = 1.
-fn add_traction<E: Exact>(mesh: &Mesh<10>, theta: [f64; 2], force: &mut [f64]) {
+fn add_traction<E: Exact>(mesh: &Mesh<10>, theta: [f64; 2], force: &mut [[f64; 3]]) {
     let rule = Nodes::<10>::facet_rule();
     for facet in &mesh.facet_sets["x_max"] {
         let nodes: Vec<_> = sinew_mesh::QuadraticTetMesh::ELEMENT.facets[facet.opposite]
@@ -268,7 +272,7 @@ fn add_traction<E: Exact>(mesh: &Mesh<10>, theta: [f64; 2], force: &mut [f64]) {
             let at = std::array::from_fn(|i| sum(&point.shape, i));
             let stress = stress::<E>(at, theta);
             for (&node, shape) in nodes.iter().zip(&point.shape) {
-                (0..3).for_each(|i| force[3 * node + i] += area * shape * stress[i][0].value);
+                (0..3).for_each(|i| force[node][i] += area * shape * stress[i][0].value);
             }
         }
     }

@@ -87,7 +87,7 @@ where
             let mesh = with_boundary(mesh.clone());
             let supports = vec![Support::moved(BOUNDARY, &mesh, slide)];
             let scene = scene(mesh, NeoHookean, &[1.0; 2], vec![], supports);
-            let potential = material.fill(lower(&scene, formulation)?);
+            let potential = material.fill(lower(&scene, formulation)?)?;
             let (solution, cost) = equilibrium(&potential, theta)?;
             let piola = mean_stress(&potential, &solution.displacement, theta);
             // σ = PFᵀ with F = I + γ e_along ⊗ e_normal, J = 1.

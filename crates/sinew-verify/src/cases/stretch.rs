@@ -124,8 +124,7 @@ impl Meshes {
 
     fn compare_mixed(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
         let scene = block(&self.tets.quadratic(), state);
-        let mut body = scene.lower_mixed()?;
-        body.body = state.material.fill(body.body);
+        let body = scene.lower_mixed()?.map(|body| state.material.fill(body))?;
         let theta = &state.material.theta;
         let (solution, cost) = equilibrium(&body, theta)?;
         let mut piola = mean_stress(&body.body, &solution.displacement, theta);
@@ -157,7 +156,7 @@ fn displaced<const N: usize>(
 where
     Nodes<N>: FiniteElement<N>,
 {
-    let potential = state.material.fill(lower(&block(mesh, state), formulation)?);
+    let potential = state.material.fill(lower(&block(mesh, state), formulation)?)?;
     let theta = &state.material.theta;
     let (solution, cost) = equilibrium(&potential, theta)?;
     let piola = mean_stress(&potential, &solution.displacement, theta);

@@ -219,18 +219,13 @@ macro_rules! lower_each {
                 let scene = $parts.scene(mesh, $law);
                 match (averaged, loose_rims) {
                     (true, true) => scene.lower_follower_averaged(),
-                    (true, false) => scene.lower_averaged().map(potential),
+                    (true, false) => scene.lower_averaged().map(ForceBalance::from),
                     (false, true) => scene.lower_follower(),
-                    (false, false) => scene.lower().map(potential),
+                    (false, false) => scene.lower().map(ForceBalance::from),
                 }
             })*
         }
     };
-}
-
-/// A balance that is all potential.
-fn potential(body: sinew_energy::Body) -> ForceBalance {
-    ForceBalance { body, followers: Vec::new(), pressure_field: None }
 }
 
 impl Parts {

@@ -17,7 +17,7 @@ pub enum Lowered {
 impl Lowered {
     pub(super) fn new(balance: ForceBalance) -> Self {
         match balance.followers.is_empty() && balance.pressure_field.is_none() {
-            true => Self::Potential(balance.body),
+            true => Self::Potential(balance.into_body()),
             false => Self::Balance(balance),
         }
     }

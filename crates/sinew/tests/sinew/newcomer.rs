@@ -408,7 +408,7 @@ fn fibres_that_are_missing_or_none_are_told() {
 #[test]
 fn mistakes_in_theta_are_told_with_parameter_range_unit_and_remedy() {
     let mut faults = Faults::default();
-    let parameters = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap().parameters;
+    let parameters = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap().parameters.clone();
     let attempts: [(&str, &[&str]); 12] = [
         ("mu=9,lambda=9", &["p (from 1 to 4 mmHg) is missing", "mu,lambda,p"]),
         ("mu=9,lamda=9,p=2", &["`lamda`", "did you mean `lambda`?"]),
@@ -436,7 +436,7 @@ fn mistakes_in_theta_are_told_with_parameter_range_unit_and_remedy() {
 #[test]
 fn mistakes_in_tables_are_told_with_file_line_and_remedy() {
     let mut faults = Faults::default();
-    let parameters = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap().parameters;
+    let parameters = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap().parameters.clone();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("thetas.csv");
     let attempts: [(&[u8], &[&str]); 15] = [

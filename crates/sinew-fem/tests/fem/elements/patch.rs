@@ -138,8 +138,7 @@ fn curved_tetrahedra_with_a_field_of_pressure() {
         for f in &IN_SPACE {
             let supports = vec![Support::moved("boundary", &mesh, motion(f))];
             let scene = scene(NeoHookean, mesh.clone(), vec![], supports);
-            let mut body = scene.lower_mixed().unwrap();
-            body.pressure_field.as_mut().unwrap().compliance = COMPLIANCE;
+            let body = scene.lower_mixed().unwrap().with_compliance(COMPLIANCE).unwrap();
             let mut solver = Solver::new(&body).unwrap();
             let solution = solver.solve(&[1.0, 2.0], &Options::default()).unwrap();
             let error = distance(&solution.displacement, &homogeneous(&mesh, f));

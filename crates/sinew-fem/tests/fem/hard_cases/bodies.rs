@@ -1,7 +1,7 @@
 //! Scenes that the cases start from.
 
 pub(crate) use crate::support::{gravity, lower, once, parameters, twice};
-use sinew_energy::{Body, Law, Load, Scene, Support, Units};
+use sinew_energy::{Law, Load, Scene, Support, Units};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// A scene without loads, clamped at `x_min`.
@@ -83,19 +83,5 @@ pub(crate) fn turn_about_x(angle: f64, centre: [f64; 2]) -> impl Fn([f64; 3]) ->
     move |[_, y, z]| {
         let (y, z) = (y - centre[0], z - centre[1]);
         [0.0, cosine * y - sine * z - y, sine * y + cosine * z - z]
-    }
-}
-
-/// Prescribed motions of one body in another position: the same potential with other targets.
-pub(crate) fn prescribe(
-    potential: &mut Body,
-    mesh: &TetMesh,
-    set: &str,
-    motion: impl Fn([f64; 3]) -> [f64; 3],
-) {
-    for &node in &mesh.node_sets[set] {
-        for (i, u) in motion(mesh.points[node]).into_iter().enumerate() {
-            potential.prescribed[3 * node + i] = Some(u);
-        }
     }
 }

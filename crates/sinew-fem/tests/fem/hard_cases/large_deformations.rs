@@ -10,38 +10,36 @@ use std::f64::consts::{PI, TAU};
 
 const SOFT: [f64; 2] = [1.0, 1.0];
 
-/// Moves `x_max` along a path of prescribed motions, each solved from the last: all solutions.
-fn follow<M: Fn([f64; 3]) -> [f64; 3]>(
-    body: &mut Body,
+/// Solves a mesh under a path of supports, each from the last solution: the body and its solution at every step.
+fn follow(
     mesh: &TetMesh,
-    set: &str,
     steps: usize,
-    motion: impl Fn(usize) -> M,
-) -> Vec<Solution> {
-    let mut solutions: Vec<Solution> = Vec::new();
+    supports: impl Fn(usize) -> Vec<Support>,
+) -> Vec<(Body, Solution)> {
+    let mut path: Vec<(Body, Solution)> = Vec::new();
     for step in 1..=steps {
-        prescribe(body, mesh, set, motion(step));
+        let body = lower(NeoHookean, mesh.clone(), vec![], supports(step));
         let rest = vec![0.0; body.prescribed.len()];
-        let initial = solutions.last().map_or(rest, |s| s.displacement.clone());
-        let mut solver = Solver::new(&*body).unwrap();
-        solutions.push(solver.solve_from(&initial, &SOFT, &Options::default()).unwrap());
+        let initial = path.last().map_or(rest, |(_, s)| s.displacement.clone());
+        let solution =
+            Solver::new(&body).unwrap().solve_from(&initial, &SOFT, &Options::default()).unwrap();
+        path.push((body, solution));
     }
-    solutions
+    path
 }
 
 #[test]
 fn a_column_twisted_by_360_degrees_keeps_its_turn() {
     let mesh = box_tetrahedra([6.0, 1.0, 1.0], [12, 2, 2]);
-    let clamps = vec![Support::clamped("x_min"), Support::clamped("x_max")];
-    let mut column = lower(NeoHookean, mesh.clone(), vec![], clamps);
     let steps = 16;
-    let angle = |step: usize| TAU * step as f64 / steps as f64;
-    let twisted =
-        follow(&mut column, &mesh, "x_max", steps, |step| turn_about_x(angle(step), [0.5; 2]));
+    let turned = |step| turn_about_x(TAU * step as f64 / steps as f64, [0.5; 2]);
+    let twisted = follow(&mesh, steps, |step| {
+        vec![Support::clamped("x_min"), Support::moved("x_max", &mesh, turned(step))]
+    });
     // The energy of a full turn, though the prescribed motion is that of rest (to rounding of sin 2π).
-    let last = twisted.last().unwrap();
-    assert_sound(&column, last);
-    assert!(twisted.windows(2).all(|pair| pair[1].energy > pair[0].energy));
+    let (column, last) = twisted.last().unwrap();
+    assert_sound(column, last);
+    assert!(twisted.windows(2).all(|pair| pair[1].1.energy > pair[0].1.energy));
     let end = mesh.node_sets["x_max"].iter().map(|&n| norm(&last.displacement[3 * n..3 * n + 3]));
     assert!(end.fold(0.0, f64::max) < 1e-14);
     // Halfway up the section has turned by half: (y, z) → −(y, z) about the axis.
@@ -55,7 +53,7 @@ fn a_column_twisted_by_360_degrees_keeps_its_turn() {
         }
     }
     // A cold solve of the same motion finds rest, the other equilibrium.
-    let rest = solve(&column, &SOFT).unwrap();
+    let rest = solve(column, &SOFT).unwrap();
     assert!(rest.energy < 1e-25);
 }
 
@@ -139,15 +137,14 @@ fn a_boundary_turned_by_180_degrees_turns_the_inside_without_energy() {
 fn a_support_turned_by_180_degrees_is_refused_at_once_and_followed_in_steps() {
     // A straight ramp to a half turn passes the axis, where the support is flat: no path for the body.
     let mesh = box_tetrahedra([3.0, 1.0, 1.0], [6, 2, 2]);
-    let half_turn = Support::moved("x_min", &mesh, turn_about_x(PI, [0.5; 2]));
-    let mut body = lower(NeoHookean, mesh.clone(), vec![], vec![half_turn]);
+    let turned = |angle| vec![Support::moved("x_min", &mesh, turn_about_x(angle, [0.5; 2]))];
+    let body = lower(NeoHookean, mesh.clone(), vec![], turned(PI));
     let refused = failure(solve(&body, &SOFT));
     assert!(refused.load_factor < 0.51, "{}", refused.load_factor);
 
     // In eight turns the body just turns along.
-    let turned =
-        follow(&mut body, &mesh, "x_min", 8, |step| turn_about_x(PI * step as f64 / 8.0, [0.5; 2]));
-    let last = turned.last().unwrap();
+    let path = follow(&mesh, 8, |step| turned(PI * step as f64 / 8.0));
+    let (_, last) = path.last().unwrap();
     let exact: Vec<_> = mesh.points.iter().flat_map(|&p| turn_about_x(PI, [0.5; 2])(p)).collect();
     assert!(difference(&last.displacement, &exact) < 1e-10);
     assert!(last.energy.abs() < 1e-14 && last.is_stable());
@@ -200,26 +197,18 @@ fn arch() -> TetMesh {
 #[test]
 fn an_arch_pushed_through_snaps_and_its_force_does_the_work_that_it_stores() {
     let mesh = arch();
-    let supports =
-        vec![Support::clamped("feet"), Support::uniform("crown", [None, Some(0.0), Some(0.0)])];
-    let mut body = lower(NeoHookean, mesh.clone(), vec![], supports);
     let (steps, depth) = (40, 3.6);
+    let path = follow(&mesh, steps, |step| {
+        let motion = -depth * step as f64 / steps as f64;
+        let crown = Support::uniform("crown", [None, Some(0.0), Some(motion)]);
+        vec![Support::clamped("feet"), crown]
+    });
     let mut forces = vec![0.0];
     let mut energies = vec![0.0];
-    let mut last: Option<Solution> = None;
-    for step in 1..=steps {
-        let motion = -depth * step as f64 / steps as f64;
-        for &node in &mesh.node_sets["crown"] {
-            body.prescribed[3 * node + 2] = Some(motion);
-        }
-        let rest = vec![0.0; body.prescribed.len()];
-        let initial = last.as_ref().map_or(rest, |s| s.displacement.clone());
-        let solution =
-            Solver::new(&body).unwrap().solve_from(&initial, &SOFT, &Options::default()).unwrap();
-        assert_equilibrium(&body, &solution);
-        forces.push(-reaction(&body, &solution, &mesh.node_sets["crown"])[2]);
+    for (body, solution) in &path {
+        assert_equilibrium(body, solution);
+        forces.push(-reaction(body, solution, &mesh.node_sets["crown"])[2]);
         energies.push(solution.energy);
-        last = Some(solution);
     }
     // The push rises, falls, becomes a pull and rises again: the way of every shallow arch.
     println!("{forces:.4?}");

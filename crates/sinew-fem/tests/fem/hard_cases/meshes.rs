@@ -21,9 +21,6 @@ fn refused(mesh: TetMesh) -> SceneError {
 #[test]
 fn a_mesh_without_cells_is_refused() {
     assert_eq!(refused(TetMesh::default()), SceneError::EmptyMesh);
-    let mut potential = once();
-    potential.cells.clear();
-    assert_eq!(refusal(&potential), SolveError::EmptyMesh);
 }
 
 #[test]
@@ -217,15 +214,11 @@ fn a_disconnected_part_is_named() {
     let first = mesh.points.len();
     mesh.points.extend(part.points.iter().map(|p| p.map(|x| x + 20.0)));
     mesh.cells.extend(part.cells.iter().map(|cell| cell.map(|node| node + first)));
-    let mut body = lower(NeoHookean, mesh, vec![], vec![Support::clamped("x_min")]);
+    let body = lower(NeoHookean, mesh, vec![], vec![Support::clamped("x_min")]);
     match refusal(&body) {
         SolveError::FreeToMove { node: 8, nodes: 8, modes } => assert_eq!(modes.len(), 6),
         other => panic!("{other}"),
     }
-    body.cells.truncate(6 * 4);
-    body.volumes.truncate(6);
-    body.shape_gradients.truncate(6 * 4);
-    assert_eq!(refusal(&body), SolveError::LooseNode { node: 8 });
 }
 
 #[test]

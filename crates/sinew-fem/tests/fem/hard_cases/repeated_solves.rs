@@ -87,8 +87,9 @@ fn an_empty_sweep_is_empty() {
 
 #[test]
 fn a_sweep_of_a_free_body_is_refused_as_a_whole() {
-    let mut beam = once();
-    beam.prescribed.fill(None);
+    let mut mesh = box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]);
+    mesh.node_sets.insert("corner".into(), vec![0]);
+    let beam = lower(NeoHookean, mesh, gravity(1.0), vec![Support::clamped("corner")]);
     let error = sweep(&beam, &[vec![75.0; 2]], &Options::default(), || ()).unwrap_err();
     assert!(matches!(error, SolveError::FreeToMove { .. }));
 }

@@ -7,9 +7,10 @@ use crate::populations::simulated::{
 };
 use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
+use serde::{Deserialize, Serialize};
 use sinew_emulate::{Design, FrozenStiffness};
 use sinew_gnn::{DataSet, Surrogate};
-use sinew_report::Distribution;
+use sinew_report::{Chart, Distribution};
 
 /// Steps of a training, one ventricle each, and their largest learning rate; the same when a network goes on to one shape.
 pub(super) const PACE: Pace = Pace { steps: 2000, rate: 4e-3, batch: 1, decoders_only: false };
@@ -63,12 +64,8 @@ impl Data<'_> {
         ])
     }
 
-    /// One shape that nothing was trained on: as it is, and with simulations of it; and a map of errors.
-    #[allow(clippy::type_complexity, reason = "rows and a map")]
-    pub(super) fn one_shape(
-        &self,
-        general: &[(Variant, Surrogate)],
-    ) -> Result<(Vec<Measured>, Vec<Vec<Option<f64>>>)> {
+    /// Simulations of the first shape tested.
+    pub(super) fn one_shape(&self) -> Result<OneShape> {
         let Compared { options, unseen, .. } = self.compared;
         let Ventricle { numbers, body, .. } = &unseen[0];
         let counts = if options.quick { [4, 2, 2] } else { ONE_SHAPE };
@@ -76,40 +73,14 @@ impl Data<'_> {
             let thetas = design.sample(&body.parameters, count, options.seed)?;
             self.ventricles.at(numbers, &thetas)
         };
-        let learned = simulated(Design::LatinHypercube, counts[0] + counts[1])?;
+        let mut training = simulated(Design::LatinHypercube, counts[0] + counts[1])?;
         let tested = simulated(Design::Uniform, counts[2])?;
         ensure!(
-            learned.len() > counts[1] + 1,
+            training.len() > counts[1] + 1,
             "too few parameter sets of one shape have an equilibrium"
         );
-        let (training, validation) = learned.split_at(learned.len() - counts[1]);
-        let of_pace =
-            |pace| Compared { training, validation, unseen: &tested, pace, ..self.compared };
-        let compared = of_pace(TRANSFER);
-        let mut rows = vec![coarse_alone(&compared)?];
-        for coarse in [false, true] {
-            rows.push(compared.regression(training.len(), Inputs { numbers: 0, coarse })?);
-        }
-        let mut map = Vec::new();
-        for (variant, surrogate) in general {
-            let (topology, told) = (self.ventricles.graph(variant.virtual_nodes)?, variant.told);
-            let name = format!("{}{}", variant.name(), told.name());
-            let names =
-                [", of the population", ", trained further"].map(|how| format!("{name}{how}"));
-            let about = "trained on other shapes, which times do not count";
-            let found = predicting(surrogate, &topology, told);
-            rows.push(compared.measured([&names[0], about], (0.0, 0), told, &found)?);
-            if told.coarse && map.is_empty() {
-                map = self.map(numbers, &found)?;
-            }
-            let about = format!("the same on {} simulations of this shape", training.len());
-            // Every sample has features of its own about a coarse solution, so that message passing has to learn too.
-            let compared = of_pace(Pace { decoders_only: !told.coarse, ..TRANSFER });
-            let from = |data: &DataSet| Ok(surrogate.transferred_to(data)?);
-            rows.push(compared.trained([&names[1], &about], from, told, &topology)?.0);
-        }
-        rows.iter_mut().for_each(|row| row.group = "one shape".into());
-        Ok((rows, map))
+        let validation = training.split_off(training.len() - counts[1]);
+        Ok(OneShape { training, validation, tested })
     }
 
     /// Errors over the first two parameters, the others in the middle.
@@ -133,7 +104,8 @@ impl Data<'_> {
     /// CPU times of answers for a shape that changes and for one that stays \[s\] (Table 2.1).
     pub(super) fn answer_times(
         &self,
-        (variant, surrogate): &(Variant, Surrogate),
+        variant: &Variant,
+        surrogate: &Surrogate,
     ) -> Result<[f64; 2]> {
         let (first, told) = (&self.compared.unseen[0], variant.told);
         let topology = self.ventricles.graph(variant.virtual_nodes)?;
@@ -149,16 +121,84 @@ impl Data<'_> {
     }
 
     /// Row of the table in words, beside the solver.
-    pub(super) fn times(&self, general: &(Variant, Surrogate)) -> Result<(String, String)> {
-        let [varying, fixed] = self.answer_times(general)?;
+    fn times(&self, variant: &Variant, surrogate: &Surrogate) -> Result<(String, String)> {
+        let [varying, fixed] = self.answer_times(variant, surrogate)?;
         let all = [varying, fixed, self.compared.coarse_s, self.solver_s];
         let [varying, fixed, coarse, solver] = all.map(|s| 1e3 * s);
         let what = format!(
             "{varying:.1} ms where the shape changes, {fixed:.2} ms where it stays; the coarse solution {coarse:.0} ms, the solver by way of it {solver:.0} ms; {}, CPU times",
-            general.0.name()
+            variant.name()
         );
         Ok(("an answer".into(), what))
     }
+}
+
+/// Simulations of one shape that no network has seen: to train on, to choose weights by, and to test.
+pub(super) struct OneShape {
+    training: Vec<Ventricle>,
+    validation: Vec<Ventricle>,
+    tested: Vec<Ventricle>,
+}
+
+/// A network of the population on one shape.
+#[derive(Serialize, Deserialize)]
+pub(super) struct FineTuned {
+    /// Unchanged, and trained further.
+    pub rows: Vec<Measured>,
+    /// log₁₀ of the median error \[mm\] over b, each over a, of a network about the coarse solution.
+    pub map: Vec<Vec<Option<f64>>>,
+    pub embedding: Chart,
+    pub facts: [(String, String); 2],
+}
+
+impl OneShape {
+    fn compared<'a>(&'a self, data: &Data<'a>, pace: Pace) -> Compared<'a, Ventricle> {
+        let Self { training, validation, tested: unseen } = self;
+        Compared { training, validation, unseen, pace, ..data.compared }
+    }
+
+    /// Coarse solution, and regression on the simulations of the shape.
+    pub(super) fn without_networks(&self, data: &Data<'_>) -> Result<Vec<Measured>> {
+        let compared = self.compared(data, TRANSFER);
+        let mut rows = vec![coarse_alone(&compared)?];
+        for coarse in [false, true] {
+            rows.push(compared.regression(self.training.len(), Inputs { numbers: 0, coarse })?);
+        }
+        rows.iter_mut().for_each(of_one_shape);
+        Ok(rows)
+    }
+
+    /// A network of the population, unchanged and fine-tuned on the simulations of the shape.
+    pub(super) fn fine_tuned(
+        &self,
+        data: &Data<'_>,
+        variant: Variant,
+        surrogate: &Surrogate,
+    ) -> Result<FineTuned> {
+        let (topology, told) = (data.ventricles.graph(variant.virtual_nodes)?, variant.told);
+        let name = format!("{}{}", variant.name(), told.name());
+        let names = [", of the population", ", trained further"].map(|how| format!("{name}{how}"));
+        let about = "trained on other shapes, which times do not count";
+        let found = predicting(surrogate, &topology, told);
+        // Every sample has features of its own about a coarse solution, so that message passing has to learn too.
+        let compared = self.compared(data, Pace { decoders_only: !told.coarse, ..TRANSFER });
+        let unchanged = compared.measured([&names[0], about], (0.0, 0), told, &found)?;
+        let map = match told.coarse {
+            true => data.map(&data.compared.unseen[0].numbers, &found)?,
+            false => Vec::new(),
+        };
+        let about = format!("the same on {} simulations of this shape", self.training.len());
+        let from = |data: &DataSet| Ok(surrogate.transferred_to(data)?);
+        let (trained, _) = compared.trained([&names[1], &about], from, told, &topology)?;
+        let mut rows = vec![unchanged, trained];
+        rows.iter_mut().for_each(of_one_shape);
+        let (embedding, fact) = data.compared.embedding((&variant, surrogate), &topology, 2)?;
+        Ok(FineTuned { rows, map, embedding, facts: [fact, data.times(&variant, surrogate)?] })
+    }
+}
+
+fn of_one_shape(row: &mut Measured) {
+    row.group = "one shape".into();
 }
 
 /// Prediction of the coarse mesh alone.

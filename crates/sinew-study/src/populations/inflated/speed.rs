@@ -40,7 +40,7 @@ fn measured(options: &Options) -> Result<Section> {
     let surrogate = compared.untrained(variant, &compared.data_set(&topology, told)?)?;
     let errors = only.distances(&predicting(&surrogate, &topology, told)(only)?);
     let data = Data { ventricles: &ventricles, compared, solver_s };
-    let [varies_s, stays_s] = data.answer_times(&(variant, surrogate))?;
+    let [varies_s, stays_s] = data.answer_times(&variant, &surrogate)?;
     let mut table = Table::new(
         [Column::new("err_u", "mm").about("‖u − û‖ at every node; of an untrained network")],
         [Column::new("answer", "s").about("CPU time of one parameter set")],

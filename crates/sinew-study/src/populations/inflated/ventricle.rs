@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use sinew::{Body, Parameter};
 use sinew_coordinates::{Coordinates, Dirichlet};
 use sinew_emulate::{Design, Shard, split_seed, store};
+use sinew_energy::BodyArrays;
 use sinew_fem::{Options as SolverOptions, Solver, coarse_displacement};
 use sinew_gnn::Geometry;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
@@ -251,7 +252,7 @@ impl Ventricle {
 
     /// Largest |J − 1| of a cell.
     pub(super) fn largest_volume_change(&self) -> f64 {
-        let Body { volumes, points_per_cell, .. } = &self.body;
+        let BodyArrays { volumes, points_per_cell, .. } = &*self.body;
         let of_cell = |(cell, volumes): (usize, &[f64])| {
             let change = |k: usize| {
                 let h =
@@ -296,7 +297,7 @@ impl Simulated for Ventricle {
     /// Features for networks (thesis §2.4.1): on nodes the base, the endocardium, the vector across the wall, the fibre and the radial
     /// direction, and what the coarse mesh says; the first numbers of its shape for all of it.
     fn geometry(&self, topology: &Topology, told: Inputs) -> Result<Geometry> {
-        let Body { positions, mesh, nodes, .. } = &self.body;
+        let BodyArrays { positions, mesh, nodes, .. } = &*self.body;
         let sets = mesh.node_sets();
         let indicator = |name: &str| FeatureMatrix::indicator(*nodes, &sets[name]);
         // Layers of nodes follow each other from the inside.

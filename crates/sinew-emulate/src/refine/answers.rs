@@ -1,11 +1,11 @@
 //! Answers at many parameter sets: by Newton steps from predictions, by a regression of the answers so far, or by the
 //! solver.
 
-use crate::answer::{Answer, MOST_STEPS, confirmed, converged, is_far};
 use crate::parameters::extrapolation;
-use crate::plan::{Centre, FEW, Method, Plan};
-use crate::progress::{Counter, Observer};
-use crate::sampling::share_of;
+use crate::recipe::progress::{Counter, Observer};
+use crate::refine::plan::{Centre, FEW, Method, Plan};
+use crate::refine::{Answer, MOST_STEPS, confirmed, converged, is_far};
+use crate::sample::share_of;
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
 use sinew_fem::{CHAIN, Options, Solver, neighbours, sweep};

@@ -1,9 +1,10 @@
 //! Simulations that outgrow one machine: solved in shards, merged into one set.
 
-use crate::progress::Observer;
-use crate::simulate::{STORED, Simulations, simulate, store, stored};
+use crate::recipe::progress::Observer;
+use crate::sample::simulate::{STORED, Simulations, simulate, store, stored};
+use crate::store::identity;
 use crate::store::{read_json, write_json};
-use crate::{Body, Error, Result, identity};
+use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};

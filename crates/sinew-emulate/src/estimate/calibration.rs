@@ -1,8 +1,8 @@
 //! How well the error estimate does, measured on held-out cases.
 
-use crate::evaluate::{Errors, TestSet, share};
-use crate::identity::dot;
-use crate::record::Calibration;
+use crate::estimate::evaluate::{Errors, TestSet, share};
+use crate::store::identity::dot;
+use crate::store::record::Calibration;
 use crate::{Distance, Emulator, Result};
 use rayon::prelude::*;
 use sinew_energy::metrics::displacement_error;

@@ -149,8 +149,9 @@ mod tests {
         let mu = || Parameter::log("mu", "kPa", 1.0..=2.0);
         let body = scene(mu()).lower().unwrap();
         let what = |other: &Body| difference(&of(&body), &of(other));
-        let mut metres = body.clone();
+        let mut metres = scene(mu());
         metres.units.length = "m".into();
+        let metres = metres.lower().unwrap();
         assert_eq!(what(&metres), Some(("the units", "mm and kPa".into(), "m and kPa".into())));
         let linear = scene(Parameter::linear("mu", "kPa", 1.0..=2.0)).lower().unwrap();
         let pascals = scene(Parameter::log("mu", "Pa", 1.0..=2.0)).lower().unwrap();

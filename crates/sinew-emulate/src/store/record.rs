@@ -1,7 +1,7 @@
 //! How an emulator was made.
 
 use crate::Warning;
-use crate::evaluate::{CaseErrors, Errors, root_mean_square};
+use crate::estimate::evaluate::{CaseErrors, Errors, root_mean_square};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

@@ -1,10 +1,10 @@
 //! An emulator against a test set: errors raw and corrected, estimates, times.
 
-use crate::calibration::{ratios, within_two};
-use crate::evaluate::{Errors, TestSet};
-use crate::quantiles::Quantiles;
-use crate::stages::Stage;
-use crate::timing::{median, median_seconds};
+use crate::estimate::calibration::{ratios, within_two};
+use crate::estimate::evaluate::{Errors, TestSet};
+use crate::estimate::quantiles::Quantiles;
+use crate::estimate::stages::Stage;
+use crate::estimate::timing::{median, median_seconds};
 use crate::{Emulator, Error, Result};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{NewtonStep, Options, SolveError, Solver};

@@ -1,7 +1,7 @@
 //! Samples that are solved together, and what is stored of them on the way.
 
-use crate::identity::Identity;
-use crate::simulate::{Failure, MOST_COMPARED, Simulations, alike, read, store};
+use crate::sample::simulate::{Failure, MOST_COMPARED, Simulations, alike, read, store};
+use crate::store::identity::Identity;
 use crate::{Body, Result};
 use sinew_fem::{CHAIN, Earlier, Options, Solution, SolveError, Solver, neighbours};
 use std::path::{Path, PathBuf};
@@ -196,7 +196,8 @@ fn branched(body: &Body, jumped: &[(usize, Solution)]) -> Result<Vec<Vec<f64>>> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Design, Error, Observer, Progress, identity, simulate};
+    use crate::store::identity;
+    use crate::{Design, Error, Observer, Progress, simulate};
     use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
     use std::ops::ControlFlow;
 

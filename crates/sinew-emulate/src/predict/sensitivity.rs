@@ -1,6 +1,6 @@
 //! How an emulator's displacements change with its parameters.
 
-use crate::evaluate::TestSet;
+use crate::estimate::evaluate::TestSet;
 use crate::parameters::check_length;
 use crate::{Emulator, Result};
 use sinew_fem::Options;
@@ -39,6 +39,6 @@ impl Emulator<'_> {
                 errors[p].push(if size > 0.0 { 100.0 * norm(&apart) / size } else { 0.0 });
             }
         }
-        Ok(errors.iter().map(|errors| crate::timing::median(errors)).collect())
+        Ok(errors.iter().map(|errors| crate::estimate::timing::median(errors)).collect())
     }
 }

@@ -1,8 +1,8 @@
 //! Regressions of simulations, of what a Taylor expansion leaves of them, and the expansion alone.
 
-use crate::predictor::Predictor;
+use crate::predict::Predictor;
+use crate::predict::taylor::{self, TaylorExpansion};
 use crate::store::{read_json, write_json};
-use crate::taylor::{self, TaylorExpansion};
 use crate::{Body, Error, PodRegression, Result};
 use rayon::prelude::*;
 use std::path::Path;

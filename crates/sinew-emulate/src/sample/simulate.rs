@@ -1,9 +1,9 @@
 //! Finite-element solutions that emulators learn from and are judged by.
 
-use crate::block::Block;
-use crate::identity::{self, Identity};
 use crate::parameters::in_words;
-use crate::progress::{Counter, Observer};
+use crate::recipe::progress::{Counter, Observer};
+use crate::sample::block::Block;
+use crate::store::identity::{self, Identity};
 use crate::store::{read_json, read_table, write_json, write_table};
 use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};

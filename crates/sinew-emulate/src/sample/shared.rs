@@ -1,7 +1,7 @@
 //! Simulations that the runs of one case share.
 
-use crate::identity::{self, Identity};
-use crate::simulate::{Simulations, stored};
+use crate::sample::simulate::{Simulations, stored};
+use crate::store::identity::{self, Identity};
 use crate::{Body, Result};
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,8 @@
 //! Corrections of a prediction: steps of Newton's method, or quasi-Newton steps with a frozen stiffness for all.
 
 use crate::parameters::{check_length, extrapolation};
-use crate::{Emulator, Estimate, Prediction, Result, Warning, taylor};
+use crate::predict::taylor;
+use crate::{Emulator, Estimate, Prediction, Result, Warning};
 use rayon::prelude::*;
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{Descent, FrozenTangent, NewtonStep, SolveError, Solver};

@@ -1,7 +1,7 @@
 //! Errors over test cases, thesis (3.22) and (3.24).
 
-use crate::quantiles::Quantiles;
-use crate::simulate::Simulations;
+use crate::estimate::quantiles::Quantiles;
+use crate::sample::simulate::Simulations;
 use crate::{Body, Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -126,7 +126,7 @@ pub struct Errors {
 impl<'b> TestSet<'b> {
     /// From simulations; those that failed are no cases.
     pub fn new(body: &'b Body, simulations: Simulations) -> Self {
-        let median_solve_s = crate::timing::median(&simulations.solve_seconds);
+        let median_solve_s = crate::estimate::timing::median(&simulations.solve_seconds);
         Self { body, thetas: simulations.thetas, fields: simulations.fields, median_solve_s }
     }
 

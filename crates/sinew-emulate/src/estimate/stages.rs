@@ -1,8 +1,8 @@
 //! Seconds to an accuracy, derived from measured times and errors.
 
-use crate::evaluate::TestSet;
-use crate::evaluation::{BATCH, Evaluation, Times};
-use crate::timing::median;
+use crate::estimate::evaluate::TestSet;
+use crate::estimate::evaluation::{BATCH, Evaluation, Times};
+use crate::estimate::timing::median;
 use crate::{Emulator, Result};
 use serde::{Deserialize, Serialize};
 use sinew_energy::metrics::mean_and_largest;
@@ -34,7 +34,10 @@ impl Stage {
     ) -> Self {
         let error = |(truth, field): (&Vec<f64>, &Vec<f64>)| {
             let apart: Vec<f64> = truth.iter().zip(field).map(|(a, b)| a - b).collect();
-            crate::evaluate::share(mean_and_largest(&apart)[0], mean_and_largest(truth)[0])
+            crate::estimate::evaluate::share(
+                mean_and_largest(&apart)[0],
+                mean_and_largest(truth)[0],
+            )
         };
         let errors = test.fields.iter().zip(fields).map(error).collect();
         Self { name, once_s, each_s, errors }

@@ -1,14 +1,15 @@
 //! What the stages of one training share: body, options, observer, folder, simulations, warnings.
 
-use crate::checksums::SEAL;
-use crate::evaluate::TestSet;
+use crate::estimate::evaluate::TestSet;
 use crate::parameters::{in_words, require_inside, require_some};
-use crate::progress::Observer;
-use crate::sampling::split_seed;
-use crate::shared::Shared;
-use crate::simulate::{Simulations, read_simulations, simulate};
+use crate::recipe::progress::Observer;
+use crate::sample::shared::Shared;
+use crate::sample::simulate::{Simulations, read_simulations, simulate};
+use crate::sample::split_seed;
+use crate::store::checksums::SEAL;
+use crate::store::identity;
 use crate::store::{read_json, write_json};
-use crate::{Body, Design, Error, Result, TrainingOptions, Warning, identity};
+use crate::{Body, Design, Error, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -18,7 +18,7 @@ mod parts;
 mod process;
 mod storage;
 
-use crate::sampling::share_of;
+use crate::sample::share_of;
 use decomposition::{Decomposition, decompose};
 pub use error::RegressionError;
 pub use interpolation::Interpolation;

@@ -1,7 +1,7 @@
 //! The planner: many parameter sets to an accuracy, by the method that costs least.
 
-use crate::answer::{MOST_STEPS, check_accuracy, confirmed};
 use crate::parameters::check_length;
+use crate::refine::{MOST_STEPS, check_accuracy, confirmed};
 use crate::{Body, Emulator, Result};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{CHAIN, Options, Solver};

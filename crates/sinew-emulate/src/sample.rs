@@ -1,5 +1,11 @@
 //! Where in the box of parameters simulations are run.
 
+pub(crate) mod array_task;
+pub(crate) mod block;
+pub(crate) mod campaign;
+pub(crate) mod shared;
+pub(crate) mod simulate;
+
 use crate::{Error, Result};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};

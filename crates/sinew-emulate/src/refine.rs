@@ -1,7 +1,11 @@
 //! Answers to a prescribed accuracy: Newton steps from a prediction until the error estimate is below a tolerance.
 
-use crate::evaluate::share;
-use crate::plan::Method;
+pub(crate) mod answers;
+pub(crate) mod correction;
+pub(crate) mod plan;
+
+use crate::estimate::evaluate::share;
+use crate::refine::plan::Method;
 use crate::{Body, Error, Result, Warning};
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{Solution, Solver};

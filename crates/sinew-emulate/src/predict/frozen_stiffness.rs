@@ -1,7 +1,7 @@
 //! Solution and factorised stiffness of one body, for others.
 
-use crate::predictor::Predictor;
-use crate::record::Record;
+use crate::predict::Predictor;
+use crate::store::record::Record;
 use crate::{Body, Emulator, Error, Result};
 use rayon::prelude::*;
 use sinew_fem::{Descent, FrozenTangent, Options, SolveError, Solver};
