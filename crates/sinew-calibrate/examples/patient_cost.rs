@@ -1,55 +1,97 @@
-//! Times of a patient's observables on an ideal left ventricle: `cargo run -p sinew-calibrate --example patient_cost [LAYERS AROUND ALONG]`.
+//! Processor time of one patient, stage by stage: an ideal left ventricle with made data, calibrated with the default options.
+//! `cargo run -p sinew-calibrate --example patient_cost [LAYERS AROUND ALONG] [rest] [seed=N]`; with `rest` the image is the body at rest.
 
 #[path = "../tests/calibrate/support/heart.rs"]
 mod heart;
 
-use heart::{MMHG, NAMES, THETA, passive, segments, wall};
-use sinew_calibrate::{Direction, Forward, Observable, Patient};
+use heart::{MMHG, NAMES, passive, segments, wall};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew_calibrate::{
+    CalibrateOptions, Datum, Direction, Forward, Observable, Patient, Prior, Problem, Solves,
+    Unknown, calibrate,
+};
 use sinew_mesh::TruncatedEllipsoid;
-use std::time::Instant;
+use sinew_sample::standard_normals;
+
+/// Bounds of θ, and the θ that the data are made with.
+const RANGES: [[f64; 2]; 4] = [[0.1, 0.4], [1.0, 4.0], [1.5, 5.0], [1.0, 4.5]];
+const TRUTH: [f64; 4] = [0.2, 2.0, 2.8, 2.1];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut cells = std::env::args().skip(1).map(|word| word.parse::<usize>());
-    let mut next = |default: usize| cells.next().unwrap_or(Ok(default));
-    let cells = [next(2)?, next(16)?, next(10)?];
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let numbers: Vec<usize> = words.iter().filter_map(|word| word.parse().ok()).collect();
+    let cells: [usize; 3] = numbers.try_into().unwrap_or([2, 16, 10]);
+    let seeds = words.iter().filter_map(|word| word.strip_prefix("seed=")?.parse().ok());
+    let seed = seeds.last().unwrap_or(1);
     let mesh = TruncatedEllipsoid { short: [20.0, 30.0], long: [52.0, 62.0], base: 15.0 };
     let mesh = mesh.wall(cells).tetrahedra();
     let body = passive(mesh.clone(), 25.0).lower()?;
-    println!("{} nodes, {} cells", body.nodes, body.cell_count());
     let wall = wall(&mesh);
     let segments = segments(&wall);
-    let patient = Patient::of(&body)
-        .parameters(NAMES)
-        .image([("pressure", 8.0 * MMHG)])
+    let mut patient = Patient::of(&body).parameters(NAMES).image([("pressure", 8.0 * MMHG)]);
+    if words.iter().any(|word| word == "rest") {
+        patient = patient.image([("pressure", 0.0)]).image_is_at_rest();
+    }
+    let patient = patient
         .phase("low", [("pressure", 3.0 * MMHG)])
         .phase("high", [("pressure", 14.0 * MMHG)])
         .wall(&wall)
         .segments(&segments)
-        .observe(Observable::volume("endo", "rest"))
         .observe(Observable::volume("endo", "low"))
         .observe(Observable::volume("endo", "high"))
-        .observe_strains(Direction::Circumferential, "rest", "high")
+        .observe_strains(Direction::Circumferential, "low", "high")
+        .observe_strains(Direction::Longitudinal, "low", "high")
+        .accuracy(1e-7)
+        .start(&RANGES.map(|[low, high]| (low * high).sqrt()))
         .build()?;
-    let time = |what: &str,
-                derivatives: bool,
-                theta: &[f64]|
-     -> Result<(), sinew_calibrate::ForwardError> {
-        let (start, cpu) = (Instant::now(), cpu());
-        let seen = patient.observe(theta, derivatives)?;
-        println!(
-            "{what}: {:.3} s of wall clock, {:.3} s of processor, V0 {:.4}",
-            start.elapsed().as_secs_f64(),
-            self::cpu() - cpu,
-            seen.values[0]
-        );
-        Ok(())
+    let unknown = |(name, range): (&&str, &[f64; 2])| {
+        Unknown::new(*name, "1", Prior::LogUniform { range: *range })
     };
-    time("start and one", true, &THETA)?;
-    time("values", false, &THETA)?;
-    time("with derivatives", true, &THETA)?;
-    for theta in [[0.15, 1.5, 2.0, 3.0], [0.3, 3.0, 4.0, 1.5], [0.12, 3.5, 4.5, 4.0]] {
-        time(&format!("values at {theta:?}"), false, &theta)?;
-        time(&format!("with derivatives at {theta:?}"), true, &theta)?;
+    let unknowns = NAMES.iter().zip(&RANGES).map(unknown).collect();
+    let exact = patient.observe(&TRUTH, false)?.values;
+    let noise = standard_normals(exact.len(), &mut ChaCha8Rng::seed_from_u64(seed));
+    let datum = |(at, (exact, z)): (usize, (&f64, f64))| {
+        let (kind, deviation) = if at < 2 { ("volume", 0.03 * exact) } else { ("strain", 0.02) };
+        Datum::new(format!("{kind} {at}"), kind, at, exact + z * deviation, deviation)
+    };
+    let data = exact.iter().zip(noise).enumerate().map(datum).collect();
+    let problem = Problem::new(unknowns, data, Vec::new())?;
+    println!("{} nodes", body.nodes);
+    let began = cpu();
+    let mut last = (String::new(), 0, began);
+    let told = move |stage: &str, done: usize, of: usize| {
+        if stage != last.0 {
+            last = (stage.into(), done, cpu());
+        }
+        if done == of && done > last.1 {
+            println!(
+                "{stage}: {} solves, {:.2} s of processor time",
+                done - last.1,
+                cpu() - last.2
+            );
+            last.1 = done;
+        }
+    };
+    let mut solves = Solves::new(&patient, Box::new(told));
+    let posterior =
+        calibrate(&problem, &mut solves, &CalibrateOptions { seed, ..Default::default() })?;
+    let (c, [r_hat, bulk, tail]) = (&posterior.correction, posterior.mixing());
+    println!(
+        "{} solves, {:.1} s of processor time, {:.1} s on {} threads; {} rounds, k̂ {:.2}, share {:.2}, accepted {:.3}, R̂ {r_hat:.3}, \
+         {bulk:.0} effective draws in the bulk and {tail:.0} in the tails",
+        c.solves,
+        cpu() - began,
+        c.seconds,
+        rayon::current_num_threads(),
+        c.rounds,
+        c.k_hat,
+        c.share,
+        c.acceptance
+    );
+    for (at, name) in NAMES.iter().enumerate() {
+        let summary = posterior.summary(at);
+        println!("{name}: mean {:.4}, standard deviation {:.4}", summary.mean, summary.deviation);
     }
     Ok(())
 }

@@ -50,7 +50,7 @@ impl Default for CalibrateOptions {
             draws: 560,
             rounds: 5,
             warmup: 400,
-            steps: 1200,
+            steps: 3600,
         }
     }
 }
@@ -61,8 +61,13 @@ const CHAINS: usize = 4;
 const PRIOR_SHARE: f64 = 0.3;
 /// Standard deviations of the rest of the design over those of the Laplace approximation.
 const INFLATION: f64 = 1.5;
-/// Power of the emulator's likelihood after a round whose ratios have a heavy tail: standard deviations are a tenth larger.
-const WIDER: f64 = 0.8;
+/// Design points that the states of others are predicted from, beside the mode.
+const AMONG: usize = 24;
+/// Power of the emulator's likelihood in the first round. Below 1, the weights of the solver's likelihood fall with the misfit, which bounds them:
+/// their tail is light although the emulator errs most in the tails.
+const WIDE: f64 = 0.95;
+/// Factor of the power after a round whose weights have a heavy tail all the same.
+const WIDER: f64 = 0.85;
 /// R̂ above which the chains on the emulator disagree.
 const DISAGREE: f64 = 1.05;
 /// Misfit \[standard deviations\] above which a datum is out of reach, if no solve comes nearer.
@@ -88,12 +93,14 @@ pub fn calibrate(
     let modes = mode::modes(problem, solves, starts(problem, options))?;
     check_reach(problem, solves, &modes[0])?;
     let about = Laplace::from_precision(&modes[0].y, modes[0].precision.clone())?;
-    solves.expect_near(&modes[0].theta);
     let design = design(problem, &modes, options)?;
     let design: Vec<_> = design.iter().map(|y| problem.theta(y)).collect();
+    let among: Vec<_> =
+        std::iter::once(&modes[0].theta).chain(design.iter().take(AMONG)).cloned().collect();
+    solves.expect_among(&among);
     solves.at("design points", &design, true)?;
     check_reach(problem, solves, &modes[0])?;
-    let (mut reached, mut power) = (Correction::default(), 1.0);
+    let (mut reached, mut power) = (Correction::default(), WIDE);
     for round in 1..=options.rounds {
         let Some(emulator) = fit(problem, solves, &modes[0], &about, options.degree) else { break };
         let target = Target::new(problem, &emulator, power);
@@ -102,10 +109,10 @@ pub fn calibrate(
         let kept = chains.thinned(options.draws.div_ceil(CHAINS));
         let few = kept.thinned(options.checks.div_ceil(CHAINS));
         let stage = format!("check by the solver, round {round}");
-        let mut verified = Verified::new(&target, solves, &stage, few, true)?;
+        let mut verified = Verified::new(&target, solves, &stage, few)?;
         let promising = verified.is_promising(round == options.rounds);
         if promising {
-            verified = Verified::new(&target, solves, "correction by the solver", kept, false)?;
+            verified = Verified::new(&target, solves, "correction by the solver", kept)?;
         }
         let correction = Correction {
             rounds: round,
@@ -119,7 +126,7 @@ pub fn calibrate(
         }
         // Ratios whose tail alone is too heavy are those of proposals that are too narrow.
         if correction.k_hat > MOST_K && correction.share >= LEAST_SHARE {
-            power = WIDER;
+            power *= WIDER;
         }
         reached = correction;
     }

@@ -16,8 +16,8 @@ pub trait Forward: Sync {
     /// No unloaded body at θ, or no equilibrium at a phase.
     fn observe(&self, theta: &[f64], derivatives: bool) -> Result<Observed, ForwardError>;
 
-    /// Told of a θ that most later ones lie near, so that a model may prepare for them; nothing unless a model does.
-    fn expect_near(&self, _theta: &[f64]) {}
+    /// Told of θ that most later ones lie among, the centre first, so that a model may prepare for them; nothing unless a model does.
+    fn expect_among(&self, _thetas: &[Vec<f64>]) {}
 }
 
 /// Observables at one θ.

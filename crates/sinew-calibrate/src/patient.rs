@@ -21,7 +21,7 @@ use std::sync::{Arc, OnceLock, RwLock};
 /// A body imaged under load, unloaded for each θ and loaded again in phases, with its observables.
 ///
 /// θ are the parameters of the patient, in the unit of the scene: parameters of the law and, where [`crate::Setting`]s say so, factors
-/// of loads. Each state of each θ is solved from a prediction about one solved θ, the start or one that [`Forward::expect_near`] was told,
+/// of loads. Each state of each θ is solved from a prediction by solved θ, the start or those that [`Forward::expect_among`] was told,
 /// so that numbers depend on θ alone, not on the order of calls or the number of threads.
 ///
 /// ```
@@ -60,7 +60,7 @@ pub struct Patient<'p> {
     /// θ of the anchor.
     start: Vec<f64>,
     anchor: OnceLock<Option<Anchor<'p>>>,
-    /// θ near which most solves are expected.
+    /// θ among which most solves are expected.
     focus: RwLock<Option<Arc<Anchor<'p>>>>,
 }
 
@@ -123,21 +123,27 @@ impl<'p> Patient<'p> {
 
     /// The solved start; none where it has no states.
     fn anchor(&self) -> Option<&Anchor<'p>> {
-        self.anchor.get_or_init(|| self.parts.anchor(&self.start, None)).as_ref()
+        self.anchor
+            .get_or_init(|| self.parts.anchor(std::slice::from_ref(&self.start), None))
+            .as_ref()
     }
 
     /// Values of the observables in states, with derivatives where the states have them.
     pub fn see(&self, states: &PatientStates) -> Observed {
-        let values = self.quantities.iter().map(|q| q.value(&states.moved)).collect();
+        self.seen_in(&states.moved, &states.slopes)
+    }
+
+    fn seen_in(&self, moved: &[Vec<f64>], slopes: &[Vec<Vec<f64>>]) -> Observed {
+        let values = self.quantities.iter().map(|q| q.value(moved)).collect();
         let row = |quantity: &dyn Quantity| {
             let mut row = vec![0.0; self.parts.parameters.len()];
-            for (state, gradient) in quantity.gradients(&states.moved) {
-                let slopes = row.iter_mut().zip(&states.slopes[state]);
+            for (state, gradient) in quantity.gradients(moved) {
+                let slopes = row.iter_mut().zip(&slopes[state]);
                 slopes.for_each(|(entry, slope)| *entry += dot(&gradient, slope));
             }
             row
         };
-        let rows = self.quantities.iter().filter(|_| !states.slopes.is_empty());
+        let rows = self.quantities.iter().filter(|_| !slopes.is_empty());
         let jacobian = rows.map(|quantity| row(&**quantity)).collect();
         Observed { values, jacobian }
     }
@@ -152,20 +158,23 @@ impl Forward for Patient<'_> {
         self.quantities.len()
     }
 
-    fn expect_near(&self, theta: &[f64]) {
-        let anchor = self
-            .parts
-            .check(theta)
-            .ok()
-            .and_then(|()| self.parts.anchor(theta, self.anchor()).map(Arc::new));
+    fn expect_among(&self, thetas: &[Vec<f64>]) {
+        let usable = thetas.first().is_some_and(|theta| self.parts.check(theta).is_ok());
+        let anchor =
+            usable.then(|| self.parts.anchor(thetas, self.anchor())).flatten().map(Arc::new);
         if let Ok(mut focus) = self.focus.write() {
             *focus = anchor;
         }
     }
 
     fn observe(&self, theta: &[f64], derivatives: bool) -> Result<Observed, ForwardError> {
-        let states = self.states(theta, derivatives)?;
-        let seen = self.see(&states);
+        let focus = self.focus.read().ok().and_then(|focus| focus.clone());
+        let seen = match focus.as_deref().and_then(|focus| focus.at(theta)) {
+            Some(solved) => {
+                self.seen_in(&solved.moved, if derivatives { &solved.slopes } else { &[] })
+            }
+            None => self.see(&self.states(theta, derivatives)?),
+        };
         let all = seen.values.iter().chain(seen.jacobian.iter().flatten());
         match all.copied().find(|value| !value.is_finite()) {
             None => Ok(seen),

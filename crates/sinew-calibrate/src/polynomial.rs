@@ -87,20 +87,15 @@ impl System {
     fn new(samples: &[Sample], lengths: &[f64], exponents: &[Vec<i32>]) -> Self {
         let observables = samples[0].values.len();
         let (mut rows, mut targets, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
-        let degree = exponents.iter().flatten().copied().max().unwrap_or(0) as usize;
         for sample in samples {
-            let powers = powers(&sample.x, degree);
             let root = sample.weight.sqrt();
             blocks.push((rows.len(), rows_of(sample, lengths.len()), sample.weight));
-            rows.push(exponents.iter().map(|e| root * value(&powers, e)).collect::<Vec<_>>());
             targets.push(sample.values.iter().map(|v| root * v).collect::<Vec<_>>());
-            if sample.slopes.is_empty() {
-                continue;
-            }
-            for (at, length) in lengths.iter().enumerate() {
-                let scale = root * length;
-                rows.push(exponents.iter().map(|e| scale * slope(&powers, e, at)).collect());
-                targets.push(sample.slopes.iter().map(|row| scale * row[at]).collect());
+            let slopes = if sample.slopes.is_empty() { &[] } else { lengths };
+            let scaled = |row: Vec<f64>| row.into_iter().map(|x| root * x).collect::<Vec<_>>();
+            rows.extend(equations(&sample.x, slopes, exponents).into_iter().map(scaled));
+            for (at, length) in slopes.iter().enumerate() {
+                targets.push(sample.slopes.iter().map(|row| root * length * row[at]).collect());
             }
         }
         let matrix = DMatrix::from_fn(rows.len(), exponents.len(), |i, j| rows[i][j]);
@@ -132,15 +127,26 @@ impl System {
     }
 }
 
+/// Values of all monomials at a point, then their derivatives along each of its variables times a length.
+pub(crate) fn equations(x: &[f64], lengths: &[f64], exponents: &[Vec<i32>]) -> Vec<Vec<f64>> {
+    let degree = exponents.iter().flatten().copied().max().unwrap_or(0) as usize;
+    let powers = powers(x, degree);
+    let slopes = |(at, length): (usize, &f64)| {
+        exponents.iter().map(|e| length * slope(&powers, e, at)).collect()
+    };
+    let values = exponents.iter().map(|e| value(&powers, e)).collect();
+    std::iter::once(values).chain(lengths.iter().enumerate().map(slopes)).collect()
+}
+
 /// `powers[d][n]` is x_d to the n.
-fn powers(x: &[f64], degree: usize) -> Vec<Vec<f64>> {
+pub(crate) fn powers(x: &[f64], degree: usize) -> Vec<Vec<f64>> {
     let of = |x: &f64| {
         std::iter::successors(Some(1.0), |power| Some(power * x)).take(degree + 1).collect()
     };
     x.iter().map(of).collect()
 }
 
-fn value(powers: &[Vec<f64>], exponents: &[i32]) -> f64 {
+pub(crate) fn value(powers: &[Vec<f64>], exponents: &[i32]) -> f64 {
     powers.iter().zip(exponents).map(|(p, &e)| p[e as usize]).product()
 }
 
@@ -156,7 +162,7 @@ fn slope(powers: &[Vec<f64>], exponents: &[i32], at: usize) -> f64 {
 }
 
 /// Exponents of all monomials up to a total degree, the constant first.
-fn monomials(variables: usize, degree: usize) -> Vec<Vec<i32>> {
+pub(crate) fn monomials(variables: usize, degree: usize) -> Vec<Vec<i32>> {
     let mut found = vec![vec![0; variables]];
     let mut start = 0;
     for _ in 0..degree {

@@ -123,9 +123,9 @@ impl<'f> Solves<'f> {
         keys.into_iter().filter_map(with).collect()
     }
 
-    /// Tells the model of a θ that most later ones lie near.
-    pub(crate) fn expect_near(&self, theta: &[f64]) {
-        self.forward.expect_near(theta);
+    /// Tells the model of θ that most later ones lie among, the centre first.
+    pub(crate) fn expect_among(&self, thetas: &[Vec<f64>]) {
+        self.forward.expect_among(thetas);
     }
 
     /// Answers at many θ in their order, whatever the number of threads; those that are known as they are.

@@ -34,17 +34,16 @@ pub(crate) struct Verified {
 }
 
 impl Verified {
-    /// Solves at draws of the emulator's posterior and compares; derivatives are for the next emulator.
+    /// Solves at draws of the emulator's posterior and compares.
     pub(crate) fn new(
         target: &Target,
         solves: &mut Solves,
         stage: &str,
         draws: Chains,
-        derivatives: bool,
     ) -> Result<Self, CalibrateError> {
         let problem = target.problem;
         let thetas: Vec<_> = draws.pooled().map(|y| problem.theta(y)).collect();
-        let answers = solves.at(stage, &thetas, derivatives)?;
+        let answers = solves.at(stage, &thetas, false)?;
         let found: Vec<Option<Observed>> = answers.into_iter().map(Result::ok).collect();
         let ratio = |(y, observed): (&Vec<f64>, &Option<Observed>)| match observed {
             Some(observed) => problem.log_likelihood(y, observed) - target.log_likelihood(y),

@@ -1,8 +1,9 @@
 //! Solving for the states of a patient.
 
-use super::anchor::Anchor;
+use super::anchor::{Anchor, Solved};
 use super::states::{PatientStates, StateError};
 use crate::setting::Entry;
+use rayon::prelude::*;
 use sinew_energy::{Body, ForceBalance};
 use sinew_fem::{Options, Solution, Unload, UnloadOptions, Unloaded};
 
@@ -64,11 +65,24 @@ impl<'p> Parts<'p> {
         self.solve_by(&mut unload, theta, anchor, derivatives)
     }
 
-    /// States at θ with slopes, to predict others from.
-    pub(super) fn anchor(&self, theta: &[f64], near: Option<&Anchor<'_>>) -> Option<Anchor<'p>> {
+    /// States with slopes at the first θ and at those of the others that have them, to predict more from.
+    pub(super) fn anchor(
+        &self,
+        thetas: &[Vec<f64>],
+        near: Option<&Anchor<'_>>,
+    ) -> Option<Anchor<'p>> {
+        let (first, others) = thetas.split_first()?;
         let mut unload = self.unload.fresh().ok()?;
-        let states = self.solve_by(&mut unload, theta, near, true).ok()?;
-        Some(Anchor::new(theta, states, unload))
+        let states = self.solve_by(&mut unload, first, near, true).ok()?;
+        let mut centre = Anchor::new(vec![Solved::new(first, states)], unload);
+        let solve = |theta: &Vec<f64>| {
+            self.check(theta).ok()?;
+            Some(Solved::new(theta, self.solve(theta, Some(&centre), true).ok()?))
+        };
+        let more: Vec<_> = others.par_iter().map(solve).collect();
+        let solved =
+            std::mem::take(&mut centre.solved).into_iter().chain(more.into_iter().flatten());
+        Some(Anchor::new(solved.collect(), centre.unload))
     }
 
     fn solve_by(

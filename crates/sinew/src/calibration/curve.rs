@@ -43,7 +43,7 @@ impl Curve {
         let thetas: Vec<Vec<f64>> =
             thin.pooled().map(|draw| places.iter().map(|&at| draw[at]).collect()).collect();
         if let Some(middle) = thetas.get(thetas.len() / 2) {
-            patient.expect_near(middle);
+            patient.expect_among(std::slice::from_ref(middle));
         }
         let solve = |theta: &Vec<f64>| patient.observe(theta, false).ok().map(|seen| seen.values);
         let found: Vec<Vec<f64>> = thetas.par_iter().filter_map(solve).collect();
