@@ -210,12 +210,13 @@ fn study(options: &Options) -> Result<Study> {
         Compared { options, training, validation, unseen, pace: PACE, simulation_s, coarse_s };
     let data = Data { ventricles: &ventricles, compared, solver_s };
     let compared = &data.compared;
-    let facts = data.facts(draw.count, seconds)?;
-    let mut population = vec![coarse_alone(compared)?, one_stiffness(&ventricles, compared)?];
-    let file = |name: &str| options.out.join(KEY).join(name);
-    population.extend(options.kept(&file("regressions.json"), || regressions(compared))?);
-    let volumes = options.kept(&file("volumes.json"), || data.volumes_alone())?;
-    let mut study = Study { facts, population, volumes, ..Study::default() };
+    let file = format!("without-networks-seed-{}.json", options.seed);
+    let mut study = options.kept(&options.out.join(KEY).join(file), || {
+        let mut population = vec![coarse_alone(compared)?, one_stiffness(&ventricles, compared)?];
+        population.extend(regressions(compared)?);
+        let facts = data.facts(draw.count, seconds)?;
+        Ok(Study { facts, population, volumes: data.volumes_alone()?, ..Study::default() })
+    })?;
     if !options.no_networks {
         networks(options, &data, &mut study)?;
     }
