@@ -22,8 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let numbers: Vec<usize> = words.iter().filter_map(|word| word.parse().ok()).collect();
     let cells: [usize; 3] = numbers.try_into().unwrap_or([2, 16, 10]);
-    let seeds = words.iter().filter_map(|word| word.strip_prefix("seed=")?.parse().ok());
-    let seed = seeds.last().unwrap_or(1);
+    let seed = words.iter().find_map(|word| word.strip_prefix("seed=")?.parse().ok()).unwrap_or(1);
     let mesh = TruncatedEllipsoid { short: [20.0, 30.0], long: [52.0, 62.0], base: 15.0 };
     let mesh = mesh.wall(cells).tetrahedra();
     let body = passive(mesh.clone(), 25.0).lower()?;
