@@ -171,7 +171,7 @@ impl Body {
     /// # Ok::<(), sinew_energy::SceneError>(())
     /// ```
     ///
-    /// In a body with [`Body::patches`] the law reads `scaled` of [`Body::patch_kinematics`] instead of H.
+    /// In a body with [`BodyArrays::patches`] the law reads `scaled` of [`Body::patch_kinematics`] instead of H.
     #[inline]
     pub fn displacement_gradient(&self, point: usize, displacement: &[f64]) -> Mat3<f64> {
         with_nodes!(self.nodes_per_cell, N => self.gradient_of::<N>(point, displacement))
@@ -351,7 +351,7 @@ impl Body {
     }
 
     /// Indices `3 × node + component` that no support prescribes, ascending; components of the node's frame, if
-    /// it is in [`Body::frames`].
+    /// it is in [`BodyArrays::frames`].
     pub fn free_degrees_of_freedom(&self) -> Vec<usize> {
         (0..self.prescribed.len()).filter(|&i| self.prescribed[i].is_none()).collect()
     }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 /// Orthonormal frames of the nodes whose supports are not along the coordinate axes, one axis per row.
 ///
 /// Displacements and forces are Cartesian everywhere; only the entries of
-/// [`crate::Body::prescribed`] that belong to such a node are along the axes of its frame. A body
+/// [`crate::BodyArrays::prescribed`] that belong to such a node are along the axes of its frame. A body
 /// without such supports has none, which costs nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frames {

@@ -9,7 +9,7 @@ use crate::{Solution, SolveError, Solver};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stiffness {
     /// Degree of freedom `3 × node + component` of each row and column; along the axes of the node's frame, if
-    /// [`sinew_energy::Body::frames`] has one.
+    /// [`sinew_energy::BodyArrays::frames`] has one.
     pub degree_of_freedom: Vec<usize>,
     /// Rows of the entries; column by column.
     pub rows: Vec<usize>,
