@@ -121,7 +121,8 @@ fn written(outcomes: &[Outcome], refused: Vec<String>, title: String) -> Section
     let median =
         |of: fn(&Outcome) -> f64| quantile(&outcomes.iter().map(of).collect::<Vec<_>>(), 0.5);
     let facts = of.map(|(name, of)| (name.to_string(), format!("{:.3}", median(of)))).to_vec();
-    println!("{title}; {facts:?}");
+    let said: Vec<_> = facts.iter().map(|(name, value)| format!("{name} {value}")).collect();
+    println!("{title}; {}", said.join(", "));
     let head = ["quantity"].into_iter().chain(HEAD).map(String::from).collect();
     let blocks = vec![
         Block::Text(title),
