@@ -2,7 +2,7 @@
 
 use crate::body::{check_theta, theta_len};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
-use crate::{Body, PressureSurface, SceneError, ThetaError};
+use crate::{Body, BodyArrays, PressureSurface, SceneError, ThetaError};
 use sinew_mesh::Mesh;
 use std::sync::Arc;
 
@@ -55,11 +55,12 @@ impl ForceBalance {
         change: impl FnOnce(Body) -> Result<Body, SceneError>,
     ) -> Result<Self, SceneError> {
         let parts = self.0;
-        let before = parts.body.clone();
+        let BodyArrays { mesh, points_per_cell, parameters, .. } = &*parts.body;
+        let (mesh, points, parameters) = (mesh.clone(), *points_per_cell, parameters.clone());
         let body = change(parts.body)?;
-        let same_points = body.points_per_cell == before.points_per_cell;
-        let same_theta = parts.followers.is_empty() || body.parameters == before.parameters;
-        if !(Arc::ptr_eq(&body.mesh, &before.mesh) && same_points && same_theta) {
+        let same_points = body.points_per_cell == points;
+        let same_theta = parts.followers.is_empty() || body.parameters == parameters;
+        if !(Arc::ptr_eq(&body.mesh, &mesh) && same_points && same_theta) {
             return Err(SceneError::OtherBody);
         }
         Ok(Self(BalanceParts { body, ..parts }))

@@ -368,7 +368,8 @@ impl Body {
         self
     }
 
-    /// Body made of another material, such as one of your own. θ lists the parameters given here, then those of the loads.
+    /// Body made of another material, such as one of your own. θ lists the parameters given here, then those of the loads; what was known of
+    /// the old material goes with it.
     ///
     /// # Errors
     /// [`SceneError::OtherMaterial`] unless it has the body's quadrature points and as many parameters as are given.
@@ -385,6 +386,12 @@ impl Body {
         }
         let of_law = self.material.parameters().len();
         parameters.extend(self.0.parameters.split_off(of_law));
+        for pressure in &mut self.0.pressures {
+            if let Magnitude::Theta(index) = &mut pressure.magnitude {
+                *index = *index - of_law + needed;
+            }
+        }
+        self.0.known.clear();
         (self.0.material, self.0.parameters) = (material, parameters);
         Ok(self)
     }

@@ -83,8 +83,17 @@ fn a_body_takes_a_material_that_fits_it_and_a_balance_a_body_of_its_own_mesh() {
         assert_eq!(error.unwrap_err(), expected);
     }
 
+    // A pressure keeps its place behind the parameters of the material.
     let mut scene = block();
     let magnitude = Magnitude::Theta(2);
+    scene.loads = vec![Load::ThesisPressure { facets: "z_max".into(), magnitude }];
+    scene.parameters.push(parameter("p"));
+    let pressed = scene.lower().unwrap().with_material(along(72), parameters()).unwrap();
+    let names: Vec<_> = pressed.parameters.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(names, ["a", "b", "a_f", "b_f", "p"]);
+    assert_eq!(pressed.pressures[0].magnitude, Magnitude::Theta(4));
+
+    let mut scene = block();
     scene.loads = vec![Load::Pressure { facets: "z_max".into(), magnitude }];
     scene.parameters.push(parameter("p"));
     let balance = || scene.lower_follower().unwrap();

@@ -133,7 +133,7 @@ impl Data<'_> {
     }
 }
 
-/// Simulations of one shape that no network has seen: to train on, to choose weights by, and to test.
+/// Simulations of one unseen shape: to train on, to choose weights by, and to test.
 pub(super) struct OneShape {
     training: Vec<Ventricle>,
     validation: Vec<Ventricle>,
