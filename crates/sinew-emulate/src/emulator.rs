@@ -10,7 +10,7 @@ use crate::store::record::Record;
 use crate::store::{content, read_json, write_json};
 use crate::{Body, Error, PodRegression, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
-use sinew_fem::{FrozenTangent, Solver};
+use sinew_fem::{FrozenTangent, Solver, SolverPool};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -22,9 +22,8 @@ pub struct Emulator<'b> {
     pub(crate) predictor: Box<dyn Predictor + 'b>,
     /// How it was made, and how far it is to be trusted.
     pub record: Record,
-    /// Solvers that are not at work, prepared when they are first needed.
-    pub(crate) solvers: Mutex<Vec<Solver<'b>>>,
-    /// Stiffness at the centre of the ranges, likewise.
+    pub(crate) solvers: SolverPool<'b>,
+    /// Stiffness at the centre of the ranges, factorised when it is first needed.
     pub(crate) held: Mutex<Option<Arc<FrozenTangent<'b>>>>,
 }
 
@@ -139,7 +138,9 @@ impl<'b> Emulator<'b> {
     ) -> Result<Self> {
         let start = Instant::now();
         let taylor = TaylorExpansion::about_solved(&mut solver, solved, seed)?;
-        Ok(Self { solvers: Mutex::new(vec![solver]), ..Self::of_taylor(body, taylor, start) })
+        let emulator = Self::of_taylor(body, taylor, start);
+        emulator.solvers.add(solver);
+        Ok(emulator)
     }
 
     fn of_taylor(body: &'b Body, taylor: TaylorExpansion, start: Instant) -> Self {
@@ -152,7 +153,7 @@ impl<'b> Emulator<'b> {
 
     /// Emulator of a predictor of `body`.
     pub fn new(body: &'b Body, predictor: Box<dyn Predictor + 'b>, record: Record) -> Self {
-        Self { body, predictor, record, solvers: Mutex::default(), held: Mutex::new(None) }
+        Self { body, predictor, record, solvers: SolverPool::new(body), held: Mutex::new(None) }
     }
 
     /// Its predictor and how that was made.

@@ -105,8 +105,6 @@ impl Emulator<'_> {
 
     /// Error estimate of a displacement at θ, found by any method.
     pub(crate) fn estimate_of(&self, displacement: &[f64], theta: &[f64]) -> Result<Estimate> {
-        let estimate =
-            |solver: &mut sinew_fem::Solver<'_>| Ok(solver.error_estimate(displacement, theta)?);
-        Ok(self.with_solver(estimate)?.into())
+        Ok(self.solvers.with(|solver| solver.error_estimate(displacement, theta))?.into())
     }
 }

@@ -109,6 +109,7 @@ pub use solve::nested::coarse_displacement;
 pub use solve::newton_step::NewtonStep;
 pub use solve::options::{LoadSteps, Options};
 pub use solve::order::neighbours;
+pub use solve::pool::SolverPool;
 pub use solve::series::IterationSeries;
 pub use solve::solution::Solution;
 pub use solve::solver::Solver;

@@ -18,6 +18,7 @@ pub(crate) mod options;
 pub(crate) mod order;
 pub(crate) mod outlook;
 pub(crate) mod path;
+pub(crate) mod pool;
 pub(crate) mod predictor;
 pub(crate) mod search;
 pub(crate) mod sensitivity;

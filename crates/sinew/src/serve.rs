@@ -10,8 +10,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use sinew_emulate::{Error as EmulatorError, central_differences};
 use sinew_energy::Body;
-use sinew_fem::{Options, SolveError, Solver};
-use std::sync::Mutex;
+use sinew_fem::{Options, SolveError, SolverPool};
 
 /// Models of one body for the protocol of UM-Bridge 1.0 (Seelinger et al., "UM-Bridge: Uncertainty quantification and modeling
 /// bridge", J. Open Source Software, 2023).
@@ -44,8 +43,7 @@ pub struct Service<'b> {
     body: &'b Body,
     emulator: Option<Emulator<'b>>,
     page: Option<Page>,
-    /// Solvers that are not at work.
-    solvers: Mutex<Vec<Solver<'b>>>,
+    solvers: SolverPool<'b>,
 }
 
 /// Answer to a request.
@@ -117,7 +115,7 @@ impl From<SolveError> for Fault {
 impl<'b> Service<'b> {
     /// Service for a body, with the emulator that `emulator` and `corrected` use; `solver` alone without one.
     pub fn new(body: &'b Body, emulator: Option<Emulator<'b>>) -> Self {
-        Self { body, emulator, page: None, solvers: Mutex::default() }
+        Self { body, emulator, page: None, solvers: SolverPool::new(body) }
     }
 
     /// Gives the emulator's page at `/` too, as [`crate::viewer()`] makes it at the first request. It shows the solver's displacement where the
@@ -272,12 +270,13 @@ impl<'b> Service<'b> {
     fn displacement(&self, model: Model, theta: &[f64]) -> Result<Vec<f64>, Fault> {
         if model == Model::Solver {
             return self
-                .with_solver(|solver| Ok(solver.solve(theta, &Options::default())?.displacement));
+                .solvers
+                .with(|solver| Ok(solver.solve(theta, &Options::default())?.displacement));
         }
         let predicted = self.emulator()?.predict(&[theta.to_vec()])?.displacement;
         match model {
             Model::Corrected => {
-                self.with_solver(|solver| Ok(solver.newton_step(&predicted, theta)?.displacement))
+                self.solvers.with(|solver| Ok(solver.newton_step(&predicted, theta)?.displacement))
             }
             _ => Ok(predicted),
         }
@@ -287,7 +286,7 @@ impl<'b> Service<'b> {
     fn sensitivity(&self, model: Model, theta: &[f64]) -> Result<Vec<Vec<f64>>, Fault> {
         match model {
             Model::Emulator => Ok(self.emulator()?.sensitivity(theta)?),
-            Model::Solver => self.with_solver(|solver| {
+            Model::Solver => self.solvers.with(|solver| {
                 let solution = solver.solve(theta, &Options::default())?;
                 Ok(solver.sensitivity(&solution)?)
             }),
@@ -302,10 +301,10 @@ impl<'b> Service<'b> {
         let quantities = Quantities(self.body);
         let slopes = match model {
             // One linear system, whatever the number of parameters.
-            Model::Solver => self.with_solver(|solver| {
+            Model::Solver => self.solvers.with(|solver| {
                 let solution = solver.solve(theta, &Options::default())?;
                 let slope = quantities.slope(&solution.displacement, sens);
-                Ok(solver.adjoint_sensitivity(&solution, &slope)?)
+                solver.adjoint_sensitivity(&solution, &slope)
             })?,
             _ => {
                 let slope = quantities.slope(&self.displacement(model, theta)?, sens);
@@ -336,22 +335,6 @@ impl<'b> Service<'b> {
         let missing =
             || Fault { status: 400, kind: "ModelNotFound", message: "there is no emulator".into() };
         self.emulator.as_ref().ok_or_else(missing)
-    }
-
-    /// Calls `call` with an idle solver, or with a new one.
-    fn with_solver<T>(
-        &self,
-        call: impl FnOnce(&mut Solver<'b>) -> Result<T, Fault>,
-    ) -> Result<T, Fault> {
-        let idle = || self.solvers.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let taken = idle().pop();
-        let mut solver = match taken {
-            Some(solver) => solver,
-            None => Solver::new(self.body)?,
-        };
-        let called = call(&mut solver);
-        idle().push(solver);
-        called
     }
 }
 

@@ -80,7 +80,7 @@ fn ratio(
         return Ok([1.0; 2]);
     }
     let in_energy =
-        emulator.with_solver(|solver| Ok(solver.energy_norm(truth, theta, &difference)?))?;
+        emulator.solvers.with(|solver| solver.energy_norm(truth, theta, &difference))?;
     let nodal = displacement_error(truth, field);
     let mean = nodal.iter().sum::<f64>() / nodal.len() as f64;
     Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)])

@@ -148,7 +148,7 @@ impl Emulator<'_> {
         count: usize,
     ) -> Result<Vec<Vec<NewtonStep>>> {
         let steps = |(theta, field): (&Vec<f64>, &Vec<f64>)| {
-            self.with_solver(|solver| match solver.newton_steps(field, theta, count) {
+            self.solvers.with(|solver| match solver.newton_steps(field, theta, count) {
                 Err(SolveError::Inadmissible { .. }) => Ok(Vec::new()),
                 other => Ok(other?),
             })

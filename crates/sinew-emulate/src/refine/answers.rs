@@ -216,7 +216,7 @@ impl Found<'_> {
         (method, predict): Predictions<'_>,
         accuracy: f64,
     ) -> Result<Vec<(usize, Option<Result<Answer>>)>> {
-        emulator.with_solver(|solver| {
+        emulator.solvers.with(|solver| {
             let descends = emulator.predictor.newton_steps() > 0.0;
             let mut stepping = Stepping { accuracy, descends, held: false, seen: 0 };
             let mut found = Vec::with_capacity(cases.len());

@@ -5,7 +5,7 @@ use crate::predict::taylor;
 use crate::{Emulator, Estimate, Prediction, Result, Warning};
 use rayon::prelude::*;
 use sinew_energy::metrics::displacement_error;
-use sinew_fem::{Descent, FrozenTangent, NewtonStep, SolveError, Solver};
+use sinew_fem::{Descent, FrozenTangent, NewtonStep, SolveError};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -45,8 +45,7 @@ impl<'b> Emulator<'b> {
         let start = Instant::now();
         let predicted = self.predict(&[theta.to_vec()])?.displacement;
         let predict_s = start.elapsed().as_secs_f64();
-        let steps =
-            self.with_solver(|solver| Ok(solver.newton_steps(&predicted, theta, steps)?))?;
+        let steps = self.solvers.with(|solver| solver.newton_steps(&predicted, theta, steps))?;
         let mut warnings = extrapolation(self.body, theta);
         warnings.extend(misgivings(&predicted, &steps));
         let displacement = steps.last().map_or(predicted, |step| step.displacement.clone());
@@ -97,25 +96,8 @@ impl<'b> Emulator<'b> {
         let centre = self.body.centre();
         let state = self.predict(std::slice::from_ref(&centre))?.displacement;
         let state = taylor::admissible(self.body, &state);
-        let held = self.with_solver(|solver| Ok(solver.frozen_tangent(&state, &centre)?))?;
+        let held = self.solvers.with(|solver| solver.frozen_tangent(&state, &centre))?;
         Ok(kept().get_or_insert_with(|| Arc::new(held)).clone())
-    }
-
-    /// Calls `call` with an idle solver of the body, or with a new one.
-    pub(crate) fn with_solver<T>(
-        &self,
-        call: impl FnOnce(&mut Solver<'b>) -> Result<T>,
-    ) -> Result<T> {
-        // The lock is not held during the call: threads at work have solvers of their own.
-        let idle = || self.solvers.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let taken = idle().pop();
-        let mut solver = match taken {
-            Some(solver) => solver,
-            None => Solver::new(self.body)?,
-        };
-        let called = call(&mut solver);
-        idle().push(solver);
-        called
     }
 }
 

@@ -30,7 +30,7 @@ pub enum Concern {
 /// How many predictions are looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Thoroughness {
-    /// Predictions of one batch per geometry.
+    /// Predictions of one batch per geometry, of at most 32 geometries.
     OneBatch,
     /// All parameters of the training.
     AllSamples,

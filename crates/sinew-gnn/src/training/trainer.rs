@@ -274,14 +274,20 @@ impl Trainer {
         }
     }
 
-    /// Prediction of the latest weights for a batch, without gradients.
-    pub(super) fn predictions(&self) -> impl Fn(&Batch<'_>) -> Result<Tensor<3>> + '_ {
+    /// Prediction of the latest weights for a batch, without gradients. Batches of one geometry that follow each other share its
+    /// message passing.
+    pub(super) fn predictions(&self) -> impl FnMut(&Batch<'_>) -> Result<Tensor<3>> + '_ {
         let emulator = &self.surrogate.emulator;
-        let embeddings = self.surrogate.embeddings(emulator);
+        let mut latest = None;
         move |batch| {
-            let geometry = &self.surrogate.prepared[batch.geometry];
+            let index = batch.geometry;
+            let local = match latest.take() {
+                Some((of, local)) if of == index => local,
+                _ => self.surrogate.embedding(emulator, index),
+            };
+            latest = Some((index, Embedding::clone(&local)));
             let parameters = self.surrogate.parameters_of(batch.samples)?;
-            Ok(geometry.displacement(emulator, embeddings[batch.geometry].clone(), parameters))
+            Ok(self.surrogate.prepared[index].displacement(emulator, local, parameters))
         }
     }
 

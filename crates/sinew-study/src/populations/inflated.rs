@@ -228,17 +228,19 @@ fn networks(options: &Options, data: &Data<'_>, study: &mut Study) -> Result<()>
     let Data { ventricles, compared, .. } = data;
     let shape = data.one_shape()?;
     study.one_shape = shape.without_networks(data)?;
+    // A second thread would nearly double the CPU time of a step of one body for a tenth of its wall time.
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     for variant in variants(options) {
         let (numbers, topology) = (variant.told.numbers, ventricles.graph(variant.virtual_nodes)?);
         let about = format!("network on simulations, told {numbers} numbers of the shape");
         let method = format!("{}, {numbers} numbers{}", variant.name(), variant.told.name());
         let names = [&method[..], &about];
-        let of_one_shape = variant.told.coarse || variant.steps == STEPS || options.quick;
-        let goes_on = numbers == ALL && !variant.raw && of_one_shape;
+        let goes_on = variant.training_steps.is_some() || options.quick;
         let more = |surrogate: &Surrogate| {
             goes_on.then(|| shape.fine_tuned(data, variant, surrogate)).transpose()
         };
-        let (measured, more) = compared.kept_network(KEY, names, variant, &topology, more)?;
+        let train = || compared.kept_network(KEY, names, variant, &topology, more);
+        let (measured, more) = one_thread.install(train)?;
         study.population.push(measured);
         let Some(found) = more else { continue };
         study.one_shape.extend(found.rows);
@@ -266,6 +268,8 @@ fn regressions(compared: &Compared<'_, ventricle::Ventricle>) -> Result<Vec<Meas
 /// Numbers of a shape, and K of the networks that differ in what they are told.
 const ALL: usize = VentricleShape::NUMBERS;
 const STEPS: usize = 3;
+/// Training steps of the networks about the coarse solution, and of one alone, that go on to one shape.
+const LONGER: [usize; 2] = [8000, 24_000];
 
 fn simulations(options: &Options) -> PathBuf {
     options.out.join(KEY).join("simulations")
@@ -276,7 +280,8 @@ fn variants(options: &Options) -> Vec<Variant> {
     let virtual_nodes = VIRTUAL_NODES[usize::from(options.full)];
     let of = |steps, numbers, coarse| {
         let told = Inputs { numbers, coarse };
-        Variant { steps, latent: 40, virtual_nodes, told, template: false, raw: false }
+        let (template, raw, training_steps) = (false, false, None);
+        Variant { steps, latent: 40, virtual_nodes, told, template, raw, training_steps }
     };
     if options.quick {
         let quick = |coarse| Variant { latent: 8, virtual_nodes: &[8], ..of(1, ALL, coarse) };
@@ -285,6 +290,9 @@ fn variants(options: &Options) -> Vec<Variant> {
     let told = [0, 8, 16, 24].map(|numbers| of(STEPS, numbers, false));
     let steps = [1, 2, 4, 5, 6].map(|k| of(k, ALL, false));
     let raw = Variant { raw: true, ..of(STEPS, ALL, false) };
-    let first = [of(STEPS, ALL, false), of(1, ALL, true), of(STEPS, ALL, true)];
-    first.into_iter().chain(told).chain(steps).chain([raw]).collect()
+    let longer =
+        |training_steps, variant| Variant { training_steps: Some(training_steps), ..variant };
+    let coarse = [STEPS, 1].map(|k| longer(LONGER[0], of(k, ALL, true)));
+    let alone = [longer(LONGER[1], of(STEPS, ALL, false)), of(STEPS, ALL, false)];
+    coarse.into_iter().chain(alone).chain(told).chain(steps).chain([raw]).collect()
 }

@@ -133,6 +133,7 @@ fn variants(options: &Options) -> Vec<Variant> {
         template: options.template,
         told: TOLD,
         raw: false,
+        training_steps: None,
     };
     if options.quick {
         return vec![of(1, 8, &[]), of(1, 8, TWO)];

@@ -112,7 +112,9 @@ impl<B: Simulated> Compared<'_, B> {
         topology: &Topology,
     ) -> Result<(Measured, Surrogate)> {
         let start = |data: &DataSet| self.untrained(variant, data);
-        self.trained(names, start, variant.told, topology)
+        let steps = variant.training_steps.unwrap_or(self.pace.steps);
+        let compared = Self { pace: Pace { steps, ..self.pace }, ..*self };
+        compared.trained(names, start, variant.told, topology)
     }
 
     /// Stores it for a resumed run, with `more` results of the network.
@@ -305,6 +307,8 @@ pub(super) struct Variant {
     pub template: bool,
     /// Whether parameters are read on their own scale instead of the logarithmic one.
     pub raw: bool,
+    /// Training steps, where not those of the other networks of a study.
+    pub training_steps: Option<usize>,
 }
 
 /// A method, its errors and its costs.
@@ -371,7 +375,8 @@ impl Variant {
         };
         let template = if self.template { ", template" } else { "" };
         let raw = if self.raw { ", parameters as they are" } else { "" };
-        format!("K = {steps}, M = {latent}, {nodes}{template}{raw}")
+        let trained = self.training_steps.map_or_else(String::new, |n| format!(", {n} steps"));
+        format!("K = {steps}, M = {latent}, {nodes}{template}{raw}{trained}")
     }
 }
 
