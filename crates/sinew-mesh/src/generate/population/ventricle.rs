@@ -49,7 +49,7 @@ enum Mode {
 
 /// `J_m(k r)` times `cos m φ` (0) or `sin m φ` (1).
 #[derive(Clone, Copy, Debug)]
-struct Wave(u32, f64, u8);
+struct Wave(i32, f64, u8);
 
 /// Root mean square displacement of the nodes by the first modes \[mm\]; the others fall by a constant factor.
 const SPECTRUM: [f64; 10] = [3.1, 2.0, 1.5, 1.25, 1.1, 0.8, 0.7, 0.6, 0.5, 0.5];
@@ -174,9 +174,10 @@ impl VentricleShape {
 
     /// The place of a point of the disk, r = 0 the apex and r = 1 the base, at a depth.
     fn place(&self, r: f64, angle: f64, depth: f64) -> [f64; 3] {
-        let mut x = mean(r, angle, depth);
+        let point = Point::new(r, angle, depth);
+        let mut x = point.mean;
         for (mode, amount) in MODES.iter().zip(&self.amounts) {
-            let moved = mode.moves(r, angle, depth);
+            let moved = mode.moves(&point);
             (0..3).for_each(|i| x[i] += amount * moved[i]);
         }
         x
@@ -190,13 +191,29 @@ fn grid() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-fn mean(r: f64, angle: f64, depth: f64) -> [f64; 3] {
-    let axis = |[inner, outer]: [f64; 2]| inner + depth * (outer - inner);
-    let (sin, cos) = (FRAC_PI_2 * r).sin_cos();
-    let across = axis(MEAN.short) * sin;
-    // At r = 1 the cosine is a rounding error; the base is a plane.
-    let down = if r < 1.0 { cos } else { 0.0 };
-    [across * angle.cos(), across * angle.sin(), -axis(MEAN.long) * down]
+/// A point of the mean ventricle.
+struct Point {
+    /// On the disk, with the depth.
+    r: f64,
+    angle: f64,
+    depth: f64,
+    /// Its place.
+    mean: [f64; 3],
+    /// Normal of a sphere there.
+    outward: [f64; 3],
+}
+
+impl Point {
+    fn new(r: f64, angle: f64, depth: f64) -> Self {
+        let axis = |[inner, outer]: [f64; 2]| inner + depth * (outer - inner);
+        let (across, along) = (axis(MEAN.short), axis(MEAN.long));
+        let (sin, cos) = (FRAC_PI_2 * r).sin_cos();
+        // At r = 1 the cosine is a rounding error; the base is a plane.
+        let down = if r < 1.0 { cos } else { 0.0 };
+        let outward = [sin * angle.cos(), sin * angle.sin(), -down];
+        let mean = [across * outward[0], across * outward[1], along * outward[2]];
+        Self { r, angle, depth, mean, outward }
+    }
 }
 
 /// Orthogonal modes, one per row, as combinations of those of the table (Gram–Schmidt over both surfaces), scaled by
@@ -209,7 +226,8 @@ static ORTHOGONAL: LazyLock<
     for (r, angle) in grid() {
         let weight = (FRAC_PI_2 * r).sin();
         for depth in [0.0, 1.0] {
-            let moved = MODES.map(|mode| mode.moves(r, angle, depth));
+            let point = Point::new(r, angle, depth);
+            let moved = MODES.map(|mode| mode.moves(&point));
             let moved = SMatrix::<f64, 3, { VentricleShape::NUMBERS }>::from(moved);
             products += weight * moved.transpose() * moved;
             area += weight;
@@ -227,41 +245,32 @@ static ORTHOGONAL: LazyLock<
 
 impl Mode {
     /// Displacement of a point, not normalised.
-    fn moves(self, r: f64, angle: f64, depth: f64) -> [f64; 3] {
-        let [x, y, z] = mean(r, angle, depth);
-        let (sin, cos) = (FRAC_PI_2 * r).sin_cos();
-        let outward = |size: f64| {
-            let down = if r < 1.0 { cos } else { 0.0 };
-            [size * sin * angle.cos(), size * sin * angle.sin(), -size * down]
-        };
+    fn moves(self, point: &Point) -> [f64; 3] {
+        let &Point { mean, outward, depth, .. } = point;
         match self {
-            Self::Size => [x, y, z],
-            Self::Length => [0.0, 0.0, z],
+            Self::Size => mean,
+            Self::Length => [0.0, 0.0, mean[2]],
             Self::Skew(axis) => {
                 let mut moved = [0.0; 3];
-                moved[axis] = (z / MEAN.long[1]).powi(2);
+                moved[axis] = (mean[2] / MEAN.long[1]).powi(2);
                 moved
             }
-            Self::Bulge(wave) => outward(wave.at(r, angle)),
-            Self::Thickness(wave) => outward((2.0 * depth - 1.0) * wave.at(r, angle)),
+            Self::Bulge(wave) => {
+                let size = wave.at(point);
+                outward.map(|n| size * n)
+            }
+            Self::Thickness(wave) => {
+                let size = (2.0 * depth - 1.0) * wave.at(point);
+                outward.map(|n| size * n)
+            }
         }
     }
 }
 
 impl Wave {
-    fn at(self, r: f64, angle: f64) -> f64 {
+    fn at(self, &Point { r, angle, .. }: &Point) -> f64 {
         let Self(m, k, which) = self;
         let turn = f64::from(m) * angle;
-        bessel(m, k * r) * if which == 0 { turn.cos() } else { turn.sin() }
+        libm::jn(m, k * r) * if which == 0 { turn.cos() } else { turn.sin() }
     }
-}
-
-/// J_m(x) by Bessel's integral; the trapezoidal rule is exact to rounding for the arguments here.
-fn bessel(m: u32, x: f64) -> f64 {
-    const POINTS: u32 = 32;
-    let at = |i: u32| {
-        let t = PI * (f64::from(i) + 0.5) / f64::from(POINTS);
-        (f64::from(m) * t - x * t.sin()).cos()
-    };
-    (0..POINTS).map(at).sum::<f64>() / f64::from(POINTS)
 }
