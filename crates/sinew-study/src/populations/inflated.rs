@@ -268,8 +268,8 @@ fn regressions(compared: &Compared<'_, ventricle::Ventricle>) -> Result<Vec<Meas
 /// Numbers of a shape, and K of the networks that differ in what they are told.
 const ALL: usize = VentricleShape::NUMBERS;
 const STEPS: usize = 3;
-/// Training steps of the networks about the coarse solution, and of one alone, that go on to one shape.
-const LONGER: [usize; 2] = [8000, 24_000];
+/// Training steps of the networks that go on to one shape.
+const LONGER: usize = 8000;
 
 fn simulations(options: &Options) -> PathBuf {
     options.out.join(KEY).join("simulations")
@@ -290,9 +290,9 @@ fn variants(options: &Options) -> Vec<Variant> {
     let told = [0, 8, 16, 24].map(|numbers| of(STEPS, numbers, false));
     let steps = [1, 2, 4, 5, 6].map(|k| of(k, ALL, false));
     let raw = Variant { raw: true, ..of(STEPS, ALL, false) };
-    let longer =
-        |training_steps, variant| Variant { training_steps: Some(training_steps), ..variant };
-    let coarse = [STEPS, 1].map(|k| longer(LONGER[0], of(k, ALL, true)));
-    let alone = [longer(LONGER[1], of(STEPS, ALL, false)), of(STEPS, ALL, false)];
+    let longer = |variant| Variant { training_steps: Some(LONGER), ..variant };
+    let coarse = [STEPS, 1].map(|k| longer(of(k, ALL, true)));
+    let alone = of(STEPS, ALL, false);
+    let alone = [longer(alone), alone];
     coarse.into_iter().chain(alone).chain(told).chain(steps).chain([raw]).collect()
 }
