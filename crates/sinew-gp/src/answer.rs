@@ -43,7 +43,7 @@ impl<const D: usize> Fit<D> {
 impl<const D: usize> fmt::Display for Fit<D> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let model = self.model();
-        let learned = model.groups.iter().filter_map(|group| group.variance.learned());
+        let learned = model.groups.iter().filter_map(|group| group.learned);
         let theta = model.theta_offset..model.theta_offset + model.theta.len();
         for position in theta.chain(learned) {
             let name = &model.parameters()[position].name;

@@ -137,6 +137,19 @@ impl<const D: usize> PointCoefficients<D> {
         self.monomials.iter().map(|monomial| monomial_value(monomial, theta)).collect()
     }
 
+    /// a_β = amplitude · Σ_t μ_t A_{t,β} of each part, for the amplitudes of `kernels` and the monomials' values.
+    pub(crate) fn combined(&self, kernels: &[(f64, Vec<f64>)], monomials: &[f64]) -> Vec<Vec<f64>> {
+        let of = |(part, (amplitude, _)): (&PartCoefficients<D>, &(f64, Vec<f64>))| {
+            let mut sum = vec![0.0; part.orders.len() * self.count];
+            for (monomial, array) in monomials.iter().zip(&part.arrays) {
+                let factor = amplitude * monomial;
+                sum.iter_mut().zip(array).for_each(|(s, a)| *s += factor * a);
+            }
+            sum
+        };
+        self.parts.iter().zip(kernels).map(of).collect()
+    }
+
     /// Adds the operator's mean at each point times `sign`, for the monomials' values `factors`.
     pub(crate) fn add_mean(&self, factors: &[f64], sign: f64, sum: &mut [f64]) {
         for (factor, mean) in factors.iter().zip(&self.mean) {

@@ -9,28 +9,6 @@ use crate::prior::{Prior, check_smoothness};
 /// Relative size of a residual that counts as agreement of an exact value with the boundary.
 const AGREEMENT: f64 = 1e-8;
 
-/// Noise of a compiled group.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Variance {
-    /// A standard deviation, zero for exact values.
-    Known(f64),
-    /// Position of its logarithm among the parameters.
-    Learned(usize),
-    /// Position of the logarithm of the scale of Student's t distribution, with so many degrees of freedom. Logarithms of the
-    /// values' weights stand from position `weights` on.
-    StudentT { scale: usize, weights: usize, freedom: f64 },
-}
-
-impl Variance {
-    /// Position of the logarithm of a learned standard deviation.
-    pub(crate) fn learned(self) -> Option<usize> {
-        match self {
-            Self::Known(_) => None,
-            Self::Learned(position) | Self::StudentT { scale: position, .. } => Some(position),
-        }
-    }
-}
-
 /// Observations compiled for one operator.
 #[derive(Clone, Debug)]
 pub(crate) struct Compiled<const D: usize> {
@@ -46,7 +24,11 @@ pub(crate) struct Compiled<const D: usize> {
     /// Number of the first among the legs of all groups.
     pub first_leg: usize,
     pub values: Vec<f64>,
-    pub variance: Variance,
+    pub noise: Noise,
+    /// Position of the logarithm of a learned standard deviation, or of the scale of Student's t distribution, among the parameters.
+    pub learned: Option<usize>,
+    /// Position of the logarithm of the first value's weight in that distribution; the others follow.
+    pub weighted: Option<usize>,
     /// Number of values that each observation stands for, where it is a mean of many.
     pub averages: Option<Averages>,
     /// Position of the first observation in the covariance matrix.
@@ -63,7 +45,7 @@ impl<const D: usize> Compiled<D> {
     /// Whether imposed values without a known noise are met by the prior mean alone, once the
     /// terms with parameters in front are left out.
     pub(crate) fn is_trivially_satisfied(&self) -> bool {
-        let noisy = matches!(self.variance, Variance::Known(sigma) if sigma > 0.0);
+        let noisy = matches!(self.noise, Noise::Known(_));
         if self.role != Role::Imposed || self.values.is_empty() || noisy {
             return false;
         }
@@ -82,10 +64,8 @@ impl<const D: usize> Compiled<D> {
     /// Divisors of the noise variance of each observation, at parameters on their scales.
     pub(crate) fn weights(&self, scaled: &[f64]) -> Vec<f64> {
         let count = self.values.len();
-        match (self.variance, &self.averages) {
-            (Variance::StudentT { weights, .. }, _) => {
-                scaled[weights..weights + count].iter().map(|w| w.exp()).collect()
-            }
+        match (self.weighted, &self.averages) {
+            (Some(first), _) => scaled[first..first + count].iter().map(|w| w.exp()).collect(),
             (_, Some(averages)) => averages.counts.clone(),
             _ => vec![1.0; count],
         }
@@ -167,21 +147,15 @@ pub(crate) fn compile<const D: usize>(
             legs = vec![coefficients(&places)?];
         }
     }
-    let variance = match group.noise {
-        Noise::Exact => Variance::Known(0.0),
-        Noise::Known(sigma) => Variance::Known(sigma),
-        Noise::Learned => Variance::Learned(usize::MAX),
-        Noise::StudentT(freedom) => {
-            Variance::StudentT { scale: usize::MAX, weights: usize::MAX, freedom }
-        }
-    };
     Ok(Compiled {
         number,
         legs,
         values,
         points: places,
         is_equation: group.operator.is_none(),
-        variance,
+        noise: group.noise,
+        learned: None,
+        weighted: None,
         averages: group.averages.clone(),
         offset: 0,
         first_leg: 0,

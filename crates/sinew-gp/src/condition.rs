@@ -161,7 +161,7 @@ impl<const D: usize> Condition<D> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Periodicity {
     /// Values only.
-    Value,
+    Value = 1,
     /// Values and slopes.
-    ValueAndSlope,
+    ValueAndSlope = 2,
 }

@@ -5,7 +5,7 @@ mod corners;
 mod edges;
 mod extension;
 mod feature;
-mod lift;
+mod imposed;
 mod meeting;
 #[cfg(test)]
 mod tests;
@@ -20,7 +20,7 @@ use crate::structure::{AxisStructure, Lift};
 use corners::check_corners;
 use edges::Edges;
 pub use feature::Feature;
-pub(crate) use lift::edge_lifts;
+pub(crate) use imposed::{Imposed, on_edge};
 
 /// Mean and features such that every function m + Σ φ zₚ satisfies all conditions, whatever the zₚ.
 #[derive(Clone, Debug)]
@@ -73,7 +73,7 @@ fn mean<const D: usize>(
         let lifts: Vec<Lift<D>> = structures[axis]
             .lifts
             .iter()
-            .filter(|lift| !(mean.is_zero() && lift.data.is_zero()))
+            .filter(|lift| !(mean.is_zero() && lift.imposed.data.is_zero()))
             .cloned()
             .collect();
         if lifts.is_empty() {
@@ -82,9 +82,7 @@ fn mean<const D: usize>(
         let before = mean;
         mean = field(move |x: [Series; D]| {
             lifts.iter().fold(before.at(x.clone()), |sum, lift| {
-                let mut face = x.clone();
-                face[axis] = x[axis].constant(lift.end());
-                let missed = lift.data.at(face) - lift.apply(&before, &x);
+                let missed = lift.imposed.data.at(lift.on_face(&x)) - lift.apply(&before, &x);
                 sum + lift.shape.at(&x[axis]) * missed
             })
         });

@@ -1,7 +1,7 @@
 //! The evidence of a model: which one, and its value.
 
-use crate::compile::{Compiled, Variance};
-use crate::data::Role;
+use crate::compile::Compiled;
+use crate::data::{Noise, Role};
 
 /// The density of the data of which a fit takes the maximum and ensembles draw: one for both.
 #[doc(alias = "marginal likelihood")]
@@ -33,7 +33,7 @@ impl Evidence {
     ) -> Self {
         let trivial = groups.iter().any(Compiled::is_trivially_satisfied);
         let believed = |group: &Compiled<D>| {
-            group.role == Role::Imposed && matches!(group.variance, Variance::Known(_))
+            group.role == Role::Imposed && matches!(group.noise, Noise::Exact | Noise::Known(_))
         };
         match self {
             Self::Auto if parameters > 0 && groups.iter().any(believed) => Self::UnitInformation,

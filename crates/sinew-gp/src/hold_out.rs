@@ -1,6 +1,7 @@
 //! The error of collocation, from places that the fit does not know of.
 
-use crate::compile::{Compiled, Variance};
+use crate::compile::Compiled;
+use crate::data::Noise;
 use crate::error::GpError;
 use crate::fit::{Fit, HoldOut};
 use crate::model::Model;
@@ -81,8 +82,7 @@ impl<const D: usize> Fit<D> {
         let mut exact = model.equations();
         let Some(group) = exact.next() else { return Ok(Vec::new()) };
         let even = even(&group.values).filter(|_| group.values.len() >= EVEN);
-        let even =
-            even.filter(|_| group.variance == Variance::Known(0.0) && exact.next().is_none());
+        let even = even.filter(|_| group.noise == Noise::Exact && exact.next().is_none());
         let known = |x: &[f64; D]| model.source.as_ref().map(|source| source.value(*x)).or(even);
         let places = model.prior.domain.sample(PLACES, seed)?;
         let values: Vec<f64> = places.iter().filter_map(known).collect();
@@ -98,9 +98,9 @@ impl<const D: usize> Fit<D> {
 impl<const D: usize> Model<D> {
     /// Model with noise of this standard deviation on equations that were exact.
     pub(crate) fn with_noise(mut self, sigma: f64) -> Self {
-        let exact = |g: &&mut Compiled<D>| g.is_equation && g.variance == Variance::Known(0.0);
+        let exact = |g: &&mut Compiled<D>| g.is_equation && g.noise == Noise::Exact;
         for group in self.groups.iter_mut().filter(exact) {
-            group.variance = Variance::Known(sigma);
+            group.noise = Noise::Known(sigma);
         }
         self
     }

@@ -32,9 +32,8 @@ pub fn laplace<const D: usize>(
     draws: usize,
     seed: u64,
 ) -> Result<Ensemble<D>, GpError> {
-    let space = Space::new(fit.model(), &fit.outcome().parameters, false)?;
+    let (space, mut proposals) = Space::new(fit.model(), &fit.outcome().parameters, false)?;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut proposals = space.about.clone();
     for round in 0.. {
         let drawn: Vec<(Vec<f64>, f64)> =
             (0..PROPOSALS * draws).map(|_| propose(&proposals, &mut random)).collect();

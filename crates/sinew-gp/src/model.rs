@@ -1,7 +1,7 @@
 //! A prior with data: parameters, and everything that does not change with them.
 
-use crate::coefficients::register;
-use crate::compile::{Compiled, Variance, compile};
+use crate::coefficients::{PointCoefficients, register};
+use crate::compile::{Compiled, compile};
 use crate::data::{Data, Group, Noise, Role, check, no_data, noise_name};
 use crate::domain::Domain;
 use crate::error::GpError;
@@ -11,12 +11,7 @@ use crate::gram::PairPlan;
 use crate::kernel::{Hyperparameter, Measure};
 use crate::operator::Parameter;
 use crate::parameter::{FreeParameter, Hyperprior};
-use crate::prior::Prior;
-
-/// A standard deviation away in the logarithm from a median.
-fn about(median: f64) -> Hyperprior {
-    Hyperprior::LogNormal { median, standard_deviation: DEVIATION }
-}
+use crate::prior::{Part, Prior};
 
 /// A positive number, with bounds and starts in units of `unit`.
 fn positive(
@@ -39,7 +34,7 @@ fn of_kernel<const D: usize>(
         Measure::Length { axis } => {
             let extent = domain.extents()[axis];
             let name = format!("{} {} {number}", hyperparameter.name, domain.names()[axis]);
-            positive(name, extent, [LENGTH_BOUNDS, LENGTH_START], about(extent))
+            positive(name, extent, LENGTH, Hyperprior::about(extent, DEVIATION))
         }
         Measure::Number { lower, upper } | Measure::Width { lower, upper, .. } => {
             let middle = (lower * upper).sqrt();
@@ -104,19 +99,15 @@ impl<const D: usize> Model<D> {
                 register(&mut theta, parameter)?;
             }
         }
-        let mut compiled = Vec::new();
+        let (mut compiled, mut size, mut first_leg, mut imposed) = (Vec::new(), 0, 0, 0);
         for number in order {
-            compiled.push(compile(&prior, &groups[number], number, &mut theta)?);
+            let own = compile(&prior, &groups[number], number, &mut theta)?;
+            let own = Compiled { offset: size, first_leg, ..own };
+            size += own.values.len();
+            first_leg += own.legs.len();
+            imposed = if own.role == Role::Imposed { size } else { imposed };
+            compiled.push(own);
         }
-        let (mut offset, mut legs) = (0, 0);
-        for group in &mut compiled {
-            (group.offset, group.first_leg) = (offset, legs);
-            offset += group.values.len();
-            legs += group.legs.len();
-        }
-        let imposed =
-            compiled.iter().filter(|g| g.role == Role::Imposed).map(|g| g.values.len()).sum();
-        let size = offset;
         if size == 0 {
             return Err(no_data());
         }
@@ -182,9 +173,7 @@ impl<const D: usize> Model<D> {
 
     /// Number of parameters but for the weights of values, which are last.
     pub(crate) fn without_weights(&self) -> usize {
-        let weighted = |group: &&Compiled<D>| matches!(group.variance, Variance::StudentT { .. });
-        let weights = self.groups.iter().filter(weighted).map(|group| group.values.len());
-        self.parameters.len() - weights.sum::<usize>()
+        self.groups.iter().find_map(|group| group.weighted).unwrap_or(self.parameters.len())
     }
 
     /// Refuses a parameter vector of wrong length.
@@ -220,8 +209,12 @@ impl<const D: usize> Model<D> {
             self.part_offsets.push(parameters.len());
             let number = number + 1;
             let name = format!("amplitude {number}");
-            let ends = [AMPLITUDE_BOUNDS, AMPLITUDE_START];
-            parameters.push(positive(name, *scale, ends, about(*scale)));
+            parameters.push(positive(
+                name,
+                *scale,
+                AMPLITUDE,
+                Hyperprior::about(*scale, DEVIATION),
+            ));
             for hyperparameter in part.kernel.hyperparameters() {
                 let free = of_kernel(&hyperparameter, number, &self.prior.domain);
                 parameters.push(FreeParameter { name: distinct(free.name, &parameters), ..free });
@@ -240,32 +233,27 @@ impl<const D: usize> Model<D> {
         }
         let scale = scales.iter().copied().fold(0.0, f64::max);
         for group in &mut self.groups {
-            if let Variance::Learned(position) | Variance::StudentT { scale: position, .. } =
-                &mut group.variance
-            {
-                *position = parameters.len();
+            if let Noise::Learned | Noise::StudentT(_) = group.noise {
+                group.learned = Some(parameters.len());
                 // Of conditions that are all zero, what functions of the data's size would break them by.
                 let broken = || scale * group.operator_size(&middle);
                 let scale = spread(&group.values).unwrap_or_else(broken);
                 let hyperprior = match group.role {
-                    Role::Observed => Hyperprior::LogNormal {
-                        median: NOISE_MEDIAN * scale,
-                        standard_deviation: NOISE_DEVIATION,
-                    },
+                    Role::Observed => Hyperprior::about(NOISE_MEDIAN * scale, NOISE_DEVIATION),
                     Role::Imposed => Hyperprior::Flat,
                 };
                 let name = noise_name(group.number);
-                parameters.push(positive(name, scale, [NOISE_BOUNDS, NOISE_START], hyperprior));
+                parameters.push(positive(name, scale, NOISE, hyperprior));
             }
         }
         // Weights last: they are nobody's result.
         for group in &mut self.groups {
-            let Variance::StudentT { weights, freedom, .. } = &mut group.variance else { continue };
-            *weights = parameters.len();
-            let hyperprior = Hyperprior::Gamma { shape: 0.5 * *freedom };
+            let Noise::StudentT(freedom) = group.noise else { continue };
+            group.weighted = Some(parameters.len());
+            let hyperprior = Hyperprior::Gamma { shape: 0.5 * freedom };
             for value in 0..group.values.len() {
                 let name = format!("weight {value} of {}", noise_name(group.number));
-                parameters.push(positive(name, 1.0, [WEIGHT_BOUNDS, WEIGHT_START], hyperprior));
+                parameters.push(positive(name, 1.0, WEIGHT, hyperprior));
             }
         }
         self.parameters = parameters;
@@ -315,27 +303,23 @@ impl<const D: usize> Model<D> {
     }
 }
 
-/// Bounds of amplitudes and lengths in units of the data's size and the axes' extents: wide enough
+/// Bounds and starts of amplitudes and lengths in units of the data's size and the axes' extents: wide enough
 /// for functions close to polynomials, narrow enough to keep covariances representable.
-const AMPLITUDE_BOUNDS: [f64; 2] = [1e-2, 1e3];
+const AMPLITUDE: [[f64; 2]; 2] = [[1e-2, 1e3], [0.3, 3.0]];
+const LENGTH: [[f64; 2]; 2] = [[0.03, 30.0], [0.3, 1.5]];
 /// Share of an operator's size on the part that it makes most of, below which it says nothing of another part's size.
 const NOTHING: f64 = 1e-3;
-const AMPLITUDE_START: [f64; 2] = [0.3, 3.0];
-const LENGTH_BOUNDS: [f64; 2] = [0.03, 30.0];
-const LENGTH_START: [f64; 2] = [0.3, 1.5];
 /// Hyperprior of logarithms of amplitudes and lengths about the size of data and domain.
 const DEVIATION: f64 = 1.0;
-/// Bounds in units of the spread of the values: from far below any instrument to nothing but noise.
-const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
-const NOISE_START: [f64; 2] = [0.01, 0.1];
+/// Bounds and starts in units of the spread of the values: from far below any instrument to nothing but noise.
+const NOISE: [[f64; 2]; 2] = [[1e-5, 2.0], [0.01, 0.1]];
 /// Hyperprior of measurement errors: 95 % between 0.3 % and all of the spread. A few values tell their errors hardly at
 /// all; without a belief these would be taken for next to nothing.
 const NOISE_MEDIAN: f64 = 0.05;
 const NOISE_DEVIATION: f64 = 1.5;
 
 /// Weights of values: of one a million standard deviations off, to one closer than any.
-const WEIGHT_BOUNDS: [f64; 2] = [1e-12, 10.0];
-const WEIGHT_START: [f64; 2] = [0.5, 1.0];
+const WEIGHT: [[f64; 2]; 2] = [[1e-12, 10.0], [0.5, 1.0]];
 
 /// Points that an equation everywhere begins with, for each dimension, and the seed of their places.
 pub(crate) const FIRST_POINTS: usize = 15;
@@ -362,21 +346,13 @@ pub(crate) fn spread(values: &[f64]) -> Option<f64> {
 }
 
 fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<PairPlan<D>>> {
-    prior
-        .parts
-        .iter()
-        .enumerate()
-        .map(|(part, description)| {
-            let kernel = &*description.kernel;
-            let orders: Vec<&[[usize; D]]> = groups
-                .iter()
-                .flat_map(|group| &group.legs)
-                .map(|leg| leg.parts[part].orders.as_slice())
-                .collect();
-            orders
-                .iter()
-                .flat_map(|first| orders.iter().map(|second| PairPlan::new(kernel, first, second)))
-                .collect()
-        })
-        .collect()
+    let legs = || groups.iter().flat_map(|group| &group.legs);
+    let of = |(number, part): (usize, &Part<D>)| {
+        let orders = |leg: &PointCoefficients<D>| leg.parts[number].orders.clone();
+        let orders: Vec<_> = legs().map(orders).collect();
+        let pairs =
+            orders.iter().flat_map(|first| orders.iter().map(move |second| (first, second)));
+        pairs.map(|(first, second)| part.plan(first, second)).collect()
+    };
+    prior.parts.iter().enumerate().map(of).collect()
 }

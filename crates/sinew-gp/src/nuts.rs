@@ -36,11 +36,11 @@ const CHAINS: usize = 2;
 #[doc(alias("MCMC", "HMC"))]
 pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>, GpError> {
     let model = fit.model();
-    let space = Space::new(model, &fit.outcome().parameters, true)?;
+    let (space, about) = Space::new(model, &fit.outcome().parameters, true)?;
     let NutsOptions { warmup, draws, seed } = *options;
     let own =
         sinew_sample::NutsOptions { chains: CHAINS, warmup, draws: draws.div_ceil(CHAINS), seed };
-    let found = chains(&space, &space.about, &own).map_err(not_drawn)?;
+    let found = chains(&space, &about, &own).map_err(not_drawn)?;
     let r_hats = (0..model.theta.len())
         .map(|k| (k, Summary::of(&found.parameter(model.theta_offset + k)).r_hat));
     let worst = r_hats.max_by(|a, b| a.1.total_cmp(&b.1));

@@ -1,10 +1,11 @@
 //! Gaussian-process priors for a problem, with or without its boundary conditions.
 
-use crate::constraint::{Constraints, Feature, constraints, edge_lifts, unconstrained};
+use crate::constraint::{Constraints, Feature, constraints, on_edge, unconstrained};
 use crate::data::{Data, Group, Noise};
 use crate::domain::{Domain, Side, no_polygon};
 use crate::error::GpError;
 use crate::field::Field;
+use crate::gram::PairPlan;
 use crate::kernel::{Kernel, unusable};
 use crate::operator::Operator;
 use crate::problem::Problem;
@@ -19,6 +20,13 @@ use std::sync::Arc;
 pub(crate) struct Part<const D: usize> {
     pub feature: Feature<D>,
     pub kernel: Arc<dyn Kernel<D>>,
+}
+
+impl<const D: usize> Part<D> {
+    /// Plan of covariances between points where these derivatives of the latent function are taken.
+    pub(crate) fn plan(&self, first: &[[usize; D]], second: &[[usize; D]]) -> PairPlan<D> {
+        PairPlan::new(&*self.kernel, first, second)
+    }
 }
 
 /// An axis as kernels take it: stretched next to one end.
@@ -236,36 +244,35 @@ fn pseudo_observations<const D: usize>(
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let faces: Vec<Lift<D>> =
         (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
-    let of_edge = |edge| edge_lifts(problem, edge).into_iter().map(move |lift| (edge, lift));
+    let of_edge = |edge| on_edge(problem, edge).into_iter().map(move |imposed| (edge, imposed));
     let edges: Vec<_> = (0..problem.edges.len()).flat_map(of_edge).collect();
+    let imposed = faces.iter().map(|lift| &lift.imposed);
+    let imposed = imposed.chain(edges.iter().map(|(_, imposed)| imposed));
     let all = faces.len() + edges.len();
-    let places = |number: usize, random: &mut ChaCha8Rng| {
-        let share = (points * (number + 1)) / all - (points * number) / all;
-        domain.sample(share, random.random())
-    };
-    let told = |data: Data<D>, operator: Operator<D>, at: &[[f64; D]], f: &Field<D>| {
-        let values: Vec<f64> = at.iter().map(|point| f.value(*point)).collect();
-        data.imposed(operator, at, &values, Noise::Learned)
-    };
     let mut data = Data::new();
-    for (number, lift) in faces.iter().enumerate() {
-        let places = places(number, &mut random)?;
-        let at = |side: Side| {
-            let mut places = places.clone();
-            places.iter_mut().for_each(|point| point[lift.axis] = domain.end(lift.axis, side));
-            places
-        };
-        data = told(data, lift.operator(), &at(lift.at.unwrap_or(Side::Upper)), &lift.data);
-        let jump = lift.at.is_none().then(|| (-1.0, at(Side::Lower)));
-        data.groups[number].further.extend(jump);
-    }
-    for (number, (edge, lift)) in edges.into_iter().enumerate() {
-        let mut places = places(faces.len() + number, &mut random)?;
-        let polygon = domain.cross_section().ok_or_else(no_polygon)?;
-        for point in &mut places {
-            (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
+    for (number, imposed) in imposed.enumerate() {
+        let share = (points * (number + 1)) / all - (points * number) / all;
+        let mut places = domain.sample(share, random.random())?;
+        let mut jump = None;
+        if let Some(Lift { axis, at, .. }) = faces.get(number) {
+            let moved = |mut point: [f64; D], side: Side| {
+                point[*axis] = domain.end(*axis, side);
+                point
+            };
+            let to = |side: Side| places.iter().map(|point| moved(*point, side)).collect();
+            jump = at.is_none().then(|| (-1.0, to(Side::Lower)));
+            places = to(at.unwrap_or(Side::Upper));
+        } else {
+            let polygon = domain.cross_section().ok_or_else(no_polygon)?;
+            for point in &mut places {
+                let fraction = random.random_range(0.0..1.0);
+                (point[0], point[1]) =
+                    polygon.on_edge(edges[number - faces.len()].0, fraction).into();
+            }
         }
-        data = told(data, lift.operator(), &places, &lift.data);
+        let values: Vec<f64> = places.iter().map(|point| imposed.data.value(*point)).collect();
+        data = data.imposed(imposed.operator(), &places, &values, Noise::Learned);
+        data.groups[number].further.extend(jump);
     }
     Ok(data.groups)
 }

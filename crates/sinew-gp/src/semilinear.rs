@@ -16,7 +16,8 @@ use crate::fit::{Fit, FitOptions};
 use crate::hold_out::{Candidate, PLACES};
 use crate::kernel::Kernel;
 use crate::model::{FIRST_POINTS, Model, POINTS_SEED};
-use crate::operator::{Derivative, Operator, Parameter};
+use crate::operator::{Derivative, Parameter};
+use crate::posterior::Posterior;
 use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::resolve::{RESOLVED, RESOLVED_ALONE, ROUNDS, spread_out};
@@ -84,9 +85,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         arguments: [Derivative<D>; M],
         term: impl Fn([Series; M]) -> Series + Send + Sync + 'static,
     ) -> Self {
-        const { assert!(M > 0, "a nonlinear term has at least one argument") };
-        let term = move |arguments: [Series; M], _: &[Series], _: [f64; D]| term(arguments);
-        Self { problem, arguments, parameters: Vec::new(), term: Arc::new(term) }
+        Self::with_parameters(problem, arguments, [], move |arguments, []| term(arguments))
     }
 
     /// [`SemiLinear::new`] with unknown parameters inside the term, sought along with those of L. They begin in the middle of
@@ -113,8 +112,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         parameters: [Parameter; P],
         term: impl Fn([Series; M], [Series; P]) -> Series + Send + Sync + 'static,
     ) -> Self {
-        let term = move |u: [Series; M], known: [Series; P], _: [f64; D]| term(u, known);
-        Self::with_coordinates(problem, arguments, parameters, term)
+        Self::with_coordinates(problem, arguments, parameters, move |u, known, _| term(u, known))
     }
 
     /// [`SemiLinear::with_parameters`] with a term that depends on the place, too: a reaction g(x) u², or a source that is
@@ -207,11 +205,15 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let Some(source) = &data.everywhere else {
             let points = collocation(data, domain)?;
             let values = match start {
-                None => self.prior_values(kernel, &points)?,
-                Some(start) => {
-                    let posterior = start.fit.posterior()?;
-                    self.evaluate(&points, |operator| posterior.mean_of(operator, &points))?
+                None => {
+                    let mean = Prior::constrained(&self.problem, kernel)?.mean;
+                    let at = |argument: Derivative<D>, x: &[f64; D]| {
+                        let mean = mean.at(Series::variables(*x, argument.orders));
+                        mean.derivative(&argument.orders)
+                    };
+                    self.evaluate(&points, |own| Ok(points.iter().map(|x| at(own, x)).collect()))?
                 }
+                Some(start) => self.means(&start.fit.posterior()?, &points)?,
             };
             let start = start.map(|start| &start.fit);
             return self.iterate(kernel, (data, &points), options, steps, (values, start));
@@ -269,7 +271,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     fn parts(&self, solution: &Solution<D>, points: &[[f64; D]]) -> Result<[Vec<f64>; 2], GpError> {
         let posterior = solution.fit.posterior()?;
         let linear = posterior.mean_of(self.problem.equation(), points)?;
-        let arguments = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
+        let arguments = self.means(&posterior, points)?;
         let theta = self.theta(Some(&solution.fit)).into_iter().map(Series::number);
         let theta: Vec<Series> = theta.collect();
         let term = |(index, v): (usize, [f64; M])| {
@@ -303,8 +305,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
                 starts.extend(model.random_starts(options));
             }
             let fit = model.fit_from(starts, options.iterations)?;
-            let posterior = fit.posterior()?;
-            let updated = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
+            let updated = self.means(&fit.posterior()?, points)?;
             let now = self.theta(Some(&fit));
             change = relative_change(&values, &updated).max(largest_change(&theta, &now));
             taken += 1;
@@ -316,36 +317,24 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         }
     }
 
-    /// The arguments of the nonlinear term at the prior mean.
-    fn prior_values(
+    /// Posterior means of all arguments.
+    fn means(
         &self,
-        kernel: &dyn Kernel<D>,
+        posterior: &Posterior<D>,
         points: &[[f64; D]],
     ) -> Result<Vec<[f64; M]>, GpError> {
-        let prior = Prior::constrained(&self.problem, kernel)?;
-        let degrees: [usize; D] =
-            std::array::from_fn(|d| self.arguments.iter().map(|a| a.orders[d]).max().unwrap_or(0));
-        Ok(points
-            .iter()
-            .map(|point| {
-                let x = Series::variables(*point, degrees);
-                let mean = prior.mean.at(x);
-                self.arguments.map(|argument| mean.derivative(&argument.orders))
-            })
-            .collect())
+        self.evaluate(points, |argument| posterior.mean_of(&argument.into(), points))
     }
 
     /// Values of all arguments at the points, argument by argument from `of`.
     fn evaluate(
         &self,
         points: &[[f64; D]],
-        of: impl Fn(&Operator<D>) -> Result<Vec<f64>, GpError>,
+        of: impl Fn(Derivative<D>) -> Result<Vec<f64>, GpError>,
     ) -> Result<Vec<[f64; M]>, GpError> {
         let mut values = vec![[0.0; M]; points.len()];
-        for (number, argument) in self.arguments.iter().enumerate() {
-            for (value, of_argument) in values.iter_mut().zip(of(&(*argument).into())?) {
-                value[number] = of_argument;
-            }
+        for (number, argument) in self.arguments.into_iter().enumerate() {
+            values.iter_mut().zip(of(argument)?).for_each(|(value, own)| value[number] = own);
         }
         Ok(values)
     }

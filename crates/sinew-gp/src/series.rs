@@ -151,23 +151,17 @@ impl Series {
         self.coefficients[self.degrees.position(orders)] * factorials
     }
 
-    /// Polynomial with one more, last variable on which it does not depend.
-    pub(crate) fn lifted(&self, degree: usize) -> Self {
-        let mut degrees: Vec<usize> =
-            self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
-        degrees.push(degree);
-        let degrees = Degrees::new(&degrees);
+    /// The polynomial plus `slope` times one more, last variable.
+    pub(crate) fn lifted(&self, degree: usize, slope: f64) -> Self {
+        let mut degrees = self.degrees;
+        degrees.degrees[degrees.count] = u8::try_from(degree).expect("degrees are small");
+        degrees.count += 1;
         let mut coefficients = vec![0.0; degrees.size()];
         for (lifted, c) in coefficients.chunks_mut(degree + 1).zip(&self.coefficients) {
             lifted[0] = *c;
         }
+        coefficients[1] = slope;
         Self::new(degrees, coefficients)
-    }
-
-    /// This series with the constant `value` in its place plus its own last variable.
-    pub(crate) fn shifted_last_variable(&self, value: f64) -> Self {
-        let degrees: Vec<usize> = self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
-        Self::variable(value, degrees.len() - 1, &degrees)
     }
 
     /// The derivative of order `order` in the last variable, at its point of expansion, as a

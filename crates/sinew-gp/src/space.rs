@@ -16,8 +16,6 @@ pub(crate) struct Space<'a, const D: usize> {
     bounds: Vec<[f64; 2]>,
     /// Weights of values that are held, on their scales.
     held: Vec<f64>,
-    /// Its maximum with the inverse of the curvature there.
-    pub about: Laplace,
 }
 
 /// Largest |q|: a share of 3e-7 of an interval from its end.
@@ -40,7 +38,7 @@ fn logistic(q: f64) -> (f64, f64) {
 }
 
 impl<'a, const D: usize> Space<'a, D> {
-    /// About the maximum next to `fitted`, on the parameters' scales; with `free_weights`, weights of values are among the
+    /// The space, and the maximum next to `fitted`, on the parameters' scales, with the inverse of the curvature there; with `free_weights`, weights of values are among the
     /// coordinates, else they stay as fitted.
     ///
     /// # Errors
@@ -49,7 +47,7 @@ impl<'a, const D: usize> Space<'a, D> {
         model: &'a Model<D>,
         fitted: &[f64],
         free_weights: bool,
-    ) -> Result<Self, GpError> {
+    ) -> Result<(Self, Laplace), GpError> {
         let mut bounds = model.scaled_bounds();
         let count = if free_weights { fitted.len() } else { model.without_weights() };
         bounds.truncate(count);
@@ -60,9 +58,7 @@ impl<'a, const D: usize> Space<'a, D> {
             (share / (1.0 - share)).ln()
         };
         let mut centre: Vec<f64> = fitted.iter().zip(&bounds).map(share).collect();
-        let unit = DMatrix::identity(count, count);
-        let about = Laplace::from_covariance(&centre, unit).map_err(not_drawn)?;
-        let mut space = Self { model, bounds, held, about };
+        let space = Self { model, bounds, held };
         space.evaluate(&centre)?;
         let negative = |q: &[f64]| -> Evaluated {
             let (value, gradient) = space.evaluate(q).ok()?;
@@ -73,8 +69,7 @@ impl<'a, const D: usize> Space<'a, D> {
             centre = found.point;
         }
         let covariance = space.covariance(&centre)?;
-        space.about = Laplace::from_covariance(&centre, covariance).map_err(not_drawn)?;
-        Ok(space)
+        Ok((space, Laplace::from_covariance(&centre, covariance).map_err(not_drawn)?))
     }
 
     /// Covariance from central differences of the gradient at the maximum.

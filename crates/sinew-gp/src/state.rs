@@ -1,7 +1,7 @@
 //! A model at given parameters: its covariance, factored.
 
 use crate::coefficients::PointCoefficients;
-use crate::compile::Variance;
+use crate::data::Noise;
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::factor::Factor;
@@ -36,10 +36,8 @@ pub(crate) struct State<'a, const D: usize> {
     pub kernels: Vec<(f64, Vec<f64>)>,
     /// The operators' parameters.
     pub theta: Vec<f64>,
-    /// All legs, each with the number of its group.
-    pub legs: Vec<(usize, &'a PointCoefficients<D>)>,
-    /// a_β of each part and leg, at [`State::slot`].
-    pub coefficients: Vec<Vec<f64>>,
+    /// Those of all groups.
+    pub legs: Vec<Leg<'a, D>>,
     /// Values of the monomials of each group.
     monomials: Vec<Vec<f64>>,
     /// Standard deviation of the noise of each group.
@@ -48,14 +46,13 @@ pub(crate) struct State<'a, const D: usize> {
     pub weights: Vec<Vec<f64>>,
 }
 
-/// a_β = amplitude · Σ_t μ_t A_{t,β}.
-pub(crate) fn combine(amplitude: f64, monomials: &[f64], arrays: &[Vec<f64>]) -> Vec<f64> {
-    let mut sum = vec![0.0; arrays.first().map_or(0, Vec::len)];
-    for (monomial, array) in monomials.iter().zip(arrays) {
-        let factor = amplitude * monomial;
-        sum.iter_mut().zip(array).for_each(|(s, a)| *s += factor * a);
-    }
-    sum
+/// A leg of a group at given parameters.
+pub(crate) struct Leg<'a, const D: usize> {
+    /// Number of the group.
+    pub group: usize,
+    pub points: &'a PointCoefficients<D>,
+    /// a_β of each part.
+    pub coefficients: Vec<Vec<f64>>,
 }
 
 impl<'a, const D: usize> State<'a, D> {
@@ -74,34 +71,24 @@ impl<'a, const D: usize> State<'a, D> {
             .collect();
         let monomials: Vec<Vec<f64>> =
             model.groups.iter().map(|group| group.legs[0].factors(&theta)).collect();
-        let numbered = model.groups.iter().enumerate();
-        let legs: Vec<_> = numbered
-            .flat_map(|(number, group)| group.legs.iter().map(move |leg| (number, leg)))
-            .collect();
-        let of = |part: usize| {
-            let (amplitude, legs, monomials) = (kernels[part].0, &legs, &monomials);
-            legs.iter().map(move |(group, leg)| {
-                combine(amplitude, &monomials[*group], &leg.parts[part].arrays)
-            })
-        };
-        let coefficients = (0..kernels.len()).flat_map(of).collect();
+        let mut legs = Vec::new();
+        for (group, (own, monomials)) in model.groups.iter().zip(&monomials).enumerate() {
+            legs.extend(own.legs.iter().map(|points| {
+                let coefficients = points.combined(&kernels, monomials);
+                Leg { group, points, coefficients }
+            }));
+        }
         let noise = model
             .groups
             .iter()
-            .map(|group| match group.variance {
-                Variance::Known(sigma) => sigma,
-                Variance::Learned(position) | Variance::StudentT { scale: position, .. } => {
-                    scaled[position].exp()
-                }
+            .map(|group| match (group.noise, group.learned) {
+                (_, Some(position)) => scaled[position].exp(),
+                (Noise::Known(sigma), None) => sigma,
+                _ => 0.0,
             })
             .collect();
         let weights = model.groups.iter().map(|group| group.weights(scaled)).collect();
-        Ok(Self { model, kernels, theta, legs, coefficients, monomials, noise, weights })
-    }
-
-    /// Position of the coefficients of a part on a leg.
-    pub(crate) fn slot(&self, part: usize, leg: usize) -> usize {
-        part * self.legs.len() + leg
+        Ok(Self { model, kernels, theta, legs, monomials, noise, weights })
     }
 
     /// Legs of a group.
@@ -111,10 +98,8 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     pub(crate) fn side(&self, part: usize, leg: usize) -> Side<'_, D> {
-        Side {
-            axes: &self.legs[leg].1.parts[part].axes,
-            coefficients: &self.coefficients[self.slot(part, leg)],
-        }
+        let leg = &self.legs[leg];
+        Side { axes: &leg.points.parts[part].axes, coefficients: &leg.coefficients[part] }
     }
 
     /// Covariance of one part between two legs.
@@ -158,7 +143,7 @@ impl<'a, const D: usize> State<'a, D> {
             let point = number - self.model.groups[own].offset;
             for part in 0..self.kernels.len() {
                 for first in seconds.start..self.legs.len() {
-                    let (start, rows) = self.rows(self.legs[first].0, number);
+                    let (start, rows) = self.rows(self.legs[first].group, number);
                     for second in seconds.clone() {
                         let block = self.block(part, first, second);
                         block.add_column(start, point, &mut column[rows.clone()], scratch);

@@ -1,7 +1,7 @@
 //! What a fit cannot tell, said aloud.
 
-use crate::compile::{Compiled, Variance};
-use crate::data::{Role, noise_name};
+use crate::compile::Compiled;
+use crate::data::{Noise, Role, noise_name};
 use crate::error::GpError;
 use crate::fit::{Fit, HoldOut};
 use crate::model::Model;
@@ -47,7 +47,7 @@ impl<const D: usize> Fit<D> {
         let mut warnings = at_bounds(model, &self.outcome().parameters);
         let observed = |g: &&Compiled<D>| g.role == Role::Observed;
         for group in model.groups.iter().filter(observed) {
-            if let (Some(noise), true) = (group.variance.learned(), group.values.len() < FEW) {
+            if let (Some(noise), true) = (group.learned, group.values.len() < FEW) {
                 let noise = model.parameters[noise].name.clone();
                 warnings.push(Warning::FewValues { noise, values: group.values.len() });
             }
@@ -79,7 +79,7 @@ impl<const D: usize> Fit<D> {
         let (model, posterior) = (self.model(), self.posterior()?);
         let mut outliers = Vec::new();
         for group in model.groups.iter().filter(|group| group.role == Role::Observed) {
-            if group.variance == Variance::Known(0.0) {
+            if group.noise == Noise::Exact {
                 continue;
             }
             let step = 1 + group.values.len() / MOST_VALUES;
@@ -94,7 +94,7 @@ impl<const D: usize> Fit<D> {
             let mut sizes: Vec<f64> = scores.iter().map(|(_, z)| z.abs()).collect();
             sizes.sort_by(f64::total_cmp);
             let typical = (sizes[sizes.len() / 2] / MEDIAN).clamp(SMALLEST, 1.0);
-            let learned = group.variance.learned().is_some() && sizes.len() >= ENOUGH;
+            let learned = group.learned.is_some() && sizes.len() >= ENOUGH;
             // Without the value itself (externally studentised), and against the median where others mask it.
             let squares: f64 = sizes.iter().map(|z| z * z).sum();
             let others = |z: f64| ((squares - z * z) / (sizes.len() as f64 - 2.0)).max(0.0).sqrt();
@@ -127,7 +127,7 @@ impl<const D: usize> Fit<D> {
 
 fn at_bounds<const D: usize>(model: &Model<D>, scaled: &[f64]) -> Vec<Warning> {
     let theta = model.theta_offset..model.theta_offset + model.theta.len();
-    let learned = |k: usize| model.groups.iter().any(|g| g.variance.learned() == Some(k));
+    let learned = |k: usize| model.groups.iter().any(|g| g.learned == Some(k));
     let watched = (0..scaled.len()).filter(|k| theta.contains(k) || learned(*k));
     let bounds = model.scaled_bounds();
     let reached = |k: usize| {
@@ -149,7 +149,7 @@ fn unidentified<const D: usize>(
     if count == 0 {
         return Ok(None);
     }
-    let covariance = Space::new(model, scaled, false)?.about.covariance();
+    let covariance = Space::new(model, scaled, false)?.1.covariance();
     let eigen = covariance.view((offset, offset), (count, count)).symmetric_eigen();
     let last = eigen.eigenvalues.imax();
     if eigen.eigenvalues[last].max(0.0).sqrt() < SILENT {

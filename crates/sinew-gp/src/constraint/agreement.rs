@@ -8,11 +8,29 @@ use crate::field::Field;
 /// that agree to rounding where they agree at all.
 const CORNER_TOLERANCE: f64 = 1e-8;
 
-/// Value that the condition of one face implies at a corner, and the one that the other face requires.
-pub(super) fn conflict(corner: &str, implied: f64, asked: f64) -> GpError {
-    GpError::Problem(format!(
-        "conditions conflict at the corner {corner}: {implied} from one face, {asked} from the other"
-    ))
+/// Refuses a value that the condition of one face implies at a corner if the other face requires another one; rounding is relative
+/// to `size`.
+pub(super) fn agree(
+    corner: impl FnOnce() -> String,
+    [implied, asked]: [f64; 2],
+    size: f64,
+) -> Result<(), GpError> {
+    let scale = (implied.abs() + asked.abs() + size).max(f64::MIN_POSITIVE);
+    // NaN differs from everything.
+    if (implied - asked).abs() <= CORNER_TOLERANCE * scale || implied == asked {
+        return Ok(());
+    }
+    Err(GpError::Problem(format!(
+        "conditions conflict at the corner {}: {implied} from one face, {asked} from the other",
+        corner()
+    )))
+}
+
+/// Places along the diagonal of the domain, whose coordinates beside those of a corner are compared at.
+pub(super) fn diagonal<const D: usize>(domain: &Domain<D>) -> impl Iterator<Item = [f64; D]> {
+    [0.5, 0.11, 0.83, 0.0, 1.0]
+        .into_iter()
+        .map(|fraction| std::array::from_fn(|d| domain.lower()[d] + fraction * domain.extents()[d]))
 }
 
 /// Largest value found on a coarse grid: what rounding at a corner is relative to.
@@ -30,11 +48,4 @@ pub(super) fn magnitude<const D: usize>(data: &Field<D>, domain: &Domain<D>) -> 
             data.value(point).abs()
         })
         .fold(0.0, f64::max)
-}
-
-pub(super) fn differ(a: f64, b: f64, scale: f64) -> bool {
-    // NaN differs from everything.
-    let close =
-        (a - b).abs() <= CORNER_TOLERANCE * (a.abs() + b.abs() + scale).max(f64::MIN_POSITIVE);
-    !(close || a == b)
 }

@@ -12,7 +12,7 @@
 
 use super::extension::{along_edge, extension};
 use super::feature::Feature;
-use super::lift::{EdgeLift, along};
+use super::imposed::{Imposed, along};
 use super::meeting::{Corner, Jet};
 use super::wedges::{Held, adapted, normalised, singular};
 use crate::condition::Condition;
@@ -74,13 +74,13 @@ impl<const D: usize> Conditioned<D> {
                 ends().fold(start, |sum, (end, jet, [at, _])| {
                     let mut missing = dot(jet, normal);
                     if data {
-                        missing = missing - along(value, normal, &self.end(end, x));
+                        missing = missing - along(value, &normal, 1, &self.end(end, x));
                     }
                     sum + &f * at * missing
                 })
             }
             Condition::Cauchy { value, slope } if data => {
-                let missing = slope.at(x.clone()) + along(value, normal, x);
+                let missing = slope.at(x.clone()) + along(value, &normal, 1, x);
                 value.at(x.clone()) - f * missing
             }
             _ => zero(),
@@ -150,12 +150,14 @@ impl<const D: usize> Edges<D> {
             .collect();
         let corners = (0..count)
             .map(|number| {
-                let before = (number + count - 1) % count;
-                let (first, second) = (conditions[before].as_ref()?, conditions[number].as_ref()?);
-                let first = EdgeLift::of(first, &polygon.edges()[before]);
-                let second = EdgeLift::of(second, &polygon.edges()[number]);
-                let lifts = first.into_iter().chain(second);
-                Some(Corner::new(polygon.corners()[number], polygon.size(), lifts))
+                let meeting = [(number + count - 1) % count, number];
+                let [first, second] = meeting.map(|own| Some((own, conditions[own].as_ref()?)));
+                let imposed = [first?, second?].into_iter().flat_map(|(own, condition)| {
+                    let edge = &polygon.edges()[own];
+                    let all = Imposed::of(condition, edge.outwards());
+                    all.into_iter().map(|imposed| (imposed, edge.tangent))
+                });
+                Some(Corner::new(polygon.corners()[number], polygon.size(), imposed))
             })
             .collect();
         Self { polygon, edges, corners }

@@ -187,9 +187,14 @@ pub(super) fn adapted<const D: usize>(
     if !led_by_laplacian(equation) {
         return None;
     }
-    let count = polygon.edges().len();
-    let wedges: Vec<Wedge> = (0..count).map(|own| Wedge::new(polygon, own)).collect();
-    Some(if polygon.is_convex() { convex(polygon, wedges) } else { notched(polygon, &wedges) })
+    let owned = polygon.clone();
+    let mut factors = vec![field(move |x: [Series; D]| owned.feature(&x[0], &x[1]))];
+    let wedges = (0..polygon.edges().len()).map(|own| Wedge::new(polygon, own));
+    match polygon.is_convex() {
+        true => factors.extend(convex(polygon, wedges.collect())),
+        false => factors.extend(notched(polygon, &wedges.collect::<Vec<_>>())),
+    }
+    Some(factors)
 }
 
 /// Singular functions for what is held on each edge, one by one; corners next to other edges have none.
@@ -216,51 +221,39 @@ pub(super) fn singular<const D: usize>(
     factors
 }
 
-fn convex<const D: usize>(polygon: &Polygon, wedges: Vec<Wedge>) -> Vec<Field<D>> {
-    let edges = polygon.edges().to_vec();
-    let size = polygon.size();
-    let product = move |x: &Series, y: &Series| {
-        edges.iter().fold(x.constant(1.0), |product, edge| product * edge.height(x, y) / size)
-    };
-    let smooth = {
-        let product = product.clone();
-        normalised(polygon, move |x: &[Series; D]| product(&x[0], &x[1]))
-    };
+/// The feature times the quotients of all corners, where these add anything.
+fn convex<const D: usize>(polygon: &Polygon, wedges: Vec<Wedge>) -> Option<Field<D>> {
     if wedges.iter().all(|wedge| wedge.is_whole() && !wedge.is_right()) {
-        return vec![smooth];
+        return None;
     }
+    let owned = polygon.clone();
     let singular = move |x: &[Series; D]| {
-        let product = product(&x[0], &x[1]);
-        let quotients: Option<Vec<Series>> =
-            wedges.iter().map(|wedge| wedge.quotient(&x[0], &x[1])).collect();
-        match quotients {
-            Some(quotients) => quotients.iter().fold(product, |product, q| product * q),
+        let feature = owned.feature(&x[0], &x[1]);
+        let quotients = wedges.iter().map(|wedge| wedge.quotient(&x[0], &x[1]));
+        match quotients.collect::<Option<Vec<Series>>>() {
+            Some(quotients) => quotients.iter().fold(feature, |product, q| product * q),
             // At a corner: the value is zero, derivatives do not exist.
-            None => product.squared().sqrt(),
+            None => feature.squared().sqrt(),
         }
     };
-    vec![smooth, normalised(polygon, singular)]
+    Some(normalised(polygon, singular))
 }
 
+/// Sums over the corners of the k-th singular functions.
 fn notched<const D: usize>(polygon: &Polygon, wedges: &[Wedge]) -> Vec<Field<D>> {
-    let owned = polygon.clone();
-    let mut factors = vec![field(move |x: [Series; D]| owned.feature(&x[0], &x[1]))];
-    for k in [1, 2, 3] {
-        let of = |wedge: &Wedge| {
-            let known = wedge.exponents(false).into_iter().find(|(own, _)| *own == k)?;
-            Some((wedge.clone(), known))
-        };
-        let wedges: Vec<_> = wedges.iter().filter_map(of).collect();
-        if !wedges.is_empty() {
-            let sum = move |x: &[Series; D]| {
-                wedges.iter().fold(x[0].constant(0.0), |sum, (wedge, order)| {
+    let of = |k: usize| {
+        let order = |wedge: &Wedge| wedge.exponents(false).into_iter().find(|(own, _)| *own == k);
+        let rough = wedges.iter().filter_map(|wedge| Some((wedge.clone(), order(wedge)?)));
+        let rough: Vec<_> = rough.collect();
+        (!rough.is_empty()).then(|| {
+            normalised(polygon, move |x: &[Series; D]| {
+                rough.iter().fold(x[0].constant(0.0), |sum, (wedge, order)| {
                     sum + wedge.singular(*order, [Held::Value; 2], &x[0], &x[1])
                 })
-            };
-            factors.push(normalised(polygon, sum));
-        }
-    }
-    factors
+            })
+        })
+    };
+    (1..=3).filter_map(of).collect()
 }
 
 /// Scaled to size one in the plane, where further coordinates are zero.

@@ -109,8 +109,6 @@ struct Hermite {
 /// Polynomials of all axes and the exponential of them together, kept from call to call.
 struct Scratch {
     exponential: [f64; MOST_PAIRS],
-    /// Factors by order along the axis at hand.
-    gathered: Vec<[f64; MOST_PAIRS]>,
     axes: Vec<Hermite>,
 }
 
@@ -119,11 +117,7 @@ const LANES: usize = 8;
 
 thread_local! {
     static SCRATCH: RefCell<Scratch> = const {
-        RefCell::new(Scratch {
-            exponential: [0.0; MOST_PAIRS],
-            gathered: Vec::new(),
-            axes: Vec::new(),
-        })
+        RefCell::new(Scratch { exponential: [0.0; MOST_PAIRS], axes: Vec::new() })
     };
 }
 
@@ -140,15 +134,8 @@ impl Scratch {
                 row.fill(0.0);
                 continue;
             }
-            let source = &self.exponential[..count];
-            let mut rows = self.differentiated(order, axes, None);
-            match rows.next() {
-                None => row.copy_from_slice(source),
-                Some(first) => product(row, source, first),
-            }
-            for next in rows {
-                multiply(row, next);
-            }
+            row.copy_from_slice(&self.exponential[..count]);
+            self.differentiated(order, axes, None).for_each(|rows| multiply(row, rows));
         }
     }
 
@@ -166,52 +153,28 @@ impl Scratch {
             .map(|(_, axis, n)| &axis.rows[n])
     }
 
-    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis:
-    /// for each axis, weights times the other axes' polynomials are gathered by the order along it.
+    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis.
     fn pull_back<const D: usize>(
-        &mut self,
+        &self,
         axes: &[usize],
         request: &Request<'_, D>,
         weights: &[f64],
         gradient: &mut [f64],
     ) {
         let count = request.count();
-        let mut gathered = std::mem::take(&mut self.gathered);
-        for (number, (d, slope)) in axes.iter().zip(gradient).enumerate() {
-            let mut used = [false; MOST_ORDERS];
-            for (order, weights) in request.orders.iter().zip(weights.chunks(count)) {
-                if beyond(order.first, axes) {
-                    continue;
-                }
-                let n = order.first[*d];
-                while gathered.len() <= n {
-                    gathered.push([0.0; MOST_PAIRS]);
-                }
-                let sum = &mut gathered[n][..count];
-                if !std::mem::replace(&mut used[n], true) {
-                    sum.fill(0.0);
-                }
-                let mut others = self.differentiated(order, axes, Some(number));
-                match (others.next(), others.next()) {
-                    (None, _) => add(sum, weights),
-                    (Some(other), None) => add_product(sum, weights, other),
-                    (Some(first), Some(second)) => {
-                        let mut scaled = [0.0; MOST_PAIRS];
-                        product(&mut scaled[..count], weights, first);
-                        multiply(&mut scaled[..count], second);
-                        others.for_each(|other| multiply(&mut scaled[..count], other));
-                        add(sum, &scaled);
-                    }
-                }
-            }
-            let axis = &self.axes[number];
-            for n in (0..MOST_ORDERS - 1).filter(|n| used[*n]) {
+        let weighed = request.orders.iter().zip(weights.chunks(count));
+        for (order, weights) in weighed.filter(|(order, _)| !beyond(order.first, axes)) {
+            for (number, (d, slope)) in axes.iter().zip(gradient.iter_mut()).enumerate() {
+                let mut scaled = [0.0; MOST_PAIRS];
+                scaled[..count].copy_from_slice(weights);
+                let others = self.differentiated(order, axes, Some(number));
+                others.for_each(|other| multiply(&mut scaled[..count], other));
+                let (axis, n) = (&self.axes[number], order.first[*d]);
                 let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];
-                let sum = &gathered[n][..count];
-                dilation(slope, n as f64, sum, &self.exponential, &axis.differences, at, after);
+                let weights = &scaled[..count];
+                dilation(slope, n as f64, weights, &self.exponential, &axis.differences, at, after);
             }
         }
-        self.gathered = gathered;
     }
 
     fn fill<const D: usize>(&mut self, axes: &[usize], request: &Request<'_, D>, extra: usize) {
@@ -279,30 +242,6 @@ vectorised! {
     fn exponentials(squares: &mut [f64]) {
         for s in squares {
             *s = exp_of_negative(-0.5 * *s);
-        }
-    }
-}
-
-vectorised! {
-    fn product(product: &mut [f64], a: &[f64], b: &[f64]) {
-        for ((p, a), b) in product.iter_mut().zip(a).zip(b) {
-            *p = a * b;
-        }
-    }
-}
-
-vectorised! {
-    fn add(sum: &mut [f64], terms: &[f64]) {
-        for (s, t) in sum.iter_mut().zip(terms) {
-            *s += t;
-        }
-    }
-}
-
-vectorised! {
-    fn add_product(sum: &mut [f64], a: &[f64], b: &[f64]) {
-        for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
-            *s += a * b;
         }
     }
 }

@@ -1,41 +1,7 @@
 //! Tables of derivatives of kernels: of any formula by Taylor series in the coordinates of a pair.
 
-use super::{Kernel, Orders, Request};
+use super::{Kernel, Request};
 use crate::series::Series;
-
-/// k of single pairs as series in their 2 D coordinates, of the degrees that are asked for.
-struct Expansion<'a, const D: usize> {
-    kernel: &'a dyn Kernel<D>,
-    request: &'a Request<'a, D>,
-    /// Orders in the coordinates, then in a hyperparameter.
-    degrees: Vec<usize>,
-}
-
-impl<'a, const D: usize> Expansion<'a, D> {
-    fn new(kernel: &'a dyn Kernel<D>, request: &'a Request<'a, D>) -> Self {
-        let most = |pick: &dyn Fn(&Orders<D>) -> usize| request.orders.iter().map(pick).max();
-        let first = (0..D).map(|d| most(&|o| o.first[d]));
-        let second = (0..D).map(|d| most(&|o| o.second[d]));
-        let degrees = first.chain(second).map(Option::unwrap_or_default).collect();
-        Self { kernel, request, degrees }
-    }
-
-    /// Variables of pair `lane`; the hyperparameter `varied` is the last variable, the others are numbers.
-    fn at(&self, lane: usize, varied: Option<usize>) -> Series {
-        let variable = |value, number| Series::variable(value, number, &self.degrees);
-        let first = self.request.first.map(|axis| axis[lane]);
-        let x: [Series; D] = std::array::from_fn(|d| variable(first[d], d));
-        let y = std::array::from_fn(|d| variable(self.request.second[d], D + d));
-        let numbered = self.request.hyperparameters.iter().enumerate();
-        let hyperparameters: Vec<Series> = numbered
-            .map(|(number, value)| match varied == Some(number) {
-                true => variable(*value, 2 * D),
-                false => Series::number(*value),
-            })
-            .collect();
-        self.kernel.formula(&hyperparameters, &x, &y) + x[0].constant(0.0)
-    }
-}
 
 /// Derivatives of k for each pair: entry `e` of the request's orders fills `table[e · count ..]`.
 pub(crate) fn derivatives<const D: usize>(
@@ -72,15 +38,7 @@ pub(super) fn from_formula<const D: usize>(
     request: &Request<'_, D>,
     table: &mut [f64],
 ) {
-    let expansion = Expansion::new(kernel, request);
-    let count = request.count();
-    for lane in 0..count {
-        let value = expansion.at(lane, None);
-        for (entry, order) in request.orders.iter().enumerate() {
-            let order = [order.first, order.second];
-            table[entry * count + lane] = value.derivative(order.as_flattened());
-        }
-    }
+    expand(kernel, request, None, |entry, value| table[entry] = value);
 }
 
 /// Its gradient, one hyperparameter at a time.
@@ -90,18 +48,40 @@ fn pull_back_from_formula<const D: usize>(
     weights: &[f64],
     gradient: &mut [f64],
 ) {
-    let mut expansion = Expansion::new(kernel, request);
-    expansion.degrees.push(1);
+    for (number, slope) in gradient.iter_mut().enumerate() {
+        let value = request.hyperparameters[number];
+        expand(kernel, request, Some(number), |entry, d| *slope += weights[entry] * d * value);
+    }
+}
+
+/// Derivatives of k for each entry of the table, from a series in the 2 D coordinates of each pair; of the hyperparameter `varied`
+/// the first one, too.
+fn expand<const D: usize>(
+    kernel: &dyn Kernel<D>,
+    request: &Request<'_, D>,
+    varied: Option<usize>,
+    mut visit: impl FnMut(usize, f64),
+) {
+    let further: &[usize] = if varied.is_some() { &[1] } else { &[] };
+    let orders = request.orders.iter();
+    let orders: Vec<Vec<usize>> =
+        orders.map(|order| [&order.first, &order.second, further].concat()).collect();
+    let most = |d: usize| orders.iter().map(|order| order[d]).max().unwrap_or_default();
+    let degrees: Vec<usize> = (0..2 * D + further.len()).map(most).collect();
+    let variable = |value, number| Series::variable(value, number, &degrees);
     let count = request.count();
     for lane in 0..count {
-        for (number, slope) in gradient.iter_mut().enumerate() {
-            let value = expansion.at(lane, Some(number));
-            for (entry, order) in request.orders.iter().enumerate() {
-                let order = [&order.first[..], &order.second, &[1]].concat();
-                *slope += weights[entry * count + lane]
-                    * value.derivative(&order)
-                    * request.hyperparameters[number];
-            }
+        let x: [Series; D] = std::array::from_fn(|d| variable(request.first[d][lane], d));
+        let y = std::array::from_fn(|d| variable(request.second[d], D + d));
+        let numbered = request.hyperparameters.iter().enumerate();
+        let of = |(number, value): (usize, &f64)| match varied == Some(number) {
+            true => variable(*value, 2 * D),
+            false => Series::number(*value),
+        };
+        let hyperparameters: Vec<Series> = numbered.map(of).collect();
+        let value = kernel.formula(&hyperparameters, &x, &y) + x[0].constant(0.0);
+        for (entry, order) in orders.iter().enumerate() {
+            visit(entry * count + lane, value.derivative(order));
         }
     }
 }
@@ -109,7 +89,7 @@ fn pull_back_from_formula<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::SquaredExponential;
+    use crate::kernel::{Orders, SquaredExponential};
 
     #[test]
     fn the_closed_form_is_that_of_the_formula() {
