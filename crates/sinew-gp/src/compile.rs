@@ -2,9 +2,9 @@
 
 use crate::coefficients::{PartCoefficients, PointCoefficients};
 use crate::data::{Averages, Group, Noise, Role};
-use crate::error::GpError;
-use crate::operator::{Operator, Parameter};
-use crate::prior::{Prior, check_smoothness};
+use crate::error::{GpError, Result};
+use crate::operator::Parameter;
+use crate::prior::Prior;
 
 /// Relative size of a residual that counts as agreement of an exact value with the boundary.
 const AGREEMENT: f64 = 1e-8;
@@ -93,11 +93,8 @@ impl<const D: usize> Compiled<D> {
         let size = |leg: &PointCoefficients<D>, part: usize| {
             let PartCoefficients { orders, arrays, .. } = &leg.parts[part];
             let shrink = |orders: &[usize; D]| -> f64 {
-                leg.extents
-                    .iter()
-                    .zip(orders)
-                    .map(|(extent, n)| extent.powi(-(*n as i32)))
-                    .product()
+                let each = leg.extents.iter().zip(orders);
+                each.map(|(extent, n)| extent.powi(-(*n as i32))).product()
             };
             let rows = leg.factors(theta).into_iter().zip(arrays).flat_map(|(monomial, array)| {
                 let rows = array.chunks(leg.count.max(1)).zip(orders);
@@ -111,14 +108,10 @@ impl<const D: usize> Compiled<D> {
         let largest = |part| self.legs.iter().map(|leg| size(leg, part)).fold(0.0, f64::max);
         (0..self.legs[0].parts.len()).map(largest).collect()
     }
-
-    /// The largest of these.
-    pub(crate) fn operator_size(&self, theta: &[f64]) -> f64 {
-        self.operator_sizes(theta).into_iter().fold(0.0, f64::max)
-    }
 }
 
-fn largest(values: &[f64]) -> f64 {
+/// Largest magnitude.
+pub(crate) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
@@ -128,9 +121,9 @@ pub(crate) fn compile<const D: usize>(
     group: &Group<D>,
     number: usize,
     theta: &mut Vec<Parameter>,
-) -> Result<Compiled<D>, GpError> {
+) -> Result<Compiled<D>> {
     let operator = group.operator.as_ref().unwrap_or(&prior.equation);
-    check_roughness(prior, operator)?;
+    prior.check_roughness(operator)?;
     let whose = format!("observation group {}", number + 1);
     let mut coefficients =
         |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
@@ -163,27 +156,17 @@ pub(crate) fn compile<const D: usize>(
     })
 }
 
-/// Refuses operators that take more derivatives than functions of the prior have.
-pub(crate) fn check_roughness<const D: usize>(
-    prior: &Prior<D>,
-    operator: &Operator<D>,
-) -> Result<(), GpError> {
-    prior.parts.iter().try_for_each(|part| check_smoothness(&*part.kernel, operator))
-}
-
 /// Positions of the observations on which the prior has any freedom; the others must agree.
 fn informative<const D: usize>(
     built: &PointCoefficients<D>,
     values: &[f64],
     group: usize,
-) -> Result<Vec<usize>, GpError> {
+) -> Result<Vec<usize>> {
     let mut kept = Vec::new();
     for (index, value) in values.iter().enumerate() {
-        let free = built.parts.iter().any(|part| {
-            part.arrays
-                .iter()
-                .any(|array| array[index..].iter().step_by(built.count).any(|a| *a != 0.0))
-        });
+        let mut arrays = built.parts.iter().flat_map(|part| &part.arrays);
+        let free =
+            arrays.any(|array| array.iter().skip(index).step_by(built.count).any(|a| *a != 0.0));
         if free {
             kept.push(index);
             continue;

@@ -2,7 +2,7 @@
 
 use crate::coefficients::monomial_slope;
 use crate::gram::Scratch;
-use crate::inverse::invert_lower;
+use crate::inverse::{grain, invert_lower};
 use crate::optimise::dot;
 use crate::state::{Factored, State};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
@@ -52,10 +52,7 @@ impl<const D: usize> State<'_, D> {
             // Half of it on the diagonal, twice the half for the pair off it.
             rows[column] *= 0.5;
         };
-        match self.parallel() {
-            true => entries.par_chunks_mut(size).enumerate().for_each(subtract),
-            false => entries.chunks_mut(size).enumerate().for_each(subtract),
-        }
+        entries.par_chunks_mut(size).enumerate().with_min_len(grain(par)).for_each(subtract);
         w.iter_mut().zip(&a).for_each(|(w, a)| *w += weight * a);
         (entries, w)
     }
@@ -131,12 +128,7 @@ impl<const D: usize> State<'_, D> {
             let mut scratch = Scratch::default();
             // Interleaved, because early columns are longer.
             for column in (lot..size).step_by(lots) {
-                self.pull_column(
-                    column,
-                    &cotangent[column * size..(column + 1) * size],
-                    &mut pulled,
-                    &mut scratch,
-                );
+                self.pull_column(column, cotangent, &mut pulled, &mut scratch);
             }
             pulled
         };
@@ -152,10 +144,11 @@ impl<const D: usize> State<'_, D> {
     fn pull_column(
         &self,
         column: usize,
-        weights: &[f64],
+        cotangent: &[f64],
         pulled: &mut Pulled,
         scratch: &mut Scratch,
     ) {
+        let weights = &cotangent[column * self.model.size..];
         let group = self.group_of(column);
         let seconds = self.legs_of(group);
         let own = column - self.model.groups[group].offset;

@@ -4,7 +4,8 @@
 //! stationary kernel the last factor is (−1)^|β′| G_{β+β′} with the derivatives G in the difference.
 
 use crate::coefficients::position;
-use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request, derivatives, derivatives_and_pull_back};
+use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request};
+use crate::prior::Part;
 use crate::simd::lane_sum;
 use sinew_num::vectorised;
 
@@ -19,8 +20,8 @@ pub(crate) struct PairPlan<const D: usize> {
 }
 
 impl<const D: usize> PairPlan<D> {
-    pub(crate) fn new(kernel: &dyn Kernel<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
-        let stationary = kernel.is_stationary();
+    pub(crate) fn new(part: &Part<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
+        let stationary = part.kernel.is_stationary();
         let mut entries: Vec<Orders<D>> = Vec::new();
         let mut reads = Vec::new();
         for beta in first {
@@ -85,6 +86,7 @@ pub(crate) struct Scratch {
 impl<const D: usize> Block<'_, D> {
     fn request(&self, start: usize, count: usize, column: usize) -> Request<'_, D> {
         Request {
+            kernel: self.kernel,
             hyperparameters: self.hyperparameters,
             orders: &self.plan.entries,
             first: self.first.axes.each_ref().map(|axis| &axis[start..start + count]),
@@ -94,15 +96,9 @@ impl<const D: usize> Block<'_, D> {
 
     /// Signed coefficients of the second point.
     fn signed(&self, column: usize, signed: &mut Vec<f64>) {
-        let count = self.second.count();
+        let coefficients = self.second.coefficients[column..].iter().step_by(self.second.count());
         signed.clear();
-        signed.extend(
-            self.plan
-                .signs
-                .iter()
-                .enumerate()
-                .map(|(order, sign)| sign * self.second.coefficients[order * count + column]),
-        );
+        signed.extend(self.plan.signs.iter().zip(coefficients).map(|(sign, a)| sign * a));
     }
 
     /// Adds the covariances of the first points from `start` on with second point `column`.
@@ -121,7 +117,7 @@ impl<const D: usize> Block<'_, D> {
             let (start, count) = (start + number * MOST_PAIRS, out.len());
             scratch.table.resize(self.plan.entries.len() * count, 0.0);
             let table = scratch.table.as_mut_slice();
-            derivatives(self.kernel, &self.request(start, count, column), table);
+            self.request(start, count, column).derivatives(table);
             for order in 0..self.first.width() {
                 let coefficients = self.first.row(order, start, count);
                 let reads = &self.plan.reads[order * scratch.signed.len()..];
@@ -166,7 +162,7 @@ impl<const D: usize> Block<'_, D> {
             };
             let request = self.request(start, count, column);
             let memory = [&mut table[..], &mut slopes[..]];
-            derivatives_and_pull_back(self.kernel, &request, memory, &mut weigh, hyperparameters);
+            request.derivatives_and_pull_back(memory, &mut weigh, hyperparameters);
         }
         own.iter_mut().zip(&self.plan.signs).for_each(|(own, sign)| *own *= sign);
     }

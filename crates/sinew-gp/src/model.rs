@@ -1,10 +1,10 @@
 //! A prior with data: parameters, and everything that does not change with them.
 
 use crate::coefficients::{PointCoefficients, register};
-use crate::compile::{Compiled, compile};
+use crate::compile::{Compiled, compile, largest};
 use crate::data::{Data, Group, Noise, Role, check, no_data, noise_name};
 use crate::domain::Domain;
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::evidence::{Evaluation, Evidence};
 use crate::field::Field;
 use crate::gram::PairPlan;
@@ -78,7 +78,7 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If there are no data, or some are not finite, lie outside the domain, contradict the boundary conditions, lie where
     /// a feature has no derivative; if an equation's parameter has the name of another one; if an operator's order is too high.
-    pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
+    pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self> {
         let Data { groups, everywhere } = data;
         if let Some(source) = everywhere {
             let at = prior.domain.sample(FIRST_POINTS * D, POINTS_SEED)?;
@@ -111,7 +111,7 @@ impl<const D: usize> Model<D> {
         if size == 0 {
             return Err(no_data());
         }
-        let evidence = evidence.resolve(&compiled, imposed, size, theta.len());
+        let evidence = evidence.resolve(&compiled, theta.len());
         let mut model = Self {
             source: None,
             given,
@@ -148,7 +148,7 @@ impl<const D: usize> Model<D> {
 
     /// Logarithm of evidence times prior density, with its gradient: what fits maximise, and what
     /// NUTS and Laplace explore.
-    pub(crate) fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation, GpError> {
+    pub(crate) fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation> {
         let mut evaluation = self.evaluate(scaled)?;
         let priors = self.parameters.iter().map(|p| p.hyperprior).zip(scaled);
         for (slope, (hyperprior, x)) in evaluation.gradient.iter_mut().zip(priors) {
@@ -163,7 +163,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If no parameter has that name.
-    pub fn position(&self, name: &str) -> Result<usize, GpError> {
+    pub fn position(&self, name: &str) -> Result<usize> {
         self.parameters.iter().position(|p| p.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
             let known = known.join(", ");
@@ -177,7 +177,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Refuses a parameter vector of wrong length.
-    pub(crate) fn check_count(&self, scaled: &[f64]) -> Result<(), GpError> {
+    pub(crate) fn check_count(&self, scaled: &[f64]) -> Result<()> {
         let (found, expected) = (scaled.len(), self.parameters.len());
         match found == expected {
             true => Ok(()),
@@ -188,7 +188,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Requires that no parameter of the equation is called like one of the prior or the noise.
-    fn check_names(&self) -> Result<(), GpError> {
+    fn check_names(&self) -> Result<()> {
         let clashes = |parameter: &&Parameter| {
             self.parameters.iter().filter(|p| p.name == parameter.name()).count() > 1
         };
@@ -231,12 +231,12 @@ impl<const D: usize> Model<D> {
                 hyperprior: Hyperprior::Flat,
             });
         }
-        let scale = scales.iter().copied().fold(0.0, f64::max);
+        let scale = largest(&scales);
         for group in &mut self.groups {
             if let Noise::Learned | Noise::StudentT(_) = group.noise {
                 group.learned = Some(parameters.len());
                 // Of conditions that are all zero, what functions of the data's size would break them by.
-                let broken = || scale * group.operator_size(&middle);
+                let broken = || scale * largest(&group.operator_sizes(&middle));
                 let scale = spread(&group.values).unwrap_or_else(broken);
                 let hyperprior = match group.role {
                     Role::Observed => Hyperprior::about(NOISE_MEDIAN * scale, NOISE_DEVIATION),
@@ -263,7 +263,6 @@ impl<const D: usize> Model<D> {
     /// operator on functions that vary over the whole domain. Measured values tell the size of u, a load that of each part
     /// by what the equation makes of it: features that vanish at many derivatives are steep, and a load tells little of them.
     fn amplitude_scales(&self, middle: &[f64]) -> Vec<f64> {
-        let largest = |sizes: &[f64]| sizes.iter().copied().fold(0.0, f64::max);
         let of = |role: Role| {
             let mut scales = vec![0.0_f64; self.prior.parts.len()];
             for group in self.groups.iter().filter(|group| group.role == role) {
@@ -292,14 +291,16 @@ impl<const D: usize> Model<D> {
         self.theta.iter().map(Parameter::middle).collect()
     }
 
+    /// Positions of the operators' parameters.
+    pub(crate) fn theta_range(&self) -> std::ops::Range<usize> {
+        self.theta_offset..self.theta_offset + self.theta.len()
+    }
+
     /// Values of the operators' parameters, from a vector of all parameters on their scales.
     pub(crate) fn theta_values(&self, scaled: &[f64]) -> Vec<f64> {
-        let range = self.theta_offset..self.theta_offset + self.theta.len();
-        self.parameters[range.clone()]
-            .iter()
-            .zip(&scaled[range])
-            .map(|(p, s)| p.from_scale(*s))
-            .collect()
+        let own = self.theta_range();
+        let each = self.parameters[own.clone()].iter().zip(&scaled[own]);
+        each.map(|(parameter, x)| parameter.from_scale(*x)).collect()
     }
 }
 
@@ -328,13 +329,9 @@ pub(crate) const POINTS_SEED: u64 = 0x5eed;
 /// A name that no other parameter has: in a sum of like kernels hyperparameters are numbered.
 fn distinct(name: String, taken: &[FreeParameter]) -> String {
     let is_free = |name: &String| taken.iter().all(|parameter| parameter.name != *name);
-    match is_free(&name) {
-        true => name,
-        false => (2..)
-            .map(|number| format!("{name} ({number})"))
-            .find(is_free)
-            .expect("some number is not taken"),
-    }
+    let numbered = (2..).map(|number| format!("{name} ({number})"));
+    let mut names = std::iter::once(name.clone()).chain(numbered);
+    names.find(is_free).expect("some number is not taken")
 }
 
 /// Standard deviation of values, or their size where all are equal; none where all are zero.
@@ -352,7 +349,7 @@ fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<Pa
         let orders: Vec<_> = legs().map(orders).collect();
         let pairs =
             orders.iter().flat_map(|first| orders.iter().map(move |second| (first, second)));
-        pairs.map(|(first, second)| part.plan(first, second)).collect()
+        pairs.map(|(first, second)| PairPlan::new(part, first, second)).collect()
     };
     prior.parts.iter().enumerate().map(of).collect()
 }

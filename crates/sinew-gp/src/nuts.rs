@@ -4,7 +4,7 @@
 //! a logistic map, so that one step size serves all directions.
 
 use crate::ensemble::Ensemble;
-use crate::error::GpError;
+use crate::error::Result;
 use crate::fit::Fit;
 use crate::space::{Space, not_drawn};
 use sinew_sample::{Summary, nuts as chains};
@@ -34,9 +34,10 @@ const CHAINS: usize = 2;
 /// # Errors
 /// If the evidence cannot be evaluated at the fit.
 #[doc(alias("MCMC", "HMC"))]
-pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>, GpError> {
+pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
     let model = fit.model();
-    let (space, about) = Space::new(model, &fit.outcome().parameters, true)?;
+    let count = model.parameters().len();
+    let (space, about) = Space::new(model, &fit.outcome().parameters, count)?;
     let NutsOptions { warmup, draws, seed } = *options;
     let own =
         sinew_sample::NutsOptions { chains: CHAINS, warmup, draws: draws.div_ceil(CHAINS), seed };

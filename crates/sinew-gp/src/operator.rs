@@ -1,6 +1,7 @@
 //! Linear differential operators, written as they are on paper.
 
-use crate::error::GpError;
+use crate::domain::Domain;
+use crate::error::{GpError, Result};
 use crate::field::Field;
 use std::ops::{Add, Mul, Neg, Sub};
 use std::sync::Arc;
@@ -55,7 +56,7 @@ impl Parameter {
     ///
     /// # Errors
     /// If the bounds are not finite and ascending.
-    pub fn new(name: &str, [lower, upper]: [f64; 2]) -> Result<Self, GpError> {
+    pub fn new(name: &str, [lower, upper]: [f64; 2]) -> Result<Self> {
         if lower.is_finite() && upper.is_finite() && lower < upper {
             Ok(Self { name: name.into(), lower, upper })
         } else {
@@ -187,6 +188,17 @@ impl<const D: usize> Operator<D> {
     /// Its known functions: summands without u, each with the identity as its derivative.
     pub fn sources(&self) -> &[Term<D>] {
         &self.sources
+    }
+
+    /// Refuses derivatives of too high an order.
+    pub(crate) fn check_orders(&self, domain: &Domain<D>) -> Result<()> {
+        let mut orders = self.orders().into_iter().zip(domain.names());
+        match orders.find(|(order, _)| *order > MOST_DERIVATIVES) {
+            Some((order, axis)) => Err(GpError::Problem(format!(
+                "derivative of order {order} along {axis}; at most {MOST_DERIVATIVES} is supported; write the equation as one of lower order"
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// One summand alone.

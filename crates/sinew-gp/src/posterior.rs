@@ -1,9 +1,8 @@
 //! What the data say of u and of linear functionals of it.
 
 use crate::coefficients::PointCoefficients;
-use crate::compile::check_roughness;
 use crate::data::{Role, check_finite, check_places};
-use crate::error::{GpError, check_lengths};
+use crate::error::{GpError, Result, check_lengths};
 use crate::factor::Factor;
 use crate::functional::Functional;
 use crate::gram::{PairPlan, Scratch, Side};
@@ -65,10 +64,11 @@ impl<const D: usize> Query<'_, D> {
         for (number, group) in model.groups.iter().enumerate() {
             let mut plans = Vec::new();
             for leg in self.state.legs_of(number) {
-                let parts = self.points.parts.iter().zip(&self.state.legs[leg].points.parts);
-                plans.extend(parts.enumerate().map(|(part, (first, second))| {
-                    (part, leg, model.prior.parts[part].plan(&first.orders, &second.orders))
-                }));
+                for (part, of) in model.prior.parts.iter().enumerate() {
+                    let [first, second] = [&self.points, self.state.legs[leg].points]
+                        .map(|points| &points.parts[part].orders[..]);
+                    plans.push((part, leg, PairPlan::new(of, first, second)));
+                }
             }
             for own in 0..group.values.len() {
                 covariances.fill(0.0);
@@ -106,7 +106,7 @@ impl<const D: usize> Posterior<D> {
     ///
     /// # Errors
     /// If their number is wrong or the covariance is not positive definite.
-    pub fn new(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self, GpError> {
+    pub fn new(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self> {
         let Factored { factor, whitened: mut weights, jitter } =
             State::new(&model, parameters)?.factored()?;
         factor.backward(&mut weights);
@@ -123,7 +123,7 @@ impl<const D: usize> Posterior<D> {
     ///
     /// # Errors
     /// If a point is not finite, or a feature has no derivative there.
-    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
+    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction> {
         self.predict_operator(&Operator::identity(), points)
     }
 
@@ -131,7 +131,7 @@ impl<const D: usize> Posterior<D> {
     ///
     /// # Errors
     /// As [`Posterior::predict`].
-    pub fn mean(&self, points: &[[f64; D]]) -> Result<Vec<f64>, GpError> {
+    pub fn mean(&self, points: &[[f64; D]]) -> Result<Vec<f64>> {
         self.mean_of(&Operator::identity(), points)
     }
 
@@ -140,11 +140,7 @@ impl<const D: usize> Posterior<D> {
     /// # Errors
     /// As [`Posterior::predict`]; and if the operator has parameters that the model lacks, or takes
     /// more derivatives than are supported or the kernel's functions have.
-    pub fn mean_of(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-    ) -> Result<Vec<f64>, GpError> {
+    pub fn mean_of(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
         let query = self.query(operator, points)?;
         let mut mean = query.mean.clone();
         query.for_columns(|column, covariances| {
@@ -162,7 +158,7 @@ impl<const D: usize> Posterior<D> {
         &self,
         operator: &Operator<D>,
         points: &[[f64; D]],
-    ) -> Result<Prediction, GpError> {
+    ) -> Result<Prediction> {
         let query = self.query(operator, points)?;
         let (mean, whitened) = self.conditioned(&query);
         let left = query.variances().into_iter().zip(whitened.col_iter());
@@ -176,7 +172,7 @@ impl<const D: usize> Posterior<D> {
     /// # Errors
     /// As [`Posterior::mean_of`]; and if there are not as many weights as points, or some are not
     /// finite.
-    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
+    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
         let weights = &functional.weights;
         check_lengths(functional.points.len(), weights.len())?;
         check_finite("weight", weights.iter().enumerate())?;
@@ -191,12 +187,7 @@ impl<const D: usize> Posterior<D> {
     ///
     /// # Errors
     /// As [`Posterior::predict`].
-    pub fn sample(
-        &self,
-        points: &[[f64; D]],
-        count: usize,
-        seed: u64,
-    ) -> Result<Vec<Vec<f64>>, GpError> {
+    pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
         self.sample_operator(&Operator::identity(), points, count, seed)
     }
 
@@ -210,7 +201,7 @@ impl<const D: usize> Posterior<D> {
         points: &[[f64; D]],
         count: usize,
         seed: u64,
-    ) -> Result<Vec<Vec<f64>>, GpError> {
+    ) -> Result<Vec<Vec<f64>>> {
         let (mean, covariance) = self.joint(operator, points)?;
         let size = points.len();
         let Ok(eigen) = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower) else {
@@ -259,20 +250,16 @@ impl<const D: usize> Posterior<D> {
     }
 
     /// Standard deviation of an operator before the data, root mean square over points.
-    pub(crate) fn prior_deviation(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-    ) -> Result<f64, GpError> {
+    pub(crate) fn prior_spread(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<f64> {
         let query = self.query(operator, points)?;
         let sum: f64 = query.variances().iter().sum();
         Ok((sum / points.len().max(1) as f64).sqrt())
     }
 
-    fn query(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Query<'_, D>, GpError> {
+    fn query(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Query<'_, D>> {
         let (model, prior) = (&self.model, &self.model.prior);
         let state = State::new(model, &self.parameters)?;
-        check_roughness(prior, operator)?;
+        prior.check_roughness(operator)?;
         check_places(points)?;
         let mut theta = model.theta.clone();
         let places = (points, "the prediction");
@@ -285,7 +272,7 @@ impl<const D: usize> Posterior<D> {
         points.add_mean(&monomials, 1.0, &mut mean);
         let coefficients = points.combined(&state.kernels, &monomials);
         let parts = prior.parts.iter().zip(&points.parts);
-        let own = parts.map(|(part, own)| part.plan(&own.orders, &own.orders)).collect();
+        let own = parts.map(|(part, own)| PairPlan::new(part, &own.orders, &own.orders)).collect();
         Ok(Query { state, coefficients, mean, own, points })
     }
 
@@ -306,11 +293,7 @@ impl<const D: usize> Posterior<D> {
     }
 
     /// Posterior mean and covariance of an operator at points.
-    fn joint(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-    ) -> Result<(Vec<f64>, Mat<f64>), GpError> {
+    fn joint(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)> {
         let query = self.query(operator, points)?;
         let (mean, whitened) = self.conditioned(&query);
         let mut covariance = whitened.transpose() * &whitened;

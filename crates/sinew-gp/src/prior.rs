@@ -3,9 +3,8 @@
 use crate::constraint::{Constraints, Feature, constraints, on_edge, unconstrained};
 use crate::data::{Data, Group, Noise};
 use crate::domain::{Domain, Side, no_polygon};
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::field::Field;
-use crate::gram::PairPlan;
 use crate::kernel::{Kernel, unusable};
 use crate::operator::Operator;
 use crate::problem::Problem;
@@ -20,13 +19,6 @@ use std::sync::Arc;
 pub(crate) struct Part<const D: usize> {
     pub feature: Feature<D>,
     pub kernel: Arc<dyn Kernel<D>>,
-}
-
-impl<const D: usize> Part<D> {
-    /// Plan of covariances between points where these derivatives of the latent function are taken.
-    pub(crate) fn plan(&self, first: &[[usize; D]], second: &[[usize; D]]) -> PairPlan<D> {
-        PairPlan::new(&*self.kernel, first, second)
-    }
 }
 
 /// An axis as kernels take it: stretched next to one end.
@@ -73,7 +65,7 @@ impl<const D: usize> Prior<D> {
     /// # Errors
     /// If conditions conflict at a corner; if the kernel is too rough for the equation, is along an axis that there is not, or
     /// has a hyperparameter without a range.
-    pub fn constrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
+    pub fn constrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
         Self::of(problem, constraints(problem)?, kernel)
     }
 
@@ -81,17 +73,14 @@ impl<const D: usize> Prior<D> {
     ///
     /// # Errors
     /// If the kernel is too rough for the equation, is along an axis that there is not, or has a hyperparameter without a range.
-    pub fn unconstrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
+    pub fn unconstrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
         Self::of(problem, unconstrained(), kernel)
     }
 
-    fn of(
-        problem: &Problem<D>,
-        Constraints { mean, features }: Constraints<D>,
-        kernel: &dyn Kernel<D>,
-    ) -> Result<Self, GpError> {
+    fn of(problem: &Problem<D>, built: Constraints<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
+        let Constraints { mean, features } = built;
         check_declarations(kernel)?;
-        check_smoothness(kernel, problem.equation())?;
+        kernel.check_smoothness(problem.equation())?;
         check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
         let part = |feature: Feature<D>| Part { kernel: feature.kernel(kernel).into(), feature };
@@ -115,7 +104,7 @@ impl<const D: usize> Prior<D> {
     ///
     /// # Errors
     /// If there is no such axis, it belongs to a polygon, or the width is not finite and above 0.
-    pub fn stretched(mut self, axis: &str, side: Side, width: f64) -> Result<Self, GpError> {
+    pub fn stretched(mut self, axis: &str, side: Side, width: f64) -> Result<Self> {
         let axis = self.domain.free_axis(axis, "one that does not")?;
         if !(width.is_finite() && width > 0.0) {
             return Err(GpError::Request(format!(
@@ -125,6 +114,11 @@ impl<const D: usize> Prior<D> {
         let ends = self.domain.ends(axis);
         self.stretches[axis] = Some(Stretch { ends, side, width });
         Ok(self)
+    }
+
+    /// Refuses operators that take more derivatives than functions of the prior have.
+    pub(crate) fn check_roughness(&self, operator: &Operator<D>) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.kernel.check_smoothness(operator))
     }
 
     /// A point as the kernel of a part takes it: along a direction, the position is its first coordinate.
@@ -183,7 +177,7 @@ impl<const D: usize> Prior<D> {
         kernel: &dyn Kernel<D>,
         points: usize,
         seed: u64,
-    ) -> Result<Self, GpError> {
+    ) -> Result<Self> {
         let mut prior = Self::unconstrained(problem, kernel)?;
         prior.boundary = pseudo_observations(problem, points, seed)?;
         Ok(prior)
@@ -191,7 +185,7 @@ impl<const D: usize> Prior<D> {
 }
 
 /// Refuses conditions whose formulas are undefined in the domain: places enough to find any that are on a hundredth of it.
-fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<(), GpError> {
+fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<()> {
     const PLACES: usize = 300;
     if mean.is_zero() {
         return Ok(());
@@ -208,7 +202,7 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<(),
 
 /// Refuses kernels whose hyperparameters have no range to be adjusted in, and those along axes that there are not, of which a
 /// restriction to the domain's would leave a constant.
-fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<(), GpError> {
+fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<()> {
     let declared = kernel.hyperparameters();
     match declared.iter().find_map(|h| Some((h.name, unusable::<D>(h)?))) {
         None => Ok(()),
@@ -219,27 +213,12 @@ fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<(), GpEr
     }
 }
 
-/// Refuses kernels whose functions lack the derivatives that an operator takes.
-pub(crate) fn check_smoothness<const D: usize>(
-    kernel: &dyn Kernel<D>,
-    operator: &Operator<D>,
-) -> Result<(), GpError> {
-    let needs = operator.order();
-    match kernel.smoothness().filter(|has| *has < needs) {
-        Some(has) => Err(GpError::Kernel(format!(
-            "the {} kernel has {has} derivatives, the operator takes {needs}; use a smoother kernel",
-            kernel.name()
-        ))),
-        None => Ok(()),
-    }
-}
-
 /// The conditions of all faces as observations, about `points` in all.
 fn pseudo_observations<const D: usize>(
     problem: &Problem<D>,
     points: usize,
     seed: u64,
-) -> Result<Vec<Group<D>>, GpError> {
+) -> Result<Vec<Group<D>>> {
     let domain = problem.domain();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let faces: Vec<Lift<D>> =

@@ -187,16 +187,12 @@ impl Series {
         self.degrees.count == 0
     }
 
-    fn is_constant(&self) -> bool {
-        self.coefficients[1..].iter().all(|c| *c == 0.0)
-    }
-
     /// `f(self)` from the Taylor coefficients `f⁽ᵏ⁾/k!` of `f` at the value, asked for one after the other.
     pub(crate) fn compose(&self, taylor: impl FnMut(usize) -> f64) -> Self {
         let taylor: Vec<f64> = (0..=self.degrees.total()).map(taylor).collect();
         let mut increment = self.clone();
         increment.coefficients[0] = 0.0;
-        if increment.is_constant() {
+        if increment.coefficients.iter().all(|c| *c == 0.0) {
             return self.constant(taylor[0]);
         }
         let (last, lower) = taylor.split_last().expect("at least the value");
@@ -320,24 +316,15 @@ impl Series {
 
     /// `op` coefficient by coefficient.
     fn zip(&self, right: &Self, op: impl Fn(f64, f64) -> f64) -> Self {
-        if right.is_plain() {
-            let mut result = self.map(|l| op(l, 0.0));
-            result.coefficients[0] = op(self.coefficients[0], right.coefficients[0]);
-            return result;
+        // Numbers take the shape of the other.
+        match (self.is_plain(), right.is_plain()) {
+            (true, false) => return right.constant(self.value()).zip(right, op),
+            (false, true) => return self.zip(&self.constant(right.value()), op),
+            _ => assert_eq!(self.degrees, right.degrees, "series of different shapes"),
         }
-        if self.is_plain() {
-            let mut result = right.map(|r| op(0.0, r));
-            result.coefficients[0] = op(self.coefficients[0], right.coefficients[0]);
-            return result;
-        }
-        self.check_shape(right);
         let coefficients =
             self.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
         Self::new(self.degrees, coefficients)
-    }
-
-    fn check_shape(&self, other: &Self) {
-        assert_eq!(self.degrees, other.degrees, "series of different shapes");
     }
 
     fn product(&self, right: &Self) -> Self {
@@ -347,7 +334,7 @@ impl Series {
         if self.is_plain() {
             return right.map(|r| self.coefficients[0] * r);
         }
-        self.check_shape(right);
+        assert_eq!(self.degrees, right.degrees, "series of different shapes");
         let (degrees, mut coefficients) = (self.degrees, vec![0.0; self.coefficients.len()]);
         let (left, right) = (&self.coefficients, &right.coefficients);
         multiply_into(&mut coefficients, left, right, degrees.as_slice());

@@ -1,12 +1,15 @@
 //! A model at given parameters: its covariance, factored.
 
 use crate::coefficients::PointCoefficients;
+use crate::compile::Compiled;
 use crate::data::Noise;
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::evidence::{Evaluation, Evidence};
 use crate::factor::Factor;
 use crate::gram::{Block, PairPlan, Scratch, Side};
+use crate::inverse::grain;
 use crate::model::Model;
+use crate::prior::Part;
 use faer::Par;
 use rayon::prelude::*;
 use sinew_num::on_ready_threads;
@@ -56,19 +59,16 @@ pub(crate) struct Leg<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> State<'a, D> {
-    pub(crate) fn new(model: &'a Model<D>, scaled: &[f64]) -> Result<Self, GpError> {
+    pub(crate) fn new(model: &'a Model<D>, scaled: &[f64]) -> Result<Self> {
         model.check_count(scaled)?;
         let theta = model.theta_values(scaled);
-        let kernels: Vec<(f64, Vec<f64>)> = model
-            .part_offsets
-            .iter()
-            .enumerate()
-            .map(|(part, offset)| {
-                let count = model.prior.parts[part].kernel.hyperparameters().len();
-                let hyperparameters = &scaled[offset + 1..offset + 1 + count];
-                (scaled[*offset].exp(), hyperparameters.iter().map(|h| h.exp()).collect())
-            })
-            .collect();
+        let of = |(part, offset): (&Part<D>, &usize)| {
+            let count = part.kernel.hyperparameters().len();
+            let hyperparameters = scaled[offset + 1..][..count].iter().map(|h| h.exp());
+            (scaled[*offset].exp(), hyperparameters.collect())
+        };
+        let parts = model.prior.parts.iter().zip(&model.part_offsets);
+        let kernels: Vec<(f64, Vec<f64>)> = parts.map(of).collect();
         let monomials: Vec<Vec<f64>> =
             model.groups.iter().map(|group| group.legs[0].factors(&theta)).collect();
         let mut legs = Vec::new();
@@ -78,15 +78,12 @@ impl<'a, const D: usize> State<'a, D> {
                 Leg { group, points, coefficients }
             }));
         }
-        let noise = model
-            .groups
-            .iter()
-            .map(|group| match (group.noise, group.learned) {
-                (_, Some(position)) => scaled[position].exp(),
-                (Noise::Known(sigma), None) => sigma,
-                _ => 0.0,
-            })
-            .collect();
+        let sigma = |group: &Compiled<D>| match (group.noise, group.learned) {
+            (_, Some(position)) => scaled[position].exp(),
+            (Noise::Known(sigma), None) => sigma,
+            _ => 0.0,
+        };
+        let noise = model.groups.iter().map(sigma).collect();
         let weights = model.groups.iter().map(|group| group.weights(scaled)).collect();
         Ok(Self { model, kernels, theta, legs, monomials, noise, weights })
     }
@@ -151,15 +148,8 @@ impl<'a, const D: usize> State<'a, D> {
                 }
             }
         };
-        if self.parallel() {
-            matrix
-                .par_chunks_mut(size)
-                .enumerate()
-                .for_each_init(Scratch::default, |scratch, numbered| column(numbered, scratch));
-        } else {
-            let mut scratch = Scratch::default();
-            matrix.chunks_mut(size).enumerate().for_each(|numbered| column(numbered, &mut scratch));
-        }
+        let columns = matrix.par_chunks_mut(size).enumerate().with_min_len(grain(self.threads()));
+        columns.for_each_init(Scratch::default, |scratch, numbered| column(numbered, scratch));
         matrix
     }
 
@@ -177,11 +167,8 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     pub(crate) fn group_of(&self, row: usize) -> usize {
-        self.model
-            .groups
-            .iter()
-            .rposition(|group| group.offset <= row && !group.values.is_empty())
-            .expect("every row belongs to a group")
+        let mut groups = self.model.groups.iter();
+        groups.position(|group| group.rows().contains(&row)).expect("every row belongs to a group")
     }
 
     /// Rows of `group` at or below the diagonal of `column`: first point, and range in the matrix.
@@ -192,7 +179,7 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// Adds noise and jitter to the diagonal and factorises, with more jitter where needed.
-    pub(crate) fn factored(&self) -> Result<Factored, GpError> {
+    pub(crate) fn factored(&self) -> Result<Factored> {
         let size = self.model.size;
         let mut jitter = FIRST_JITTER;
         let factor = loop {
@@ -253,7 +240,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If the number of parameters is wrong.
-    pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>, GpError> {
+    pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>> {
         let lower = State::new(self, parameters)?.covariance();
         let entry =
             |row: usize, column: usize| lower[row.min(column) * self.size + row.max(column)];
@@ -264,7 +251,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If their number is wrong, or the covariance is not positive definite with any jitter.
-    pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64, GpError> {
+    pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64> {
         let state = State::new(self, parameters)?;
         Ok(state.value(&state.factored()?))
     }
@@ -273,7 +260,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// As [`Model::log_evidence`].
-    pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation, GpError> {
+    pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation> {
         let state = State::new(self, parameters)?;
         let evaluate = || {
             let factored = state.factored()?;

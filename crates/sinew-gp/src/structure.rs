@@ -90,28 +90,11 @@ impl<const D: usize> Lift<D> {
         domain.face(self.axis, self.side())
     }
 
-    /// `x` moved to that side.
-    pub(crate) fn on_face(&self, x: &[Series; D]) -> [Series; D] {
-        self.moved(x, self.side())
-    }
-
-    fn moved(&self, x: &[Series; D], side: Side) -> [Series; D] {
+    /// `x` moved to a side.
+    pub(crate) fn moved(&self, x: &[Series; D], side: Side) -> [Series; D] {
         let mut face = x.clone();
         face[self.axis] = x[self.axis].constant(self.ends[side.index()]);
         face
-    }
-
-    /// Derivative of the powers of s below `degrees`.
-    fn on_powers(&self, degrees: usize) -> Vec<f64> {
-        let order = self.imposed.order;
-        let falling = |k: usize| (0..order).map(|j| k as f64 - j as f64).product::<f64>();
-        let lower = |k: usize| if k == order { falling(k) } else { 0.0 };
-        let of = |k: usize| match self.at {
-            Some(Side::Lower) => lower(k),
-            Some(Side::Upper) => falling(k),
-            None => falling(k) - lower(k),
-        };
-        (0..degrees).map(of).collect()
     }
 
     /// Applied to `function`, as a function of the other coordinates of `x`.
@@ -259,7 +242,9 @@ impl<const D: usize> AxisStructure<D> {
     /// Whether a factor of the value changes along another axis.
     pub(crate) fn varies(&self, domain: &Domain<D>) -> bool {
         self.lifts.iter().any(|lift| {
-            let of = |point| lift.imposed.value.at(lift.on_face(&Series::plain(point))).value();
+            let of = |point| {
+                lift.imposed.value.at(lift.moved(&Series::plain(point), lift.side())).value()
+            };
             let values: Vec<f64> = domain.grid(5).into_iter().map(of).collect();
             let size = values.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
             values.iter().any(|a| (a - values[0]).abs() > 1e-12 * size)
@@ -272,7 +257,15 @@ impl<const D: usize> AxisStructure<D> {
     /// have derivatives hundreds of times as large, which the prior would have to cancel.
     fn add_graded_traces(&mut self, basis: &Basis) {
         let degrees = basis.contacts[0] + basis.contacts[1];
-        let conditions = self.lifts.iter().map(|lift| lift.on_powers(degrees)).collect();
+        let (axis, [start, end]) = (basis.axis, basis.ends);
+        let of_power = |lift: &Lift<D>, power: usize| {
+            let power =
+                field(move |x: [Series; D]| ((&x[axis] - start) / (end - start)).powi(power));
+            let unit = (end - start).powi(lift.imposed.order as i32);
+            unit * lift.apply(&power, &Series::plain([start; D])).value()
+        };
+        let row = |lift| (0..degrees).map(|power| of_power(lift, power)).collect();
+        let conditions = self.lifts.iter().map(row).collect();
         for coefficients in annihilated(conditions, degrees) {
             self.factors
                 .push(trace(basis.axis, basis.shape(Side::Lower, coefficients).normalised()));

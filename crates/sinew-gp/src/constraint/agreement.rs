@@ -1,8 +1,9 @@
 //! Whether conditions agree where they meet.
 
 use crate::domain::Domain;
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::field::Field;
+use crate::grid::grid;
 
 /// Relative difference above which two conditions conflict at a corner: data are given as formulas
 /// that agree to rounding where they agree at all.
@@ -14,7 +15,7 @@ pub(super) fn agree(
     corner: impl FnOnce() -> String,
     [implied, asked]: [f64; 2],
     size: f64,
-) -> Result<(), GpError> {
+) -> Result<()> {
     let scale = (implied.abs() + asked.abs() + size).max(f64::MIN_POSITIVE);
     // NaN differs from everything.
     if (implied - asked).abs() <= CORNER_TOLERANCE * scale || implied == asked {
@@ -38,14 +39,11 @@ pub(super) fn magnitude<const D: usize>(data: &Field<D>, domain: &Domain<D>) -> 
     if data.is_zero() {
         return 0.0;
     }
-    // Off the middle, where sines vanish.
-    const FRACTIONS: [f64; 4] = [0.0, 0.37, 0.71, 1.0];
-    (0..4_usize.pow(D as u32))
-        .map(|number| {
-            let fraction = |d: usize| FRACTIONS[number / 4_usize.pow(d as u32) % 4];
-            let point =
-                std::array::from_fn(|d| domain.lower()[d] + fraction(d) * domain.extents()[d]);
-            data.value(point).abs()
-        })
-        .fold(0.0, f64::max)
+    let along = |d: usize| {
+        // Off the middle, where sines vanish.
+        let places = [0.0, 0.37, 0.71, 1.0].iter();
+        places.map(|fraction| domain.lower()[d] + fraction * domain.extents()[d]).collect()
+    };
+    let points = grid(&std::array::from_fn(along)).into_iter();
+    points.map(|point| data.value(point).abs()).fold(0.0, f64::max)
 }

@@ -3,7 +3,7 @@
 use super::agreement::{agree, diagonal, magnitude};
 use super::imposed::{Imposed, along, on_edge};
 use crate::domain::Domain;
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::problem::Problem;
 use crate::series::Series;
 use crate::structure::{AxisStructure, Lift};
@@ -12,7 +12,7 @@ use crate::structure::{AxisStructure, Lift};
 pub(super) fn check_corners<const D: usize>(
     problem: &Problem<D>,
     structures: &[AxisStructure<D>; D],
-) -> Result<(), GpError> {
+) -> Result<()> {
     let varying: Vec<usize> =
         (0..D).filter(|axis| structures[*axis].varies(problem.domain())).collect();
     if let [first, second, ..] = varying[..] {
@@ -46,7 +46,7 @@ fn sizes<const D: usize>(domain: &Domain<D>, a: &Imposed<D>, b: &Imposed<D>) -> 
 }
 
 /// The condition of a face against those on the edges of its polygon.
-fn check_edges<const D: usize>(problem: &Problem<D>, lift: &Lift<D>) -> Result<(), GpError> {
+fn check_edges<const D: usize>(problem: &Problem<D>, lift: &Lift<D>) -> Result<()> {
     let (domain, face) = (problem.domain(), &lift.imposed);
     let Some(polygon) = domain.cross_section() else { return Ok(()) };
     for (edge, fraction) in
@@ -75,11 +75,7 @@ fn check_edges<const D: usize>(problem: &Problem<D>, lift: &Lift<D>) -> Result<(
 
 /// Whether the functional of one face, applied to the data of the other, gives what the other's
 /// functional makes of the first's data.
-fn check_corner<const D: usize>(
-    domain: &Domain<D>,
-    a: &Lift<D>,
-    b: &Lift<D>,
-) -> Result<(), GpError> {
+fn check_corner<const D: usize>(domain: &Domain<D>, a: &Lift<D>, b: &Lift<D>) -> Result<()> {
     for mut point in diagonal(domain) {
         (point[a.axis], point[b.axis]) = (a.end(), b.end());
         let x = Series::plain(point);

@@ -3,7 +3,7 @@
 use super::agreement::{agree, diagonal, magnitude};
 use super::imposed::{Imposed, along};
 use crate::domain::Domain;
-use crate::error::GpError;
+use crate::error::Result;
 use crate::field::Field;
 use crate::series::Series;
 use nalgebra::DMatrix;
@@ -96,7 +96,7 @@ impl<const D: usize> Corner<D> {
         })
     }
 
-    pub(super) fn check(&self, domain: &Domain<D>) -> Result<(), GpError> {
+    pub(super) fn check(&self, domain: &Domain<D>) -> Result<()> {
         let size: f64 = self.rows.iter().map(|r| r.factor * magnitude(&r.data, domain)).sum();
         for x in diagonal(domain).map(Series::plain) {
             let jet = self.jet(&x).map(|number| number.value());

@@ -27,7 +27,8 @@ pub(super) struct Wedge {
     legs: [[[f64; 2]; 2]; 2],
     /// Unit vector that halves the angle.
     middle: [f64; 2],
-    angle: f64,
+    /// λ = π/α.
+    exponent: f64,
     /// Distance to the nearest edge that does not end here, or corner.
     radius: f64,
     /// Three times the greatest distance to another corner.
@@ -65,21 +66,17 @@ impl Wedge {
             let [x, y] = edge.start;
             3.0 * (x - place[0]).hypot(y - place[1])
         });
-        Self { place, legs, middle, angle, radius, far: far.fold(0.0, f64::max) }
-    }
-
-    fn exponent(&self) -> f64 {
-        PI / self.angle
+        Self { place, legs, middle, exponent: PI / angle, radius, far: far.fold(0.0, f64::max) }
     }
 
     /// Whether r^λ sin λδ is a polynomial.
     fn is_whole(&self) -> bool {
-        (self.exponent() - self.exponent().round()).abs() < WHOLE
+        (self.exponent - self.exponent.round()).abs() < WHOLE
     }
 
     /// Whether solutions have a logarithm in the second power of r, whatever they are driven by.
     fn is_right(&self) -> bool {
-        (self.exponent() - 2.0).abs() < WHOLE
+        (self.exponent - 2.0).abs() < WHOLE
     }
 
     /// r², the angle from the nearer edge, and whether that is the second one; nothing at the corner.
@@ -112,16 +109,16 @@ impl Wedge {
             let turned = (&angle * 2.0).cos() / cardinal_sine(&angle) + sine * (0.5 * PI);
             return Some((square / (self.far * self.far)).ln() * -1.0 - turned / cosine);
         }
-        let exponent = self.exponent();
+        let exponent = self.exponent;
         let ratio = cardinal_sine(&(&angle * exponent)) / cardinal_sine(&angle) * exponent;
         let scaled = (square / (self.radius * self.radius)).powf(0.5 * exponent - 1.0);
-        Some(scaled * ratio / (angle * -1.0 + self.angle).sin())
+        Some(scaled * ratio / (angle * -1.0 + PI / exponent).sin())
     }
 
     /// Exponents below two, but whole ones, of the k-th singular functions.
     pub(super) fn exponents(&self, mixed: bool) -> Vec<(usize, f64)> {
         let shift = if mixed { 0.5 } else { 0.0 };
-        let exponent = |k: usize| (k, (k as f64 - shift) * self.exponent());
+        let exponent = |k: usize| (k, (k as f64 - shift) * self.exponent);
         let rough = |(_, exponent): &(usize, f64)| {
             *exponent < 2.0 - WHOLE && (exponent - exponent.round()).abs() > WHOLE
         };
@@ -189,10 +186,11 @@ pub(super) fn adapted<const D: usize>(
     }
     let owned = polygon.clone();
     let mut factors = vec![field(move |x: [Series; D]| owned.feature(&x[0], &x[1]))];
-    let wedges = (0..polygon.edges().len()).map(|own| Wedge::new(polygon, own));
+    let count = polygon.edges().len();
+    let wedges: Vec<Wedge> = (0..count).map(|own| Wedge::new(polygon, own)).collect();
     match polygon.is_convex() {
-        true => factors.extend(convex(polygon, wedges.collect())),
-        false => factors.extend(notched(polygon, &wedges.collect::<Vec<_>>())),
+        true => factors.extend(convex(polygon, wedges)),
+        false => factors.extend(notched(polygon, &wedges)),
     }
     Some(factors)
 }
@@ -317,7 +315,7 @@ mod tests {
             let wedge = Wedge::new(polygon, own);
             let [x, y] = Series::variables(inside, [2, 2]);
             let (square, angle, _) = wedge.polar(&x, &y).unwrap();
-            let exponent = wedge.exponent();
+            let exponent = wedge.exponent;
             let function = square.powf(0.5 * exponent) * (angle * exponent).sin();
             let laplacian = function.derivative(&[2, 0]) + function.derivative(&[0, 2]);
             let size = function.derivative(&[2, 0]).abs();

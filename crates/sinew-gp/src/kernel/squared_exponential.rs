@@ -73,7 +73,7 @@ fn beyond<const D: usize>(orders: [usize; D], axes: &[usize]) -> bool {
 }
 
 impl SquaredExponential {
-    /// See [`super::derivatives`].
+    /// See [`Request::derivatives`].
     pub(super) fn derivatives<const D: usize>(&self, request: &Request<'_, D>, table: &mut [f64]) {
         let axes = self.of::<D>();
         SCRATCH.with_borrow_mut(|scratch| {
@@ -82,7 +82,7 @@ impl SquaredExponential {
         });
     }
 
-    /// See [`super::derivatives_and_pull_back`]: the exponentials and polynomials serve both directions.
+    /// See [`Request::derivatives_and_pull_back`]: the exponentials and polynomials serve both directions.
     pub(super) fn derivatives_and_pull_back<const D: usize>(
         &self,
         request: &Request<'_, D>,
@@ -100,15 +100,18 @@ impl SquaredExponential {
     }
 }
 
+/// Numbers of the pairs of a request.
+type Pairs = [f64; MOST_PAIRS];
+
 /// The polynomials hₙ with ∂ⁿ exp(−r²/2λ²) = hₙ exp(−r²/2λ²) along one axis.
 struct Hermite {
-    differences: [f64; MOST_PAIRS],
-    rows: [[f64; MOST_PAIRS]; MOST_ORDERS],
+    differences: Pairs,
+    rows: [Pairs; MOST_ORDERS],
 }
 
 /// Polynomials of all axes and the exponential of them together, kept from call to call.
 struct Scratch {
-    exponential: [f64; MOST_PAIRS],
+    exponential: Pairs,
     axes: Vec<Hermite>,
 }
 
@@ -134,8 +137,12 @@ impl Scratch {
                 row.fill(0.0);
                 continue;
             }
-            row.copy_from_slice(&self.exponential[..count]);
-            self.differentiated(order, axes, None).for_each(|rows| multiply(row, rows));
+            let mut rows = self.differentiated(order, axes, None);
+            match rows.next() {
+                Some(first) => product(row, &self.exponential, first),
+                None => row.copy_from_slice(&self.exponential[..count]),
+            }
+            rows.for_each(|next| multiply(row, next));
         }
     }
 
@@ -145,7 +152,7 @@ impl Scratch {
         order: &Orders<D>,
         axes: &[usize],
         skipped: Option<usize>,
-    ) -> impl Iterator<Item = &[f64; MOST_PAIRS]> {
+    ) -> impl Iterator<Item = &Pairs> {
         let numbered = self.axes.iter().zip(axes).enumerate();
         numbered
             .map(move |(number, (axis, d))| (number, axis, order.first[*d]))
@@ -153,7 +160,8 @@ impl Scratch {
             .map(|(_, axis, n)| &axis.rows[n])
     }
 
-    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis.
+    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis:
+    /// for each axis, weights times the other axes' polynomials are gathered by the order along it.
     fn pull_back<const D: usize>(
         &self,
         axes: &[usize],
@@ -162,17 +170,24 @@ impl Scratch {
         gradient: &mut [f64],
     ) {
         let count = request.count();
-        let weighed = request.orders.iter().zip(weights.chunks(count));
-        for (order, weights) in weighed.filter(|(order, _)| !beyond(order.first, axes)) {
-            for (number, (d, slope)) in axes.iter().zip(gradient.iter_mut()).enumerate() {
-                let mut scaled = [0.0; MOST_PAIRS];
-                scaled[..count].copy_from_slice(weights);
-                let others = self.differentiated(order, axes, Some(number));
-                others.for_each(|other| multiply(&mut scaled[..count], other));
-                let (axis, n) = (&self.axes[number], order.first[*d]);
-                let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];
-                let weights = &scaled[..count];
-                dilation(slope, n as f64, weights, &self.exponential, &axis.differences, at, after);
+        for (number, (d, slope)) in axes.iter().zip(gradient).enumerate() {
+            let axis = &self.axes[number];
+            for n in 0..=request.most(*d) {
+                let mut sum = [0.0; MOST_PAIRS];
+                for (order, weights) in request.orders.iter().zip(weights.chunks(count)) {
+                    if order.first[*d] != n || beyond(order.first, axes) {
+                        continue;
+                    }
+                    let mut others = self.differentiated(order, axes, Some(number));
+                    let Some(first) = others.next() else {
+                        add(&mut sum[..count], weights);
+                        continue;
+                    };
+                    let mut scaled = *first;
+                    others.for_each(|other| multiply(&mut scaled[..count], other));
+                    add_product(&mut sum[..count], &scaled, weights);
+                }
+                dilation(slope, n, &sum[..count], &self.exponential, axis);
             }
         }
     }
@@ -189,7 +204,7 @@ impl Scratch {
         self.exponential[..padded].fill(0.0);
         for ((d, lengthscale), axis) in axes.iter().zip(request.hyperparameters).zip(&mut self.axes)
         {
-            let most = request.orders.iter().map(|o| o.first[*d]).max().unwrap_or(0) + extra;
+            let most = request.most(*d) + extra;
             recurrence(
                 *lengthscale,
                 request.first[*d],
@@ -211,7 +226,7 @@ vectorised! {
         second: f64,
         differences: &mut [f64],
         squares: &mut [f64],
-        rows: &mut [[f64; MOST_PAIRS]],
+        rows: &mut [Pairs],
     ) {
         let inverse = lengthscale.recip();
         for (difference, x) in differences.iter_mut().zip(first) {
@@ -221,16 +236,12 @@ vectorised! {
             *square += (r * inverse) * (r * inverse);
         }
         let slope = inverse * inverse;
-        if rows.len() > 1 {
-            for (h, r) in rows[1].iter_mut().zip(differences.iter()) {
-                *h = -r * slope;
-            }
-        }
-        for n in 1..rows.len().saturating_sub(1) {
-            let [before, at, after] = &mut rows[n - 1..n + 2] else { unreachable!("three rows") };
-            let factor = n as f64 * slope;
+        for n in 1..rows.len() {
+            let (lower, upper) = rows.split_at_mut(n);
+            let (at, before) = (&lower[n - 1], &lower[n.saturating_sub(2)]);
+            let factor = (n - 1) as f64 * slope;
             for (((after, at), before), r) in
-                after.iter_mut().zip(at.iter()).zip(before.iter()).zip(differences.iter())
+                upper[0].iter_mut().zip(at).zip(before).zip(differences.iter())
             {
                 *after = -(r * slope * at + factor * before);
             }
@@ -247,6 +258,30 @@ vectorised! {
 }
 
 vectorised! {
+    fn product(product: &mut [f64], a: &[f64], b: &[f64]) {
+        for ((p, a), b) in product.iter_mut().zip(a).zip(b) {
+            *p = a * b;
+        }
+    }
+}
+
+vectorised! {
+    fn add(sum: &mut [f64], terms: &[f64]) {
+        for (s, t) in sum.iter_mut().zip(terms) {
+            *s += t;
+        }
+    }
+}
+
+vectorised! {
+    fn add_product(sum: &mut [f64], a: &[f64], b: &[f64]) {
+        for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
+            *s += a * b;
+        }
+    }
+}
+
+vectorised! {
     fn multiply(product: &mut [f64], factor: &[f64]) {
         for (p, f) in product.iter_mut().zip(factor) {
             *p *= f;
@@ -256,17 +291,11 @@ vectorised! {
 
 vectorised! {
     /// Adds −Σ weight · product · (r hₙ₊₁ + n hₙ) to `slope`.
-    fn dilation(
-        slope: &mut f64,
-        n: f64,
-        weights: &[f64],
-        product: &[f64; MOST_PAIRS],
-        differences: &[f64],
-        at: &[f64; MOST_PAIRS],
-        after: &[f64; MOST_PAIRS],
-    ) {
+    fn dilation(slope: &mut f64, n: usize, weights: &[f64], product: &Pairs, axis: &Hermite) {
+        let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];
         *slope -= lane_sum(weights.len(), |lane| {
-            weights[lane] * product[lane] * (differences[lane] * after[lane] + n * at[lane])
+            let turned = axis.differences[lane] * after[lane] + n as f64 * at[lane];
+            weights[lane] * product[lane] * turned
         });
     }
 }

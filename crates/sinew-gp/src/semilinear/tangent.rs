@@ -1,7 +1,7 @@
 //! The linear equation that a semi-linear one is next to a solution.
 
 use super::{SemiLinear, singular_term};
-use crate::error::GpError;
+use crate::error::Result;
 use crate::field::{Field, field};
 use crate::operator::Operator;
 use crate::optimise::dot;
@@ -41,7 +41,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         points: &[[f64; D]],
         values: &[[f64; M]],
         theta: &[f64],
-    ) -> Result<(Operator<D>, Vec<f64>), GpError> {
+    ) -> Result<(Operator<D>, Vec<f64>)> {
         let count = theta.len();
         // By point: for each argument its factor alone, then times each parameter; then each parameter alone.
         let mut table = HashMap::new();
