@@ -1,7 +1,7 @@
 //! What a fit says in short: parameters with intervals, warnings, and bands of u over what is not known of them.
 
 use crate::ensemble::Ensemble;
-use crate::error::GpError;
+use crate::error::Result;
 use crate::fit::Fit;
 use crate::laplace::ensemble;
 use crate::posterior::Prediction;
@@ -16,7 +16,7 @@ impl<const D: usize> Fit<D> {
     ///
     /// # Errors
     /// As [`crate::ensemble`].
-    pub fn ensemble(&self) -> Result<&Ensemble<D>, GpError> {
+    pub fn ensemble(&self) -> Result<&Ensemble<D>> {
         let made = self.ensemble.get_or_init(|| ensemble(self, DRAWS, SEED));
         made.as_ref().map_err(Clone::clone)
     }
@@ -25,7 +25,7 @@ impl<const D: usize> Fit<D> {
     ///
     /// # Errors
     /// As [`Ensemble::interval`] and [`Fit::ensemble`].
-    pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
+    pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2]> {
         self.ensemble()?.interval(name, level)
     }
 
@@ -34,7 +34,7 @@ impl<const D: usize> Fit<D> {
     ///
     /// # Errors
     /// As [`Ensemble::predict`] and [`Fit::ensemble`].
-    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
+    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction> {
         self.ensemble()?.predict(points)
     }
 }
@@ -43,9 +43,8 @@ impl<const D: usize> Fit<D> {
 impl<const D: usize> fmt::Display for Fit<D> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let model = self.model();
-        let learned = model.groups.iter().filter_map(|group| group.variance.learned());
-        let theta = model.theta_offset..model.theta_offset + model.theta.len();
-        for position in theta.chain(learned) {
+        let learned = model.groups.iter().filter_map(|group| group.learned);
+        for position in model.theta_range().chain(learned) {
             let name = &model.parameters()[position].name;
             match (self.parameter(name), self.interval(name, 0.95)) {
                 (Ok(value), Ok([lower, upper])) => writeln!(

@@ -4,10 +4,10 @@
 //! a_β = Σ_α c_α C(α, β) ∂^{α−β} φ. The parameters θ of the operator enter only through monomials,
 //! so that a_β = Σ_t μ_t(θ) A_{t,β} with constant arrays A.
 
-use crate::error::{GpError, place};
+use crate::error::{GpError, Result, place};
+use crate::grid::grid;
 use crate::operator::{Operator, Parameter, Term};
 use crate::prior::{Part, Prior};
-use crate::problem::check_orders;
 use crate::series::Series;
 
 /// A product of powers of parameters; empty for 1.
@@ -51,10 +51,7 @@ pub(crate) struct PointCoefficients<const D: usize> {
 }
 
 /// Position of each parameter by name, added where it is new.
-pub(crate) fn register(
-    known: &mut Vec<Parameter>,
-    parameter: &Parameter,
-) -> Result<usize, GpError> {
+pub(crate) fn register(known: &mut Vec<Parameter>, parameter: &Parameter) -> Result<usize> {
     match known.iter().position(|other| other.name() == parameter.name()) {
         Some(position) if known[position] == *parameter => Ok(position),
         Some(_) => Err(GpError::Problem(format!(
@@ -76,8 +73,8 @@ impl<const D: usize> PointCoefficients<D> {
         operator: &Operator<D>,
         (points, whose): (&[[f64; D]], &str),
         parameters: &mut Vec<Parameter>,
-    ) -> Result<Self, GpError> {
-        check_orders(&prior.domain, operator)?;
+    ) -> Result<Self> {
+        operator.check_orders(&prior.domain)?;
         let (monomials, of_term) = monomials(operator, parameters)?;
         let (of_term, of_source) = of_term.split_at(operator.terms().len());
         let (count, degrees) = (points.len(), operator.orders());
@@ -137,6 +134,19 @@ impl<const D: usize> PointCoefficients<D> {
         self.monomials.iter().map(|monomial| monomial_value(monomial, theta)).collect()
     }
 
+    /// a_β = amplitude · Σ_t μ_t A_{t,β} of each part, for the amplitudes of `kernels` and the monomials' values.
+    pub(crate) fn combined(&self, kernels: &[(f64, Vec<f64>)], monomials: &[f64]) -> Vec<Vec<f64>> {
+        let of = |(part, (amplitude, _)): (&PartCoefficients<D>, &(f64, Vec<f64>))| {
+            let mut sum = vec![0.0; part.orders.len() * self.count];
+            for (monomial, array) in monomials.iter().zip(&part.arrays) {
+                let factor = amplitude * monomial;
+                sum.iter_mut().zip(array).for_each(|(s, a)| *s += factor * a);
+            }
+            sum
+        };
+        self.parts.iter().zip(kernels).map(of).collect()
+    }
+
     /// Adds the operator's mean at each point times `sign`, for the monomials' values `factors`.
     pub(crate) fn add_mean(&self, factors: &[f64], sign: f64, sum: &mut [f64]) {
         for (factor, mean) in factors.iter().zip(&self.mean) {
@@ -169,13 +179,11 @@ fn singular(what: &str, index: usize, whose: &str, point: &[f64]) -> GpError {
 fn monomials<const D: usize>(
     operator: &Operator<D>,
     parameters: &mut Vec<Parameter>,
-) -> Result<(Vec<Monomial>, Vec<usize>), GpError> {
+) -> Result<(Vec<Monomial>, Vec<usize>)> {
     let (mut monomials, mut of_term): (Vec<Monomial>, _) = (Vec::new(), Vec::new());
     for term in operator.terms().iter().chain(operator.sources()) {
-        let mut monomial = Vec::new();
-        for (parameter, power) in &term.parameters {
-            monomial.push((register(parameters, parameter)?, *power));
-        }
+        let mut of = |(own, power): &(Parameter, i32)| Ok((register(parameters, own)?, *power));
+        let mut monomial: Monomial = term.parameters.iter().map(&mut of).collect::<Result<_>>()?;
         monomial.sort_unstable();
         of_term.push(position(&mut monomials, monomial));
     }
@@ -192,20 +200,8 @@ pub(crate) fn position<T: PartialEq>(known: &mut Vec<T>, entry: T) -> usize {
 
 /// All β ≤ α whose derivatives act on `axes` only: the latent function depends on no others.
 fn below<const D: usize>(alpha: [usize; D], axes: &[usize]) -> Vec<[usize; D]> {
-    let mut all = vec![[0; D]];
-    for d in axes {
-        all = all
-            .iter()
-            .flat_map(|beta| {
-                (0..=alpha[*d]).map(move |n| {
-                    let mut raised = *beta;
-                    raised[*d] = n;
-                    raised
-                })
-            })
-            .collect();
-    }
-    all
+    let last = |d: usize| if axes.contains(&d) { alpha[d] } else { 0 };
+    grid(&std::array::from_fn(|d| (0..=last(d)).collect()))
 }
 
 impl<const D: usize> PartCoefficients<D> {

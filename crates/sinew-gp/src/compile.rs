@@ -2,34 +2,12 @@
 
 use crate::coefficients::{PartCoefficients, PointCoefficients};
 use crate::data::{Averages, Group, Noise, Role};
-use crate::error::GpError;
-use crate::operator::{Operator, Parameter};
-use crate::prior::{Prior, check_smoothness};
+use crate::error::{GpError, Result};
+use crate::operator::Parameter;
+use crate::prior::Prior;
 
 /// Relative size of a residual that counts as agreement of an exact value with the boundary.
 const AGREEMENT: f64 = 1e-8;
-
-/// Noise of a compiled group.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Variance {
-    /// A standard deviation, zero for exact values.
-    Known(f64),
-    /// Position of its logarithm among the parameters.
-    Learned(usize),
-    /// Position of the logarithm of the scale of Student's t distribution, with so many degrees of freedom. Logarithms of the
-    /// values' weights stand from position `weights` on.
-    StudentT { scale: usize, weights: usize, freedom: f64 },
-}
-
-impl Variance {
-    /// Position of the logarithm of a learned standard deviation.
-    pub(crate) fn learned(self) -> Option<usize> {
-        match self {
-            Self::Known(_) => None,
-            Self::Learned(position) | Self::StudentT { scale: position, .. } => Some(position),
-        }
-    }
-}
 
 /// Observations compiled for one operator.
 #[derive(Clone, Debug)]
@@ -46,7 +24,11 @@ pub(crate) struct Compiled<const D: usize> {
     /// Number of the first among the legs of all groups.
     pub first_leg: usize,
     pub values: Vec<f64>,
-    pub variance: Variance,
+    pub noise: Noise,
+    /// Position of the logarithm of a learned standard deviation, or of the scale of Student's t distribution, among the parameters.
+    pub learned: Option<usize>,
+    /// Position of the logarithm of the first value's weight in that distribution; the others follow.
+    pub weighted: Option<usize>,
     /// Number of values that each observation stands for, where it is a mean of many.
     pub averages: Option<Averages>,
     /// Position of the first observation in the covariance matrix.
@@ -63,7 +45,7 @@ impl<const D: usize> Compiled<D> {
     /// Whether imposed values without a known noise are met by the prior mean alone, once the
     /// terms with parameters in front are left out.
     pub(crate) fn is_trivially_satisfied(&self) -> bool {
-        let noisy = matches!(self.variance, Variance::Known(sigma) if sigma > 0.0);
+        let noisy = matches!(self.noise, Noise::Known(_));
         if self.role != Role::Imposed || self.values.is_empty() || noisy {
             return false;
         }
@@ -82,10 +64,8 @@ impl<const D: usize> Compiled<D> {
     /// Divisors of the noise variance of each observation, at parameters on their scales.
     pub(crate) fn weights(&self, scaled: &[f64]) -> Vec<f64> {
         let count = self.values.len();
-        match (self.variance, &self.averages) {
-            (Variance::StudentT { weights, .. }, _) => {
-                scaled[weights..weights + count].iter().map(|w| w.exp()).collect()
-            }
+        match (self.weighted, &self.averages) {
+            (Some(first), _) => scaled[first..first + count].iter().map(|w| w.exp()).collect(),
             (_, Some(averages)) => averages.counts.clone(),
             _ => vec![1.0; count],
         }
@@ -113,11 +93,8 @@ impl<const D: usize> Compiled<D> {
         let size = |leg: &PointCoefficients<D>, part: usize| {
             let PartCoefficients { orders, arrays, .. } = &leg.parts[part];
             let shrink = |orders: &[usize; D]| -> f64 {
-                leg.extents
-                    .iter()
-                    .zip(orders)
-                    .map(|(extent, n)| extent.powi(-(*n as i32)))
-                    .product()
+                let each = leg.extents.iter().zip(orders);
+                each.map(|(extent, n)| extent.powi(-(*n as i32))).product()
             };
             let rows = leg.factors(theta).into_iter().zip(arrays).flat_map(|(monomial, array)| {
                 let rows = array.chunks(leg.count.max(1)).zip(orders);
@@ -131,14 +108,10 @@ impl<const D: usize> Compiled<D> {
         let largest = |part| self.legs.iter().map(|leg| size(leg, part)).fold(0.0, f64::max);
         (0..self.legs[0].parts.len()).map(largest).collect()
     }
-
-    /// The largest of these.
-    pub(crate) fn operator_size(&self, theta: &[f64]) -> f64 {
-        self.operator_sizes(theta).into_iter().fold(0.0, f64::max)
-    }
 }
 
-fn largest(values: &[f64]) -> f64 {
+/// Largest magnitude.
+pub(crate) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
@@ -148,9 +121,9 @@ pub(crate) fn compile<const D: usize>(
     group: &Group<D>,
     number: usize,
     theta: &mut Vec<Parameter>,
-) -> Result<Compiled<D>, GpError> {
+) -> Result<Compiled<D>> {
     let operator = group.operator.as_ref().unwrap_or(&prior.equation);
-    check_roughness(prior, operator)?;
+    prior.check_roughness(operator)?;
     let whose = format!("observation group {}", number + 1);
     let mut coefficients =
         |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
@@ -167,21 +140,15 @@ pub(crate) fn compile<const D: usize>(
             legs = vec![coefficients(&places)?];
         }
     }
-    let variance = match group.noise {
-        Noise::Exact => Variance::Known(0.0),
-        Noise::Known(sigma) => Variance::Known(sigma),
-        Noise::Learned => Variance::Learned(usize::MAX),
-        Noise::StudentT(freedom) => {
-            Variance::StudentT { scale: usize::MAX, weights: usize::MAX, freedom }
-        }
-    };
     Ok(Compiled {
         number,
         legs,
         values,
         points: places,
         is_equation: group.operator.is_none(),
-        variance,
+        noise: group.noise,
+        learned: None,
+        weighted: None,
         averages: group.averages.clone(),
         offset: 0,
         first_leg: 0,
@@ -189,27 +156,17 @@ pub(crate) fn compile<const D: usize>(
     })
 }
 
-/// Refuses operators that take more derivatives than functions of the prior have.
-pub(crate) fn check_roughness<const D: usize>(
-    prior: &Prior<D>,
-    operator: &Operator<D>,
-) -> Result<(), GpError> {
-    prior.parts.iter().try_for_each(|part| check_smoothness(&*part.kernel, operator))
-}
-
 /// Positions of the observations on which the prior has any freedom; the others must agree.
 fn informative<const D: usize>(
     built: &PointCoefficients<D>,
     values: &[f64],
     group: usize,
-) -> Result<Vec<usize>, GpError> {
+) -> Result<Vec<usize>> {
     let mut kept = Vec::new();
     for (index, value) in values.iter().enumerate() {
-        let free = built.parts.iter().any(|part| {
-            part.arrays
-                .iter()
-                .any(|array| array[index..].iter().step_by(built.count).any(|a| *a != 0.0))
-        });
+        let mut arrays = built.parts.iter().flat_map(|part| &part.arrays);
+        let free =
+            arrays.any(|array| array.iter().skip(index).step_by(built.count).any(|a| *a != 0.0));
         if free {
             kept.push(index);
             continue;

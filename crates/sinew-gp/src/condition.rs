@@ -1,6 +1,6 @@
 //! What is known of the solution on a face.
 
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::field::{Field, constant, field};
 use crate::operator::MOST_DERIVATIVES;
 use crate::series::Series;
@@ -59,10 +59,7 @@ pub enum Condition<const D: usize> {
 impl<const D: usize> Condition<D> {
     /// Value and rate ∂u/∂t at the beginning of a time axis, that is, at its lower end.
     pub fn initial(value: Field<D>, rate: Field<D>) -> Self {
-        let slope = match rate.is_zero() {
-            true => rate,
-            false => field(move |x| -rate.at(x)),
-        };
+        let slope = if rate.is_zero() { rate } else { field(move |x| -rate.at(x)) };
         Self::Cauchy { value, slope }
     }
 
@@ -116,15 +113,14 @@ impl<const D: usize> Condition<D> {
     }
 
     /// The condition with a slope whose factor is one; `places` are some on the face. Refuses numbers that make no condition.
-    pub(crate) fn checked(self, face: &str, places: &[[f64; D]]) -> Result<Self, GpError> {
+    pub(crate) fn checked(self, face: &str, places: &[[f64; D]]) -> Result<Self> {
         match &self {
             Self::Robin { value_factor: a, slope_factor: b, data } => {
-                let at = || places.iter().map(|x| (a.value(*x), b.value(*x)));
-                let odd = |(a, b): &(f64, f64)| !(a.is_finite() && b.is_finite()) || *b == 0.0;
-                let wrong = at()
-                    .find(odd)
-                    .or_else(|| at().find(|(_, b)| b * at().next().map_or(1.0, |p| p.1) < 0.0));
-                if let Some((value, slope)) = wrong {
+                let first = places.first().map_or(1.0, |x| b.value(*x).signum());
+                let odd =
+                    |(a, b): &(f64, f64)| !(a.is_finite() && b.is_finite() && b * first > 0.0);
+                let mut at = places.iter().map(|x| (a.value(*x), b.value(*x)));
+                if let Some((value, slope)) = at.find(odd) {
                     return Err(GpError::Problem(format!(
                         "the Robin condition on {face} has value factor {value} and slope factor {slope}; both must be finite, and the slope's nowhere 0 (use Dirichlet)"
                     )));
@@ -161,7 +157,7 @@ impl<const D: usize> Condition<D> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Periodicity {
     /// Values only.
-    Value,
+    Value = 1,
     /// Values and slopes.
-    ValueAndSlope,
+    ValueAndSlope = 2,
 }

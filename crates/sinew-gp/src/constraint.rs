@@ -5,14 +5,14 @@ mod corners;
 mod edges;
 mod extension;
 mod feature;
-mod lift;
+mod imposed;
 mod meeting;
 #[cfg(test)]
 mod tests;
 mod wedges;
 
 use crate::domain::Domain;
-use crate::error::GpError;
+use crate::error::Result;
 use crate::field::{Field, constant, field};
 use crate::problem::Problem;
 use crate::series::Series;
@@ -20,7 +20,7 @@ use crate::structure::{AxisStructure, Lift};
 use corners::check_corners;
 use edges::Edges;
 pub use feature::Feature;
-pub(crate) use lift::edge_lifts;
+pub(crate) use imposed::{Imposed, on_edge};
 
 /// Mean and features such that every function m + Σ φ zₚ satisfies all conditions, whatever the zₚ.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ pub(crate) fn unconstrained<const D: usize>() -> Constraints<D> {
 ///
 /// # Errors
 /// If conditions of two faces conflict where these meet.
-pub fn constraints<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>, GpError> {
+pub fn constraints<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>> {
     let structures: [AxisStructure<D>; D] =
         std::array::from_fn(|axis| AxisStructure::new(problem, axis));
     let edges = Edges::of(problem);
@@ -70,21 +70,16 @@ fn mean<const D: usize>(
         (0..D).partition(|axis| !structures[*axis].varies(problem.domain()));
     for axis in even.into_iter().chain(uneven) {
         // A zero mean misses nothing of a homogeneous condition.
-        let lifts: Vec<Lift<D>> = structures[axis]
-            .lifts
-            .iter()
-            .filter(|lift| !(mean.is_zero() && lift.data.is_zero()))
-            .cloned()
-            .collect();
+        let misses = |lift: &&Lift<D>| !(mean.is_zero() && lift.imposed.data.is_zero());
+        let lifts: Vec<Lift<D>> = structures[axis].lifts.iter().filter(misses).cloned().collect();
         if lifts.is_empty() {
             continue;
         }
         let before = mean;
         mean = field(move |x: [Series; D]| {
             lifts.iter().fold(before.at(x.clone()), |sum, lift| {
-                let mut face = x.clone();
-                face[axis] = x[axis].constant(lift.end());
-                let missed = lift.data.at(face) - lift.apply(&before, &x);
+                let missed =
+                    lift.imposed.data.at(lift.moved(&x, lift.side())) - lift.apply(&before, &x);
                 sum + lift.shape.at(&x[axis]) * missed
             })
         });
@@ -98,7 +93,7 @@ fn features<const D: usize>(
     domain: &Domain<D>,
     structures: &[AxisStructure<D>; D],
     planes: Vec<Feature<D>>,
-) -> Result<Vec<Feature<D>>, GpError> {
+) -> Result<Vec<Feature<D>>> {
     let mut products: Vec<(Feature<D>, bool)> =
         planes.into_iter().map(|plane| (plane, false)).collect();
     for (axis, structure) in structures.iter().enumerate() {
@@ -108,18 +103,12 @@ fn features<const D: usize>(
         };
         products = products.into_iter().flat_map(times).collect();
     }
-    let scaled = |(feature, varies)| match varies {
-        true => normalised(domain, feature),
-        false => Ok(feature),
-    };
+    let scaled = |(feature, varies)| if varies { normalised(domain, feature) } else { Ok(feature) };
     products.into_iter().map(scaled).collect()
 }
 
 /// Scaled to size one, by sampling.
-fn normalised<const D: usize>(
-    domain: &Domain<D>,
-    feature: Feature<D>,
-) -> Result<Feature<D>, GpError> {
+fn normalised<const D: usize>(domain: &Domain<D>, feature: Feature<D>) -> Result<Feature<D>> {
     let factor = feature.factor.clone();
     // Ends of the axes too, where traces are largest.
     let places = domain.sample(200, 0)?.into_iter().chain(domain.grid(5));

@@ -1,7 +1,7 @@
 //! What is observed.
 
 use crate::domain::Domain;
-use crate::error::{GpError, check_lengths, place};
+use crate::error::{GpError, Result, check_lengths, place};
 use crate::field::Field;
 use crate::functional::Functional;
 use crate::operator::Operator;
@@ -152,12 +152,7 @@ impl<const D: usize> Data<D> {
     ///
     /// # Errors
     /// If there are no points, or not as many weights, or one is not finite or zero.
-    pub fn integral(
-        self,
-        functional: &Functional<D>,
-        value: f64,
-        noise: Noise,
-    ) -> Result<Self, GpError> {
+    pub fn integral(self, functional: &Functional<D>, value: f64, noise: Noise) -> Result<Self> {
         self.sum(functional, value, noise, Role::Observed)
     }
 
@@ -170,17 +165,12 @@ impl<const D: usize> Data<D> {
         functional: &Functional<D>,
         value: f64,
         noise: Noise,
-    ) -> Result<Self, GpError> {
+    ) -> Result<Self> {
         self.sum(functional, value, noise, Role::Imposed)
     }
 
-    fn sum(
-        self,
-        Functional { operator, points, weights }: &Functional<D>,
-        value: f64,
-        noise: Noise,
-        role: Role,
-    ) -> Result<Self, GpError> {
+    fn sum(self, functional: &Functional<D>, value: f64, noise: Noise, role: Role) -> Result<Self> {
+        let Functional { operator, points, weights } = functional;
         check_lengths(points.len(), weights.len())?;
         let (Some((first, rest)), Some(weight)) = (points.split_first(), weights.first()) else {
             return Err(no_data());
@@ -191,12 +181,10 @@ impl<const D: usize> Data<D> {
             )));
         }
         let scaled = Some(*weight * operator.clone());
-        let mut data = self.group(scaled, &[*first], &[value], noise, role);
         let factors = weights.iter().skip(1).map(|w| w / weight);
-        if let Some(group) = data.groups.last_mut() {
-            group.further =
-                factors.zip(rest).map(|(factor, point)| (factor, vec![*point])).collect();
-        }
+        let further = factors.zip(rest).map(|(factor, point)| (factor, vec![*point])).collect();
+        let mut data = self.group(scaled, &[*first], &[value], noise, role);
+        data.groups.last_mut().expect("a group was added").further = further;
         Ok(data)
     }
 
@@ -208,24 +196,15 @@ impl<const D: usize> Data<D> {
         noise: Noise,
         role: Role,
     ) -> Self {
-        self.groups.push(Group {
-            operator,
-            points: points.to_vec(),
-            further: Vec::new(),
-            values: values.to_vec(),
-            noise,
-            role,
-            averages: None,
-        });
+        let (points, values, further) = (points.to_vec(), values.to_vec(), Vec::new());
+        let averages = None;
+        self.groups.push(Group { operator, points, further, values, noise, role, averages });
         self
     }
 }
 
 /// Refuses data that are not numbers or not of the domain, before anything is computed with them.
-pub(crate) fn check<const D: usize>(
-    groups: &[Group<D>],
-    domain: &Domain<D>,
-) -> Result<(), GpError> {
+pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> Result<()> {
     for (index, group) in groups.iter().enumerate() {
         // As noises are numbered.
         let number = index + 1;
@@ -293,7 +272,7 @@ pub(crate) fn no_data() -> GpError {
 pub(crate) fn check_finite<'a>(
     what: &str,
     mut numbers: impl Iterator<Item = (usize, &'a f64)>,
-) -> Result<(), GpError> {
+) -> Result<()> {
     match numbers.find(|(_, number)| !number.is_finite()) {
         Some((index, number)) => Err(GpError::Request(format!(
             "{what} number {index} of the prediction is {number}; give a finite one"
@@ -303,7 +282,7 @@ pub(crate) fn check_finite<'a>(
 }
 
 /// Refuses places of a prediction that are not numbers.
-pub(crate) fn check_places<const D: usize>(points: &[[f64; D]]) -> Result<(), GpError> {
+pub(crate) fn check_places<const D: usize>(points: &[[f64; D]]) -> Result<()> {
     let numbered = points.iter().enumerate();
     check_finite("point", numbered.flat_map(|(index, point)| point.iter().map(move |c| (index, c))))
 }
@@ -319,7 +298,7 @@ fn check_contradictions<const D: usize>(
     group: &Group<D>,
     number: usize,
     extents: &[f64; D],
-) -> Result<(), GpError> {
+) -> Result<()> {
     if !group.further.is_empty() {
         return Ok(());
     }

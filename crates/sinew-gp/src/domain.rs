@@ -1,6 +1,7 @@
 //! Where a problem is posed.
 
-use crate::error::GpError;
+use crate::error::{GpError, Result};
+use crate::grid::grid;
 use crate::operator::Derivative;
 use crate::polygon::Polygon;
 use rand::{RngExt, SeedableRng};
@@ -41,7 +42,7 @@ impl Domain<1> {
     ///
     /// # Errors
     /// If its ends are not in ascending order.
-    pub fn interval(name: &str, ends: [f64; 2]) -> Result<Self, GpError> {
+    pub fn interval(name: &str, ends: [f64; 2]) -> Result<Self> {
         Self::cuboid([(name, ends)])
     }
 }
@@ -55,7 +56,7 @@ impl Domain<2> {
     ///
     /// # Errors
     /// If it has fewer than three corners, repeated corners, crossing edges or no area.
-    pub fn polygon(names: [&str; 2], corners: &[[f64; 2]]) -> Result<Self, GpError> {
+    pub fn polygon(names: [&str; 2], corners: &[[f64; 2]]) -> Result<Self> {
         let polygon = Polygon::new(corners)?;
         let [x, y] = polygon.extents();
         Ok(Self { polygon: Some(polygon), ..Self::cuboid([(names[0], x), (names[1], y)])? })
@@ -67,11 +68,7 @@ impl Domain<3> {
     ///
     /// # Errors
     /// As [`Domain::polygon`] and [`Domain::interval`].
-    pub fn prism(
-        names: [&str; 2],
-        corners: &[[f64; 2]],
-        along: (&str, [f64; 2]),
-    ) -> Result<Self, GpError> {
+    pub fn prism(names: [&str; 2], corners: &[[f64; 2]], along: (&str, [f64; 2])) -> Result<Self> {
         let polygon = Polygon::new(corners)?;
         let [x, y] = polygon.extents();
         Ok(Self { polygon: Some(polygon), ..Self::cuboid([(names[0], x), (names[1], y), along])? })
@@ -83,7 +80,7 @@ impl<const D: usize> Domain<D> {
     ///
     /// # Errors
     /// If the ends of an axis are not in ascending order, or a name repeats.
-    pub fn cuboid(axes: [(&str, [f64; 2]); D]) -> Result<Self, GpError> {
+    pub fn cuboid(axes: [(&str, [f64; 2]); D]) -> Result<Self> {
         for (d, (name, [lower, upper])) in axes.iter().enumerate() {
             // Neither end nor their distance may overflow.
             if !((upper - lower).is_finite() && lower < upper) {
@@ -138,7 +135,7 @@ impl<const D: usize> Domain<D> {
     ///
     /// # Errors
     /// If no axis has that name.
-    pub(crate) fn axis(&self, name: &str) -> Result<usize, GpError> {
+    pub(crate) fn axis(&self, name: &str) -> Result<usize> {
         self.names.iter().position(|n| n == name).ok_or_else(|| {
             let axes = self.names.join(", ");
             GpError::Problem(format!("there is no axis {name}; the domain has {axes}"))
@@ -146,7 +143,7 @@ impl<const D: usize> Domain<D> {
     }
 
     /// Position of an axis that is no part of a polygon, for which an error says what to use.
-    pub(crate) fn free_axis(&self, name: &str, instead: &str) -> Result<usize, GpError> {
+    pub(crate) fn free_axis(&self, name: &str, instead: &str) -> Result<usize> {
         match self.axis(name)? {
             axis if self.polygon.is_some() && axis < 2 => {
                 Err(GpError::Problem(format!("{name} is part of the polygon; use {instead}")))
@@ -192,15 +189,12 @@ impl<const D: usize> Domain<D> {
     ///
     /// # Errors
     /// If a polygon fills less than about a thousandth of its bounding box.
-    pub fn sample(&self, count: usize, seed: u64) -> Result<Vec<[f64; D]>, GpError> {
+    pub fn sample(&self, count: usize, seed: u64) -> Result<Vec<[f64; D]>> {
         const TRIES_PER_POINT: usize = 1000;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let draw = |_| std::array::from_fn(|d| random.random_range(self.lower[d]..self.upper[d]));
-        let points: Vec<_> = (0..TRIES_PER_POINT * (count + 1))
-            .map(draw)
-            .filter(|point| self.contains(*point))
-            .take(count)
-            .collect();
+        let tries = (0..TRIES_PER_POINT * (count + 1)).map(draw);
+        let points: Vec<_> = tries.filter(|point| self.contains(*point)).take(count).collect();
         match points.len() == count {
             true => Ok(points),
             false => Err(GpError::Problem(
@@ -220,7 +214,7 @@ impl<const D: usize> Domain<D> {
         side: Side,
         count: usize,
         seed: u64,
-    ) -> Result<Vec<[f64; D]>, GpError> {
+    ) -> Result<Vec<[f64; D]>> {
         let axis = self.free_axis(axis, "`Polygon::on_edge` for points on its edges")?;
         let mut points = self.sample(count, seed)?;
         points.iter_mut().for_each(|point| point[axis] = self.end(axis, side));
@@ -231,19 +225,12 @@ impl<const D: usize> Domain<D> {
     /// domain; the last axis runs fastest.
     pub fn grid(&self, count: usize) -> Vec<[f64; D]> {
         let steps = count.saturating_sub(1).max(1) as f64;
-        (0..count.pow(D as u32))
-            .map(|number| {
-                let mut rest = number;
-                let mut point = [0.0; D];
-                for d in (0..D).rev() {
-                    let fraction = (rest % count) as f64 / steps;
-                    point[d] = self.lower[d] + fraction * self.extents()[d];
-                    rest /= count;
-                }
-                point
-            })
-            .filter(|point| self.contains(*point))
-            .collect()
+        let along = |d: usize| {
+            let place = |k: usize| self.lower[d] + k as f64 / steps * self.extents()[d];
+            (0..count).map(place).collect()
+        };
+        let points = grid(&std::array::from_fn(along)).into_iter();
+        points.filter(|point| self.contains(*point)).collect()
     }
 }
 

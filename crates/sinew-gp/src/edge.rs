@@ -20,6 +20,11 @@ impl Edge {
         Self { start: [ax, ay], tangent, normal: [-tangent[1], tangent[0]], length }
     }
 
+    /// The outward normal, which has no components along further axes.
+    pub(crate) fn outwards<const D: usize>(&self) -> [f64; D] {
+        std::array::from_fn(|d| self.normal.get(d).map_or(0.0, |n| -n))
+    }
+
     /// Distance from a point to the edge, its ends included.
     pub(crate) fn distance(&self, [x, y]: [f64; 2]) -> f64 {
         let (x, y) = (x - self.start[0], y - self.start[1]);

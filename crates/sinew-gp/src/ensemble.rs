@@ -1,6 +1,6 @@
 //! Several probable parameter vectors: predictions that include what is not known of them.
 
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::fit::Fit;
 use crate::functional::Functional;
 use crate::model::Model;
@@ -36,7 +36,7 @@ impl<const D: usize> Ensemble<D> {
         draws: Vec<Vec<f64>>,
         k_hat: Option<f64>,
         worst: Option<(usize, f64)>,
-    ) -> Result<Self, GpError> {
+    ) -> Result<Self> {
         if let Some(unresolved) = fit.withheld() {
             return Err(unresolved);
         }
@@ -67,7 +67,7 @@ impl<const D: usize> Ensemble<D> {
     ///
     /// # Errors
     /// If no entry has that name.
-    pub fn parameter(&self, name: &str) -> Result<Vec<f64>, GpError> {
+    pub fn parameter(&self, name: &str) -> Result<Vec<f64>> {
         let position = self.model.position(name)?;
         let parameter = &self.model.parameters()[position];
         Ok(self.draws.iter().map(|draw| parameter.from_scale(draw[position])).collect())
@@ -79,7 +79,7 @@ impl<const D: usize> Ensemble<D> {
     ///
     /// # Errors
     /// If no entry has that name, there are no draws, or `level` does not lie between 0 and 1.
-    pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
+    pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2]> {
         const NEAR: f64 = 0.1;
         check_share(level)?;
         let parameter = &self.model.parameters()[self.model.position(name)?];
@@ -99,11 +99,10 @@ impl<const D: usize> Ensemble<D> {
     ///
     /// # Errors
     /// If no entry has that name, or there are no draws.
-    pub fn mean(&self, name: &str) -> Result<f64, GpError> {
-        let values = self.parameter(name)?;
-        match values.len() {
-            0 => Err(no_draws()),
-            count => Ok(values.iter().sum::<f64>() / count as f64),
+    pub fn mean(&self, name: &str) -> Result<f64> {
+        match &self.parameter(name)?[..] {
+            [] => Err(no_draws()),
+            values => Ok(values.iter().sum::<f64>() / values.len() as f64),
         }
     }
 
@@ -111,7 +110,7 @@ impl<const D: usize> Ensemble<D> {
     ///
     /// # Errors
     /// As [`Ensemble::mean`].
-    pub fn median(&self, name: &str) -> Result<f64, GpError> {
+    pub fn median(&self, name: &str) -> Result<f64> {
         self.quantile(name, 0.5)
     }
 
@@ -119,7 +118,7 @@ impl<const D: usize> Ensemble<D> {
     ///
     /// # Errors
     /// As [`Ensemble::interval`].
-    pub fn quantile(&self, name: &str, share: f64) -> Result<f64, GpError> {
+    pub fn quantile(&self, name: &str, share: f64) -> Result<f64> {
         check_share(share)?;
         match &self.parameter(name)?[..] {
             [] => Err(no_draws()),
@@ -132,7 +131,7 @@ impl<const D: usize> Ensemble<D> {
     /// # Errors
     /// If a feature has no derivative at a point, a draw's covariance cannot be factorised, or
     /// there are no draws.
-    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
+    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction> {
         self.predict_operator(&Operator::identity(), points)
     }
 
@@ -145,7 +144,7 @@ impl<const D: usize> Ensemble<D> {
         &self,
         operator: &Operator<D>,
         points: &[[f64; D]],
-    ) -> Result<Prediction, GpError> {
+    ) -> Result<Prediction> {
         self.mixture(|posterior| posterior.predict_operator(operator, points))
     }
 
@@ -159,7 +158,7 @@ impl<const D: usize> Ensemble<D> {
         operator: &Operator<D>,
         points: &[[f64; D]],
         shares: &[f64],
-    ) -> Result<Vec<Vec<f64>>, GpError> {
+    ) -> Result<Vec<Vec<f64>>> {
         shares.iter().try_for_each(|share| check_share(*share))?;
         let members = self.members(|posterior| posterior.predict_operator(operator, points))?;
         let at = |point: usize, share: f64| {
@@ -173,12 +172,7 @@ impl<const D: usize> Ensemble<D> {
     ///
     /// # Errors
     /// As [`Ensemble::predict`].
-    pub fn sample(
-        &self,
-        points: &[[f64; D]],
-        count: usize,
-        seed: u64,
-    ) -> Result<Vec<Vec<f64>>, GpError> {
+    pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
         if self.draws.is_empty() {
             return Err(no_draws());
         }
@@ -196,7 +190,7 @@ impl<const D: usize> Ensemble<D> {
     ///
     /// # Errors
     /// As [`Ensemble::predict_operator`].
-    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
+    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
         let sum = self.mixture(|posterior| {
             let (mean, deviation) = posterior.predict_functional(functional)?;
             Ok(Prediction { mean: vec![mean], standard_deviation: vec![deviation] })
@@ -207,8 +201,8 @@ impl<const D: usize> Ensemble<D> {
     /// Prediction of each draw; one at least.
     fn members(
         &self,
-        predict: impl Fn(&Posterior<D>) -> Result<Prediction, GpError> + Sync,
-    ) -> Result<Vec<Prediction>, GpError> {
+        predict: impl Fn(&Posterior<D>) -> Result<Prediction> + Sync,
+    ) -> Result<Vec<Prediction>> {
         let of = |draw: &Vec<f64>| predict(&Posterior::new(self.model.clone(), draw)?);
         let members: Vec<Prediction> = self.draws.par_iter().map(of).collect::<Result<_, _>>()?;
         if members.is_empty() { Err(no_draws()) } else { Ok(members) }
@@ -217,8 +211,8 @@ impl<const D: usize> Ensemble<D> {
     /// All draws' predictions as one: the variance within them on average, and that between them.
     fn mixture(
         &self,
-        predict: impl Fn(&Posterior<D>) -> Result<Prediction, GpError> + Sync,
-    ) -> Result<Prediction, GpError> {
+        predict: impl Fn(&Posterior<D>) -> Result<Prediction> + Sync,
+    ) -> Result<Prediction> {
         let members = self.members(predict)?;
         let values = members[0].mean.len();
         let count = members.len() as f64;
@@ -242,7 +236,7 @@ pub(crate) const TRUSTED: f64 = 0.4;
 /// R̂ from which on chains disagree; 1.01 takes more draws than an ensemble has (Vehtari et al. 2021).
 const MIXED: f64 = 1.1;
 
-fn check_share(share: f64) -> Result<(), GpError> {
+fn check_share(share: f64) -> Result<()> {
     match (0.0..=1.0).contains(&share) {
         true => Ok(()),
         false => Err(GpError::Request(format!(

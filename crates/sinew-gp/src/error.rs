@@ -67,6 +67,9 @@ pub enum GpError {
     },
 }
 
+/// What may fail with an error of this crate.
+pub(crate) type Result<T, E = GpError> = std::result::Result<T, E>;
+
 /// Coordinates, for messages.
 pub(crate) fn place(coordinates: &[f64]) -> String {
     let numbers: Vec<String> = coordinates.iter().map(f64::to_string).collect();
@@ -74,7 +77,7 @@ pub(crate) fn place(coordinates: &[f64]) -> String {
 }
 
 /// Requires equal numbers of both.
-pub(crate) fn check_lengths(points: usize, values: usize) -> Result<(), GpError> {
+pub(crate) fn check_lengths(points: usize, values: usize) -> Result<()> {
     match points == values {
         true => Ok(()),
         false => Err(GpError::Data(format!(

@@ -1,7 +1,7 @@
 //! The evidence of a model: which one, and its value.
 
-use crate::compile::{Compiled, Variance};
-use crate::data::Role;
+use crate::compile::Compiled;
+use crate::data::{Noise, Role};
 
 /// The density of the data of which a fit takes the maximum and ensembles draw: one for both.
 #[doc(alias = "marginal likelihood")]
@@ -24,20 +24,15 @@ pub enum Evidence {
 }
 
 impl Evidence {
-    pub(crate) fn resolve<const D: usize>(
-        self,
-        groups: &[Compiled<D>],
-        imposed: usize,
-        size: usize,
-        parameters: usize,
-    ) -> Self {
+    pub(crate) fn resolve<const D: usize>(self, groups: &[Compiled<D>], parameters: usize) -> Self {
+        let measured = groups.iter().any(|g| g.role == Role::Observed && !g.values.is_empty());
         let trivial = groups.iter().any(Compiled::is_trivially_satisfied);
         let believed = |group: &Compiled<D>| {
-            group.role == Role::Imposed && matches!(group.variance, Variance::Known(_))
+            group.role == Role::Imposed && matches!(group.noise, Noise::Exact | Noise::Known(_))
         };
         match self {
             Self::Auto if parameters > 0 && groups.iter().any(believed) => Self::UnitInformation,
-            Self::Auto if trivial && imposed < size => Self::UnitInformation,
+            Self::Auto if trivial && measured => Self::UnitInformation,
             Self::Auto => Self::Joint,
             chosen => chosen,
         }

@@ -1,6 +1,6 @@
 //! Cholesky factors.
 
-use crate::inverse::side_by_side;
+use crate::inverse::{grain, side_by_side};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{
     LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
@@ -66,11 +66,8 @@ impl Factor {
         let finite = |(number, column): (usize, &[f64])| {
             column[number..].iter().all(|entry| entry.is_finite())
         };
-        let all_finite = match par {
-            Par::Seq => entries.chunks(size.max(1)).enumerate().all(finite),
-            Par::Rayon(_) => entries.par_chunks(size.max(1)).enumerate().all(finite),
-        };
-        if !all_finite {
+        let columns = entries.par_chunks(size.max(1)).enumerate().with_min_len(grain(par));
+        if !columns.all(finite) {
             return None;
         }
         factorise(MatMut::from_column_major_slice_mut(&mut entries, size, size), par)?;

@@ -1,9 +1,10 @@
 //! The most probable parameters, searched for from several starts.
 
 use crate::ensemble::Ensemble;
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::model::Model;
 use crate::optimise::minimise;
+use crate::parameter::FreeParameter;
 use crate::posterior::Posterior;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -42,7 +43,7 @@ pub struct Restart {
     /// Parameters it began at, on their scales.
     pub start: Vec<f64>,
     /// Outcome.
-    pub outcome: Result<Outcome, GpError>,
+    pub outcome: Result<Outcome>,
 }
 
 /// A local maximum.
@@ -71,13 +72,13 @@ pub struct Fit<const D: usize> {
     pub(crate) model: Arc<Model<D>>,
     /// All restarts, in the order of their starts.
     pub restarts: Vec<Restart>,
-    best: usize,
+    pub(crate) best: usize,
     /// Collocation points that did not suffice.
     pub(crate) unsettled: Option<usize>,
     /// Error of the equation where it was left out, before it was put into the model.
     pub(crate) hold_out: Option<HoldOut>,
     /// Ensemble of its own, once made.
-    pub(crate) ensemble: OnceLock<Result<Ensemble<D>, GpError>>,
+    pub(crate) ensemble: OnceLock<Result<Ensemble<D>>>,
 }
 
 /// Error of the equation at places that the fit did not know of.
@@ -109,7 +110,7 @@ impl<const D: usize> Model<D> {
         let mut random = ChaCha8Rng::seed_from_u64(options.seed ^ SCAN_SEED);
         let mut scanned: Vec<Vec<f64>> =
             (0..SCANNED).map(|_| self.random_start(&mut random)).collect();
-        for position in self.theta_offset..self.theta_offset + self.theta.len() {
+        for position in self.theta_range() {
             let [lower, upper] = self.scaled_bounds()[position];
             let mut order: Vec<(u64, usize)> = (0..SCANNED).map(|k| (random.random(), k)).collect();
             order.sort_unstable();
@@ -134,50 +135,40 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// As [`Model::fit`]; and if there are no starts, or one has another number of parameters.
-    pub fn fit_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>, GpError> {
+    pub fn fit_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>> {
         starts.iter().try_for_each(|start| self.check_count(start))?;
         let model = Arc::new(self);
         let count = starts.len();
-        let bounds = model.scaled_bounds();
-        let restarts: Vec<Restart> = starts
-            .into_par_iter()
-            .map(|start| {
-                let outcome = model.climb(&start, &bounds, iterations);
-                Restart { outcome, start }
-            })
-            .collect();
+        let climb = |start: Vec<f64>| {
+            let outcome = model.climb(&start, iterations);
+            Restart { outcome, start }
+        };
+        let restarts: Vec<Restart> = starts.into_par_iter().map(climb).collect();
         let rank = |restart: &Restart| match &restart.outcome {
             Ok(outcome) => (!outcome.collapsed, outcome.log_posterior),
             Err(_) => (false, f64::NEG_INFINITY),
         };
         let best = (0..restarts.len())
-            .max_by(|a, b| {
-                let (a, b) = (rank(&restarts[*a]), rank(&restarts[*b]));
-                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-            })
+            .max_by(|a, b| rank(&restarts[*a]).partial_cmp(&rank(&restarts[*b])).expect("numbers"))
             .ok_or_else(|| {
                 let text = "no starts are given; give one at least, or let `Model::fit` draw some";
                 GpError::Request(text.into())
             })?;
         // Until more points of an equation everywhere have left the answer as it is.
         let unsettled = model.source.as_ref().map(|_| model.places().len());
-        match &restarts[best].outcome {
-            Ok(_) => {
-                let (hold_out, ensemble) = (None, OnceLock::new());
-                Ok(Fit { model, restarts, best, unsettled, hold_out, ensemble })
-            }
-            Err(last) => Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) }),
+        if let Err(last) = &restarts[best].outcome {
+            return Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) });
         }
+        let (hold_out, ensemble) = (None, OnceLock::new());
+        Ok(Fit { model, restarts, best, unsettled, hold_out, ensemble })
     }
 
     fn random_start(&self, random: &mut ChaCha8Rng) -> Vec<f64> {
-        self.parameters
-            .iter()
-            .map(|parameter| {
-                let [lower, upper] = parameter.start.map(|end| parameter.to_scale(end));
-                random.random_range(lower..=upper)
-            })
-            .collect()
+        let draw = |parameter: &FreeParameter| {
+            let [lower, upper] = parameter.start.map(|end| parameter.to_scale(end));
+            random.random_range(lower..=upper)
+        };
+        self.parameters.iter().map(draw).collect()
     }
 
     /// Ends of all parameters' intervals, on their scales.
@@ -185,27 +176,15 @@ impl<const D: usize> Model<D> {
         self.parameters.iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect()
     }
 
-    fn climb(
-        self: &Arc<Self>,
-        start: &[f64],
-        bounds: &[[f64; 2]],
-        iterations: usize,
-    ) -> Result<Outcome, GpError> {
+    fn climb(self: &Arc<Self>, start: &[f64], iterations: usize) -> Result<Outcome> {
         let mut last = None;
         let mut trace = Vec::new();
-        let found = minimise(
-            |x| match self.evaluate_posterior(x) {
-                Ok(e) => Some((-e.value, e.gradient.iter().map(|g| -g).collect())),
-                Err(error) => {
-                    last = Some(error);
-                    None
-                }
-            },
-            start,
-            bounds,
-            iterations,
-            |x, _| trace.push(self.theta_values(x)),
-        );
+        let evaluate = |x: &[f64]| {
+            let found = self.evaluate_posterior(x).map_err(|error| last = Some(error)).ok()?;
+            Some((-found.value, found.gradient.iter().map(|g| -g).collect()))
+        };
+        let watch = |x: &[f64], _: f64| trace.push(self.theta_values(x));
+        let found = minimise(evaluate, start, &self.scaled_bounds(), iterations, watch);
         let Some(found) = found else {
             let jitter = f64::NAN;
             return Err(last.unwrap_or(GpError::NotPositiveDefinite { size: self.size, jitter }));
@@ -224,18 +203,6 @@ impl<const D: usize> Model<D> {
 }
 
 impl<const D: usize> Fit<D> {
-    /// This fit as the last and best after others.
-    pub(crate) fn after(
-        mut self,
-        mut restarts: Vec<Restart>,
-        unsettled: Option<usize>,
-        hold_out: HoldOut,
-    ) -> Self {
-        let best = restarts.len() + self.best;
-        restarts.append(&mut self.restarts);
-        Self { restarts, best, unsettled, hold_out: Some(hold_out), ..self }
-    }
-
     /// Outcome of the best restart.
     pub fn outcome(&self) -> &Outcome {
         self.restarts[self.best].outcome.as_ref().expect("the best restart succeeded")
@@ -250,7 +217,7 @@ impl<const D: usize> Fit<D> {
     ///
     /// # Errors
     /// If no parameter has that name.
-    pub fn parameter(&self, name: &str) -> Result<f64, GpError> {
+    pub fn parameter(&self, name: &str) -> Result<f64> {
         let position = self.model.position(name)?;
         Ok(self.model.parameters()[position].from_scale(self.outcome().parameters[position]))
     }
@@ -259,7 +226,7 @@ impl<const D: usize> Fit<D> {
     ///
     /// # Errors
     /// If the covariance cannot be factorised, which fitting has done before.
-    pub fn posterior(&self) -> Result<Posterior<D>, GpError> {
+    pub fn posterior(&self) -> Result<Posterior<D>> {
         Posterior::new(self.model.clone(), &self.outcome().parameters)
     }
 }

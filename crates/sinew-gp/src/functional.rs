@@ -1,7 +1,8 @@
 //! Weighted sums of an operator's values: integrals by quadrature.
 
 use crate::domain::{Domain, Side};
-use crate::error::GpError;
+use crate::error::{GpError, Result};
+use crate::grid::grid;
 use crate::operator::Operator;
 use nalgebra::DMatrix;
 
@@ -25,7 +26,7 @@ impl<const D: usize> Functional<D> {
         domain: &Domain<D>,
         operator: impl Into<Operator<D>>,
         order: usize,
-    ) -> Result<Self, GpError> {
+    ) -> Result<Self> {
         Self::over(domain, operator.into(), order, None)
     }
 
@@ -38,7 +39,7 @@ impl<const D: usize> Functional<D> {
         (axis, side): (&str, Side),
         operator: impl Into<Operator<D>>,
         order: usize,
-    ) -> Result<Self, GpError> {
+    ) -> Result<Self> {
         Self::over(domain, operator.into(), order, Some((domain.axis(axis)?, side)))
     }
 
@@ -47,7 +48,7 @@ impl<const D: usize> Functional<D> {
         operator: Operator<D>,
         order: usize,
         face: Option<(usize, Side)>,
-    ) -> Result<Self, GpError> {
+    ) -> Result<Self> {
         if domain.cross_section().is_some() {
             return Err(GpError::Request(
                 "the domain has a polygon; give points and weights of your own for the integral"
@@ -55,32 +56,19 @@ impl<const D: usize> Functional<D> {
             ));
         }
         let along = |d: usize| match face {
-            Some((axis, side)) if axis == d => vec![(domain.end(d, side), 1.0)],
+            Some((axis, side)) if axis == d => (vec![domain.end(d, side)], vec![1.0]),
             _ => {
                 let (lower, extent) = (domain.lower()[d], domain.extents()[d]);
                 let rule = gauss_legendre(order.max(1)).into_iter();
-                rule.map(|(s, w)| (lower + s * extent, w * extent)).collect()
+                rule.map(|(s, w)| (lower + s * extent, w * extent)).unzip()
             }
         };
-        let (points, weights) = tensor_product(&std::array::from_fn(along)).into_iter().unzip();
+        let rules: [(Vec<f64>, Vec<f64>); D] = std::array::from_fn(along);
+        let points = grid(&rules.each_ref().map(|rule| rule.0.clone()));
+        let weights = grid(&rules.map(|rule| rule.1));
+        let weights = weights.iter().map(|along| along.iter().product()).collect();
         Ok(Self { operator, points, weights })
     }
-}
-
-/// Nodes with the products of their weights, of one rule for each axis.
-fn tensor_product<const D: usize>(rules: &[Vec<(f64, f64)>; D]) -> Vec<([f64; D], f64)> {
-    let mut product = vec![([0.0; D], 1.0)];
-    for (d, rule) in rules.iter().enumerate() {
-        let extended = product.iter().flat_map(|(node, weight)| {
-            rule.iter().map(move |(x, w)| {
-                let mut node = *node;
-                node[d] = *x;
-                (node, weight * w)
-            })
-        });
-        product = extended.collect();
-    }
-    product
 }
 
 /// Nodes and weights of Gauss and Legendre for ∫ over [0, 1], from the spectrum of the Jacobi matrix of their polynomials (Golub &

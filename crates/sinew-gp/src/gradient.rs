@@ -1,9 +1,8 @@
 //! The gradient of the evidence, from the cotangents of covariance and residual.
 
 use crate::coefficients::monomial_slope;
-use crate::compile::Variance;
-use crate::gram::{Cotangents, Scratch};
-use crate::inverse::invert_lower;
+use crate::gram::Scratch;
+use crate::inverse::{grain, invert_lower};
 use crate::optimise::dot;
 use crate::state::{Factored, State};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
@@ -53,10 +52,7 @@ impl<const D: usize> State<'_, D> {
             // Half of it on the diagonal, twice the half for the pair off it.
             rows[column] *= 0.5;
         };
-        match self.parallel() {
-            true => entries.par_chunks_mut(size).enumerate().for_each(subtract),
-            false => entries.chunks_mut(size).enumerate().for_each(subtract),
-        }
+        entries.par_chunks_mut(size).enumerate().with_min_len(grain(par)).for_each(subtract);
         w.iter_mut().zip(&a).for_each(|(w, a)| *w += weight * a);
         (entries, w)
     }
@@ -72,14 +68,11 @@ impl<const D: usize> State<'_, D> {
                 let diagonal = &mut cotangent[row * (size + 1)];
                 let slope = *diagonal * sigma * sigma / self.weights[number][own];
                 trace += slope;
-                if let Variance::StudentT { weights, .. } = group.variance {
-                    noise.push((weights + own, -slope));
-                }
+                noise.extend(group.weighted.map(|first| (first + own, -slope)));
                 *diagonal *= 1.0 + factored.jitter;
             }
-            if let Some(position) = group.variance.learned() {
-                noise.push((position, 2.0 * trace - group.scatter(sigma).1));
-            }
+            let slope = 2.0 * trace - group.scatter(sigma).1;
+            noise.extend(group.learned.map(|position| (position, slope)));
         }
         let mut gradient = self.propagated(&cotangent, &w);
         noise.into_iter().for_each(|(position, slope)| gradient[position] += slope);
@@ -98,11 +91,9 @@ impl<const D: usize> State<'_, D> {
             let mut slopes = vec![0.0; monomials.len()];
             let rows = &w[group.rows()];
             for (number, leg) in (group.first_leg..).zip(&group.legs) {
-                for part in 0..self.kernels.len() {
-                    let position = self.slot(part, number);
-                    let slot = &pulled.coefficients[position];
+                for (part, slot) in pulled.coefficients[number].iter().enumerate() {
                     gradient[self.model.part_offsets[part]] +=
-                        dot(slot, &self.coefficients[position]);
+                        dot(slot, &self.legs[number].coefficients[part]);
                     let amplitude = self.kernels[part].0;
                     for (slope, array) in slopes.iter_mut().zip(&leg.parts[part].arrays) {
                         *slope += amplitude * dot(slot, array);
@@ -137,12 +128,7 @@ impl<const D: usize> State<'_, D> {
             let mut scratch = Scratch::default();
             // Interleaved, because early columns are longer.
             for column in (lot..size).step_by(lots) {
-                self.pull_column(
-                    column,
-                    &cotangent[column * size..(column + 1) * size],
-                    &mut pulled,
-                    &mut scratch,
-                );
+                self.pull_column(column, cotangent, &mut pulled, &mut scratch);
             }
             pulled
         };
@@ -158,32 +144,29 @@ impl<const D: usize> State<'_, D> {
     fn pull_column(
         &self,
         column: usize,
-        weights: &[f64],
+        cotangent: &[f64],
         pulled: &mut Pulled,
         scratch: &mut Scratch,
     ) {
+        let weights = &cotangent[column * self.model.size..];
         let group = self.group_of(column);
         let seconds = self.legs_of(group);
         let own = column - self.model.groups[group].offset;
         for part in 0..self.kernels.len() {
             for first in seconds.start..self.legs.len() {
-                let (start, rows) = self.rows(self.legs[first].0, column);
+                let (start, rows) = self.rows(self.legs[first].group, column);
                 for second in seconds.clone() {
                     let block = self.block(part, first, second);
-                    let leg = self.legs[second].1;
-                    // The cotangents of the column's own point come back apart, for it may lie in the same group as the rows.
-                    pulled.own.clear();
-                    pulled.own.resize(leg.parts[part].orders.len(), 0.0);
-                    let mut cotangents = Cotangents {
-                        first: &mut pulled.coefficients[self.slot(part, first)],
-                        second: &mut pulled.own,
-                        hyperparameters: &mut pulled.hyperparameters[part],
-                    };
-                    let weights = &weights[rows.clone()];
-                    block.pull_column(start, own, weights, &mut cotangents, scratch);
-                    let slots = &mut pulled.coefficients[self.slot(part, second)];
-                    let slots = slots.iter_mut().skip(own).step_by(leg.count);
-                    slots.zip(&pulled.own).for_each(|(slot, value)| *slot += value);
+                    let leg = self.legs[second].points;
+                    let memory = [
+                        &mut pulled.coefficients[first][part][..],
+                        &mut pulled.hyperparameters[part],
+                    ];
+                    block.pull_column(start, own, &weights[rows.clone()], memory, scratch);
+                    // Apart, because the column's own point may lie in the same group as the rows.
+                    let slots = pulled.coefficients[second][part].iter_mut().skip(own);
+                    let slots = slots.step_by(leg.count).zip(&scratch.own);
+                    slots.for_each(|(slot, value)| *slot += value);
                 }
             }
         }
@@ -192,24 +175,23 @@ impl<const D: usize> State<'_, D> {
 
 /// Cotangents of coefficients and kernel parameters.
 struct Pulled {
-    coefficients: Vec<Vec<f64>>,
+    /// By leg and part.
+    coefficients: Vec<Vec<Vec<f64>>>,
     hyperparameters: Vec<Vec<f64>>,
-    own: Vec<f64>,
 }
 
 impl Pulled {
     fn zeros<const D: usize>(state: &State<'_, D>) -> Self {
-        let zeros = |v: &Vec<f64>| vec![0.0; v.len()];
+        let zeros = |all: &Vec<Vec<f64>>| all.iter().map(|v| vec![0.0; v.len()]).collect();
         Self {
-            coefficients: state.coefficients.iter().map(zeros).collect(),
-            hyperparameters: state.kernels.iter().map(|(_, h)| zeros(h)).collect(),
-            own: Vec::new(),
+            coefficients: state.legs.iter().map(|leg| zeros(&leg.coefficients)).collect(),
+            hyperparameters: state.kernels.iter().map(|(_, h)| vec![0.0; h.len()]).collect(),
         }
     }
 
     fn add(&mut self, other: &Self) {
-        let to = self.coefficients.iter_mut().chain(&mut self.hyperparameters).flatten();
-        let from = other.coefficients.iter().chain(&other.hyperparameters).flatten();
-        to.zip(from).for_each(|(to, from)| *to += from);
+        let to = self.coefficients.iter_mut().flatten().chain(&mut self.hyperparameters);
+        let from = other.coefficients.iter().flatten().chain(&other.hyperparameters);
+        to.flatten().zip(from.flatten()).for_each(|(to, from)| *to += from);
     }
 }

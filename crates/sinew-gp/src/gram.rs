@@ -4,7 +4,8 @@
 //! stationary kernel the last factor is (−1)^|β′| G_{β+β′} with the derivatives G in the difference.
 
 use crate::coefficients::position;
-use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request, derivatives, derivatives_and_pull_back};
+use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request};
+use crate::prior::Part;
 use crate::simd::lane_sum;
 use sinew_num::vectorised;
 
@@ -19,8 +20,8 @@ pub(crate) struct PairPlan<const D: usize> {
 }
 
 impl<const D: usize> PairPlan<D> {
-    pub(crate) fn new(kernel: &dyn Kernel<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
-        let stationary = kernel.is_stationary();
+    pub(crate) fn new(part: &Part<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
+        let stationary = part.kernel.is_stationary();
         let mut entries: Vec<Orders<D>> = Vec::new();
         let mut reads = Vec::new();
         for beta in first {
@@ -72,28 +73,20 @@ pub(crate) struct Block<'a, const D: usize> {
     pub second: Side<'a, D>,
 }
 
-/// Sums of a column's cotangents.
-pub(crate) struct Cotangents<'a> {
-    /// Cotangents of the first points' coefficients, in their layout.
-    pub first: &'a mut [f64],
-    /// Cotangents of the coefficients of the column's own point, one for each order.
-    pub second: &'a mut [f64],
-    /// Cotangents of the logarithms of the kernel's hyperparameters.
-    pub hyperparameters: &'a mut [f64],
-}
-
 /// Memory reused from column to column.
 #[derive(Default)]
 pub(crate) struct Scratch {
     table: Vec<f64>,
     weights: Vec<f64>,
     signed: Vec<f64>,
-    slopes: Vec<f64>,
+    /// Cotangents of the coefficients of the column's own point, one for each order.
+    pub own: Vec<f64>,
 }
 
 impl<const D: usize> Block<'_, D> {
     fn request(&self, start: usize, count: usize, column: usize) -> Request<'_, D> {
         Request {
+            kernel: self.kernel,
             hyperparameters: self.hyperparameters,
             orders: &self.plan.entries,
             first: self.first.axes.each_ref().map(|axis| &axis[start..start + count]),
@@ -103,15 +96,9 @@ impl<const D: usize> Block<'_, D> {
 
     /// Signed coefficients of the second point.
     fn signed(&self, column: usize, signed: &mut Vec<f64>) {
-        let count = self.second.count();
+        let coefficients = self.second.coefficients[column..].iter().step_by(self.second.count());
         signed.clear();
-        signed.extend(
-            self.plan
-                .signs
-                .iter()
-                .enumerate()
-                .map(|(order, sign)| sign * self.second.coefficients[order * count + column]),
-        );
+        signed.extend(self.plan.signs.iter().zip(coefficients).map(|(sign, a)| sign * a));
     }
 
     /// Adds the covariances of the first points from `start` on with second point `column`.
@@ -130,7 +117,7 @@ impl<const D: usize> Block<'_, D> {
             let (start, count) = (start + number * MOST_PAIRS, out.len());
             scratch.table.resize(self.plan.entries.len() * count, 0.0);
             let table = scratch.table.as_mut_slice();
-            derivatives(self.kernel, &self.request(start, count, column), table);
+            self.request(start, count, column).derivatives(table);
             for order in 0..self.first.width() {
                 let coefficients = self.first.row(order, start, count);
                 let reads = &self.plan.reads[order * scratch.signed.len()..];
@@ -139,52 +126,45 @@ impl<const D: usize> Block<'_, D> {
         }
     }
 
-    /// Adds the cotangents of everything that the column depends on, for the cotangents `weights`
-    /// of its covariances.
+    /// Adds the cotangents of what the column depends on, for the cotangents `weights` of its covariances: to those of the first
+    /// points' coefficients, in their layout, and of the logarithms of the kernel's hyperparameters. Those of the column's own point
+    /// are left in the memory.
     pub(crate) fn pull_column(
         &self,
         start: usize,
         column: usize,
         weights: &[f64],
-        cotangents: &mut Cotangents<'_>,
+        [coefficients, hyperparameters]: [&mut [f64]; 2],
         scratch: &mut Scratch,
     ) {
+        let Scratch { table, weights: slopes, signed, own } = scratch;
+        own.clear();
         if self.plan.entries.is_empty() {
             return;
         }
-        self.signed(column, &mut scratch.signed);
-        let width = scratch.signed.len();
-        scratch.slopes.clear();
-        scratch.slopes.resize(width, 0.0);
+        self.signed(column, signed);
+        let width = signed.len();
+        own.resize(width, 0.0);
         for (number, weights) in weights.chunks(MOST_PAIRS).enumerate() {
             let (start, count) = (start + number * MOST_PAIRS, weights.len());
             let size = self.plan.entries.len() * count;
-            scratch.table.resize(size, 0.0);
-            scratch.weights.clear();
-            scratch.weights.resize(size, 0.0);
-            let (signed, own) = (&scratch.signed, &mut scratch.slopes);
+            table.resize(size, 0.0);
+            slopes.clear();
+            slopes.resize(size, 0.0);
             let mut weigh = |table: &[f64], slopes: &mut [f64]| {
                 for order in 0..self.first.width() {
-                    let coefficients = self.first.row(order, start, count);
+                    let factors = self.first.row(order, start, count);
                     let position = order * self.first.count() + start;
-                    let cotangent = &mut cotangents.first[position..][..count];
+                    let cotangent = &mut coefficients[position..][..count];
                     let reads = &self.plan.reads[order * width..];
-                    expand(table, reads, signed, coefficients, weights, cotangent, slopes, own);
+                    expand(table, reads, signed, factors, weights, cotangent, slopes, own);
                 }
             };
-            derivatives_and_pull_back(
-                self.kernel,
-                &self.request(start, count, column),
-                [&mut scratch.table, &mut scratch.weights],
-                &mut weigh,
-                cotangents.hyperparameters,
-            );
+            let request = self.request(start, count, column);
+            let memory = [&mut table[..], &mut slopes[..]];
+            request.derivatives_and_pull_back(memory, &mut weigh, hyperparameters);
         }
-        for ((own, slope), sign) in
-            cotangents.second.iter_mut().zip(&scratch.slopes).zip(&self.plan.signs)
-        {
-            *own += sign * slope;
-        }
+        own.iter_mut().zip(&self.plan.signs).for_each(|(own, sign)| *own *= sign);
     }
 }
 

@@ -1,7 +1,8 @@
 //! The error of collocation, from places that the fit does not know of.
 
-use crate::compile::{Compiled, Variance};
-use crate::error::GpError;
+use crate::compile::Compiled;
+use crate::data::Noise;
+use crate::error::{GpError, Result};
 use crate::fit::{Fit, HoldOut};
 use crate::model::Model;
 use crate::operator::Operator;
@@ -32,32 +33,24 @@ fn size<const D: usize>(residuals: &[(f64, [f64; D])]) -> f64 {
     (squares / residuals.len().max(1) as f64).sqrt()
 }
 
-/// The one value of a right-hand side at all of its points.
-fn even(values: &[f64]) -> Option<f64> {
-    let (first, rest) = values.split_first()?;
-    rest.iter().all(|value| value == first).then_some(*first)
-}
-
 /// Error of the equation in units of its largest term from which on intervals are withheld.
 const WITHHELD: f64 = 2.0;
 
 impl<const D: usize> Fit<D> {
     /// Error in place of intervals of an equation that next to nothing was seen of.
     pub(crate) fn withheld(&self) -> Option<GpError> {
-        let found =
-            self.hold_out.as_ref().filter(|found| found.residual > WITHHELD * found.term)?;
-        let HoldOut { at, residual, term } = found.clone();
-        Some(GpError::Unresolved { at, residual, term })
+        let HoldOut { at, residual, term } = self.hold_out.clone()?;
+        (residual > WITHHELD * term).then_some(GpError::Unresolved { at, residual, term })
     }
 
     /// The equation left out at each of its points in turn, by the inverse of the covariance; and at other places where its
     /// right-hand side is known, because it holds everywhere or is the same at all points. None without an equation.
-    pub(crate) fn left_out(&self) -> Result<Option<HoldOut>, GpError> {
+    pub(crate) fn left_out(&self) -> Result<Option<HoldOut>> {
         let (model, posterior) = (self.model(), self.posterior()?);
         let (mut own, mut term) = (Vec::new(), 0.0_f64);
         for group in model.equations() {
             let at = &group.points;
-            term = term.max(NOTHING * posterior.prior_deviation(&model.prior.equation, at)?);
+            term = term.max(NOTHING * posterior.prior_spread(&model.prior.equation, at)?);
             for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
                 own.push((posterior.left_out(row)[0], *at));
             }
@@ -76,14 +69,15 @@ impl<const D: usize> Fit<D> {
     }
 
     /// Places with the residual of the equation there, where its right-hand side is known; else none.
-    pub(crate) fn candidates(&self, seed: u64) -> Result<Vec<Candidate<D>>, GpError> {
+    pub(crate) fn candidates(&self, seed: u64) -> Result<Vec<Candidate<D>>> {
         let model = self.model();
         let mut exact = model.equations();
         let Some(group) = exact.next() else { return Ok(Vec::new()) };
-        let even = even(&group.values).filter(|_| group.values.len() >= EVEN);
-        let even =
-            even.filter(|_| group.variance == Variance::Known(0.0) && exact.next().is_none());
-        let known = |x: &[f64; D]| model.source.as_ref().map(|source| source.value(*x)).or(even);
+        let (f, count) = (group.values[0], group.values.len());
+        let even = count >= EVEN && group.values.iter().all(|value| *value == f);
+        let even = even && group.noise == Noise::Exact && exact.next().is_none();
+        let source = |x: &[f64; D]| model.source.as_ref().map(|source| source.value(*x));
+        let known = |x: &[f64; D]| source(x).or(even.then_some(f));
         let places = model.prior.domain.sample(PLACES, seed)?;
         let values: Vec<f64> = places.iter().filter_map(known).collect();
         if values.len() < places.len() {
@@ -98,9 +92,9 @@ impl<const D: usize> Fit<D> {
 impl<const D: usize> Model<D> {
     /// Model with noise of this standard deviation on equations that were exact.
     pub(crate) fn with_noise(mut self, sigma: f64) -> Self {
-        let exact = |g: &&mut Compiled<D>| g.is_equation && g.variance == Variance::Known(0.0);
+        let exact = |g: &&mut Compiled<D>| g.is_equation && g.noise == Noise::Exact;
         for group in self.groups.iter_mut().filter(exact) {
-            group.variance = Variance::Known(sigma);
+            group.noise = Noise::Known(sigma);
         }
         self
     }

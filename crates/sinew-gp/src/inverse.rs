@@ -31,6 +31,11 @@ pub(crate) fn invert_lower(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>, par
     matmul(below.rb_mut(), full, Accum::Replace, product.as_ref(), full, first.rb(), low, 1.0, par);
 }
 
+/// Columns that are not shared between threads.
+pub(crate) fn grain(par: Par) -> usize {
+    if par == Par::Seq { usize::MAX } else { 1 }
+}
+
 /// Two independent halves of some work, each with its share of the threads.
 pub(crate) fn side_by_side(
     par: Par,

@@ -1,6 +1,5 @@
 //! Covariance functions, with the derivatives that operators take of them.
 
-mod axes;
 mod check;
 mod formula;
 mod shapes;
@@ -15,8 +14,6 @@ pub(crate) use check::unusable;
 pub use formula::Formula;
 pub use shapes::{Smoothness, linear, matern, periodic, rational_quadratic};
 pub use squared_exponential::SquaredExponential;
-
-pub(crate) use table::{derivatives, derivatives_and_pull_back};
 
 /// Kind of a hyperparameter, from which its bounds and restarts follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +70,8 @@ impl<const D: usize> Orders<D> {
 /// with one second point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Request<'a, const D: usize> {
+    /// The kernel.
+    pub kernel: &'a dyn Kernel<D>,
     /// Values of the hyperparameters.
     pub hyperparameters: &'a [f64],
     /// Coordinates x of the first points, axis by axis.
@@ -87,6 +86,11 @@ impl<const D: usize> Request<'_, D> {
     /// Number of pairs.
     pub(crate) fn count(&self) -> usize {
         self.first[0].len()
+    }
+
+    /// Highest order of a derivative in x along an axis.
+    pub(crate) fn most(&self, axis: usize) -> usize {
+        self.orders.iter().map(|order| order.first[axis]).max().unwrap_or(0)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Draws about the fit, weighed by the posterior.
 
 use crate::ensemble::{Ensemble, TRUSTED};
-use crate::error::GpError;
+use crate::error::Result;
 use crate::fit::Fit;
 use crate::nuts::{NutsOptions, nuts};
 use crate::space::Space;
@@ -27,14 +27,11 @@ const FREEDOM: usize = 5;
 /// # Errors
 /// If the evidence cannot be evaluated next to the fit.
 #[doc(alias = "importance sampling")]
-pub fn laplace<const D: usize>(
-    fit: &Fit<D>,
-    draws: usize,
-    seed: u64,
-) -> Result<Ensemble<D>, GpError> {
-    let space = Space::new(fit.model(), &fit.outcome().parameters, false)?;
+pub fn laplace<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
+    let model = fit.model();
+    let (space, mut proposals) =
+        Space::new(model, &fit.outcome().parameters, model.without_weights())?;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut proposals = space.about.clone();
     for round in 0.. {
         let drawn: Vec<(Vec<f64>, f64)> =
             (0..PROPOSALS * draws).map(|_| propose(&proposals, &mut random)).collect();
@@ -59,11 +56,7 @@ pub fn laplace<const D: usize>(
 ///
 /// # Errors
 /// As these two.
-pub fn ensemble<const D: usize>(
-    fit: &Fit<D>,
-    draws: usize,
-    seed: u64,
-) -> Result<Ensemble<D>, GpError> {
+pub fn ensemble<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
     let weighed = laplace(fit, draws, seed)?;
     match weighed.k_hat {
         Some(k_hat) if k_hat > TRUSTED => {

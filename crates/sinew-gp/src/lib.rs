@@ -106,6 +106,7 @@ mod fit;
 mod functional;
 mod gradient;
 mod gram;
+mod grid;
 mod hold_out;
 mod inverse;
 mod kernel;

@@ -1,22 +1,17 @@
 //! A prior with data: parameters, and everything that does not change with them.
 
-use crate::coefficients::register;
-use crate::compile::{Compiled, Variance, compile};
+use crate::coefficients::{PointCoefficients, register};
+use crate::compile::{Compiled, compile, largest};
 use crate::data::{Data, Group, Noise, Role, check, no_data, noise_name};
 use crate::domain::Domain;
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::evidence::{Evaluation, Evidence};
 use crate::field::Field;
 use crate::gram::PairPlan;
 use crate::kernel::{Hyperparameter, Measure};
 use crate::operator::Parameter;
 use crate::parameter::{FreeParameter, Hyperprior};
-use crate::prior::Prior;
-
-/// A standard deviation away in the logarithm from a median.
-fn about(median: f64) -> Hyperprior {
-    Hyperprior::LogNormal { median, standard_deviation: DEVIATION }
-}
+use crate::prior::{Part, Prior};
 
 /// A positive number, with bounds and starts in units of `unit`.
 fn positive(
@@ -39,7 +34,7 @@ fn of_kernel<const D: usize>(
         Measure::Length { axis } => {
             let extent = domain.extents()[axis];
             let name = format!("{} {} {number}", hyperparameter.name, domain.names()[axis]);
-            positive(name, extent, [LENGTH_BOUNDS, LENGTH_START], about(extent))
+            positive(name, extent, LENGTH, Hyperprior::about(extent, DEVIATION))
         }
         Measure::Number { lower, upper } | Measure::Width { lower, upper, .. } => {
             let middle = (lower * upper).sqrt();
@@ -83,7 +78,7 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If there are no data, or some are not finite, lie outside the domain, contradict the boundary conditions, lie where
     /// a feature has no derivative; if an equation's parameter has the name of another one; if an operator's order is too high.
-    pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
+    pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self> {
         let Data { groups, everywhere } = data;
         if let Some(source) = everywhere {
             let at = prior.domain.sample(FIRST_POINTS * D, POINTS_SEED)?;
@@ -104,23 +99,19 @@ impl<const D: usize> Model<D> {
                 register(&mut theta, parameter)?;
             }
         }
-        let mut compiled = Vec::new();
+        let (mut compiled, mut size, mut first_leg, mut imposed) = (Vec::new(), 0, 0, 0);
         for number in order {
-            compiled.push(compile(&prior, &groups[number], number, &mut theta)?);
+            let own = compile(&prior, &groups[number], number, &mut theta)?;
+            let own = Compiled { offset: size, first_leg, ..own };
+            size += own.values.len();
+            first_leg += own.legs.len();
+            imposed = if own.role == Role::Imposed { size } else { imposed };
+            compiled.push(own);
         }
-        let (mut offset, mut legs) = (0, 0);
-        for group in &mut compiled {
-            (group.offset, group.first_leg) = (offset, legs);
-            offset += group.values.len();
-            legs += group.legs.len();
-        }
-        let imposed =
-            compiled.iter().filter(|g| g.role == Role::Imposed).map(|g| g.values.len()).sum();
-        let size = offset;
         if size == 0 {
             return Err(no_data());
         }
-        let evidence = evidence.resolve(&compiled, imposed, size, theta.len());
+        let evidence = evidence.resolve(&compiled, theta.len());
         let mut model = Self {
             source: None,
             given,
@@ -157,7 +148,7 @@ impl<const D: usize> Model<D> {
 
     /// Logarithm of evidence times prior density, with its gradient: what fits maximise, and what
     /// NUTS and Laplace explore.
-    pub(crate) fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation, GpError> {
+    pub(crate) fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation> {
         let mut evaluation = self.evaluate(scaled)?;
         let priors = self.parameters.iter().map(|p| p.hyperprior).zip(scaled);
         for (slope, (hyperprior, x)) in evaluation.gradient.iter_mut().zip(priors) {
@@ -172,7 +163,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If no parameter has that name.
-    pub fn position(&self, name: &str) -> Result<usize, GpError> {
+    pub fn position(&self, name: &str) -> Result<usize> {
         self.parameters.iter().position(|p| p.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
             let known = known.join(", ");
@@ -182,13 +173,11 @@ impl<const D: usize> Model<D> {
 
     /// Number of parameters but for the weights of values, which are last.
     pub(crate) fn without_weights(&self) -> usize {
-        let weighted = |group: &&Compiled<D>| matches!(group.variance, Variance::StudentT { .. });
-        let weights = self.groups.iter().filter(weighted).map(|group| group.values.len());
-        self.parameters.len() - weights.sum::<usize>()
+        self.groups.iter().find_map(|group| group.weighted).unwrap_or(self.parameters.len())
     }
 
     /// Refuses a parameter vector of wrong length.
-    pub(crate) fn check_count(&self, scaled: &[f64]) -> Result<(), GpError> {
+    pub(crate) fn check_count(&self, scaled: &[f64]) -> Result<()> {
         let (found, expected) = (scaled.len(), self.parameters.len());
         match found == expected {
             true => Ok(()),
@@ -199,7 +188,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Requires that no parameter of the equation is called like one of the prior or the noise.
-    fn check_names(&self) -> Result<(), GpError> {
+    fn check_names(&self) -> Result<()> {
         let clashes = |parameter: &&Parameter| {
             self.parameters.iter().filter(|p| p.name == parameter.name()).count() > 1
         };
@@ -220,8 +209,12 @@ impl<const D: usize> Model<D> {
             self.part_offsets.push(parameters.len());
             let number = number + 1;
             let name = format!("amplitude {number}");
-            let ends = [AMPLITUDE_BOUNDS, AMPLITUDE_START];
-            parameters.push(positive(name, *scale, ends, about(*scale)));
+            parameters.push(positive(
+                name,
+                *scale,
+                AMPLITUDE,
+                Hyperprior::about(*scale, DEVIATION),
+            ));
             for hyperparameter in part.kernel.hyperparameters() {
                 let free = of_kernel(&hyperparameter, number, &self.prior.domain);
                 parameters.push(FreeParameter { name: distinct(free.name, &parameters), ..free });
@@ -238,34 +231,29 @@ impl<const D: usize> Model<D> {
                 hyperprior: Hyperprior::Flat,
             });
         }
-        let scale = scales.iter().copied().fold(0.0, f64::max);
+        let scale = largest(&scales);
         for group in &mut self.groups {
-            if let Variance::Learned(position) | Variance::StudentT { scale: position, .. } =
-                &mut group.variance
-            {
-                *position = parameters.len();
+            if let Noise::Learned | Noise::StudentT(_) = group.noise {
+                group.learned = Some(parameters.len());
                 // Of conditions that are all zero, what functions of the data's size would break them by.
-                let broken = || scale * group.operator_size(&middle);
+                let broken = || scale * largest(&group.operator_sizes(&middle));
                 let scale = spread(&group.values).unwrap_or_else(broken);
                 let hyperprior = match group.role {
-                    Role::Observed => Hyperprior::LogNormal {
-                        median: NOISE_MEDIAN * scale,
-                        standard_deviation: NOISE_DEVIATION,
-                    },
+                    Role::Observed => Hyperprior::about(NOISE_MEDIAN * scale, NOISE_DEVIATION),
                     Role::Imposed => Hyperprior::Flat,
                 };
                 let name = noise_name(group.number);
-                parameters.push(positive(name, scale, [NOISE_BOUNDS, NOISE_START], hyperprior));
+                parameters.push(positive(name, scale, NOISE, hyperprior));
             }
         }
         // Weights last: they are nobody's result.
         for group in &mut self.groups {
-            let Variance::StudentT { weights, freedom, .. } = &mut group.variance else { continue };
-            *weights = parameters.len();
-            let hyperprior = Hyperprior::Gamma { shape: 0.5 * *freedom };
+            let Noise::StudentT(freedom) = group.noise else { continue };
+            group.weighted = Some(parameters.len());
+            let hyperprior = Hyperprior::Gamma { shape: 0.5 * freedom };
             for value in 0..group.values.len() {
                 let name = format!("weight {value} of {}", noise_name(group.number));
-                parameters.push(positive(name, 1.0, [WEIGHT_BOUNDS, WEIGHT_START], hyperprior));
+                parameters.push(positive(name, 1.0, WEIGHT, hyperprior));
             }
         }
         self.parameters = parameters;
@@ -275,7 +263,6 @@ impl<const D: usize> Model<D> {
     /// operator on functions that vary over the whole domain. Measured values tell the size of u, a load that of each part
     /// by what the equation makes of it: features that vanish at many derivatives are steep, and a load tells little of them.
     fn amplitude_scales(&self, middle: &[f64]) -> Vec<f64> {
-        let largest = |sizes: &[f64]| sizes.iter().copied().fold(0.0, f64::max);
         let of = |role: Role| {
             let mut scales = vec![0.0_f64; self.prior.parts.len()];
             for group in self.groups.iter().filter(|group| group.role == role) {
@@ -304,38 +291,36 @@ impl<const D: usize> Model<D> {
         self.theta.iter().map(Parameter::middle).collect()
     }
 
+    /// Positions of the operators' parameters.
+    pub(crate) fn theta_range(&self) -> std::ops::Range<usize> {
+        self.theta_offset..self.theta_offset + self.theta.len()
+    }
+
     /// Values of the operators' parameters, from a vector of all parameters on their scales.
     pub(crate) fn theta_values(&self, scaled: &[f64]) -> Vec<f64> {
-        let range = self.theta_offset..self.theta_offset + self.theta.len();
-        self.parameters[range.clone()]
-            .iter()
-            .zip(&scaled[range])
-            .map(|(p, s)| p.from_scale(*s))
-            .collect()
+        let own = self.theta_range();
+        let each = self.parameters[own.clone()].iter().zip(&scaled[own]);
+        each.map(|(parameter, x)| parameter.from_scale(*x)).collect()
     }
 }
 
-/// Bounds of amplitudes and lengths in units of the data's size and the axes' extents: wide enough
+/// Bounds and starts of amplitudes and lengths in units of the data's size and the axes' extents: wide enough
 /// for functions close to polynomials, narrow enough to keep covariances representable.
-const AMPLITUDE_BOUNDS: [f64; 2] = [1e-2, 1e3];
+const AMPLITUDE: [[f64; 2]; 2] = [[1e-2, 1e3], [0.3, 3.0]];
+const LENGTH: [[f64; 2]; 2] = [[0.03, 30.0], [0.3, 1.5]];
 /// Share of an operator's size on the part that it makes most of, below which it says nothing of another part's size.
 const NOTHING: f64 = 1e-3;
-const AMPLITUDE_START: [f64; 2] = [0.3, 3.0];
-const LENGTH_BOUNDS: [f64; 2] = [0.03, 30.0];
-const LENGTH_START: [f64; 2] = [0.3, 1.5];
 /// Hyperprior of logarithms of amplitudes and lengths about the size of data and domain.
 const DEVIATION: f64 = 1.0;
-/// Bounds in units of the spread of the values: from far below any instrument to nothing but noise.
-const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
-const NOISE_START: [f64; 2] = [0.01, 0.1];
+/// Bounds and starts in units of the spread of the values: from far below any instrument to nothing but noise.
+const NOISE: [[f64; 2]; 2] = [[1e-5, 2.0], [0.01, 0.1]];
 /// Hyperprior of measurement errors: 95 % between 0.3 % and all of the spread. A few values tell their errors hardly at
 /// all; without a belief these would be taken for next to nothing.
 const NOISE_MEDIAN: f64 = 0.05;
 const NOISE_DEVIATION: f64 = 1.5;
 
 /// Weights of values: of one a million standard deviations off, to one closer than any.
-const WEIGHT_BOUNDS: [f64; 2] = [1e-12, 10.0];
-const WEIGHT_START: [f64; 2] = [0.5, 1.0];
+const WEIGHT: [[f64; 2]; 2] = [[1e-12, 10.0], [0.5, 1.0]];
 
 /// Points that an equation everywhere begins with, for each dimension, and the seed of their places.
 pub(crate) const FIRST_POINTS: usize = 15;
@@ -344,13 +329,9 @@ pub(crate) const POINTS_SEED: u64 = 0x5eed;
 /// A name that no other parameter has: in a sum of like kernels hyperparameters are numbered.
 fn distinct(name: String, taken: &[FreeParameter]) -> String {
     let is_free = |name: &String| taken.iter().all(|parameter| parameter.name != *name);
-    match is_free(&name) {
-        true => name,
-        false => (2..)
-            .map(|number| format!("{name} ({number})"))
-            .find(is_free)
-            .expect("some number is not taken"),
-    }
+    let numbered = (2..).map(|number| format!("{name} ({number})"));
+    let mut names = std::iter::once(name.clone()).chain(numbered);
+    names.find(is_free).expect("some number is not taken")
 }
 
 /// Standard deviation of values, or their size where all are equal; none where all are zero.
@@ -362,21 +343,13 @@ pub(crate) fn spread(values: &[f64]) -> Option<f64> {
 }
 
 fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<PairPlan<D>>> {
-    prior
-        .parts
-        .iter()
-        .enumerate()
-        .map(|(part, description)| {
-            let kernel = &*description.kernel;
-            let orders: Vec<&[[usize; D]]> = groups
-                .iter()
-                .flat_map(|group| &group.legs)
-                .map(|leg| leg.parts[part].orders.as_slice())
-                .collect();
-            orders
-                .iter()
-                .flat_map(|first| orders.iter().map(|second| PairPlan::new(kernel, first, second)))
-                .collect()
-        })
-        .collect()
+    let legs = || groups.iter().flat_map(|group| &group.legs);
+    let of = |(number, part): (usize, &Part<D>)| {
+        let orders = |leg: &PointCoefficients<D>| leg.parts[number].orders.clone();
+        let orders: Vec<_> = legs().map(orders).collect();
+        let pairs =
+            orders.iter().flat_map(|first| orders.iter().map(move |second| (first, second)));
+        pairs.map(|(first, second)| PairPlan::new(part, first, second)).collect()
+    };
+    prior.parts.iter().enumerate().map(of).collect()
 }

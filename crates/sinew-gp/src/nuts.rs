@@ -4,7 +4,7 @@
 //! a logistic map, so that one step size serves all directions.
 
 use crate::ensemble::Ensemble;
-use crate::error::GpError;
+use crate::error::Result;
 use crate::fit::Fit;
 use crate::space::{Space, not_drawn};
 use sinew_sample::{Summary, nuts as chains};
@@ -34,13 +34,14 @@ const CHAINS: usize = 2;
 /// # Errors
 /// If the evidence cannot be evaluated at the fit.
 #[doc(alias("MCMC", "HMC"))]
-pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>, GpError> {
+pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
     let model = fit.model();
-    let space = Space::new(model, &fit.outcome().parameters, true)?;
+    let count = model.parameters().len();
+    let (space, about) = Space::new(model, &fit.outcome().parameters, count)?;
     let NutsOptions { warmup, draws, seed } = *options;
     let own =
         sinew_sample::NutsOptions { chains: CHAINS, warmup, draws: draws.div_ceil(CHAINS), seed };
-    let found = chains(&space, &space.about, &own).map_err(not_drawn)?;
+    let found = chains(&space, &about, &own).map_err(not_drawn)?;
     let r_hats = (0..model.theta.len())
         .map(|k| (k, Summary::of(&found.parameter(model.theta_offset + k)).r_hat));
     let worst = r_hats.max_by(|a, b| a.1.total_cmp(&b.1));

@@ -1,6 +1,7 @@
 //! Linear differential operators, written as they are on paper.
 
-use crate::error::GpError;
+use crate::domain::Domain;
+use crate::error::{GpError, Result};
 use crate::field::Field;
 use std::ops::{Add, Mul, Neg, Sub};
 use std::sync::Arc;
@@ -55,7 +56,7 @@ impl Parameter {
     ///
     /// # Errors
     /// If the bounds are not finite and ascending.
-    pub fn new(name: &str, [lower, upper]: [f64; 2]) -> Result<Self, GpError> {
+    pub fn new(name: &str, [lower, upper]: [f64; 2]) -> Result<Self> {
         if lower.is_finite() && upper.is_finite() && lower < upper {
             Ok(Self { name: name.into(), lower, upper })
         } else {
@@ -150,6 +151,23 @@ impl<const D: usize> Operator<D> {
         Derivative::identity().into()
     }
 
+    /// The derivative of some order along a direction.
+    pub(crate) fn along(direction: [f64; D], order: usize) -> Self {
+        let axes = || (0..D).filter(|d| direction[*d] != 0.0);
+        let slope = |term: Term<D>| {
+            axes().map(move |d| Term {
+                scale: term.scale * direction[d],
+                derivative: term.derivative * Derivative::along(d),
+                ..term.clone()
+            })
+        };
+        let mut all = Self::identity();
+        for _ in 0..order {
+            all.terms = all.terms.into_iter().flat_map(slope).collect();
+        }
+        all
+    }
+
     /// Its summands.
     pub fn terms(&self) -> &[Term<D>] {
         &self.terms
@@ -170,6 +188,17 @@ impl<const D: usize> Operator<D> {
     /// Its known functions: summands without u, each with the identity as its derivative.
     pub fn sources(&self) -> &[Term<D>] {
         &self.sources
+    }
+
+    /// Refuses derivatives of too high an order.
+    pub(crate) fn check_orders(&self, domain: &Domain<D>) -> Result<()> {
+        let mut orders = self.orders().into_iter().zip(domain.names());
+        match orders.find(|(order, _)| *order > MOST_DERIVATIVES) {
+            Some((order, axis)) => Err(GpError::Problem(format!(
+                "derivative of order {order} along {axis}; at most {MOST_DERIVATIVES} is supported; write the equation as one of lower order"
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// One summand alone.
@@ -236,48 +265,37 @@ macro_rules! factors {
 }
 factors!(Operator<D>, Derivative<D>, Field<D>);
 
-/// Factors that are functions, and signs.
-macro_rules! multiples {
-    ($($Right:ty),*) => {$(
-        impl<const D: usize> Mul<$Right> for Field<D> {
-            type Output = Operator<D>;
-            fn mul(self, right: $Right) -> Operator<D> {
-                Operator::from(right).map(|term| term.times_field(&self))
-            }
-        }
-        impl<const D: usize> Neg for $Right {
+impl<const D: usize, R: Into<Operator<D>>> Mul<R> for Field<D> {
+    type Output = Operator<D>;
+    fn mul(self, right: R) -> Operator<D> {
+        right.into().map(|term| term.times_field(&self))
+    }
+}
+
+/// Signs and sums of operators and derivatives.
+macro_rules! sums {
+    ($($Left:ty),*) => {$(
+        impl<const D: usize> Neg for $Left {
             type Output = Operator<D>;
             fn neg(self) -> Operator<D> {
                 -1.0 * self
             }
         }
-    )*};
-}
-multiples!(Operator<D>, Derivative<D>);
-
-/// Sums of operators and derivatives.
-macro_rules! sums {
-    ($($Left:ty, $Right:ty;)*) => {$(
-        impl<const D: usize> Add<$Right> for $Left {
+        impl<const D: usize, R: Into<Operator<D>>> Add<R> for $Left {
             type Output = Operator<D>;
-            fn add(self, right: $Right) -> Operator<D> {
-                let (mut sum, right) = (Operator::from(self), Operator::from(right));
+            fn add(self, right: R) -> Operator<D> {
+                let (mut sum, right) = (Operator::from(self), right.into());
                 sum.terms.extend(right.terms);
                 sum.sources.extend(right.sources);
                 sum
             }
         }
-        impl<const D: usize> Sub<$Right> for $Left {
+        impl<const D: usize, R: Into<Operator<D>>> Sub<R> for $Left {
             type Output = Operator<D>;
-            fn sub(self, right: $Right) -> Operator<D> {
-                self + -right
+            fn sub(self, right: R) -> Operator<D> {
+                self + -1.0 * right.into()
             }
         }
     )*};
 }
-sums! {
-    Operator<D>, Operator<D>;
-    Operator<D>, Derivative<D>;
-    Derivative<D>, Operator<D>;
-    Derivative<D>, Derivative<D>;
-}
+sums!(Operator<D>, Derivative<D>);

@@ -1,5 +1,6 @@
 //! Minimisation within a box by a limited-memory quasi-Newton method.
 
+use nalgebra::DVector;
 use std::collections::VecDeque;
 
 /// End of a minimisation.
@@ -28,87 +29,84 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// A point with value and gradient.
+struct Visited {
+    x: DVector<f64>,
+    value: f64,
+    gradient: DVector<f64>,
+}
+
 struct Search<F> {
     objective: F,
     bounds: Vec<[f64; 2]>,
     evaluations: usize,
-    memory: VecDeque<(Vec<f64>, Vec<f64>)>,
+    memory: VecDeque<(DVector<f64>, DVector<f64>)>,
 }
 
 impl<F: FnMut(&[f64]) -> Evaluated> Search<F> {
-    fn evaluate(&mut self, x: &[f64]) -> Evaluated {
+    fn evaluate(&mut self, x: DVector<f64>) -> Option<Visited> {
         self.evaluations += 1;
-        (self.objective)(x)
-            .filter(|(value, gradient)| value.is_finite() && gradient.iter().all(|g| g.is_finite()))
+        let (value, gradient) = (self.objective)(x.as_slice())?;
+        let finite = value.is_finite() && gradient.iter().all(|g| g.is_finite());
+        finite.then(|| Visited { x, value, gradient: gradient.into() })
     }
 
-    /// Whether each variable may move against the gradient.
-    fn free(&self, x: &[f64], gradient: &[f64]) -> Vec<bool> {
-        x.iter()
-            .zip(gradient)
-            .zip(&self.bounds)
-            .map(|((x, g), [lower, upper])| !(*x <= *lower && *g > 0.0 || *x >= *upper && *g < 0.0))
-            .collect()
+    /// Sets components of `v` to zero along which the gradient points out of the box at its boundary.
+    fn held(&self, at: &Visited, mut v: DVector<f64>) -> DVector<f64> {
+        let each = at.x.iter().zip(&at.gradient).zip(&self.bounds);
+        for (v, ((x, g), [lower, upper])) in v.iter_mut().zip(each) {
+            if *x <= *lower && *g > 0.0 || *x >= *upper && *g < 0.0 {
+                *v = 0.0;
+            }
+        }
+        v
     }
 
-    fn moved(&self, x: &[f64], direction: &[f64], step: f64) -> Vec<f64> {
-        x.iter()
-            .zip(direction)
-            .zip(&self.bounds)
-            .map(|((x, d), [lower, upper])| (x + step * d).clamp(*lower, *upper))
-            .collect()
+    fn moved(&self, x: &DVector<f64>, direction: &DVector<f64>, step: f64) -> DVector<f64> {
+        let mut moved = x + direction * step;
+        let ends = moved.iter_mut().zip(&self.bounds);
+        ends.for_each(|(x, [lower, upper])| *x = x.clamp(*lower, *upper));
+        moved
     }
 
     /// The two-loop recursion on the free variables.
-    fn direction(&self, gradient: &[f64], free: &[bool]) -> Vec<f64> {
-        let mask = |v: &mut [f64]| {
-            v.iter_mut().zip(free).filter(|(_, free)| !**free).for_each(|(v, _)| *v = 0.0);
-        };
-        let mut q: Vec<f64> = gradient.iter().map(|g| -g).collect();
-        mask(&mut q);
-        let steepest = q.clone();
+    fn direction(&self, at: &Visited) -> DVector<f64> {
+        let steepest = self.held(at, -&at.gradient);
+        let mut q = steepest.clone();
         let mut alphas = Vec::new();
         for (s, y) in self.memory.iter().rev() {
-            let alpha = dot(s, &q) / dot(s, y);
-            q.iter_mut().zip(y).for_each(|(q, y)| *q -= alpha * y);
+            let alpha = s.dot(&q) / s.dot(y);
+            q.axpy(-alpha, y, 1.0);
             alphas.push(alpha);
         }
-        let scale = match self.memory.back() {
-            Some((s, y)) => dot(s, y) / dot(y, y),
+        q *= match self.memory.back() {
+            Some((s, y)) => s.dot(y) / y.dot(y),
             // A first step of at most one tenth: parameters are logarithms.
-            None => 0.1 / steepest.iter().fold(1.0, |m: f64, g| m.max(g.abs())),
+            None => 0.1 / steepest.amax().max(1.0),
         };
-        q.iter_mut().for_each(|q| *q *= scale);
         for ((s, y), alpha) in self.memory.iter().zip(alphas.iter().rev()) {
-            let beta = dot(y, &q) / dot(s, y);
-            q.iter_mut().zip(s).for_each(|(q, s)| *q += (alpha - beta) * s);
+            let beta = y.dot(&q) / s.dot(y);
+            q.axpy(alpha - beta, s, 1.0);
         }
-        mask(&mut q);
-        if dot(&q, &steepest) > 0.0 { q } else { steepest }
+        let q = self.held(at, q);
+        if q.dot(&steepest) > 0.0 { q } else { steepest }
     }
 
     /// A step with sufficient decrease, and if possible sufficient curvature.
-    fn line_search(
-        &mut self,
-        x: &[f64],
-        (value, gradient): (f64, &[f64]),
-        direction: &[f64],
-    ) -> Option<(Vec<f64>, f64, Vec<f64>)> {
+    fn line_search(&mut self, from: &Visited, direction: &DVector<f64>) -> Option<Visited> {
         let (mut low, mut high) = (0.0, f64::INFINITY);
         let mut step = 1.0;
         let mut best = None;
-        let slope = dot(gradient, direction);
+        let slope = from.gradient.dot(direction);
         for _ in 0..LINE_SEARCH_STEPS {
-            let candidate = self.moved(x, direction, step);
-            let displacement: Vec<f64> = candidate.iter().zip(x).map(|(c, x)| c - x).collect();
-            let expected = dot(gradient, &displacement);
-            match self.evaluate(&candidate) {
-                Some((f, g)) if f <= value + ARMIJO * expected => {
-                    let curved = dot(&g, direction) >= WOLFE * slope;
-                    let clipped =
-                        displacement.iter().zip(direction).any(|(d, full)| *d != step * full);
-                    best = Some((candidate, f, g));
-                    if curved || clipped {
+            let candidate = self.moved(&from.x, direction, step);
+            let displacement = &candidate - &from.x;
+            let expected = from.gradient.dot(&displacement);
+            match self.evaluate(candidate) {
+                Some(found) if found.value <= from.value + ARMIJO * expected => {
+                    let curved = found.gradient.dot(direction) >= WOLFE * slope;
+                    best = Some(found);
+                    if curved || displacement != direction * step {
                         break;
                     }
                     low = step;
@@ -135,22 +133,17 @@ pub(crate) fn minimise(
 ) -> Option<Minimum> {
     let mut search =
         Search { objective, bounds: bounds.to_vec(), evaluations: 0, memory: VecDeque::new() };
-    let mut x = search.moved(start, &vec![0.0; start.len()], 0.0);
-    let (mut value, mut gradient) = search.evaluate(&x)?;
-    watch(&x, value);
+    let start = DVector::from_column_slice(start);
+    let start = search.moved(&start, &start, 0.0);
+    let mut at = search.evaluate(start)?;
+    watch(at.x.as_slice(), at.value);
     let mut idle = 0;
     for _ in 0..most_iterations {
-        let free = search.free(&x, &gradient);
-        let largest = gradient
-            .iter()
-            .zip(&free)
-            .filter(|(_, f)| **f)
-            .fold(0.0_f64, |m, (g, _)| m.max(g.abs()));
-        if largest < GRADIENT_TOLERANCE {
+        if search.held(&at, at.gradient.clone()).amax() < GRADIENT_TOLERANCE {
             break;
         }
-        let direction = search.direction(&gradient, &free);
-        let Some((next, f, g)) = search.line_search(&x, (value, &gradient), &direction) else {
+        let direction = search.direction(&at);
+        let Some(next) = search.line_search(&at, &direction) else {
             if search.memory.is_empty() {
                 break;
             }
@@ -158,23 +151,23 @@ pub(crate) fn minimise(
             search.memory.clear();
             continue;
         };
-        let s: Vec<f64> = next.iter().zip(&x).map(|(n, x)| n - x).collect();
-        let y: Vec<f64> = g.iter().zip(&gradient).map(|(n, g)| n - g).collect();
-        if dot(&s, &y) > 1e-12 * dot(&y, &y) {
+        let (s, y) = (&next.x - &at.x, &next.gradient - &at.gradient);
+        if s.dot(&y) > 1e-12 * y.dot(&y) {
             search.memory.push_back((s, y));
             if search.memory.len() > MEMORY {
                 search.memory.pop_front();
             }
         }
-        let decrease = (value - f) / value.abs().max(f.abs()).max(1.0);
-        (x, value, gradient) = (next, f, g);
-        watch(&x, value);
+        let decrease = (at.value - next.value) / at.value.abs().max(next.value.abs()).max(1.0);
+        at = next;
+        watch(at.x.as_slice(), at.value);
         idle = if decrease < DECREASE_TOLERANCE { idle + 1 } else { 0 };
         if idle == 2 {
             break;
         }
     }
-    Some(Minimum { point: x, value, evaluations: search.evaluations })
+    let (point, value) = (at.x.as_slice().to_vec(), at.value);
+    Some(Minimum { point, value, evaluations: search.evaluations })
 }
 
 #[cfg(test)]

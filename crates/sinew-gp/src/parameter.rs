@@ -38,6 +38,11 @@ pub enum Hyperprior {
 }
 
 impl Hyperprior {
+    /// Normal in the logarithm.
+    pub(crate) fn about(median: f64, standard_deviation: f64) -> Self {
+        Self::LogNormal { median, standard_deviation }
+    }
+
     /// Logarithm of the density up to a constant, and its derivative.
     pub(crate) fn log_density(self, coordinate: f64) -> (f64, f64) {
         match self {

@@ -1,7 +1,8 @@
 //! Simple polygons, and smooth functions that vanish on their edges.
 
 use crate::edge::Edge;
-use crate::error::GpError;
+use crate::error::{GpError, Result};
+use crate::grid::grid;
 use crate::series::Series;
 
 /// A simple polygon, with its corners in anticlockwise order.
@@ -29,7 +30,7 @@ impl Polygon {
     /// # Errors
     /// If there are fewer than three, some are not finite or coincide, edges cross, or there is
     /// no area.
-    pub(crate) fn new(corners: &[[f64; 2]]) -> Result<Self, GpError> {
+    pub(crate) fn new(corners: &[[f64; 2]]) -> Result<Self> {
         let fail = |problem| Err(unusable(corners.len(), problem));
         if corners.len() < 3 {
             return fail("give at least three");
@@ -148,23 +149,17 @@ impl Polygon {
     /// Largest value on a grid over the polygon.
     pub(crate) fn largest(&self, of: impl Fn(&Series, &Series) -> f64) -> f64 {
         const POINTS_PER_AXIS: usize = 40;
-        let [[left, right], [bottom, top]] = self.extents();
-        let coordinate = |low: f64, high: f64, i: usize| {
-            low + (high - low) * (i as f64 + 0.5) / POINTS_PER_AXIS as f64
+        let along = |[low, high]: [f64; 2]| {
+            let share = |i: usize| (i as f64 + 0.5) / POINTS_PER_AXIS as f64;
+            (0..POINTS_PER_AXIS).map(|i| low + (high - low) * share(i)).collect()
         };
-        (0..POINTS_PER_AXIS * POINTS_PER_AXIS)
-            .map(|k| {
-                [
-                    coordinate(left, right, k / POINTS_PER_AXIS),
-                    coordinate(bottom, top, k % POINTS_PER_AXIS),
-                ]
-            })
-            .filter(|point| self.contains_within(*point, 0.0))
-            .map(|point| {
-                let [x, y] = Series::plain(point);
-                of(&x, &y)
-            })
-            .fold(f64::MIN_POSITIVE, f64::max)
+        let points = grid(&self.extents().map(along)).into_iter();
+        let value = |point: [f64; 2]| {
+            let [x, y] = Series::plain(point);
+            of(&x, &y)
+        };
+        let inside = points.filter(|point| self.contains_within(*point, 0.0));
+        inside.map(value).fold(f64::MIN_POSITIVE, f64::max)
     }
 }
 

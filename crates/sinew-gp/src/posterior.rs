@@ -1,15 +1,15 @@
 //! What the data say of u and of linear functionals of it.
 
-use crate::coefficients::{PartCoefficients, PointCoefficients};
-use crate::compile::check_roughness;
+use crate::coefficients::PointCoefficients;
 use crate::data::{Role, check_finite, check_places};
-use crate::error::{GpError, check_lengths};
+use crate::error::{GpError, Result, check_lengths};
 use crate::factor::Factor;
 use crate::functional::Functional;
 use crate::gram::{PairPlan, Scratch, Side};
 use crate::model::{Model, spread};
 use crate::operator::Operator;
-use crate::state::{Factored, State, combine};
+use crate::optimise::dot;
+use crate::state::{Factored, State};
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side as Triangle};
@@ -42,7 +42,8 @@ pub struct Prediction {
 }
 
 /// An operator compiled at test points.
-struct Query<const D: usize> {
+struct Query<'a, const D: usize> {
+    state: State<'a, D>,
     points: PointCoefficients<D>,
     /// a_β of each part.
     coefficients: Vec<Vec<f64>>,
@@ -51,9 +52,52 @@ struct Query<const D: usize> {
     own: Vec<PairPlan<D>>,
 }
 
-impl<const D: usize> Query<D> {
+impl<const D: usize> Query<'_, D> {
     fn side(&self, part: usize) -> Side<'_, D> {
         Side { axes: &self.points.parts[part].axes, coefficients: &self.coefficients[part] }
+    }
+
+    /// Covariances with one observation after the other.
+    fn for_columns(&self, mut visit: impl FnMut(usize, &[f64])) {
+        let (model, mut scratch) = (self.state.model, Scratch::default());
+        let mut covariances = vec![0.0; self.points.count];
+        for (number, group) in model.groups.iter().enumerate() {
+            let mut plans = Vec::new();
+            for leg in self.state.legs_of(number) {
+                for (part, of) in model.prior.parts.iter().enumerate() {
+                    let [first, second] = [&self.points, self.state.legs[leg].points]
+                        .map(|points| &points.parts[part].orders[..]);
+                    plans.push((part, leg, PairPlan::new(of, first, second)));
+                }
+            }
+            for own in 0..group.values.len() {
+                covariances.fill(0.0);
+                for (part, leg, plan) in &plans {
+                    let second = self.state.side(*part, *leg);
+                    let block = self.state.between(*part, plan, self.side(*part), second);
+                    block.add_column(0, own, &mut covariances, &mut scratch);
+                }
+                visit(group.offset + own, &covariances);
+            }
+        }
+    }
+
+    /// Prior variances at the points.
+    fn variances(&self) -> Vec<f64> {
+        let mut scratch = Scratch::default();
+        let mut variances = vec![0.0; self.points.count];
+        for (point, own) in variances.chunks_mut(1).enumerate() {
+            self.add_own([point, point], own, &mut scratch);
+        }
+        variances
+    }
+
+    /// Prior covariances of the points from `first` on with point `column`.
+    fn add_own(&self, [first, column]: [usize; 2], out: &mut [f64], scratch: &mut Scratch) {
+        for (part, plan) in self.own.iter().enumerate() {
+            let block = self.state.between(part, plan, self.side(part), self.side(part));
+            block.add_column(first, column, out, scratch);
+        }
     }
 }
 
@@ -62,7 +106,7 @@ impl<const D: usize> Posterior<D> {
     ///
     /// # Errors
     /// If their number is wrong or the covariance is not positive definite.
-    pub fn new(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self, GpError> {
+    pub fn new(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self> {
         let Factored { factor, whitened: mut weights, jitter } =
             State::new(&model, parameters)?.factored()?;
         factor.backward(&mut weights);
@@ -79,7 +123,7 @@ impl<const D: usize> Posterior<D> {
     ///
     /// # Errors
     /// If a point is not finite, or a feature has no derivative there.
-    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
+    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction> {
         self.predict_operator(&Operator::identity(), points)
     }
 
@@ -87,7 +131,7 @@ impl<const D: usize> Posterior<D> {
     ///
     /// # Errors
     /// As [`Posterior::predict`].
-    pub fn mean(&self, points: &[[f64; D]]) -> Result<Vec<f64>, GpError> {
+    pub fn mean(&self, points: &[[f64; D]]) -> Result<Vec<f64>> {
         self.mean_of(&Operator::identity(), points)
     }
 
@@ -96,15 +140,10 @@ impl<const D: usize> Posterior<D> {
     /// # Errors
     /// As [`Posterior::predict`]; and if the operator has parameters that the model lacks, or takes
     /// more derivatives than are supported or the kernel's functions have.
-    pub fn mean_of(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-    ) -> Result<Vec<f64>, GpError> {
-        let state = State::new(&self.model, &self.parameters)?;
-        let query = self.query(&state, operator, points)?;
+    pub fn mean_of(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
+        let query = self.query(operator, points)?;
         let mut mean = query.mean.clone();
-        self.for_columns(&state, &query, |column, covariances| {
+        query.for_columns(|column, covariances| {
             let weight = self.weights[column];
             mean.iter_mut().zip(covariances).for_each(|(m, c)| *m += weight * c);
         });
@@ -119,13 +158,12 @@ impl<const D: usize> Posterior<D> {
         &self,
         operator: &Operator<D>,
         points: &[[f64; D]],
-    ) -> Result<Prediction, GpError> {
-        let state = State::new(&self.model, &self.parameters)?;
-        let query = self.query(&state, operator, points)?;
-        let (mean, whitened) = self.conditioned(&state, &query);
-        let known = |point: usize| whitened.col(point).iter().map(|w| w * w).sum::<f64>();
-        let left = Self::variances(&state, &query).into_iter().enumerate();
-        let deviation = left.map(|(point, prior)| (prior - known(point)).max(0.0).sqrt());
+    ) -> Result<Prediction> {
+        let query = self.query(operator, points)?;
+        let (mean, whitened) = self.conditioned(&query);
+        let left = query.variances().into_iter().zip(whitened.col_iter());
+        let deviation =
+            left.map(|(prior, known)| (prior - known.squared_norm_l2()).max(0.0).sqrt());
         Ok(Prediction { mean, standard_deviation: deviation.collect() })
     }
 
@@ -134,29 +172,22 @@ impl<const D: usize> Posterior<D> {
     /// # Errors
     /// As [`Posterior::mean_of`]; and if there are not as many weights as points, or some are not
     /// finite.
-    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
+    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
         let weights = &functional.weights;
         check_lengths(functional.points.len(), weights.len())?;
         check_finite("weight", weights.iter().enumerate())?;
         let (mean, covariance) = self.joint(&functional.operator, &functional.points)?;
-        let value = mean.iter().zip(weights).map(|(m, w)| m * w).sum();
-        let variance: f64 = (0..weights.len())
-            .flat_map(|i| (0..weights.len()).map(move |j| (i, j)))
-            .map(|(i, j)| weights[i] * covariance[(i, j)] * weights[j])
-            .sum();
-        Ok((value, variance.max(0.0).sqrt()))
+        let columns = weights.iter().enumerate();
+        let variance: f64 =
+            columns.map(|(j, w)| w * dot(covariance.col_as_slice(j), weights)).sum();
+        Ok((dot(&mean, weights), variance.max(0.0).sqrt()))
     }
 
     /// Functions drawn from the posterior, each by its values at the points.
     ///
     /// # Errors
     /// As [`Posterior::predict`].
-    pub fn sample(
-        &self,
-        points: &[[f64; D]],
-        count: usize,
-        seed: u64,
-    ) -> Result<Vec<Vec<f64>>, GpError> {
+    pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
         self.sample_operator(&Operator::identity(), points, count, seed)
     }
 
@@ -170,7 +201,7 @@ impl<const D: usize> Posterior<D> {
         points: &[[f64; D]],
         count: usize,
         seed: u64,
-    ) -> Result<Vec<Vec<f64>>, GpError> {
+    ) -> Result<Vec<Vec<f64>>> {
         let (mean, covariance) = self.joint(operator, points)?;
         let size = points.len();
         let Ok(eigen) = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower) else {
@@ -219,132 +250,58 @@ impl<const D: usize> Posterior<D> {
     }
 
     /// Standard deviation of an operator before the data, root mean square over points.
-    pub(crate) fn prior_deviation(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-    ) -> Result<f64, GpError> {
-        let state = State::new(&self.model, &self.parameters)?;
-        let query = self.query(&state, operator, points)?;
-        let sum: f64 = Self::variances(&state, &query).iter().sum();
+    pub(crate) fn prior_spread(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<f64> {
+        let query = self.query(operator, points)?;
+        let sum: f64 = query.variances().iter().sum();
         Ok((sum / points.len().max(1) as f64).sqrt())
     }
 
-    fn query(
-        &self,
-        state: &State<'_, D>,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-    ) -> Result<Query<D>, GpError> {
-        check_roughness(&self.model.prior, operator)?;
+    fn query(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Query<'_, D>> {
+        let (model, prior) = (&self.model, &self.model.prior);
+        let state = State::new(model, &self.parameters)?;
+        prior.check_roughness(operator)?;
         check_places(points)?;
-        let mut theta = self.model.theta.clone();
+        let mut theta = model.theta.clone();
         let places = (points, "the prediction");
-        let built = PointCoefficients::new(&self.model.prior, operator, places, &mut theta)?;
-        if let Some(unknown) = theta.get(self.model.theta.len()) {
-            self.model.position(unknown.name())?;
+        let points = PointCoefficients::new(prior, operator, places, &mut theta)?;
+        if let Some(unknown) = theta.get(model.theta.len()) {
+            model.position(unknown.name())?;
         }
-        let monomials = built.factors(&state.theta);
-        let mut mean = vec![0.0; points.len()];
-        built.add_mean(&monomials, 1.0, &mut mean);
-        let parts = || built.parts.iter().enumerate();
-        let of = |(part, p): (usize, &PartCoefficients<D>)| {
-            combine(state.kernels[part].0, &monomials, &p.arrays)
-        };
-        let coefficients = parts().map(of).collect();
-        let own = parts().map(|(part, p)| self.plan(part, &p.orders, &p.orders)).collect();
-        Ok(Query { coefficients, mean, own, points: built })
-    }
-
-    /// Covariances of the query with one observation after the other.
-    fn for_columns(
-        &self,
-        state: &State<'_, D>,
-        query: &Query<D>,
-        mut visit: impl FnMut(usize, &[f64]),
-    ) {
-        let mut scratch = Scratch::default();
-        let mut covariances = vec![0.0; query.points.count];
-        for (number, group) in self.model.groups.iter().enumerate() {
-            let legs = |part| state.legs_of(number).map(move |leg| (part, leg));
-            let pairs = (0..query.points.parts.len()).flat_map(legs);
-            let plans: Vec<_> = pairs
-                .map(|(part, leg)| {
-                    let second = &state.legs[leg].1.parts[part].orders;
-                    (part, leg, self.plan(part, &query.points.parts[part].orders, second))
-                })
-                .collect();
-            for own in 0..group.values.len() {
-                covariances.fill(0.0);
-                for (part, leg, plan) in &plans {
-                    let second = state.side(*part, *leg);
-                    let block = state.between(*part, plan, query.side(*part), second);
-                    block.add_column(0, own, &mut covariances, &mut scratch);
-                }
-                visit(group.offset + own, &covariances);
-            }
-        }
-    }
-
-    fn plan(&self, part: usize, first: &[[usize; D]], second: &[[usize; D]]) -> PairPlan<D> {
-        PairPlan::new(&*self.model.prior.parts[part].kernel, first, second)
+        let monomials = points.factors(&state.theta);
+        let mut mean = vec![0.0; points.count];
+        points.add_mean(&monomials, 1.0, &mut mean);
+        let coefficients = points.combined(&state.kernels, &monomials);
+        let parts = prior.parts.iter().zip(&points.parts);
+        let own = parts.map(|(part, own)| PairPlan::new(part, &own.orders, &own.orders)).collect();
+        Ok(Query { state, coefficients, mean, own, points })
     }
 
     /// Posterior mean, and L⁻¹ K_* with one column for each point.
-    fn conditioned(&self, state: &State<'_, D>, query: &Query<D>) -> (Vec<f64>, Mat<f64>) {
+    fn conditioned(&self, query: &Query<'_, D>) -> (Vec<f64>, Mat<f64>) {
         let mut cross = Mat::<f64>::zeros(self.model.size, query.points.count);
-        self.for_columns(state, query, |row, covariances| {
+        query.for_columns(|row, covariances| {
             for (column, covariance) in covariances.iter().enumerate() {
                 cross[(row, column)] = *covariance;
             }
         });
         let mut mean = query.mean.clone();
         for (column, mean) in mean.iter_mut().enumerate() {
-            *mean += cross.col(column).iter().zip(&self.weights).map(|(c, w)| c * w).sum::<f64>();
+            *mean += dot(cross.col_as_slice(column), &self.weights);
         }
         solve_lower_triangular_in_place(self.factor.view(), cross.as_mut(), Par::Seq);
         (mean, cross)
     }
 
-    /// Prior variances at the query's points.
-    fn variances(state: &State<'_, D>, query: &Query<D>) -> Vec<f64> {
-        let mut scratch = Scratch::default();
-        let mut variances = vec![0.0; query.points.count];
-        for (point, own) in variances.chunks_mut(1).enumerate() {
-            Self::add_own(state, query, (point, point), own, &mut scratch);
-        }
-        variances
-    }
-
-    /// Prior covariances of the query's points from `first` on with point `column`.
-    fn add_own(
-        state: &State<'_, D>,
-        query: &Query<D>,
-        (first, column): (usize, usize),
-        out: &mut [f64],
-        scratch: &mut Scratch,
-    ) {
-        for (part, plan) in query.own.iter().enumerate() {
-            let block = state.between(part, plan, query.side(part), query.side(part));
-            block.add_column(first, column, out, scratch);
-        }
-    }
-
     /// Posterior mean and covariance of an operator at points.
-    fn joint(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-    ) -> Result<(Vec<f64>, Mat<f64>), GpError> {
-        let state = State::new(&self.model, &self.parameters)?;
-        let query = self.query(&state, operator, points)?;
-        let (mean, whitened) = self.conditioned(&state, &query);
+    fn joint(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)> {
+        let query = self.query(operator, points)?;
+        let (mean, whitened) = self.conditioned(&query);
         let mut covariance = whitened.transpose() * &whitened;
         let mut scratch = Scratch::default();
         let mut prior = vec![0.0; points.len()];
         for column in 0..points.len() {
             prior.fill(0.0);
-            Self::add_own(&state, &query, (0, column), &mut prior, &mut scratch);
+            query.add_own([0, column], &mut prior, &mut scratch);
             for (row, value) in prior.iter().enumerate() {
                 covariance[(row, column)] = value - covariance[(row, column)];
             }

@@ -1,9 +1,9 @@
 //! Gaussian-process priors for a problem, with or without its boundary conditions.
 
-use crate::constraint::{Constraints, Feature, constraints, edge_lifts, unconstrained};
+use crate::constraint::{Constraints, Feature, constraints, on_edge, unconstrained};
 use crate::data::{Data, Group, Noise};
 use crate::domain::{Domain, Side, no_polygon};
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::field::Field;
 use crate::kernel::{Kernel, unusable};
 use crate::operator::Operator;
@@ -65,7 +65,7 @@ impl<const D: usize> Prior<D> {
     /// # Errors
     /// If conditions conflict at a corner; if the kernel is too rough for the equation, is along an axis that there is not, or
     /// has a hyperparameter without a range.
-    pub fn constrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
+    pub fn constrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
         Self::of(problem, constraints(problem)?, kernel)
     }
 
@@ -73,17 +73,14 @@ impl<const D: usize> Prior<D> {
     ///
     /// # Errors
     /// If the kernel is too rough for the equation, is along an axis that there is not, or has a hyperparameter without a range.
-    pub fn unconstrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
+    pub fn unconstrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
         Self::of(problem, unconstrained(), kernel)
     }
 
-    fn of(
-        problem: &Problem<D>,
-        Constraints { mean, features }: Constraints<D>,
-        kernel: &dyn Kernel<D>,
-    ) -> Result<Self, GpError> {
+    fn of(problem: &Problem<D>, built: Constraints<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
+        let Constraints { mean, features } = built;
         check_declarations(kernel)?;
-        check_smoothness(kernel, problem.equation())?;
+        kernel.check_smoothness(problem.equation())?;
         check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
         let part = |feature: Feature<D>| Part { kernel: feature.kernel(kernel).into(), feature };
@@ -107,7 +104,7 @@ impl<const D: usize> Prior<D> {
     ///
     /// # Errors
     /// If there is no such axis, it belongs to a polygon, or the width is not finite and above 0.
-    pub fn stretched(mut self, axis: &str, side: Side, width: f64) -> Result<Self, GpError> {
+    pub fn stretched(mut self, axis: &str, side: Side, width: f64) -> Result<Self> {
         let axis = self.domain.free_axis(axis, "one that does not")?;
         if !(width.is_finite() && width > 0.0) {
             return Err(GpError::Request(format!(
@@ -117,6 +114,11 @@ impl<const D: usize> Prior<D> {
         let ends = self.domain.ends(axis);
         self.stretches[axis] = Some(Stretch { ends, side, width });
         Ok(self)
+    }
+
+    /// Refuses operators that take more derivatives than functions of the prior have.
+    pub(crate) fn check_roughness(&self, operator: &Operator<D>) -> Result<()> {
+        self.parts.iter().try_for_each(|part| part.kernel.check_smoothness(operator))
     }
 
     /// A point as the kernel of a part takes it: along a direction, the position is its first coordinate.
@@ -175,7 +177,7 @@ impl<const D: usize> Prior<D> {
         kernel: &dyn Kernel<D>,
         points: usize,
         seed: u64,
-    ) -> Result<Self, GpError> {
+    ) -> Result<Self> {
         let mut prior = Self::unconstrained(problem, kernel)?;
         prior.boundary = pseudo_observations(problem, points, seed)?;
         Ok(prior)
@@ -183,7 +185,7 @@ impl<const D: usize> Prior<D> {
 }
 
 /// Refuses conditions whose formulas are undefined in the domain: places enough to find any that are on a hundredth of it.
-fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<(), GpError> {
+fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<()> {
     const PLACES: usize = 300;
     if mean.is_zero() {
         return Ok(());
@@ -200,7 +202,7 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<(),
 
 /// Refuses kernels whose hyperparameters have no range to be adjusted in, and those along axes that there are not, of which a
 /// restriction to the domain's would leave a constant.
-fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<(), GpError> {
+fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<()> {
     let declared = kernel.hyperparameters();
     match declared.iter().find_map(|h| Some((h.name, unusable::<D>(h)?))) {
         None => Ok(()),
@@ -211,61 +213,45 @@ fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<(), GpEr
     }
 }
 
-/// Refuses kernels whose functions lack the derivatives that an operator takes.
-pub(crate) fn check_smoothness<const D: usize>(
-    kernel: &dyn Kernel<D>,
-    operator: &Operator<D>,
-) -> Result<(), GpError> {
-    let needs = operator.order();
-    match kernel.smoothness().filter(|has| *has < needs) {
-        Some(has) => Err(GpError::Kernel(format!(
-            "the {} kernel has {has} derivatives, the operator takes {needs}; use a smoother kernel",
-            kernel.name()
-        ))),
-        None => Ok(()),
-    }
-}
-
 /// The conditions of all faces as observations, about `points` in all.
 fn pseudo_observations<const D: usize>(
     problem: &Problem<D>,
     points: usize,
     seed: u64,
-) -> Result<Vec<Group<D>>, GpError> {
+) -> Result<Vec<Group<D>>> {
     let domain = problem.domain();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let faces: Vec<Lift<D>> =
         (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
-    let of_edge = |edge| edge_lifts(problem, edge).into_iter().map(move |lift| (edge, lift));
+    let of_edge = |edge| on_edge(problem, edge).into_iter().map(move |imposed| (edge, imposed));
     let edges: Vec<_> = (0..problem.edges.len()).flat_map(of_edge).collect();
+    let imposed = faces.iter().map(|lift| &lift.imposed);
+    let imposed = imposed.chain(edges.iter().map(|(_, imposed)| imposed));
     let all = faces.len() + edges.len();
-    let places = |number: usize, random: &mut ChaCha8Rng| {
-        let share = (points * (number + 1)) / all - (points * number) / all;
-        domain.sample(share, random.random())
-    };
-    let told = |data: Data<D>, operator: Operator<D>, at: &[[f64; D]], f: &Field<D>| {
-        let values: Vec<f64> = at.iter().map(|point| f.value(*point)).collect();
-        data.imposed(operator, at, &values, Noise::Learned)
-    };
     let mut data = Data::new();
-    for (number, lift) in faces.iter().enumerate() {
-        let places = places(number, &mut random)?;
-        let at = |side: Side| {
-            let mut places = places.clone();
-            places.iter_mut().for_each(|point| point[lift.axis] = domain.end(lift.axis, side));
-            places
-        };
-        data = told(data, lift.operator(), &at(lift.at.unwrap_or(Side::Upper)), &lift.data);
-        let jump = lift.at.is_none().then(|| (-1.0, at(Side::Lower)));
-        data.groups[number].further.extend(jump);
-    }
-    for (number, (edge, lift)) in edges.into_iter().enumerate() {
-        let mut places = places(faces.len() + number, &mut random)?;
-        let polygon = domain.cross_section().ok_or_else(no_polygon)?;
-        for point in &mut places {
-            (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
+    for (number, imposed) in imposed.enumerate() {
+        let share = (points * (number + 1)) / all - (points * number) / all;
+        let mut places = domain.sample(share, random.random())?;
+        let mut jump = None;
+        if let Some(Lift { axis, at, .. }) = faces.get(number) {
+            let moved = |mut point: [f64; D], side: Side| {
+                point[*axis] = domain.end(*axis, side);
+                point
+            };
+            let to = |side: Side| places.iter().map(|point| moved(*point, side)).collect();
+            jump = at.is_none().then(|| (-1.0, to(Side::Lower)));
+            places = to(at.unwrap_or(Side::Upper));
+        } else {
+            let polygon = domain.cross_section().ok_or_else(no_polygon)?;
+            for point in &mut places {
+                let fraction = random.random_range(0.0..1.0);
+                (point[0], point[1]) =
+                    polygon.on_edge(edges[number - faces.len()].0, fraction).into();
+            }
         }
-        data = told(data, lift.operator(), &places, &lift.data);
+        let values: Vec<f64> = places.iter().map(|point| imposed.data.value(*point)).collect();
+        data = data.imposed(imposed.operator(), &places, &values, Noise::Learned);
+        data.groups[number].further.extend(jump);
     }
     Ok(data.groups)
 }

@@ -2,9 +2,9 @@
 
 use crate::condition::{Condition, Periodicity};
 use crate::domain::{Domain, Side, no_polygon};
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::field::Field;
-use crate::operator::{MOST_DERIVATIVES, Operator};
+use crate::operator::Operator;
 
 /// A domain, a linear equation on it, and conditions on parts of its boundary.
 #[derive(Clone, Debug)]
@@ -22,9 +22,9 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// If it takes more than [`MOST_DERIVATIVES`] derivatives along an axis.
-    pub fn new(domain: Domain<D>, equation: impl Into<Operator<D>>) -> Result<Self, GpError> {
+    pub fn new(domain: Domain<D>, equation: impl Into<Operator<D>>) -> Result<Self> {
         let equation = equation.into();
-        check_orders(&domain, &equation)?;
+        equation.check_orders(&domain)?;
         Ok(Self {
             domain,
             equation,
@@ -39,22 +39,15 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// If there is no such axis, it belongs to a polygon, the face has a condition already, a Robin condition has no slope or
     /// factors that are not finite, or derivatives are given twice or of too high an order.
-    pub fn condition(
-        mut self,
-        axis: &str,
-        side: Side,
-        condition: Condition<D>,
-    ) -> Result<Self, GpError> {
+    pub fn condition(mut self, axis: &str, side: Side, condition: Condition<D>) -> Result<Self> {
+        let places = self.domain.on_face(axis, side, FACE_PLACES, 0);
         let axis = self.domain.free_axis(axis, ON_EDGES)?;
         let face = self.domain.face(axis, side);
         let place = &mut self.faces[axis][side.index()];
         if place.is_some() || self.periodic[axis].is_some() {
             return Err(over_determined(&face));
         }
-        let end = self.domain.end(axis, side);
-        let mut places = self.domain.sample(FACE_PLACES, 0)?;
-        places.iter_mut().for_each(|place| place[axis] = end);
-        *place = Some(condition.checked(&face, &places)?);
+        *place = Some(condition.checked(&face, &places?)?);
         Ok(self)
     }
 
@@ -62,7 +55,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// If there is no such axis, it belongs to a polygon, or one of its faces has a condition.
-    pub fn periodic(mut self, axis: &str, periodicity: Periodicity) -> Result<Self, GpError> {
+    pub fn periodic(mut self, axis: &str, periodicity: Periodicity) -> Result<Self> {
         let axis = self.domain.free_axis(axis, ON_EDGES)?;
         if self.faces[axis].iter().any(Option::is_some) || self.periodic[axis].is_some() {
             return Err(over_determined(&self.domain.face(axis, Side::Lower)));
@@ -76,7 +69,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// If the domain has no polygon, or its boundary has values already.
-    pub fn boundary(mut self, value: Field<D>) -> Result<Self, GpError> {
+    pub fn boundary(mut self, value: Field<D>) -> Result<Self> {
         let edges = self.domain.cross_section().ok_or_else(no_polygon)?.corners().len();
         if !self.edges.is_empty() {
             return Err(over_determined("the polygon"));
@@ -95,7 +88,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// If the domain has no polygon or no such edge, the edge has a condition already, a Robin condition has no slope, factors
     /// that are not finite or one that varies along a third axis, or derivatives of higher order are given.
-    pub fn edge(mut self, edge: usize, condition: Condition<D>) -> Result<Self, GpError> {
+    pub fn edge(mut self, edge: usize, condition: Condition<D>) -> Result<Self> {
         let edges = self.domain.cross_section().ok_or_else(no_polygon)?.corners().len();
         if edge >= edges {
             return Err(GpError::Problem(format!(
@@ -122,18 +115,13 @@ impl<const D: usize> Problem<D> {
     }
 
     /// These conditions on another equation.
-    pub(crate) fn with_equation(&self, equation: Operator<D>) -> Result<Self, GpError> {
-        check_orders(&self.domain, &equation)?;
+    pub(crate) fn with_equation(&self, equation: Operator<D>) -> Result<Self> {
+        equation.check_orders(&self.domain)?;
         Ok(Self { equation, ..self.clone() })
     }
 
     /// A condition on an edge, or the error of one that it cannot carry.
-    fn on_edge(
-        &self,
-        edge: usize,
-        condition: Condition<D>,
-        face: &str,
-    ) -> Result<Condition<D>, GpError> {
+    fn on_edge(&self, edge: usize, condition: Condition<D>, face: &str) -> Result<Condition<D>> {
         if let Condition::Derivatives(_) = condition {
             return Err(GpError::Problem(format!(
                 "{face} is given derivatives by their order; on edges of polygons use Dirichlet, Neumann, Cauchy or Robin"
@@ -172,19 +160,4 @@ fn over_determined(face: &str) -> GpError {
     GpError::Problem(format!(
         "{face} has a condition already; give value and slope together as a Cauchy condition"
     ))
-}
-
-/// Refuses operators of too high an order.
-pub(crate) fn check_orders<const D: usize>(
-    domain: &Domain<D>,
-    operator: &Operator<D>,
-) -> Result<(), GpError> {
-    for (order, axis) in operator.orders().into_iter().zip(domain.names()) {
-        if order > MOST_DERIVATIVES {
-            return Err(GpError::Problem(format!(
-                "derivative of order {order} along {axis}; at most {MOST_DERIVATIVES} is supported; write the equation as one of lower order"
-            )));
-        }
-    }
-    Ok(())
 }

@@ -2,12 +2,13 @@
 
 use crate::data::{Data, Group, Noise, Role};
 use crate::domain::Side;
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::fit::{Fit, FitOptions, HoldOut};
 use crate::hold_out::{Candidate, EVEN};
 use crate::model::Model;
 use crate::prior::Prior;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Rounds of further points at most, and what each adds relative to those before.
 pub(crate) const ROUNDS: u64 = 8;
@@ -37,7 +38,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If no restart has a finite evidence, or matrices of all observations would take more than [`FitOptions::most_memory`].
-    pub fn fit(self, options: &FitOptions) -> Result<Fit<D>, GpError> {
+    pub fn fit(self, options: &FitOptions) -> Result<Fit<D>> {
         self.check_memory(options)?;
         let starts = self.chosen_starts(options);
         let mut fit = self.fit_from(starts, options.iterations)?;
@@ -61,7 +62,7 @@ impl<const D: usize> Model<D> {
             let Some(model) = more else {
                 let open = fit.model().source.is_some() && now > aim;
                 fit.unsettled = open.then_some(fit.model().places().len());
-                return fit.with_collocation_error(found, aim, options.iterations);
+                return fit.with_collocation_error(found, options.iterations);
             };
             let mut starts = model.random_starts(options);
             starts.truncate(1);
@@ -85,21 +86,18 @@ impl<const D: usize> Model<D> {
     }
 
     /// Model of the same equation with another prior or more points.
-    fn rebuilt(&self, prior: Prior<D>, groups: Vec<Group<D>>) -> Result<Self, GpError> {
+    fn rebuilt(&self, prior: Prior<D>, groups: Vec<Group<D>>) -> Result<Self> {
         let model = Self::new(prior, Data { groups, everywhere: None }, self.evidence)?;
         Ok(Self { source: self.source.clone(), ..model })
     }
 
-    fn check_memory(&self, options: &FitOptions) -> Result<(), GpError> {
+    fn check_memory(&self, options: &FitOptions) -> Result<()> {
         // Covariance, its cotangents and an inverse.
-        let needed = 24.0 * (self.size as f64).powi(2);
-        match needed <= options.most_memory {
+        let [gigabytes, most] =
+            [24.0 * (self.size as f64).powi(2), options.most_memory].map(|bytes| bytes / 1e9);
+        match gigabytes <= most {
             true => Ok(()),
-            false => Err(GpError::TooLarge {
-                observations: self.size,
-                gigabytes: needed / 1e9,
-                most: options.most_memory / 1e9,
-            }),
+            false => Err(GpError::TooLarge { observations: self.size, gigabytes, most }),
         }
     }
 }
@@ -130,11 +128,7 @@ pub(crate) fn spread_out<const D: usize>(
 impl<const D: usize> Fit<D> {
     /// The model with points of its equation where that is off most; none where its right-hand side is known at its points only, or
     /// there are enough of them.
-    fn with_more_points(
-        &self,
-        options: &FitOptions,
-        round: u64,
-    ) -> Result<Option<Model<D>>, GpError> {
+    fn with_more_points(&self, options: &FitOptions, round: u64) -> Result<Option<Model<D>>> {
         let model = self.model();
         let known = model.places();
         if model.source.is_none() && known.len() < EVEN {
@@ -153,7 +147,7 @@ impl<const D: usize> Fit<D> {
     }
 
     /// The fit with the axis stretched next to one end, and its error, where that leaves less of it than [`LAYER`].
-    fn stretched(self, found: HoldOut, options: &FitOptions) -> Result<(Self, HoldOut), GpError> {
+    fn stretched(self, found: HoldOut, options: &FitOptions) -> Result<(Self, HoldOut)> {
         let model = self.model();
         let prior = &model.prior;
         if self.candidates(0)?.is_empty() || prior.stretches.iter().any(Option::is_some) {
@@ -163,7 +157,7 @@ impl<const D: usize> Fit<D> {
         let free = (0..D).filter(|d| prior.domain.cross_section().is_none() || *d >= 2);
         let ends: Vec<(usize, Side)> =
             free.flat_map(|d| Side::BOTH.map(|side| (d, side))).collect();
-        let tried = |(d, side): (usize, Side)| -> Result<(Self, HoldOut), GpError> {
+        let tried = |(d, side): (usize, Side)| -> Result<(Self, HoldOut)> {
             let prior = prior.clone().stretched(&names[d], side, WIDTH * extents[d])?;
             let own = model.rebuilt(prior, model.given.clone())?;
             let fit = own.fit_from(vec![self.outcome().parameters.clone()], options.iterations)?;
@@ -181,21 +175,19 @@ impl<const D: usize> Fit<D> {
 
     /// The fit with the error of collocation as noise of an equation that was exact, from the parameters before: so that
     /// intervals and bands are as much wider as the points leave open. As it was where that error is next to nothing.
-    fn with_collocation_error(
-        mut self,
-        found: HoldOut,
-        aim: f64,
-        iterations: usize,
-    ) -> Result<Self, GpError> {
-        let enough = if self.model().theta.is_empty() { RESOLVED } else { aim };
+    fn with_collocation_error(mut self, found: HoldOut, iterations: usize) -> Result<Self> {
+        let model = self.model();
+        let enough = if model.theta.is_empty() { RESOLVED } else { model.aim() };
         if found.residual <= enough * found.term {
             self.hold_out = Some(found);
             return Ok(self);
         }
         let start = self.outcome().parameters.clone();
-        let (unsettled, restarts) = (self.unsettled, self.restarts);
-        let model = std::sync::Arc::unwrap_or_clone(self.model).with_noise(found.residual);
-        let fit = model.fit_from(vec![start], iterations)?;
-        Ok(fit.after(restarts, unsettled, found))
+        let model = Arc::unwrap_or_clone(self.model).with_noise(found.residual);
+        let mut fit = model.fit_from(vec![start], iterations)?;
+        // As the last and best after others.
+        fit.best += self.restarts.len();
+        fit.restarts.splice(0..0, self.restarts);
+        Ok(Fit { unsettled: self.unsettled, hold_out: Some(found), ..fit })
     }
 }

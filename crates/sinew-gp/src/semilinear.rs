@@ -8,15 +8,16 @@
 
 mod tangent;
 
-use crate::data::{Data, Group, Noise, Role, check, no_data};
+use crate::data::{Data, Noise, Role, check, no_data};
 use crate::domain::Domain;
-use crate::error::{GpError, place};
+use crate::error::{GpError, Result, place};
 use crate::evidence::Evidence;
 use crate::fit::{Fit, FitOptions};
 use crate::hold_out::{Candidate, PLACES};
 use crate::kernel::Kernel;
 use crate::model::{FIRST_POINTS, Model, POINTS_SEED};
-use crate::operator::{Derivative, Operator, Parameter};
+use crate::operator::{Derivative, Parameter};
+use crate::posterior::Posterior;
 use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::resolve::{RESOLVED, RESOLVED_ALONE, ROUNDS, spread_out};
@@ -84,9 +85,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         arguments: [Derivative<D>; M],
         term: impl Fn([Series; M]) -> Series + Send + Sync + 'static,
     ) -> Self {
-        const { assert!(M > 0, "a nonlinear term has at least one argument") };
-        let term = move |arguments: [Series; M], _: &[Series], _: [f64; D]| term(arguments);
-        Self { problem, arguments, parameters: Vec::new(), term: Arc::new(term) }
+        Self::with_parameters(problem, arguments, [], move |arguments, []| term(arguments))
     }
 
     /// [`SemiLinear::new`] with unknown parameters inside the term, sought along with those of L. They begin in the middle of
@@ -113,8 +112,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         parameters: [Parameter; P],
         term: impl Fn([Series; M], [Series; P]) -> Series + Send + Sync + 'static,
     ) -> Self {
-        let term = move |u: [Series; M], known: [Series; P], _: [f64; D]| term(u, known);
-        Self::with_coordinates(problem, arguments, parameters, term)
+        Self::with_coordinates(problem, arguments, parameters, move |u, known, _| term(u, known))
     }
 
     /// [`SemiLinear::with_parameters`] with a term that depends on the place, too: a reaction g(x) u², or a source that is
@@ -175,7 +173,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         data: &Data<D>,
         options: &FitOptions,
         steps: usize,
-    ) -> Result<Solution<D>, GpError> {
+    ) -> Result<Solution<D>> {
         self.solved(None, kernel, data, (options, steps))
     }
 
@@ -191,7 +189,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         data: &Data<D>,
         options: &FitOptions,
         steps: usize,
-    ) -> Result<Solution<D>, GpError> {
+    ) -> Result<Solution<D>> {
         self.solved(Some(start), kernel, data, (options, steps))
     }
 
@@ -202,32 +200,23 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         kernel: &dyn Kernel<D>,
         data: &Data<D>,
         (options, steps): (&FitOptions, usize),
-    ) -> Result<Solution<D>, GpError> {
+    ) -> Result<Solution<D>> {
         let domain = self.problem.domain();
         let Some(source) = &data.everywhere else {
-            let points = collocation(data, domain)?;
-            let values = match start {
-                None => self.prior_values(kernel, &points)?,
-                Some(start) => {
-                    let posterior = start.fit.posterior()?;
-                    self.evaluate(&points, |operator| posterior.mean_of(operator, &points))?
-                }
-            };
-            let start = start.map(|start| &start.fit);
-            return self.iterate(kernel, (data, &points), options, steps, (values, start));
+            return self.iterate(start, kernel, data, (options, steps));
         };
         let mut at = domain.sample(FIRST_POINTS * D, POINTS_SEED)?;
+        let f = |at: &[[f64; D]]| at.iter().map(|x| source.value(*x)).collect::<Vec<f64>>();
         let solve = |start: Option<&Solution<D>>, at: &[[f64; D]]| {
-            let f: Vec<f64> = at.iter().map(|x| source.value(*x)).collect();
             let placed = Data { everywhere: None, ..data.clone() };
-            self.solved(start, kernel, &placed.equation(at, &f, Noise::Exact), (options, steps))
+            self.solved(start, kernel, &placed.equation(at, &f(at), Noise::Exact), (options, steps))
         };
         let mut solution = solve(start, &at)?;
         let aim = if solution.fit.model().theta.is_empty() { RESOLVED_ALONE } else { RESOLVED };
         for round in 0.. {
             let places = domain.sample(PLACES, round)?;
             let [linear, rest] = self.parts(&solution, &places)?;
-            let f: Vec<f64> = places.iter().map(|x| source.value(*x)).collect();
+            let f = f(&places);
             let off = |k: usize| linear[k] + rest[k] - f[k];
             let size = |of: &dyn Fn(usize) -> f64| (0..PLACES).map(|k| of(k).powi(2)).sum::<f64>();
             let term = size(&|k| linear[k]).max(size(&|k| rest[k])).max(size(&|k| f[k]));
@@ -256,20 +245,16 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     ///
     /// # Errors
     /// If a feature has no derivative at a point, or the term no finite value there.
-    pub fn left_hand_side(
-        &self,
-        solution: &Solution<D>,
-        points: &[[f64; D]],
-    ) -> Result<Vec<f64>, GpError> {
+    pub fn left_hand_side(&self, solution: &Solution<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
         let [linear, rest] = self.parts(solution, points)?;
         Ok(linear.iter().zip(rest).map(|(linear, rest)| linear + rest).collect())
     }
 
     /// L u and g(u) at points.
-    fn parts(&self, solution: &Solution<D>, points: &[[f64; D]]) -> Result<[Vec<f64>; 2], GpError> {
+    fn parts(&self, solution: &Solution<D>, points: &[[f64; D]]) -> Result<[Vec<f64>; 2]> {
         let posterior = solution.fit.posterior()?;
         let linear = posterior.mean_of(self.problem.equation(), points)?;
-        let arguments = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
+        let arguments = self.means(&posterior, points)?;
         let theta = self.theta(Some(&solution.fit)).into_iter().map(Series::number);
         let theta: Vec<Series> = theta.collect();
         let term = |(index, v): (usize, [f64; M])| {
@@ -282,14 +267,25 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
 
     fn iterate(
         &self,
+        start: Option<&Solution<D>>,
         kernel: &dyn Kernel<D>,
-        (data, points): (&Data<D>, &[[f64; D]]),
-        options: &FitOptions,
-        steps: usize,
-        (mut values, start): (Vec<[f64; M]>, Option<&Fit<D>>),
-    ) -> Result<Solution<D>, GpError> {
-        let mut change = f64::INFINITY;
-        let mut taken = 0;
+        data: &Data<D>,
+        (options, steps): (&FitOptions, usize),
+    ) -> Result<Solution<D>> {
+        let points = &collocation(data, self.problem.domain())?[..];
+        let start = start.map(|start| &start.fit);
+        let mut values = match start {
+            Some(start) => self.means(&start.posterior()?, points)?,
+            None => {
+                let mean = Prior::constrained(&self.problem, kernel)?.mean;
+                let at = |argument: Derivative<D>, x: &[f64; D]| {
+                    let mean = mean.at(Series::variables(*x, argument.orders));
+                    mean.derivative(&argument.orders)
+                };
+                self.evaluate(points, |own| Ok(points.iter().map(|x| at(own, x)).collect()))?
+            }
+        };
+        let (mut change, mut taken) = (f64::INFINITY, 0);
         let mut parameters = start.map(|fit| fit.outcome().parameters.clone());
         let mut theta = self.theta(start);
         loop {
@@ -303,8 +299,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
                 starts.extend(model.random_starts(options));
             }
             let fit = model.fit_from(starts, options.iterations)?;
-            let posterior = fit.posterior()?;
-            let updated = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
+            let updated = self.means(&fit.posterior()?, points)?;
             let now = self.theta(Some(&fit));
             change = relative_change(&values, &updated).max(largest_change(&theta, &now));
             taken += 1;
@@ -316,36 +311,20 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         }
     }
 
-    /// The arguments of the nonlinear term at the prior mean.
-    fn prior_values(
-        &self,
-        kernel: &dyn Kernel<D>,
-        points: &[[f64; D]],
-    ) -> Result<Vec<[f64; M]>, GpError> {
-        let prior = Prior::constrained(&self.problem, kernel)?;
-        let degrees: [usize; D] =
-            std::array::from_fn(|d| self.arguments.iter().map(|a| a.orders[d]).max().unwrap_or(0));
-        Ok(points
-            .iter()
-            .map(|point| {
-                let x = Series::variables(*point, degrees);
-                let mean = prior.mean.at(x);
-                self.arguments.map(|argument| mean.derivative(&argument.orders))
-            })
-            .collect())
+    /// Posterior means of all arguments.
+    fn means(&self, posterior: &Posterior<D>, points: &[[f64; D]]) -> Result<Vec<[f64; M]>> {
+        self.evaluate(points, |argument| posterior.mean_of(&argument.into(), points))
     }
 
     /// Values of all arguments at the points, argument by argument from `of`.
     fn evaluate(
         &self,
         points: &[[f64; D]],
-        of: impl Fn(&Operator<D>) -> Result<Vec<f64>, GpError>,
-    ) -> Result<Vec<[f64; M]>, GpError> {
+        of: impl Fn(Derivative<D>) -> Result<Vec<f64>>,
+    ) -> Result<Vec<[f64; M]>> {
         let mut values = vec![[0.0; M]; points.len()];
-        for (number, argument) in self.arguments.iter().enumerate() {
-            for (value, of_argument) in values.iter_mut().zip(of(&(*argument).into())?) {
-                value[number] = of_argument;
-            }
+        for (number, argument) in self.arguments.into_iter().enumerate() {
+            values.iter_mut().zip(of(argument)?).for_each(|(value, own)| value[number] = own);
         }
         Ok(values)
     }
@@ -356,18 +335,14 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         (data, points): (&Data<D>, &[[f64; D]]),
         values: &[[f64; M]],
         theta: &[f64],
-    ) -> Result<Model<D>, GpError> {
+    ) -> Result<Model<D>> {
         let (equation, shifts) = self.tangent(points, values, theta)?;
         let problem = self.problem.with_equation(equation)?;
-        let mut shifts = shifts.into_iter();
-        let groups = data.groups.iter().map(|group| {
-            let mut group: Group<D> = group.clone();
-            if group.operator.is_none() {
-                group.values.iter_mut().zip(&mut shifts).for_each(|(f, shift)| *f += shift);
-            }
-            group
-        });
-        let data = Data { groups: groups.collect(), everywhere: None };
+        let mut groups = data.groups.clone();
+        let imposed = groups.iter_mut().filter(|group| group.operator.is_none());
+        let values = imposed.flat_map(|group| &mut group.values);
+        values.zip(shifts).for_each(|(f, shift)| *f += shift);
+        let data = Data { groups, everywhere: None };
         // What the equation says of itself depends on the linearisation: with measured values, how well it predicts these
         // counts before all.
         let measured = data.groups.iter().any(|group| group.role == Role::Observed);
@@ -391,10 +366,7 @@ fn singular_term(index: usize, arguments: &[f64]) -> GpError {
 }
 
 /// The points at which f is given, of sound data.
-fn collocation<const D: usize>(
-    data: &Data<D>,
-    domain: &Domain<D>,
-) -> Result<Vec<[f64; D]>, GpError> {
+fn collocation<const D: usize>(data: &Data<D>, domain: &Domain<D>) -> Result<Vec<[f64; D]>> {
     check(&data.groups, domain)?;
     let imposed = data.groups.iter().filter(|group| group.operator.is_none());
     let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points.iter().copied()).collect();

@@ -151,23 +151,17 @@ impl Series {
         self.coefficients[self.degrees.position(orders)] * factorials
     }
 
-    /// Polynomial with one more, last variable on which it does not depend.
-    pub(crate) fn lifted(&self, degree: usize) -> Self {
-        let mut degrees: Vec<usize> =
-            self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
-        degrees.push(degree);
-        let degrees = Degrees::new(&degrees);
+    /// The polynomial plus `slope` times one more, last variable.
+    pub(crate) fn lifted(&self, degree: usize, slope: f64) -> Self {
+        let mut degrees = self.degrees;
+        degrees.degrees[degrees.count] = u8::try_from(degree).expect("degrees are small");
+        degrees.count += 1;
         let mut coefficients = vec![0.0; degrees.size()];
         for (lifted, c) in coefficients.chunks_mut(degree + 1).zip(&self.coefficients) {
             lifted[0] = *c;
         }
+        coefficients[1] = slope;
         Self::new(degrees, coefficients)
-    }
-
-    /// This series with the constant `value` in its place plus its own last variable.
-    pub(crate) fn shifted_last_variable(&self, value: f64) -> Self {
-        let degrees: Vec<usize> = self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
-        Self::variable(value, degrees.len() - 1, &degrees)
     }
 
     /// The derivative of order `order` in the last variable, at its point of expansion, as a
@@ -193,16 +187,12 @@ impl Series {
         self.degrees.count == 0
     }
 
-    fn is_constant(&self) -> bool {
-        self.coefficients[1..].iter().all(|c| *c == 0.0)
-    }
-
     /// `f(self)` from the Taylor coefficients `f⁽ᵏ⁾/k!` of `f` at the value, asked for one after the other.
     pub(crate) fn compose(&self, taylor: impl FnMut(usize) -> f64) -> Self {
         let taylor: Vec<f64> = (0..=self.degrees.total()).map(taylor).collect();
         let mut increment = self.clone();
         increment.coefficients[0] = 0.0;
-        if increment.is_constant() {
+        if increment.coefficients.iter().all(|c| *c == 0.0) {
             return self.constant(taylor[0]);
         }
         let (last, lower) = taylor.split_last().expect("at least the value");
@@ -326,24 +316,15 @@ impl Series {
 
     /// `op` coefficient by coefficient.
     fn zip(&self, right: &Self, op: impl Fn(f64, f64) -> f64) -> Self {
-        if right.is_plain() {
-            let mut result = self.map(|l| op(l, 0.0));
-            result.coefficients[0] = op(self.coefficients[0], right.coefficients[0]);
-            return result;
+        // Numbers take the shape of the other.
+        match (self.is_plain(), right.is_plain()) {
+            (true, false) => return right.constant(self.value()).zip(right, op),
+            (false, true) => return self.zip(&self.constant(right.value()), op),
+            _ => assert_eq!(self.degrees, right.degrees, "series of different shapes"),
         }
-        if self.is_plain() {
-            let mut result = right.map(|r| op(0.0, r));
-            result.coefficients[0] = op(self.coefficients[0], right.coefficients[0]);
-            return result;
-        }
-        self.check_shape(right);
         let coefficients =
             self.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
         Self::new(self.degrees, coefficients)
-    }
-
-    fn check_shape(&self, other: &Self) {
-        assert_eq!(self.degrees, other.degrees, "series of different shapes");
     }
 
     fn product(&self, right: &Self) -> Self {
@@ -353,7 +334,7 @@ impl Series {
         if self.is_plain() {
             return right.map(|r| self.coefficients[0] * r);
         }
-        self.check_shape(right);
+        assert_eq!(self.degrees, right.degrees, "series of different shapes");
         let (degrees, mut coefficients) = (self.degrees, vec![0.0; self.coefficients.len()]);
         let (left, right) = (&self.coefficients, &right.coefficients);
         multiply_into(&mut coefficients, left, right, degrees.as_slice());

@@ -3,7 +3,7 @@
 //! Each parameter is a logistic function of its q, which opens its interval up; the density of q is the posterior's times
 //! |dx/dq|, so that its maximum lies inside even where the posterior's is at a bound.
 
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::model::Model;
 use crate::optimise::{Evaluated, minimise};
 use nalgebra::{DMatrix, DVector};
@@ -16,8 +16,6 @@ pub(crate) struct Space<'a, const D: usize> {
     bounds: Vec<[f64; 2]>,
     /// Weights of values that are held, on their scales.
     held: Vec<f64>,
-    /// Its maximum with the inverse of the curvature there.
-    pub about: Laplace,
 }
 
 /// Largest |q|: a share of 3e-7 of an interval from its end.
@@ -40,45 +38,37 @@ fn logistic(q: f64) -> (f64, f64) {
 }
 
 impl<'a, const D: usize> Space<'a, D> {
-    /// About the maximum next to `fitted`, on the parameters' scales; with `free_weights`, weights of values are among the
-    /// coordinates, else they stay as fitted.
+    /// The space of the first `free` parameters, the others as fitted, and the maximum next to `fitted`, on the parameters' scales,
+    /// with the inverse of the curvature there.
     ///
     /// # Errors
     /// If the evidence cannot be evaluated there.
-    pub(crate) fn new(
-        model: &'a Model<D>,
-        fitted: &[f64],
-        free_weights: bool,
-    ) -> Result<Self, GpError> {
+    pub(crate) fn new(model: &'a Model<D>, fitted: &[f64], free: usize) -> Result<(Self, Laplace)> {
         let mut bounds = model.scaled_bounds();
-        let count = if free_weights { fitted.len() } else { model.without_weights() };
-        bounds.truncate(count);
-        let (fitted, held) = fitted.split_at(count);
+        bounds.truncate(free);
+        let (fitted, held) = fitted.split_at(free);
         let held = held.to_vec();
         let share = |(x, [lower, upper]): (&f64, &[f64; 2])| {
             let share = ((x - lower) / (upper - lower)).clamp(INWARDS, 1.0 - INWARDS);
             (share / (1.0 - share)).ln()
         };
         let mut centre: Vec<f64> = fitted.iter().zip(&bounds).map(share).collect();
-        let unit = DMatrix::identity(count, count);
-        let about = Laplace::from_covariance(&centre, unit).map_err(not_drawn)?;
-        let mut space = Self { model, bounds, held, about };
+        let space = Self { model, bounds, held };
         space.evaluate(&centre)?;
         let negative = |q: &[f64]| -> Evaluated {
             let (value, gradient) = space.evaluate(q).ok()?;
             Some((-value, gradient.iter().map(|g| -g).collect()))
         };
-        let within = vec![[-MOST, MOST]; count];
+        let within = vec![[-MOST, MOST]; free];
         if let Some(found) = minimise(negative, &centre, &within, ITERATIONS, |_, _| ()) {
             centre = found.point;
         }
         let covariance = space.covariance(&centre)?;
-        space.about = Laplace::from_covariance(&centre, covariance).map_err(not_drawn)?;
-        Ok(space)
+        Ok((space, Laplace::from_covariance(&centre, covariance).map_err(not_drawn)?))
     }
 
     /// Covariance from central differences of the gradient at the maximum.
-    fn covariance(&self, centre: &[f64]) -> Result<DMatrix<f64>, GpError> {
+    fn covariance(&self, centre: &[f64]) -> Result<DMatrix<f64>> {
         let count = centre.len();
         let mut curvature = DMatrix::<f64>::zeros(count, count);
         for column in 0..count {
@@ -149,7 +139,7 @@ impl<'a, const D: usize> Space<'a, D> {
     }
 
     /// Density of q and its gradient.
-    fn evaluate(&self, q: &[f64]) -> Result<(f64, Vec<f64>), GpError> {
+    fn evaluate(&self, q: &[f64]) -> Result<(f64, Vec<f64>)> {
         let evaluation = self.model.evaluate_posterior(&self.parameters(q))?;
         let each = q.iter().zip(&self.bounds).zip(&evaluation.gradient);
         let gradient = each.map(|((q, [lower, upper]), g)| {

@@ -1,12 +1,15 @@
 //! A model at given parameters: its covariance, factored.
 
 use crate::coefficients::PointCoefficients;
-use crate::compile::Variance;
-use crate::error::GpError;
+use crate::compile::Compiled;
+use crate::data::Noise;
+use crate::error::{GpError, Result};
 use crate::evidence::{Evaluation, Evidence};
 use crate::factor::Factor;
 use crate::gram::{Block, PairPlan, Scratch, Side};
+use crate::inverse::grain;
 use crate::model::Model;
+use crate::prior::Part;
 use faer::Par;
 use rayon::prelude::*;
 use sinew_num::on_ready_threads;
@@ -36,10 +39,8 @@ pub(crate) struct State<'a, const D: usize> {
     pub kernels: Vec<(f64, Vec<f64>)>,
     /// The operators' parameters.
     pub theta: Vec<f64>,
-    /// All legs, each with the number of its group.
-    pub legs: Vec<(usize, &'a PointCoefficients<D>)>,
-    /// a_β of each part and leg, at [`State::slot`].
-    pub coefficients: Vec<Vec<f64>>,
+    /// Those of all groups.
+    pub legs: Vec<Leg<'a, D>>,
     /// Values of the monomials of each group.
     monomials: Vec<Vec<f64>>,
     /// Standard deviation of the noise of each group.
@@ -48,60 +49,43 @@ pub(crate) struct State<'a, const D: usize> {
     pub weights: Vec<Vec<f64>>,
 }
 
-/// a_β = amplitude · Σ_t μ_t A_{t,β}.
-pub(crate) fn combine(amplitude: f64, monomials: &[f64], arrays: &[Vec<f64>]) -> Vec<f64> {
-    let mut sum = vec![0.0; arrays.first().map_or(0, Vec::len)];
-    for (monomial, array) in monomials.iter().zip(arrays) {
-        let factor = amplitude * monomial;
-        sum.iter_mut().zip(array).for_each(|(s, a)| *s += factor * a);
-    }
-    sum
+/// A leg of a group at given parameters.
+pub(crate) struct Leg<'a, const D: usize> {
+    /// Number of the group.
+    pub group: usize,
+    pub points: &'a PointCoefficients<D>,
+    /// a_β of each part.
+    pub coefficients: Vec<Vec<f64>>,
 }
 
 impl<'a, const D: usize> State<'a, D> {
-    pub(crate) fn new(model: &'a Model<D>, scaled: &[f64]) -> Result<Self, GpError> {
+    pub(crate) fn new(model: &'a Model<D>, scaled: &[f64]) -> Result<Self> {
         model.check_count(scaled)?;
         let theta = model.theta_values(scaled);
-        let kernels: Vec<(f64, Vec<f64>)> = model
-            .part_offsets
-            .iter()
-            .enumerate()
-            .map(|(part, offset)| {
-                let count = model.prior.parts[part].kernel.hyperparameters().len();
-                let hyperparameters = &scaled[offset + 1..offset + 1 + count];
-                (scaled[*offset].exp(), hyperparameters.iter().map(|h| h.exp()).collect())
-            })
-            .collect();
+        let of = |(part, offset): (&Part<D>, &usize)| {
+            let count = part.kernel.hyperparameters().len();
+            let hyperparameters = scaled[offset + 1..][..count].iter().map(|h| h.exp());
+            (scaled[*offset].exp(), hyperparameters.collect())
+        };
+        let parts = model.prior.parts.iter().zip(&model.part_offsets);
+        let kernels: Vec<(f64, Vec<f64>)> = parts.map(of).collect();
         let monomials: Vec<Vec<f64>> =
             model.groups.iter().map(|group| group.legs[0].factors(&theta)).collect();
-        let numbered = model.groups.iter().enumerate();
-        let legs: Vec<_> = numbered
-            .flat_map(|(number, group)| group.legs.iter().map(move |leg| (number, leg)))
-            .collect();
-        let of = |part: usize| {
-            let (amplitude, legs, monomials) = (kernels[part].0, &legs, &monomials);
-            legs.iter().map(move |(group, leg)| {
-                combine(amplitude, &monomials[*group], &leg.parts[part].arrays)
-            })
+        let mut legs = Vec::new();
+        for (group, (own, monomials)) in model.groups.iter().zip(&monomials).enumerate() {
+            legs.extend(own.legs.iter().map(|points| {
+                let coefficients = points.combined(&kernels, monomials);
+                Leg { group, points, coefficients }
+            }));
+        }
+        let sigma = |group: &Compiled<D>| match (group.noise, group.learned) {
+            (_, Some(position)) => scaled[position].exp(),
+            (Noise::Known(sigma), None) => sigma,
+            _ => 0.0,
         };
-        let coefficients = (0..kernels.len()).flat_map(of).collect();
-        let noise = model
-            .groups
-            .iter()
-            .map(|group| match group.variance {
-                Variance::Known(sigma) => sigma,
-                Variance::Learned(position) | Variance::StudentT { scale: position, .. } => {
-                    scaled[position].exp()
-                }
-            })
-            .collect();
+        let noise = model.groups.iter().map(sigma).collect();
         let weights = model.groups.iter().map(|group| group.weights(scaled)).collect();
-        Ok(Self { model, kernels, theta, legs, coefficients, monomials, noise, weights })
-    }
-
-    /// Position of the coefficients of a part on a leg.
-    pub(crate) fn slot(&self, part: usize, leg: usize) -> usize {
-        part * self.legs.len() + leg
+        Ok(Self { model, kernels, theta, legs, monomials, noise, weights })
     }
 
     /// Legs of a group.
@@ -111,10 +95,8 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     pub(crate) fn side(&self, part: usize, leg: usize) -> Side<'_, D> {
-        Side {
-            axes: &self.legs[leg].1.parts[part].axes,
-            coefficients: &self.coefficients[self.slot(part, leg)],
-        }
+        let leg = &self.legs[leg];
+        Side { axes: &leg.points.parts[part].axes, coefficients: &leg.coefficients[part] }
     }
 
     /// Covariance of one part between two legs.
@@ -158,7 +140,7 @@ impl<'a, const D: usize> State<'a, D> {
             let point = number - self.model.groups[own].offset;
             for part in 0..self.kernels.len() {
                 for first in seconds.start..self.legs.len() {
-                    let (start, rows) = self.rows(self.legs[first].0, number);
+                    let (start, rows) = self.rows(self.legs[first].group, number);
                     for second in seconds.clone() {
                         let block = self.block(part, first, second);
                         block.add_column(start, point, &mut column[rows.clone()], scratch);
@@ -166,15 +148,8 @@ impl<'a, const D: usize> State<'a, D> {
                 }
             }
         };
-        if self.parallel() {
-            matrix
-                .par_chunks_mut(size)
-                .enumerate()
-                .for_each_init(Scratch::default, |scratch, numbered| column(numbered, scratch));
-        } else {
-            let mut scratch = Scratch::default();
-            matrix.chunks_mut(size).enumerate().for_each(|numbered| column(numbered, &mut scratch));
-        }
+        let columns = matrix.par_chunks_mut(size).enumerate().with_min_len(grain(self.threads()));
+        columns.for_each_init(Scratch::default, |scratch, numbered| column(numbered, scratch));
         matrix
     }
 
@@ -192,11 +167,8 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     pub(crate) fn group_of(&self, row: usize) -> usize {
-        self.model
-            .groups
-            .iter()
-            .rposition(|group| group.offset <= row && !group.values.is_empty())
-            .expect("every row belongs to a group")
+        let mut groups = self.model.groups.iter();
+        groups.position(|group| group.rows().contains(&row)).expect("every row belongs to a group")
     }
 
     /// Rows of `group` at or below the diagonal of `column`: first point, and range in the matrix.
@@ -207,7 +179,7 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// Adds noise and jitter to the diagonal and factorises, with more jitter where needed.
-    pub(crate) fn factored(&self) -> Result<Factored, GpError> {
+    pub(crate) fn factored(&self) -> Result<Factored> {
         let size = self.model.size;
         let mut jitter = FIRST_JITTER;
         let factor = loop {
@@ -268,7 +240,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If the number of parameters is wrong.
-    pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>, GpError> {
+    pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>> {
         let lower = State::new(self, parameters)?.covariance();
         let entry =
             |row: usize, column: usize| lower[row.min(column) * self.size + row.max(column)];
@@ -279,7 +251,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If their number is wrong, or the covariance is not positive definite with any jitter.
-    pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64, GpError> {
+    pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64> {
         let state = State::new(self, parameters)?;
         Ok(state.value(&state.factored()?))
     }
@@ -288,7 +260,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// As [`Model::log_evidence`].
-    pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation, GpError> {
+    pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation> {
         let state = State::new(self, parameters)?;
         let evaluate = || {
             let factored = state.factored()?;

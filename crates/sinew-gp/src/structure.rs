@@ -1,11 +1,12 @@
 //! One axis of a constrained prior: what is fixed at its ends, what vanishes there, what is free.
 
-use crate::condition::{Condition, Periodicity};
+use crate::condition::Condition;
+use crate::constraint::Imposed;
 use crate::domain::{Domain, Side};
 use crate::field::{Field, field};
-use crate::operator::{Derivative, Operator};
 use crate::problem::Problem;
 use crate::series::Series;
+use nalgebra::DMatrix;
 
 /// A polynomial along one axis, in the coordinate s that runs from 0 at one end to 1 at the other.
 #[derive(Clone, Debug)]
@@ -61,18 +62,14 @@ fn trace<const D: usize>(axis: usize, shape: Shape) -> Factor<D> {
     Factor { field: Some(field), free: false, varies: false }
 }
 
-/// Functional held across one axis: `value` u + `factor` ∂u of some order along the axis at one end, or the difference of this
-/// functional between the upper and the lower end.
+/// What is imposed across one axis, at one end or as the difference between the upper and the lower end.
 #[derive(Clone, Debug)]
 pub(crate) struct Lift<const D: usize> {
     pub axis: usize,
     ends: [f64; 2],
     /// `None` for both ends.
     pub at: Option<Side>,
-    value: Field<D>,
-    order: usize,
-    factor: f64,
-    pub data: Field<D>,
+    pub imposed: Imposed<D>,
     /// Function that carries the data: one under this functional, zero under the others of the axis.
     pub shape: Shape,
 }
@@ -93,79 +90,30 @@ impl<const D: usize> Lift<D> {
         domain.face(self.axis, self.side())
     }
 
-    /// Factor of u, if it is not zero.
-    pub(crate) fn value_factor(&self) -> Option<&Field<D>> {
-        (!self.value.is_zero()).then_some(&self.value)
-    }
-
-    /// Operator on u at the end, or at either.
-    pub(crate) fn operator(&self) -> Operator<D> {
-        let mut derivative = Derivative::identity();
-        derivative.orders[self.axis] = self.order;
-        let slope = self.factor * derivative;
-        match self.value_factor() {
-            None => slope,
-            Some(value) => value.clone() * Derivative::identity() + slope,
-        }
-    }
-
-    /// Derivative of the powers of s below `degrees`.
-    fn on_powers(&self, degrees: usize) -> Vec<f64> {
-        let falling = |k: usize| (0..self.order).map(|j| k as f64 - j as f64).product::<f64>();
-        let lower = |k: usize| if k == self.order { falling(k) } else { 0.0 };
-        let of = |k: usize| match self.at {
-            Some(Side::Lower) => lower(k),
-            Some(Side::Upper) => falling(k),
-            None => falling(k) - lower(k),
-        };
-        (0..degrees).map(of).collect()
+    /// `x` moved to a side.
+    pub(crate) fn moved(&self, x: &[Series; D], side: Side) -> [Series; D] {
+        let mut face = x.clone();
+        face[self.axis] = x[self.axis].constant(self.ends[side.index()]);
+        face
     }
 
     /// Applied to `function`, as a function of the other coordinates of `x`.
     pub(crate) fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
-        let on =
-            |field: &Field<D>, end: f64, order: usize| on_face(field, self.axis, end, order, x);
-        if self.at.is_none() {
-            return on(function, self.ends[1], self.order) - on(function, self.ends[0], self.order);
-        }
-        let sum = on(function, self.end(), self.order) * self.factor;
-        match self.value_factor() {
-            None => sum,
-            Some(value) => sum + on(function, self.end(), 0) * on(value, self.end(), 0),
-        }
+        let on = |side: Side| self.imposed.apply(function, &self.moved(x, side));
+        self.at.map_or_else(|| on(Side::Upper) - on(Side::Lower), on)
     }
 
     /// Whether it commutes with multiplication by `factor`: a function whose derivatives, as many as it takes, vanish there.
     pub(crate) fn lets_pass(&self, factor: &Field<D>, x: &[Series; D]) -> bool {
         let size = factor.at(x.clone()).value().abs();
-        let none = |value: f64| value.abs() <= 1e-10 * size;
-        let at = |end: f64, order: usize| on_face(factor, self.axis, end, order, x).value();
         let [lower, upper] = self.ends;
-        match self.at {
-            Some(_) => {
-                (1..=self.order).all(|k| none((upper - lower).powi(k as i32) * at(self.end(), k)))
-            }
-            None => (0..=self.order).all(|k| none(at(upper, k) - at(lower, k))),
-        }
+        let first = if self.at.is_some() { 1 } else { 0 };
+        (first..=self.imposed.order).all(|order| {
+            let imposed = Imposed { value: Field::zero(), order, ..self.imposed.clone() };
+            let slope = Self { imposed, ..self.clone() }.apply(factor, x).value();
+            ((upper - lower).powi(order as i32) * slope).abs() <= 1e-10 * size
+        })
     }
-}
-
-/// The derivative of order `order` along `axis` on the face where that coordinate is `end`.
-fn on_face<const D: usize>(
-    function: &Field<D>,
-    axis: usize,
-    end: f64,
-    order: usize,
-    x: &[Series; D],
-) -> Series {
-    if order == 0 {
-        let mut face = x.clone();
-        face[axis] = x[axis].constant(end);
-        return function.at(face);
-    }
-    let mut face = x.each_ref().map(|coordinate| coordinate.lifted(order));
-    face[axis] = face[axis].shifted_last_variable(end);
-    function.at(face).last_derivative(order)
 }
 
 /// Factor of a free function: of all coordinates, or of those on a face.
@@ -203,10 +151,12 @@ impl Basis {
         Shape { start, length: end - start, coefficients }
     }
 
-    /// Functional of a derivative alone.
-    fn lift<const D: usize>(&self, at: Option<Side>, order: usize, shape: Shape) -> Lift<D> {
-        let (axis, ends, data) = (self.axis, self.ends, Field::zero());
-        Lift { axis, ends, at, value: Field::zero(), order, factor: 1.0, data, shape }
+    /// Carries what is imposed along the outward normal of a side, or between the ends.
+    fn lift<const D: usize>(&self, at: Option<Side>, imposed: Imposed<D>) -> Lift<D> {
+        let side = at.unwrap_or(Side::Upper);
+        let outwards = imposed.direction[self.axis].powi(imposed.order as i32);
+        let shape = self.shape_of(side, imposed.order).scaled(outwards);
+        Lift { axis: self.axis, ends: self.ends, at, imposed, shape }
     }
 
     /// The derivative of order j along the axis one at an end, other ones zero. Where the other end has conditions, Hermite's
@@ -239,43 +189,20 @@ impl Basis {
 /// Polynomials of a degree below `degrees` that all of the rows annihilate: a basis by ascending degree, each at right angles to
 /// those before over [0, 1].
 fn annihilated(mut rows: Vec<Vec<f64>>, degrees: usize) -> Vec<Vec<f64>> {
-    // Reduced echelon form, the lowest power first; a power without a pivot is the leading one of a polynomial.
-    let mut pivots: Vec<usize> = Vec::new();
-    let mut found: Vec<Vec<f64>> = Vec::new();
-    for power in 0..degrees {
-        let size = |row: usize| rows[row][power].abs();
-        let best = (pivots.len()..rows.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
-        let Some(best) = best.filter(|row| size(*row) > 1e-9) else {
-            let mut polynomial = vec![0.0; degrees];
-            polynomial[power] = 1.0;
-            for (row, pivot) in pivots.iter().enumerate() {
-                polynomial[*pivot] = -rows[row][power];
-            }
-            found.push(polynomial);
-            continue;
+    const RANK: f64 = 1e-9;
+    let mut found = Vec::new();
+    for count in 1..=degrees {
+        // Zero rows make it at least square, so that all right singular vectors are there.
+        let entry = |i: usize, j: usize| rows.get(i).map_or(0.0, |row| row[j]);
+        let svd = DMatrix::from_fn(rows.len().max(count), count, entry).svd(false, true);
+        let (mode, least) = svd.singular_values.argmin();
+        let Some(vectors) = svd.v_t.filter(|_| least < RANK) else { continue };
+        let polynomial: Vec<f64> = vectors.row(mode).iter().copied().collect();
+        let product = |power: usize| {
+            polynomial.iter().enumerate().map(|(k, c)| c / (k + power + 1) as f64).sum()
         };
-        rows.swap(pivots.len(), best);
-        let own = pivots.len();
-        let scaled: Vec<f64> = rows[own].iter().map(|entry| entry / rows[own][power]).collect();
-        for (number, row) in rows.iter_mut().enumerate() {
-            let factor = if number == own { 0.0 } else { row[power] };
-            row.iter_mut().zip(&scaled).for_each(|(entry, own)| *entry -= factor * own);
-        }
-        rows[own] = scaled;
-        pivots.push(power);
-    }
-    let product = |a: &[f64], b: &[f64]| -> f64 {
-        let of = |(i, a): (usize, &f64)| -> f64 {
-            b.iter().enumerate().map(|(j, b)| a * b / (i + j + 1) as f64).sum()
-        };
-        a.iter().enumerate().map(of).sum()
-    };
-    for later in 1..found.len() {
-        let (before, rest) = found.split_at_mut(later);
-        for lower in before.iter() {
-            let share = product(&rest[0], lower) / product(lower, lower);
-            rest[0].iter_mut().zip(lower).for_each(|(own, lower)| *own -= share * lower);
-        }
+        rows.push((0..degrees).map(product).collect());
+        found.push(polynomial);
     }
     found
 }
@@ -285,20 +212,23 @@ impl<const D: usize> AxisStructure<D> {
     pub(crate) fn new(problem: &Problem<D>, axis: usize) -> Self {
         let ends = problem.domain().ends(axis);
         let conditions = &problem.faces[axis];
-        let contacts = match problem.periodic[axis] {
-            None => conditions.each_ref().map(|c| c.as_ref().map_or(0, Condition::contact)),
-            Some(Periodicity::Value) => [1, 1],
-            Some(Periodicity::ValueAndSlope) => [2, 2],
+        let joined = problem.periodic[axis].map_or(0, |periodicity| periodicity as usize);
+        let contacts = match joined {
+            0 => conditions.each_ref().map(|c| c.as_ref().map_or(0, Condition::contact)),
+            joined => [joined; 2],
         };
         let basis = Basis { axis, ends, contacts };
         let mut structure = Self { factors: vec![bubble(axis, ends, contacts)], lifts: Vec::new() };
-        for (side, condition) in Side::BOTH.into_iter().zip(conditions) {
-            if let Some(condition) = condition {
-                structure.add(side, condition, &basis);
-            }
+        let along = |factor: f64| std::array::from_fn(|d| if d == axis { factor } else { 0.0 });
+        for (side, outwards) in Side::BOTH.into_iter().zip([-1.0, 1.0]) {
+            let given = conditions[side.index()].iter();
+            let imposed = given.flat_map(|condition| Imposed::of(condition, along(outwards)));
+            structure.lifts.extend(imposed.map(|imposed| basis.lift(Some(side), imposed)));
         }
-        if let Some(periodicity) = problem.periodic[axis] {
-            structure.join(&basis, periodicity);
+        for order in 0..joined {
+            let (value, data, direction) = (Field::zero(), Field::zero(), along(1.0));
+            let equal = Imposed { value, order, direction, data };
+            structure.lifts.push(basis.lift(None, equal));
         }
         let sprung =
             |condition: &Option<Condition<D>>| matches!(condition, Some(Condition::Robin { .. }));
@@ -312,32 +242,13 @@ impl<const D: usize> AxisStructure<D> {
     /// Whether a factor of the value changes along another axis.
     pub(crate) fn varies(&self, domain: &Domain<D>) -> bool {
         self.lifts.iter().any(|lift| {
-            let Some(value) = lift.value_factor() else { return false };
-            let mut face = domain.grid(5);
-            face.iter_mut().for_each(|point| point[lift.axis] = lift.end());
-            let values: Vec<f64> = face.into_iter().map(|point| value.value(point)).collect();
+            let of = |point| {
+                lift.imposed.value.at(lift.moved(&Series::plain(point), lift.side())).value()
+            };
+            let values: Vec<f64> = domain.grid(5).into_iter().map(of).collect();
             let size = values.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
             values.iter().any(|a| (a - values[0]).abs() > 1e-12 * size)
         })
-    }
-
-    fn add(&mut self, side: Side, condition: &Condition<D>, basis: &Basis) {
-        let outwards = |order: usize| match (side, order % 2) {
-            (Side::Lower, 1) => -1.0,
-            _ => 1.0,
-        };
-        // One under the derivative of this order along the outward normal.
-        let shape = |order: usize| basis.shape_of(side, order).scaled(outwards(order));
-        if let Condition::Robin { value_factor, data, .. } = condition {
-            let (value, factor) = (value_factor.clone(), outwards(1));
-            let lift = basis.lift(Some(side), 1, shape(1));
-            self.lifts.push(Lift { value, factor, data: data.clone(), ..lift });
-            return;
-        }
-        for (order, data) in condition.derivatives() {
-            let lift = basis.lift(Some(side), order, shape(order));
-            self.lifts.push(Lift { factor: outwards(order), data: data.clone(), ..lift });
-        }
     }
 
     /// Traces of derivatives that conditions leave free: all polynomials of the degree of the blends that satisfy the conditions,
@@ -346,7 +257,15 @@ impl<const D: usize> AxisStructure<D> {
     /// have derivatives hundreds of times as large, which the prior would have to cancel.
     fn add_graded_traces(&mut self, basis: &Basis) {
         let degrees = basis.contacts[0] + basis.contacts[1];
-        let conditions = self.lifts.iter().map(|lift| lift.on_powers(degrees)).collect();
+        let (axis, [start, end]) = (basis.axis, basis.ends);
+        let of_power = |lift: &Lift<D>, power: usize| {
+            let power =
+                field(move |x: [Series; D]| ((&x[axis] - start) / (end - start)).powi(power));
+            let unit = (end - start).powi(lift.imposed.order as i32);
+            unit * lift.apply(&power, &Series::plain([start; D])).value()
+        };
+        let row = |lift| (0..degrees).map(|power| of_power(lift, power)).collect();
+        let conditions = self.lifts.iter().map(row).collect();
         for coefficients in annihilated(conditions, degrees) {
             self.factors
                 .push(trace(basis.axis, basis.shape(Side::Lower, coefficients).normalised()));
@@ -374,14 +293,6 @@ impl<const D: usize> AxisStructure<D> {
                 let shape = basis.shape_of(side, order).normalised();
                 self.factors.push(trace(basis.axis, shape));
             }
-        }
-    }
-
-    /// Structure of a periodic axis.
-    fn join(&mut self, basis: &Basis, periodicity: Periodicity) {
-        self.lifts.push(basis.lift(None, 0, basis.shape_of(Side::Upper, 0)));
-        if periodicity == Periodicity::ValueAndSlope {
-            self.lifts.push(basis.lift(None, 1, basis.shape_of(Side::Upper, 1)));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The evidence as a differentiable operation of Burn.
 
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::model::Model;
 use burn::tensor::{DType, Tensor, TensorData};
 
@@ -38,7 +38,7 @@ use burn::tensor::{DType, Tensor, TensorData};
 pub fn log_evidence_tensor<const D: usize>(
     model: &Model<D>,
     parameters: Tensor<1>,
-) -> Result<Tensor<1>, GpError> {
+) -> Result<Tensor<1>> {
     if parameters.dtype() != DType::F64 {
         return Err(precision());
     }

@@ -1,8 +1,8 @@
 //! What a fit cannot tell, said aloud.
 
-use crate::compile::{Compiled, Variance};
-use crate::data::{Role, noise_name};
-use crate::error::GpError;
+use crate::compile::Compiled;
+use crate::data::{Noise, Role, noise_name};
+use crate::error::Result;
 use crate::fit::{Fit, HoldOut};
 use crate::model::Model;
 use crate::space::Space;
@@ -42,12 +42,12 @@ impl<const D: usize> Fit<D> {
     ///
     /// # Errors
     /// If the evidence cannot be evaluated next to the fit.
-    pub fn warnings(&self) -> Result<Vec<Warning>, GpError> {
+    pub fn warnings(&self) -> Result<Vec<Warning>> {
         let model = self.model();
         let mut warnings = at_bounds(model, &self.outcome().parameters);
         let observed = |g: &&Compiled<D>| g.role == Role::Observed;
         for group in model.groups.iter().filter(observed) {
-            if let (Some(noise), true) = (group.variance.learned(), group.values.len() < FEW) {
+            if let (Some(noise), true) = (group.learned, group.values.len() < FEW) {
                 let noise = model.parameters[noise].name.clone();
                 warnings.push(Warning::FewValues { noise, values: group.values.len() });
             }
@@ -65,7 +65,7 @@ impl<const D: usize> Fit<D> {
         Ok(warnings)
     }
 
-    fn unresolved(&self) -> Result<Option<Warning>, GpError> {
+    fn unresolved(&self) -> Result<Option<Warning>> {
         let found = match &self.hold_out {
             Some(known) => Some(known.clone()),
             None => self.left_out()?,
@@ -75,26 +75,23 @@ impl<const D: usize> Fit<D> {
     }
 
     /// The value of each group of measurements that the others predict worst, if that is too bad to be chance.
-    fn outliers(&self) -> Result<Vec<Warning>, GpError> {
+    fn outliers(&self) -> Result<Vec<Warning>> {
         let (model, posterior) = (self.model(), self.posterior()?);
         let mut outliers = Vec::new();
-        for group in model.groups.iter().filter(|group| group.role == Role::Observed) {
-            if group.variance == Variance::Known(0.0) {
-                continue;
-            }
+        let noisy = |g: &&Compiled<D>| g.role == Role::Observed && g.noise != Noise::Exact;
+        for group in model.groups.iter().filter(noisy) {
+            let score = |row: usize| {
+                let [residual, deviation] = posterior.left_out(row);
+                residual / deviation
+            };
             let step = 1 + group.values.len() / MOST_VALUES;
             let numbered = group.rows().enumerate().step_by(step);
-            let scores: Vec<(usize, f64)> = numbered
-                .map(|(own, row)| {
-                    let [residual, deviation] = posterior.left_out(row);
-                    (own, residual / deviation)
-                })
-                .collect();
+            let scores: Vec<(usize, f64)> = numbered.map(|(own, row)| (own, score(row))).collect();
             // Learned noise is as large as the outlier makes it: others then are closer than their deviation says.
             let mut sizes: Vec<f64> = scores.iter().map(|(_, z)| z.abs()).collect();
             sizes.sort_by(f64::total_cmp);
             let typical = (sizes[sizes.len() / 2] / MEDIAN).clamp(SMALLEST, 1.0);
-            let learned = group.variance.learned().is_some() && sizes.len() >= ENOUGH;
+            let learned = group.learned.is_some() && sizes.len() >= ENOUGH;
             // Without the value itself (externally studentised), and against the median where others mask it.
             let squares: f64 = sizes.iter().map(|z| z * z).sum();
             let others = |z: f64| ((squares - z * z) / (sizes.len() as f64 - 2.0)).max(0.0).sqrt();
@@ -102,32 +99,20 @@ impl<const D: usize> Fit<D> {
                 let masked = z.abs() > FAR_LEARNED * typical && z.abs() > LEAST_FAR;
                 z.abs() > FAR || learned && (masked || z.abs() > STUDENTISED * others(z))
             };
-            let Some((value, z)) = scores
-                .iter()
-                .copied()
-                .filter(|(_, z)| far(*z))
-                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-            else {
-                continue;
-            };
-            let others = scores.iter().filter(|(_, z)| far(*z)).count() - 1;
+            let found: Vec<(usize, f64)> = scores.into_iter().filter(|(_, z)| far(*z)).collect();
+            let worst = found.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            let Some((value, z)) = worst.copied() else { continue };
             let (noise, at) = (noise_name(group.number), group.points[value].to_vec());
-            outliers.push(Warning::Outlier {
-                noise,
-                value,
-                at,
-                measured: group.values[value],
-                z,
-                others,
-            });
+            let (measured, others) = (group.values[value], found.len() - 1);
+            outliers.push(Warning::Outlier { noise, value, at, measured, z, others });
         }
         Ok(outliers)
     }
 }
 
 fn at_bounds<const D: usize>(model: &Model<D>, scaled: &[f64]) -> Vec<Warning> {
-    let theta = model.theta_offset..model.theta_offset + model.theta.len();
-    let learned = |k: usize| model.groups.iter().any(|g| g.variance.learned() == Some(k));
+    let theta = model.theta_range();
+    let learned = |k: usize| model.groups.iter().any(|g| g.learned == Some(k));
     let watched = (0..scaled.len()).filter(|k| theta.contains(k) || learned(*k));
     let bounds = model.scaled_bounds();
     let reached = |k: usize| {
@@ -141,15 +126,12 @@ fn at_bounds<const D: usize>(model: &Model<D>, scaled: &[f64]) -> Vec<Warning> {
 }
 
 /// The direction of θ in which its posterior is widest, if that is nearly all there is.
-fn unidentified<const D: usize>(
-    model: &Arc<Model<D>>,
-    scaled: &[f64],
-) -> Result<Option<Warning>, GpError> {
+fn unidentified<const D: usize>(model: &Arc<Model<D>>, scaled: &[f64]) -> Result<Option<Warning>> {
     let (offset, count) = (model.theta_offset, model.theta.len());
     if count == 0 {
         return Ok(None);
     }
-    let covariance = Space::new(model, scaled, false)?.about.covariance();
+    let covariance = Space::new(model, scaled, model.without_weights())?.1.covariance();
     let eigen = covariance.view((offset, offset), (count, count)).symmetric_eigen();
     let last = eigen.eigenvalues.imax();
     if eigen.eigenvalues[last].max(0.0).sqrt() < SILENT {

@@ -1,18 +1,37 @@
 //! Whether conditions agree where they meet.
 
 use crate::domain::Domain;
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::field::Field;
+use crate::grid::grid;
 
 /// Relative difference above which two conditions conflict at a corner: data are given as formulas
 /// that agree to rounding where they agree at all.
 const CORNER_TOLERANCE: f64 = 1e-8;
 
-/// Value that the condition of one face implies at a corner, and the one that the other face requires.
-pub(super) fn conflict(corner: &str, implied: f64, asked: f64) -> GpError {
-    GpError::Problem(format!(
-        "conditions conflict at the corner {corner}: {implied} from one face, {asked} from the other"
-    ))
+/// Refuses a value that the condition of one face implies at a corner if the other face requires another one; rounding is relative
+/// to `size`.
+pub(super) fn agree(
+    corner: impl FnOnce() -> String,
+    [implied, asked]: [f64; 2],
+    size: f64,
+) -> Result<()> {
+    let scale = (implied.abs() + asked.abs() + size).max(f64::MIN_POSITIVE);
+    // NaN differs from everything.
+    if (implied - asked).abs() <= CORNER_TOLERANCE * scale || implied == asked {
+        return Ok(());
+    }
+    Err(GpError::Problem(format!(
+        "conditions conflict at the corner {}: {implied} from one face, {asked} from the other",
+        corner()
+    )))
+}
+
+/// Places along the diagonal of the domain, whose coordinates beside those of a corner are compared at.
+pub(super) fn diagonal<const D: usize>(domain: &Domain<D>) -> impl Iterator<Item = [f64; D]> {
+    [0.5, 0.11, 0.83, 0.0, 1.0]
+        .into_iter()
+        .map(|fraction| std::array::from_fn(|d| domain.lower()[d] + fraction * domain.extents()[d]))
 }
 
 /// Largest value found on a coarse grid: what rounding at a corner is relative to.
@@ -20,21 +39,11 @@ pub(super) fn magnitude<const D: usize>(data: &Field<D>, domain: &Domain<D>) -> 
     if data.is_zero() {
         return 0.0;
     }
-    // Off the middle, where sines vanish.
-    const FRACTIONS: [f64; 4] = [0.0, 0.37, 0.71, 1.0];
-    (0..4_usize.pow(D as u32))
-        .map(|number| {
-            let fraction = |d: usize| FRACTIONS[number / 4_usize.pow(d as u32) % 4];
-            let point =
-                std::array::from_fn(|d| domain.lower()[d] + fraction(d) * domain.extents()[d]);
-            data.value(point).abs()
-        })
-        .fold(0.0, f64::max)
-}
-
-pub(super) fn differ(a: f64, b: f64, scale: f64) -> bool {
-    // NaN differs from everything.
-    let close =
-        (a - b).abs() <= CORNER_TOLERANCE * (a.abs() + b.abs() + scale).max(f64::MIN_POSITIVE);
-    !(close || a == b)
+    let along = |d: usize| {
+        // Off the middle, where sines vanish.
+        let places = [0.0, 0.37, 0.71, 1.0].iter();
+        places.map(|fraction| domain.lower()[d] + fraction * domain.extents()[d]).collect()
+    };
+    let points = grid(&std::array::from_fn(along)).into_iter();
+    points.map(|point| data.value(point).abs()).fold(0.0, f64::max)
 }

@@ -12,13 +12,13 @@
 
 use super::extension::{along_edge, extension};
 use super::feature::Feature;
-use super::lift::{EdgeLift, along};
+use super::imposed::{Imposed, along};
 use super::meeting::{Corner, Jet};
 use super::wedges::{Held, adapted, normalised, singular};
 use crate::condition::Condition;
 use crate::domain::Domain;
 use crate::edge::Edge;
-use crate::error::GpError;
+use crate::error::Result;
 use crate::field::{Field, field};
 use crate::operator::Operator;
 use crate::polygon::{Polygon, products_of_others};
@@ -55,35 +55,27 @@ impl<const D: usize> Conditioned<D> {
     fn function(&self, x: &[Series; D], jets: &[Option<Jet>; 2], data: bool) -> Series {
         let (f, s) = (self.edge.height(&x[0], &x[1]), self.edge.fraction(&x[0], &x[1]));
         let shapes = self.shapes(&s);
-        let zero = || x[0].constant(0.0);
-        let normal = self.edge.normal;
-        let dot = |jet: &Jet, [a, b]: [f64; 2]| &jet[1] * a + &jet[2] * b;
-        let ends = || {
-            jets.iter()
-                .zip(&shapes)
-                .enumerate()
-                .filter_map(|(end, (jet, shape))| jet.as_ref().map(|jet| (end, jet, shape)))
-        };
+        let (normal, none) = (self.edge.normal, Field::zero());
         if let Some((a, c)) = self.condition.spring() {
             let sum = self.trace(&shapes, jets, x) * (&f * a.at(x.clone()) + 1.0);
             return if data { sum - &f * c.at(x.clone()) } else { sum };
         }
         match &self.condition {
             Condition::Dirichlet(value) => {
-                let start = if data { value.at(x.clone()) } else { zero() };
-                ends().fold(start, |sum, (end, jet, [at, _])| {
-                    let mut missing = dot(jet, normal);
-                    if data {
-                        missing = missing - along(value, normal, &self.end(end, x));
-                    }
-                    sum + &f * at * missing
-                })
+                let value = if data { value } else { &none };
+                let mut sum = value.at(x.clone());
+                for (end, (jet, [at, _])) in jets.iter().zip(&shapes).enumerate() {
+                    let Some([_, ux, uy]) = jet else { continue };
+                    let known = along(value, &normal, 1, &self.end(end, x));
+                    sum = sum + &f * at * (ux * normal[0] + uy * normal[1] - known);
+                }
+                sum
             }
             Condition::Cauchy { value, slope } if data => {
-                let missing = slope.at(x.clone()) + along(value, normal, x);
+                let missing = slope.at(x.clone()) + along(value, &normal, 1, x);
                 value.at(x.clone()) - f * missing
             }
-            _ => zero(),
+            _ => x[0].constant(0.0),
         }
     }
 
@@ -140,22 +132,20 @@ impl<const D: usize> Edges<D> {
             .filter_map(|number| {
                 let condition = conditions[number].clone()?;
                 let joined = [has(number + count - 1), has(number + 1)];
-                Some(Conditioned {
-                    number,
-                    edge: polygon.edges()[number].clone(),
-                    condition,
-                    joined,
-                })
+                let edge = polygon.edges()[number].clone();
+                Some(Conditioned { number, edge, condition, joined })
             })
             .collect();
         let corners = (0..count)
             .map(|number| {
-                let before = (number + count - 1) % count;
-                let (first, second) = (conditions[before].as_ref()?, conditions[number].as_ref()?);
-                let first = EdgeLift::of(first, &polygon.edges()[before]);
-                let second = EdgeLift::of(second, &polygon.edges()[number]);
-                let lifts = first.into_iter().chain(second);
-                Some(Corner::new(polygon.corners()[number], polygon.size(), lifts))
+                let meeting = [(number + count - 1) % count, number];
+                let [first, second] = meeting.map(|own| Some((own, conditions[own].as_ref()?)));
+                let imposed = [first?, second?].into_iter().flat_map(|(own, condition)| {
+                    let edge = &polygon.edges()[own];
+                    let all = Imposed::of(condition, edge.outwards());
+                    all.into_iter().map(|imposed| (imposed, edge.tangent))
+                });
+                Some(Corner::new(polygon.corners()[number], polygon.size(), imposed))
             })
             .collect();
         Self { polygon, edges, corners }
@@ -171,7 +161,7 @@ impl<const D: usize> Edges<D> {
         (values.len() == self.corners.len()).then_some(values)
     }
 
-    pub(super) fn check_corners(&self, domain: &Domain<D>) -> Result<(), GpError> {
+    pub(super) fn check_corners(&self, domain: &Domain<D>) -> Result<()> {
         if self.one_function().is_some() {
             return Ok(());
         }
@@ -190,13 +180,9 @@ impl<const D: usize> Edges<D> {
         if let Some(value) = self.one_function() {
             return value;
         }
-        match self.near() {
-            None => self.clone().blended(),
-            Some((near, rest)) => {
-                let rest = rest.blended();
-                field(move |x: [Series; D]| near.at(x.clone()) + rest.at(x))
-            }
-        }
+        let (near, rest) = self.near().unwrap_or_else(|| (Field::zero(), self.clone()));
+        let rest = rest.blended();
+        field(move |x: [Series; D]| near.at(x.clone()) + rest.at(x))
     }
 
     /// Whether values are those of one function, which the blend then is.
@@ -227,11 +213,9 @@ impl<const D: usize> Edges<D> {
     /// All Wₑ.
     fn weights(&self, x: &Series, y: &Series) -> Vec<Series> {
         let size = self.polygon.size();
-        let distances: Vec<Series> = self
-            .edges
-            .iter()
-            .map(|own| (self.polygon.edge_distance(own.number, x, y) / size).squared())
-            .collect();
+        let square =
+            |own: &Conditioned<D>| (self.polygon.edge_distance(own.number, x, y) / size).squared();
+        let distances: Vec<Series> = self.edges.iter().map(square).collect();
         let others = products_of_others(&distances);
         let sum = others.iter().fold(x.constant(0.0), |sum, other| sum + other);
         if sum.value() == 0.0 {

@@ -61,33 +61,32 @@ impl Basis {
 }
 
 /// Harmonic, and near the values given edge by edge; none where these are zero, or may vary with further coordinates.
-pub(super) fn extension<const D: usize>(
-    polygon: &Polygon,
-    values: &[Field<D>],
-) -> Option<Field<D>> {
-    if D > 2 || values.iter().all(Field::is_zero) {
+pub(super) fn extension<const D: usize>(polygon: &Polygon, given: &[Field<D>]) -> Option<Field<D>> {
+    if D > 2 || given.iter().all(Field::is_zero) {
         return None;
     }
     let basis = Basis::new(polygon);
-    let (mut rows, mut right) = (Vec::new(), Vec::new());
-    for (edge, value) in values.iter().enumerate() {
+    let (mut entries, mut right) = (Vec::new(), Vec::new());
+    for (edge, value) in given.iter().enumerate() {
         for k in 0..PLACES {
             let fraction =
                 0.5 - 0.5 * ((k as f64 + 0.5) / PLACES as f64 * std::f64::consts::PI).cos();
             let mut at = [0.0; D];
             (at[0], at[1]) = polygon.on_edge(edge, fraction).into();
             let functions = basis.functions(&Series::number(at[0]), &Series::number(at[1]));
-            rows.push(functions.iter().map(Series::value).collect::<Vec<_>>());
+            entries.extend(functions.iter().map(Series::value));
             right.push(value.value(at));
         }
     }
-    let finite = |row: &Vec<f64>| row.iter().all(|entry| entry.is_finite());
-    if !rows.iter().all(finite) || !finite(&right) {
+    if entries.iter().chain(&right).any(|entry| !entry.is_finite()) {
         return None;
     }
-    let coefficients = least_squares(&rows, &right)?;
+    let matrix = DMatrix::from_row_slice(right.len(), entries.len() / right.len(), &entries);
+    let svd = matrix.svd(true, true);
+    let cut = RANK * svd.singular_values.max();
+    let coefficients = svd.solve(&DVector::from_vec(right), cut).ok()?;
     Some(field(move |x: [Series; D]| {
-        let terms = basis.functions(&x[0], &x[1]).into_iter().zip(&coefficients);
+        let terms = basis.functions(&x[0], &x[1]).into_iter().zip(coefficients.iter());
         terms.fold(x[0].constant(0.0), |sum, (function, c)| sum + function * *c)
     }))
 }
@@ -125,11 +124,4 @@ pub(super) fn along_edge<const D: usize>(edge: &Edge, function: Field<D>) -> Fie
             _ => on(s),
         }
     })
-}
-
-fn least_squares(rows: &[Vec<f64>], right: &[f64]) -> Option<Vec<f64>> {
-    let matrix = DMatrix::from_fn(rows.len(), rows.first()?.len(), |i, j| rows[i][j]);
-    let svd = matrix.svd(true, true);
-    let cut = RANK * svd.singular_values.max();
-    svd.solve(&DVector::from_column_slice(right), cut).ok().map(|x| x.as_slice().to_vec())
 }

@@ -1,9 +1,9 @@
 //! A corner between two edges: what their conditions say of value and gradient there.
 
-use super::agreement::{conflict, differ, magnitude};
-use super::lift::{EdgeLift, along};
+use super::agreement::{agree, diagonal, magnitude};
+use super::imposed::{Imposed, along};
 use crate::domain::Domain;
-use crate::error::GpError;
+use crate::error::Result;
 use crate::field::Field;
 use crate::series::Series;
 use nalgebra::DMatrix;
@@ -17,8 +17,8 @@ struct Row<const D: usize> {
     coefficients: [f64; 3],
     factor: f64,
     data: Field<D>,
-    /// `None` for the data itself, else its derivative along this direction.
-    derivative: Option<[f64; 2]>,
+    /// Order of the derivative of the data that is asked for, and its direction.
+    derivative: (usize, [f64; 2]),
 }
 
 /// A corner between two edges with conditions.
@@ -37,30 +37,27 @@ pub(super) struct Corner<const D: usize> {
 const RANK_TOLERANCE: f64 = 1e-8;
 
 impl<const D: usize> Corner<D> {
+    /// From what the conditions impose, each with the tangent of its edge.
     pub(super) fn new(
         place: [f64; 2],
         size: f64,
-        lifts: impl Iterator<Item = EdgeLift<D>>,
+        all: impl Iterator<Item = (Imposed<D>, [f64; 2])>,
     ) -> Self {
         // Factors do not depend on further coordinates.
         let at: [f64; D] = std::array::from_fn(|d| if d < 2 { place[d] } else { 0.0 });
         let mut rows = Vec::new();
-        for lift in lifts {
-            let [nx, ny] = lift.outwards().map(|n| n * lift.slope / size);
-            let value = lift.value.value(at);
+        for (Imposed { value, order, direction, data }, [tx, ty]) in all {
             let mut add = |coefficients: [f64; 3], scale: f64, derivative| {
                 let length = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt();
-                rows.push(Row {
-                    coefficients: coefficients.map(|c| c / length),
-                    factor: scale / length,
-                    data: lift.data.clone(),
-                    derivative,
-                });
+                let (coefficients, factor) = (coefficients.map(|c| c / length), scale / length);
+                rows.push(Row { coefficients, factor, data: data.clone(), derivative });
             };
-            add([value, nx, ny], 1.0, None);
-            if lift.slope == 0.0 {
-                let tangent = lift.edge.tangent;
-                add([0.0, value * tangent[0], value * tangent[1]], size, Some(tangent));
+            if order == 0 {
+                add([1.0, 0.0, 0.0], 1.0, (0, [tx, ty]));
+                add([0.0, tx, ty], size, (1, [tx, ty]));
+            } else {
+                let [nx, ny] = [direction[0] / size, direction[1] / size];
+                add([value.value(at), nx, ny], 1.0, (0, [tx, ty]));
             }
         }
         // Zero rows make it at least square, so that all right singular vectors are there.
@@ -82,11 +79,8 @@ impl<const D: usize> Corner<D> {
         at[0] = x[0].constant(self.place[0]);
         at[1] = x[1].constant(self.place[1]);
         let data = |row: &Row<D>| {
-            let data = match row.derivative {
-                None => row.data.at(at.clone()),
-                Some(direction) => along(&row.data, direction, &at),
-            };
-            data * row.factor
+            let (order, direction) = &row.derivative;
+            along(&row.data, direction, *order, &at) * row.factor
         };
         self.rows.iter().map(data).collect()
     }
@@ -102,23 +96,18 @@ impl<const D: usize> Corner<D> {
         })
     }
 
-    pub(super) fn check(&self, domain: &Domain<D>) -> Result<(), GpError> {
+    pub(super) fn check(&self, domain: &Domain<D>) -> Result<()> {
         let size: f64 = self.rows.iter().map(|r| r.factor * magnitude(&r.data, domain)).sum();
-        for fraction in [0.5, 0.11, 0.83, 0.0, 1.0] {
-            let x = Series::plain(std::array::from_fn(|d| {
-                domain.lower()[d] + fraction * domain.extents()[d]
-            }));
-            let asked: Vec<f64> = self.data(&x).iter().map(Series::value).collect();
+        for x in diagonal(domain).map(Series::plain) {
             let jet = self.jet(&x).map(|number| number.value());
             let solution = [jet[0], jet[1] * self.size, jet[2] * self.size];
-            for (row, asked) in self.rows.iter().zip(&asked) {
+            for (row, asked) in self.rows.iter().zip(self.data(&x)) {
                 let implied: f64 = row.coefficients.iter().zip(solution).map(|(c, s)| c * s).sum();
-                if differ(implied, *asked, size) {
-                    let [x, y] = self.place;
-                    let [first, second] = domain.names().first_chunk().expect("two axes");
-                    let corner = format!("{first} = {x}, {second} = {y}");
-                    return Err(conflict(&corner, implied / row.factor, asked / row.factor));
-                }
+                let [x, y] = self.place;
+                let [first, second] = domain.names().first_chunk().expect("two axes");
+                let values = [implied, asked.value()].map(|value| value / row.factor);
+                let corner = || format!("{first} = {x}, {second} = {y}");
+                agree(corner, values, size / row.factor)?;
             }
         }
         Ok(())

@@ -1,5 +1,6 @@
 //! Every condition holds for whatever is drawn; conflicts are named.
 
+use super::imposed::along;
 use super::*;
 use crate::condition::{Condition, Periodicity};
 use crate::domain::Side;
@@ -46,7 +47,7 @@ fn miss<const D: usize>(problem: &Problem<D>) -> f64 {
                 let value = lift.apply(&drawn, &x).value();
                 let mut point = point;
                 point[axis] = lift.end();
-                most = most.max((value - lift.data.value(point)).abs());
+                most = most.max((value - lift.imposed.data.value(point)).abs());
             }
         }
     }
@@ -90,12 +91,7 @@ fn every_kind_of_condition_holds_for_whatever_is_drawn() {
     }
     let outwards = |axis: usize, side: Side, order: usize| {
         let sign = if side == Side::Lower && order % 2 == 1 { -1.0 } else { 1.0 };
-        field(move |x: [Series; 2]| {
-            let mut lifted = x.each_ref().map(|c| c.lifted(order));
-            let value = x[axis].value();
-            lifted[axis] = lifted[axis].shifted_last_variable(value);
-            u().at(lifted).last_derivative(order) * sign
-        })
+        field(move |x: [Series; 2]| along(&u(), &[[1.0, 0.0], [0.0, 1.0]][axis], order, &x) * sign)
     };
     // Without slope where y = 0, so that slopes there may be held too.
     let factor = |axis: usize| match axis {
@@ -308,7 +304,7 @@ fn conditions_on_edges_hold_for_whatever_is_drawn() {
             for edge in 0..corners.len() {
                 for fraction in [0.03, 0.5, 0.71] {
                     let x = Series::plain(polygon.on_edge(edge, fraction));
-                    for lift in edge_lifts(&problem, edge) {
+                    for lift in on_edge(&problem, edge) {
                         let value = lift.apply(&drawn, &x).value();
                         let missed = value - lift.data.at(x.clone()).value();
                         // Slopes are of size 1 / length.
@@ -417,7 +413,7 @@ fn a_prism_in_time_keeps_fluxes_through_its_edges() {
     for edge in 0..6 {
         let [x, y] = good.domain().cross_section().unwrap().on_edge(edge, 0.37);
         let at = Series::plain([x, y, 0.6]);
-        for lift in edge_lifts(&good, edge) {
+        for lift in on_edge(&good, edge) {
             let missed = lift.apply(&drawn, &at).value() - lift.data.at(at.clone()).value();
             assert!(missed.abs() < TOLERANCE, "edge {edge}: {missed:e}");
         }

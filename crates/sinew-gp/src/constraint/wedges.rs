@@ -27,7 +27,8 @@ pub(super) struct Wedge {
     legs: [[[f64; 2]; 2]; 2],
     /// Unit vector that halves the angle.
     middle: [f64; 2],
-    angle: f64,
+    /// λ = π/α.
+    exponent: f64,
     /// Distance to the nearest edge that does not end here, or corner.
     radius: f64,
     /// Three times the greatest distance to another corner.
@@ -65,21 +66,17 @@ impl Wedge {
             let [x, y] = edge.start;
             3.0 * (x - place[0]).hypot(y - place[1])
         });
-        Self { place, legs, middle, angle, radius, far: far.fold(0.0, f64::max) }
-    }
-
-    fn exponent(&self) -> f64 {
-        PI / self.angle
+        Self { place, legs, middle, exponent: PI / angle, radius, far: far.fold(0.0, f64::max) }
     }
 
     /// Whether r^λ sin λδ is a polynomial.
     fn is_whole(&self) -> bool {
-        (self.exponent() - self.exponent().round()).abs() < WHOLE
+        (self.exponent - self.exponent.round()).abs() < WHOLE
     }
 
     /// Whether solutions have a logarithm in the second power of r, whatever they are driven by.
     fn is_right(&self) -> bool {
-        (self.exponent() - 2.0).abs() < WHOLE
+        (self.exponent - 2.0).abs() < WHOLE
     }
 
     /// r², the angle from the nearer edge, and whether that is the second one; nothing at the corner.
@@ -112,16 +109,16 @@ impl Wedge {
             let turned = (&angle * 2.0).cos() / cardinal_sine(&angle) + sine * (0.5 * PI);
             return Some((square / (self.far * self.far)).ln() * -1.0 - turned / cosine);
         }
-        let exponent = self.exponent();
+        let exponent = self.exponent;
         let ratio = cardinal_sine(&(&angle * exponent)) / cardinal_sine(&angle) * exponent;
         let scaled = (square / (self.radius * self.radius)).powf(0.5 * exponent - 1.0);
-        Some(scaled * ratio / (angle * -1.0 + self.angle).sin())
+        Some(scaled * ratio / (angle * -1.0 + PI / exponent).sin())
     }
 
     /// Exponents below two, but whole ones, of the k-th singular functions.
     pub(super) fn exponents(&self, mixed: bool) -> Vec<(usize, f64)> {
         let shift = if mixed { 0.5 } else { 0.0 };
-        let exponent = |k: usize| (k, (k as f64 - shift) * self.exponent());
+        let exponent = |k: usize| (k, (k as f64 - shift) * self.exponent);
         let rough = |(_, exponent): &(usize, f64)| {
             *exponent < 2.0 - WHOLE && (exponent - exponent.round()).abs() > WHOLE
         };
@@ -187,9 +184,15 @@ pub(super) fn adapted<const D: usize>(
     if !led_by_laplacian(equation) {
         return None;
     }
+    let owned = polygon.clone();
+    let mut factors = vec![field(move |x: [Series; D]| owned.feature(&x[0], &x[1]))];
     let count = polygon.edges().len();
     let wedges: Vec<Wedge> = (0..count).map(|own| Wedge::new(polygon, own)).collect();
-    Some(if polygon.is_convex() { convex(polygon, wedges) } else { notched(polygon, &wedges) })
+    match polygon.is_convex() {
+        true => factors.extend(convex(polygon, wedges)),
+        false => factors.extend(notched(polygon, &wedges)),
+    }
+    Some(factors)
 }
 
 /// Singular functions for what is held on each edge, one by one; corners next to other edges have none.
@@ -216,51 +219,39 @@ pub(super) fn singular<const D: usize>(
     factors
 }
 
-fn convex<const D: usize>(polygon: &Polygon, wedges: Vec<Wedge>) -> Vec<Field<D>> {
-    let edges = polygon.edges().to_vec();
-    let size = polygon.size();
-    let product = move |x: &Series, y: &Series| {
-        edges.iter().fold(x.constant(1.0), |product, edge| product * edge.height(x, y) / size)
-    };
-    let smooth = {
-        let product = product.clone();
-        normalised(polygon, move |x: &[Series; D]| product(&x[0], &x[1]))
-    };
+/// The feature times the quotients of all corners, where these add anything.
+fn convex<const D: usize>(polygon: &Polygon, wedges: Vec<Wedge>) -> Option<Field<D>> {
     if wedges.iter().all(|wedge| wedge.is_whole() && !wedge.is_right()) {
-        return vec![smooth];
+        return None;
     }
+    let owned = polygon.clone();
     let singular = move |x: &[Series; D]| {
-        let product = product(&x[0], &x[1]);
-        let quotients: Option<Vec<Series>> =
-            wedges.iter().map(|wedge| wedge.quotient(&x[0], &x[1])).collect();
-        match quotients {
-            Some(quotients) => quotients.iter().fold(product, |product, q| product * q),
+        let feature = owned.feature(&x[0], &x[1]);
+        let quotients = wedges.iter().map(|wedge| wedge.quotient(&x[0], &x[1]));
+        match quotients.collect::<Option<Vec<Series>>>() {
+            Some(quotients) => quotients.iter().fold(feature, |product, q| product * q),
             // At a corner: the value is zero, derivatives do not exist.
-            None => product.squared().sqrt(),
+            None => feature.squared().sqrt(),
         }
     };
-    vec![smooth, normalised(polygon, singular)]
+    Some(normalised(polygon, singular))
 }
 
+/// Sums over the corners of the k-th singular functions.
 fn notched<const D: usize>(polygon: &Polygon, wedges: &[Wedge]) -> Vec<Field<D>> {
-    let owned = polygon.clone();
-    let mut factors = vec![field(move |x: [Series; D]| owned.feature(&x[0], &x[1]))];
-    for k in [1, 2, 3] {
-        let of = |wedge: &Wedge| {
-            let known = wedge.exponents(false).into_iter().find(|(own, _)| *own == k)?;
-            Some((wedge.clone(), known))
-        };
-        let wedges: Vec<_> = wedges.iter().filter_map(of).collect();
-        if !wedges.is_empty() {
-            let sum = move |x: &[Series; D]| {
-                wedges.iter().fold(x[0].constant(0.0), |sum, (wedge, order)| {
+    let of = |k: usize| {
+        let order = |wedge: &Wedge| wedge.exponents(false).into_iter().find(|(own, _)| *own == k);
+        let rough = wedges.iter().filter_map(|wedge| Some((wedge.clone(), order(wedge)?)));
+        let rough: Vec<_> = rough.collect();
+        (!rough.is_empty()).then(|| {
+            normalised(polygon, move |x: &[Series; D]| {
+                rough.iter().fold(x[0].constant(0.0), |sum, (wedge, order)| {
                     sum + wedge.singular(*order, [Held::Value; 2], &x[0], &x[1])
                 })
-            };
-            factors.push(normalised(polygon, sum));
-        }
-    }
-    factors
+            })
+        })
+    };
+    (1..=3).filter_map(of).collect()
 }
 
 /// Scaled to size one in the plane, where further coordinates are zero.
@@ -324,7 +315,7 @@ mod tests {
             let wedge = Wedge::new(polygon, own);
             let [x, y] = Series::variables(inside, [2, 2]);
             let (square, angle, _) = wedge.polar(&x, &y).unwrap();
-            let exponent = wedge.exponent();
+            let exponent = wedge.exponent;
             let function = square.powf(0.5 * exponent) * (angle * exponent).sin();
             let laplacian = function.derivative(&[2, 0]) + function.derivative(&[0, 2]);
             let size = function.derivative(&[2, 0]).abs();

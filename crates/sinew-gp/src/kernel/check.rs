@@ -1,8 +1,9 @@
 //! What every kernel must satisfy, for those of this crate and of its users.
 
-use super::{Hyperparameter, Kernel, Measure, Orders, Request, derivatives};
+use super::{Hyperparameter, Kernel, Measure, Orders, Request};
 use crate::domain::Domain;
-use crate::error::{GpError, place};
+use crate::error::{GpError, Result, place};
+use crate::operator::Operator;
 use crate::series::Series;
 use nalgebra::DMatrix;
 
@@ -21,14 +22,13 @@ pub fn check_kernel<const D: usize>(
     lower: [f64; D],
     upper: [f64; D],
     seed: u64,
-) -> Result<(), GpError> {
+) -> Result<()> {
     check_declarations(kernel, hyperparameters)?;
     let names: [String; D] = std::array::from_fn(|d| d.to_string());
     let axis = |d: usize| (names[d].as_str(), [lower[d], upper[d]]);
     let domain = Domain::cuboid(std::array::from_fn(axis))?;
     let points = domain.sample(COVARIANCE_POINTS, seed)?;
     let checked = Checked { kernel, hyperparameters, extents: domain.extents() };
-    points.windows(2).try_for_each(|pair| checked.symmetry(pair[0], pair[1]))?;
     checked.definiteness(&points)?;
     // As many along each axis; roots are rounded.
     let along = (COVARIANCE_POINTS as f64).powf(1.0 / D as f64) + 1e-9;
@@ -36,11 +36,22 @@ pub fn check_kernel<const D: usize>(
     [0, 1, 2].into_iter().try_for_each(|other| checked.slopes(points[0], points[other]))
 }
 
+impl<const D: usize> dyn Kernel<D> + '_ {
+    /// Refuses operators that take more derivatives than its functions have.
+    pub(crate) fn check_smoothness(&self, operator: &Operator<D>) -> Result<()> {
+        let needs = operator.order();
+        match self.smoothness().filter(|has| *has < needs) {
+            Some(has) => fault(format!(
+                "the {} kernel has {has} derivatives, the operator takes {needs}; use a smoother kernel",
+                self.name()
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Names, measures and values of the hyperparameters.
-fn check_declarations<const D: usize>(
-    kernel: &dyn Kernel<D>,
-    values: &[f64],
-) -> Result<(), GpError> {
+fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>, values: &[f64]) -> Result<()> {
     let declared = kernel.hyperparameters();
     if values.len() != declared.len() {
         return fault(format!(
@@ -101,25 +112,25 @@ impl<const D: usize> Checked<'_, D> {
         self.kernel.formula(&hyperparameters, &Series::plain(x), &Series::plain(y)).value()
     }
 
-    fn symmetry(&self, x: [f64; D], y: [f64; D]) -> Result<(), GpError> {
-        let (forward, backward) = (self.value(x, y), self.value(y, x));
-        check_finite(forward, x, y)?;
-        match close(forward, backward, forward.abs(), SYMMETRY_TOLERANCE) {
-            true => Ok(()),
-            false => fault(format!("not symmetric: k(x, x') = {forward}, k(x', x) = {backward}")),
-        }
-    }
-
-    /// Test of definiteness by the smallest eigenvalue, which moves by no more than the norm of what rounding adds to
+    /// Test of symmetry, and of definiteness by the smallest eigenvalue, which moves by no more than the norm of what rounding adds to
     /// the matrix (Weyl): at most the error of an entry for each point. Elimination would not do,
     /// because rounding grows with every tiny pivot that it passes.
-    fn definiteness(&self, points: &[[f64; D]]) -> Result<(), GpError> {
+    fn definiteness(&self, points: &[[f64; D]]) -> Result<()> {
         let count = points.len();
         let mut covariance = DMatrix::zeros(count, count);
         for (i, j) in (0..count).flat_map(|i| (0..=i).map(move |j| (i, j))) {
-            let value = self.value(points[i], points[j]);
-            check_finite(value, points[i], points[j])?;
-            (covariance[(i, j)], covariance[(j, i)]) = (value, value);
+            let (x, y) = (points[i], points[j]);
+            let [forward, backward] = [self.value(x, y), self.value(y, x)];
+            if !forward.is_finite() {
+                let (x, y) = (place(&x), place(&y));
+                return fault(format!("k(x, x') = {forward} at x = {x}, x' = {y}"));
+            }
+            if !close(forward, backward, forward.abs(), SYMMETRY_TOLERANCE) {
+                return fault(format!(
+                    "not symmetric: k(x, x') = {forward}, k(x', x) = {backward}"
+                ));
+            }
+            (covariance[(i, j)], covariance[(j, i)]) = (forward, forward);
         }
         let variance = covariance.amax().max(f64::MIN_POSITIVE);
         let eigenvalue = covariance.symmetric_eigenvalues().min() / variance;
@@ -132,7 +143,7 @@ impl<const D: usize> Checked<'_, D> {
     }
 
     /// ∂∂′k of two points, or of one with itself, against differences of the formula.
-    fn slopes(&self, x: [f64; D], y: [f64; D]) -> Result<(), GpError> {
+    fn slopes(&self, x: [f64; D], y: [f64; D]) -> Result<()> {
         let steps = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
         for d in (0..D).filter(|_| self.kernel.smoothness() != Some(0)) {
             let mut orders = Orders { first: [0; D], second: [0; D] };
@@ -143,12 +154,13 @@ impl<const D: usize> Checked<'_, D> {
             };
             let mut table = [0.0];
             let request = Request {
+                kernel: self.kernel,
                 hyperparameters: self.hyperparameters,
                 first: x.each_ref().map(std::slice::from_ref),
                 second: y,
                 orders: &[asked],
             };
-            derivatives(self.kernel, &request, &mut table);
+            request.derivatives(&mut table);
             let given = sign * table[0];
             let step = STEP * self.extents[d];
             let moved = |mut point: [f64; D], steps: f64| {
@@ -170,13 +182,6 @@ impl<const D: usize> Checked<'_, D> {
     }
 }
 
-fn fault(text: String) -> Result<(), GpError> {
+fn fault(text: String) -> Result<()> {
     Err(GpError::Kernel(text))
-}
-
-fn check_finite<const D: usize>(value: f64, x: [f64; D], y: [f64; D]) -> Result<(), GpError> {
-    if value.is_finite() {
-        return Ok(());
-    }
-    fault(format!("k(x, x') = {value} at x = {}, x' = {}", place(&x), place(&y)))
 }

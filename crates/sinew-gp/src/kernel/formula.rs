@@ -23,11 +23,8 @@ type Function<const D: usize> =
 #[derive(Clone)]
 pub struct Formula<const D: usize> {
     name: String,
-    hyperparameters: Vec<Hyperparameter>,
-    /// Position of each hyperparameter among those that the formula takes.
-    positions: Vec<usize>,
-    /// Number of those.
-    taken: usize,
+    /// Those that the formula takes, and whether it depends on them.
+    taken: Vec<(Hyperparameter, bool)>,
     /// Axes that it depends on.
     axes: Vec<usize>,
     smoothness: Option<usize>,
@@ -43,12 +40,9 @@ impl<const D: usize> Formula<D> {
         hyperparameters: Vec<Hyperparameter>,
         formula: impl Fn(&[Series], &[Series; D], &[Series; D]) -> Series + Send + Sync + 'static,
     ) -> Self {
-        let taken = hyperparameters.len();
         Self {
             name: name.into(),
-            hyperparameters,
-            positions: (0..taken).collect(),
-            taken,
+            taken: hyperparameters.into_iter().map(|own| (own, true)).collect(),
             axes: (0..D).collect(),
             smoothness: None,
             stationary: false,
@@ -73,15 +67,11 @@ impl<const D: usize> Formula<D> {
             Measure::Length { axis } | Measure::Width { axis, .. } => self.axes.contains(&axis),
             Measure::Number { .. } => true,
         };
-        let known =
-            std::mem::take(&mut self.hyperparameters).into_iter().zip(self.positions.clone());
-        (self.hyperparameters, self.positions) = known.filter(|(h, _)| kept(h)).unzip();
+        self.taken.iter_mut().for_each(|(own, taken)| *taken &= kept(own));
         // A length scale that does not exist is an error.
         for axis in axes.iter().copied().filter(|axis| *axis >= D) {
             let measure = Measure::Length { axis };
-            self.hyperparameters.push(Hyperparameter { name: "lengthscale", measure });
-            self.positions.push(self.taken);
-            self.taken += 1;
+            self.taken.push((Hyperparameter { name: "lengthscale", measure }, true));
         }
         self
     }
@@ -90,7 +80,7 @@ impl<const D: usize> Formula<D> {
     pub fn scaled(self) -> Self {
         let measure = Measure::Number { lower: 1e-3, upper: 1e3 };
         let amplitude = Hyperparameter { name: "amplitude", measure };
-        let whole = [vec![amplitude], self.hyperparameters.clone()].concat();
+        let whole = [vec![amplitude], self.hyperparameters()].concat();
         let (name, smoothness, stationary) =
             (format!("scaled {}", self.name), self.smoothness, self.stationary);
         let scaled =
@@ -99,12 +89,13 @@ impl<const D: usize> Formula<D> {
     }
 
     fn combined(self, other: Self, sign: &str, of: fn(Series, Series) -> Series) -> Self {
-        let whole = [&self.hyperparameters[..], &other.hyperparameters].concat();
+        let own = self.hyperparameters();
+        let (count, whole) = (own.len(), [own, other.hyperparameters()].concat());
         let name = format!("{} {sign} {}", self.name, other.name);
         let smoothness = self.smoothness.into_iter().chain(other.smoothness).min();
         let stationary = self.stationary && other.stationary;
         let combined = Self::new(name, whole, move |h, x, y| {
-            let (first, second) = h.split_at(self.hyperparameters.len());
+            let (first, second) = h.split_at(count);
             of(self.formula(first, x, y), other.formula(second, x, y))
         });
         Self { smoothness, stationary, ..combined }
@@ -144,7 +135,7 @@ impl<const D: usize> Kernel<D> for Formula<D> {
     }
 
     fn hyperparameters(&self) -> Vec<Hyperparameter> {
-        self.hyperparameters.clone()
+        self.taken.iter().filter(|(_, taken)| *taken).map(|(own, _)| own.clone()).collect()
     }
 
     fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>> {
@@ -152,8 +143,10 @@ impl<const D: usize> Kernel<D> for Formula<D> {
     }
 
     fn formula(&self, hyperparameters: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
-        let mut taken = vec![Series::number(1.0); self.taken];
-        self.positions.iter().zip(hyperparameters).for_each(|(k, h)| taken[*k] = h.clone());
+        let mut given = hyperparameters.iter().cloned();
+        let one = || Series::number(1.0);
+        let each = self.taken.iter().map(|(_, taken)| taken.then(|| given.next()).flatten());
+        let taken: Vec<Series> = each.map(|own| own.unwrap_or_else(one)).collect();
         let [mut x, mut y] = [x.clone(), y.clone()];
         for axis in (0..D).filter(|axis| !self.axes.contains(axis)) {
             (x[axis], y[axis]) = (x[axis].constant(0.0), y[axis].constant(0.0));

@@ -1,10 +1,19 @@
 //! Kernels beside the squared exponential.
 
-use super::axes::{half_square, lengths};
 use super::{Formula, Hyperparameter, Measure};
-use crate::error::GpError;
+use crate::error::{GpError, Result};
 use crate::series::Series;
 use std::f64::consts::PI;
+
+/// One length for each axis.
+fn lengths<const D: usize>(name: &'static str) -> Vec<Hyperparameter> {
+    (0..D).map(|axis| Hyperparameter { name, measure: Measure::Length { axis } }).collect()
+}
+
+/// ½ Σ (xᵢ − yᵢ)² / λᵢ².
+fn half_square<const D: usize>(scales: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
+    (0..D).fold(x[0].constant(0.0), |sum, d| sum + ((&x[d] - &y[d]) / &scales[d]).squared() * 0.5)
+}
 
 /// How many derivatives the functions of a [`matern`] kernel have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,7 +92,7 @@ pub fn linear<const D: usize>() -> Formula<D> {
 ///
 /// # Errors
 /// If the period is not finite and above 0.
-pub fn periodic<const D: usize>(axis: usize, period: f64) -> Result<Formula<D>, GpError> {
+pub fn periodic<const D: usize>(axis: usize, period: f64) -> Result<Formula<D>> {
     if !(period.is_finite() && period > 0.0) {
         return Err(GpError::Kernel(format!(
             "a periodic kernel of period {period}; give a finite one above 0"

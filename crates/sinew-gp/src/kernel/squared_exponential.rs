@@ -73,7 +73,7 @@ fn beyond<const D: usize>(orders: [usize; D], axes: &[usize]) -> bool {
 }
 
 impl SquaredExponential {
-    /// See [`super::derivatives`].
+    /// See [`Request::derivatives`].
     pub(super) fn derivatives<const D: usize>(&self, request: &Request<'_, D>, table: &mut [f64]) {
         let axes = self.of::<D>();
         SCRATCH.with_borrow_mut(|scratch| {
@@ -82,7 +82,7 @@ impl SquaredExponential {
         });
     }
 
-    /// See [`super::derivatives_and_pull_back`]: the exponentials and polynomials serve both directions.
+    /// See [`Request::derivatives_and_pull_back`]: the exponentials and polynomials serve both directions.
     pub(super) fn derivatives_and_pull_back<const D: usize>(
         &self,
         request: &Request<'_, D>,
@@ -100,17 +100,18 @@ impl SquaredExponential {
     }
 }
 
+/// Numbers of the pairs of a request.
+type Pairs = [f64; MOST_PAIRS];
+
 /// The polynomials hₙ with ∂ⁿ exp(−r²/2λ²) = hₙ exp(−r²/2λ²) along one axis.
 struct Hermite {
-    differences: [f64; MOST_PAIRS],
-    rows: [[f64; MOST_PAIRS]; MOST_ORDERS],
+    differences: Pairs,
+    rows: [Pairs; MOST_ORDERS],
 }
 
 /// Polynomials of all axes and the exponential of them together, kept from call to call.
 struct Scratch {
-    exponential: [f64; MOST_PAIRS],
-    /// Factors by order along the axis at hand.
-    gathered: Vec<[f64; MOST_PAIRS]>,
+    exponential: Pairs,
     axes: Vec<Hermite>,
 }
 
@@ -119,11 +120,7 @@ const LANES: usize = 8;
 
 thread_local! {
     static SCRATCH: RefCell<Scratch> = const {
-        RefCell::new(Scratch {
-            exponential: [0.0; MOST_PAIRS],
-            gathered: Vec::new(),
-            axes: Vec::new(),
-        })
+        RefCell::new(Scratch { exponential: [0.0; MOST_PAIRS], axes: Vec::new() })
     };
 }
 
@@ -140,15 +137,12 @@ impl Scratch {
                 row.fill(0.0);
                 continue;
             }
-            let source = &self.exponential[..count];
             let mut rows = self.differentiated(order, axes, None);
             match rows.next() {
-                None => row.copy_from_slice(source),
-                Some(first) => product(row, source, first),
+                Some(first) => product(row, &self.exponential, first),
+                None => row.copy_from_slice(&self.exponential[..count]),
             }
-            for next in rows {
-                multiply(row, next);
-            }
+            rows.for_each(|next| multiply(row, next));
         }
     }
 
@@ -158,7 +152,7 @@ impl Scratch {
         order: &Orders<D>,
         axes: &[usize],
         skipped: Option<usize>,
-    ) -> impl Iterator<Item = &[f64; MOST_PAIRS]> {
+    ) -> impl Iterator<Item = &Pairs> {
         let numbered = self.axes.iter().zip(axes).enumerate();
         numbered
             .map(move |(number, (axis, d))| (number, axis, order.first[*d]))
@@ -169,49 +163,33 @@ impl Scratch {
     /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis:
     /// for each axis, weights times the other axes' polynomials are gathered by the order along it.
     fn pull_back<const D: usize>(
-        &mut self,
+        &self,
         axes: &[usize],
         request: &Request<'_, D>,
         weights: &[f64],
         gradient: &mut [f64],
     ) {
         let count = request.count();
-        let mut gathered = std::mem::take(&mut self.gathered);
         for (number, (d, slope)) in axes.iter().zip(gradient).enumerate() {
-            let mut used = [false; MOST_ORDERS];
-            for (order, weights) in request.orders.iter().zip(weights.chunks(count)) {
-                if beyond(order.first, axes) {
-                    continue;
-                }
-                let n = order.first[*d];
-                while gathered.len() <= n {
-                    gathered.push([0.0; MOST_PAIRS]);
-                }
-                let sum = &mut gathered[n][..count];
-                if !std::mem::replace(&mut used[n], true) {
-                    sum.fill(0.0);
-                }
-                let mut others = self.differentiated(order, axes, Some(number));
-                match (others.next(), others.next()) {
-                    (None, _) => add(sum, weights),
-                    (Some(other), None) => add_product(sum, weights, other),
-                    (Some(first), Some(second)) => {
-                        let mut scaled = [0.0; MOST_PAIRS];
-                        product(&mut scaled[..count], weights, first);
-                        multiply(&mut scaled[..count], second);
-                        others.for_each(|other| multiply(&mut scaled[..count], other));
-                        add(sum, &scaled);
-                    }
-                }
-            }
             let axis = &self.axes[number];
-            for n in (0..MOST_ORDERS - 1).filter(|n| used[*n]) {
-                let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];
-                let sum = &gathered[n][..count];
-                dilation(slope, n as f64, sum, &self.exponential, &axis.differences, at, after);
+            for n in 0..=request.most(*d) {
+                let mut sum = [0.0; MOST_PAIRS];
+                for (order, weights) in request.orders.iter().zip(weights.chunks(count)) {
+                    if order.first[*d] != n || beyond(order.first, axes) {
+                        continue;
+                    }
+                    let mut others = self.differentiated(order, axes, Some(number));
+                    let Some(first) = others.next() else {
+                        add(&mut sum[..count], weights);
+                        continue;
+                    };
+                    let mut scaled = *first;
+                    others.for_each(|other| multiply(&mut scaled[..count], other));
+                    add_product(&mut sum[..count], &scaled, weights);
+                }
+                dilation(slope, n, &sum[..count], &self.exponential, axis);
             }
         }
-        self.gathered = gathered;
     }
 
     fn fill<const D: usize>(&mut self, axes: &[usize], request: &Request<'_, D>, extra: usize) {
@@ -226,7 +204,7 @@ impl Scratch {
         self.exponential[..padded].fill(0.0);
         for ((d, lengthscale), axis) in axes.iter().zip(request.hyperparameters).zip(&mut self.axes)
         {
-            let most = request.orders.iter().map(|o| o.first[*d]).max().unwrap_or(0) + extra;
+            let most = request.most(*d) + extra;
             recurrence(
                 *lengthscale,
                 request.first[*d],
@@ -248,7 +226,7 @@ vectorised! {
         second: f64,
         differences: &mut [f64],
         squares: &mut [f64],
-        rows: &mut [[f64; MOST_PAIRS]],
+        rows: &mut [Pairs],
     ) {
         let inverse = lengthscale.recip();
         for (difference, x) in differences.iter_mut().zip(first) {
@@ -258,16 +236,12 @@ vectorised! {
             *square += (r * inverse) * (r * inverse);
         }
         let slope = inverse * inverse;
-        if rows.len() > 1 {
-            for (h, r) in rows[1].iter_mut().zip(differences.iter()) {
-                *h = -r * slope;
-            }
-        }
-        for n in 1..rows.len().saturating_sub(1) {
-            let [before, at, after] = &mut rows[n - 1..n + 2] else { unreachable!("three rows") };
-            let factor = n as f64 * slope;
+        for n in 1..rows.len() {
+            let (lower, upper) = rows.split_at_mut(n);
+            let (at, before) = (&lower[n - 1], &lower[n.saturating_sub(2)]);
+            let factor = (n - 1) as f64 * slope;
             for (((after, at), before), r) in
-                after.iter_mut().zip(at.iter()).zip(before.iter()).zip(differences.iter())
+                upper[0].iter_mut().zip(at).zip(before).zip(differences.iter())
             {
                 *after = -(r * slope * at + factor * before);
             }
@@ -317,17 +291,11 @@ vectorised! {
 
 vectorised! {
     /// Adds −Σ weight · product · (r hₙ₊₁ + n hₙ) to `slope`.
-    fn dilation(
-        slope: &mut f64,
-        n: f64,
-        weights: &[f64],
-        product: &[f64; MOST_PAIRS],
-        differences: &[f64],
-        at: &[f64; MOST_PAIRS],
-        after: &[f64; MOST_PAIRS],
-    ) {
+    fn dilation(slope: &mut f64, n: usize, weights: &[f64], product: &Pairs, axis: &Hermite) {
+        let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];
         *slope -= lane_sum(weights.len(), |lane| {
-            weights[lane] * product[lane] * (differences[lane] * after[lane] + n * at[lane])
+            let turned = axis.differences[lane] * after[lane] + n as f64 * at[lane];
+            weights[lane] * product[lane] * turned
         });
     }
 }

@@ -1,48 +1,36 @@
 //! The linear equation that a semi-linear one is next to a solution.
 
 use super::{SemiLinear, singular_term};
-use crate::error::GpError;
+use crate::error::Result;
 use crate::field::{Field, field};
 use crate::operator::Operator;
+use crate::optimise::dot;
 use crate::series::Series;
 use std::collections::HashMap;
+use std::sync::Arc;
 
-/// The nonlinear term at one point to first order in arguments v and parameters θ, and in products of the two.
-struct Expansion<'a> {
-    g: Series,
-    v: &'a [f64],
-    theta: &'a [f64],
-}
-
-impl Expansion<'_> {
-    /// The derivative in each of these variables once: arguments first, then parameters.
-    fn slope(&self, of: &[usize]) -> f64 {
-        let mut orders = vec![0; self.v.len() + self.theta.len()];
+/// The nonlinear term at one point to first order in arguments v and parameters θ, and in products of the two: factors in the order
+/// of [`SemiLinear::tangent`], and what is added to f: g + g_v dv + g_θ dθ + g_vθ dv dθ, sorted by θ and u.
+fn expanded(g: &Series, v: &[f64], theta: &[f64]) -> (Vec<f64>, f64) {
+    let first = v.len();
+    let slope = |of: &[usize]| {
+        let mut orders = vec![0; first + theta.len()];
         of.iter().for_each(|k| orders[*k] = 1);
-        self.g.derivative(&orders)
+        g.derivative(&orders)
+    };
+    let mut factors = Vec::new();
+    let mut alone: Vec<f64> = (0..theta.len()).map(|p| slope(&[first + p])).collect();
+    let mut shift = dot(&alone, theta) - g.value();
+    for (number, v) in v.iter().enumerate() {
+        let both: Vec<f64> = (0..theta.len()).map(|p| slope(&[number, first + p])).collect();
+        let own = slope(&[number]) - dot(&both, theta);
+        shift += own * v;
+        alone.iter_mut().zip(&both).for_each(|(alone, both)| *alone -= both * v);
+        factors.push(own);
+        factors.extend(both);
     }
-
-    /// Factors in the order of [`SemiLinear::tangent`], and what is added to f: g + g_v dv + g_θ dθ + g_vθ dv dθ, sorted by θ
-    /// and u.
-    fn sorted(&self) -> (Vec<f64>, f64) {
-        let first = self.v.len();
-        let mut factors = Vec::new();
-        let mut alone: Vec<f64> = (0..self.theta.len()).map(|p| self.slope(&[first + p])).collect();
-        let mut shift = -self.g.value();
-        shift += alone.iter().zip(self.theta).map(|(slope, t)| slope * t).sum::<f64>();
-        for (number, v) in self.v.iter().enumerate() {
-            let own = self.slope(&[number]);
-            let both: Vec<f64> =
-                (0..self.theta.len()).map(|p| self.slope(&[number, first + p])).collect();
-            let bound: f64 = both.iter().zip(self.theta).map(|(slope, t)| slope * t).sum();
-            shift += (own - bound) * v;
-            alone.iter_mut().zip(&both).for_each(|(alone, both)| *alone -= both * v);
-            factors.push(own - bound);
-            factors.extend(both);
-        }
-        factors.extend(alone);
-        (factors, shift)
-    }
+    factors.extend(alone);
+    (factors, shift)
 }
 
 impl<const D: usize, const M: usize> SemiLinear<D, M> {
@@ -53,10 +41,10 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         points: &[[f64; D]],
         values: &[[f64; M]],
         theta: &[f64],
-    ) -> Result<(Operator<D>, Vec<f64>), GpError> {
+    ) -> Result<(Operator<D>, Vec<f64>)> {
         let count = theta.len();
-        // For each argument its factor alone, then times each parameter; then each parameter alone.
-        let mut tables = vec![HashMap::new(); M * (count + 1) + count];
+        // By point: for each argument its factor alone, then times each parameter; then each parameter alone.
+        let mut table = HashMap::new();
         let mut shifts = Vec::with_capacity(points.len());
         let degrees = vec![1; M + count];
         for (index, (point, v)) in points.iter().zip(values).enumerate() {
@@ -65,18 +53,17 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             let known: Vec<Series> = (M..M + count).map(variable).collect();
             let arguments: [Series; M] = std::array::from_fn(variable);
             let g = arguments[0].constant(0.0) + (self.term)(arguments, &known, *point);
-            let (factors, shift) = Expansion { g, v, theta }.sorted();
+            let (factors, shift) = expanded(&g, v, theta);
             // Slopes that are not finite leave no finite shift either.
             if !shift.is_finite() {
                 return Err(singular_term(index, v));
             }
             shifts.push(shift);
-            for (table, factor) in tables.iter_mut().zip(factors) {
-                table.insert(point.map(f64::to_bits), factor);
-            }
+            table.insert(point.map(f64::to_bits), factors);
         }
-        let mut tables = tables.into_iter().map(tabulated);
-        let mut next = || tables.next().expect("as many as were made");
+        let table = Arc::new(table);
+        let mut fields = (0..).map(|column| tabulated(table.clone(), column));
+        let mut next = || fields.next().expect("as many as are asked for");
         let mut equation = self.problem.equation().clone();
         for argument in self.arguments {
             equation = equation + next() * argument;
@@ -92,9 +79,9 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
 }
 
 /// A function known at some points only, and NaN elsewhere.
-fn tabulated<const D: usize>(values: HashMap<[u64; D], f64>) -> Field<D> {
+fn tabulated<const D: usize>(table: Arc<HashMap<[u64; D], Vec<f64>>>, column: usize) -> Field<D> {
     field(move |x: [Series; D]| {
         let key = x.each_ref().map(|coordinate| coordinate.value().to_bits());
-        x[0].constant(values.get(&key).copied().unwrap_or(f64::NAN))
+        x[0].constant(table.get(&key).map_or(f64::NAN, |factors| factors[column]))
     })
 }

@@ -60,8 +60,7 @@ fn circular_functions_and_quotients_keep_their_identities() {
 fn a_lifted_series_gives_derivatives_across_a_face() {
     // ∂/∂z of x²z³ on z = 2, as a function of x.
     let [x] = Series::variables([3.0], [2]);
-    let lifted = x.lifted(1);
-    let z = lifted.shifted_last_variable(2.0);
+    let [lifted, z] = [x.lifted(1, 0.0), x.constant(2.0).lifted(1, 1.0)];
     let slope = (lifted.squared() * z.powi(3)).last_derivative(1);
     assert_eq!(slope.derivative(&[0]), 9.0 * 12.0);
     assert_eq!(slope.derivative(&[2]), 2.0 * 12.0);
