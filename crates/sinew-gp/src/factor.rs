@@ -1,6 +1,6 @@
 //! Cholesky factors.
 
-use crate::inverse::{grain, side_by_side};
+use crate::inverse::side_by_side;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{
     LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
@@ -9,7 +9,6 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
-use rayon::prelude::*;
 
 /// A lower triangular matrix, stored column by column; what is above the diagonal means nothing.
 #[derive(Clone, Debug)]
@@ -63,11 +62,8 @@ impl Factor {
     /// Cholesky factor of a symmetric matrix by its lower triangle; none where it is not positive
     /// definite or not finite.
     pub(crate) fn new(mut entries: Vec<f64>, size: usize, par: Par) -> Option<Self> {
-        let finite = |(number, column): (usize, &[f64])| {
-            column[number..].iter().all(|entry| entry.is_finite())
-        };
-        let columns = entries.par_chunks(size.max(1)).enumerate().with_min_len(grain(par));
-        if !columns.all(finite) {
+        let mut columns = entries.chunks(size.max(1)).enumerate();
+        if !columns.all(|(at, column)| column[at..].iter().all(|entry| entry.is_finite())) {
             return None;
         }
         factorise(MatMut::from_column_major_slice_mut(&mut entries, size, size), par)?;

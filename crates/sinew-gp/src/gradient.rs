@@ -2,7 +2,7 @@
 
 use crate::coefficients::monomial_slope;
 use crate::gram::Scratch;
-use crate::inverse::{grain, invert_lower};
+use crate::inverse::{for_columns, invert_lower};
 use crate::optimise::dot;
 use crate::state::{Factored, State};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
@@ -43,7 +43,7 @@ impl<const D: usize> State<'_, D> {
         factor.backward(&mut a[..split]);
         w[..split].fill(0.0);
         factor.backward(&mut w);
-        let subtract = |(column, rows): (usize, &mut [f64])| {
+        let subtract = |(column, rows): (usize, &mut [f64]), (): &mut ()| {
             let (w_column, a_column) = (w[column], a[column]);
             for row in column..size {
                 rows[row] -=
@@ -52,7 +52,7 @@ impl<const D: usize> State<'_, D> {
             // Half of it on the diagonal, twice the half for the pair off it.
             rows[column] *= 0.5;
         };
-        entries.par_chunks_mut(size).enumerate().with_min_len(grain(par)).for_each(subtract);
+        for_columns(par, (&mut entries, size), subtract);
         w.iter_mut().zip(&a).for_each(|(w, a)| *w += weight * a);
         (entries, w)
     }
@@ -124,8 +124,7 @@ impl<const D: usize> State<'_, D> {
         let size = self.model.size;
         let lots = if self.is_large() { LOTS } else { 1 };
         let lot = |lot: usize| {
-            let mut pulled = Pulled::zeros(self);
-            let mut scratch = Scratch::default();
+            let (mut pulled, mut scratch) = (Pulled::zeros(self), Scratch::default());
             // Interleaved, because early columns are longer.
             for column in (lot..size).step_by(lots) {
                 self.pull_column(column, cotangent, &mut pulled, &mut scratch);

@@ -4,6 +4,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
+use rayon::prelude::*;
 
 /// Order up to which the linear-algebra library inverts by itself.
 const LEAF: usize = 64;
@@ -31,9 +32,19 @@ pub(crate) fn invert_lower(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>, par
     matmul(below.rb_mut(), full, Accum::Replace, product.as_ref(), full, first.rb(), low, 1.0, par);
 }
 
-/// Columns that are not shared between threads.
-pub(crate) fn grain(par: Par) -> usize {
-    if par == Par::Seq { usize::MAX } else { 1 }
+/// Calls `each` for the columns of a matrix of an order, with memory of its thread. A sequential call stays on its own thread: a pool
+/// of threads costs more than it saves on a small matrix.
+pub(crate) fn for_columns<M: Default>(
+    par: Par,
+    (matrix, order): (&mut [f64], usize),
+    each: impl Fn((usize, &mut [f64]), &mut M) + Sync,
+) {
+    if par == Par::Seq {
+        let mut memory = M::default();
+        return matrix.chunks_mut(order).enumerate().for_each(|column| each(column, &mut memory));
+    }
+    let columns = matrix.par_chunks_mut(order).enumerate();
+    columns.for_each_init(M::default, |memory, column| each(column, memory));
 }
 
 /// Two independent halves of some work, each with its share of the threads.

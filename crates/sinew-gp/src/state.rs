@@ -7,11 +7,10 @@ use crate::error::{GpError, Result};
 use crate::evidence::{Evaluation, Evidence};
 use crate::factor::Factor;
 use crate::gram::{Block, PairPlan, Scratch, Side};
-use crate::inverse::grain;
+use crate::inverse::for_columns;
 use crate::model::Model;
 use crate::prior::Part;
 use faer::Par;
-use rayon::prelude::*;
 use sinew_num::on_ready_threads;
 use std::f64::consts::PI;
 
@@ -148,8 +147,7 @@ impl<'a, const D: usize> State<'a, D> {
                 }
             }
         };
-        let columns = matrix.par_chunks_mut(size).enumerate().with_min_len(grain(self.threads()));
-        columns.for_each_init(Scratch::default, |scratch, numbered| column(numbered, scratch));
+        for_columns(self.threads(), (&mut matrix, size), column);
         matrix
     }
 
