@@ -8,7 +8,7 @@ use std::sync::Mutex;
 ///
 /// ```
 /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
-/// use sinew_fem::{Options, SolveError, SolverPool};
+/// use sinew_fem::{Options, SolverPool};
 /// # let beam = Scene::new(sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [3, 1, 1]), NeoHookean)
 /// #     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
 /// #     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
