@@ -67,7 +67,7 @@ pub enum GpError {
     },
 }
 
-/// What may fail with an error of this crate.
+/// Result with an error of this crate.
 pub(crate) type Result<T, E = GpError> = std::result::Result<T, E>;
 
 /// Coordinates, for messages.

@@ -174,7 +174,7 @@ impl<const D: usize> State<'_, D> {
 
 /// Cotangents of coefficients and kernel parameters.
 struct Pulled {
-    /// By leg and part.
+    /// Cotangents of the coefficients, by leg and part.
     coefficients: Vec<Vec<Vec<f64>>>,
     hyperparameters: Vec<Vec<f64>>,
 }

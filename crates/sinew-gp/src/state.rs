@@ -38,7 +38,7 @@ pub(crate) struct State<'a, const D: usize> {
     pub kernels: Vec<(f64, Vec<f64>)>,
     /// The operators' parameters.
     pub theta: Vec<f64>,
-    /// Those of all groups.
+    /// Legs of all groups.
     pub legs: Vec<Leg<'a, D>>,
     /// Values of the monomials of each group.
     monomials: Vec<Vec<f64>>,

@@ -62,7 +62,7 @@ fn trace<const D: usize>(axis: usize, shape: Shape) -> Factor<D> {
     Factor { field: Some(field), free: false, varies: false }
 }
 
-/// What is imposed across one axis, at one end or as the difference between the upper and the lower end.
+/// Condition across one axis, at one end or as the difference between the upper and the lower end.
 #[derive(Clone, Debug)]
 pub(crate) struct Lift<const D: usize> {
     pub axis: usize,

@@ -63,7 +63,7 @@ impl<const D: usize> Imposed<D> {
     }
 }
 
-/// What a problem imposes on one edge of its polygon.
+/// Condition that a problem imposes on one edge of its polygon.
 pub(crate) fn on_edge<const D: usize>(problem: &Problem<D>, number: usize) -> Vec<Imposed<D>> {
     let condition = problem.edges.get(number).and_then(Option::as_ref);
     let edge = problem.domain().cross_section().map(|polygon| &polygon.edges()[number]);

@@ -23,7 +23,7 @@ type Function<const D: usize> =
 #[derive(Clone)]
 pub struct Formula<const D: usize> {
     name: String,
-    /// Those that the formula takes, and whether it depends on them.
+    /// Hyperparameters of the formula, and whether it depends on them.
     taken: Vec<(Hyperparameter, bool)>,
     /// Axes that it depends on.
     axes: Vec<usize>,

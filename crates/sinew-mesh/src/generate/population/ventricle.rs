@@ -193,7 +193,7 @@ fn grid() -> impl Iterator<Item = (f64, f64)> {
 
 /// A point of the mean ventricle.
 struct Point {
-    /// On the disk, with the depth.
+    /// Radius on the disk, with angle and depth \[0 inside, 1 outside\].
     r: f64,
     angle: f64,
     depth: f64,
