@@ -21,7 +21,7 @@ impl<const D: usize> Problem<D> {
     /// The equation `equation` on `domain`, so far without conditions.
     ///
     /// # Errors
-    /// If it takes more than [`MOST_DERIVATIVES`] derivatives along an axis.
+    /// If it takes more than [`crate::MOST_DERIVATIVES`] derivatives along an axis.
     pub fn new(domain: Domain<D>, equation: impl Into<Operator<D>>) -> Result<Self> {
         let equation = equation.into();
         equation.check_orders(&domain)?;
