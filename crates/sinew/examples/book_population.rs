@@ -77,7 +77,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let fine = emulator.refine(std::slice::from_ref(&theta), 4)?;
     let [raw_off, fine_off] = [&raw, &fine].map(|found| distance(found.field(0), &truth));
     println!("expansion {:.2} % off, refined {:.3} %", 100.0 * raw_off, 100.0 * fine_off);
-    assert!(fine_off < 0.1 * raw_off && fine_off < 2e-3);
+    assert!(fine_off < 0.25 * raw_off && fine_off < 5e-4);
 
     // The error bar: the distance to the equilibrium that Newton steps contract to.
     let estimate = emulator.estimate(&raw, 0)?;
