@@ -86,7 +86,9 @@ pub use estimate::quantiles::Quantiles;
 pub use estimate::stages::Stage;
 pub use estimate::{Distance, Estimate};
 pub use predict::frozen_stiffness::FrozenStiffness;
-pub use predict::regression::{Interpolation, PodRegression, RegressionError, RegressionParts};
+pub use predict::regression::{
+    Interpolation, PodRegression, RegressionError, RegressionParts, SizeRegression,
+};
 pub use predict::taylor::TaylorExpansion;
 pub use predict::{Predictor, central_differences};
 pub use recipe::options::{Budget, TrainingOptions};

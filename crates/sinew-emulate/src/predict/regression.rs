@@ -16,6 +16,7 @@ mod error;
 mod interpolation;
 mod parts;
 mod process;
+mod size;
 mod storage;
 
 use crate::sample::share_of;
@@ -27,6 +28,7 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 pub use parts::RegressionParts;
 use process::fit_process;
 use sinew_energy::Parameter;
+pub use size::SizeRegression;
 
 /// Modes are dropped from the last on while the dropped share of the fields' sum of squares about their mean stays
 /// within this.

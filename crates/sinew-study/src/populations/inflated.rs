@@ -201,6 +201,10 @@ fn study(options: &Options) -> Result<Study> {
     }
     let few = "too few ventricles have an equilibrium";
     ensure!(training.len() > 1 && !validation.is_empty() && !unseen.is_empty(), few);
+    let ventricles = ventricles.sized(&training)?;
+    for part in [&mut training, &mut validation, &mut unseen] {
+        ventricles.size(part)?;
+    }
     let clock = cpu_seconds();
     let timed = &unseen[..TIMED.min(unseen.len())];
     let [coarse_s, solver_s] = ventricles.times(timed)?;
@@ -230,12 +234,11 @@ fn networks(options: &Options, data: &Data<'_>, study: &mut Study) -> Result<()>
     study.one_shape = shape.without_networks(data)?;
     // A second thread would nearly double the CPU time of a step of one body for a tenth of its wall time.
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    for variant in variants(options) {
+    for (variant, goes_on) in variants(options) {
         let (numbers, topology) = (variant.told.numbers, ventricles.graph(variant.virtual_nodes)?);
         let about = format!("network on simulations, told {numbers} numbers of the shape");
         let method = format!("{}, {numbers} numbers{}", variant.name(), variant.told.name());
         let names = [&method[..], &about];
-        let goes_on = variant.training_steps.is_some() || options.quick;
         let more = |surrogate: &Surrogate| {
             goes_on.then(|| shape.fine_tuned(data, variant, surrogate)).transpose()
         };
@@ -268,31 +271,29 @@ fn regressions(compared: &Compared<'_, ventricle::Ventricle>) -> Result<Vec<Meas
 /// Numbers of a shape, and K of the networks that differ in what they are told.
 const ALL: usize = VentricleShape::NUMBERS;
 const STEPS: usize = 3;
-/// Training steps of the networks that go on to one shape.
-const LONGER: usize = 8000;
 
 fn simulations(options: &Options) -> PathBuf {
     options.out.join(KEY).join("simulations")
 }
 
-/// Networks of Tables A.8 to A.10; first those that are fine-tuned on one shape. The thesis' 40 components hold what the 32 numbers here do.
-fn variants(options: &Options) -> Vec<Variant> {
+/// Networks of Tables A.8 to A.10, and whether they are fine-tuned on one shape, these first. The thesis' 40 components hold what the 32
+/// numbers here do.
+fn variants(options: &Options) -> Vec<(Variant, bool)> {
     let virtual_nodes = VIRTUAL_NODES[usize::from(options.full)];
-    let of = |steps, numbers, coarse| {
-        let told = Inputs { numbers, coarse };
-        let (template, raw, training_steps) = (false, false, None);
-        Variant { steps, latent: 40, virtual_nodes, told, template, raw, training_steps }
-    };
+    let of =
+        |steps, numbers, coarse| Variant::new(steps, 40, virtual_nodes, Inputs { numbers, coarse });
     if options.quick {
         let quick = |coarse| Variant { latent: 8, virtual_nodes: &[8], ..of(1, ALL, coarse) };
-        return [false, true].map(quick).to_vec();
+        return [false, true].map(|coarse| (quick(coarse), true)).to_vec();
     }
+    let coarse = [STEPS, 1].map(|k| of(k, ALL, true));
+    let fine_tuned = coarse.into_iter().chain([of(STEPS, ALL, false)]);
     let told = [0, 8, 16, 24].map(|numbers| of(STEPS, numbers, false));
     let steps = [1, 2, 4, 5, 6].map(|k| of(k, ALL, false));
     let raw = Variant { raw: true, ..of(STEPS, ALL, false) };
-    let longer = |variant| Variant { training_steps: Some(LONGER), ..variant };
-    let coarse = [STEPS, 1].map(|k| longer(of(k, ALL, true)));
-    let alone = of(STEPS, ALL, false);
-    let alone = [longer(alone), alone];
-    coarse.into_iter().chain(alone).chain(told).chain(steps).chain([raw]).collect()
+    let others = told.into_iter().chain(steps).chain([raw]);
+    fine_tuned
+        .map(|variant| (variant, true))
+        .chain(others.map(|variant| (variant, false)))
+        .collect()
 }

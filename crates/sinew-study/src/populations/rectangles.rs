@@ -127,13 +127,8 @@ fn study(options: &Options) -> Result<Study> {
 fn variants(options: &Options) -> Vec<Variant> {
     const LAYERS: [&[usize]; 5] = [&[4], &[8], &[48, 12], &[48, 12, 4], &[48, 24, 6]];
     let of = |steps, latent, virtual_nodes| Variant {
-        steps,
-        latent,
-        virtual_nodes,
         template: options.template,
-        told: TOLD,
-        raw: false,
-        training_steps: None,
+        ..Variant::new(steps, latent, virtual_nodes, TOLD)
     };
     if options.quick {
         return vec![of(1, 8, &[]), of(1, 8, TWO)];

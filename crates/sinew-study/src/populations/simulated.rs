@@ -111,10 +111,7 @@ impl<B: Simulated> Compared<'_, B> {
         variant: Variant,
         topology: &Topology,
     ) -> Result<(Measured, Surrogate)> {
-        let start = |data: &DataSet| self.untrained(variant, data);
-        let steps = variant.training_steps.unwrap_or(self.pace.steps);
-        let compared = Self { pace: Pace { steps, ..self.pace }, ..*self };
-        compared.trained(names, start, variant.told, topology)
+        self.trained(names, |data| self.untrained(variant, data), variant.told, topology)
     }
 
     /// Stores it for a resumed run, with `more` results of the network.
@@ -307,8 +304,6 @@ pub(super) struct Variant {
     pub template: bool,
     /// Whether parameters are read on their own scale instead of the logarithmic one.
     pub raw: bool,
-    /// Training steps, where not those of the other networks of a study.
-    pub training_steps: Option<usize>,
 }
 
 /// A method, its errors and its costs.
@@ -366,6 +361,16 @@ fn train(surrogate: Surrogate, data: DataSet, pace: Pace, options: &Options) -> 
 }
 
 impl Variant {
+    /// Parameters on the scale of their sampling, on the graph of the average body.
+    pub(super) fn new(
+        steps: usize,
+        latent: usize,
+        virtual_nodes: &'static [usize],
+        told: Inputs,
+    ) -> Self {
+        Self { steps, latent, virtual_nodes, told, template: false, raw: false }
+    }
+
     /// Description for a table.
     pub(super) fn name(&self) -> String {
         let Self { steps, latent, virtual_nodes, .. } = self;
@@ -375,8 +380,7 @@ impl Variant {
         };
         let template = if self.template { ", template" } else { "" };
         let raw = if self.raw { ", parameters as they are" } else { "" };
-        let trained = self.training_steps.map_or_else(String::new, |n| format!(", {n} steps"));
-        format!("K = {steps}, M = {latent}, {nodes}{template}{raw}{trained}")
+        format!("K = {steps}, M = {latent}, {nodes}{template}{raw}")
     }
 }
 

@@ -35,15 +35,7 @@ fn measured(options: &Options) -> Result<Section> {
     let told = Inputs { numbers: ALL, coarse: false };
     let virtual_nodes = if options.quick { &[8][..] } else { VIRTUAL_NODES[1] };
     let (steps, latent) = if options.quick { (1, 8) } else { (5, 40) };
-    let variant = Variant {
-        steps,
-        latent,
-        virtual_nodes,
-        told,
-        template: false,
-        raw: false,
-        training_steps: None,
-    };
+    let variant = Variant::new(steps, latent, virtual_nodes, told);
     let topology = ventricles.graph(virtual_nodes)?;
     let surrogate = compared.untrained(variant, &compared.data_set(&topology, told)?)?;
     let errors = only.distances(&predicting(&surrogate, &topology, told)(only)?);
