@@ -236,7 +236,9 @@ fn networks(options: &Options, data: &Data<'_>, study: &mut Study) -> Result<()>
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     for (variant, goes_on) in variants(options) {
         let (numbers, topology) = (variant.told.numbers, ventricles.graph(variant.virtual_nodes)?);
-        let about = format!("network on simulations, told {numbers} numbers of the shape");
+        let steps = variant.training_steps.unwrap_or(PACE.steps);
+        let about =
+            format!("network on simulations, told {numbers} numbers of the shape, {steps} steps");
         let method = format!("{}, {numbers} numbers{}", variant.name(), variant.told.name());
         let names = [&method[..], &about];
         let more = |surrogate: &Surrogate| {
@@ -286,9 +288,10 @@ fn variants(options: &Options) -> Vec<(Variant, bool)> {
         let quick = |coarse| Variant { latent: 8, virtual_nodes: &[8], ..of(1, ALL, coarse) };
         return [false, true].map(|coarse| (quick(coarse), true)).to_vec();
     }
-    let coarse = [STEPS, 1].map(|k| of(k, ALL, true));
-    let fine_tuned = coarse.into_iter().chain([of(STEPS, ALL, false)]);
-    let told = [0, 8, 16, 24].map(|numbers| of(STEPS, numbers, false));
+    let trained = |steps, variant| Variant { training_steps: Some(steps), ..variant };
+    let coarse = [STEPS, 1].map(|k| trained(8000, of(k, ALL, true)));
+    let fine_tuned = coarse.into_iter().chain([trained(32_000, of(STEPS, ALL, false))]);
+    let told = [0, 8, 16, 24].map(|numbers| trained(8000, of(STEPS, numbers, false)));
     let steps = [1, 2, 4, 5, 6].map(|k| of(k, ALL, false));
     let raw = Variant { raw: true, ..of(STEPS, ALL, false) };
     let others = told.into_iter().chain(steps).chain([raw]);

@@ -111,7 +111,10 @@ impl<B: Simulated> Compared<'_, B> {
         variant: Variant,
         topology: &Topology,
     ) -> Result<(Measured, Surrogate)> {
-        self.trained(names, |data| self.untrained(variant, data), variant.told, topology)
+        let start = |data: &DataSet| self.untrained(variant, data);
+        let steps = variant.training_steps.unwrap_or(self.pace.steps);
+        let compared = Self { pace: Pace { steps, ..self.pace }, ..*self };
+        compared.trained(names, start, variant.told, topology)
     }
 
     /// Stores it for a resumed run, with `more` results of the network.
@@ -304,6 +307,8 @@ pub(super) struct Variant {
     pub template: bool,
     /// Whether parameters are read on their own scale instead of the logarithmic one.
     pub raw: bool,
+    /// Training steps, where not those of the pace.
+    pub training_steps: Option<usize>,
 }
 
 /// A method, its errors and its costs.
@@ -368,7 +373,8 @@ impl Variant {
         virtual_nodes: &'static [usize],
         told: Inputs,
     ) -> Self {
-        Self { steps, latent, virtual_nodes, told, template: false, raw: false }
+        let (template, raw, training_steps) = (false, false, None);
+        Self { steps, latent, virtual_nodes, told, template, raw, training_steps }
     }
 
     /// Description for a table.
