@@ -12,4 +12,5 @@ pub mod run;
 mod section;
 mod simulated;
 mod stage;
+mod targets;
 mod verdict;

@@ -10,6 +10,7 @@ mod volumes;
 use super::options::Options;
 use super::simulated::{Compared, Inputs, Measured, Variant, table};
 use super::stage::INFLATED as KEY;
+use super::targets::Targets;
 use super::verdict;
 use crate::timing::cpu_seconds;
 use anyhow::{Result, ensure};
@@ -201,17 +202,22 @@ fn study(options: &Options) -> Result<Study> {
     }
     let few = "too few ventricles have an equilibrium";
     ensure!(training.len() > 1 && !validation.is_empty() && !unseen.is_empty(), few);
-    let ventricles = ventricles.sized(&training)?;
-    for part in [&mut training, &mut validation, &mut unseen] {
-        ventricles.size(part)?;
-    }
+    let targets = Targets::relative(&training, Inputs { numbers: 0, coarse: false })?;
     let clock = cpu_seconds();
     let timed = &unseen[..TIMED.min(unseen.len())];
     let [coarse_s, solver_s] = ventricles.times(timed)?;
     let simulation_s = (cpu_seconds() - clock) / timed.len() as f64;
     let (training, validation, unseen) = (&training[..], &validation[..], &unseen[..]);
-    let compared =
-        Compared { options, training, validation, unseen, pace: PACE, simulation_s, coarse_s };
+    let compared = Compared {
+        options,
+        training,
+        validation,
+        unseen,
+        targets: &targets,
+        pace: PACE,
+        simulation_s,
+        coarse_s,
+    };
     let data = Data { ventricles: &ventricles, compared, solver_s };
     let compared = &data.compared;
     let file = format!("without-networks-seed-{}.json", options.seed);

@@ -3,6 +3,7 @@
 use super::options::Options;
 use super::simulated::{Compared, Inputs, Measured, Pace, Simulated, Variant, table};
 use super::stage;
+use super::targets::Targets;
 use super::verdict;
 use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
@@ -96,8 +97,17 @@ fn study(options: &Options) -> Result<Study> {
         ),
     ];
     let (training, validation) = seen.split_at(training);
-    let compared =
-        Compared { options, training, validation, unseen, pace: PACE, simulation_s, coarse_s: 0.0 };
+    let targets = Targets::relative(training, TOLD)?;
+    let compared = Compared {
+        options,
+        training,
+        validation,
+        unseen,
+        targets: &targets,
+        pace: PACE,
+        simulation_s,
+        coarse_s: 0.0,
+    };
     let mut trained = Vec::new();
     for count in if options.quick { &[6][..] } else { &[225, 25] } {
         trained.push(compared.regression(*count, TOLD)?);

@@ -2,6 +2,7 @@
 
 use super::options::Options;
 use super::rivals::in_short;
+use super::targets::Targets;
 use crate::thesis;
 use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
@@ -40,14 +41,9 @@ pub(super) trait Simulated {
     /// Lengths of the displacements of nodes \[mm\].
     fn lengths(displacement: &[f64]) -> Vec<f64>;
 
-    /// Target of the learning: the displacement, or the remainder of it.
-    fn target(&self, _told: Inputs) -> Vec<f64> {
-        self.displacement().to_vec()
-    }
-
-    /// The displacement of what was predicted for [`Simulated::target`].
-    fn displaced(&self, found: Vec<f64>, _told: Inputs) -> Vec<f64> {
-        found
+    /// Approximation of the displacement that a method corrects, and its size; none where a method starts from rest.
+    fn known(&self, _told: Inputs) -> Option<(&[f64], f64)> {
+        None
     }
 
     /// `|V − V̂| / V` of its cavity, if it has one.
@@ -85,6 +81,7 @@ pub(super) struct Compared<'a, B> {
     /// Validation set, by which the best weights of a training are chosen.
     pub validation: &'a [B],
     pub unseen: &'a [B],
+    pub targets: &'a Targets,
     pub pace: Pace,
     /// CPU time of a simulation \[s\].
     pub simulation_s: f64,
@@ -96,11 +93,11 @@ impl<B: Simulated> Compared<'_, B> {
     /// Regression on the first `count` simulations, over numbers of the shape and parameters.
     pub(super) fn regression(&self, count: usize, told: Inputs) -> Result<Measured> {
         let start = cpu_seconds();
-        let fit = regression(&self.training[..count], told, |body| body.target(told))?;
+        let fit = regression(&self.training[..count], told, |body| self.targets.of(body, told))?;
         let cost = (cpu_seconds() - start, count);
         let method = format!("POD + GP, {count} simulations{}", told.name());
         self.measured([&method, &in_short(&fit)], cost, told, |body| {
-            Ok(body.displaced(fit.predict(&body.inputs(told))?, told))
+            self.targets.displaced(body, &fit.predict(&body.inputs(told))?, told)
         })
     }
 
@@ -147,8 +144,22 @@ impl<B: Simulated> Compared<'_, B> {
         let data = self.data_set(topology, told)?;
         let surrogate = train(from(&data)?, data, self.pace, self.options)?;
         let cost = (cpu_seconds() - start, self.training.len() + self.validation.len());
-        let found = predicting(&surrogate, topology, told);
+        let found = self.predicting(&surrogate, topology, told);
         Ok((self.measured(names, cost, told, found)?, surrogate))
+    }
+
+    /// Predictions of a network for bodies on a graph.
+    pub(super) fn predicting(
+        &self,
+        surrogate: &Surrogate,
+        topology: &Topology,
+        told: Inputs,
+    ) -> impl Fn(&B) -> Result<Vec<f64>> {
+        move |body| {
+            let geometry = body.geometry(topology, told)?;
+            let found = surrogate.predict(&geometry, &[body.theta().to_vec()])?;
+            self.targets.displaced(body, found.field(0), told)
+        }
     }
 
     /// A method on what it has not seen, after so many CPU-seconds and simulations.
@@ -187,7 +198,7 @@ impl<B: Simulated> Compared<'_, B> {
                 geometries.push(geometry);
             }
             let (geometry, theta) = (geometries.len() - 1, body.theta().to_vec());
-            Ok(Sample { geometry, theta, displacement: body.target(told) })
+            Ok(Sample { geometry, theta, displacement: self.targets.of(body, told)? })
         };
         let training = self.training.iter().map(&mut sample).collect::<Result<_>>()?;
         let validation = self.validation.iter().map(&mut sample).collect::<Result<_>>()?;
@@ -260,10 +271,10 @@ impl<B: Simulated> Compared<'_, B> {
 pub(super) fn regression<B: Simulated>(
     seen: &[B],
     told: Inputs,
-    target: impl Fn(&B) -> Vec<f64>,
+    target: impl Fn(&B) -> Result<Vec<f64>>,
 ) -> Result<PodRegression> {
     let inputs: Vec<Vec<f64>> = seen.iter().map(|body| body.inputs(told)).collect();
-    let fields: Vec<Vec<f64>> = seen.iter().map(target).collect();
+    let fields: Vec<Vec<f64>> = seen.iter().map(target).collect::<Result<_>>()?;
     let few = seen.len().min(FITTED);
     let fit = PodRegression::fit(&seen[0].parameters(told), &inputs[..few], &fields[..few])?;
     Ok(if seen.len() > few { fit.refitted(&inputs, &fields)? } else { fit })
@@ -271,19 +282,6 @@ pub(super) fn regression<B: Simulated>(
 
 /// Simulations that modes and hyperparameters of a regression are fitted to.
 const FITTED: usize = 425;
-
-/// Predictions of a network for bodies on a graph.
-pub(super) fn predicting<'a, B: Simulated>(
-    surrogate: &'a Surrogate,
-    topology: &'a Topology,
-    told: Inputs,
-) -> impl Fn(&B) -> Result<Vec<f64>> + 'a {
-    move |body| {
-        let geometry = body.geometry(topology, told)?;
-        let found = surrogate.predict(&geometry, &[body.theta().to_vec()])?;
-        Ok(body.displaced(found.field(0).to_vec(), told))
-    }
-}
 
 /// A network of a study as it is kept.
 #[derive(Serialize, Deserialize)]

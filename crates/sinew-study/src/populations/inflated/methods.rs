@@ -2,9 +2,7 @@
 
 use super::ventricle::{Ventricle, Ventricles};
 use super::{ALL, LARGEST};
-use crate::populations::simulated::{
-    Compared, Inputs, Measured, Pace, Simulated, Variant, predicting,
-};
+use crate::populations::simulated::{Compared, Inputs, Measured, Pace, Simulated, Variant};
 use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
@@ -179,7 +177,7 @@ impl OneShape {
         let name = format!("{}{}", variant.name(), told.name());
         let names = [", of the population", ", trained further"].map(|how| format!("{name}{how}"));
         let about = "trained on other shapes, which times do not count";
-        let found = predicting(surrogate, &topology, told);
+        let found = data.compared.predicting(surrogate, &topology, told);
         // Every sample has features of its own about a coarse solution, so that message passing has to learn too.
         let compared = self.compared(data, Pace { decoders_only: !told.coarse, ..TRANSFER });
         let unchanged = compared.measured([&names[0], about], (0.0, 0), told, &found)?;

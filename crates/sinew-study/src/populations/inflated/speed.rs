@@ -4,8 +4,9 @@ use super::methods::{Data, PACE};
 use super::ventricle::Ventricles;
 use super::{ALL, VIRTUAL_NODES};
 use crate::populations::options::Options;
-use crate::populations::simulated::{Compared, Inputs, Simulated, Variant, predicting};
+use crate::populations::simulated::{Compared, Inputs, Simulated, Variant};
 use crate::populations::stage;
+use crate::populations::targets::Targets;
 use anyhow::{Context, Result};
 use sinew_report::{Block, Column, Distribution, Row, Section, Table};
 
@@ -28,6 +29,7 @@ fn measured(options: &Options) -> Result<Section> {
         training: one,
         validation: one,
         unseen: one,
+        targets: &Targets::absolute(),
         pace: PACE,
         simulation_s: solver_s,
         coarse_s,
@@ -38,7 +40,7 @@ fn measured(options: &Options) -> Result<Section> {
     let variant = Variant::new(steps, latent, virtual_nodes, told);
     let topology = ventricles.graph(virtual_nodes)?;
     let surrogate = compared.untrained(variant, &compared.data_set(&topology, told)?)?;
-    let errors = only.distances(&predicting(&surrogate, &topology, told)(only)?);
+    let errors = only.distances(&compared.predicting(&surrogate, &topology, told)(only)?);
     let data = Data { ventricles: &ventricles, compared, solver_s };
     let [varies_s, stays_s] = data.answer_times(&variant, &surrogate)?;
     let mut table = Table::new(

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew::{Body, Parameter};
 use sinew_coordinates::{Coordinates, Dirichlet};
-use sinew_emulate::{Design, Shard, SizeRegression, split_seed, store};
+use sinew_emulate::{Design, Shard, split_seed, store};
 use sinew_energy::BodyArrays;
 use sinew_fem::{Options as SolverOptions, Solver, coarse_displacement};
 use sinew_gnn::Geometry;
@@ -36,8 +36,6 @@ const CHUNK: usize = 50;
 pub(super) struct Ventricles {
     stage: Stage,
     seed: u64,
-    /// Size of displacements at parameters, once it is known.
-    sizes: Option<SizeRegression>,
 }
 
 /// A ventricle with its parameters and what the solver found.
@@ -51,8 +49,6 @@ pub(super) struct Ventricle {
     pub body: Body,
     /// Node by node \[mm\].
     pub displacement: Vec<f64>,
-    /// Size of displacements at its parameters \[mm\]; 1 before [`Ventricles::sized`].
-    size: f64,
     /// Solution on a coarse mesh.
     pub coarse: Coarse,
 }
@@ -70,7 +66,7 @@ impl Ventricles {
     /// The population of a run.
     pub(super) fn new(options: &Options) -> Result<Self> {
         let cells = if options.quick { QUICK } else { CELLS[usize::from(options.full)] };
-        Ok(Self { stage: Stage::inflated(cells)?, seed: options.seed, sizes: None })
+        Ok(Self { stage: Stage::inflated(cells)?, seed: options.seed })
     }
 
     /// Numbers of the shape of one of the population.
@@ -128,23 +124,6 @@ impl Ventricles {
         Ok(all)
     }
 
-    /// With the size of displacements over the parameters, which methods alone learn displacements relative to.
-    pub(super) fn sized(mut self, training: &[Ventricle]) -> Result<Self> {
-        let thetas: Vec<_> = training.iter().map(|ventricle| ventricle.theta.clone()).collect();
-        let fields: Vec<_> = training.iter().map(|ventricle| &ventricle.displacement[..]).collect();
-        self.sizes = Some(SizeRegression::fit(&training[0].body.parameters, &thetas, &fields)?);
-        Ok(self)
-    }
-
-    /// Sets the size of displacements of ventricles that are older than the regression.
-    pub(super) fn size(&self, ventricles: &mut [Ventricle]) -> Result<()> {
-        let Some(sizes) = &self.sizes else { return Ok(()) };
-        for ventricle in ventricles {
-            ventricle.size = sizes.at(&ventricle.theta)?;
-        }
-        Ok(())
-    }
-
     /// The ventricle whose shape numbers are zero.
     pub(super) fn mean(&self) -> Result<Body> {
         let [body, _] = self.stage.bodies(&[])?;
@@ -198,9 +177,8 @@ impl Ventricles {
             displacement: prolongation.vectors(&solved.displacement),
             growth: growth.ln(),
         };
-        let size = self.sizes.as_ref().map_or(Ok(1.0), |sizes| sizes.at(theta))?;
         let (numbers, theta) = (numbers.to_vec(), theta.to_vec());
-        Ok(Some(Ventricle { numbers, theta, body, displacement, size, coarse }))
+        Ok(Some(Ventricle { numbers, theta, body, displacement, coarse }))
     }
 
     /// Mean CPU times of ventricles on the coarse mesh, at the nodes of the fine one, and of the solver by way of it \[s\]; the bodies are
@@ -356,23 +334,8 @@ impl Simulated for Ventricle {
         })
     }
 
-    /// Target of the learning: the displacement relative to the size at its parameters, or the error of the coarse mesh, relative to the
-    /// root mean square of its own.
-    fn target(&self, told: Inputs) -> Vec<f64> {
-        if !told.coarse {
-            return self.displacement.iter().map(|u| u / self.size).collect();
-        }
-        let size = self.coarse.size();
-        let pairs = self.displacement.iter().zip(&self.coarse.displacement);
-        pairs.map(|(u, c)| (u - c) / size).collect()
-    }
-
-    fn displaced(&self, found: Vec<f64>, told: Inputs) -> Vec<f64> {
-        if !told.coarse {
-            return found.into_iter().map(|u| self.size * u).collect();
-        }
-        let size = self.coarse.size();
-        found.iter().zip(&self.coarse.displacement).map(|(u, c)| size * u + c).collect()
+    fn known(&self, told: Inputs) -> Option<(&[f64], f64)> {
+        told.coarse.then(|| (&self.coarse.displacement[..], self.coarse.size()))
     }
 
     fn lengths(displacement: &[f64]) -> Vec<f64> {

@@ -59,7 +59,7 @@ impl Data<'_> {
     fn regressed_volumes(&self, told: Inputs) -> Result<Measured> {
         let start = cpu_seconds();
         let Compared { training: seen, coarse_s, .. } = self.compared;
-        let growth = |v: &Ventricle| vec![v.growth(&v.displacement) - v.known_growth(told)];
+        let growth = |v: &Ventricle| Ok(vec![v.growth(&v.displacement) - v.known_growth(told)]);
         let fit = regression(seen, told, growth)?;
         let cpu_s = cpu_seconds() - start;
         let find = |v: &Ventricle| -> Result<f64> {
