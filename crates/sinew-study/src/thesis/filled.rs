@@ -18,7 +18,7 @@ const END: &str = "<!-- end -->";
 /// Page with all of its tables written anew.
 ///
 /// A marker is `<!-- table RUN/SECTION, … | METHOD; … | COLUMN, … -->`. All methods are named by `*`. A column's largest value is `COLUMN max`.
-/// One column puts the methods side by side. Brackets hold the thesis' figure.
+/// Rows are of the tables that have the first column. One column puts the methods side by side. Brackets hold the thesis' figure.
 ///
 /// # Errors
 /// A marker without an end; a run, section, method or column that no kept report has.
@@ -102,10 +102,9 @@ fn table(marker: &str, runs: &Runs) -> Result<String> {
         let there = rows.iter().any(|found| found.row.method == *method);
         anyhow::ensure!(there, "no row has the method {method}");
     }
-    let measured = |table: &Table| {
-        let mut errors = table.errors.iter().chain(&table.others);
-        errors.any(|error| columns.iter().any(|column| split(column).0 == error.name))
-    };
+    let (main, _) = split(columns[0]);
+    let measured =
+        |table: &Table| table.errors.iter().chain(&table.others).any(|error| error.name == main);
     rows.retain(|found| wanted.is_empty() || wanted.contains(&&*found.row.method));
     rows.retain(|found| measured(found.table));
     let heads = columns.iter().map(|column| head(column, &rows)).collect::<Result<Vec<_>>>()?;
