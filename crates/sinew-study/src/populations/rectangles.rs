@@ -97,7 +97,7 @@ fn study(options: &Options) -> Result<Study> {
         ),
     ];
     let (training, validation) = seen.split_at(training);
-    let targets = Targets::relative(training, TOLD)?;
+    let targets = Targets::absolute();
     let compared = Compared {
         options,
         training,
