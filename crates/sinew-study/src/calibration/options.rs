@@ -43,8 +43,6 @@ pub enum Part {
     Grid,
     /// Four parameters against importance sampling.
     Importance,
-    /// Ranks of a volume in exact posteriors, by the way in which a share of noise is read.
-    Pool,
     /// Intervals of patients that nothing was tuned for.
     Coverage,
 }
