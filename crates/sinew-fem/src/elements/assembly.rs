@@ -254,7 +254,9 @@ impl Assembly {
                     replace_stress(&mut response.tangent, h, &stress, &predicted[point]);
                 }
             }
-            let (places, lower) = (sparsity.cells.of(index), patch.stiffness(potential, points));
+            let places = sparsity.cells.of(index);
+            let lower =
+                with_nodes!(potential.nodes_per_cell, N => patch.stiffness::<N>(potential, points));
             let entry = |row: usize, column: usize| lower[row * (row + 1) / 2 + column];
             self.add_matrix(&sparsity.frames, &patch.nodes, places, 1.0, entry);
             self.patches.push(patch);

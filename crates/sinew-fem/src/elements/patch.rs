@@ -1,6 +1,6 @@
 //! A patch of quadrature points with one volume ratio: its derivatives.
 
-use crate::elements::cell::inverse;
+use crate::elements::cell::{NodalBlocks, add_stiffness, complete, inverse};
 use crate::linear::sparsity::patch_nodes_of;
 use sinew_energy::{Body, Response};
 use sinew_num::Mat3;
@@ -100,40 +100,35 @@ impl PatchResponse {
     }
 
     /// Lower half of the second derivative, row by row in the order of the patch's nodes.
-    pub(crate) fn stiffness(&self, potential: &Body, points: &[usize]) -> Vec<f64> {
-        let size = 3 * self.nodes.len();
-        let mut lower = vec![0.0; size * (size + 1) / 2];
-        for (&point, (_, response)) in points.iter().zip(&self.points) {
-            let (nodes, shape) = (potential.nodes_of_point(point), potential.shape_of_point(point));
-            let place = |&node: &usize| self.nodes.partition_point(|&n| n < node);
-            let local: Vec<_> = nodes.iter().map(place).collect();
-            for a in 0..nodes.len() {
+    pub(crate) fn stiffness<const N: usize>(&self, potential: &Body, points: &[usize]) -> Vec<f64> {
+        let mut lower = Vec::with_capacity(self.mean.len() * (self.mean.len() + 1) / 2);
+        for row in 0..self.mean.len() {
+            let (own, mixed) = (self.mean[row], self.mixed[row] + self.square * self.mean[row]);
+            let columns = self.mean[..=row].iter().zip(&self.mixed[..=row]);
+            lower.extend(columns.map(|(mean, other)| own * other + mixed * mean));
+        }
+        let shapes = potential.shape_gradients.as_chunks::<N>().0;
+        let cell = |point: &usize| point / potential.points_per_cell;
+        let mut responses = self.points.iter();
+        for of_cell in points.chunk_by(|a, b| cell(a) == cell(b)) {
+            let mut blocks: NodalBlocks<N> = [[[[0.0; 3]; N]; 3]; N];
+            for (&point, (_, response)) in of_cell.iter().zip(&mut responses) {
+                let volume = potential.volumes[point];
+                add_stiffness(&response.tangent, &shapes[point], volume, &mut blocks);
+            }
+            complete(&mut blocks);
+            let nodes = &potential.cells.as_chunks::<N>().0[cell(&of_cell[0])];
+            let local = nodes.map(|node| self.nodes.partition_point(|&n| n < node));
+            for a in 0..N {
                 for i in 0..3 {
-                    let mut left = [0.0; 9];
-                    for (kl, entry) in left.iter_mut().enumerate() {
-                        let column = |j: usize| shape[a][j] * response.tangent[3 * i + j][kl];
-                        *entry = potential.volumes[point] * (column(0) + column(1) + column(2));
-                    }
-                    let row = 3 * local[a] + i;
-                    for b in (0..nodes.len()).filter(|&b| local[b] <= local[a]) {
-                        for k in 0..3 {
-                            let column = 3 * local[b] + k;
-                            if column <= row {
-                                lower[row * (row + 1) / 2 + column] +=
-                                    (0..3).map(|l| left[3 * k + l] * shape[b][l]).sum::<f64>();
-                            }
-                        }
+                    for (slot, value) in
+                        blocks[a][i].as_flattened()[..=3 * a + i].iter().enumerate()
+                    {
+                        let [one, other] = [3 * local[a] + i, 3 * local[slot / 3] + slot % 3];
+                        let (row, column) = (one.max(other), one.min(other));
+                        lower[row * (row + 1) / 2 + column] += value;
                     }
                 }
-            }
-        }
-        let mut at = 0;
-        for row in 0..size {
-            for column in 0..=row {
-                lower[at] += self.mean[row]
-                    * (self.mixed[column] + self.square * self.mean[column])
-                    + self.mixed[row] * self.mean[column];
-                at += 1;
             }
         }
         lower
