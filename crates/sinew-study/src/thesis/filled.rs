@@ -18,7 +18,7 @@ const END: &str = "<!-- end -->";
 /// Page with all of its tables written anew.
 ///
 /// A marker is `<!-- table RUN/SECTION, … | METHOD; … | COLUMN, … -->`. All methods are named by `*`. A column's largest value is `COLUMN max`.
-/// Rows are of the tables that have the first column. One column puts the methods side by side. Brackets hold the thesis' figure.
+/// A method's rows are those of the first table that names it. One column puts the methods side by side. Brackets hold the thesis' figure.
 ///
 /// # Errors
 /// A marker without an end; a run, section, method or column that no kept report has.
@@ -102,11 +102,13 @@ fn table(marker: &str, runs: &Runs) -> Result<String> {
         let there = rows.iter().any(|found| found.row.method == *method);
         anyhow::ensure!(there, "no row has the method {method}");
     }
-    let (main, _) = split(columns[0]);
-    let measured =
-        |table: &Table| table.errors.iter().chain(&table.others).any(|error| error.name == main);
+    let measured = |table: &Table| {
+        let mut errors = table.errors.iter().chain(&table.others);
+        errors.any(|error| columns.iter().any(|column| split(column).0 == error.name))
+    };
     rows.retain(|found| wanted.is_empty() || wanted.contains(&&*found.row.method));
     rows.retain(|found| measured(found.table));
+    let rows = of_first_tables(rows);
     let heads = columns.iter().map(|column| head(column, &rows)).collect::<Result<Vec<_>>>()?;
     let mut text = match (&columns[..], &heads[..]) {
         ([column], [head]) if !wanted.is_empty() => side_by_side(&rows, &wanted, column, head),
@@ -115,6 +117,18 @@ fn table(marker: &str, runs: &Runs) -> Result<String> {
     text.push('\n');
     used.iter().for_each(|(run, stored)| text += &source(run, stored));
     Ok(text)
+}
+
+/// Rows without those whose method an earlier table has under the same name.
+fn of_first_tables(rows: Vec<Named>) -> Vec<Named> {
+    let mut kept: Vec<Named> = Vec::new();
+    for row in rows {
+        let same = |other: &&Named| other.name == row.name && other.row.method == row.row.method;
+        if kept.iter().find(same).is_none_or(|first| std::ptr::eq(first.table, row.table)) {
+            kept.push(row);
+        }
+    }
+    kept
 }
 
 /// Column's name with its unit: `err_u max [mm]`; a time has its unit beside it.
