@@ -9,8 +9,9 @@ const DEGREE: usize = 3;
 /// Root mean square of displacement fields over the parameters, for data sets of many shapes: its logarithm is a polynomial of up to
 /// third degree in the parameters on the scale of their sampling, by least squares.
 ///
-/// Between soft and stiff tissue displacements differ by orders of magnitude. A network that is trained on fields divided by this size
-/// learns relative errors, and the same accuracy takes fewer training steps.
+/// Between soft and stiff tissue displacements differ by orders of magnitude. A network or regression that is trained on fields divided by
+/// this size learns relative errors. That lowers errors where fields differ mostly in size, as of inflated ventricles
+/// (`docs/populations.md`); where their shape changes fast with the size, fields as they are may be the better targets.
 ///
 /// ```
 /// use sinew_emulate::SizeRegression;
