@@ -24,6 +24,7 @@ use sinew_gp::{
     Data, Ensemble, Evidence, FitOptions, GpError, Model, Noise, NutsOptions, Posterior, Prior,
     SquaredExponential, laplace, nuts,
 };
+use std::process::ExitCode;
 use std::time::Instant;
 
 /// Errors of measurements, in units of the solution's standard deviation.
@@ -307,7 +308,8 @@ fn options() -> Result<Options, Failure> {
                     Some("joint") => Evidence::Joint,
                     Some("unit") => Evidence::UnitInformation,
                     other => {
-                        return Err(format!("evidence {other:?}: joint or unit").into());
+                        let other = other.unwrap_or("nothing");
+                        return Err(format!("evidence {other}: joint or unit").into());
                     }
                 };
             }
@@ -327,8 +329,25 @@ fn options() -> Result<Options, Failure> {
     Ok(options)
 }
 
-fn main() -> Result<(), Failure> {
-    let options = options()?;
+const USAGE: &str = "Coverage of 95 % intervals on twenty-one problems
+
+Usage: coverage [SETS|FIRST..END] [--only NAME,…] [--evidence joint|unit] [--points N] [--laplace]";
+
+fn main() -> ExitCode {
+    if std::env::args().any(|word| word == "--help") {
+        println!("{USAGE}");
+        return ExitCode::SUCCESS;
+    }
+    match options().and_then(|options| run(&options)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => {
+            eprintln!("error: {reason}\n\n{USAGE}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(options: &Options) -> Result<(), Failure> {
     println!(
         "95 % intervals over {} sets: θ and u held [%], estimates inside their own [%], width over Cramér–Rao, seconds; error over Cramér–Rao",
         options.sets.clone().count()
@@ -337,25 +356,25 @@ fn main() -> Result<(), Failure> {
         "| problem, parameter | evidence | NUTS: θ | u | own | width | s | Laplace: θ | u | own | width | s | error | fit s | misses (warned) | Laplace apart (warned) | withheld |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
-    study(problems::slab(), &options)?;
-    study(problems::cooling(), &options)?;
-    study(problems::ring(), &options)?;
-    study(problems::sprung_string(), &options)?;
-    study(problems::dispersion(), &options)?;
-    study(problems::plate(), &options)?;
-    study(problems::beam(), &options)?;
-    study(problems::graded_rod(), &options)?;
-    study(problems::reaction(), &options)?;
-    study(problems::triangle(), &options)?;
-    study(problems::insulated(), &options)?;
-    study(conditions::half_wall(), &options)?;
-    study(conditions::gangway(), &options)?;
-    study(conditions::window(), &options)?;
-    study(conditions::film(), &options)?;
-    study(conditions::lamp(), &options)?;
-    study(conditions::tube(), &options)?;
-    study(conditions::notch(), &options)?;
-    study(doubtful::layer(), &options)?;
-    study(doubtful::three(), &options)?;
-    study(doubtful::screened(), &options)
+    study(problems::slab(), options)?;
+    study(problems::cooling(), options)?;
+    study(problems::ring(), options)?;
+    study(problems::sprung_string(), options)?;
+    study(problems::dispersion(), options)?;
+    study(problems::plate(), options)?;
+    study(problems::beam(), options)?;
+    study(problems::graded_rod(), options)?;
+    study(problems::reaction(), options)?;
+    study(problems::triangle(), options)?;
+    study(problems::insulated(), options)?;
+    study(conditions::half_wall(), options)?;
+    study(conditions::gangway(), options)?;
+    study(conditions::window(), options)?;
+    study(conditions::film(), options)?;
+    study(conditions::lamp(), options)?;
+    study(conditions::tube(), options)?;
+    study(conditions::notch(), options)?;
+    study(doubtful::layer(), options)?;
+    study(doubtful::three(), options)?;
+    study(doubtful::screened(), options)
 }
