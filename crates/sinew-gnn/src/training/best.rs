@@ -52,10 +52,9 @@ impl Trainer {
         let Some(best) = &self.best else { return false };
         self.emulator = best.emulator.clone().train();
         self.optimiser = best.optimiser.clone();
-        // Weights from the time of message passing hold no embeddings of their own.
-        if self.progress.clock.rest.is_some() && self.emulator.embedding(0).is_none() {
-            self.emulator = self.emulator.clone().with_embeddings(self.embeddings());
-        }
+        // Weights from the time of message passing hold no embeddings of their own, and predict others.
+        self.frozen.clear();
+        self.leave_message_passing();
         self.surrogate.emulator = self.emulator.valid();
         self.progress.returns += 1;
         true

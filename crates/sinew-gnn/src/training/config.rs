@@ -35,8 +35,13 @@ pub struct TrainingConfig {
     pub gradient_norm_limit: Option<f64>,
     /// Share of the steps in which message passing is trained. From then on the embeddings of every geometry's nodes are
     /// weights of their own, trained with decoders and parameter encoder at a fraction of the cost; 1 trains message
-    /// passing to the end, as a network for unseen shapes needs it.
+    /// passing to the end. A network for unseen shapes needs 1 or a [frozen encoder](Self::frozen_encoder).
     pub embedding_share: f64,
+    /// Whether the embeddings stay constant after that share of the steps instead of becoming weights: decoders and parameter encoder are
+    /// trained on what message passing predicts, as they are used for unseen shapes. The embeddings of all geometries are held
+    /// in memory, `2 M` numbers a node.
+    #[doc(alias = "fine-tuning")]
+    pub frozen_encoder: bool,
     /// Seed of the order of the samples.
     pub seed: u64,
     /// Evaluations (validation, observer, checkpoint), evenly spread over the budget. The last one is at its end.
@@ -56,6 +61,7 @@ impl Default for TrainingConfig {
             batch: 8,
             gradient_norm_limit: Some(1.0),
             embedding_share: 1.0,
+            frozen_encoder: false,
             seed: 0,
             evaluations: 20,
             patience: None,

@@ -43,6 +43,8 @@ pub struct Trainer {
     /// Mean training loss of a network without outputs, once it was needed.
     pub(super) loss_of_zero_output: Option<f64>,
     lifted: Vec<GeometryTensors>,
+    /// Embeddings of all geometries by a frozen encoder; empty before, and after a return to other weights.
+    pub(super) frozen: Vec<Embedding>,
     pub(super) checkpoints: Option<PathBuf>,
 }
 
@@ -107,6 +109,7 @@ impl Trainer {
             progress: RunState::default(),
             best: None,
             loss_of_zero_output: None,
+            frozen: Vec::new(),
             checkpoints: None,
             surrogate,
             config,
@@ -212,9 +215,9 @@ impl Trainer {
         let clock = self.progress.clock;
         let (budget, share) = (self.config.budget, self.config.embedding_share);
         if clock.rest.is_none() && clock.is_time_to_rest(budget, share) {
-            self.emulator = self.emulator.clone().with_embeddings(self.embeddings());
             self.progress.clock.rest = Some((clock.step, clock.seconds));
         }
+        self.leave_message_passing();
         let probing = self.progress.clock.is_probing(budget, share);
         let constant = if probing { self.embeddings() } else { Vec::new() };
         let prepared = start.elapsed().as_secs_f64();
@@ -224,7 +227,7 @@ impl Trainer {
             self.sampler.draw().iter().map(|&index| &self.data.training[index]).collect();
         let batch = Batch { geometry: samples[0].geometry, samples: &samples };
         let geometry = &self.lifted[batch.geometry];
-        let local = constant.get(batch.geometry).cloned();
+        let local = constant.get(batch.geometry).or(self.frozen.get(batch.geometry)).cloned();
         let local = local.or_else(|| self.emulator.embedding(batch.geometry));
         let local = local.unwrap_or_else(|| geometry.embedding(&self.emulator));
         let parameters = self.surrogate.parameters_of(&samples)?;
@@ -251,6 +254,22 @@ impl Trainer {
         self.progress.clock.count(seconds);
         self.progress.losses.push(value);
         Ok(self.report(value, gradient_norm, learning_rate))
+    }
+
+    /// Once message passing rests, makes the embeddings weights or constants, where they are not yet.
+    pub(super) fn leave_message_passing(&mut self) {
+        match self.progress.clock.rest {
+            None => {}
+            Some(_) if self.config.frozen_encoder => {
+                if self.frozen.is_empty() {
+                    self.frozen = self.embeddings();
+                }
+            }
+            Some(_) if self.emulator.embedding(0).is_none() => {
+                self.emulator = self.emulator.clone().with_embeddings(self.embeddings());
+            }
+            Some(_) => {}
+        }
     }
 
     /// Embeddings of the geometries' nodes as they are now, as data.

@@ -8,11 +8,13 @@ use crate::common::*;
 use burn::tensor::Tensor;
 use sinew_gnn::*;
 
-fn config(embedding_share: f64) -> TrainingConfig {
+/// Message passing is trained in a share of the steps, then embeddings or, with a frozen encoder, decoders alone.
+fn config((embedding_share, frozen_encoder): (f64, bool)) -> TrainingConfig {
     TrainingConfig {
         schedule: Schedule::Constant,
         learning_rate: 1e-2,
         embedding_share,
+        frozen_encoder,
         budget: Budget::Steps(120),
         batch: 3,
         evaluations: 40,
@@ -27,14 +29,14 @@ fn trainer(data: &DataSet, config: TrainingConfig) -> Trainer {
 }
 
 fn resumed(place: &Path, data: &DataSet) -> Trainer {
-    let objective = data_fit(trainer(data, config(1.0)).surrogate());
+    let objective = data_fit(trainer(data, config((1.0, false))).surrogate());
     Trainer::resume(place, data.clone(), objective, &devices()[0]).unwrap()
 }
 
 /// A training that has learned for half of its steps and goes on with steps of a size that no network bears. Its embeddings come to
 /// rest before or after that.
-fn reckless(place: &Path, data: &DataSet, embedding_share: f64) -> Trainer {
-    let mut first = trainer(data, config(embedding_share)).with_checkpoints(place);
+fn reckless(place: &Path, data: &DataSet, encoder: (f64, bool)) -> Trainer {
+    let mut first = trainer(data, config(encoder)).with_checkpoints(place);
     first.run(&mut Judge::until(60, data)).unwrap();
     resumed(place, data).with_learning_rate(1.0)
 }
@@ -85,9 +87,9 @@ impl Observer for Judge<'_> {
 #[test]
 fn the_best_weights_are_kept_and_returned_to_with_smaller_steps() {
     let ((_, data), folder) = (plane_data(), tempfile::tempdir().unwrap());
-    for embedding_share in [1.0, 0.3, 0.52] {
-        let place = folder.path().join(embedding_share.to_string());
-        let mut trainer = reckless(&place, &data, embedding_share);
+    for encoder in [(1.0, false), (0.3, false), (0.52, false), (0.3, true), (0.52, true)] {
+        let place = folder.path().join(format!("{encoder:?}"));
+        let mut trainer = reckless(&place, &data, encoder);
         let mut judge = Judge::until(usize::MAX, &data);
         let report = trainer.run(&mut judge).unwrap();
         println!("returned {} times; {:?}", report.returns, judge.errors);
@@ -106,16 +108,16 @@ fn the_best_weights_are_kept_and_returned_to_with_smaller_steps() {
 #[test]
 fn a_run_that_returned_to_its_best_weights_resumes_bit_for_bit() {
     let ((_, data), folder) = (plane_data(), tempfile::tempdir().unwrap());
-    for embedding_share in [1.0, 0.52] {
-        let place = |name: &str| folder.path().join(format!("{name}-{embedding_share}"));
+    for encoder in [(1.0, false), (0.52, false), (0.52, true)] {
+        let place = |name: &str| folder.path().join(format!("{name}-{encoder:?}"));
         let mut whole = Judge::until(usize::MAX, &data);
-        let mut uninterrupted = reckless(&place("whole"), &data, embedding_share);
+        let mut uninterrupted = reckless(&place("whole"), &data, encoder);
         let expected = uninterrupted.run(&mut whole).unwrap();
         assert!(expected.returns > 0);
         for stop in [63, 67, 80, 110] {
             let place = place(&stop.to_string());
             let mut first = Judge::until(stop, &data);
-            reckless(&place, &data, embedding_share).run(&mut first).unwrap();
+            reckless(&place, &data, encoder).run(&mut first).unwrap();
             let mut rest = resumed(&place, &data);
             let mut second = Judge::until(usize::MAX, &data);
             let report = rest.run(&mut second).unwrap();
@@ -158,7 +160,7 @@ fn a_step_that_is_not_finite_goes_back_to_the_best_weights() {
     let run = |fails: fn(usize) -> bool| {
         let surrogate = untrained(&data, &small_config(&data, 2), 1, &devices()[0]);
         let objective = Failing { fit: data_fit(&surrogate), calls: AtomicUsize::new(0), fails };
-        let (data, config) = (data.clone(), config(1.0));
+        let (data, config) = (data.clone(), config((1.0, false)));
         let mut trainer = Trainer::new(surrogate, data, Box::new(objective), config).unwrap();
         trainer.run(&mut Judge::until(usize::MAX, &held_out))
     };

@@ -129,14 +129,17 @@ fn a_resumed_run_continues_bit_for_bit() {
     let (_, data) = plane_data();
     let folder = tempfile::tempdir().unwrap();
     for device in devices() {
-        for (optimiser, embedding_share) in [
-            (OptimiserConfig::default(), 1.0),
-            (OptimiserConfig::adam(), 1.0),
+        for (optimiser, embedding_share, frozen_encoder) in [
+            (OptimiserConfig::default(), 1.0, false),
+            (OptimiserConfig::adam(), 1.0, false),
             // The embeddings rest from the eighth step on, before the kill; and from the fifteenth, after it.
-            (OptimiserConfig::default(), 0.35),
-            (OptimiserConfig::default(), 0.7),
+            (OptimiserConfig::default(), 0.35, false),
+            (OptimiserConfig::default(), 0.7, false),
+            (OptimiserConfig::default(), 0.35, true),
+            (OptimiserConfig::default(), 0.7, true),
         ] {
-            let config = TrainingConfig { optimiser, embedding_share, ..settings(20) };
+            let config =
+                TrainingConfig { optimiser, embedding_share, frozen_encoder, ..settings(20) };
             let mut whole = StopAfter { steps: usize::MAX, losses: vec![] };
             let mut uninterrupted = trainer(&data, &device, config.clone());
             uninterrupted.run(&mut whole).unwrap();
@@ -178,12 +181,13 @@ fn embeddings_leave_message_passing_and_are_trained_themselves() {
         let (nodes, edges) = (table(&features.nodes), table(&features.edges));
         surrogate.emulator().local_embedding(&graph, nodes, edges)[0].to_data()
     };
-    let run = |embedding_share: f64, stop: usize| {
-        let config = TrainingConfig { embedding_share, ..settings(60) };
+    let run_with = |embedding_share: f64, frozen_encoder: bool, stop: usize| {
+        let config = TrainingConfig { embedding_share, frozen_encoder, ..settings(60) };
         let mut trainer = trainer(&data, device, config);
         let report = trainer.run(&mut StopAfter { steps: stop, losses: vec![] }).unwrap();
         (report, trainer.current_surrogate())
     };
+    let run = |embedding_share: f64, stop: usize| run_with(embedding_share, false, stop);
     let untrained = trainer(&data, device, settings(1)).into_surrogate();
     let (report, never) = run(0.0, 60);
     assert_eq!(passed(&never), passed(&untrained));
@@ -214,6 +218,17 @@ fn embeddings_leave_message_passing_and_are_trained_themselves() {
     finished.save(folder.path()).unwrap();
     let loaded = Surrogate::load(folder.path(), device).unwrap();
     assert_eq!(predict(&loaded), predict(&finished));
+
+    // A frozen encoder: message passing rests as well, the decoders go on learning, and a geometry trained on is no exception.
+    let (report, frozen) = run_with(0.5, true, 60);
+    assert_eq!(passed(&frozen), passed(&half_way));
+    let validation = |step| {
+        let at = report.history.iter().find(|point| point.step >= step).and_then(|p| p.validation);
+        at.unwrap()
+    };
+    assert!(validation(60) < validation(30), "decoders learn: {:?}", report.history);
+    let unseen = frozen.predict_unseen(&data.geometries[1], &theta).unwrap().displacement;
+    assert_eq!(predict(&frozen), unseen);
 }
 
 #[test]

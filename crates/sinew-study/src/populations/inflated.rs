@@ -14,10 +14,10 @@ use super::targets::Targets;
 use super::verdict;
 use crate::timing::cpu_seconds;
 use anyhow::{Result, ensure};
-use methods::{Data, PACE, coarse_alone, one_stiffness};
+use methods::{BRIEF, COARSE, Data, PACE, coarse_alone, one_stiffness};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::Shard;
-use sinew_gnn::Surrogate;
+use sinew_gnn::{Activation, Surrogate};
 use sinew_mesh::VentricleShape;
 use sinew_report::{Block, Chart, Column, Figure, Map, Panel, Row, Section, Table};
 use std::ops::Range;
@@ -242,7 +242,7 @@ fn networks(options: &Options, data: &Data<'_>, study: &mut Study) -> Result<()>
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     for (variant, goes_on) in variants(options) {
         let (numbers, topology) = (variant.told.numbers, ventricles.graph(variant.virtual_nodes)?);
-        let steps = variant.training_steps.unwrap_or(PACE.steps);
+        let steps = variant.pace.unwrap_or(PACE).steps;
         let about =
             format!("network on simulations, told {numbers} numbers of the shape, {steps} steps");
         let method = format!("{}, {numbers} numbers{}", variant.name(), variant.told.name());
@@ -294,13 +294,12 @@ fn variants(options: &Options) -> Vec<(Variant, bool)> {
         let quick = |coarse| Variant { latent: 8, virtual_nodes: &[8], ..of(1, ALL, coarse) };
         return [false, true].map(|coarse| (quick(coarse), true)).to_vec();
     }
-    let trained = |steps, variant| Variant { training_steps: Some(steps), ..variant };
-    let coarse = [STEPS, 1].map(|k| trained(8000, of(k, ALL, true)));
-    let fine_tuned = coarse.into_iter().chain([trained(32_000, of(STEPS, ALL, false))]);
-    let told = [(STEPS, 0), (1, 8), (1, 16), (1, 24)];
-    let told = told.map(|(k, numbers)| trained(8000, of(k, numbers, false)));
-    let steps = [1, 2, 4, 5, 6].map(|k| of(k, ALL, false));
-    let raw = Variant { raw: true, ..of(STEPS, ALL, false) };
+    let coarse = [STEPS, 1].map(|k| Variant { pace: Some(COARSE), ..of(k, ALL, true) });
+    let alone = |k, numbers| Variant { activation: Activation::Celu, ..of(k, numbers, false) };
+    let fine_tuned = coarse.into_iter().chain([alone(STEPS, ALL)]);
+    let told = [24, 16, 8, 0].map(|numbers| alone(STEPS, numbers));
+    let steps = [1, 2, 4, 5, 6].map(|k| Variant { pace: Some(BRIEF), ..of(k, ALL, false) });
+    let raw = Variant { raw: true, ..alone(STEPS, ALL) };
     let others = told.into_iter().chain(steps).chain([raw]);
     fine_tuned
         .map(|variant| (variant, true))

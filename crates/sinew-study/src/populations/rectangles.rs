@@ -1,7 +1,7 @@
 //! Plane beams of the thesis' chapter 2: one network on simulations of rectangles, with and without virtual nodes (Tables A.1 to A.7).
 
 use super::options::Options;
-use super::simulated::{Compared, Inputs, Measured, Pace, Simulated, Variant, table};
+use super::simulated::{Compared, Encoder, Inputs, Measured, Pace, Simulated, Variant, table};
 use super::stage;
 use super::targets::Targets;
 use super::verdict;
@@ -240,6 +240,6 @@ fn graph(variant: &Variant, seed: u64) -> Result<Topology> {
 }
 
 /// Training of a network, one beam a step.
-const PACE: Pace = Pace { steps: 3000, rate: 4e-3, batch: 1, decoders_only: false };
+const PACE: Pace = Pace { steps: 3000, rate: 4e-3, batch: 1, encoder: Encoder::Trained };
 /// The variant whose embeddings are shown: K = 2 with virtual nodes.
 const EMBEDDED: usize = 7;

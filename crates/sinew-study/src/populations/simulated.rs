@@ -109,8 +109,7 @@ impl<B: Simulated> Compared<'_, B> {
         topology: &Topology,
     ) -> Result<(Measured, Surrogate)> {
         let start = |data: &DataSet| self.untrained(variant, data);
-        let steps = variant.training_steps.unwrap_or(self.pace.steps);
-        let compared = Self { pace: Pace { steps, ..self.pace }, ..*self };
+        let compared = Self { pace: variant.pace.unwrap_or(self.pace), ..*self };
         compared.trained(names, start, variant.told, topology)
     }
 
@@ -220,7 +219,7 @@ impl<B: Simulated> Compared<'_, B> {
         let sizes = EmulatorConfig {
             latent: variant.latent,
             steps: variant.steps,
-            activation: Activation::Tanh,
+            activation: variant.activation,
             global_features: geometry.global.len(),
             ..EmulatorConfig::new(dimensions, nodes, edges, ranges.len())
         };
@@ -305,8 +304,10 @@ pub(super) struct Variant {
     pub template: bool,
     /// Whether parameters are read on their own scale instead of the logarithmic one.
     pub raw: bool,
-    /// Training steps, where not those of the pace.
-    pub training_steps: Option<usize>,
+    /// Nonlinearity of the hidden layers.
+    pub activation: Activation,
+    /// Pace of its training, where not that of the others.
+    pub pace: Option<Pace>,
 }
 
 /// A method, its errors and its costs.
@@ -342,19 +343,36 @@ pub(super) struct Pace {
     pub rate: f64,
     /// Parameter sets in a step, where a body has several.
     pub batch: usize,
-    /// Whether message passing stays as it is.
-    pub decoders_only: bool,
+    /// Steps in which message passing is trained.
+    pub encoder: Encoder,
+}
+
+/// Training of message passing.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Encoder {
+    /// To the end.
+    Trained,
+    /// In a share of the steps; then it is frozen.
+    FrozenAfter(f64),
+    /// In no step: the embeddings of the nodes are weights.
+    Replaced,
 }
 
 /// Trains a network on simulations, by the mean nodal distance to them; the best weights on those to validate with are kept.
 fn train(surrogate: Surrogate, data: DataSet, pace: Pace, options: &Options) -> Result<Surrogate> {
     let objective = DataFit::new(surrogate.scales().output.length())?;
+    let embedding_share = match pace.encoder {
+        Encoder::Trained => 1.0,
+        Encoder::FrozenAfter(share) => share,
+        Encoder::Replaced => 0.0,
+    };
     let config = TrainingConfig {
         learning_rate: pace.rate,
         batch: pace.batch,
         budget: Budget::Steps(if options.quick { 12 } else { pace.steps }),
         evaluations: if options.quick { 2 } else { 20 },
-        embedding_share: if pace.decoders_only { 0.0 } else { 1.0 },
+        embedding_share,
+        frozen_encoder: matches!(pace.encoder, Encoder::FrozenAfter(_)),
         seed: options.seed,
         ..TrainingConfig::default()
     };
@@ -371,8 +389,8 @@ impl Variant {
         virtual_nodes: &'static [usize],
         told: Inputs,
     ) -> Self {
-        let (template, raw, training_steps) = (false, false, None);
-        Self { steps, latent, virtual_nodes, told, template, raw, training_steps }
+        let (template, raw, activation, pace) = (false, false, Activation::Tanh, None);
+        Self { steps, latent, virtual_nodes, told, template, raw, activation, pace }
     }
 
     /// Description for a table.

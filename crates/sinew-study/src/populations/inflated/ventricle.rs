@@ -94,28 +94,23 @@ impl Ventricles {
             if !own.clone().any(&wanted) {
                 continue;
             }
-            let file = folder.join(format!("{:05}-{:05}.npy", own.start, own.end));
-            let known = match file.exists() {
-                true => store::read_table(&file)?,
-                false => {
-                    eprintln!("simulations {} to {} of {count}", own.start + 1, own.end);
-                    let solve = |index| self.solve(&self.numbers(index), &thetas[index]);
-                    let fields: Vec<_> =
-                        own.clone().into_par_iter().map(solve).collect::<Result<_>>()?;
-                    store::write_table(&file, &fields)?;
-                    fields
-                }
-            };
-            ensure!(
-                known.len() == own.len(),
-                "{} holds {} simulations, not {}; remove it",
-                file.display(),
-                known.len(),
-                own.len()
-            );
-            let own: Vec<_> = own.zip(known).filter(|(index, _)| wanted(*index)).collect();
-            let ventricle = |(index, field): (usize, Vec<f64>)| -> Result<_> {
-                let ventricle = self.ventricle(&self.numbers(index), &thetas[index], field)?;
+            let kept =
+                |mesh: &str, find: &(dyn Fn(&Self, &[f64], &[f64]) -> Result<Vec<f64>> + Sync)| {
+                    let file = folder.join(format!("{:05}-{:05}{mesh}.npy", own.start, own.end));
+                    kept_table(&file, own.len(), || {
+                        eprintln!("simulations {} to {} of {count}{mesh}", own.start + 1, own.end);
+                        let row = |index| find(self, &self.numbers(index), &thetas[index]);
+                        own.clone().into_par_iter().map(row).collect()
+                    })
+                };
+            let (fine, coarse) = (kept("", &Self::solve)?, kept("-coarse", &Self::coarse)?);
+            let own: Vec<_> = own
+                .clone()
+                .zip(fine.into_iter().zip(coarse))
+                .filter(|(index, _)| wanted(*index))
+                .collect();
+            let ventricle = |(index, fields): (usize, (Vec<f64>, Vec<f64>))| -> Result<_> {
+                let ventricle = self.ventricle(&self.numbers(index), &thetas[index], fields)?;
                 Ok(ventricle.map(|ventricle| (index, ventricle)))
             };
             let ventricles: Vec<_> = own.into_par_iter().map(ventricle).collect::<Result<_>>()?;
@@ -138,7 +133,10 @@ impl Ventricles {
 
     /// One shape at some parameters, with the solutions; those without equilibrium are left out.
     pub(super) fn at(&self, numbers: &[f64], thetas: &[Vec<f64>]) -> Result<Vec<Ventricle>> {
-        let one = |theta: &Vec<f64>| self.ventricle(numbers, theta, self.solve(numbers, theta)?);
+        let one = |theta: &Vec<f64>| {
+            let fields = (self.solve(numbers, theta)?, self.coarse(numbers, theta)?);
+            self.ventricle(numbers, theta, fields)
+        };
         let all: Vec<_> = thetas.par_iter().map(one).collect::<Result<_>>()?;
         Ok(all.into_iter().flatten().collect())
     }
@@ -151,32 +149,39 @@ impl Ventricles {
         Ok(solved.map_or_else(|_| none(), |solved| solved.displacement))
     }
 
-    /// A ventricle that was solved, if it could be on both meshes.
+    /// Logarithm of the cavity's growth on the coarse mesh, and the displacements of that at the nodes of the fine one \[mm\]; NaN where the
+    /// solver finds none.
+    fn coarse(&self, numbers: &[f64], theta: &[f64]) -> Result<Vec<f64>> {
+        let [fine, coarse] = self.stage.bodies(numbers)?;
+        let Ok(solved) = Solver::new(&coarse)?.solve(theta, &SolverOptions::default()) else {
+            return Ok(vec![f64::NAN; 1 + 3 * fine.nodes]);
+        };
+        let rest = vec![0.0; 3 * coarse.nodes];
+        let growth = volume(&coarse, &solved.displacement) / volume(&coarse, &rest);
+        let prolongation = Prolongation::new(&coarse.positions, &fine.positions);
+        let displacement = prolongation.vectors(&solved.displacement);
+        Ok(std::iter::once(growth.ln()).chain(displacement).collect())
+    }
+
+    /// A ventricle with its fields on both meshes, if both have an equilibrium.
     fn ventricle(
         &self,
         numbers: &[f64],
         theta: &[f64],
-        displacement: Vec<f64>,
+        (displacement, coarse): (Vec<f64>, Vec<f64>),
     ) -> Result<Option<Ventricle>> {
-        let [body, coarse] = self.stage.bodies(numbers)?;
+        let [body, _] = self.stage.bodies(numbers)?;
         ensure!(
-            displacement.len() == 3 * body.nodes,
-            "a simulation of {} numbers is not of {} nodes; remove it",
+            displacement.len() == 3 * body.nodes && coarse.len() == 1 + displacement.len(),
+            "a simulation of {} and {} numbers is not of {} nodes; remove it",
             displacement.len(),
+            coarse.len(),
             body.nodes
         );
-        let solved = Solver::new(&coarse)?.solve(theta, &SolverOptions::default());
-        let Some(solved) = solved.ok().filter(|_| displacement.iter().all(|u| u.is_finite()))
-        else {
+        if !displacement.iter().chain(&coarse).all(|u| u.is_finite()) {
             return Ok(None);
-        };
-        let rest = vec![0.0; 3 * coarse.nodes];
-        let growth = volume(&coarse, &solved.displacement) / volume(&coarse, &rest);
-        let prolongation = Prolongation::new(&coarse.positions, &body.positions);
-        let coarse = Coarse {
-            displacement: prolongation.vectors(&solved.displacement),
-            growth: growth.ln(),
-        };
+        }
+        let coarse = Coarse { growth: coarse[0], displacement: coarse[1..].to_vec() };
         let (numbers, theta) = (numbers.to_vec(), theta.to_vec());
         Ok(Some(Ventricle { numbers, theta, body, displacement, coarse }))
     }
@@ -229,6 +234,25 @@ impl Ventricles {
         };
         Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
     }
+}
+
+/// Rows of a file, found and written where there is none.
+fn kept_table(
+    file: &Path,
+    rows: usize,
+    find: impl FnOnce() -> Result<Vec<Vec<f64>>>,
+) -> Result<Vec<Vec<f64>>> {
+    let table = match file.exists() {
+        true => store::read_table(file)?,
+        false => {
+            let found = find()?;
+            store::write_table(file, &found)?;
+            found
+        }
+    };
+    let (file, found) = (file.display(), table.len());
+    ensure!(found == rows, "{file} holds {found} simulations, not {rows}; remove it");
+    Ok(table)
 }
 
 impl Coarse {
