@@ -258,17 +258,15 @@ impl Trainer {
 
     /// Once message passing rests, makes the embeddings weights or constants, where they are not yet.
     pub(super) fn leave_message_passing(&mut self) {
-        match self.progress.clock.rest {
-            None => {}
-            Some(_) if self.config.frozen_encoder => {
-                if self.frozen.is_empty() {
-                    self.frozen = self.embeddings();
-                }
-            }
-            Some(_) if self.emulator.embedding(0).is_none() => {
+        if self.progress.clock.rest.is_none() {
+            return;
+        }
+        if !self.config.frozen_encoder {
+            if self.emulator.embedding(0).is_none() {
                 self.emulator = self.emulator.clone().with_embeddings(self.embeddings());
             }
-            Some(_) => {}
+        } else if self.frozen.is_empty() {
+            self.frozen = self.embeddings();
         }
     }
 

@@ -338,7 +338,7 @@ fn main() -> ExitCode {
         println!("{USAGE}");
         return ExitCode::SUCCESS;
     }
-    match options().and_then(|options| run(&options)) {
+    match options().and_then(|options| all_problems(&options)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) => {
             eprintln!("error: {reason}\n\n{USAGE}");
@@ -347,7 +347,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(options: &Options) -> Result<(), Failure> {
+fn all_problems(options: &Options) -> Result<(), Failure> {
     println!(
         "95 % intervals over {} sets: θ and u held [%], estimates inside their own [%], width over Cramér–Rao, seconds; error over Cramér–Rao",
         options.sets.clone().count()

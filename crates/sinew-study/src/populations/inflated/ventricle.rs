@@ -62,6 +62,9 @@ pub(super) struct Coarse {
     pub growth: f64,
 }
 
+/// A solution for numbers of a shape and parameters.
+type Solve = fn(&Ventricles, &[f64], &[f64]) -> Result<Vec<f64>>;
+
 impl Ventricles {
     /// The population of a run.
     pub(super) fn new(options: &Options) -> Result<Self> {
@@ -94,16 +97,15 @@ impl Ventricles {
             if !own.clone().any(&wanted) {
                 continue;
             }
-            let kept =
-                |mesh: &str, find: &(dyn Fn(&Self, &[f64], &[f64]) -> Result<Vec<f64>> + Sync)| {
-                    let file = folder.join(format!("{:05}-{:05}{mesh}.npy", own.start, own.end));
-                    kept_table(&file, own.len(), || {
-                        eprintln!("simulations {} to {} of {count}{mesh}", own.start + 1, own.end);
-                        let row = |index| find(self, &self.numbers(index), &thetas[index]);
-                        own.clone().into_par_iter().map(row).collect()
-                    })
-                };
-            let (fine, coarse) = (kept("", &Self::solve)?, kept("-coarse", &Self::coarse)?);
+            let kept = |mesh: &str, find: Solve| {
+                let file = folder.join(format!("{:05}-{:05}{mesh}.npy", own.start, own.end));
+                kept_table(&file, own.len(), || {
+                    eprintln!("simulations {} to {} of {count}{mesh}", own.start + 1, own.end);
+                    let row = |index| find(self, &self.numbers(index), &thetas[index]);
+                    own.clone().into_par_iter().map(row).collect()
+                })
+            };
+            let (fine, coarse) = (kept("", Self::solve)?, kept("-coarse", Self::coarse)?);
             let own: Vec<_> = own
                 .clone()
                 .zip(fine.into_iter().zip(coarse))
