@@ -12,8 +12,8 @@ use sinew_emulate::{Design, FrozenStiffness};
 use sinew_gnn::{DataSet, Surrogate};
 use sinew_report::{Chart, Distribution};
 
-/// Steps of a training, one ventricle each, and their largest learning rate. Message passing takes nine tenths of the time of a step of all
-/// weights and is learned in a tenth of the steps.
+/// Steps of a training, one ventricle each, and their largest learning rate. Message passing of three steps takes four fifths of the time of
+/// a step, and is trained in a tenth of the steps.
 pub(super) const PACE: Pace =
     Pace { steps: 40_000, rate: 4e-3, batch: 1, encoder: Encoder::FrozenAfter(0.1) };
 /// The same of networks that are only compared with each other.
