@@ -350,11 +350,11 @@ pub(super) struct Pace {
 /// Training of message passing.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Encoder {
-    /// To the end.
+    /// Trained to the end.
     Trained,
-    /// In a share of the steps; then it is frozen.
+    /// Trained in a share of the steps, then frozen.
     FrozenAfter(f64),
-    /// In no step: the embeddings of the nodes are weights.
+    /// Replaced by embeddings that are weights.
     Replaced,
 }
 

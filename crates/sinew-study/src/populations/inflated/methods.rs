@@ -16,13 +16,13 @@ use sinew_report::{Chart, Distribution};
 /// a step, and is trained in a tenth of the steps.
 pub(super) const PACE: Pace =
     Pace { steps: 40_000, rate: 4e-3, batch: 1, encoder: Encoder::FrozenAfter(0.1) };
-/// The same of networks that are only compared with each other.
+/// Pace of networks that are only compared with each other.
 pub(super) const BRIEF: Pace =
     Pace { steps: 2000, rate: 4e-3, batch: 1, encoder: Encoder::Trained };
-/// The same about the coarse solution.
+/// Pace about the coarse solution.
 pub(super) const COARSE: Pace =
     Pace { steps: 8000, rate: 4e-3, batch: 1, encoder: Encoder::Trained };
-/// The same when a network goes on to one shape.
+/// Pace of fine-tuning on one shape.
 const TRANSFER: Pace = Pace { steps: 1500, rate: 1e-3, batch: 8, encoder: Encoder::Replaced };
 /// Simulations of one shape: to go on with, to choose weights, and to test with.
 const ONE_SHAPE: [usize; 3] = [85, 15, 100];
