@@ -40,7 +40,7 @@ pub struct TrainingConfig {
     /// Whether the embeddings stay constant after that share of the steps instead of becoming weights: decoders and parameter encoder are
     /// trained on what message passing predicts, as they are used for unseen shapes. The embeddings of all geometries are held
     /// in memory, `2 M` numbers a node.
-    #[doc(alias = "fine-tuning")]
+    #[doc(alias = "freeze")]
     pub frozen_encoder: bool,
     /// Seed of the order of the samples.
     pub seed: u64,
