@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .observe(Observable::volume("endo", "high"))
         .observe_strains(Direction::Circumferential, "low", "high")
         .observe_strains(Direction::Longitudinal, "low", "high")
-        .accuracy(1e-7)
+        .accuracy(1e-6)
         .start(&RANGES.map(|[low, high]| (low * high).sqrt()))
         .build()?;
     let unknown = |(name, range): (&&str, &[f64; 2])| {

@@ -14,7 +14,7 @@ use super::targets::Targets;
 use super::verdict;
 use crate::timing::cpu_seconds;
 use anyhow::{Result, ensure};
-use methods::{BRIEF, COARSE, Data, PACE, coarse_alone, one_stiffness};
+use methods::{COARSE, Data, PACE, coarse_alone, one_stiffness};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::Shard;
 use sinew_gnn::{Activation, Surrogate};
@@ -298,7 +298,7 @@ fn variants(options: &Options) -> Vec<(Variant, bool)> {
     let alone = |k, numbers| Variant { activation: Activation::Celu, ..of(k, numbers, false) };
     let fine_tuned = coarse.into_iter().chain([alone(STEPS, ALL)]);
     let told = [24, 16, 8, 0].map(|numbers| alone(STEPS, numbers));
-    let steps = [1, 2, 4, 5, 6].map(|k| Variant { pace: Some(BRIEF), ..of(k, ALL, false) });
+    let steps = [1, 2, 4, 5, 6].map(|k| alone(k, ALL));
     let raw = Variant { raw: true, ..alone(STEPS, ALL) };
     let others = told.into_iter().chain(steps).chain([raw]);
     fine_tuned

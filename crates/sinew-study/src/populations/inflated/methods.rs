@@ -16,9 +16,6 @@ use sinew_report::{Chart, Distribution};
 /// a step, and is trained in a tenth of the steps.
 pub(super) const PACE: Pace =
     Pace { steps: 40_000, rate: 4e-3, batch: 1, encoder: Encoder::FrozenAfter(0.1) };
-/// Pace of networks that are only compared with each other.
-pub(super) const BRIEF: Pace =
-    Pace { steps: 2000, rate: 4e-3, batch: 1, encoder: Encoder::Trained };
 /// Pace about the coarse solution.
 pub(super) const COARSE: Pace =
     Pace { steps: 8000, rate: 4e-3, batch: 1, encoder: Encoder::Trained };
