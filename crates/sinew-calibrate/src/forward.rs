@@ -16,7 +16,7 @@ pub trait Forward: Sync {
     /// No unloaded body at θ, or no equilibrium at a phase.
     fn observe(&self, theta: &[f64], derivatives: bool) -> Result<Observed, ForwardError>;
 
-    /// Told of θ that most later ones lie among, the centre first, so that a model may prepare for them; nothing unless a model does.
+    /// Announces θ, the centre first, among which most later ones lie. The default does nothing; a model may prepare for them.
     fn expect_among(&self, _thetas: &[Vec<f64>]) {}
 }
 

@@ -97,8 +97,8 @@ impl<'b> Emulator<'b> {
         Self::taylor_with_anchors(body, 1, seed)
     }
 
-    /// [`Emulator::taylor`] through several solved states with their derivatives, `anchors` in all: beside the one at the centre those that
-    /// are added, one after the other, where the checked error is largest.
+    /// [`Emulator::taylor`] through `anchors` solved states with their derivatives. The first is at the centre; each further one is where the
+    /// checked error is largest.
     ///
     /// ```
     /// # use sinew_emulate::Emulator;

@@ -225,8 +225,8 @@ impl<'p> Unload<'p> {
         self.search.image.loaded(rest, near, theta, options)
     }
 
-    /// Changes of the places x of a loaded state, one vector like its displacement for each direction in θ, while the
-    /// body at rest changes along `rest_directions`, one for each of these or none where it is held:
+    /// Directional derivatives δx of a loaded state's positions in θ \[length\], `3 × nodes` for each direction. The body at rest changes along
+    /// `rest_directions`, one for each direction in θ, or is held where there are none:
     /// `K δx = −(∂r/∂θ δθ + ∂r/∂X δX + ∂r/∂d ∂d/∂X δX)`, with exact derivatives throughout and one factorisation.
     ///
     /// # Errors

@@ -16,7 +16,7 @@ pub(crate) struct GeometryTensors {
     pub edges: Tensor<2>,
     /// `[1, global features]`, standardised.
     pub global: Option<Tensor<2>>,
-    /// From outputs to displacements.
+    /// Map from network outputs to nodal displacements \[length\].
     pub output: OutputMap,
 }
 

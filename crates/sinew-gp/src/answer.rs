@@ -29,8 +29,7 @@ impl<const D: usize> Fit<D> {
         self.ensemble()?.interval(name, level)
     }
 
-    /// Mean and standard deviation of u over what is not known of parameters, lengthscales and noise: bands that cover, where those
-    /// of [`Fit::posterior`] take all of these for known.
+    /// Posterior mean and standard deviation of u, marginalised over parameters, lengthscales and noise. [`Fit::posterior`] takes these as known.
     ///
     /// # Errors
     /// As [`Ensemble::predict`] and [`Fit::ensemble`].

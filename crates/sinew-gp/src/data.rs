@@ -123,8 +123,7 @@ impl<const D: usize> Data<D> {
         self.group(Some(operator.into()), points, values, noise, Role::Observed)
     }
 
-    /// Adds what holds besides the equation: given rather than measured, so that [`crate::Evidence`] counts it as it does the
-    /// equation. A condition with unknown parameters is imposed so, at points of its face.
+    /// Adds imposed values of an operator on u. [`crate::Evidence`] counts them as it does collocation values. A condition with unknown parameters is imposed so, at points of its face.
     ///
     /// ```
     /// use sinew_gp::{Data, Derivative, Domain, Noise, Parameter, Side, field};

@@ -199,7 +199,7 @@ pub(crate) fn share(difference: f64, size: f64) -> f64 {
 }
 
 impl Errors {
-    /// Over cases.
+    /// Error quantiles over cases; nodes and quadrature points are pooled.
     pub fn of(cases: &[CaseErrors]) -> Self {
         let [err_u, err_f, err_i1, err_pi] =
             METRICS.map(|metric| Quantiles::of(metric.pooled(cases)));
