@@ -7,8 +7,8 @@ const STYLE: &str = "docs/style.md";
 /// First words of a doc comment that point to nothing the reader has seen.
 const POINTERS: &[&str] = &[
     "What", "Of", "Those", "So many", "The same", "Nothing", "Where", "With", "By", "As", "One of",
-    "That", "Which", "And", "Or", "In", "On", "For", "None", "Its", "It", "They", "From", "To", "Over",
-    "About", "How", "Told",
+    "That", "Which", "And", "Or", "In", "On", "For", "None", "Its", "It", "They", "From", "To",
+    "Over", "About", "How", "Told",
 ];
 /// Words of a sentence that can still be read aloud.
 const LONGEST: usize = 35;

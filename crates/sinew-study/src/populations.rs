@@ -1,16 +1,18 @@
 //! Populations: one emulator for unseen shapes, trained by energy alone, beside regression on simulations of registered
 //! shapes and the solver (thesis, chapter 2): `cargo xtask reproduce-populations`.
 //!
-//! `rectangles` and `inflated` are the plane beams and the ventricles of that chapter, networks on simulations (`simulated`). `stage` draws individuals, `rivals` simulates and regresses, `measure` takes errors raw and corrected, `verdict` compares the errors of the classes, `section` tells it, [`run`] makes the report.
+//! `rectangles` and `inflated` are the plane beams and the ventricles of that chapter, networks on simulations (`simulated`, `variant`, `rows`). `stage` draws individuals, `rivals` simulates and regresses, `measure` takes errors raw and corrected, `verdict` compares the errors of the classes, `section` tells it, [`run`] makes the report.
 
 mod inflated;
 mod measure;
 pub mod options;
 mod rectangles;
 mod rivals;
+mod rows;
 pub mod run;
 mod section;
 mod simulated;
 mod stage;
 mod targets;
+mod variant;
 mod verdict;

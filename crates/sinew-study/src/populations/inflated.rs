@@ -8,9 +8,11 @@ mod ventricle;
 mod volumes;
 
 use super::options::Options;
-use super::simulated::{Compared, Inputs, Measured, Variant, table};
+use super::rows::{Measured, table};
+use super::simulated::{Compared, Inputs};
 use super::stage::INFLATED as KEY;
 use super::targets::Targets;
+use super::variant::Variant;
 use super::verdict;
 use crate::timing::cpu_seconds;
 use anyhow::{Result, ensure};

@@ -1,9 +1,11 @@
 //! Plane beams of the thesis' chapter 2: one network on simulations of rectangles, with and without virtual nodes (Tables A.1 to A.7).
 
 use super::options::Options;
-use super::simulated::{Compared, Encoder, Inputs, Measured, Pace, Simulated, Variant, table};
+use super::rows::{Measured, table};
+use super::simulated::{Compared, Inputs, Simulated};
 use super::stage;
 use super::targets::Targets;
+use super::variant::{Pace, Variant};
 use super::verdict;
 use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
@@ -240,6 +242,6 @@ fn graph(variant: &Variant, seed: u64) -> Result<Topology> {
 }
 
 /// Training of a network, one beam a step.
-const PACE: Pace = Pace { steps: 3000, rate: 4e-3, batch: 1, encoder: Encoder::Trained };
+const PACE: Pace = Pace::of(3000, 4e-3);
 /// The variant whose embeddings are shown: K = 2 with virtual nodes.
 const EMBEDDED: usize = 7;

@@ -2,8 +2,9 @@
 
 use super::options::Options;
 use super::rivals::in_short;
+use super::rows::{Measured, mean};
 use super::targets::Targets;
-use crate::thesis;
+use super::variant::{Pace, Variant, train};
 use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
@@ -12,12 +13,9 @@ use serde::{Deserialize, Serialize};
 use sinew::{Body, Parameter, Sampling};
 use sinew_coordinates::{OutputScale, ParameterRange, ParameterScaling};
 use sinew_emulate::PodRegression;
-use sinew_gnn::{
-    Activation, Backend, Budget, DataFit, DataSet, EmulatorConfig, Geometry, Sample, Scales,
-    Surrogate, Trainer, TrainingConfig,
-};
+use sinew_gnn::{Backend, DataSet, EmulatorConfig, Geometry, Sample, Scales, Surrogate};
 use sinew_graph::Topology;
-use sinew_report::{Cell, Chart, Column, Distribution, Row, Series, Style, Table};
+use sinew_report::{Chart, Series, Style};
 use std::time::Instant;
 
 /// A body of a population with its parameters and what the solver found.
@@ -287,180 +285,4 @@ const FITTED: usize = 425;
 struct Trained<T> {
     measured: Measured,
     more: T,
-}
-
-/// One network of a study.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Variant {
-    /// K.
-    pub steps: usize,
-    /// Width of the embeddings, M.
-    pub latent: usize,
-    /// Virtual nodes, η.
-    pub virtual_nodes: &'static [usize],
-    /// Input.
-    pub told: Inputs,
-    /// Whether the shared graph is that of a template instead of the average body.
-    pub template: bool,
-    /// Whether parameters are read on their own scale instead of the logarithmic one.
-    pub raw: bool,
-    /// Nonlinearity of the hidden layers.
-    pub activation: Activation,
-    /// Pace of its training, where not that of the others.
-    pub pace: Option<Pace>,
-}
-
-/// A method, its errors and its costs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Measured {
-    /// Description.
-    pub method: String,
-    /// Simulations and training behind it.
-    pub about: String,
-    /// Bodies that it was tested on, where not on those of the population.
-    pub group: String,
-    /// Errors of every node of every body tested \[mm\].
-    pub errors: Vec<f64>,
-    /// `|V − V̂| / V` of each cavity, where there is one.
-    pub volumes: Vec<f64>,
-    /// Mean error over the nodes of each body \[mm\].
-    pub bodies: Vec<f64>,
-    /// Everything before the first answer, simulations not counted \[s\].
-    pub cpu_s: f64,
-    /// CPU time of the simulations that it learned from \[s\].
-    #[serde(default)]
-    pub simulated_s: f64,
-    /// Wall time of one answer \[s\].
-    pub answer_s: f64,
-}
-
-/// How long networks are trained, and how fast.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pace {
-    /// Steps, of one body each.
-    pub steps: usize,
-    /// Largest learning rate.
-    pub rate: f64,
-    /// Parameter sets in a step, where a body has several.
-    pub batch: usize,
-    /// Steps in which message passing is trained.
-    pub encoder: Encoder,
-}
-
-/// Training of message passing.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Encoder {
-    /// Trained to the end.
-    Trained,
-    /// Trained in a share of the steps, then frozen.
-    FrozenAfter(f64),
-    /// Replaced by embeddings that are weights.
-    Replaced,
-}
-
-/// Trains a network on simulations, by the mean nodal distance to them; the best weights on those to validate with are kept.
-fn train(surrogate: Surrogate, data: DataSet, pace: Pace, options: &Options) -> Result<Surrogate> {
-    let objective = DataFit::new(surrogate.scales().output.length())?;
-    let embedding_share = match pace.encoder {
-        Encoder::Trained => 1.0,
-        Encoder::FrozenAfter(share) => share,
-        Encoder::Replaced => 0.0,
-    };
-    let config = TrainingConfig {
-        learning_rate: pace.rate,
-        batch: pace.batch,
-        budget: Budget::Steps(if options.quick { 12 } else { pace.steps }),
-        evaluations: if options.quick { 2 } else { 20 },
-        embedding_share,
-        frozen_encoder: matches!(pace.encoder, Encoder::FrozenAfter(_)),
-        seed: options.seed,
-        ..TrainingConfig::default()
-    };
-    let mut trainer = Trainer::new(surrogate, data, Box::new(objective), config)?;
-    trainer.run(&mut ())?;
-    Ok(trainer.into_surrogate())
-}
-
-impl Variant {
-    /// Parameters on the scale of their sampling, on the graph of the average body.
-    pub(super) fn new(
-        steps: usize,
-        latent: usize,
-        virtual_nodes: &'static [usize],
-        told: Inputs,
-    ) -> Self {
-        let (template, raw, activation, pace) = (false, false, Activation::Tanh, None);
-        Self { steps, latent, virtual_nodes, told, template, raw, activation, pace }
-    }
-
-    /// Description for a table.
-    pub(super) fn name(&self) -> String {
-        let Self { steps, latent, virtual_nodes, .. } = self;
-        let nodes = match virtual_nodes {
-            [] => "no virtual nodes".into(),
-            some => format!("η = {some:?}"),
-        };
-        let template = if self.template { ", template" } else { "" };
-        let raw = if self.raw { ", parameters as they are" } else { "" };
-        format!("K = {steps}, M = {latent}, {nodes}{template}{raw}")
-    }
-}
-
-impl Measured {
-    /// Median error of the nodes \[mm\].
-    fn median(&self) -> Result<f64> {
-        Ok(Distribution::of(self.errors.clone()).context("no node was tested")?.q50)
-    }
-
-    /// Tells the terminal.
-    fn tell(&self) -> Result<()> {
-        let volume = Distribution::of(self.volumes.clone());
-        let volume = volume.map_or(String::new(), |v| format!(", volume {:.2} %", 100.0 * v.q50));
-        let (name, median) = (format!("{} {}", self.method, self.group), self.median()?);
-        eprintln!("{name:44} median {median:.4} mm{volume} after {:.0} CPU-seconds", self.cpu_s);
-        Ok(())
-    }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// The table of what was measured: errors of nodes, of volumes, or both; beside medians that the thesis prints.
-pub(super) fn table(measured: &[Measured]) -> Result<Table> {
-    let columns = [
-        Column::new("err_u", "mm").about("‖u − û‖ at every node of every body tested"),
-        Column::new("volume", "%").about("|V − V̂| / V of the cavity"),
-        Column::new("mean err_u", "mm").about("mean over the nodes of each body tested"),
-    ];
-    let errors = |row: &Measured| {
-        [row.errors.clone(), row.volumes.iter().map(|v| 100.0 * v).collect(), row.bodies.clone()]
-    };
-    let there = |k: usize| measured.iter().any(|row| !errors(row)[k].is_empty());
-    let there: Vec<usize> = (0..columns.len()).filter(|k| there(*k)).collect();
-    let mut table = Table::new(
-        there.iter().map(|k| columns[*k].clone()),
-        [
-            Column::new("answer", "s"),
-            Column::new("CPU", "s").once().about("training or fit, all threads"),
-            Column::new("simulations", "s").once().about("CPU time of those that it learned from"),
-        ],
-        [],
-    );
-    for method in measured {
-        let cell = |k: &usize| -> Result<Cell> {
-            let found =
-                Distribution::of(errors(method)[*k].clone()).context("nothing was tested")?;
-            let printed = thesis::median(&method.method, &columns[*k].name);
-            Ok(Cell::from(found).against("thesis", printed))
-        };
-        let mut cells = there.iter().map(cell);
-        let first = cells.next().context("nothing was tested")??;
-        let row = Row::new(method.method.clone(), first, method.answer_s)?
-            .on(method.group.clone(), "")
-            .described(&method.about, "our finite-element solution on the same mesh");
-        let row = cells.try_fold(row, |row, cell| anyhow::Ok(row.error(cell?)))?;
-        table.push(row.time(method.cpu_s).time(method.simulated_s))?;
-    }
-    Ok(table)
 }

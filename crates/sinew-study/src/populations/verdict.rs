@@ -2,7 +2,7 @@
 //! after one Newton step, than every other class of methods at equal CPU time, simulations included.
 
 use super::measure::Outcome;
-use super::simulated::Measured;
+use super::rows::Measured;
 use anyhow::{Context, Result};
 use sinew_report::format::digits;
 use sinew_report::{Block, Column, Distribution, Row, Table};

@@ -2,9 +2,9 @@
 
 use super::ventricle::{Ventricle, Ventricles};
 use super::{ALL, LARGEST};
-use crate::populations::simulated::{
-    Compared, Encoder, Inputs, Measured, Pace, Simulated, Variant,
-};
+use crate::populations::rows::Measured;
+use crate::populations::simulated::{Compared, Inputs, Simulated};
+use crate::populations::variant::{Pace, Variant};
 use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
@@ -15,12 +15,11 @@ use sinew_report::{Chart, Distribution};
 /// Steps of a training, one ventricle each, and their largest learning rate. Message passing of three steps takes four fifths of the time of
 /// a step, and is trained in a tenth of the steps.
 pub(super) const PACE: Pace =
-    Pace { steps: 40_000, rate: 4e-3, batch: 1, encoder: Encoder::FrozenAfter(0.1) };
+    Pace { embedding_share: 0.1, frozen_encoder: true, ..Pace::of(40_000, 4e-3) };
 /// Pace about the coarse solution.
-pub(super) const COARSE: Pace =
-    Pace { steps: 8000, rate: 4e-3, batch: 1, encoder: Encoder::Trained };
+pub(super) const COARSE: Pace = Pace::of(8000, 4e-3);
 /// Pace of fine-tuning on one shape.
-const TRANSFER: Pace = Pace { steps: 1500, rate: 1e-3, batch: 8, encoder: Encoder::Replaced };
+const TRANSFER: Pace = Pace { batch: 8, embedding_share: 0.0, ..Pace::of(1500, 1e-3) };
 /// Simulations of one shape: to go on with, to choose weights, and to test with.
 const ONE_SHAPE: [usize; 3] = [85, 15, 100];
 /// Points of the map along each parameter.
@@ -187,8 +186,8 @@ impl OneShape {
         let about = "trained on other shapes, which times do not count";
         let found = data.compared.predicting(surrogate, &topology, told);
         // Every sample has features of its own about a coarse solution, so that message passing has to learn too.
-        let encoder = if told.coarse { Encoder::Trained } else { Encoder::Replaced };
-        let compared = self.compared(data, Pace { encoder, ..TRANSFER });
+        let embedding_share = if told.coarse { 1.0 } else { 0.0 };
+        let compared = self.compared(data, Pace { embedding_share, ..TRANSFER });
         let unchanged = compared.measured([&names[0], about], (0.0, 0), told, &found)?;
         let map = match told.coarse {
             true => data.map(&data.compared.unseen[0].numbers, &found)?,
