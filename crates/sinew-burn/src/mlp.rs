@@ -107,7 +107,7 @@ impl Input {
         }
     }
 
-    /// Its rows of the first weight, if it has yet to meet them.
+    /// First row of the first weight that multiplies it; none for a product formed before.
     pub(crate) fn first_row(&self) -> Option<usize> {
         match self {
             Self::Features { first_row, .. } => Some(*first_row),

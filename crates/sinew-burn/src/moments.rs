@@ -6,7 +6,7 @@ use rayon::prelude::*;
 /// Numbers treated by one task.
 const NUMBERS_PER_TASK: usize = 1 << 14;
 
-/// How a gradient becomes a direction of change, for one step of Adam.
+/// Rule that turns a gradient into a direction of change, for one step of Adam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdamRule {
     /// Decay of the first moment.

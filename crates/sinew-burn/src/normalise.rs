@@ -38,7 +38,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// From the `cotangent` of the normalised rows that of the rows before, in `output`; adds to
+    /// Computes the cotangent of the rows before normalisation, in `output`, from the `cotangent` of the normalised rows; adds to
     /// the gradients of gain and offset.
     pub(crate) fn pull_back_normalisation<FUSED>(
         gain: &[f32],

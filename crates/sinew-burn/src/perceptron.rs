@@ -43,7 +43,7 @@ pub enum Input {
     Features {
         /// `[rows, d]`.
         values: Tensor<2>,
-        /// They meet the rows of W₁ from this one on.
+        /// First of the rows of W₁ that multiply them.
         first_row: usize,
     },
     /// Products with the first weight formed before, `[rows, h]`.

@@ -191,9 +191,9 @@ fn pack_columns(d: &[f32], columns: usize, panel: Panel) -> Buffer {
 #[derive(Clone, Copy)]
 struct Factor<'a> {
     values: &'a [f32],
-    /// From a number to that of the next row of the output.
+    /// Stride from a number to that of the next row of the output.
     row_stride: usize,
-    /// From a number to the next one of the sum.
+    /// Stride from a number to the next one of the sum.
     step: usize,
 }
 

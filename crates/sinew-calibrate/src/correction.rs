@@ -1,6 +1,6 @@
 //! How far an emulator was from the solver, and the cost.
 
-/// How far the emulator's posterior is from the solver's, and how it was corrected.
+/// Distance of the emulator's posterior from the solver's, and course of the correction.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Correction {
     /// Rounds of adding design points and sampling.

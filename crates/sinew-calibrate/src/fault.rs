@@ -27,7 +27,7 @@ pub enum CalibrateError {
     Unreachable {
         /// The datum.
         name: String,
-        /// Its value with unit.
+        /// Value in the data, with unit.
         value: String,
         /// `below` or `above`.
         side: &'static str,
@@ -44,7 +44,7 @@ pub enum CalibrateError {
     Apart {
         /// The worst parameter.
         name: String,
-        /// Its R̂.
+        /// R̂ of that parameter.
         r_hat: f64,
         /// Modes found.
         modes: usize,

@@ -56,7 +56,7 @@ impl Identified {
 }
 
 impl Identifiability {
-    /// From the information in the coordinates of a problem.
+    /// Identifiability from the information in the coordinates of a problem.
     pub fn new(problem: &Problem, information: &DMatrix<f64>) -> Self {
         let count = information.nrows();
         let eigen = SymmetricEigen::new(information.clone());

@@ -35,7 +35,7 @@ pub struct Posterior {
     pub identifiability: Identifiability,
     /// Data beside their predictions.
     pub predictive: Predictive,
-    /// How far the emulator was off, and the cost.
+    /// Error of the emulator, and the cost.
     pub correction: Correction,
     seed: u64,
 }

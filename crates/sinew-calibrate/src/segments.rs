@@ -11,7 +11,7 @@ pub struct Segments {
 }
 
 impl Segments {
-    /// From the names of the segments and the segment of each cell.
+    /// Segments from their names and the segment of each cell.
     ///
     /// # Errors
     /// A segment without cells.

@@ -40,7 +40,7 @@ pub struct WallCoordinates {
     pub angles: Vec<f64>,
     /// Circumferential, radial and (minus) longitudinal unit vectors of each cell.
     frames: Vec<Frame>,
-    /// From the axis to the centre of each cell \[length\].
+    /// Vector from the axis to the centre of each cell \[length\].
     from_axis: Vec<Vector3<f64>>,
     /// Apex of the endocardium \[length\].
     apex: Vector3<f64>,

@@ -158,7 +158,7 @@ fn factored(places: &[DVector<f64>], parameters: usize) -> Option<Cholesky<f64, 
     Cholesky::new(DMatrix::from_fn(count, count, entry))
 }
 
-/// How often each parameter occurs in the value, the first derivatives, and those by two parameters: those with the first, with the second and so on.
+/// Orders in each parameter of the value, the first derivatives, and those by two parameters: those with the first, with the second and so on.
 fn orders(parameters: usize) -> Vec<Vec<usize>> {
     let count = |by: &[usize], p: usize| by.iter().filter(|&&q| q == p).count();
     let pairs = (0..parameters).flat_map(|p| (p..parameters).map(move |q| vec![p, q]));
@@ -218,7 +218,7 @@ fn turned(given: &[Vec<f64>], back: &DMatrix<f64>) -> Vec<Vec<f64>> {
     all
 }
 
-/// How anchors are stored: numbers as bytes, so that they come back the same.
+/// Stored form of anchors: numbers as bytes, so that they come back the same.
 #[derive(Clone, Serialize, Deserialize)]
 struct Packed {
     parameters: usize,

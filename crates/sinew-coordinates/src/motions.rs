@@ -45,7 +45,7 @@ pub struct Motions {
 /// A solved state that displacements are to go through.
 #[derive(Clone, Debug)]
 pub struct Anchor {
-    /// Its standardised parameters.
+    /// Standardised parameters of the state.
     pub at: Vec<f64>,
     /// Taylor polynomial there, node by node \[length\]: the displacement, and its changes with each parameter and each product of two.
     pub changes: Vec<Vec<f64>>,

@@ -50,7 +50,7 @@ fn decomposed(matrix: DMatrix<f64>) -> Result<(DMatrix<f64>, DVector<f64>)> {
 }
 
 impl PrincipalDirections {
-    /// About simulated displacements, with the map `U (s/s₁)^p s₁ Uᵀ` of their principal directions U and deviations s, the
+    /// Coordinates about simulated displacements, with the map `U (s/s₁)^p s₁ Uᵀ` of their principal directions U and deviations s, the
     /// largest being s₁ \[length\]. A power p of one is the root of the covariance: outputs of size one then spread as the
     /// simulations do. Smaller powers let the network see the small deviations larger.
     ///
@@ -149,7 +149,7 @@ impl PrincipalDirections {
     }
 }
 
-/// How a basis is stored: little-endian bytes of the matrices in base64.
+/// Stored form of a basis: little-endian bytes of the matrices in base64.
 #[derive(Serialize, Deserialize)]
 struct Packed {
     origin: Vec<f64>,

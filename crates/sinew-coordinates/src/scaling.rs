@@ -5,7 +5,7 @@ use sinew_energy::{Parameter, Sampling};
 
 use crate::error::{CoordinateError, Result, require_count, require_finite, require_positive};
 
-/// How a parameter enters the network.
+/// Scale on which a parameter enters the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ParameterScale {
@@ -50,7 +50,7 @@ pub struct ParameterScaling {
 const RANGE_SLACK: f64 = 1e-9;
 
 impl ParameterScaling {
-    /// From the ranges of the parameters, in their order in θ.
+    /// Scaling by the ranges of the parameters, in their order in θ.
     ///
     /// # Errors
     /// An empty or not finite range, or a log scale with a bound that is not positive.

@@ -17,9 +17,9 @@ pub struct MotionTree {
     pub positions: Vec<[f64; 3]>,
     /// Centres X_k of the clusters \[length\].
     pub centres: Vec<[f64; 3]>,
-    /// From a node's output to its displacement d within its cluster \[length\].
+    /// Matrices from a node's output to its displacement d within its cluster \[length\].
     pub node_scales: Vec<[[f64; 3]; 3]>,
-    /// From a cluster's output to its translation t \[length\] and rotation vector ω \[rad\].
+    /// Matrices from a cluster's output to its translation t \[length\] and rotation vector ω \[rad\].
     pub cluster_scales: Vec<[[f64; 6]; 6]>,
 }
 

@@ -20,7 +20,7 @@ use std::time::Instant;
 pub struct Emulator<'b> {
     pub(crate) body: &'b Body,
     pub(crate) predictor: Box<dyn Predictor + 'b>,
-    /// How it was made, and how far it is to be trusted.
+    /// Provenance, and the measures of how far it is to be trusted.
     pub record: Record,
     pub(crate) solvers: SolverPool<'b>,
     /// Stiffness at the centre of the ranges, factorised when it is first needed.
@@ -156,7 +156,7 @@ impl<'b> Emulator<'b> {
         Self { body, predictor, record, solvers: SolverPool::new(body), held: Mutex::new(None) }
     }
 
-    /// Its predictor and how that was made.
+    /// Splits the emulator into its predictor and the record of how that was made.
     pub fn into_parts(self) -> (Box<dyn Predictor + 'b>, Record) {
         (self.predictor, self.record)
     }

@@ -24,7 +24,7 @@ pub trait Train: Debug {
     /// Short name for files and tables.
     fn key(&self) -> &'static str;
 
-    /// Its settings, stored with a run and compared when one is resumed.
+    /// Settings, stored with a run and compared when one is resumed.
     fn settings(&self) -> Value;
 
     /// Description of its predictor, in one line.

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
 
-/// How samples are spread over the box that the parameters' ranges span, each on the scale of its
+/// Distribution of samples over the box that the parameters' ranges span, each on the scale of its
 /// [`Sampling`].
 ///
 /// ```

@@ -7,10 +7,10 @@ use std::sync::Arc;
 /// Material directions where a body is given another shape at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fibres {
-    /// They move with the tissue: a direction m becomes f m / |f m|, those after the first orthonormal to the ones before.
+    /// Directions that move with the tissue: a direction m becomes f m / |f m|, those after the first orthonormal to the ones before.
     #[default]
     Carried,
-    /// They stay as vectors at the quadrature points.
+    /// Directions that stay as vectors at the quadrature points.
     Kept,
 }
 

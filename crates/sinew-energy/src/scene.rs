@@ -113,7 +113,7 @@ pub struct Parameter {
     pub unit: Unit,
     /// Smallest and largest value of interest, in the unit of the scene.
     pub range: [f64; 2],
-    /// How samples are spread over the range.
+    /// Distribution of samples over the range.
     pub sampling: Sampling,
 }
 
@@ -143,7 +143,7 @@ impl Parameter {
     }
 }
 
-/// How samples of a parameter are spread over its range.
+/// Distribution of a parameter's samples over its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
     /// Uniform in the logarithm.
@@ -259,7 +259,7 @@ pub enum Prescribed {
     Radial {
         /// A point on the axis \[length\].
         point: [f64; 3],
-        /// Its direction, of any length but zero.
+        /// Direction of the axis, of any length but zero.
         axis: [f64; 3],
     },
 }

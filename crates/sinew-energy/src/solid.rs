@@ -7,7 +7,7 @@ use sinew_num::Scalar;
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
 
-/// How a material resists changes of shape: one part of a [`Solid`].
+/// Strain energy density of changes of shape: one part of a [`Solid`].
 ///
 /// A formula in the invariants, which [`Solid`] forms of the isochoric part C̄ = J^(−2/3) C of the strain, or of
 /// the whole strain.
@@ -31,7 +31,7 @@ pub trait ShapeEnergy<const D: usize>: Clone + Debug + Send + Sync + 'static {
     ) -> S;
 }
 
-/// How a material resists changes of volume: one part of a [`Solid`].
+/// Strain energy density of changes of volume: one part of a [`Solid`].
 pub trait VolumeEnergy: Clone + Debug + Send + Sync + 'static {
     /// See [`crate::Law::constants`].
     fn constants(&self) -> Vec<(&'static str, f64)>;

@@ -5,7 +5,7 @@
 pub struct Spring {
     /// The node.
     pub node: usize,
-    /// Its symmetric stiffness K [stress·length].
+    /// Symmetric stiffness K [stress·length].
     pub stiffness: [[f64; 3]; 3],
 }
 

@@ -37,7 +37,7 @@ impl Unit {
         Self { name: name.into(), size }
     }
 
-    /// Its name, such as `"mmHg"`; `"1"` for numbers without unit.
+    /// Name, such as `"mmHg"`; `"1"` for numbers without unit.
     pub fn name(&self) -> &str {
         &self.name
     }

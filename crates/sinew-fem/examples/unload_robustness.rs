@@ -104,7 +104,7 @@ fn random(index: u64, cells: [usize; 3]) -> Outcome {
     }
 }
 
-/// How much of the load has an answer.
+/// Part of the load that has an answer, on this mesh and on a finer one, in words.
 fn parts(body: &Body, finer: Option<&Body>, theta: &[f64]) -> String {
     let [own, finer] = [Some(body), finer].map(|b| b.map_or(f64::NAN, |b| borne(b, theta)));
     format!("; {own:.2} of the load has an answer, {finer:.2} on a finer mesh")

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 /// One body as a network sees it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Geometry {
-    /// Its graph.
+    /// Graph of the body.
     pub topology: Topology,
     /// Raw features of nodes (virtual ones included) and stored edges.
     pub features: GraphFeatures,

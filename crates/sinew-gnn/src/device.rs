@@ -29,7 +29,7 @@ impl Backend {
     /// All of them, whether this build contains them or not.
     pub const ALL: [Self; 4] = [Self::Flex, Self::NdArray, Self::Wgpu, Self::Cuda];
 
-    /// Its name, which is also that of its cargo feature.
+    /// Name, which is also that of its cargo feature.
     pub(crate) fn name(self) -> &'static str {
         ["flex", "ndarray", "wgpu", "cuda"][self as usize]
     }

@@ -7,7 +7,7 @@ use sinew_burn::{Activation, reference};
 
 use crate::graph::Graph;
 
-/// How the emulator computes; both ways use the same parameters and agree to rounding.
+/// Implementation of the emulator's operations; both use the same parameters and agree to rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum KernelChoice {
     /// Plain Burn operations, the reference of the tests.

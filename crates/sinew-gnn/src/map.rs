@@ -12,7 +12,7 @@ use crate::emulator::Output;
 use crate::supports::Supports;
 use sinew_coordinates::OutputScale;
 
-/// From network outputs to displacements, prescribed ones written over them.
+/// Map from network outputs to displacements, prescribed ones written over them.
 #[derive(Debug, Clone)]
 pub(crate) struct OutputMap {
     /// Displacement of a zero output, `[1, real nodes, D]`.
@@ -115,7 +115,7 @@ fn terms_along(parameters: Tensor<2>, direction: Tensor<2>) -> Vec<Tensor<2>> {
     std::iter::once(direction.clone()).chain(products).collect()
 }
 
-/// From outputs to displacements beyond those of zero outputs.
+/// Map from outputs to displacements beyond those of zero outputs.
 #[derive(Debug, Clone)]
 #[expect(clippy::large_enum_variant, reason = "there is one of them per geometry")]
 enum Rule {

@@ -107,7 +107,7 @@ impl Perceptron {
         Self { layers, normalisation: Some(Normalisation::new(source, config.latent)) }
     }
 
-    /// From inputs over hidden layers of a width to outputs, which are not normalised, and initially zero everywhere.
+    /// Decoder from inputs over hidden layers of a width to outputs, which are not normalised, and initially zero everywhere.
     pub(crate) fn decoder(
         source: &mut Initialiser<'_>,
         [inputs, width, outputs]: [usize; 3],

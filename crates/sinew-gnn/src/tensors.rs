@@ -8,7 +8,7 @@ use burn::tensor::Tensor;
 /// A geometry's tensors, without automatic differentiation.
 #[derive(Debug, Clone)]
 pub(crate) struct GeometryTensors {
-    /// Its edges and layers.
+    /// Edges and layers of the graph.
     pub graph: Graph,
     /// `[nodes, features]`, standardised.
     pub nodes: Tensor<2>,

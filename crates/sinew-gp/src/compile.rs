@@ -12,7 +12,7 @@ const AGREEMENT: f64 = 1e-8;
 /// Observations compiled for one operator.
 #[derive(Clone, Debug)]
 pub(crate) struct Compiled<const D: usize> {
-    /// Its position among the groups as they were given.
+    /// Position among the groups as they were given.
     pub number: usize,
     /// Points, the first of each observation.
     pub points: Vec<[f64; D]>,

@@ -104,7 +104,7 @@ impl<const D: usize> Condition<D> {
         }
     }
 
-    /// How many derivatives, counting the value, the features must have vanish on the face.
+    /// Number of derivatives, counting the value, that the features must have vanish on the face.
     pub(crate) fn contact(&self) -> usize {
         match self {
             Self::Robin { .. } => 2,

@@ -52,7 +52,7 @@ impl Evidence {
 pub struct Evaluation {
     /// Logarithm of the evidence.
     pub value: f64,
-    /// Its derivatives in the parameters, each on the scale that it is adjusted on.
+    /// Derivatives of that logarithm in the parameters, each on the scale that it is adjusted on.
     pub gradient: Vec<f64>,
     /// Relative jitter that the factorisation needed.
     pub jitter: f64,

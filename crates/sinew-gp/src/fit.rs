@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
 
-/// How a fit is searched for.
+/// Options of the search for a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitOptions {
     /// Number of random starts; one at least is tried.

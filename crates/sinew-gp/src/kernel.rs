@@ -113,7 +113,7 @@ pub(crate) const MOST_PAIRS: usize = 64;
 /// # Ok::<(), sinew_gp::GpError>(())
 /// ```
 pub trait Kernel<const D: usize>: Debug + Send + Sync {
-    /// Its name, for messages.
+    /// Name, for messages.
     fn name(&self) -> String;
 
     /// The hyperparameters, in the order in which their values are handed over.
@@ -125,7 +125,7 @@ pub trait Kernel<const D: usize>: Debug + Send + Sync {
     /// k(x, x′) over Taylor series, at positive `hyperparameters`.
     fn formula(&self, hyperparameters: &[Series], x: &[Series; D], y: &[Series; D]) -> Series;
 
-    /// How many derivatives its functions have in the mean-square sense; none for all.
+    /// Number of derivatives that its functions have in the mean-square sense; none for all.
     fn smoothness(&self) -> Option<usize> {
         None
     }

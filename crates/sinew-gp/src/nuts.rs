@@ -9,7 +9,7 @@ use crate::fit::Fit;
 use crate::space::{Space, not_drawn};
 use sinew_sample::{Summary, nuts as chains};
 
-/// How parameters are sampled.
+/// Options of the sampling of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NutsOptions {
     /// Steps of each of two chains to find a step size, not kept.

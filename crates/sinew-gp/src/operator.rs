@@ -66,7 +66,7 @@ impl Parameter {
         }
     }
 
-    /// Its name.
+    /// Name of the parameter.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -79,7 +79,7 @@ impl Parameter {
         }
     }
 
-    /// Its lower and upper bound.
+    /// Lower and upper bound.
     pub(crate) fn bounds(&self) -> [f64; 2] {
         [self.lower, self.upper]
     }
@@ -168,7 +168,7 @@ impl<const D: usize> Operator<D> {
         all
     }
 
-    /// Its summands.
+    /// Summands of the operator.
     pub fn terms(&self) -> &[Term<D>] {
         &self.terms
     }
@@ -185,7 +185,7 @@ impl<const D: usize> Operator<D> {
         })
     }
 
-    /// Its known functions: summands without u, each with the identity as its derivative.
+    /// Known functions of the operator: summands without u, each with the identity as its derivative.
     pub fn sources(&self) -> &[Term<D>] {
         &self.sources
     }

@@ -11,7 +11,7 @@ pub struct FreeParameter {
     pub bounds: [f64; 2],
     /// Range in which restarts begin, in its own unit.
     pub start: [f64; 2],
-    /// Its prior density, that of a hyperparameter a hyperprior.
+    /// Prior density of the parameter, that of a hyperparameter a hyperprior.
     pub hyperprior: Hyperprior,
 }
 
@@ -60,7 +60,7 @@ impl Hyperprior {
 }
 
 impl FreeParameter {
-    /// From its own unit to the scale that it is adjusted on.
+    /// Converts a value from its own unit to the scale that it is adjusted on.
     pub fn to_scale(&self, value: f64) -> f64 {
         if self.logarithmic { value.ln() } else { value }
     }

@@ -25,7 +25,7 @@ fn unusable(corners: usize, problem: &str) -> GpError {
 }
 
 impl Polygon {
-    /// From its corners, in either sense of rotation.
+    /// Creates a polygon from its corners, in either sense of rotation.
     ///
     /// # Errors
     /// If there are fewer than three, some are not finite or coincide, edges cross, or there is

@@ -193,7 +193,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         self.solved(Some(start), kernel, data, (options, steps))
     }
 
-    /// From a solution or the prior mean, at the points of the data; or of an equation that holds everywhere at as many as it takes.
+    /// Solves from a solution or the prior mean, at the points of the data; or an equation that holds everywhere at as many as it takes.
     fn solved(
         &self,
         start: Option<&Solution<D>>,

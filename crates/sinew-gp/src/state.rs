@@ -24,7 +24,7 @@ const PARALLEL_FROM: usize = 256;
 /// A factored covariance with the whitened residual.
 #[derive(Debug)]
 pub(crate) struct Factored {
-    /// Its Cholesky factor.
+    /// Cholesky factor of the covariance.
     pub factor: Factor,
     /// L⁻¹ (y − mean).
     pub whitened: Vec<f64>,

@@ -28,7 +28,7 @@ pub enum Warning {
         "{parameter} ends at its bound {bound:e}: the posterior is largest there or beyond it; widen the bounds, or read its interval as one-sided"
     )]
     AtBound {
-        /// Its name.
+        /// Name of the parameter or noise.
         parameter: String,
         /// The bound, in its own unit.
         bound: f64,
@@ -83,9 +83,9 @@ pub enum Warning {
     Outlier {
         /// Name of the noise of its group.
         noise: String,
-        /// Its position in the group.
+        /// Position of the value in the group.
         value: usize,
-        /// Its place.
+        /// Place of the value.
         at: Vec<f64>,
         /// The value.
         measured: f64,
@@ -107,7 +107,7 @@ pub enum Warning {
         "the two chains disagree on {parameter} (R̂ = {r_hat:.2}); raise `NutsOptions::warmup` and `draws`"
     )]
     NotMixed {
-        /// Its name.
+        /// Name of the parameter.
         parameter: String,
         /// R̂ of split chains.
         r_hat: f64,
@@ -117,7 +117,7 @@ pub enum Warning {
         "the most probable {parameter}, {mode:.4e}, lies outside of 99 % of the draws, {lower:.4e} to {upper:.4e}: the posterior has a narrow maximum apart from most of its mass; report the draws' interval and median"
     )]
     ModeApart {
-        /// Its name.
+        /// Name of the parameter.
         parameter: String,
         /// Value of the fit.
         mode: f64,

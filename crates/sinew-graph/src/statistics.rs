@@ -17,9 +17,9 @@ pub struct ColumnStatistics {
 /// Statistics of node and edge features over a set of geometries.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FeatureStatistics {
-    /// Over all nodes, virtual ones included, of all geometries.
+    /// Statistics over all nodes, virtual ones included, of all geometries.
     pub nodes: ColumnStatistics,
-    /// Over all stored edges of all geometries.
+    /// Statistics over all stored edges of all geometries.
     pub edges: ColumnStatistics,
 }
 
@@ -53,7 +53,7 @@ impl FeatureStatistics {
 }
 
 impl ColumnStatistics {
-    /// Over the rows of all tables; `what` they are goes into messages.
+    /// Statistics over the rows of all tables; `what` they are goes into messages.
     ///
     /// # Errors
     /// As [`FeatureStatistics::over`].

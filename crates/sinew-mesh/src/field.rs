@@ -54,7 +54,7 @@ impl Field {
 }
 
 impl FieldValues {
-    /// How many numbers there are.
+    /// Number of values.
     pub fn len(&self) -> usize {
         match self {
             FieldValues::Float(values) => values.len(),

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 pub struct UnknownFacet {
     /// Row of the list.
     pub row: usize,
-    /// Its nodes.
+    /// Nodes of the facet.
     pub corners: Vec<usize>,
 }
 

@@ -29,7 +29,7 @@ const AT_NODE: f64 = 0.03;
 const FLAT: f64 = 1e-6;
 
 impl Prolongation {
-    /// From nodes at `from` to points `to` \[length\], in the reference configuration.
+    /// Prolongation from nodes at `from` to points `to` \[length\], in the reference configuration.
     ///
     /// # Panics
     /// Where there is no node.

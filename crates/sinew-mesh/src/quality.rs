@@ -68,7 +68,7 @@ impl Spread {
     }
 }
 
-/// How good the tetrahedra of a mesh are; its `Display` is a small table.
+/// Quality of the tetrahedra of a mesh; its `Display` is a small table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QualitySummary {
     /// Number of nodes.

@@ -76,7 +76,7 @@ impl Surfaces {
     }
 }
 
-/// How many were chosen.
+/// Numbers of nodes and facets that were chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selected {
     /// Nodes of the set.

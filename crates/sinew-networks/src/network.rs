@@ -148,7 +148,7 @@ pub(crate) struct TrainingData<'a> {
     pub held_out: &'a TestSet<'a>,
 }
 
-/// How a network learns.
+/// Plan of a network's training.
 pub(crate) struct Plan<'a> {
     /// Short name of the recipe.
     pub recipe: &'static str,

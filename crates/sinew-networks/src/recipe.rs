@@ -20,7 +20,7 @@ use serde_json::Value;
 use sinew_emulate::parts::{Session, train_with};
 use sinew_emulate::{Body, Emulator, Observer, Predictor, Record, TestSet, Train, TrainingOptions};
 
-/// How an emulator is made. [`Recipe::auto`] decides by numbers; every recipe's own settings have defaults that were
+/// Recipe of an emulator. [`Recipe::auto`] decides by numbers; every recipe's own settings have defaults that were
 /// measured (docs/design.md, docs/emulators.md).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "recipe", rename_all = "kebab-case")]

@@ -87,14 +87,14 @@ type Predicted<'py> = (Bound<'py, PyArray3<f64>>, Vec<Vec<String>>);
 
 #[pymethods]
 impl NativeEmulator {
-    /// How it was made, as JSON.
+    /// Provenance of the emulator, as JSON.
     #[getter]
     fn record(&self, py: Python<'_>) -> PyResult<String> {
         let record = self.with(|emulator| serde_json::to_string(&emulator.record));
         record.map_err(|error| Kind::Emulator.of(py, error))
     }
 
-    /// How it was made, for people.
+    /// Provenance of the emulator, for people.
     #[getter]
     fn words(&self) -> String {
         self.with(|emulator| {

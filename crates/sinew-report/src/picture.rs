@@ -11,7 +11,7 @@ pub struct Figure {
     pub title: String,
     /// Caption; may be empty.
     pub caption: String,
-    /// Its drawings.
+    /// Drawings of the figure.
     pub panels: Vec<Panel>,
 }
 
@@ -47,7 +47,7 @@ pub struct Chart {
 pub struct Series {
     /// Name, which chooses the colour; empty for a thin line without an entry in the legend.
     pub name: String,
-    /// How it is drawn.
+    /// Drawing style.
     pub style: Style,
     /// (x, y); `null` in the file where a number is not finite.
     #[serde(with = "nullable")]
@@ -60,7 +60,7 @@ pub struct Series {
     pub hints: Vec<String>,
 }
 
-/// How a curve is drawn.
+/// Drawing style of a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Style {

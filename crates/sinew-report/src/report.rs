@@ -103,7 +103,7 @@ impl Report {
         self.sections.iter().flat_map(Section::tables)
     }
 
-    /// How many errors are judged, and how many of them meet what they are held against.
+    /// Number of errors that are judged, and of those that meet what they are held against.
     pub fn verdicts(&self) -> [usize; 2] {
         let all = || self.tables().flat_map(Table::verdicts);
         [all().count(), all().filter(|found| found.3.met).count()]

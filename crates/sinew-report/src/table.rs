@@ -87,7 +87,7 @@ impl Verdict {
 pub struct Cell {
     /// The value.
     pub value: Value,
-    /// How it compares.
+    /// Comparison with a published figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
     /// A remark.

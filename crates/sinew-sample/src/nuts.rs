@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// How a density is sampled.
+/// Options of the sampling of a density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NutsOptions {
     /// Chains.

@@ -49,7 +49,7 @@ pub enum Name {
     AllenCahn,
     /// Four problems beside finite differences and least squares (beyond the thesis)
     Rivals,
-    /// How many pseudo-observations a PCGP needs (Fig. 4.6)
+    /// Number of pseudo-observations that a PCGP needs (Fig. 4.6)
     BoundaryPoints,
     /// Noise from 0 to 10 % (Fig. 4.7)
     Noise,

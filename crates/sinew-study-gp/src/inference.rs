@@ -20,7 +20,7 @@ pub(crate) struct Observed<const D: usize> {
     pub values: Vec<f64>,
     /// Collocation points.
     pub collocation: Vec<[f64; D]>,
-    /// Its right-hand side there.
+    /// Right-hand side of the equation at these points.
     pub load: Vec<f64>,
     /// Noise model of values and of loads.
     pub noise: [Noise; 2],
@@ -44,7 +44,7 @@ impl<const D: usize> Observed<D> {
     }
 }
 
-/// How an inverse problem's data are made.
+/// Sampling of an inverse problem's data: numbers of values and points, and their errors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sampling {
     /// Observations of u at random places.
@@ -152,7 +152,7 @@ pub(crate) fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
     radius * (TAU * random.random::<f64>()).cos()
 }
 
-/// How a prior accounts for the boundary conditions.
+/// Treatment of the boundary conditions by a prior.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Approach {
     /// HCGP
@@ -183,7 +183,7 @@ pub(crate) enum Drawings {
     PosteriorAndTraces,
 }
 
-/// How a case's observations are made.
+/// Function that makes a case's observations.
 type Observe<const D: usize> =
     Box<dyn Fn(&Setting<D>, &Task) -> Result<Observed<D>, GpError> + Send + Sync>;
 

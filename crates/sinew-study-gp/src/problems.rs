@@ -27,7 +27,7 @@ pub(crate) struct Setting<const D: usize> {
 }
 
 impl<const D: usize> Setting<D> {
-    /// Its name and parameters, of which cases are.
+    /// Name and parameters, as the cases of the setting carry them.
     pub(crate) fn named(&self) -> (&str, &[Truth]) {
         (self.name, &self.truth)
     }

@@ -110,7 +110,7 @@ fn restarts(rows: &[Row]) -> Option<Block> {
     (!lines.is_empty()).then_some(Block::Listing { title, head, rows: lines })
 }
 
-/// How often intervals held the truth, in a sentence; none if that was not asked.
+/// Coverage of the intervals, in a sentence; none if that was not asked.
 fn coverage(row: &Row) -> Option<String> {
     let covered: Vec<&Covered> =
         row.runs().iter().map(|run| run.covered.as_ref()).collect::<Option<_>>()?;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sinew_report::{Distribution, Figure, ReportError};
 
-/// How the boundary conditions are accounted for (§4.8), and by what kind of function.
+/// Treatment of the boundary conditions (§4.8), and kind of function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Gaussian process with the conditions built in

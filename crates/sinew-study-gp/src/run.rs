@@ -25,7 +25,7 @@ enum Outcome {
     Failed(String),
 }
 
-/// How a run began, kept in its folder.
+/// Options and revision that a run began with, kept in its folder.
 #[derive(Serialize, Deserialize)]
 struct Beginning {
     options: Options,

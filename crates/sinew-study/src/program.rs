@@ -112,7 +112,7 @@ pub fn test_set<'b>(
     Ok((TestSet::new(body, solved), seconds))
 }
 
-/// How a recipe is trained in a folder of a run, which a quick check does with few cases. Recipes beside each other share their
+/// Training options of a recipe in a folder of a run; a quick check has few cases. Recipes beside each other share their
 /// simulations; a run that is not resumed is replaced, as the rest of the study is.
 pub fn training(quick: bool, seed: u64, folder: &Path, resume: bool) -> TrainingOptions {
     TrainingOptions {

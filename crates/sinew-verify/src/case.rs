@@ -14,7 +14,7 @@ pub struct Case {
     pub run: fn(Effort, &mut Rows<'_>) -> anyhow::Result<()>,
 }
 
-/// How much time a run may take.
+/// Amount of time that a run may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// The coarse meshes of each case.
@@ -117,7 +117,7 @@ impl Band {
     }
 }
 
-/// How an error is measured.
+/// Measure of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
     /// |value − reference| / |reference|.
@@ -152,7 +152,7 @@ pub struct Row {
     pub value: f64,
     /// Reference value.
     pub reference: f64,
-    /// How `error` is measured.
+    /// Measure of `error`.
     pub measure: Measure,
     /// Distance of both.
     pub error: f64,

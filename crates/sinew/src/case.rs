@@ -83,7 +83,7 @@ pub struct Case {
     pub mesh: MeshSource,
     /// The law, by its name, with its constants.
     pub law: Law,
-    /// How volumes are integrated.
+    /// Element formulation: integration of volumes.
     #[serde(default)]
     pub formulation: Formulation,
     /// Whether the body contracts along its fibres, with its tension `T_a` in θ, and where.
@@ -103,7 +103,7 @@ pub struct Case {
     /// Sets of nodes and facets by name, chosen by where they are.
     #[serde(default)]
     pub select: BTreeMap<String, Select>,
-    /// How an emulator is trained.
+    /// Settings of an emulator's training.
     #[serde(default)]
     pub training: Training,
     /// States of a patient, which [`crate::PatientFile`] reads.
@@ -119,7 +119,7 @@ pub struct Case {
     pub(crate) source: Source,
 }
 
-/// How volumes are integrated.
+/// Element formulation: integration of volumes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Formulation {

@@ -49,7 +49,7 @@ pub struct Comparison {
 /// One emulator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Method {
-    /// Its name, such as that of its recipe.
+    /// Name, such as that of its recipe.
     pub name: String,
     /// Description, in a line.
     #[serde(default)]

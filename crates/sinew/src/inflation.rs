@@ -14,7 +14,7 @@ pub struct Inflation {
     pub cavities: Vec<String>,
     /// The pressure's name with its unit, such as `p [mmHg]`.
     pub pressure: String,
-    /// Its values in that unit, θ by θ.
+    /// Values of the pressure in that unit, θ by θ.
     pub pressures: Vec<f64>,
     /// θ, rising pressures over their range; those without an equilibrium are left out.
     pub thetas: Vec<Vec<f64>>,

@@ -51,7 +51,7 @@ pub struct Row<'a> {
     pub fields: Vec<&'a [f64]>,
     /// The balance that the first of them is an equilibrium of, where there is no potential.
     pub balance: Option<Balanced<'a>>,
-    /// How good they are, where that was asked for.
+    /// Quality of the displacements, where that was asked for.
     pub quality: Option<Quality>,
     /// Other reasons for mistrust.
     pub warnings: Vec<String>,
@@ -62,13 +62,13 @@ pub struct Row<'a> {
 /// Equilibrium of a body without a potential.
 #[derive(Clone, Copy, Debug)]
 pub struct Balanced<'a> {
-    /// Its balance of forces.
+    /// Balance of forces of the body.
     pub balance: &'a ForceBalance,
     /// Pressures of mixed elements at [`sinew_energy::PressureField::nodes`] \[stress\]; empty without such a field.
     pub pressure: &'a [f64],
 }
 
-/// How good an answer is.
+/// Quality of an answer.
 #[derive(Clone, Debug, Default)]
 pub struct Quality {
     /// Estimated mean nodal error \[length\].
@@ -77,7 +77,7 @@ pub struct Quality {
     pub largest: Option<f64>,
     /// Estimated error in the energy norm [%].
     pub energy_norm: Option<f64>,
-    /// How these were found, or why there are none.
+    /// Method of these estimates, or the reason why there are none.
     pub kind: String,
     /// Unbalanced nodal forces, relative to loads and reactions.
     pub residual: Option<f64>,
@@ -88,7 +88,7 @@ pub struct Quality {
 pub struct Results<'a> {
     /// Their body.
     pub body: &'a Body,
-    /// How displacements were found, such as `"predicted"`; the first is what the others are compared with.
+    /// Origins of the displacements, such as `"predicted"`; the first is what the others are compared with.
     pub names: Vec<&'a str>,
     /// The rows.
     pub rows: Vec<Row<'a>>,

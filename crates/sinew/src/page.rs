@@ -237,7 +237,7 @@ impl Comparison {
         }
     }
 
-    /// How far derivatives in the parameters are off.
+    /// Table of the errors of derivatives in the parameters.
     fn sensitivities(&self) -> Block {
         let name = |parameter: &String| parameter.split(' ').next().unwrap_or_default().to_string();
         let row = |method: &Method| {

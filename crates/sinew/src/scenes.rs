@@ -5,9 +5,9 @@ use std::path::Path;
 /// A built-in scene.
 #[derive(Clone, Copy, Debug)]
 pub struct BuiltIn {
-    /// Its name; upper and lower case are the same.
+    /// Name; upper and lower case are the same.
     pub name: &'static str,
-    /// Its case file.
+    /// Text of the case file.
     pub text: &'static str,
 }
 

@@ -38,7 +38,7 @@ fn square(v: &[f64; 3]) -> f64 {
 }
 
 impl SegmentStrain {
-    /// From quadrature points of the image with a unit direction at each.
+    /// Strain of a segment from quadrature points of the image with a unit direction at each.
     pub(crate) fn new(image: &Body, points: &[(usize, [f64; 3])], [from, to]: [usize; 2]) -> Self {
         let whole: f64 = points.iter().map(|&(point, _)| image.volumes[point]).sum();
         let line = |&(point, direction): &(usize, [f64; 3])| {

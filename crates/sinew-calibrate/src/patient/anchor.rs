@@ -96,7 +96,7 @@ impl<'p> Anchor<'p> {
         states
     }
 
-    /// How far the first-order expansion from the nearest solved θ moves a node \[length\], 0 within the cloud.
+    /// Largest motion of a node by the first-order expansion from the nearest solved θ \[length\], 0 within the cloud.
     pub(super) fn reach(&self, theta: &[f64]) -> f64 {
         if self.weights(theta).is_some() { 0.0 } else { self.nearest(theta).1 }
     }

@@ -10,7 +10,7 @@ use thiserror::Error;
 pub struct PatientStates {
     /// The body at rest.
     pub rest: ForceBalance,
-    /// How it was found; `None` where the image is at rest.
+    /// Unloading that found it; `None` where the image is at rest.
     pub unloaded: Option<Unloaded>,
     /// The equilibria of the phases; displacements are counted from rest \[length\].
     pub phases: Vec<Solution>,

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use sinew_energy::metrics::displacement_error;
 
 impl Calibration {
-    /// From the emulator's predictions for held-out cases, whose errors are returned with it.
+    /// Calibration on the emulator's predictions for held-out cases, whose errors are returned with it.
     pub(crate) fn on(emulator: &Emulator<'_>, held_out: &TestSet<'_>) -> Result<(Self, Errors)> {
         let fields = emulator.predict(&held_out.thetas)?.fields();
         let errors = held_out.errors(&fields)?;
@@ -39,9 +39,9 @@ pub(crate) fn within_two(ratios: &[f64; 2]) -> bool {
 /// Reason for which a case has no estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Refused {
-    /// Its prediction inverts a cell.
+    /// Prediction that inverts a cell.
     Inverted,
-    /// It is not near an equilibrium.
+    /// Prediction that is not near an equilibrium.
     Far,
 }
 

@@ -50,7 +50,7 @@ pub struct Metric {
     pub name: &'static str,
     /// The quantity in words.
     pub quantity: &'static str,
-    /// Its definition.
+    /// Definition.
     pub about: &'static str,
     /// Whether it has the unit of length; others are in %.
     pub is_length: bool,
@@ -90,17 +90,17 @@ pub const METRICS: [Metric; 4] = [
 ];
 
 impl Metric {
-    /// Its errors in one case: per free node, per quadrature point, or one.
+    /// Errors in one case: per free node, per quadrature point, or one.
     pub fn of<'a>(&self, case: &'a CaseErrors) -> &'a [f64] {
         (self.of)(case)
     }
 
-    /// Its errors in all cases.
+    /// Errors in all cases.
     pub fn pooled<'a>(&'a self, cases: &'a [CaseErrors]) -> impl Iterator<Item = f64> + 'a {
         cases.iter().flat_map(|case| self.of(case).iter().copied())
     }
 
-    /// Its unit, where lengths have the one given.
+    /// Unit of its errors: `length` for lengths, else `%`.
     pub fn unit<'a>(&self, length: &'a str) -> &'a str {
         if self.is_length { length } else { "%" }
     }
@@ -124,7 +124,7 @@ pub struct Errors {
 }
 
 impl<'b> TestSet<'b> {
-    /// From simulations; those that failed are no cases.
+    /// Test set from simulations; those that failed are no cases.
     pub fn new(body: &'b Body, simulations: Simulations) -> Self {
         let median_solve_s = crate::estimate::timing::median(&simulations.solve_seconds);
         Self { body, thetas: simulations.thetas, fields: simulations.fields, median_solve_s }

@@ -46,7 +46,7 @@ impl TaylorExpansion {
         Ok(Self(with_anchors(&mut solver, motions, anchors, seed, observer)?))
     }
 
-    /// About the solution at the centre of the parameters' ranges.
+    /// Expansion about the solution at the centre of the parameters' ranges.
     pub(crate) fn about_solved(solver: &mut Solver<'_>, solved: &[f64], seed: u64) -> Result<Self> {
         let body = solver.body();
         let topology = graph::topology_of_met(body, seed)?;
@@ -54,7 +54,7 @@ impl TaylorExpansion {
         Self::about(solver, &topology, solved, &tried)
     }
 
-    /// About a state near to equilibrium at that centre; orders and form are chosen at the parameter sets `tried`.
+    /// Expansion about a state near to equilibrium at the centre of the parameters' ranges; orders and form are chosen at the parameter sets `tried`.
     ///
     /// # Errors
     /// A graph that does not belong to the body, a state that inverts a cell.

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 /// Anchors at most: beyond, their functions take longer than quasi-Newton steps.
 pub(crate) const MOST_ANCHORS: usize = 50;
 
-/// How much is spent on an emulator.
+/// Budget for making an emulator.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Budget {
@@ -36,11 +36,11 @@ impl Default for Budget {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrainingOptions {
-    /// How much is spent.
+    /// Budget for making the emulator.
     pub budget: Budget,
     /// Seed that all seeds derive from.
     pub seed: u64,
-    /// How the parameters of simulations and of training are spread.
+    /// Design of the parameter sets of simulations and of training.
     pub design: Design,
     /// Parameters to train at in place of a design, within the ranges of the body's parameters.
     pub thetas: Option<Vec<Vec<f64>>>,

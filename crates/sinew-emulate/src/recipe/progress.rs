@@ -3,7 +3,7 @@
 use crate::Warning;
 use std::ops::ControlFlow;
 
-/// How far a stage is.
+/// Progress of a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress<'a> {
     /// Stage, such as `"simulate training"`.
@@ -50,7 +50,7 @@ pub struct Counter<'a> {
 }
 
 impl<'a> Counter<'a> {
-    /// Over `count` pieces of one size, or that many units of work, of which some are `kept` from an earlier run.
+    /// Counter over `count` pieces of one size, or that many units of work, of which some are `kept` from an earlier run.
     pub fn new(observer: &'a mut dyn Observer, stage: &'a str, kept: usize, count: usize) -> Self {
         Self { observer, stage, start: std::time::Instant::now(), kept, done: kept, count }
     }

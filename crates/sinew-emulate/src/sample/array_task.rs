@@ -9,7 +9,7 @@ struct Scheduler {
     task: &'static str,
     /// First and last task of the array, and the step between two, where the scheduler tells.
     array: Option<[&'static str; 3]>,
-    /// How many tasks there are, where the scheduler tells.
+    /// Number of tasks, where the scheduler tells.
     count: Option<&'static str>,
 }
 

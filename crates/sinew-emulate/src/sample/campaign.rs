@@ -24,7 +24,7 @@ impl Shard {
         (1..=of).contains(&index).then_some(Self { index, of })
     }
 
-    /// How many shards there are.
+    /// Number of shards.
     pub fn of(self) -> usize {
         self.of
     }

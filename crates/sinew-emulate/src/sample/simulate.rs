@@ -40,7 +40,7 @@ pub struct Simulations {
 /// A sample that was not solved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Failure {
-    /// Its parameters.
+    /// Parameters of the sample.
     pub theta: Vec<f64>,
     /// Error of the solver, in words.
     pub reason: String,

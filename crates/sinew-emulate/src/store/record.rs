@@ -5,7 +5,7 @@ use crate::estimate::evaluate::{CaseErrors, Errors, root_mean_square};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// How an emulator was made.
+/// Provenance of an emulator: recipe, simulations, times, errors and warnings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Short name of its recipe.
@@ -29,7 +29,7 @@ pub struct Record {
     pub kept: Option<Kept>,
     /// Candidates and the reason for the one taken, where there was a choice.
     pub choice: Option<Choice>,
-    /// How well the error estimate does.
+    /// Calibration of the error estimate on the held-out cases.
     pub calibration: Calibration,
     /// Errors on the held-out cases.
     pub held_out: Option<Errors>,

@@ -21,7 +21,7 @@ pub struct FacetRule {
 /// A quadrature point of a facet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FacetPoint {
-    /// Its weight.
+    /// Weight of the point.
     pub weight: f64,
     /// Values of the shape functions.
     pub shape: Vec<f64>,

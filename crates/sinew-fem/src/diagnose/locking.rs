@@ -19,7 +19,7 @@ use std::fmt;
 /// Above this K/μ, linear elements resist bending by their volume: at 5, tetrahedra with three elements through
 /// the thickness of a beam lose 13 % of its deflection, with six 6 %.
 pub const LARGEST_BULK_TO_SHEAR: f64 = 5.0;
-/// From this ratio of length and thickness on, bodies bend rather than shear.
+/// Ratio of length and thickness from which on bodies bend rather than shear.
 const SLENDER: f64 = 3.0;
 /// A smaller share of the displacement is no more than other errors of discretisation.
 const LEAST_SHARE: f64 = 0.06;

@@ -89,7 +89,7 @@ pub(super) struct Layer {
 const ALONG: f64 = 1e-6;
 
 impl Layer {
-    /// From the outward normal and any direction towards the base, neither of unit length.
+    /// Local axes from the outward normal and a direction towards the base, both of any length.
     ///
     /// `None` where one of them vanishes or they are parallel.
     pub(super) fn new(outward: Vector3<f64>, to_base: Vector3<f64>) -> Option<Self> {

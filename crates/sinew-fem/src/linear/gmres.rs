@@ -8,7 +8,7 @@ const RESTART: usize = 80;
 /// Least new part of an image \[relative to the image\]; below it the system is singular to rounding errors.
 const SINGULAR: f64 = 1e-14;
 
-/// How an iterative solve ended.
+/// Outcome of an iterative solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LinearOutcome {
     /// Matrix–vector products.

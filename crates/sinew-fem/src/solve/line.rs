@@ -28,7 +28,7 @@ impl Line {
         Self { load_factors: [0.0, 1.0], thetas: [theta.to_vec(), theta.to_vec()] }
     }
 
-    /// From one θ to another under the whole load.
+    /// Line from one θ to another under the whole load.
     pub fn of_theta(ends: [&[f64]; 2]) -> Self {
         Self { load_factors: [1.0; 2], thetas: ends.map(<[f64]>::to_vec) }
     }

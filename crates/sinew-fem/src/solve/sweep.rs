@@ -45,7 +45,7 @@ pub struct SweepError {
     pub count: usize,
     /// Index of the first failed sample.
     pub index: usize,
-    /// Its θ.
+    /// θ of that sample.
     pub theta: Vec<f64>,
     /// Why it failed.
     pub source: SolveError,

@@ -2,7 +2,7 @@
 
 use crate::Options;
 
-/// How a body at rest is searched and checked.
+/// Options of the search for a body at rest and of its check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnloadOptions {
     /// Most Newton iterations, all load steps together.

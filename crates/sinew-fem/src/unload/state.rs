@@ -16,11 +16,11 @@ pub(super) struct Level {
 
 /// A trial body at rest, with the residual of its image.
 pub(super) struct Trial {
-    /// From the image to the body at rest \[length\], `3 × nodes`.
+    /// Displacement from the image to the body at rest \[length\], `3 × nodes`.
     pub motion: Vec<f64>,
     /// The body at rest.
     pub rest: ForceBalance,
-    /// From there to the image: minus `motion`.
+    /// Displacement from the body at rest to the image: minus `motion`.
     pub displacement: Vec<f64>,
     /// Unbalanced forces in the unknowns.
     pub residual: Vec<f64>,

@@ -12,7 +12,7 @@ use std::time::Instant;
 pub struct Unloaded {
     /// The body at rest, ready to be solved: with its directions, loads and supports.
     pub rest: ForceBalance,
-    /// From the image to the body at rest, `[w_x, w_y, w_z]` node by node \[length\]; minus the displacement that loading gives.
+    /// Displacement from the image to the body at rest, `[w_x, w_y, w_z]` node by node \[length\]; minus the displacement that loading gives.
     pub motion: Vec<f64>,
     /// Parameters of law and loads.
     pub theta: Vec<f64>,
@@ -73,7 +73,7 @@ impl Unloaded {
         }
     }
 
-    /// From the body at rest to the image, as [`crate::Solution::displacement`] \[length\].
+    /// Displacement from the body at rest to the image, as [`crate::Solution::displacement`] \[length\].
     pub fn displacement(&self) -> Vec<f64> {
         self.motion.iter().map(|w| -w).collect()
     }

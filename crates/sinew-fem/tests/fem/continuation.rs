@@ -182,7 +182,7 @@ fn prescribed_motions_are_followed_where_solves_at_once_lead_as_well() {
     assert!(off < EXACT, "{off}");
 }
 
-/// From a stable state under a load to another θ under another load, and from a state beyond the snap back.
+/// Continuation from a stable state under a load to another θ under another load, and from a state beyond the snap back.
 #[test]
 fn lines_start_at_any_load_and_from_any_equilibrium() {
     let body = arch(-1e-2, Support::uniform("x_max", SYMMETRY));

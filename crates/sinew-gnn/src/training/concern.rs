@@ -27,7 +27,7 @@ pub enum Concern {
     Inadmissible { inadmissible: usize, samples: usize },
 }
 
-/// How many predictions are looked at.
+/// Number of predictions that are looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Thoroughness {
     /// Predictions of one batch per geometry, of at most 32 geometries.

@@ -7,7 +7,7 @@ use crate::optimiser::OptimiserConfig;
 use crate::schedule::Schedule;
 use sinew_coordinates::require_positive;
 
-/// How long to train.
+/// Length of the training.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Budget {
@@ -27,7 +27,7 @@ pub struct TrainingConfig {
     pub learning_rate: f64,
     /// Development of the learning rate.
     pub schedule: Schedule,
-    /// How long to train.
+    /// Length of the training.
     pub budget: Budget,
     /// Parameter sets per step, all of one geometry; they share one message-passing pass.
     pub batch: usize,

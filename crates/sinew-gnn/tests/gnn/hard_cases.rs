@@ -70,7 +70,7 @@ impl Cantilever {
         Trainer::new(surrogate, self.data.clone(), Box::new(objective), config).unwrap()
     }
 
-    /// How many predictions at the parameters of the training invert no cell.
+    /// Number of predictions at the parameters of the training that invert no cell.
     fn admitted(&self, surrogate: &Surrogate) -> usize {
         let thetas: Vec<Vec<f64>> = self.data.training.iter().map(|s| s.theta.clone()).collect();
         let prediction = surrogate.predict(&self.data.geometries[0], &thetas).unwrap();

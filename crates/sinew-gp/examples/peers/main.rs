@@ -24,7 +24,7 @@ pub struct Given<const D: usize> {
     pub values: Vec<f64>,
     /// Collocation points.
     pub points: Vec<[f64; D]>,
-    /// Its right-hand side there.
+    /// Right-hand side of the equation at these points.
     pub loads: Vec<f64>,
     /// Places where u is predicted.
     pub grid: Vec<[f64; D]>,
@@ -32,9 +32,9 @@ pub struct Given<const D: usize> {
 
 /// Answer of each program.
 pub struct Answer {
-    /// Interval of the parameter.
+    /// Estimate of the parameter.
     pub estimate: f64,
-    /// Its 95 % interval.
+    /// 95 % interval of the parameter.
     pub interval: [f64; 2],
     /// u on the grid.
     pub mean: Vec<f64>,

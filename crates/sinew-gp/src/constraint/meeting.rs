@@ -37,7 +37,7 @@ pub(super) struct Corner<const D: usize> {
 const RANK_TOLERANCE: f64 = 1e-8;
 
 impl<const D: usize> Corner<D> {
-    /// From what the conditions impose, each with the tangent of its edge.
+    /// Corner from what the conditions impose, each with the tangent of its edge.
     pub(super) fn new(
         place: [f64; 2],
         size: f64,

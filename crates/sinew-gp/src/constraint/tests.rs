@@ -35,7 +35,7 @@ fn sum<const D: usize>(Constraints { mean, features }: Constraints<D>) -> Field<
     })
 }
 
-/// How far a drawn function misses the conditions, over points of all faces.
+/// Largest distance of a drawn function from the conditions, over points of all faces.
 fn miss<const D: usize>(problem: &Problem<D>) -> f64 {
     let drawn = draw(problem);
     let mut most = 0.0_f64;

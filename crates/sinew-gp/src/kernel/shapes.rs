@@ -15,7 +15,7 @@ fn half_square<const D: usize>(scales: &[Series], x: &[Series; D], y: &[Series; 
     (0..D).fold(x[0].constant(0.0), |sum, d| sum + ((&x[d] - &y[d]) / &scales[d]).squared() * 0.5)
 }
 
-/// How many derivatives the functions of a [`matern`] kernel have.
+/// Number of derivatives that the functions of a [`matern`] kernel have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Smoothness {
     /// ν = 3/2: one derivative.

@@ -53,7 +53,7 @@ fn initial_layer() -> Result<Problem<2>, GpError> {
         .condition("t", Side::Lower, Condition::Dirichlet(start))
 }
 
-/// Its solution with a diffusivity, as a function of its logarithm's distance from that of 0.3.
+/// Solution of `initial_layer` with a diffusivity, as a function of the distance of its logarithm from that of 0.3.
 fn layer_solution(log: f64) -> Field<2> {
     let diffusivity = 0.3 * log.exp();
     field(move |[x, t]: [Series; 2]| {
@@ -209,7 +209,7 @@ fn string() -> Result<Problem<1>, GpError> {
         .condition("x", Side::Upper, zero())
 }
 
-/// Its solution for k = 4.
+/// Solution of the string for k = 4.
 fn deflection(x: f64) -> f64 {
     let (w, middle) = (2.0_f64, 0.5);
     (1.0 - (w * (x - middle)).cosh() / (w * middle).cosh()) / (w * w)

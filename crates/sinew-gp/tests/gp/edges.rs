@@ -87,7 +87,7 @@ fn membranes_with_mixed_edges_are_solved() {
     }
 }
 
-/// How far a function is from the conditions, on nine points of each edge.
+/// Largest distance of a function from the conditions, on nine points of each edge.
 fn largest_miss(problem: &Problem<2>, posterior: &Posterior<2>) -> f64 {
     let [dx, dy] = problem.domain().derivatives();
     let corners = problem.domain().cross_section().map(|p| p.corners()).unwrap_or_default();

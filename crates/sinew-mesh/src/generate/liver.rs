@@ -67,7 +67,7 @@ impl IdealLiver {
     }
 }
 
-/// About the distance from the surface, positive inside \[mm\].
+/// Approximate distance from the surface, positive inside \[mm\].
 fn inside(x: [f64; 3]) -> f64 {
     let [a, b] = LOBES.map(|[centre, semi]| {
         let part = |power: i32| -> f64 {

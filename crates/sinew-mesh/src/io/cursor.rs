@@ -14,7 +14,7 @@ pub(crate) enum Endian {
     Big,
 }
 
-/// How numbers are written.
+/// Encoding of the numbers in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Encoding {
     Text,

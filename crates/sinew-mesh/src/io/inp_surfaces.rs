@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, HashMap};
 #[derive(Default)]
 pub(super) struct Surfaces {
     surfaces: BTreeMap<String, Surface>,
-    /// How many elements share a face, once a surface asks.
+    /// Number of elements that share each face, once a surface asks.
     owners: Option<HashMap<FacetKey, usize>>,
 }
 

@@ -24,7 +24,7 @@ pub fn to_vtk<const N: usize>(mesh: &Mesh<N>, encoding: VtkEncoding) -> Result<V
     to_legacy(mesh, encoding, Shape::Grid)
 }
 
-/// How VTK names the cells of a mesh.
+/// Kind of VTK data set, which names the cells of a mesh.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Shape {
     /// Cells of any kind.

@@ -39,7 +39,7 @@ struct Appended<'a> {
     raw: bool,
     /// Bytes after the underscore.
     data: &'a [u8],
-    /// Its offset in the file.
+    /// Offset of these bytes in the file.
     start: usize,
 }
 

@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
-/// About as large as a human left ventricle \[mm\].
+/// Ellipsoid about as large as a human left ventricle \[mm\].
 const IDEAL: TruncatedEllipsoid =
     TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 15.0 };
 
@@ -217,7 +217,7 @@ fn ellipsoid([x, y, z, shift]: Ellipsoid) -> TriangleMesh {
     surface
 }
 
-/// About the distance to an ellipsoid, positive outside.
+/// Approximate distance to an ellipsoid, positive outside.
 fn beyond([x, y, z, shift]: Ellipsoid, at: [f64; 3]) -> f64 {
     let scaled = [(at[0] - shift) / x, at[1] / y, at[2] / z];
     let slope = [scaled[0] / x, scaled[1] / y, scaled[2] / z];

@@ -42,7 +42,7 @@ pub enum Loss {
     SimulationsByStiffness,
 }
 
-/// How a network learns a population: every step takes unseen bodies, each once.
+/// Recipe of a network on a population: every step takes unseen bodies, each once.
 ///
 /// Each body is prepared by a few linear systems: a [start](Start) and a Taylor expansion of second order in the
 /// parameters. The network learns the remainder. With [`Start::Near`] only the first body is solved: its equilibrium is

@@ -63,7 +63,7 @@ fn recipe(options: &BeamOptions, method: Method) -> Recipe {
     }
 }
 
-/// How one recipe is trained in a run.
+/// Training options of one recipe in a run.
 pub(crate) fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) -> TrainingOptions {
     let training = program::training(options.quick, options.seed, folder, options.resume);
     TrainingOptions {

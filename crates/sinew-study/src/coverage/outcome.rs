@@ -11,7 +11,7 @@ use sinew_fem::{Options, Solver};
 /// True error relative to the displacement up to which an answer is good.
 pub(super) const GOOD: f64 = 0.02;
 
-/// How answers of one kind for one body did.
+/// Statistics of the answers of one kind for one body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Outcome {
     /// Body and its predictor.

@@ -9,7 +9,7 @@ use sinew_report::{Block, Figure, Map, Panel};
 
 /// Points along each parameter.
 const POINTS: usize = 13;
-/// How far the map goes beyond a range, as a share of it on the scale of its sampling.
+/// Extent of the map beyond a range, as a share of it on the scale of its sampling.
 const BEYOND: f64 = 0.5;
 
 /// Median nodal errors of some emulators over the plane.

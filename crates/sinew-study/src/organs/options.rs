@@ -61,8 +61,8 @@ impl Options {
         self.only.is_empty() || self.only.iter().any(|only| only == key)
     }
 
-    /// How long something is trained that takes `minutes` by default: its share of the budget, if there is one; a quick check so
-    /// many steps.
+    /// Length of a training that takes `minutes` by default: its share of the budget, if there is one; in a quick check
+    /// `quick_steps` steps.
     pub(crate) fn training(&self, minutes: f64, quick_steps: usize) -> Budget {
         match self.quick {
             true => Budget::Steps(quick_steps),

@@ -74,7 +74,7 @@ pub(super) fn rivals(stage: &Stage, stream: u64, count: usize) -> Result<Vec<Riv
     ])
 }
 
-/// How a regression interpolates, without its lengths.
+/// Interpolation of a regression in words, without its lengths.
 pub(super) fn in_short(regression: &PodRegression) -> String {
     let text = regression.interpolation().to_string();
     text.split(", lengths").next().unwrap_or_default().into()

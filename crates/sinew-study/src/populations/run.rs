@@ -18,7 +18,7 @@ use std::path::PathBuf;
 /// Streams that individuals are drawn from: what is trained on, simulated for rivals, and tested on never meet.
 const STREAMS: [u64; 3] = [11, 23, 47];
 
-/// How large a study of a population is.
+/// Size of a study of a population.
 struct Size {
     /// Individuals tested on.
     tests: u64,
@@ -274,7 +274,7 @@ fn network(
     Ok(())
 }
 
-/// How long the first individual takes: from `start` until its first answer, for the next, for each of many, plain and refined.
+/// Times of the first individual, in words: from `start` until its first answer, for the next, for each of many, plain and refined.
 fn answers(group: &Group, (start, met): (std::time::Instant, &Emulator<'_>)) -> Result<String> {
     const MANY: usize = 200;
     let Individual { body, theta, .. } = &group.individuals[0];

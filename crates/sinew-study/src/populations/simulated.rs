@@ -61,7 +61,7 @@ pub(super) trait Simulated {
 pub(super) struct Inputs {
     /// Number of coefficients of its shape.
     pub numbers: usize,
-    /// Its solution on the coarse mesh, which is then corrected.
+    /// Whether the solution on the coarse mesh is an input, which is then corrected.
     pub coarse: bool,
 }
 

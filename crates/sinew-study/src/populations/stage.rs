@@ -48,7 +48,7 @@ pub(super) enum Kind {
 pub(super) struct Individual {
     /// Shape numbers.
     pub numbers: Vec<f64>,
-    /// Its body.
+    /// Body of that shape.
     pub body: Body,
     /// Parameters, within their ranges.
     pub theta: Vec<f64>,
@@ -314,7 +314,7 @@ impl Scar {
         Self { centre: body.positions[node.min(body.nodes - 1)], radius, factor }
     }
 
-    /// How many times as stiff every node is.
+    /// Factor of the stiffness at every node.
     fn factors(&self, body: &Body) -> Vec<f64> {
         let at = |x: &[f64; 3]| {
             let squared: f64 = x.iter().zip(self.centre).map(|(a, b)| (a - b).powi(2)).sum();

@@ -10,7 +10,7 @@ use sinew_report::{Block, Column, Distribution, Row, Table};
 /// CPU times are equal up to this factor: on a machine that others keep busy, the same training varies by as much.
 const EQUAL: f64 = 1.25;
 
-/// How names of methods begin in each class; all others are networks.
+/// First words of the names of methods, with the class of each; all others are networks.
 const CLASSES: [(&str, &str); 6] = [
     ("POD + GP", "regression"),
     ("nearest", "regression"),

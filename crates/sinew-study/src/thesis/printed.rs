@@ -30,7 +30,7 @@ pub struct Run {
     pub task: String,
     /// Options.
     pub arguments: String,
-    /// About how long it takes \[CPU min\].
+    /// Approximate computing time \[CPU min\].
     pub minutes: f64,
 }
 

@@ -19,7 +19,7 @@ pub struct CompressibleSphere {
     pub outer: f64,
 }
 
-/// How far the surfaces of a sphere move outwards.
+/// Outward displacements of the surfaces of a sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inflation {
     /// Radial displacement of the inner surface \[length\].

@@ -19,7 +19,7 @@ pub enum Fung {
     NeoHookean([f64; 1]),
 }
 
-/// How a block is stretched; its other faces are free.
+/// Axes along which a block is stretched; its other faces are free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Biaxial {
     /// Along one axis (0: fibres).

@@ -24,12 +24,12 @@ pub struct Factors {
 /// Whether a body contracts along its fibres, and where.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Active {
-    /// It does not.
+    /// No contraction.
     #[default]
     No,
-    /// It does, everywhere alike.
+    /// Contraction everywhere alike.
     Everywhere,
-    /// It does, by factors of the tension.
+    /// Contraction by factors of the tension.
     Where(Factors),
 }
 

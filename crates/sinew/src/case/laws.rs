@@ -43,11 +43,11 @@ fn strain<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Strain>, 
 /// A law that a case file can name.
 #[derive(Debug)]
 pub struct Row {
-    /// Its name.
+    /// Name of the law.
     pub name: &'static str,
     /// Description, with its source.
     pub about: &'static str,
-    /// Its parameters, in the order of θ.
+    /// Parameters, in the order of θ.
     pub parameters: &'static [&'static str],
     /// Their units: `"kPa"`, or `"1"` for numbers.
     pub units: &'static [&'static str],
@@ -191,7 +191,7 @@ pub(super) struct Parts {
     pub parameters: Vec<Parameter>,
     pub loads: Vec<Load>,
     pub supports: Vec<Support>,
-    /// How the body is made of them.
+    /// Options of the lowering.
     pub form: Form,
     /// Whether it contracts along its fibres.
     pub active: bool,
@@ -199,7 +199,7 @@ pub(super) struct Parts {
     pub strain: Strain,
 }
 
-/// How a scene is lowered.
+/// Options of the lowering of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Form {
     /// One mean volume ratio per hexahedron or patch.

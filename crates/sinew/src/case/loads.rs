@@ -36,7 +36,7 @@ pub struct Load {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rim {
-    /// It may move freely.
+    /// Rim that may move freely.
     Loose,
 }
 
@@ -51,7 +51,7 @@ pub struct FoundationLoad {
     pub tangential: f64,
 }
 
-/// How large a pressure is.
+/// Magnitude of a pressure.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pressure {
     /// Constant value \[kPa\].

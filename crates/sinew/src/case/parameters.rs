@@ -22,7 +22,7 @@ pub struct Range {
     pub value: Option<f64>,
     /// Unit of them; by default the law's.
     pub unit: Option<String>,
-    /// How samples are spread; by the logarithm where nothing is said.
+    /// Distribution of samples; uniform in the logarithm by default.
     #[serde(default, deserialize_with = "spread")]
     pub sampling: Option<Sampling>,
 }

@@ -41,7 +41,7 @@ pub struct SelectPlane {
     /// A point of the plane \[mm\].
     #[serde(deserialize_with = "exactly")]
     pub point: [f64; 3],
-    /// Its normal, of any length.
+    /// Normal of the plane, of any length.
     #[serde(deserialize_with = "exactly")]
     pub normal: [f64; 3],
     /// Largest distance from it, on either side \[mm\]; by default that of rounding errors.
@@ -56,7 +56,7 @@ pub struct SelectBeyond {
     /// A point of the plane \[mm\].
     #[serde(deserialize_with = "exactly")]
     pub point: [f64; 3],
-    /// Its normal, which points to the side that is chosen.
+    /// Normal of the plane, which points to the side that is chosen.
     #[serde(deserialize_with = "exactly")]
     pub normal: [f64; 3],
 }
@@ -77,10 +77,10 @@ pub struct SelectBox {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SelectSphere {
-    /// Its centre \[mm\].
+    /// Centre of the sphere \[mm\].
     #[serde(deserialize_with = "exactly")]
     pub centre: [f64; 3],
-    /// Its radius \[mm\].
+    /// Radius of the sphere \[mm\].
     pub radius: f64,
 }
 

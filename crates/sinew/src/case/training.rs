@@ -13,7 +13,7 @@ use sinew_networks::{
 #[cfg(not(feature = "networks"))]
 type Network = toml::Table;
 
-/// How an emulator is trained; every key may be left out.
+/// Settings of an emulator's training; every key may be left out.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Training {
@@ -33,7 +33,7 @@ pub struct Training {
     pub held_out: Option<usize>,
     /// Solved states that taylor, pi or hybrid stand about; 1 by default.
     pub anchors: Option<usize>,
-    /// How samples are spread.
+    /// Design of the samples.
     pub design: Option<Design>,
     /// Sizes of the network.
     pub network: Option<Network>,

@@ -17,7 +17,7 @@ pub(crate) struct ThetaArguments {
     theta: Vec<String>,
 }
 
-/// How much is written.
+/// Amount of output.
 #[derive(Debug, Args)]
 pub(crate) struct Written {
     /// Largest number of cases written for ParaView

@@ -15,7 +15,7 @@ use sinew_emulate::{Shard, merge, simulate_shard, store};
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// How many, and how they are spread.
+/// Number and design of the parameter sets.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Writes OUT/sample/thetas.csv, which --theta of the other commands reads; with --solve also the equilibria.
@@ -143,7 +143,7 @@ fn solutions(lowered: &Lowered, thetas: &[Vec<f64>], folder: &Path) -> Result<Si
 }
 
 impl Sample {
-    /// How many shards the campaign has; none where one process solves all.
+    /// Number of shards of the campaign; none where one process solves all.
     fn campaign_shards(&self) -> Option<usize> {
         self.shard.map(Shard::of).or(self.script.map(|_| self.shards.get()))
     }

@@ -150,7 +150,7 @@ fn kept_in_words(kept: &Kept, steps: u64) -> String {
     format!("kept: the network after step {step} of {steps}, {why}{back}")
 }
 
-/// How the training went, and where the emulator is.
+/// Prints the outcome of the training and the folder of the emulator.
 fn tell(emulator: &sinew::Emulator<'_>, folder: &Path) {
     let record = &emulator.record;
     if let Some(choice) = &record.choice {

@@ -80,7 +80,7 @@ impl UnloadCommand {
     }
 }
 
-/// How far nodes are from the image, how volumes change, and how it was found.
+/// Distance of nodes from the image, changes of volumes, and course of the search, in words.
 fn said(image: &Body, unloaded: &Unloaded) -> String {
     let unit = &image.units.length;
     let rest = vec![0.0; unloaded.motion.len()];

@@ -45,7 +45,7 @@ pub(super) struct ErrorModel {
     pub(super) level: Option<Model>,
     /// Pattern of the error over the body.
     pub(super) quantity: Option<Quantity>,
-    /// How often it is right, in words.
+    /// Number of test cases in which it is right, in words.
     pub(super) told: String,
 }
 
@@ -149,7 +149,7 @@ fn errors(
     Ok(found)
 }
 
-/// From the 5 % quantile of the means to the largest error but one in twenty.
+/// Ends of the error's scale: 0.3 times the 5 % quantile of the means, and the largest error but one in twenty.
 fn scale(known: &Errors) -> [f64; 2] {
     let quantile = |which: usize, share: f64| {
         let mut sorted: Vec<f64> = known.levels.iter().map(|levels| levels[which]).collect();

@@ -166,7 +166,7 @@ fn try_all(damaged: impl Strategy<Value = String>, lowered_at_least: u32) {
     assert!(lowered.get() >= lowered_at_least, "{}", lowered.get());
 }
 
-/// How many of the undamaged cases are made into bodies, so that the tests below try more than the parser.
+/// Most of the undamaged cases are made into bodies, so that the tests below try more than the parser.
 #[test]
 fn most_of_the_cases_lower() {
     let lowers = |text: &&String| {

@@ -38,7 +38,7 @@ pub(crate) fn done(folder: &Path, arguments: &str) -> String {
     out + &err
 }
 
-/// Its exit code and what it printed on standard error; it must fail.
+/// Exit code and standard error of a command that must fail.
 fn refused(folder: &Path, arguments: &str) -> (i32, String) {
     let output = sinew(folder, arguments);
     assert!(!output.status.success(), "sinew {arguments} was to fail");

@@ -100,7 +100,7 @@ fn distance(viewer: &Viewer, emulator: &Emulator<'_>) -> Option<f64> {
     Some(apart.fold(0.0, f64::max))
 }
 
-/// How many of a hundred shown errors are right, as the page says.
+/// Number of shown errors out of a hundred that are right, as the page says.
 fn right(viewer: &Viewer) -> usize {
     let told = &viewer.facts.iter().find(|(name, _)| name == "shown error").unwrap().1;
     told.split(" in ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap()

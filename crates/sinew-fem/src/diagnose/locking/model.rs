@@ -17,7 +17,7 @@ pub(super) struct Model {
     kind: Kind,
 }
 
-/// How the loss depends on proportions and saturates.
+/// Element kind, by the dependence of the loss on proportions and its saturation.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     /// Tetrahedra and triangles.

@@ -6,9 +6,9 @@ pub(super) struct Graph {
     /// Offset of the neighbours of each vertex, and their number.
     pub starts: Vec<u32>,
     pub neighbours: Vec<u32>,
-    /// How many fine edges each neighbour stands for.
+    /// Number of fine edges that each neighbour stands for.
     pub edge_weights: Vec<u32>,
-    /// How many fine vertices each vertex stands for.
+    /// Number of fine vertices that each vertex stands for.
     pub weights: Vec<u32>,
 }
 

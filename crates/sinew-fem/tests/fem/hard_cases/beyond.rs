@@ -34,7 +34,7 @@ fn scene_of<L: sinew_energy::Law<D>, const D: usize>(
     named.parameter(Parameter::log("p", "kPa", 0.5..=1.5))
 }
 
-/// Its law, with fibres by rule, at the middle of its parameters and a pressure.
+/// Ventricle with the law of IdealVentricle, with fibres by rule, at the middle of its parameters and a pressure.
 fn fibrous() -> Body {
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let wall = VentricleCoordinates::new(&ventricle(), &surfaces).unwrap();

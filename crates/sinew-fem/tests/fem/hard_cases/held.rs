@@ -94,7 +94,7 @@ fn prescribed_motions_in_turned_frames_are_kept() {
     assert!(off.fold(0.0, f64::max) < 1e-7);
 }
 
-/// From where exponentials are near overflow a descent ends with less energy, or where it began: never in between with a NaN.
+/// A descent from where exponentials are near overflow ends with less energy, or where it began: never in between with a NaN.
 #[test]
 fn descents_near_overflow_have_numbers() {
     let frame = Guccione::frame([1.0, 0.0, 0.0]);

@@ -32,7 +32,7 @@ fn unbalanced(prescribed: &[Option<f64>], forces: &[f64], loads: &[f64]) -> f64 
     norm(of(false)) / norm(of(true).chain(loads.iter().copied()))
 }
 
-/// How a table of solves ended.
+/// Outcomes of a table of solves.
 #[derive(Debug, Default)]
 struct Tally {
     solved: usize,

@@ -5,7 +5,7 @@ use sinew_fem::fibres::{EllipsoidWall, FibreRule};
 use sinew_mesh::TruncatedEllipsoid;
 use std::fmt::Write;
 
-/// About the size of the published ventricle \[mm\].
+/// Approximate size of the published ventricle \[mm\].
 const SHAPE: TruncatedEllipsoid =
     TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 0.0 };
 /// Layers, cells around, cells from the apex to the base.

@@ -3,7 +3,7 @@
 /// Options for the mesh of a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallOptions {
-    /// How fine.
+    /// Fineness of the mesh.
     pub size: Size,
     /// Layers of cells; by default as many as make cells about as thick as wide, but at least two.
     pub layers: Option<usize>,
@@ -17,10 +17,10 @@ impl Default for WallOptions {
     }
 }
 
-/// How fine a mesh is.
+/// Fineness of a mesh, by its nodes or by its edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Size {
-    /// About this many nodes.
+    /// Approximate number of nodes.
     Nodes(usize),
     /// Edges about this long \[length\].
     Edge(f64),
@@ -38,7 +38,7 @@ pub enum Trim {
     Plane {
         /// A point of it \[length\].
         point: [f64; 3],
-        /// Its normal, either way round.
+        /// Normal of the plane, either way round.
         normal: [f64; 3],
     },
 }

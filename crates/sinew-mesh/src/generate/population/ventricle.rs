@@ -197,7 +197,7 @@ struct Point {
     r: f64,
     angle: f64,
     depth: f64,
-    /// Its place.
+    /// Position of the point.
     mean: [f64; 3],
     /// Normal of a sphere there.
     outward: [f64; 3],

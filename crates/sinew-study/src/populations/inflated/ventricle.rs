@@ -206,7 +206,7 @@ impl Ventricles {
         Ok(seconds.map(|s| s / ventricles.len() as f64))
     }
 
-    /// How far every number of a shape moves the nodes \[mm\], root mean square.
+    /// Displacement of the nodes by every number of a shape \[mm\], root mean square.
     pub(super) fn sizes(&self) -> Result<Vec<f64>> {
         /// Size of a deviation: small, for the mean shape to stay a ventricle.
         const PART: f64 = 0.1;
