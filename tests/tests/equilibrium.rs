@@ -1,4 +1,4 @@
-//! What the solver returns is a minimum of the potential that physics-informed training reads.
+//! Equality of the solver's solution and the minimum of the potential that physics-informed training reads.
 
 mod support;
 

@@ -1,4 +1,4 @@
-//! What continuous integration runs, cheapest first.
+//! Continuous integration, cheapest steps first.
 
 use crate::command::{self, cargo};
 use crate::{arrows, circles, licences, readme, wheel, words};

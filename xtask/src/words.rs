@@ -91,9 +91,9 @@ fn paraphrases(style: &str) -> Vec<(String, String)> {
 fn pointers(text: &str) -> Vec<(usize, &str)> {
     let is_doc = |line: &str| line.starts_with("///") || line.starts_with("//!");
     let lines: Vec<&str> = text.lines().map(str::trim).collect();
-    let first = |at: &usize| lines[*at].starts_with("///") && !(*at > 0 && is_doc(lines[*at - 1]));
+    let first = |at: &usize| is_doc(lines[*at]) && !(*at > 0 && is_doc(lines[*at - 1]));
     let points = |at: &usize| {
-        let said = lines[*at].trim_start_matches('/').trim_start();
+        let said = lines[*at].trim_start_matches(['/', '!']).trim_start();
         let begins = |word: &&str| {
             said.strip_prefix(*word).is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
         };

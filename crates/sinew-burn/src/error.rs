@@ -1,4 +1,4 @@
-//! What can be wrong with the indices handed to a fused operation.
+//! Errors in the indices handed to a fused operation.
 
 use thiserror::Error;
 

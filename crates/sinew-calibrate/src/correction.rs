@@ -1,4 +1,4 @@
-//! How far an emulator was from the solver, and the cost.
+//! Distance of an emulator from the solver, and its cost.
 
 /// Distance of the emulator's posterior from the solver's, and course of the correction.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -1,4 +1,4 @@
-//! What is unknown and what was measured, in one canonical order.
+//! Unknowns and data of a calibration, in one canonical order.
 
 use crate::datum::FACTOR_DEVIATION;
 use crate::polynomial::Sample;

@@ -1,4 +1,4 @@
-//! Where in the box of parameters simulations are run.
+//! Designs of the parameter sets of simulations.
 
 pub(crate) mod array_task;
 pub(crate) mod block;

@@ -1,5 +1,5 @@
-//! How elements lose deflection when the material hardly changes its volume: a beam under its own weight for
-//! three bulk moduli. With `--thresholds`, what the limits of `sinew_fem::locking` rest on.
+//! Deflection that nearly incompressible elements lose: a beam under its own weight for three bulk moduli. `--thresholds` prints the
+//! measurements behind the limits of `sinew_fem::locking`.
 //!
 //! `cargo run -p sinew-fem --example locking [-- --fine | --thresholds]`
 

@@ -1,4 +1,4 @@
-//! What can go wrong, with the numbers and what to try.
+//! Errors, with the numbers and what to try.
 
 use sinew_coordinates::CoordinateError;
 use std::path::PathBuf;

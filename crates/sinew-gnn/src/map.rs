@@ -1,4 +1,4 @@
-//! From the outputs of a network to displacements.
+//! Map from the outputs of a network to displacements.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What a fit says in short: parameters with intervals, warnings, and bands of u over what is not known of them.
+//! Answer of a fit in short: parameters with intervals, warnings, and marginal bands of u.
 
 use crate::ensemble::Ensemble;
 use crate::error::Result;

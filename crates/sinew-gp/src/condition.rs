@@ -1,4 +1,4 @@
-//! What is known of the solution on a face.
+//! Boundary conditions on a face.
 
 use crate::error::{GpError, Result};
 use crate::field::{Field, constant, field};

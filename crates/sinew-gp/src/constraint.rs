@@ -1,4 +1,4 @@
-//! From boundary conditions to the mean and the features of a prior that satisfies them.
+//! Mean and features of a prior that satisfies boundary conditions.
 
 mod agreement;
 mod corners;

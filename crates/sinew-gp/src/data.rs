@@ -1,4 +1,4 @@
-//! What is observed.
+//! Observed and imposed values.
 
 use crate::domain::Domain;
 use crate::error::{GpError, Result, check_lengths, place};

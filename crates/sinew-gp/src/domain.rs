@@ -1,4 +1,4 @@
-//! Where a problem is posed.
+//! Domain of a problem.
 
 use crate::error::{GpError, Result};
 use crate::grid::grid;

@@ -1,4 +1,4 @@
-//! What can be wrong with a problem, its data, or a fit.
+//! Errors in a problem, its data, or a fit.
 
 use thiserror::Error;
 

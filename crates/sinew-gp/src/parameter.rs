@@ -1,4 +1,4 @@
-//! What a fit adjusts.
+//! Parameters that a fit adjusts.
 
 /// One number that a fit adjusts, within bounds, from a start drawn at random.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! What the data say of u and of linear functionals of it.
+//! Posterior of u and of linear functionals of it.
 
 use crate::coefficients::PointCoefficients;
 use crate::data::{Role, check_finite, check_places};

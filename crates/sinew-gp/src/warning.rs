@@ -1,4 +1,4 @@
-//! What may be wrong with an answer, in words.
+//! Warnings about an answer, in words.
 
 use crate::error::place;
 use thiserror::Error;

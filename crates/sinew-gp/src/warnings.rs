@@ -1,4 +1,4 @@
-//! What a fit cannot tell, said aloud.
+//! Tests behind the warnings of a fit.
 
 use crate::compile::Compiled;
 use crate::data::{Noise, Role, noise_name};

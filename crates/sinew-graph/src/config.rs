@@ -1,4 +1,4 @@
-//! How a graph is augmented.
+//! Configuration of the augmentation of a graph.
 
 use serde::{Deserialize, Serialize};
 

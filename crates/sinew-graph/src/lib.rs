@@ -1,4 +1,4 @@
-//! From a mesh to the graph an emulator passes messages on: augmentation with layers of
+//! The graph of a mesh on which an emulator passes messages: augmentation with layers of
 //! virtual nodes, features and their statistics.
 //!
 //! Follows §2.2.1, §2.2.3 and Algorithm 1 of the thesis. Neighbouring mesh nodes are joined by

@@ -1,4 +1,4 @@
-//! From mesh nodes to virtual nodes, through the clusters of a topology.
+//! Averages of mesh nodes at virtual nodes, through the clusters of a topology.
 
 use crate::{
     FeatureMatrix, GraphError, Topology,

@@ -1,4 +1,4 @@
-//! What can be wrong with a report.
+//! Errors in a report.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! What a table says, in sentences made from its numbers.
+//! Summary of a table, in sentences made from its numbers.
 
 use crate::format::{count, digits, factor, rounded, seconds};
 use crate::{Row, Table};

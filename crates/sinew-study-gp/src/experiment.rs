@@ -1,4 +1,4 @@
-//! What an experiment is: cases, each run on several data sets.
+//! An experiment: cases, each run on several data sets.
 
 use crate::row::{Label, Method, Row, Run, Thesis, Truth};
 use anyhow::Result;

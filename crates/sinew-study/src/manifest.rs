@@ -1,4 +1,4 @@
-//! What a result was made with.
+//! Versions, seeds and settings of a result.
 
 use sinew_report::Provenance;
 

@@ -1,4 +1,4 @@
-//! What the programs of all studies share: reports, what they keep, their test cases, how they train, their end.
+//! Shared parts of the study programs: reports, kept results, test cases, trainings, exit.
 
 use crate::manifest;
 use anyhow::{Result, ensure};

@@ -1,4 +1,4 @@
-//! What a benchmark is, and the rows it gives.
+//! Benchmarks, and the rows that they give.
 
 use std::time::Instant;
 

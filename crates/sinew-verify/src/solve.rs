@@ -1,4 +1,4 @@
-//! From a scene to a solution with its cost.
+//! Solution of a scene, with its cost.
 
 use crate::case::{Cost, Formulation};
 use anyhow::Result;

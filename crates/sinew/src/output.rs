@@ -1,4 +1,4 @@
-//! What the program writes: fields for ParaView, tables and arrays.
+//! Output files of the program: fields for ParaView, tables and arrays.
 
 use crate::npz;
 use crate::stresses::{StressField, add_stresses, stress_fields};

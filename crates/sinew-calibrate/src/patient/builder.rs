@@ -1,4 +1,4 @@
-//! How a patient is put together.
+//! Builder of a patient.
 
 use super::Patient;
 use super::parts::{FIRST_PHASE, Parts};

@@ -1,4 +1,4 @@
-//! How well the error estimate does, measured on held-out cases.
+//! Quality of the error estimate on held-out cases.
 
 use crate::estimate::evaluate::{Errors, TestSet, share};
 use crate::store::identity::dot;

@@ -1,4 +1,4 @@
-//! How an emulator's displacements change with its parameters.
+//! Sensitivity of an emulator's displacements to the parameters.
 
 use crate::estimate::evaluate::TestSet;
 use crate::parameters::check_length;

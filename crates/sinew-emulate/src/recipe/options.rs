@@ -1,4 +1,4 @@
-//! How much is spent on an emulator, and where it is kept.
+//! Budget and folder of a training.
 
 use crate::{Design, Error, Result};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What the stages of one training share: body, options, observer, folder, simulations, warnings.
+//! Shared state of the stages of one training: body, options, observer, folder, simulations, warnings.
 
 use crate::estimate::evaluate::TestSet;
 use crate::parameters::{in_words, require_inside, require_some};

@@ -1,4 +1,4 @@
-//! Which body an emulator belongs to, in a few numbers.
+//! Fingerprint of the body that an emulator belongs to, in a few numbers.
 
 use crate::Body;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! How an emulator was made.
+//! Provenance of an emulator.
 
 use crate::Warning;
 use crate::estimate::evaluate::{CaseErrors, Errors, root_mean_square};

@@ -1,4 +1,4 @@
-//! What linear and quadratic simplices share.
+//! Shape functions and rules of linear and quadratic simplices.
 
 /// The linear and the quadratic element of a simplex: nodes, quadrature, finer quadrature and rule of the facets. Corners
 /// come first, then the middles of `EDGES`; `SLOPES` are the derivatives of the `barycentric` coordinates.

@@ -1,4 +1,4 @@
-//! Where a potential is evaluated.
+//! State at which a potential is evaluated.
 
 use sinew_energy::Body;
 

@@ -1,4 +1,4 @@
-//! How fibres and sheets turn across the wall.
+//! Rotation of fibres and sheets across the wall.
 
 use super::FibreError;
 use nalgebra::Vector3;

@@ -1,4 +1,4 @@
-//! How a body at rest is searched.
+//! Options of the search for a body at rest.
 
 use crate::Options;
 

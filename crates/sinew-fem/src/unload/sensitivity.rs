@@ -1,4 +1,4 @@
-//! How the positions at rest move with θ.
+//! Sensitivity of the positions at rest to θ.
 
 use super::error::UnloadError;
 use super::newton::Search;

@@ -1,4 +1,4 @@
-//! What a solve tells: its iterations as they come, a report, warnings, and the worst cells of a failure.
+//! Diagnostics of a solve: its iterations as they come, a report, warnings, and the worst cells of a failure.
 
 use crate::support::{gravity, once, parameters, twice};
 use sinew_energy::laws::NeoHookean;

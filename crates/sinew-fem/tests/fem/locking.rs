@@ -1,4 +1,4 @@
-//! How much linear elements lose, beside what is foreseen: docs/verification.md, "Locking".
+//! Loss of linear elements beside its prediction: docs/verification.md, "Locking".
 
 use crate::support::parameters;
 use sinew_energy::laws::{ByYoungPoisson, HolzapfelOgden, NeoHookean};

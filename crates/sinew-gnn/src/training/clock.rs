@@ -1,4 +1,4 @@
-//! Where a run stands in its budget.
+//! Position of a run in its budget.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! How often intervals hold the truth, over many sets of data.
+//! Coverage of intervals, over many sets of data.
 //!
 //! `cargo xtask coverage [SETS|FIRST..END] [--only NAME,…] [--evidence joint|unit] [--points N] [--laplace]`, or
 //! `cargo run --example coverage -p sinew-gp -- 100`

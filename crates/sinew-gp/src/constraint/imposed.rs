@@ -1,4 +1,4 @@
-//! What conditions say at places of the boundary.
+//! Values that conditions impose at places of the boundary.
 
 use crate::condition::Condition;
 use crate::field::Field;

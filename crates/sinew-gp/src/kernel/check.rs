@@ -1,4 +1,4 @@
-//! What every kernel must satisfy, for those of this crate and of its users.
+//! Checks that every kernel must pass, for those of this crate and of its users.
 
 use super::{Hyperparameter, Kernel, Measure, Orders, Request};
 use crate::domain::Domain;

@@ -1,4 +1,4 @@
-//! Where a fit cannot know: it holds the truth, is wide, or says so.
+//! Data that cannot identify a parameter: an interval holds the truth, is wide, or is warned of.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,4 +1,4 @@
-//! Where inference is at its limits: the right answer, or an error that says what to do.
+//! Limits of inference: the right answer, or an error that says what to do.
 
 use sinew_gp::{
     Condition, Data, Domain, Evidence, Fit, FitOptions, Formula, Functional, GpError,

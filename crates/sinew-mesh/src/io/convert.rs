@@ -1,4 +1,4 @@
-//! From the cells of a file to a mesh.
+//! Conversion of the cells of a file to a mesh.
 
 use super::cursor::Fault;
 use super::grid::{UnstructuredGrid, cell_type_name, vtk_type};

@@ -1,4 +1,4 @@
-//! What is written reads back bit for bit.
+//! Round trips: written meshes read back bit for bit.
 
 use proptest::collection::{btree_map, btree_set, vec};
 use proptest::prelude::*;

@@ -1,4 +1,4 @@
-//! What an emulator says about its own error, what a correction does, and what misuse leads to.
+//! Error estimates of emulators, corrections, and misuse.
 
 use crate::support::{beam, beam_held_at, small_network, steps};
 use sinew_emulate::{

@@ -1,4 +1,4 @@
-//! How many pseudo-observations a PCGP needs (Fig. 4.6).
+//! Number of pseudo-observations that a PCGP needs (Fig. 4.6).
 
 use crate::draw;
 use crate::experiment::{Case, Experiment, Scale};

@@ -1,4 +1,4 @@
-//! What the options of the beams mean: recipes, budgets, numbers of simulations.
+//! Meaning of the options of the beams: recipes, budgets, numbers of simulations.
 
 use crate::beams::options::{BeamOptions, Method};
 use crate::program;

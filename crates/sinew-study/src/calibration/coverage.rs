@@ -1,4 +1,4 @@
-//! How often intervals hold the truth of synthetic patients.
+//! Coverage of intervals for synthetic patients.
 
 use super::options::Options;
 use super::patients::{self, NAMES, Synthetic};

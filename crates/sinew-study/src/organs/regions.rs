@@ -1,4 +1,4 @@
-//! Where in a ventricle's wall the errors are: base, middle and apex, inner and outer half, and around the axis.
+//! Regional errors in a ventricle's wall: base, middle and apex, inner and outer half, and around the axis.
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;

@@ -1,4 +1,4 @@
-//! From the command line to the report.
+//! The study of organs, from the command line to the report.
 
 use crate::organs::cubes::{self, meshes};
 use crate::organs::newcomers::{self, shapes};

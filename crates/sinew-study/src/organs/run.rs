@@ -1,4 +1,4 @@
-//! From a scene to its section of the report.
+//! Run of one scene, to its section of the report.
 
 use crate::organs::map::{self, ErrorMap};
 use crate::organs::options::Options;

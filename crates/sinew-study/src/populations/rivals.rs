@@ -1,4 +1,4 @@
-//! What regression on registered shapes makes of simulations.
+//! Regression on registered shapes.
 
 use super::stage::{Individual, Stage, shape_parameters};
 use crate::timing::cpu_seconds;

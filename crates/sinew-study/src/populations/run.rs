@@ -1,4 +1,4 @@
-//! From populations to the report.
+//! The study of populations, from bodies to the report.
 
 use super::measure::{Group, Outcome};
 use super::options::{Options, keys};

@@ -1,4 +1,4 @@
-//! What was measured on a population, as a section of the report.
+//! Section of the report about one population.
 
 use super::measure::{CORRECTIONS, Outcome};
 use super::stage::Stage;

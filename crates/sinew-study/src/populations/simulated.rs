@@ -1,4 +1,4 @@
-//! What chapter 2 of the thesis does on each of its populations: networks on simulations of shapes, all on one graph, and regression.
+//! Methods of the thesis' chapter 2 on a population: networks on simulations of shapes, all on one graph, and regression.
 
 use super::options::Options;
 use super::rivals::in_short;

@@ -1,4 +1,4 @@
-//! From the command line to the page.
+//! The thesis' page, from the command line to the file.
 
 use super::compare::Runs;
 use super::filled::{PAGES, fill};

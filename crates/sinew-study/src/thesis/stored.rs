@@ -1,4 +1,4 @@
-//! What is kept of a run: tables and facts of its report, command and cost.
+//! Kept results of a run: tables and facts of its report, command and cost.
 
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};

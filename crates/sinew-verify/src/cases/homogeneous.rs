@@ -1,4 +1,4 @@
-//! What the homogeneous benchmarks share: laws with their independent references, and stresses from reactions.
+//! Shared parts of the homogeneous benchmarks: laws with their independent references, and stresses from reactions.
 
 use crate::reference::Fung;
 use sinew_energy::laws::{

@@ -1,4 +1,4 @@
-//! What the thick spheres and cylinders share.
+//! Shared parts of the thick spheres and cylinders.
 
 use crate::case::{Band, Formulation, Label, Rows};
 use crate::solve::Found;

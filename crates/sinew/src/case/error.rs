@@ -1,4 +1,4 @@
-//! What is wrong with a case file, where, and what to do.
+//! Errors of a case file: what is wrong, where, and what to do.
 
 use std::path::PathBuf;
 

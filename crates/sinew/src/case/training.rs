@@ -1,4 +1,4 @@
-//! How an emulator is trained.
+//! Training of an emulator in a case file.
 
 use serde::{Deserialize, Serialize};
 use sinew_emulate::recipe::Regression;

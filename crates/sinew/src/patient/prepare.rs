@@ -1,4 +1,4 @@
-//! From the tables of a patient file to a body, what is seen of it and what is unknown.
+//! Preparation of a patient file: its body, observables and unknowns.
 
 use super::PatientFile;
 use super::measured::Reader;

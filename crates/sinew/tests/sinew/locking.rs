@@ -1,4 +1,4 @@
-//! What the program says of cells that are too stiff, and what the report's head says of everything.
+//! Warnings of cells that are too stiff, and the head of the report.
 
 use sinew::Case;
 use sinew::case::Formulation;

@@ -1,4 +1,4 @@
-//! What a newcomer gets wrong, and what is said then: file, key or row, number, unit, and what to do.
+//! Mistakes of newcomers and their messages: file, key or row, number, unit, and what to do.
 
 use sinew::{Case, parse_theta, read_rows, read_thetas};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What can be wrong with the samples.
+//! Errors in the samples of a regression.
 
 /// Why a decomposition or its regression is impossible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

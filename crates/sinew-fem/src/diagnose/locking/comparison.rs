@@ -1,4 +1,4 @@
-//! The same body in two formulations.
+//! Comparison of one body in two formulations.
 
 use sinew_energy::Body;
 use sinew_mesh::Prolongation;

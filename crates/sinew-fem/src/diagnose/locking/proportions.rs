@@ -1,4 +1,4 @@
-//! How slender a body is, and how finely it is divided.
+//! Slenderness of a body, and fineness of its mesh.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use sinew_energy::Body;

@@ -1,4 +1,4 @@
-//! What the tests share.
+//! Scenes of the tests of elements.
 
 use sinew_energy::{Law, Load, Parameter, Sampling, Scene, Support, Units};
 use sinew_mesh::{Mesh, boundary_facets};

@@ -1,4 +1,4 @@
-//! What every result is held against.
+//! Checks of every result.
 
 pub(crate) use crate::support::difference;
 use sinew_energy::Body;

@@ -1,4 +1,4 @@
-//! The same body in other units.
+//! One body in several systems of units.
 
 use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;
