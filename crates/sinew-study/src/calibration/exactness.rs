@@ -19,7 +19,7 @@ use std::time::Instant;
 const GRID: ([usize; 3], usize, usize) = ([2, 16, 8], 50, 2400);
 const QUICK_GRID: ([usize; 3], usize, usize) = ([2, 8, 5], 16, 800);
 /// Patients, solves of importance sampling for each, and draws that are compared.
-const IMPORTANCE: (u64, usize, usize) = (3, 20_000, 2400);
+const IMPORTANCE: (u64, usize, usize) = (3, 20_000, 4800);
 const QUICK_IMPORTANCE: (u64, usize, usize) = (1, 300, 240);
 /// Solves that adaptive Metropolis has.
 const CHAIN: usize = 2000;
