@@ -7,7 +7,7 @@
 use crate::elements::{FiniteElement, Nodes};
 use crate::{Body, ForceBalance, Law, Scene, SceneError};
 use sinew_mesh::Mesh;
-use sinew_num::Mat3;
+use sinew_num::{Mat3, cells_of_nodes};
 
 /// Cells of a patch of linear tetrahedra: enough for less than one volume constraint per node.
 const CELLS_OF_PATCH: usize = 8;
@@ -62,10 +62,7 @@ where
 /// Partition of the cells into connected groups of about `size`, each grown from the cell of least index by
 /// the neighbour that shares most nodes with it. Groups that stay small join the smallest neighbouring group.
 fn compact_groups<const N: usize>(mesh: &Mesh<N>, size: usize) -> Vec<Vec<usize>> {
-    let mut cells_of = vec![Vec::new(); mesh.points.len()];
-    for (cell, nodes) in mesh.cells.iter().enumerate() {
-        nodes.iter().for_each(|&node| cells_of[node].push(cell));
-    }
+    let cells_of = cells_of_nodes(mesh.points.len(), &mesh.cells);
     const FREE: usize = usize::MAX;
     let mut group_of = vec![FREE; mesh.cells.len()];
     let mut groups: Vec<Vec<usize>> = Vec::new();

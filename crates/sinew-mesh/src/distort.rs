@@ -1,6 +1,7 @@
 //! Random distortion, for patch tests.
 
 use crate::{Mesh, boundary_facets};
+use sinew_num::cells_of_nodes;
 
 /// Least Jacobian after a move \[relative to the original\].
 const LEAST_SHARE: f64 = 0.2;
@@ -29,7 +30,7 @@ impl<const N: usize> Mesh<N> {
         let mut stays = vec![false; self.points.len()];
         self.nodes_of_facets(&boundary_facets(self)).iter().for_each(|&node| stays[node] = true);
         let shortest = shortest_edges(self);
-        let around = cells_around(self);
+        let around = cells_of_nodes(self.points.len(), &self.cells);
         let least: Vec<f64> = (0..self.cells.len()).map(|c| LEAST_SHARE * self.worst(c)).collect();
         for node in (0..stays.len()).filter(|&node| !stays[node]) {
             let from = mesh.points[node];
@@ -69,14 +70,6 @@ fn shortest_edges<const N: usize>(mesh: &Mesh<N>) -> Vec<f64> {
     // A node without an edge stays.
     shortest.iter_mut().filter(|length| length.is_infinite()).for_each(|length| *length = 0.0);
     shortest
-}
-
-fn cells_around<const N: usize>(mesh: &Mesh<N>) -> Vec<Vec<usize>> {
-    let mut around = vec![Vec::new(); mesh.points.len()];
-    for (index, cell) in mesh.cells.iter().enumerate() {
-        cell.iter().for_each(|&node| around[node].push(index));
-    }
-    around
 }
 
 /// SplitMix64 (G. Steele, D. Lea & C. Flood, OOPSLA 2014).

@@ -3,7 +3,7 @@
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
 //! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of another crate the energy of many
 //! elements at once. Beside them, loops for the vector
-//! instructions at hand ([`vectorised!`]) and, with the feature `threads`, a way to keep the threads of short parallel
+//! instructions at hand ([`vectorised!`]), connected components, and, with the feature `threads`, a way to keep the threads of short parallel
 //! parts awake.
 //!
 //! ```
@@ -20,6 +20,7 @@
 //! assert_eq!(jet.hessian[0][0], 1.0 + 1.0 / 4.0);  // d²/ds² = 1 + 1/s²
 //! ```
 
+mod connectivity;
 mod jet;
 mod mat3;
 #[cfg(feature = "threads")]
@@ -29,6 +30,7 @@ mod simd;
 mod single;
 mod slope;
 
+pub use connectivity::{cells_of_nodes, connected_components};
 pub use jet::Jet;
 pub use mat3::Mat3;
 #[cfg(feature = "threads")]
