@@ -1,9 +1,8 @@
 //! Cavities that pressures act in.
 
 use crate::Body;
-use crate::lower::geometry::cross;
 use sinew_mesh::{TriangleMesh, boundary_facets};
-use sinew_num::Mat3;
+use sinew_num::{Mat3, cross};
 
 /// The space behind a surface that a pressure acts on, such as the chamber of a ventricle, closed by the cone
 /// over its rim to an apex in the middle of the rim.

@@ -1,8 +1,7 @@
 //! A law at the quadrature points of a body, whatever the law is.
 
-use crate::lower::geometry::dot3;
 use crate::{Barriers, Exact, Law, Response};
-use sinew_num::Mat3;
+use sinew_num::{Mat3, dot3};
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
 use std::sync::Arc;

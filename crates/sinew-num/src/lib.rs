@@ -3,7 +3,8 @@
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
 //! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of another crate the energy of many
 //! elements at once. Beside them, loops for the vector
-//! instructions at hand ([`vectorised!`]), connected components, and, with the feature `threads`, a way to keep the threads of short parallel
+//! instructions at hand ([`vectorised!`]), products of vectors,
+//! connected components, and, with the feature `threads`, a way to keep the threads of short parallel
 //! parts awake.
 //!
 //! ```
@@ -29,6 +30,7 @@ mod scalar;
 mod simd;
 mod single;
 mod slope;
+mod vector;
 
 pub use connectivity::{cells_of_nodes, connected_components};
 pub use jet::Jet;
@@ -39,3 +41,4 @@ pub use scalar::Scalar;
 pub use simd::{Instructions, instructions};
 pub use single::Single;
 pub use slope::Slope;
+pub use vector::{add3, cross, dot, dot3, sub3};

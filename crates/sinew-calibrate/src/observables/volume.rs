@@ -3,6 +3,7 @@
 use super::{Quantity, States};
 use sinew_energy::Cavity;
 use sinew_mesh::{TriangleMesh, boundary_facets};
+use sinew_num::{cross, dot3};
 
 /// The space under the surface of a cavity and the cone over its rim to the mean of the rim's nodes, which moves with them.
 #[derive(Debug)]
@@ -47,7 +48,7 @@ impl CavityVolume {
         let apex = self.apex(moved);
         let six = |triangle: &[usize; 3]| {
             let [a, b, c] = self.corners(moved, apex, triangle);
-            dot(&a, &cross(&b, &c))
+            dot3(&a, &cross(&b, &c))
         };
         self.triangles.iter().map(six).sum::<f64>() / 6.0
     }
@@ -79,12 +80,4 @@ impl Quantity for CavityVolume {
         }
         vec![(self.state, gradient)]
     }
-}
-
-fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

@@ -1,9 +1,9 @@
 //! Material directions at the quadrature points.
 
 use super::Setup;
-use super::geometry::dot3;
 use crate::SceneError;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
+use sinew_num::dot3;
 
 /// Largest error of the length of a unit vector and of the product of perpendicular ones: directions in files may have
 /// single precision.

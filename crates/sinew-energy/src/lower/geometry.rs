@@ -3,7 +3,7 @@
 use crate::SceneError;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use sinew_mesh::Mesh;
-use sinew_num::Scalar;
+use sinew_num::{cross, dot3};
 
 /// Gradients of the shape functions at each quadrature point, and the volumes that the points stand for.
 #[expect(clippy::type_complexity, reason = "the two arrays of Body")]
@@ -64,23 +64,4 @@ where
     gradients[0] =
         std::array::from_fn(|i| -gradients[1..].iter().map(|gradient| gradient[i]).sum::<f64>());
     (gradients, determinant)
-}
-
-pub(crate) fn sub(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-pub(crate) fn add<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
-    std::array::from_fn(|i| a[i].clone() + b[i].clone())
-}
-
-pub(crate) fn dot3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
-    a[0].clone() * b[0].clone() + a[1].clone() * b[1].clone() + a[2].clone() * b[2].clone()
-}
-
-pub(crate) fn cross<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
-    std::array::from_fn(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j].clone() * b[k].clone() - a[k].clone() * b[j].clone()
-    })
 }
