@@ -65,3 +65,18 @@ where
         std::array::from_fn(|i| -gradients[1..].iter().map(|gradient| gradient[i]).sum::<f64>());
     (gradients, determinant)
 }
+
+/// Vectors made orthonormal in their order, and the lengths of their parts perpendicular to those before.
+pub(crate) fn orthonormal<const D: usize>(mut vectors: [[f64; 3]; D]) -> ([[f64; 3]; D], [f64; D]) {
+    let mut lengths = [0.0; D];
+    for at in 0..D {
+        let mut vector = vectors[at];
+        for other in &vectors[..at] {
+            let along = dot3(&vector, other);
+            (0..3).for_each(|i| vector[i] -= along * other[i]);
+        }
+        lengths[at] = dot3(&vector, &vector).sqrt();
+        vectors[at] = vector.map(|x| x / lengths[at]);
+    }
+    (vectors, lengths)
+}
