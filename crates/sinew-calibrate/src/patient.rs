@@ -16,6 +16,7 @@ use parts::Parts;
 use sinew_energy::Body;
 use sinew_fem::Balance;
 use sinew_fem::ThinWall;
+use sinew_num::dot;
 use std::sync::{Arc, OnceLock, RwLock};
 
 /// A body imaged under load, unloaded for each θ and loaded again in phases, with its observables.
@@ -185,8 +186,4 @@ impl Forward for Patient<'_> {
             }
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

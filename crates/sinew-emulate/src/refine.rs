@@ -7,7 +7,7 @@ pub(crate) mod plan;
 use crate::estimate::evaluate::share;
 use crate::refine::plan::Method;
 use crate::{Body, Error, Result, Warning};
-use sinew_energy::metrics::displacement_error;
+use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{Solution, Solver};
 
 /// Rounds of Newton steps at most. Each round about squares the error.
@@ -88,7 +88,7 @@ pub(crate) fn confirmed(
         let Ok(distance) = estimate.distance else {
             return Ok((None, answer.steps));
         };
-        answer.error = relative(solver.body(), distance.left_open, &distance.equilibrium);
+        answer.error = share(distance.left_open, mean_and_largest(&distance.equilibrium)[0]);
         answer.displacement = distance.equilibrium;
         if answer.is_within(accuracy) {
             break;
@@ -135,11 +135,4 @@ impl From<Solution> for Answer {
             warnings: if solution.jumped { vec![Warning::Jumped] } else { Vec::new() },
         }
     }
-}
-
-/// Mean nodal distance relative to the mean nodal displacement; 0 for a zero distance.
-fn relative(body: &Body, distance: f64, displacement: &[f64]) -> f64 {
-    let nodal = displacement_error(displacement, &vec![0.0; displacement.len()]);
-    let mean = nodal.iter().sum::<f64>() / body.nodes.max(1) as f64;
-    share(distance, mean)
 }

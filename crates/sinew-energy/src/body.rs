@@ -6,7 +6,7 @@ use crate::{
     SceneError, Spring, ThetaError, Units,
 };
 use sinew_mesh::{AnyMesh, Element};
-use sinew_num::Mat3;
+use sinew_num::{Mat3, dot};
 use std::sync::Arc;
 
 /// A body with its material, loads and supports, lowered from a [`crate::Scene`]: its total potential energy
@@ -433,8 +433,4 @@ pub(crate) fn check_theta(
         }
     }
     Ok(())
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

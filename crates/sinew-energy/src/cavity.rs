@@ -1,9 +1,8 @@
 //! Cavities that pressures act in.
 
 use crate::Body;
-use crate::lower::geometry::cross;
 use sinew_mesh::{TriangleMesh, boundary_facets};
-use sinew_num::Mat3;
+use sinew_num::{Mat3, cross};
 
 /// The space behind a surface that a pressure acts on, such as the chamber of a ventricle, closed by the cone
 /// over its rim to an apex in the middle of the rim.
@@ -76,22 +75,11 @@ impl Body {
     /// # Ok::<(), sinew_energy::SceneError>(())
     /// ```
     pub fn cavity_volume_gradients(&self, displacement: &[f64]) -> Vec<Vec<f64>> {
-        let at = |node: usize, apex: [f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|i| self.positions[node][i] + displacement[3 * node + i] - apex[i])
-        };
         let gradient = |Cavity { triangles, apex, .. }: &Cavity| {
             // The volume is the absolute value of one with a sign.
-            let sign = deformed_volume(&self.positions, displacement, triangles, *apex).signum();
-            let mut gradient = vec![0.0; displacement.len()];
-            for &triangle in triangles {
-                let [a, b, c] = triangle.map(|node| at(node, *apex));
-                let opposite = [cross(&b, &c), cross(&c, &a), cross(&a, &b)];
-                for (node, area) in triangle.into_iter().zip(opposite) {
-                    let rows = &mut gradient[3 * node..3 * node + 3];
-                    rows.iter_mut().zip(area).for_each(|(row, area)| *row += sign * area / 6.0);
-                }
-            }
-            gradient
+            let volume = deformed_volume(&self.positions, displacement, triangles, *apex);
+            let slopes = deformed_volume_gradient(&self.positions, displacement, triangles, *apex);
+            slopes.iter().map(|slope| volume.signum() * slope).collect()
         };
         self.cavities.iter().map(gradient).collect()
     }
@@ -108,12 +96,31 @@ pub fn deformed_volume(
     facets: &[[usize; 3]],
     apex: [f64; 3],
 ) -> f64 {
-    let (u, _) = displacement.as_chunks::<3>();
-    let place = |node: usize| -> [f64; 3] {
-        std::array::from_fn(|i| points[node][i] + u[node][i] - apex[i])
+    let six_volumes = |nodes: &[usize; 3]| {
+        Mat3(nodes.map(|node| from_apex(points, displacement, node, apex))).determinant()
     };
-    let six_volumes = |nodes: &[usize; 3]| Mat3(nodes.map(place)).determinant();
     facets.iter().map(six_volumes).sum::<f64>() / 6.0
+}
+
+/// Derivative of [`deformed_volume`] in the displacement at a fixed apex \[length²\].
+pub fn deformed_volume_gradient(
+    points: &[[f64; 3]],
+    displacement: &[f64],
+    facets: &[[usize; 3]],
+    apex: [f64; 3],
+) -> Vec<f64> {
+    let mut gradient = vec![0.0; displacement.len()];
+    for nodes in facets {
+        let [a, b, c] = nodes.map(|node| from_apex(points, displacement, node, apex));
+        for (node, area) in nodes.iter().zip([cross(&b, &c), cross(&c, &a), cross(&a, &b)]) {
+            (0..3).for_each(|i| gradient[3 * node + i] += area[i] / 6.0);
+        }
+    }
+    gradient
+}
+
+fn from_apex(points: &[[f64; 3]], u: &[f64], node: usize, apex: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| points[node][i] + u[3 * node + i] - apex[i])
 }
 
 #[cfg(test)]

@@ -6,9 +6,8 @@
 
 use crate::dual::Dual;
 use crate::law::finite_or_infinite;
-use crate::lower::geometry::dot3;
 use crate::{Guard, Law, Response};
-use sinew_num::{Jet, Mat3, Scalar, Slope};
+use sinew_num::{Jet, Mat3, Scalar, Slope, dot3};
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
 

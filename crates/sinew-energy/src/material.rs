@@ -1,6 +1,6 @@
 //! A law at the quadrature points of a body, whatever the law is.
 
-use crate::lower::geometry::dot3;
+use crate::lower::geometry::orthonormal;
 use crate::{Barriers, Exact, Law, Response};
 use sinew_num::Mat3;
 use std::fmt::Debug;
@@ -184,7 +184,7 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
             return None;
         }
         let rows = self.directions.iter().zip(maps);
-        let directions = rows.map(|(row, map)| orthonormal(row.map(|d| map.apply(&d)))).collect();
+        let directions = rows.map(|(row, map)| orthonormal(row.map(|d| map.apply(&d))).0).collect();
         let (law, factors) = (self.law.clone(), self.factors.clone());
         Some(Arc::new(Self { law, directions, factors }))
     }
@@ -199,20 +199,6 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         let Some(directions) = self.at(point) else { return Mat3([[f64::NAN; 3]; 3]) };
         times(self.factor(point), &self.law.stress_rate(parameters, rates, h, directions))
     }
-}
-
-/// Vectors made orthonormal in their order.
-fn orthonormal<const D: usize>(mut vectors: [[f64; 3]; D]) -> [[f64; 3]; D] {
-    for at in 0..D {
-        let mut vector = vectors[at];
-        for other in &vectors[..at] {
-            let along = dot3(&vector, other);
-            (0..3).for_each(|i| vector[i] -= along * other[i]);
-        }
-        let length = dot3(&vector, &vector).sqrt();
-        vectors[at] = vector.map(|x| x / length);
-    }
-    vectors
 }
 
 #[inline]

@@ -4,7 +4,7 @@
 //! +∞ or NaN where the true value is zero.
 
 use crate::Body;
-pub use crate::cavity::deformed_volume;
+pub use crate::cavity::{deformed_volume, deformed_volume_gradient};
 use sinew_num::Mat3;
 
 /// `‖u − û‖₂` of each node \[length\].

@@ -7,7 +7,7 @@
 use crate::elements::{FiniteElement, Nodes};
 use crate::{Body, ForceBalance, Law, Scene, SceneError};
 use sinew_mesh::Mesh;
-use sinew_num::Mat3;
+use sinew_num::{Mat3, cells_of_nodes};
 
 /// Cells of a patch of linear tetrahedra: enough for less than one volume constraint per node.
 const CELLS_OF_PATCH: usize = 8;
@@ -62,10 +62,7 @@ where
 /// Partition of the cells into connected groups of about `size`, each grown from the cell of least index by
 /// the neighbour that shares most nodes with it. Groups that stay small join the smallest neighbouring group.
 fn compact_groups<const N: usize>(mesh: &Mesh<N>, size: usize) -> Vec<Vec<usize>> {
-    let mut cells_of = vec![Vec::new(); mesh.points.len()];
-    for (cell, nodes) in mesh.cells.iter().enumerate() {
-        nodes.iter().for_each(|&node| cells_of[node].push(cell));
-    }
+    let cells_of = cells_of_nodes(mesh.points.len(), &mesh.cells);
     const FREE: usize = usize::MAX;
     let mut group_of = vec![FREE; mesh.cells.len()];
     let mut groups: Vec<Vec<usize>> = Vec::new();
@@ -199,23 +196,33 @@ impl Body {
     ) -> f64 {
         let (parameters, barriers) = (self.law_parameters(theta), self.barriers.as_ref());
         let mut total = 0.0;
+        let stress = |point: usize, h: &Mat3<f64>| {
+            let (energy, stress) = self.material.stress(point, parameters, h, barriers);
+            total += self.volumes[point] * energy;
+            Some(stress)
+        };
+        let admissible = self.add_patch_forces(displacement, stress, gradient).is_some();
+        if admissible { total } else { f64::INFINITY }
+    }
+
+    /// Adds the nodal forces of first Piola–Kirchhoff stresses in all patches, each a function of its point and of F̄ − I there;
+    /// `None` where a cell is inverted or a stress is `None`.
+    pub fn add_patch_forces(
+        &self,
+        displacement: &[f64],
+        mut stress: impl FnMut(usize, &Mat3<f64>) -> Option<Mat3<f64>>,
+        forces: &mut [f64],
+    ) -> Option<()> {
         for patch in &self.patches {
-            let Some(kinematics) = self.patch_kinematics(patch, displacement) else {
-                return f64::INFINITY;
-            };
-            let mut stresses = Vec::with_capacity(patch.len());
-            for (&point, h) in patch.iter().zip(&kinematics.scaled) {
-                let (energy, stress) = self.material.stress(point, parameters, h, barriers);
-                total += self.volumes[point] * energy;
-                stresses.push(stress);
-            }
+            let kinematics = self.patch_kinematics(patch, displacement)?;
             let volumes: Vec<_> = patch.iter().map(|&point| self.volumes[point]).collect();
+            let stresses = patch.iter().zip(&kinematics.scaled).map(|(&point, h)| stress(point, h));
+            let mut stresses: Vec<_> = stresses.collect::<Option<_>>()?;
             kinematics.work_conjugate(&volumes, &mut stresses);
-            for (&point, stress) in patch.iter().zip(&stresses) {
-                self.add_forces(point, stress, gradient);
-            }
+            let at_points = patch.iter().zip(&stresses);
+            at_points.for_each(|(&point, stress)| self.add_forces(point, stress, forces));
         }
-        total
+        Some(())
     }
 
     /// Adds the nodal forces of a first Piola–Kirchhoff stress at a point.

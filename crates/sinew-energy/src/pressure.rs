@@ -1,8 +1,7 @@
 //! The size of a pressure, and its energy on flat triangles in closed form.
 
 use crate::SurfaceResponse;
-use crate::lower::geometry::{add, cross, dot3};
-use sinew_num::{Jet, Scalar, Slope};
+use sinew_num::{Jet, Scalar, Slope, add3, cross, dot3};
 
 /// Source of a load's size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,12 +50,12 @@ impl PressureForm {
         displacement: &[[S; 3]; 3],
     ) -> S {
         let [reference, u] = [positions, displacement];
-        let current: [_; 3] = std::array::from_fn(|a| add(&reference[a], &u[a]));
+        let current: [_; 3] = std::array::from_fn(|a| add3(&reference[a], &u[a]));
         match self {
             Self::Follower => {
                 let first = cross(&reference[1], &u[2]);
                 let rest = cross(&u[1], &current[2]);
-                let moved = dot3(&reference[0], &add(&first, &rest));
+                let moved = dot3(&reference[0], &add3(&first, &rest));
                 (moved + dot3(&u[0], &cross(&current[1], &current[2]))) * (1.0 / 6.0)
             }
             Self::Thesis => {
@@ -64,7 +63,7 @@ impl PressureForm {
                     std::array::from_fn(|i| current[corner][i].clone() - current[0][i].clone())
                 });
                 // Linear tetrahedra: cof(F)N dA is the area vector of the deformed facet.
-                dot3(&add(&add(&u[0], &u[1]), &u[2]), &cross(&a, &b)) * (1.0 / 6.0)
+                dot3(&add3(&add3(&u[0], &u[1]), &u[2]), &cross(&a, &b)) * (1.0 / 6.0)
             }
         }
     }
@@ -81,7 +80,7 @@ impl PressureForm {
     ) {
         match self {
             Self::Follower => {
-                let corners = std::array::from_fn(|a| add(&positions[a], &u[a]));
+                let corners = std::array::from_fn(|a| add3(&positions[a], &u[a]));
                 let [a, b, c] = &corners;
                 let normals = [cross(b, c), cross(c, a), cross(a, b)];
                 response.energy = self.facet_energy(positions, u);

@@ -1,7 +1,7 @@
 //! Loads per volume and area of the reference configuration, lumped to the nodes.
 
-use crate::lower::geometry::{cross, dot3};
 use crate::{FacetPoint, FacetRule, Spring};
+use sinew_num::{cross, dot3};
 use std::collections::BTreeMap;
 
 /// Loads and elastic supports per volume and area of the body at rest. Its nodal forces and springs are their sums,

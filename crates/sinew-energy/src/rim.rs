@@ -1,8 +1,8 @@
 //! Conditions on the rim of a surface under which a follower pressure has a potential.
 
 use crate::lower::Held;
-use crate::lower::geometry::{cross, dot3, sub};
 use crate::{FacetRule, SceneError};
+use sinew_num::{cross, dot3, sub3};
 use std::collections::HashMap;
 
 /// Largest force lost by the potential at an uneven rim [relative to pressure times area]: a hundredth of the
@@ -132,7 +132,7 @@ fn missed(axis: usize, sliding: &[Sliding], origin: [f64; 3], points: &[[f64; 3]
 
 /// Area of a surface, or length of a line, from its corners.
 fn area(rule: &FacetRule, facets: &[Vec<usize>], points: &[[f64; 3]]) -> f64 {
-    let from = |facet: &[usize], corner: usize| sub(&points[facet[corner]], &points[facet[0]]);
+    let from = |facet: &[usize], corner: usize| sub3(&points[facet[corner]], &points[facet[0]]);
     let of = |facet: &Vec<usize>| {
         let corners = 1..rule.corners - 1;
         let normal = |i: usize| cross(&from(facet, i), &from(facet, i + 1)).map(|x| 0.5 * x);

@@ -1,7 +1,7 @@
 //! Pressure on the surface of a body.
 
-use crate::lower::geometry::{add, cross, dot3};
 use crate::{FacetRule, Magnitude, PressureForm};
+use sinew_num::{add3, cross, dot3};
 
 /// A pressure on facets, lowered to plain arrays. Positive pressure pushes against the solid.
 ///
@@ -164,8 +164,8 @@ impl PressureSurface {
             if self.rule.dimension == 2 {
                 xt[2] = 1.0;
             }
-            let current = [add(&xs, &us), add(&xt, &ut)];
-            let change = add(&cross(&us, &current[1]), &cross(&xs, &ut));
+            let current = [add3(&xs, &us), add3(&xt, &ut)];
+            let change = add3(&cross(&us, &current[1]), &cross(&xs, &ut));
             volume +=
                 point.weight * (dot3(&u, &cross(&current[0], &current[1])) + dot3(&x, &change));
         }

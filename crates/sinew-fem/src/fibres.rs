@@ -46,6 +46,7 @@ pub use surfaces::Surfaces;
 pub use ventricle::{Depth, VentricleCoordinates};
 
 use sinew_mesh::TetMesh;
+use sinew_num::dot3;
 
 /// Fibre, sheet and normal at the centre of each cell of a ventricle, turned by a rule with the depth in its wall.
 ///
@@ -85,9 +86,8 @@ pub fn cells_of_mixed_signs<'a>(
     cells: impl Iterator<Item = &'a [usize]>,
     directions: &[[f64; 3]],
 ) -> usize {
-    let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| a[i] * b[i]).sum::<f64>();
     let mixed = |nodes: &&[usize]| {
-        nodes.iter().any(|&node| dot(&directions[node], &directions[nodes[0]]) < 0.0)
+        nodes.iter().any(|&node| dot3(&directions[node], &directions[nodes[0]]) < 0.0)
     };
     cells.filter(mixed).count()
 }

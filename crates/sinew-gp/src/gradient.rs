@@ -3,12 +3,12 @@
 use crate::coefficients::monomial_slope;
 use crate::gram::Scratch;
 use crate::inverse::{for_columns, invert_lower};
-use crate::optimise::dot;
 use crate::state::{Factored, State};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::reborrow::Reborrow;
 use faer::{Accum, MatMut};
 use rayon::prelude::*;
+use sinew_num::dot;
 
 /// Columns are shared out in this many lots, whatever the number of threads, so that sums do not
 /// depend on it.

@@ -25,10 +25,6 @@ const LINE_SEARCH_STEPS: usize = 25;
 /// An objective's value and gradient; `None` where it has none.
 pub(crate) type Evaluated = Option<(f64, Vec<f64>)>;
 
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// A point with value and gradient.
 struct Visited {
     x: DVector<f64>,

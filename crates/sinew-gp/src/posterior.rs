@@ -8,13 +8,13 @@ use crate::functional::Functional;
 use crate::gram::{PairPlan, Scratch, Side};
 use crate::model::{Model, spread};
 use crate::operator::Operator;
-use crate::optimise::dot;
 use crate::state::{Factored, State};
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side as Triangle};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use sinew_num::dot;
 use sinew_sample::standard_normals;
 use std::sync::Arc;
 

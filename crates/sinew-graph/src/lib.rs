@@ -26,7 +26,6 @@
 //! ```
 
 mod augment;
-mod components;
 mod config;
 mod error;
 mod features;

@@ -1,10 +1,8 @@
 //! Nodes, edges and clusters of an augmented graph.
 
-use crate::{
-    GraphError, TopologyError, components::component_sizes, kmeans::squared_distances,
-    pool_positions,
-};
+use crate::{GraphError, TopologyError, kmeans::squared_distances, pool_positions};
 use serde::{Deserialize, Serialize};
+use sinew_num::connected_components;
 use std::ops::Range;
 
 /// The augmented graph of thesis Algorithm 1, without positions: geometries whose meshes have
@@ -178,6 +176,13 @@ impl Topology {
         }
         Ok(())
     }
+}
+
+/// Nodes of each connected component, largest first.
+fn component_sizes(nodes: usize, edges: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
+    let mut sizes: Vec<_> = connected_components(nodes, edges).iter().map(Vec::len).collect();
+    sizes.sort_unstable_by(|a, b| b.cmp(a));
+    sizes
 }
 
 fn count(what: &'static str, expected: usize, found: usize) -> Result<(), TopologyError> {

@@ -131,6 +131,17 @@ impl AnyMesh {
         each!(self, mesh => mesh.nodes_of_facet(facet).collect())
     }
 
+    /// Triangles between the corners of the boundary's facets, counterclockwise seen from outside, and the cell of each; none of
+    /// a body in two dimensions.
+    pub fn boundary_triangles(&self) -> (Vec<[usize; 3]>, Vec<usize>) {
+        let fan = |facet: Facet| {
+            let nodes = self.nodes_of_facet(facet);
+            let last = 1..self.element().facet_corners - 1;
+            last.map(move |k| ([nodes[0], nodes[k], nodes[k + 1]], facet.cell))
+        };
+        self.boundary_facets().into_iter().flat_map(fan).unzip()
+    }
+
     /// Moves every node.
     pub fn map_points(&mut self, place: impl Fn([f64; 3]) -> [f64; 3]) {
         each!(self, mesh => mesh.points.iter_mut().for_each(|x| *x = place(*x)));

@@ -1,6 +1,7 @@
 //! Random distortion, for patch tests.
 
 use crate::{Mesh, boundary_facets};
+use sinew_num::{SplitMix64, cells_of_nodes};
 
 /// Least Jacobian after a move \[relative to the original\].
 const LEAST_SHARE: f64 = 0.2;
@@ -25,17 +26,17 @@ impl<const N: usize> Mesh<N> {
     /// ```
     pub fn distorted(&self, seed: u64, amplitude: f64) -> Self {
         let mut mesh = self.clone();
-        let mut random = Random(seed);
+        let mut random = SplitMix64(seed);
         let mut stays = vec![false; self.points.len()];
         self.nodes_of_facets(&boundary_facets(self)).iter().for_each(|&node| stays[node] = true);
         let shortest = shortest_edges(self);
-        let around = cells_around(self);
+        let around = cells_of_nodes(self.points.len(), &self.cells);
         let least: Vec<f64> = (0..self.cells.len()).map(|c| LEAST_SHARE * self.worst(c)).collect();
         for node in (0..stays.len()).filter(|&node| !stays[node]) {
             let from = mesh.points[node];
             let mut step = amplitude * shortest[node];
             let direction = std::array::from_fn::<f64, 3, _>(|axis| {
-                let number = random.between_minus_one_and_one();
+                let number = random.number();
                 if axis < Self::ELEMENT.dimension { number } else { 0.0 }
             });
             for _ in 0..=HALVINGS {
@@ -69,29 +70,6 @@ fn shortest_edges<const N: usize>(mesh: &Mesh<N>) -> Vec<f64> {
     // A node without an edge stays.
     shortest.iter_mut().filter(|length| length.is_infinite()).for_each(|length| *length = 0.0);
     shortest
-}
-
-fn cells_around<const N: usize>(mesh: &Mesh<N>) -> Vec<Vec<usize>> {
-    let mut around = vec![Vec::new(); mesh.points.len()];
-    for (index, cell) in mesh.cells.iter().enumerate() {
-        cell.iter().for_each(|&node| around[node].push(index));
-    }
-    around
-}
-
-/// SplitMix64 (G. Steele, D. Lea & C. Flood, OOPSLA 2014).
-struct Random(u64);
-
-impl Random {
-    fn between_minus_one_and_one(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^= mixed >> 31;
-        // The 53 bits that a number between 0 and 1 can hold.
-        (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
 }
 
 #[cfg(test)]

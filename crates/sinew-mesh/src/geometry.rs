@@ -3,6 +3,14 @@
 use crate::Mesh;
 use nalgebra::Vector3;
 
+/// Edges of the box around points \[length\]; −∞ without points.
+pub fn extents(points: &[[f64; 3]]) -> [f64; 3] {
+    std::array::from_fn(|axis| {
+        let along = || points.iter().map(|x| x[axis]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    })
+}
+
 impl<const N: usize> Mesh<N> {
     /// The positions of a cell's nodes, its corners first.
     pub fn corners(&self, cell: usize) -> [Vector3<f64>; N] {

@@ -104,7 +104,7 @@ pub use generate::{
     WallOptions, box_hexahedra, box_tetrahedra, cook_membrane, cylinder_quarter,
     rectangle_triangles, sphere_octant,
 };
-pub use geometry::repair_orientation;
+pub use geometry::{extents, repair_orientation};
 pub use io::{
     MixedMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_mesh,
     read_npy, to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu, to_vtu_with,

@@ -3,7 +3,8 @@
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
 //! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of another crate the energy of many
 //! elements at once. Beside them, loops for the vector
-//! instructions at hand ([`vectorised!`]) and, with the feature `threads`, a way to keep the threads of short parallel
+//! instructions at hand ([`vectorised!`]), products of vectors,
+//! connected components, random numbers, and, with the feature `threads`, a way to keep the threads of short parallel
 //! parts awake.
 //!
 //! ```
@@ -20,20 +21,26 @@
 //! assert_eq!(jet.hessian[0][0], 1.0 + 1.0 / 4.0);  // d²/ds² = 1 + 1/s²
 //! ```
 
+mod connectivity;
 mod jet;
 mod mat3;
+mod random;
 #[cfg(feature = "threads")]
 mod ready;
 mod scalar;
 mod simd;
 mod single;
 mod slope;
+mod vector;
 
+pub use connectivity::{cells_of_nodes, connected_components};
 pub use jet::Jet;
 pub use mat3::Mat3;
+pub use random::SplitMix64;
 #[cfg(feature = "threads")]
 pub use ready::on_ready_threads;
 pub use scalar::Scalar;
 pub use simd::{Instructions, instructions};
 pub use single::Single;
 pub use slope::Slope;
+pub use vector::{add3, cross, dot, dot3, sub3};

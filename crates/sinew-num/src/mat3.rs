@@ -1,6 +1,6 @@
 //! 3×3 matrices over any [`Scalar`].
 
-use crate::Scalar;
+use crate::{Scalar, dot3};
 
 /// A 3×3 matrix, `m[i][j]` in row `i` and column `j`.
 ///
@@ -75,10 +75,7 @@ impl<S: Scalar> Mat3<S> {
     /// `C − I = H + Hᵀ + HᵀH` between directions `a` and `b`: `a·(C − I)b`.
     pub fn strain_between(&self, a: &[S; 3], b: &[S; 3]) -> S {
         let (ha, hb) = (self.apply(a), self.apply(b));
-        let dot = |x: &[S; 3], y: &[S; 3]| {
-            x[0].clone() * y[0].clone() + x[1].clone() * y[1].clone() + x[2].clone() * y[2].clone()
-        };
-        dot(a, &hb) + dot(&ha, b) + dot(&ha, &hb)
+        dot3(a, &hb) + dot3(&ha, b) + dot3(&ha, &hb)
     }
 }
 

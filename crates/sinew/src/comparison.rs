@@ -104,7 +104,7 @@ impl Comparison {
     pub fn new(test: &TestSet<'_>) -> Result<Self, ComparisonError> {
         let body = test.body;
         let unit = &body.units.length;
-        let mut surfaces = Surfaces::new(&triangles(&body.mesh), &body.positions)?;
+        let mut surfaces = Surfaces::new(&body.mesh.boundary_triangles().0, &body.positions)?;
         surfaces.quantity = "Where the errors are: ‖u − û‖ at the nodes".into();
         (surfaces.unit, surfaces.length) = (unit.clone(), unit.clone());
         let mut motion = surfaces.clone();
@@ -214,18 +214,6 @@ fn deformed(body: &sinew_energy::Body, field: &[f64]) -> Vec<[f64; 3]> {
 
 /// Name of the row that times are compared with.
 pub(crate) const SOLVER: &str = "Newton solver";
-
-/// Triangles of a mesh's boundary, by the corners of its facets.
-pub(crate) fn triangles(mesh: &sinew_mesh::AnyMesh) -> Vec<[usize; 3]> {
-    let facets = mesh.boundary_facets().into_iter();
-    facets
-        .flat_map(|facet| match mesh.nodes_of_facet(facet)[..] {
-            [a, b, c, d] => vec![[a, b, c], [a, c, d]],
-            [a, b, c, ..] => vec![[a, b, c]],
-            _ => Vec::new(),
-        })
-        .collect()
-}
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

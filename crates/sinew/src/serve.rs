@@ -8,7 +8,7 @@ use page::Page;
 use quantities::Quantities;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use sinew_emulate::{Error as EmulatorError, central_differences};
+use sinew_emulate::{Error as EmulatorError, central_differences, parts::dot};
 use sinew_energy::Body;
 use sinew_fem::{Options, SolveError, SolverPool};
 
@@ -336,10 +336,6 @@ impl<'b> Service<'b> {
             || Fault { status: 400, kind: "ModelNotFound", message: "there is no emulator".into() };
         self.emulator.as_ref().ok_or_else(missing)
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Requires numbers that JSON has a place for.

@@ -2,7 +2,9 @@
 
 use super::{Quantity, States};
 use sinew_energy::Cavity;
+use sinew_energy::metrics::{deformed_volume, deformed_volume_gradient};
 use sinew_mesh::{TriangleMesh, boundary_facets};
+use sinew_num::add3;
 
 /// The space under the surface of a cavity and the cone over its rim to the mean of the rim's nodes, which moves with them.
 #[derive(Debug)]
@@ -22,34 +24,16 @@ impl CavityVolume {
         Self { state, image: image.to_vec(), triangles, rim }
     }
 
-    /// Corners of a triangle from the lid's apex.
-    fn corners(&self, moved: &[f64], apex: [f64; 3], triangle: &[usize; 3]) -> [[f64; 3]; 3] {
-        triangle.map(|node| {
-            let place = self.place(moved, node);
-            std::array::from_fn(|i| place[i] - apex[i])
-        })
-    }
-
-    fn place(&self, moved: &[f64], node: usize) -> [f64; 3] {
-        std::array::from_fn(|i| self.image[node][i] + moved[3 * node + i])
-    }
-
     fn apex(&self, moved: &[f64]) -> [f64; 3] {
         let count = self.rim.len().max(1) as f64;
         self.rim.iter().fold([0.0; 3], |sum, &node| {
-            let place = self.place(moved, node);
-            std::array::from_fn(|i| sum[i] + place[i] / count)
+            std::array::from_fn(|i| sum[i] + (self.image[node][i] + moved[3 * node + i]) / count)
         })
     }
 
     /// The volume with the sign of the triangles' order.
     fn signed(&self, moved: &[f64]) -> f64 {
-        let apex = self.apex(moved);
-        let six = |triangle: &[usize; 3]| {
-            let [a, b, c] = self.corners(moved, apex, triangle);
-            dot(&a, &cross(&b, &c))
-        };
-        self.triangles.iter().map(six).sum::<f64>() / 6.0
+        deformed_volume(&self.image, moved, &self.triangles, self.apex(moved))
     }
 }
 
@@ -61,17 +45,10 @@ impl Quantity for CavityVolume {
     fn gradients(&self, states: &States) -> Vec<(usize, Vec<f64>)> {
         let moved = &states[self.state];
         let (apex, sign) = (self.apex(moved), self.signed(moved).signum());
-        let (mut gradient, mut whole) = (vec![0.0; moved.len()], [0.0; 3]);
-        for triangle in &self.triangles {
-            let [a, b, c] = self.corners(moved, apex, triangle);
-            let opposite = [cross(&b, &c), cross(&c, &a), cross(&a, &b)];
-            for (node, area) in triangle.iter().zip(opposite) {
-                for i in 0..3 {
-                    gradient[3 * node + i] += sign * area[i] / 6.0;
-                    whole[i] += sign * area[i] / 6.0;
-                }
-            }
-        }
+        let mut gradient = deformed_volume_gradient(&self.image, moved, &self.triangles, apex);
+        gradient.iter_mut().for_each(|slope| *slope *= sign);
+        let nodes = gradient.as_chunks::<3>().0.iter();
+        let whole = nodes.fold([0.0; 3], |sum, slope| add3(&sum, slope));
         // The apex moves with the rim, and the volume against it.
         let count = self.rim.len().max(1) as f64;
         for &node in &self.rim {
@@ -79,12 +56,4 @@ impl Quantity for CavityVolume {
         }
         vec![(self.state, gradient)]
     }
-}
-
-fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

@@ -4,7 +4,7 @@ use crate::parameters::{check_length, extrapolation};
 use crate::predict::taylor;
 use crate::{Emulator, Estimate, Prediction, Result, Warning};
 use rayon::prelude::*;
-use sinew_energy::metrics::displacement_error;
+use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{Descent, FrozenTangent, NewtonStep, SolveError};
 use std::sync::Arc;
 use std::time::Instant;
@@ -105,9 +105,8 @@ impl<'b> Emulator<'b> {
 fn misgivings(predicted: &[f64], steps: &[NewtonStep]) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if let Some(first) = steps.first() {
-        let moved = mean(&displacement_error(predicted, &first.displacement));
-        let size = mean(&displacement_error(&first.displacement, &vec![0.0; predicted.len()]));
-        let relative = moved / size;
+        let apart: Vec<_> = predicted.iter().zip(&first.displacement).map(|(a, b)| a - b).collect();
+        let relative = mean_and_largest(&apart)[0] / mean_and_largest(&first.displacement)[0];
         if relative > FAR {
             warnings.push(Warning::FarForCorrection { relative, limit: FAR });
         }
@@ -122,8 +121,4 @@ fn misgivings(predicted: &[f64], steps: &[NewtonStep]) -> Vec<Warning> {
         }
     }
     warnings
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
 }

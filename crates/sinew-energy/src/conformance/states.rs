@@ -1,27 +1,18 @@
 //! Random states of deformation.
 
-use sinew_num::Mat3;
+use sinew_num::{Mat3, SplitMix64};
 
-/// A stream of random states (SplitMix64, Steele et al., OOPSLA 2014), the same on every machine.
-pub(super) struct States(u64);
+/// A stream of random states, the same on every machine.
+pub(super) struct States(SplitMix64);
 
 impl States {
     pub(super) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    /// Uniform in [−1, 1).
-    fn number(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 * (0.5f64).powi(52) - 1.0
+        Self(SplitMix64(seed))
     }
 
     /// Entries up to `size`, so that J may be anything.
     pub(super) fn any(&mut self, size: f64) -> Mat3<f64> {
-        Mat3::from_fn(|_, _| size * self.number())
+        Mat3::from_fn(|_, _| size * self.0.number())
     }
 
     /// A state that a soft tissue may be in: entries up to 0.15, J between 0.6 and 1.6.
@@ -37,7 +28,7 @@ impl States {
     /// A rotation from a random unit quaternion: any axis, any angle.
     pub(super) fn rotation(&mut self) -> Mat3<f64> {
         let q = loop {
-            let q = [self.number(), self.number(), self.number(), self.number()];
+            let q = [self.0.number(), self.0.number(), self.0.number(), self.0.number()];
             let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
             // Away from zero, where normalising loses digits, and inside the ball, for uniformity.
             if (0.1..1.0).contains(&length) {

@@ -1,9 +1,10 @@
 //! Material directions at the quadrature points.
 
 use super::Setup;
-use super::geometry::dot3;
+use super::geometry::orthonormal;
 use crate::SceneError;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
+use sinew_num::dot3;
 
 /// Largest error of the length of a unit vector and of the product of perpendicular ones: directions in files may have
 /// single precision.
@@ -30,7 +31,7 @@ where
             return Err(SceneError::DirectionCount { needed: D, cells, given, points, nodes });
         }
         check_directions(rows)?;
-        let rows = rows.iter().enumerate().map(|(row, sum)| orthonormal(row, *sum));
+        let rows = rows.iter().enumerate().map(|(row, sum)| checked(row, *sum));
         let rows: Vec<_> = rows.collect::<Result<_, _>>()?;
         if given == points {
             return Ok(rows);
@@ -43,7 +44,7 @@ where
         for (cell, nodes) in self.mesh.cells.iter().enumerate() {
             let nodal = nodes.map(|node| rows[node]);
             for shape in &shapes {
-                directions.push(orthonormal(cell, interpolate(&nodal, shape))?);
+                directions.push(checked(cell, interpolate(&nodal, shape))?);
             }
         }
         Ok(directions)
@@ -88,22 +89,15 @@ fn interpolate<const D: usize, const N: usize>(
 }
 
 /// Directions made orthonormal in their order; exact ones stay as they are.
-fn orthonormal<const D: usize>(
+fn checked<const D: usize>(
     cell: usize,
-    mut directions: [[f64; 3]; D],
+    directions: [[f64; 3]; D],
 ) -> Result<[[f64; 3]; D], SceneError> {
-    for direction in 0..D {
-        let mut sum = directions[direction];
-        for other in &directions[..direction] {
-            let along = dot3(&sum, other);
-            (0..3).for_each(|i| sum[i] -= along * other[i]);
-        }
-        let length = dot3(&sum, &sum).sqrt();
-        let unit = length > DIRECTION_TOLERANCE;
-        if !unit {
-            return Err(SceneError::NotUnit { cell, direction, length });
-        }
-        directions[direction] = sum.map(|x| x / length);
+    let (directions, lengths) = orthonormal(directions);
+    // Written so that a NaN is an error as well.
+    let unit = |length: &f64| *length > DIRECTION_TOLERANCE;
+    match lengths.iter().position(|length| !unit(length)) {
+        None => Ok(directions),
+        Some(at) => Err(SceneError::NotUnit { cell, direction: at, length: lengths[at] }),
     }
-    Ok(directions)
 }

@@ -3,7 +3,7 @@
 use crate::SceneError;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use sinew_mesh::Mesh;
-use sinew_num::Scalar;
+use sinew_num::{cross, dot3};
 
 /// Gradients of the shape functions at each quadrature point, and the volumes that the points stand for.
 #[expect(clippy::type_complexity, reason = "the two arrays of Body")]
@@ -66,21 +66,17 @@ where
     (gradients, determinant)
 }
 
-pub(crate) fn sub(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-pub(crate) fn add<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
-    std::array::from_fn(|i| a[i].clone() + b[i].clone())
-}
-
-pub(crate) fn dot3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
-    a[0].clone() * b[0].clone() + a[1].clone() * b[1].clone() + a[2].clone() * b[2].clone()
-}
-
-pub(crate) fn cross<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
-    std::array::from_fn(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j].clone() * b[k].clone() - a[k].clone() * b[j].clone()
-    })
+/// Vectors made orthonormal in their order, and the lengths of their parts perpendicular to those before.
+pub(crate) fn orthonormal<const D: usize>(mut vectors: [[f64; 3]; D]) -> ([[f64; 3]; D], [f64; D]) {
+    let mut lengths = [0.0; D];
+    for at in 0..D {
+        let mut vector = vectors[at];
+        for other in &vectors[..at] {
+            let along = dot3(&vector, other);
+            (0..3).for_each(|i| vector[i] -= along * other[i]);
+        }
+        lengths[at] = dot3(&vector, &vector).sqrt();
+        vectors[at] = vector.map(|x| x / lengths[at]);
+    }
+    (vectors, lengths)
 }

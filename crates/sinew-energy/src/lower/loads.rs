@@ -1,11 +1,11 @@
 //! Loads and elastic supports in plain arrays.
 
-use super::geometry::sub;
 use super::{Held, Setup, finite};
 use crate::cavity::Cavity;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::rim::rim_origin;
 use crate::{Load, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError};
+use sinew_num::sub3;
 
 impl<const N: usize> Setup<'_, N>
 where
@@ -122,7 +122,7 @@ where
                 Err(error) => return Err(error),
             };
             let nodes: Vec<_> = facets.into_iter().flatten().collect();
-            let positions = nodes.iter().map(|&node| sub(&points[node], &origin)).collect();
+            let positions = nodes.iter().map(|&node| sub3(&points[node], &origin)).collect();
             let triangles = (N == 4 && has_potential).then_some(form);
             let surface = PressureSurface { magnitude, triangles, rule, nodes, positions };
             if has_potential { &mut pressures } else { &mut followers }.push(surface);

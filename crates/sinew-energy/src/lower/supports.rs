@@ -1,10 +1,9 @@
 //! Supports as prescribed degrees of freedom.
 
-use super::geometry::{cross, dot3, sub};
 use super::{Setup, finite, names};
 use crate::{Frames, Load, Prescribed, SceneError, Support};
 use sinew_mesh::Mesh;
-use sinew_num::Mat3;
+use sinew_num::{Mat3, cross, dot3, sub3};
 
 /// Largest sine of the angle between two directions that count as the same: files have six digits, and their difference
 /// would be a rounding error.
@@ -160,7 +159,7 @@ impl<const N: usize> Setup<'_, N> {
                 let place = || format!("the point on the axis of the support of `{name}`");
                 point.iter().try_for_each(|&x| finite(x, place))?;
                 let axis = unit(axis, name)?;
-                let arm = |node: usize| sub(&self.mesh.points[node], &point);
+                let arm = |node: usize| sub3(&self.mesh.points[node], &point);
                 let reach = nodes.iter().map(|&node| dot3(&arm(node), &arm(node)).sqrt());
                 let reach = reach.fold(0.0, f64::max);
                 for &node in nodes {

@@ -3,6 +3,7 @@
 use crate::RigidMode;
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use sinew_energy::Body;
+use sinew_num::cells_of_nodes;
 
 /// More hinged pieces than this are not analysed: the dense eigenvalues would take longer than a solve.
 const MOST_PIECES: usize = 100;
@@ -105,10 +106,7 @@ fn rows(potential: &Body, pieces: &[Piece]) -> Vec<DVector<f64>> {
 
 /// Rigid pieces: a cell belongs to a piece if they share three nodes that are not collinear (two in a plane).
 fn pieces(potential: &Body) -> Vec<Piece> {
-    let mut cells_of = vec![Vec::new(); potential.nodes];
-    for (cell, nodes) in potential.cell_nodes().enumerate() {
-        nodes.iter().for_each(|&node| cells_of[node].push(cell));
-    }
+    let cells_of = cells_of_nodes(potential.nodes, potential.cell_nodes());
     let position = |node: &usize| Vector3::from(potential.positions[*node]);
     let plane = potential.element().dimension == 2;
     const NONE: usize = usize::MAX;

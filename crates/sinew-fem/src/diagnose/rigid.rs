@@ -4,6 +4,7 @@ use crate::diagnose::hinges::free_piece;
 use crate::{RigidMode, SolveError};
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 use sinew_energy::{Body, BodyArrays};
+use sinew_num::connected_components;
 use std::collections::HashMap;
 
 /// A motion counts as free when the supports resist it by less than this, relative to what they
@@ -31,33 +32,13 @@ type Part = Vec<(usize, Vector3<f64>)>;
 
 /// Connected parts.
 fn parts(potential: &Body) -> Vec<Part> {
-    let mut cells_of = vec![Vec::new(); potential.nodes];
-    for (cell, nodes) in potential.cell_nodes().enumerate() {
-        nodes.iter().for_each(|&node| cells_of[node].push(cell));
-    }
     let position = |node: usize| Vector3::from(potential.positions[node]);
-    let mut seen = vec![false; potential.nodes];
-    let mut parts = Vec::new();
-    for start in 0..potential.nodes {
-        // A node in no cell is held: lowering refuses others.
-        if seen[start] || cells_of[start].is_empty() {
-            continue;
-        }
-        seen[start] = true;
-        let mut part: Part = vec![(start, Vector3::zeros())];
-        let mut next = 0;
-        while next < part.len() {
-            let node = part[next].0;
-            next += 1;
-            for &other in cells_of[node].iter().flat_map(|&cell| potential.nodes_of_cell(cell)) {
-                if !std::mem::replace(&mut seen[other], true) {
-                    part.push((other, position(other) - position(start)));
-                }
-            }
-        }
-        parts.push(part);
-    }
-    parts
+    // A node in no cell is held: lowering refuses others.
+    let parts = connected_components(potential.nodes, potential.cell_nodes()).into_iter();
+    let relative = |part: Vec<usize>| {
+        part.iter().map(|&node| (node, position(node) - position(part[0]))).collect()
+    };
+    parts.filter(|part| part.len() > 1).map(relative).collect()
 }
 
 /// Rigid motions of a part that neither prescribed displacements nor springs resist.

@@ -2,6 +2,7 @@
 
 use super::FibreError;
 use sinew_mesh::{Facet, TetMesh};
+use sinew_num::connected_components;
 
 /// Names of the facet sets that bound a ventricle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,13 +39,19 @@ impl Bounds {
         if let Some(&node) = shared.next() {
             return Err(FibreError::Touching { node, count: 1 + shared.count() });
         }
-        let cells_of = cells_of_nodes(mesh);
+        // Each connected part of the mesh has a node on each surface.
+        let parts = connected_components(mesh.points.len(), &mesh.cells);
         for (nodes, name) in [
             (&bounds.endocardium, names.endocardium),
             (&bounds.epicardium, names.epicardium),
             (&bounds.base, names.base),
         ] {
-            check_reach(mesh, &cells_of, nodes, name)?;
+            let apart =
+                |part: &&Vec<usize>| !part.iter().any(|node| nodes.binary_search(node).is_ok());
+            if let Some(part) = parts.iter().find(apart) {
+                let (node, nodes, surface) = (part[0], part.len(), name.into());
+                return Err(FibreError::Disconnected { node, nodes, surface });
+            }
         }
         Ok(bounds)
     }
@@ -80,47 +87,5 @@ fn facets<'m>(mesh: &'m TetMesh, name: &str) -> Result<&'m [Facet], FibreError> 
         }
         Some([]) => Err(FibreError::EmptySurface { name: name.into() }),
         Some(facets) => Ok(facets),
-    }
-}
-
-fn cells_of_nodes(mesh: &TetMesh) -> Vec<Vec<usize>> {
-    let mut cells_of = vec![Vec::new(); mesh.points.len()];
-    for (cell, nodes) in mesh.cells.iter().enumerate() {
-        nodes.iter().for_each(|&node| cells_of[node].push(cell));
-    }
-    cells_of
-}
-
-/// Checks that each connected part of the mesh has a node on a surface.
-fn check_reach(
-    mesh: &TetMesh,
-    cells_of: &[Vec<usize>],
-    surface: &[usize],
-    name: &str,
-) -> Result<(), FibreError> {
-    let mut seen = vec![false; mesh.points.len()];
-    // Marks all nodes connected to the given ones; returns their number.
-    let reach = |mut part: Vec<usize>, seen: &mut [bool]| {
-        part.iter().for_each(|&node| seen[node] = true);
-        let mut next = 0;
-        while next < part.len() {
-            for &cell in &cells_of[part[next]] {
-                for &other in &mesh.cells[cell] {
-                    if !std::mem::replace(&mut seen[other], true) {
-                        part.push(other);
-                    }
-                }
-            }
-            next += 1;
-        }
-        part.len()
-    };
-    reach(surface.to_vec(), &mut seen);
-    match seen.iter().position(|seen| !seen) {
-        None => Ok(()),
-        Some(node) => {
-            let nodes = reach(vec![node], &mut seen);
-            Err(FibreError::Disconnected { node, nodes, surface: name.into() })
-        }
     }
 }

@@ -1,5 +1,7 @@
 //! Products and norms of vectors.
 
+pub(crate) use sinew_num::dot;
+
 /// Root of a sum of squares, which overflows or vanishes only where the root does.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Norm {
@@ -39,10 +41,6 @@ pub(crate) fn norm(x: &[f64]) -> f64 {
     const PLAIN: std::ops::Range<f64> = 1e-140..1e150;
     let plain = dot(x, x).sqrt();
     if PLAIN.contains(&plain) { plain } else { x.iter().copied().collect::<Norm>().value() }
-}
-
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 /// Residual relative to a force; zero for 0/0.

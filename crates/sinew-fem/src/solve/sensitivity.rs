@@ -150,14 +150,9 @@ fn force_change(
     let mut forces = vec![0.0; displacement.len()];
     let stress_change =
         |point: usize, h: &Mat3<f64>| potential.material.stress_rate(point, parameters, rates, h);
-    for points in &potential.patches {
-        let Some(kinematics) = potential.patch_kinematics(points, displacement) else { continue };
-        let volumes: Vec<_> = points.iter().map(|&point| potential.volumes[point]).collect();
-        let at_points = points.iter().zip(&kinematics.scaled);
-        let mut changes: Vec<_> = at_points.map(|(&point, h)| stress_change(point, h)).collect();
-        kinematics.work_conjugate(&volumes, &mut changes);
-        let at_points = points.iter().zip(&changes);
-        at_points.for_each(|(&point, change)| potential.add_forces(point, change, &mut forces));
+    let averaged = |point: usize, h: &Mat3<f64>| Some(stress_change(point, h));
+    if potential.add_patch_forces(displacement, averaged, &mut forces).is_none() {
+        forces.fill(f64::NAN);
     }
     let alone = if potential.patches.is_empty() { potential.volumes.len() } else { 0 };
     for point in 0..alone {

@@ -1,7 +1,7 @@
 //! Equilibria at a sequence of parameters, each from the one before, as under a rising load.
 
 use crate::{LoadSteps, Options, Solution, SolveError, Solver};
-use sinew_energy::Body;
+use sinew_mesh::extents;
 
 /// Most halvings of the step between two θ before the path ends: its end is known to a thousandth of that step.
 const MOST_HALVINGS: usize = 10;
@@ -30,7 +30,7 @@ pub struct TraceEnd {
 /// it grows as the inverse root of the distance: 2.4-fold from one step to the next of its length, 4-fold to one of an eighth.
 const GROWTH: f64 = 4.0;
 
-/// Change of the displacement from one θ to the next [relative to the body's extent] below which nothing has snapped.
+/// Change of the displacement from one θ to the next [relative to the longest edge of the box around the body] below which nothing has snapped.
 const NO_SNAP: f64 = 1e-3;
 
 /// Part of the first step over which the first rate is measured.
@@ -70,7 +70,7 @@ impl Solver<'_> {
     ) -> Result<Trace, SolveError> {
         thetas.iter().try_for_each(|theta| self.system.check_theta(theta))?;
         let (risen, near) = both(options);
-        let least = NO_SNAP * extent(self.system.body);
+        let least = NO_SNAP * extents(&self.system.body.positions).into_iter().fold(0.0, f64::max);
         let Some(first) = thetas.first() else {
             return Err(SolveError::Line { problem: "it has no point" });
         };
@@ -84,15 +84,6 @@ fn both(options: &Options) -> (Options, Options) {
     let iterations = options.iterations_per_load.min(options.iterations);
     let near = Options { load_steps: LoadSteps::WhenNeeded, iterations, ..*options };
     (Options { load_steps: LoadSteps::Always, ..*options }, near)
-}
-
-/// Longest edge of the box around a body \[length\].
-fn extent(body: &Body) -> f64 {
-    let edge = |axis: usize| {
-        let along = || body.positions.iter().map(|x| x[axis]);
-        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
-    };
-    (0..3).map(edge).fold(0.0, f64::max)
 }
 
 /// State of a trace.

@@ -2,7 +2,7 @@
 
 use crate::elements::cell::product;
 use sinew_energy::Body;
-use sinew_num::Mat3;
+use sinew_num::{Mat3, cross};
 
 /// A quadrature point of the image. With E = ∂δX/∂x the unloaded body changes by δF = −F D and δV = V tr D, where D = E F; directions that
 /// are carried turn by a spin W of the reference. The law does not see that spin, so `P(F, Q d) = P(F Q, d) Qᵀ` gives what it
@@ -125,9 +125,6 @@ fn add_spins(
 /// Orthonormal axes, of which the first are given; a law of one direction does not see spins about it.
 fn completed(directions: &[[f64; 3]]) -> Option<[[f64; 3]; 3]> {
     let first = directions.first()?;
-    let cross = |a: &[f64; 3], b: &[f64; 3]| -> [f64; 3] {
-        std::array::from_fn(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
-    };
     let unit = |v: [f64; 3]| v.map(|x| x / v.iter().map(|x| x * x).sum::<f64>().sqrt());
     let least = (0..3).min_by(|&i, &j| first[i].abs().total_cmp(&first[j].abs()))?;
     let second = directions.get(1).copied().unwrap_or_else(|| {

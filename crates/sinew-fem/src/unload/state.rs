@@ -6,6 +6,7 @@ use crate::elements::state::load_gradient;
 use crate::linear::vector::{Norm, norm};
 use rayon::prelude::*;
 use sinew_energy::{Body, ForceBalance};
+use sinew_num::Mat3;
 
 /// Part of a load and θ: what is continued where the whole load fails.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,24 +82,13 @@ fn inner_forces(rest: &Body, displacement: &[f64], theta: &[f64]) -> Option<Vec<
     for spring in &rest.springs {
         spring.value_and_add_gradient(displacement, &mut forces);
     }
-    for patch in &rest.patches {
-        let kinematics = rest.patch_kinematics(patch, displacement)?;
-        let volumes: Vec<_> = patch.iter().map(|&point| rest.volumes[point]).collect();
-        let stresses = patch.iter().zip(&kinematics.scaled).map(|(&point, h)| {
-            let (energy, stress) = rest.material.stress(point, parameters, h, None);
-            energy.is_finite().then_some(stress)
-        });
-        let mut stresses = stresses.collect::<Option<Vec<_>>>()?;
-        kinematics.work_conjugate(&volumes, &mut stresses);
-        let at_points = patch.iter().zip(&stresses);
-        at_points.for_each(|(&point, stress)| rest.add_forces(point, stress, &mut forces));
-    }
-    let alone = if rest.patches.is_empty() { rest.volumes.len() } else { 0 };
-    let stress = |point: usize| {
-        let h = rest.displacement_gradient(point, displacement);
-        let (energy, stress) = rest.material.stress(point, parameters, &h, None);
+    let stress = |point: usize, h: &Mat3<f64>| {
+        let (energy, stress) = rest.material.stress(point, parameters, h, None);
         energy.is_finite().then_some(stress)
     };
+    rest.add_patch_forces(displacement, stress, &mut forces)?;
+    let alone = if rest.patches.is_empty() { rest.volumes.len() } else { 0 };
+    let stress = |point: usize| stress(point, &rest.displacement_gradient(point, displacement));
     let stresses: Option<Vec<_>> = (0..alone).into_par_iter().map(stress).collect();
     let at_points = stresses?.into_iter().enumerate();
     at_points.for_each(|(point, stress)| rest.add_forces(point, &stress, &mut forces));

@@ -7,6 +7,7 @@ use super::point::PointRate;
 use super::state::{Level, Trial};
 use rayon::prelude::*;
 use sinew_energy::{PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
+use sinew_num::{cross, dot3};
 
 /// Number of cells that are computed on all threads before they are added.
 const AT_ONCE: usize = 2048;
@@ -255,11 +256,10 @@ fn of_facet<'n>(
 ) -> Block<'n> {
     let mut block = Block::new(facet);
     let size = block.size();
-    let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     for point in &surface.rule.points {
         let [s, t] = surface.tangents(facet, point, &trial.rest.body.positions);
         let normal = cross(&s, &t);
-        let area = dot(&normal, &normal).sqrt();
+        let area = dot3(&normal, &normal).sqrt();
         if area == 0.0 {
             continue;
         }
@@ -267,7 +267,7 @@ fn of_facet<'n>(
         for (a, &node) in facet.iter().enumerate() {
             let weight = point.weight * point.shape[a];
             let u: [f64; 3] = std::array::from_fn(|i| trial.displacement[3 * node + i]);
-            let along = dot(&unit, &u);
+            let along = dot3(&unit, &u);
             let (tangential, more) = (surface.tangential, surface.normal - surface.tangential);
             for column in 0..size {
                 let (b, k) = (column / 3, column % 3);
@@ -276,11 +276,11 @@ fn of_facet<'n>(
                 let (first, second) = (cross(&axis, &t), cross(&s, &axis));
                 let turned: [f64; 3] =
                     std::array::from_fn(|i| point.slope[0][b] * first[i] + across * second[i]);
-                let grown = dot(&unit, &turned);
+                let grown = dot3(&unit, &turned);
                 for i in 0..3 {
                     let mut change = -level.factor * surface.traction[i] * grown;
                     change += tangential * grown * u[i];
-                    let spring = turned[i] * along + unit[i] * (dot(&turned, &u) - along * grown);
+                    let spring = turned[i] * along + unit[i] * (dot3(&turned, &u) - along * grown);
                     change += more * spring;
                     if a == b {
                         let own = if i == k { tangential } else { 0.0 };
@@ -327,8 +327,4 @@ fn of_thesis_pressure<'n>(
         }
     }
     block
-}
-
-fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
 }

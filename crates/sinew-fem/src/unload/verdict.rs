@@ -8,7 +8,7 @@ use super::state::Trial;
 use super::unloaded::Loading;
 use crate::elements::system::Unknowns;
 use crate::{LoadSteps, Options, SolveError, Solver};
-use sinew_mesh::{AnyMesh, TriangleMesh, self_intersections};
+use sinew_mesh::{TriangleMesh, self_intersections};
 use std::time::Instant;
 
 /// Largest distance to the image after loading [relative to the largest displacement]: rounding errors, amplified by an
@@ -58,7 +58,9 @@ impl Image<'_> {
         if rest.element().dimension != 3 {
             return Ok(());
         }
-        let (surface, cells) = surface_of(rest);
+        let (triangles, cells) = rest.boundary_triangles();
+        let points = rest.points().to_vec();
+        let surface = TriangleMesh { points, cells: triangles, ..TriangleMesh::default() };
         let found = self_intersections(&surface);
         if found.is_empty() {
             return Ok(());
@@ -74,21 +76,6 @@ impl Image<'_> {
             }
         }
     }
-}
-
-/// The surface in flat triangles between corners, with the cell of each.
-fn surface_of(mesh: &AnyMesh) -> (TriangleMesh, Vec<usize>) {
-    let corners = mesh.element().facet_corners;
-    let mut surface = TriangleMesh { points: mesh.points().to_vec(), ..TriangleMesh::default() };
-    let mut cells = Vec::new();
-    for facet in mesh.boundary_facets() {
-        let nodes = mesh.nodes_of_facet(facet);
-        for k in 1..corners - 1 {
-            surface.cells.push([nodes[0], nodes[k], nodes[k + 1]]);
-            cells.push(facet.cell);
-        }
-    }
-    (surface, cells)
 }
 
 /// Loads a body from rest: the displacement \[length\], and how many iterations it took.

@@ -4,8 +4,8 @@ use super::{SemiLinear, singular_term};
 use crate::error::Result;
 use crate::field::{Field, field};
 use crate::operator::Operator;
-use crate::optimise::dot;
 use crate::series::Series;
+use sinew_num::dot;
 use std::collections::HashMap;
 use std::sync::Arc;
 

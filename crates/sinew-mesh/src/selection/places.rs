@@ -1,7 +1,7 @@
 //! Positions and normals of a mesh against the conditions of a selection.
 
 use super::{Rule, SELECTION_TOLERANCE, Selection, SelectionError};
-use crate::{Facet, Mesh, boundary_facets};
+use crate::{Facet, Mesh, boundary_facets, extents};
 use nalgebra::Vector3;
 use std::collections::HashSet;
 
@@ -28,10 +28,7 @@ impl<'m, const N: usize> Places<'m, N> {
         mesh.check()?;
         let boundary = boundary_facets(mesh);
         let normals = boundary.iter().map(|&facet| normal(mesh, facet)).collect();
-        let far = Point::repeat(f64::INFINITY);
-        let points = mesh.points.iter().map(|x| Point::from(*x));
-        let (low, high) = points.fold((far, -far), |(low, high), x| (low.inf(&x), high.sup(&x)));
-        let diagonal = if mesh.points.is_empty() { 0.0 } else { (high - low).norm() };
+        let diagonal = Point::from(extents(&mesh.points).map(|edge| edge.max(0.0))).norm();
         Ok(Self { mesh, boundary, normals, tolerance: SELECTION_TOLERANCE * diagonal })
     }
 

@@ -2,7 +2,6 @@
 
 use super::curve::{Curve, inverse, measured};
 use super::words::{parameter_in_words, verdict, volumes_in_words};
-use crate::comparison::triangles;
 use crate::patient::Prepared;
 use sinew_calibrate::Posterior;
 use sinew_fem::Unloaded;
@@ -53,7 +52,7 @@ pub fn report(
 /// The body at rest beside that of the image.
 fn shapes(prepared: &Prepared, unloaded: &Unloaded) -> Option<Block> {
     let (image, rest) = (&prepared.body, &unloaded.rest.body);
-    let mut surfaces = Surfaces::new(&triangles(&image.mesh), &rest.positions).ok()?;
+    let mut surfaces = Surfaces::new(&image.mesh.boundary_triangles().0, &rest.positions).ok()?;
     surfaces.quantity = "distance from the place at rest".into();
     (surfaces.unit, surfaces.length, surfaces.linear) = ("mm".into(), "mm".into(), true);
     let moved = unloaded.motion.as_chunks::<3>().0.iter();

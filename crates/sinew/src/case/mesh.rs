@@ -117,14 +117,7 @@ impl MeshSource {
 
     /// Refuses a surface in the place of a body.
     pub(super) fn check_filled(&self, mesh: &AnyMesh, source: &Source) -> Result<(), CaseError> {
-        let extent = |axis: usize| {
-            let (low, high) =
-                mesh.points().iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                    (low.min(x[axis]), high.max(x[axis]))
-                });
-            high - low
-        };
-        let [x, y, z] = [0, 1, 2].map(extent);
+        let [x, y, z] = sinew_mesh::extents(mesh.points());
         if mesh.element().dimension == 3 || z <= SURFACE_HEIGHT * x.max(y).max(z) {
             return Ok(());
         }

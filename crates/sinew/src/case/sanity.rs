@@ -63,14 +63,7 @@ pub fn negligible_displacement(body: &Body, displacement: &[f64]) -> Option<Stri
 
 /// Longest edge of the box around a body \[length\].
 fn size(body: &Body) -> f64 {
-    (0..3)
-        .map(|axis| {
-            let ends = body.positions.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |ends, x| {
-                [ends[0].min(x[axis]), ends[1].max(x[axis])]
-            });
-            ends[1] - ends[0]
-        })
-        .fold(0.0, f64::max)
+    sinew_mesh::extents(&body.positions).into_iter().fold(0.0, f64::max)
 }
 
 /// The shear modulus at the lower or upper ends of all ranges, where no tissue has it.

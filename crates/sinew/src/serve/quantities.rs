@@ -1,7 +1,7 @@
 //! Quantities of a displacement that samplers read, with their derivatives.
 
-use super::dot;
 use crate::output::mean_and_largest;
+use sinew_emulate::parts::dot;
 use sinew_energy::Body;
 
 /// Volumes of the cavities, then mean and largest nodal displacement.

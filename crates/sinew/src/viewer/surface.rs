@@ -23,16 +23,7 @@ pub(crate) struct Surface {
 impl Surface {
     /// `None` for a body without a surface in three dimensions.
     pub(crate) fn of(body: &Body) -> Option<Self> {
-        let (mut triangles, mut cells) = (Vec::new(), Vec::new());
-        for facet in body.mesh.boundary_facets() {
-            let corners = match body.mesh.nodes_of_facet(facet)[..] {
-                [a, b, c, d] => vec![[a, b, c], [a, c, d]],
-                [a, b, c, ..] => vec![[a, b, c]],
-                _ => return None,
-            };
-            cells.resize(cells.len() + corners.len(), facet.cell);
-            triangles.extend(corners);
-        }
+        let (triangles, cells) = body.mesh.boundary_triangles();
         let mut nodes: Vec<usize> = triangles.as_flattened().to_vec();
         nodes.sort_unstable();
         nodes.dedup();

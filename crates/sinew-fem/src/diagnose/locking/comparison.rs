@@ -1,6 +1,7 @@
 //! Comparison of one body in two formulations.
 
 use sinew_energy::Body;
+use sinew_energy::metrics::mean_and_largest;
 use sinew_mesh::Prolongation;
 use std::fmt;
 
@@ -71,17 +72,15 @@ pub fn compare_formulations(
         true => better_displacement[..displacement.len()].to_vec(),
         false => Prolongation::new(&better.positions, &body.positions).vectors(better_displacement),
     };
-    let apart = sinew_energy::metrics::displacement_error(displacement, &other);
-    let mean = |lengths: &[f64]| lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
-    let rest = vec![0.0; displacement.len()];
-    let moved = |u: &[f64]| mean(&sinew_energy::metrics::displacement_error(u, &rest));
+    let apart: Vec<_> = displacement.iter().zip(&other).map(|(a, b)| a - b).collect();
+    let [mean, largest] = mean_and_largest(&apart);
     let volumes = body.cavity_volumes(displacement).into_iter();
     let volumes = volumes.zip(better.cavity_volumes(better_displacement));
     let names = body.cavities.iter().map(|cavity| cavity.name.clone());
     Ok(FormulationDifference {
-        mean: mean(&apart),
-        largest: apart.iter().copied().fold(0.0, f64::max),
-        displacement: [moved(displacement), moved(&other)],
+        mean,
+        largest,
+        displacement: [displacement, &other].map(|u| mean_and_largest(u)[0]),
         cavities: names.zip(volumes.map(|(own, better)| [own, better])).collect(),
         length_unit: body.units.length.clone(),
     })

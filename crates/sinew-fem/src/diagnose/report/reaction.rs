@@ -3,6 +3,7 @@
 use crate::elements::supports::part;
 use nalgebra::Vector3;
 use sinew_energy::Body;
+use sinew_num::connected_components;
 
 /// Resultant of the supports of a group of nodes on the body.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,19 +23,9 @@ pub struct Reaction {
 pub(super) fn groups(potential: &Body, displacement: &[f64], forces: &[f64]) -> Vec<Reaction> {
     let axes = potential.element().dimension;
     let held = |node: usize| (0..axes).any(|i| potential.prescribed[3 * node + i].is_some());
-    let mut parent: Vec<_> = (0..potential.nodes).collect();
-    for nodes in potential.cell_nodes() {
-        let mut of_cell = nodes.iter().copied().filter(|&node| held(node));
-        let Some(first) = of_cell.next() else { continue };
-        for node in of_cell {
-            let (a, b) = (root(&mut parent, first), root(&mut parent, node));
-            parent[a.max(b)] = a.min(b);
-        }
-    }
-    let mut members = vec![Vec::new(); potential.nodes];
-    for node in (0..potential.nodes).filter(|&node| held(node)) {
-        members[root(&mut parent, node)].push(node);
-    }
+    let cells = potential.cell_nodes();
+    let joined = cells.map(|nodes| nodes.iter().copied().filter(|&n| held(n)).collect::<Vec<_>>());
+    let groups = connected_components(potential.nodes, joined).into_iter();
     let reaction = |nodes: Vec<usize>| {
         let place = |node: usize| Vector3::from(potential.positions[node]);
         let sum = nodes.iter().fold(Vector3::zeros(), |sum, &node| sum + place(node));
@@ -50,14 +41,5 @@ pub(super) fn groups(potential: &Body, displacement: &[f64], forces: &[f64]) -> 
         }
         Reaction { nodes, centre: centre.into(), force: force.into(), moment: moment.into() }
     };
-    members.into_iter().filter(|nodes| !nodes.is_empty()).map(reaction).collect()
-}
-
-/// The least node of a group, with the way there shortened.
-fn root(parent: &mut [usize], mut node: usize) -> usize {
-    while parent[node] != node {
-        parent[node] = parent[parent[node]];
-        node = parent[node];
-    }
-    node
+    groups.filter(|nodes| held(nodes[0])).map(reaction).collect()
 }

@@ -1,5 +1,7 @@
 //! Undirected graphs with weights, and their coarsening.
 
+use sinew_num::SplitMix64;
+
 /// A graph: the neighbours of each vertex, without itself, compressed.
 #[derive(Clone, Debug)]
 pub(super) struct Graph {
@@ -129,21 +131,13 @@ impl Graph {
     }
 }
 
-/// Random numbers for visiting orders (SplitMix64; G. L. Steele et al., OOPSLA 2014).
+/// Random numbers for visiting orders.
 #[derive(Clone, Debug)]
-pub(super) struct Random(pub u64);
+pub(super) struct Random(pub SplitMix64);
 
 impl Random {
-    pub(super) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
     pub(super) fn below(&mut self, bound: usize) -> usize {
-        ((u128::from(self.next()) * bound as u128) >> 64) as usize
+        ((u128::from(self.0.bits()) * bound as u128) >> 64) as usize
     }
 
     pub(super) fn permutation(&mut self, size: usize) -> Vec<u32> {

@@ -233,12 +233,13 @@ impl<'g> Pass<'g> {
 mod tests {
     use super::super::tests::{compressed, grid};
     use super::*;
+    use sinew_num::SplitMix64;
 
     #[test]
     fn a_bar_is_cut_across_in_the_middle() {
         let (starts, neighbours) = compressed(&grid([60, 8, 8]));
         let graph = Graph::unweighted(&starts, &neighbours);
-        let separation = Separation::find(&graph, &mut Random(1));
+        let separation = Separation::find(&graph, &mut Random(SplitMix64(1)));
         for vertex in 0..graph.len() {
             let own = separation.part[vertex];
             let apart = |&n: &u32| own + separation.part[n as usize] != 1;

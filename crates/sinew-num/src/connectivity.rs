@@ -1,0 +1,66 @@
+//! Nodes that cells connect.
+
+/// Cells of each node, ascending. Nodes of cells must be below `nodes`.
+pub fn cells_of_nodes<C: AsRef<[usize]>>(
+    nodes: usize,
+    cells: impl IntoIterator<Item = C>,
+) -> Vec<Vec<usize>> {
+    let mut cells_of = vec![Vec::new(); nodes];
+    for (cell, nodes) in cells.into_iter().enumerate() {
+        nodes.as_ref().iter().for_each(|&node| cells_of[node].push(cell));
+    }
+    cells_of
+}
+
+/// Nodes of each connected component, ascending, in the order of their least nodes; a node in no cell is one of its own.
+/// Nodes of cells must be below `nodes`.
+pub fn connected_components<C: AsRef<[usize]>>(
+    nodes: usize,
+    cells: impl IntoIterator<Item = C>,
+) -> Vec<Vec<usize>> {
+    let mut parent: Vec<_> = (0..nodes).collect();
+    for cell in cells {
+        for pair in cell.as_ref().windows(2) {
+            let (a, b) = (root(&mut parent, pair[0]), root(&mut parent, pair[1]));
+            parent[a.max(b)] = a.min(b);
+        }
+    }
+    let mut components = vec![Vec::new(); nodes];
+    (0..nodes).for_each(|node| components[root(&mut parent, node)].push(node));
+    components.retain(|component| !component.is_empty());
+    components
+}
+
+/// Root of the union-find tree, the least node of its component; the path to it is halved on the way.
+fn root(parent: &mut [usize], mut node: usize) -> usize {
+    while parent[node] != node {
+        parent[node] = parent[parent[node]];
+        node = parent[node];
+    }
+    node
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn components_are_in_the_order_of_their_least_nodes() {
+        let cells: [&[usize]; 4] = [&[6, 4], &[1, 5, 0], &[], &[3, 5]];
+        let expected = [vec![0, 1, 3, 5], vec![2], vec![4, 6], vec![7]];
+        assert_eq!(connected_components(8, cells), expected);
+        assert!(connected_components(0, [[0; 2]; 0]).is_empty());
+    }
+
+    #[test]
+    fn a_chain_in_any_order_is_one_component() {
+        let links = [[7, 6], [3, 2], [5, 4], [1, 0], [6, 5], [2, 1], [4, 3]];
+        assert_eq!(connected_components(8, links), [(0..8).collect::<Vec<_>>()]);
+    }
+
+    #[test]
+    fn nodes_list_their_cells_in_order() {
+        let expected = [vec![0], vec![0, 1], vec![], vec![1]];
+        assert_eq!(cells_of_nodes(4, [[1, 0], [3, 1]]), expected);
+    }
+}

@@ -1,0 +1,51 @@
+//! Products of vectors, and vectors of three components.
+
+use crate::Scalar;
+
+/// Inner product.
+#[inline]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// Inner product of three components.
+#[inline]
+pub fn dot3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
+    a[0].clone() * b[0].clone() + a[1].clone() * b[1].clone() + a[2].clone() * b[2].clone()
+}
+
+/// Cross product.
+#[inline]
+pub fn cross<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
+    std::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j].clone() * b[k].clone() - a[k].clone() * b[j].clone()
+    })
+}
+
+/// Sum of three components each.
+#[inline]
+pub fn add3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
+    std::array::from_fn(|i| a[i].clone() + b[i].clone())
+}
+
+/// Difference of three components each.
+#[inline]
+pub fn sub3(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cross_product_is_normal_to_both_and_its_square_is_lagranges() {
+        let (a, b) = ([1.0, 2.0, 3.0], [-4.0, 5.0, 7.0]);
+        let normal = cross(&a, &b);
+        assert_eq!(normal, [-1.0, -19.0, 13.0]);
+        assert_eq!((dot3(&normal, &a), dot3(&normal, &b)), (0.0, 0.0));
+        assert_eq!(dot3(&normal, &normal), dot(&a, &a) * dot(&b, &b) - dot(&a, &b).powi(2));
+        assert_eq!((add3(&a, &b), sub3(&a, &b)), ([-3.0, 7.0, 10.0], [5.0, -3.0, -4.0]));
+    }
+}
