@@ -2,7 +2,7 @@
 //!
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
 //! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of another crate the energy of many
-//! elements at once. Beside them, loops for the vector
+//! elements at once. Beside them, exponents of polynomials ([`monomials`]), loops for the vector
 //! instructions at hand ([`vectorised!`]) and, with the feature `threads`, a way to keep the threads of short parallel
 //! parts awake.
 //!
@@ -22,6 +22,7 @@
 
 mod jet;
 mod mat3;
+mod monomials;
 #[cfg(feature = "threads")]
 mod ready;
 mod scalar;
@@ -31,6 +32,7 @@ mod slope;
 
 pub use jet::Jet;
 pub use mat3::Mat3;
+pub use monomials::monomials;
 #[cfg(feature = "threads")]
 pub use ready::on_ready_threads;
 pub use scalar::Scalar;
