@@ -1,6 +1,7 @@
 //! Regression of observables on logarithms of parameters: polynomials through values and derivatives at design points.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
+use sinew_num::monomials;
 
 /// Ridge penalties that are tried, per equation.
 const RIDGES: [f64; 4] = [1e-14, 1e-11, 1e-8, 1e-5];
@@ -139,14 +140,14 @@ pub(crate) fn equations(x: &[f64], lengths: &[f64], exponents: &[Vec<i32>]) -> V
 }
 
 /// `powers[d][n]` is x_d to the n.
-pub(crate) fn powers(x: &[f64], degree: usize) -> Vec<Vec<f64>> {
+fn powers(x: &[f64], degree: usize) -> Vec<Vec<f64>> {
     let of = |x: &f64| {
         std::iter::successors(Some(1.0), |power| Some(power * x)).take(degree + 1).collect()
     };
     x.iter().map(of).collect()
 }
 
-pub(crate) fn value(powers: &[Vec<f64>], exponents: &[i32]) -> f64 {
+fn value(powers: &[Vec<f64>], exponents: &[i32]) -> f64 {
     powers.iter().zip(exponents).map(|(p, &e)| p[e as usize]).product()
 }
 
@@ -159,26 +160,6 @@ fn slope(powers: &[Vec<f64>], exponents: &[i32], at: usize) -> f64 {
         false => p[e as usize],
     };
     powers.iter().zip(exponents).enumerate().map(factor).product()
-}
-
-/// Exponents of all monomials up to a total degree, the constant first.
-pub(crate) fn monomials(variables: usize, degree: usize) -> Vec<Vec<i32>> {
-    let mut found = vec![vec![0; variables]];
-    let mut start = 0;
-    for _ in 0..degree {
-        let end = found.len();
-        for at in start..end {
-            // Raising only from the last variable used on makes each monomial once.
-            let last = found[at].iter().rposition(|&e| e > 0).unwrap_or(0);
-            for variable in last..variables {
-                let mut next = found[at].clone();
-                next[variable] += 1;
-                found.push(next);
-            }
-        }
-        start = end;
-    }
-    found
 }
 
 #[cfg(test)]

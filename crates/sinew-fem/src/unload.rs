@@ -230,7 +230,7 @@ impl<'p> Unload<'p> {
     /// `K δx = −(∂r/∂θ δθ + ∂r/∂X δX + ∂r/∂d ∂d/∂X δX)`, with exact derivatives throughout and one factorisation.
     ///
     /// # Errors
-    /// A state or directions that do not fit the body, and a stiffness that is singular.
+    /// A state or directions that do not fit the body, a stiffness that is singular, and derivatives that overflow.
     pub fn loaded_slopes(
         &self,
         rest: &ForceBalance,

@@ -9,8 +9,8 @@ mod table;
 use crate::series::Series;
 use std::fmt::Debug;
 
+pub(crate) use check::check_declarations;
 pub use check::check_kernel;
-pub(crate) use check::unusable;
 pub use formula::Formula;
 pub use shapes::{Smoothness, linear, matern, periodic, rational_quadratic};
 pub use squared_exponential::SquaredExponential;

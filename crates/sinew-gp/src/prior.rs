@@ -5,7 +5,7 @@ use crate::data::{Data, Group, Noise};
 use crate::domain::{Domain, Side, no_polygon};
 use crate::error::{GpError, Result};
 use crate::field::Field;
-use crate::kernel::{Kernel, unusable};
+use crate::kernel::{Kernel, check_declarations};
 use crate::operator::Operator;
 use crate::problem::Problem;
 use crate::series::Series;
@@ -79,7 +79,7 @@ impl<const D: usize> Prior<D> {
 
     fn of(problem: &Problem<D>, built: Constraints<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
         let Constraints { mean, features } = built;
-        check_declarations(kernel)?;
+        check_declarations(kernel, &vec![1.0; kernel.hyperparameters().len()])?;
         kernel.check_smoothness(problem.equation())?;
         check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
@@ -197,19 +197,6 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<()>
             crate::error::place(x)
         ))),
         None => Ok(()),
-    }
-}
-
-/// Refuses kernels whose hyperparameters have no range to be adjusted in, and those along axes that there are not, of which a
-/// restriction to the domain's would leave a constant.
-fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<()> {
-    let declared = kernel.hyperparameters();
-    match declared.iter().find_map(|h| Some((h.name, unusable::<D>(h)?))) {
-        None => Ok(()),
-        Some((name, problem)) => {
-            let whose = format!("hyperparameter {name} of the {} kernel", kernel.name());
-            Err(GpError::Kernel(format!("{whose}: {problem}")))
-        }
     }
 }
 

@@ -124,8 +124,8 @@ const TETRAHEDRON_RULE: [([f64; 3], f64); 5] = [
 ];
 
 /// Gauss' points on the unit interval, degree 3.
-const LOW: f64 = 0.211_324_865_405_187_1;
-const HIGH: f64 = 1.0 - LOW;
+pub(crate) const LOW: f64 = 0.211_324_865_405_187_1;
+pub(crate) const HIGH: f64 = 1.0 - LOW;
 const CUBE_RULE: [[f64; 3]; 8] = [
     [LOW, LOW, LOW],
     [HIGH, LOW, LOW],

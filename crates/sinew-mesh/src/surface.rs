@@ -1,5 +1,6 @@
 //! Surfaces of tetrahedral meshes.
 
+use crate::geometry::{HIGH, LOW};
 use crate::{Element, Facet, Mesh, TetMesh, TriangleMesh};
 use nalgebra::Vector3;
 
@@ -108,8 +109,6 @@ const TRIANGLE_RULE: [([f64; 2], f64); 6] = [
     ([D, 1.0 - 2.0 * D], WEIGHT_D),
 ];
 
-const LOW: f64 = 0.211_324_865_405_187_1;
-const HIGH: f64 = 1.0 - LOW;
 /// Gauss' rule of degree 3 along each side; the cone is of degree 2.
 const QUADRILATERAL_RULE: [[f64; 2]; 4] = [[LOW, LOW], [HIGH, LOW], [LOW, HIGH], [HIGH, HIGH]];
 

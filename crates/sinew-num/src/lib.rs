@@ -3,8 +3,8 @@
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
 //! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of another crate the energy of many
 //! elements at once. Beside them, loops for the vector
-//! instructions at hand ([`vectorised!`]), products of vectors,
-//! connected components, random numbers, and, with the feature `threads`, a way to keep the threads of short parallel
+//! instructions at hand ([`vectorised!`]), products of vectors, exponents of polynomials, connected components, random numbers,
+//! and, with the feature `threads`, a way to keep the threads of short parallel
 //! parts awake.
 //!
 //! ```
@@ -24,6 +24,7 @@
 mod connectivity;
 mod jet;
 mod mat3;
+mod monomials;
 mod random;
 #[cfg(feature = "threads")]
 mod ready;
@@ -36,6 +37,7 @@ mod vector;
 pub use connectivity::{cells_of_nodes, connected_components};
 pub use jet::Jet;
 pub use mat3::Mat3;
+pub use monomials::monomials;
 pub use random::SplitMix64;
 #[cfg(feature = "threads")]
 pub use ready::on_ready_threads;

@@ -26,21 +26,13 @@ self_cell!(
 #[pyclass(frozen, module = "pysinew._native")]
 pub(crate) struct NativeEmulator(Arc<Owned>);
 
-/// The emulator of other threads.
-pub(crate) struct Shared(Arc<Owned>);
-
-impl Shared {
-    pub(crate) fn with<T>(&self, call: impl for<'b> FnOnce(&Emulator<'b>) -> T) -> T {
-        self.0.with_dependent(|_, emulator| call(emulator))
-    }
-}
-
 /// Predictions of so many sets are made beside Python, so that Ctrl-C is heard; fewer take less time than that.
 const MANY: usize = 1000;
 
 impl NativeEmulator {
-    pub(crate) fn shared(&self) -> Shared {
-        Shared(self.0.clone())
+    /// The same emulator for another thread.
+    pub(crate) fn shared(&self) -> Self {
+        Self(self.0.clone())
     }
 
     pub(crate) fn trained(
@@ -65,7 +57,7 @@ impl NativeEmulator {
         self.0.borrow_owner()
     }
 
-    fn with<T>(&self, call: impl for<'b> FnOnce(&Emulator<'b>) -> T) -> T {
+    pub(crate) fn with<T>(&self, call: impl for<'b> FnOnce(&Emulator<'b>) -> T) -> T {
         self.0.with_dependent(|_, emulator| call(emulator))
     }
 

@@ -1,9 +1,10 @@
 //! Solved θ that others are predicted from.
 
 use super::states::PatientStates;
-use crate::polynomial::{equations, monomials, powers, value};
+use crate::polynomial::equations;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use sinew_fem::Unload;
+use sinew_num::monomials;
 
 /// Highest degree of the polynomial through states.
 const HIGHEST: usize = 4;
@@ -125,7 +126,6 @@ struct Fit {
     /// Root mean squares of the logarithms about the centre.
     lengths: Vec<f64>,
     exponents: Vec<Vec<i32>>,
-    degree: usize,
     /// One row per equation, one column per monomial.
     weights: DMatrix<f64>,
 }
@@ -136,9 +136,8 @@ impl Fit {
         let (centre, count) = (solved.first()?, solved.len() as f64);
         let parameters = centre.theta.len();
         let most = count * (1 + parameters) as f64 / EQUATIONS_PER_COEFFICIENT;
-        let of_degree = |degree| (degree, monomials(parameters, degree));
-        let mut degrees = (2..=HIGHEST).rev().map(of_degree);
-        let (degree, exponents) = degrees.find(|(_, e)| e.len() as f64 <= most)?;
+        let mut degrees = (2..=HIGHEST).rev().map(|degree| monomials(parameters, degree));
+        let exponents = degrees.find(|exponents| exponents.len() as f64 <= most)?;
         let ways: Vec<_> = solved.iter().map(|other| centre.ways(&other.theta)).collect();
         let square = |at: usize| ways.iter().map(|way| way[at] * way[at]).sum::<f64>();
         let lengths: Vec<f64> =
@@ -153,15 +152,12 @@ impl Fit {
         let mut normal = matrix.tr_mul(&matrix);
         (0..normal.nrows()).for_each(|at| normal[(at, at)] += RIDGE * rows.len() as f64);
         let weights = Cholesky::new(normal)?.solve(&matrix.transpose()).transpose();
-        Some(Self { lengths, exponents, degree, weights })
+        Some(Self { lengths, exponents, weights })
     }
 
     fn weights_at(&self, ways: &[f64]) -> DVector<f64> {
         let x: Vec<f64> =
             ways.iter().zip(&self.lengths).map(|(way, length)| way / length).collect();
-        let powers = powers(&x, self.degree);
-        let count = self.exponents.len();
-        let phi = DVector::from_iterator(count, self.exponents.iter().map(|e| value(&powers, e)));
-        &self.weights * phi
+        &self.weights * DVector::from_vec(equations(&x, &[], &self.exponents).remove(0))
     }
 }

@@ -74,20 +74,8 @@ impl<'p> System<'p> {
 
     /// Another one of the same body, for another thread; it shares what is prepared.
     pub(crate) fn fresh(&self) -> Result<Self, SolveError> {
-        Ok(Self {
-            body: self.body,
-            balance: self.balance,
-            sparsity: self.sparsity.clone(),
-            assembly: Assembly::new(
-                &self.sparsity,
-                self.body.volumes.len(),
-                self.body.prescribed.len(),
-            ),
-            factor: self.factor.fresh()?,
-            followers: Followers::new(self.followers.surfaces),
-            coupling: self.coupling.as_ref().map(|c| Coupling::new(self.body, c.field)),
-            proportions: self.proportions.clone(),
-        })
+        let coupling = self.coupling.as_ref().map(|c| Coupling::new(self.body, c.field));
+        Ok(Self { coupling, ..self.like(self.balance)? })
     }
 
     /// System of a body with the same cells and supports but another reference configuration; it shares what is

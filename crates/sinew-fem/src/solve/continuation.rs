@@ -204,7 +204,7 @@ impl<'s, 'p> Curve<'s, 'p> {
             }
             let moved = self.moved(&last, &found);
             self.path.push(last.at + moved, &found);
-            let way = self.way(&last.unknowns, &found.unknowns);
+            let way = self.path.way(&last.unknowns, &found.unknowns, self.scale);
             let rising = dot(&way, &self.scaled(&found.by_place)) + found.place - last.place > 0.0;
             self.tangent = (found.by_place.clone(), rising);
             let left = log.iterations[before..].iter().map(|iteration| iteration.residual);
@@ -230,7 +230,7 @@ impl<'s, 'p> Curve<'s, 'p> {
         let onward = self.step / if *rising { length } else { -length };
         if self.path.points.len() > 1 {
             let guess = self.path.extrapolated(last.at + self.step);
-            let way = self.way(&last.unknowns, &guess.unknowns);
+            let way = self.path.way(&last.unknowns, &guess.unknowns, self.scale);
             let ahead = guess.place - last.place;
             let along = (dot(&way, &slope) + ahead) * onward.signum();
             if along > ALIGNED * length * norm(&way).hypot(ahead) {
@@ -247,16 +247,8 @@ impl<'s, 'p> Curve<'s, 'p> {
         Point { at: last.at + self.step, place: at, unknowns, stress: None }
     }
 
-    /// Length of the curve between two equilibria that are near to each other.
     fn moved(&self, from: &Point, to: &Equilibrium) -> f64 {
-        norm(&self.way(&from.unknowns, &to.unknowns)).hypot(to.place - from.place)
-    }
-
-    /// Difference of the free displacements of two states, scaled for the arc length.
-    fn way(&self, from: &Unknowns, to: &Unknowns) -> Vec<f64> {
-        let sparsity = &self.path.system.sparsity;
-        let [from, to] = [from, to].map(|unknowns| sparsity.gather(&unknowns.displacement));
-        to.zip(from).map(|(b, a)| (b - a) / self.scale).collect()
+        self.path.length_to(from, to, self.scale)
     }
 
     /// Free displacements of a change of the unknowns, scaled for the arc length.

@@ -1,5 +1,6 @@
 //! Arc-length steps near a limit point of a rising load, to see whether the load falls beyond it.
 
+use crate::elements::system::Unknowns;
 use crate::linear::vector::norm;
 use crate::solve::outlook::LimitPoint;
 use crate::solve::path::{Along, Path, Point};
@@ -22,10 +23,7 @@ impl Path<'_, '_> {
     /// last equilibrium.
     pub(crate) fn around(&mut self, history: &mut Log<'_>) -> bool {
         let [.., before, last] = &self.points[..] else { return false };
-        let apart = |a: &Point, b: &Point| {
-            let [a, b] = [a, b].map(|p| self.system.sparsity.gather(&p.unknowns.displacement));
-            norm(&b.zip(a).map(|(b, a)| b - a).collect::<Vec<_>>())
-        };
+        let apart = |a: &Point, b: &Point| norm(&self.way(&a.unknowns, &b.unknowns, 1.0));
         let scale = apart(before, last) / (last.place - before.place);
         if !(scale > 0.0 && scale.is_finite()) {
             self.outlook.turn = LimitPoint::Unclear;
@@ -73,10 +71,14 @@ impl Path<'_, '_> {
         LimitPoint::Unclear
     }
 
-    fn length_to(&self, last: &Point, found: &Equilibrium, scale: f64) -> f64 {
-        let [from, to] = [&last.unknowns, &found.unknowns]
-            .map(|unknowns| self.system.sparsity.gather(&unknowns.displacement));
-        let way: Vec<f64> = to.zip(from).map(|(b, a)| (b - a) / scale).collect();
-        norm(&way).hypot(found.place - last.place)
+    /// Length of the curve between two equilibria that are near to each other.
+    pub(crate) fn length_to(&self, last: &Point, found: &Equilibrium, scale: f64) -> f64 {
+        norm(&self.way(&last.unknowns, &found.unknowns, scale)).hypot(found.place - last.place)
+    }
+
+    /// Difference of the free displacements of two states \[relative to a scale\].
+    pub(crate) fn way(&self, from: &Unknowns, to: &Unknowns, scale: f64) -> Vec<f64> {
+        let [from, to] = [from, to].map(|u| self.system.sparsity.gather(&u.displacement));
+        to.zip(from).map(|(b, a)| (b - a) / scale).collect()
     }
 }

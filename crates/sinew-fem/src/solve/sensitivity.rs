@@ -73,21 +73,26 @@ impl System<'_> {
         load_factor: f64,
     ) -> Result<Vec<Vec<f64>>, SolveError> {
         let shift = self.factorise_at(at, theta, load_factor)?;
-        let free = self.sparsity.unknowns();
         let column = |index: usize| {
             let rate =
                 self.rate_by_theta(&at.displacement, theta, load_factor, &unit(theta, index));
-            let (change, outcome) = self.solve(rate.iter().map(|r| -r).collect(), shift)?;
-            // Written so that a NaN is an error as well.
-            let solved = outcome.relative_residual <= MOST_LEFT;
-            if !solved {
-                return Err(SolveError::Singular);
-            }
-            let mut slope = vec![0.0; at.displacement.len()];
-            self.sparsity.scatter(change[..free].iter().copied(), &mut slope);
-            self.finite(slope)
+            self.slope(rate, shift)
         };
         (0..theta.len()).map(column).collect()
+    }
+
+    /// Change of the displacement that balances a rate of the unbalanced forces, by the stiffness factorised last.
+    pub(crate) fn slope(&self, rate: Vec<f64>, shift: f64) -> Result<Vec<f64>, SolveError> {
+        let (change, outcome) = self.solve(rate.iter().map(|r| -r).collect(), shift)?;
+        // Written so that a NaN is an error as well.
+        let solved = outcome.relative_residual <= MOST_LEFT;
+        if !solved {
+            return Err(SolveError::Singular);
+        }
+        let mut slope = vec![0.0; self.body.prescribed.len()];
+        let free = self.sparsity.unknowns();
+        self.sparsity.scatter(change[..free].iter().copied(), &mut slope);
+        self.finite(slope)
     }
 
     /// Derivative of the balance of free displacements and pressures along a direction in θ.

@@ -11,9 +11,6 @@ use crate::{Options, Solution, SolveError};
 use sinew_energy::ForceBalance;
 use std::time::Instant;
 
-/// Residual of a linear system beyond which its solution is no derivative [relative to its right-hand side].
-const MOST_LEFT: f64 = 1e-6;
-
 impl Image<'_> {
     /// The equilibrium of a body at rest for θ, from a displacement near it.
     pub(super) fn loaded(
@@ -52,16 +49,7 @@ impl Image<'_> {
             if let Some(moved) = moved.get(index) {
                 right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
             }
-            right.iter_mut().for_each(|r| *r = -*r);
-            let (change, outcome) = system.solve(right, shift)?;
-            // Written so that a NaN is an error as well.
-            let solved = outcome.relative_residual <= MOST_LEFT;
-            if !solved || !change.iter().all(|c| c.is_finite()) {
-                return Err(SolveError::Singular.into());
-            }
-            let mut slope = vec![0.0; displacement.len()];
-            system.sparsity.scatter(change, &mut slope);
-            Ok(slope)
+            Ok(system.slope(right, shift)?)
         };
         theta_directions.iter().enumerate().map(slope).collect()
     }

@@ -50,8 +50,12 @@ impl<const D: usize> dyn Kernel<D> + '_ {
     }
 }
 
-/// Names, measures and values of the hyperparameters.
-fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>, values: &[f64]) -> Result<()> {
+/// Refuses kernels whose hyperparameters have no range to be adjusted in, and those along axes that there are not, of which a
+/// restriction to the domain's would leave a constant; also values that they cannot have.
+pub(crate) fn check_declarations<const D: usize>(
+    kernel: &dyn Kernel<D>,
+    values: &[f64],
+) -> Result<()> {
     let declared = kernel.hyperparameters();
     if values.len() != declared.len() {
         return fault(format!(
@@ -60,18 +64,19 @@ fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>, values: &[f64]) ->
             declared.len()
         ));
     }
-    for (number, (hyperparameter, value)) in declared.iter().zip(values).enumerate() {
+    for (hyperparameter, value) in declared.iter().zip(values) {
         let usable = *value > 0.0 && value.is_finite();
         let value = (!usable).then_some("try it at a finite value above 0");
         if let Some(problem) = unusable::<D>(hyperparameter).or(value) {
-            return fault(format!("hyperparameter {number} ({}): {problem}", hyperparameter.name));
+            let (name, of) = (hyperparameter.name, kernel.name());
+            return fault(format!("hyperparameter {name} of the {of} kernel: {problem}"));
         }
     }
     Ok(())
 }
 
 /// Reason for which a hyperparameter cannot be adjusted, if there is one.
-pub(crate) fn unusable<const D: usize>(hyperparameter: &Hyperparameter) -> Option<&'static str> {
+fn unusable<const D: usize>(hyperparameter: &Hyperparameter) -> Option<&'static str> {
     match hyperparameter.measure {
         Measure::Length { axis } | Measure::Width { axis, .. } if axis >= D => {
             Some("its axis is not one of the domain's")

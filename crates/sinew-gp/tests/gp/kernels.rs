@@ -178,6 +178,6 @@ fn faults_are_found() {
         (Measure::Length { axis: 0 }, f64::NAN),
     ] {
         let fault = check_kernel(&Declared(measure), &[value], [0.0], [1.0], 1).unwrap_err();
-        assert!(fault.to_string().contains("hyperparameter 0 (number)"), "{fault}");
+        assert!(fault.to_string().contains("hyperparameter number of the"), "{fault}");
     }
 }

@@ -58,15 +58,9 @@ impl Biventricle {
             "radius, depth, walls and edge must be positive, and an edge at most {THICKNESS_SHARE} of a wall's thickness \
              and at least {shortest}, for a grid of at most {GRID_CELLS} cells, not {sizes:?}"
         );
-        let reach = self.reach();
-        // A margin of one cell around the body, and a plane of the grid through the septum.
-        let half = [reach[0], reach[1]].map(|length| (length / edge).ceil() + 1.0);
-        let down = (reach[2] / edge).ceil() + 1.0;
-        let low = [-half[0] * edge, -half[1] * edge, -down * edge];
-        let high = [half[0] * edge, half[1] * edge, 0.0];
-        let cells = [2 * half[0] as usize, 2 * half[1] as usize, down as usize];
+        let [x, y, down] = self.reach();
         let body = |x| self.outer(x).min(self.cavity(-1.0, x)).min(self.cavity(1.0, x));
-        let mut mesh = implicit_tetrahedra(low, high, cells, body);
+        let mut mesh = implicit_tetrahedra([[x, y, down], [x, y, 0.0]], edge, body);
         self.name_sides(&mut mesh, edge);
         mesh
     }

@@ -13,20 +13,24 @@ const THIN: f64 = 0.2;
 /// Halvings until a crossing is found to rounding.
 const HALVINGS: usize = 48;
 
-/// The part of the box from `low` to `high` where `inside` is positive, as tetrahedra whose edges are about as long as
-/// those of a grid of `cells`.
+/// The body where `inside` is positive, as tetrahedra with edges of about `edge` \[length\]. It reaches so far below and above
+/// the origin along each axis; a plane through the origin, beyond which it does not reach, cuts it.
 ///
-/// The grid's tetrahedra are cut where `inside`, a function like a distance, changes its sign; nodes near the surface are moved
-/// onto it. Sides of the box cut the body sharply, other edges are rounded off by the grid.
+/// The tetrahedra of a grid are cut where `inside`, a function like a distance, changes its sign; nodes near the surface are moved
+/// onto it. Planes cut the body sharply, other edges are rounded off by the grid.
 ///
 /// # Panics
-/// When the box has no volume or no cells.
+/// When the body has no volume.
 pub(super) fn implicit_tetrahedra(
-    low: [f64; 3],
-    high: [f64; 3],
-    cells: [usize; 3],
+    reach: [[f64; 3]; 2],
+    edge: f64,
     inside: impl Fn([f64; 3]) -> f64,
 ) -> TetMesh {
+    // Planes of the grid pass through the origin, and the body has a margin of one cell.
+    let cells = |length: f64| if length > 0.0 { (length / edge).ceil() + 1.0 } else { 0.0 };
+    let [below, above] = reach.map(|side| side.map(cells));
+    let [low, high] = [below.map(|count| -count * edge), above.map(|count| count * edge)];
+    let cells: [usize; 3] = std::array::from_fn(|i| (below[i] + above[i]) as usize);
     let extent = std::array::from_fn(|i| high[i] - low[i]);
     let mut grid = box_tetrahedra(extent, cells);
     let place = |i: usize, x: f64| if x == extent[i] { high[i] } else { low[i] + x };
@@ -185,18 +189,14 @@ mod tests {
     #[test]
     fn half_a_shell_is_cut_out_of_a_box() {
         let norm = |x: [f64; 3]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-        for cells in [12, 24] {
-            let mesh = implicit_tetrahedra(
-                [-1.2, -1.2, -1.2],
-                [1.2, 1.2, 0.0],
-                [cells, cells, cells / 2],
-                |x| (1.0 - norm(x)).min(norm(x) - 0.6),
-            );
+        for step in [0.2, 0.1] {
+            let mesh = implicit_tetrahedra([[1.0; 3], [1.0, 1.0, 0.0]], step, |x| {
+                (1.0 - norm(x)).min(norm(x) - 0.6)
+            });
             let summary = quality(&mesh).unwrap();
             assert!(summary.dihedral.min > 5.0, "{summary}");
             let exact = 2.0 / 3.0 * std::f64::consts::PI * (1.0 - 0.6f64.powi(3));
             let volume = enclosed_volume(&mesh, &boundary_facets(&mesh));
-            let step = 2.4 / cells as f64;
             assert!((volume / exact - 1.0).abs() < 0.8 * step * step, "{volume} {exact}");
             // Every node of the boundary lies on one of the three surfaces.
             for node in mesh.nodes_of_facets(&boundary_facets(&mesh)) {

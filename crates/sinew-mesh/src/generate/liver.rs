@@ -46,14 +46,9 @@ impl IdealLiver {
             let end = LOBES.map(|[centre, semi]| sign * centre[axis] + semi[axis]);
             scale * end[0].max(end[1])
         };
-        let cells = |length: f64| (length / edge).ceil() + 1.0;
-        let [left, right] = [-1.0, 1.0].map(|sign| [0, 1].map(|axis| cells(ends(axis, sign))));
-        let up = cells(ends(2, 1.0));
-        let low = [-left[0] * edge, -left[1] * edge, 0.0];
-        let high = [right[0] * edge, right[1] * edge, up * edge];
-        let counts = [left[0] + right[0], left[1] + right[1], up].map(|count| count as usize);
+        let reach = [[ends(0, -1.0), ends(1, -1.0), 0.0], [0, 1, 2].map(|axis| ends(axis, 1.0))];
         let body = |x: [f64; 3]| scale * inside(x.map(|x| x / scale));
-        let mut mesh = implicit_tetrahedra(low, high, counts, body);
+        let mut mesh = implicit_tetrahedra(reach, edge, body);
         let boundary = boundary_facets(&mesh);
         mesh.name_side(&boundary, "bottom", |x| x[2] == 0.0);
         mesh.name_side(&boundary, "clamped", |x| x[2] == 0.0 && x[0] <= 0.5 * edge);

@@ -49,6 +49,13 @@ impl UnstructuredGrid {
     pub(super) fn cell(&self, index: usize) -> &[i64] {
         &self.connectivity[self.offsets[index]..self.offsets[index + 1]]
     }
+
+    /// Adds a cell.
+    pub(super) fn push(&mut self, vtk_type: u8, nodes: &[i64]) {
+        self.types.push(vtk_type);
+        self.connectivity.extend_from_slice(nodes);
+        self.offsets.push(self.connectivity.len());
+    }
 }
 
 /// VTK's numbers of the cell types that are used by name.

@@ -50,11 +50,7 @@ impl MixedMesh {
         }
         let grid = &mut self.0;
         let first = grid.types.len();
-        grid.connectivity.extend(indices);
-        for _ in 0..indices.len() / nodes {
-            grid.types.push(vtk_type);
-            grid.offsets.push(grid.offsets[grid.offsets.len() - 1] + nodes);
-        }
+        indices.chunks_exact(nodes).for_each(|cell| grid.push(vtk_type, cell));
         Ok(first..grid.types.len())
     }
 

@@ -93,26 +93,21 @@ impl PolyData {
 
 /// Adds one cell, a polygon or strip as triangles.
 pub(crate) fn add(grid: &mut UnstructuredGrid, kind: Kind, nodes: &[i64]) {
-    let mut push = |vtk_type: u8, nodes: &[i64]| {
-        grid.types.push(vtk_type);
-        grid.connectivity.extend_from_slice(nodes);
-        grid.offsets.push(grid.connectivity.len());
-    };
     match (kind, nodes) {
-        (Kind::Vertices, [_]) => push(1, nodes),
-        (Kind::Vertices, _) => push(2, nodes),
-        (Kind::Lines, [_, _]) => push(3, nodes),
-        (Kind::Lines, _) => push(4, nodes),
+        (Kind::Vertices, [_]) => grid.push(1, nodes),
+        (Kind::Vertices, _) => grid.push(2, nodes),
+        (Kind::Lines, [_, _]) => grid.push(3, nodes),
+        (Kind::Lines, _) => grid.push(4, nodes),
         (Kind::Polygons, [first, rest @ ..]) if rest.len() >= 2 => {
-            rest.windows(2).for_each(|pair| push(5, &[*first, pair[0], pair[1]]));
+            rest.windows(2).for_each(|pair| grid.push(5, &[*first, pair[0], pair[1]]));
         }
         (Kind::Strips, [_, _, _, ..]) => {
             for (index, corners) in nodes.windows(3).enumerate() {
                 let [a, b, c] = [corners[0], corners[1], corners[2]];
-                push(5, &if index % 2 == 0 { [a, b, c] } else { [b, a, c] });
+                grid.push(5, &if index % 2 == 0 { [a, b, c] } else { [b, a, c] });
             }
         }
         // A polygon or strip without a triangle in it is refused with its index.
-        _ => push(if kind == Kind::Strips { 6 } else { 7 }, nodes),
+        _ => grid.push(if kind == Kind::Strips { 6 } else { 7 }, nodes),
     }
 }

@@ -126,9 +126,7 @@ impl Triangles {
         });
         let [a, b, c] = nodes;
         // A collapsed triangle counts as a group of points, which a mesh leaves out.
-        self.grid.types.push(if a == b || b == c || c == a { 2 } else { 5 });
-        self.grid.connectivity.extend(nodes);
-        self.grid.offsets.push(self.grid.connectivity.len());
+        self.grid.push(if a == b || b == c || c == a { 2 } else { 5 }, &nodes);
     }
 
     /// Names the triangles behind each start.

@@ -7,6 +7,7 @@ use super::grid::UnstructuredGrid;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
 use crate::{Field, Problem};
+use percent_encoding::percent_decode_str;
 use std::collections::BTreeMap;
 
 /// First bytes of every legacy VTK file.
@@ -224,7 +225,7 @@ impl Reader<'_> {
         components: usize,
         owner: Owner,
     ) -> Result<(), Problem> {
-        let name = percent_decoded(self.cursor.text("the name of the attribute")?);
+        let name = decoded(self.cursor.text("the name of the attribute")?);
         let mut components = components;
         let mut kind = None;
         match keyword {
@@ -282,7 +283,7 @@ impl Reader<'_> {
                 self.metadata();
                 name = self.cursor.text("the name of an array")?;
             }
-            let name = percent_decoded(name);
+            let name = decoded(name);
             let components = self.cursor.parse("the number of components")?;
             let rows: usize = self.cursor.parse("the number of rows")?;
             let kind = self.number_type()?;
@@ -381,16 +382,7 @@ pub(crate) fn checked_offsets(offsets: &[i64], nodes: usize) -> Result<Vec<usize
     Ok(offsets.iter().map(|&offset| offset as usize).collect())
 }
 
-/// Names are written with `%20` for a blank and the like.
-fn percent_decoded(name: &str) -> String {
-    let mut bytes = Vec::with_capacity(name.len());
-    let mut rest = name.as_bytes();
-    while let [first, tail @ ..] = rest {
-        let digits =
-            tail.get(..2).filter(|d| *first == b'%' && d.iter().all(u8::is_ascii_hexdigit));
-        let code = digits.and_then(|d| u8::from_str_radix(str::from_utf8(d).ok()?, 16).ok());
-        bytes.push(code.unwrap_or(*first));
-        rest = if code.is_some() { &tail[2..] } else { tail };
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
+/// Name of a field, whose blanks and the like stand as `%20` in files.
+fn decoded(name: &str) -> String {
+    percent_decode_str(name).decode_utf8_lossy().into_owned()
 }

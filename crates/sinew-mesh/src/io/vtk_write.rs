@@ -4,7 +4,11 @@ use super::cursor::{Encoding, Endian};
 use super::sets::fields_with_sets;
 use super::vtk;
 use crate::{Field, FieldValues, Mesh, MeshError};
+use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use std::collections::BTreeMap;
+
+/// Characters of names that become `%20` and the like, as in VTK itself.
+const SEPARATORS: AsciiSet = CONTROLS.add(b' ').add(b'"').add(b'%');
 
 /// Text or binary numbers in a legacy VTK file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,7 +88,7 @@ impl Writer {
         }
         self.text(&format!("{section} {rows}\nFIELD fields {}\n", fields.len()));
         for (name, field) in fields {
-            let (name, width) = (percent_encoded(name), field.components);
+            let (name, width) = (utf8_percent_encode(name, &SEPARATORS), field.components);
             match &field.values {
                 FieldValues::Float(values) => {
                     self.text(&format!("{name} {width} {rows} double\n"));
@@ -128,20 +132,4 @@ impl Writer {
             }
         }
     }
-}
-
-/// Blanks and other separators in names become `%20` and the like, as VTK itself does.
-fn percent_encoded(name: &str) -> String {
-    let mut encoded = String::with_capacity(name.len());
-    for character in name.chars() {
-        if character.is_ascii_graphic() && !matches!(character, '"' | '%') {
-            encoded.push(character);
-        } else {
-            let mut buffer = [0; 4];
-            for byte in character.encode_utf8(&mut buffer).bytes() {
-                encoded.push_str(&format!("%{byte:02X}"));
-            }
-        }
-    }
-    encoded
 }

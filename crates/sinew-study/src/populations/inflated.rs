@@ -9,10 +9,10 @@ mod volumes;
 
 use super::options::Options;
 use super::rows::{Measured, table};
-use super::simulated::{Compared, Inputs};
+use super::simulated::Compared;
 use super::stage::INFLATED as KEY;
 use super::targets::Targets;
-use super::variant::Variant;
+use super::variant::{Inputs, Variant};
 use super::verdict;
 use crate::timing::cpu_seconds;
 use anyhow::{Result, ensure};

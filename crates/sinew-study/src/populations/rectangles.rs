@@ -2,10 +2,10 @@
 
 use super::options::Options;
 use super::rows::{Measured, table};
-use super::simulated::{Compared, Inputs, Simulated};
+use super::simulated::{Compared, Simulated};
 use super::stage;
 use super::targets::Targets;
-use super::variant::{Pace, Variant};
+use super::variant::{Inputs, Pace, Variant};
 use super::verdict;
 use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};

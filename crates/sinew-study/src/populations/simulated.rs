@@ -4,7 +4,7 @@ use super::options::Options;
 use super::rivals::in_short;
 use super::rows::{Measured, mean};
 use super::targets::Targets;
-use super::variant::{Pace, Variant, train};
+use super::variant::{Inputs, Pace, Variant, train};
 use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
@@ -53,22 +53,6 @@ pub(super) trait Simulated {
     fn distances(&self, found: &[f64]) -> Vec<f64> {
         let pairs = found.iter().zip(self.displacement());
         Self::lengths(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>())
-    }
-}
-
-/// Input of a method.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Inputs {
-    /// Number of coefficients of its shape.
-    pub numbers: usize,
-    /// Whether the solution on the coarse mesh is an input, which is then corrected.
-    pub coarse: bool,
-}
-
-impl Inputs {
-    /// Deviation from the default, for a table.
-    pub(super) fn name(self) -> &'static str {
-        if self.coarse { ", about the coarse solution" } else { "" }
     }
 }
 

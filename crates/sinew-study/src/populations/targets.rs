@@ -1,6 +1,7 @@
 //! Targets of the learning.
 
-use super::simulated::{Inputs, Simulated};
+use super::simulated::Simulated;
+use super::variant::Inputs;
 use anyhow::Result;
 use sinew_emulate::SizeRegression;
 

@@ -1,9 +1,24 @@
-//! Networks of a study and their training.
+//! Networks of a study, their inputs and their training.
 
 use super::options::Options;
-use super::simulated::Inputs;
 use anyhow::Result;
 use sinew_gnn::{Activation, Budget, DataFit, DataSet, Surrogate, Trainer, TrainingConfig};
+
+/// Input of a method.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inputs {
+    /// Number of coefficients of its shape.
+    pub numbers: usize,
+    /// Whether the solution on the coarse mesh is an input, which is then corrected.
+    pub coarse: bool,
+}
+
+impl Inputs {
+    /// Deviation from the default, for a table.
+    pub(super) fn name(self) -> &'static str {
+        if self.coarse { ", about the coarse solution" } else { "" }
+    }
+}
 
 /// One network of a study.
 #[derive(Clone, Copy, Debug)]

@@ -3,6 +3,7 @@
 use super::process::solve_process;
 use nalgebra::{Cholesky, DMatrix, RowDVector};
 use serde::{Deserialize, Serialize};
+use sinew_num::monomials;
 use std::fmt;
 
 /// Interpolation of the coefficients, for reports.
@@ -124,8 +125,11 @@ pub(super) fn fit_polynomial(
 ) -> Fitted {
     let mut best = constant(targets);
     for degree in 1..=degree {
+        let exponents = monomials(points.ncols(), degree);
         // With as many coefficients as samples, leaving one out leaves nothing to learn from.
-        let Some(exponents) = monomials(points.ncols(), degree, points.nrows() - 1) else { break };
+        if exponents.len() >= points.nrows() {
+            break;
+        }
         let basis = Basis::monomials(exponents);
         let values = basis.at_all(points);
         for exponent in -14..=0 {
@@ -151,29 +155,6 @@ fn constant(targets: &DMatrix<f64>) -> Fitted {
         weights: DMatrix::zeros(1, targets.ncols()),
         leave_one_out: targets.norm_squared() * (samples / (samples - 1.0)).powi(2),
     }
-}
-
-/// Exponents of all monomials up to a total degree, the constant first; none if more than `most`.
-pub(super) fn monomials(variables: usize, degree: usize, most: usize) -> Option<Vec<Vec<i32>>> {
-    let mut exponents = vec![vec![0; variables]];
-    let mut start = 0;
-    for _ in 0..degree {
-        let end = exponents.len();
-        for at in start..end {
-            // Raising only from the last variable used on makes each monomial once.
-            let last = exponents[at].iter().rposition(|&e| e > 0).unwrap_or(0);
-            for variable in last..variables {
-                let mut next = exponents[at].clone();
-                next[variable] += 1;
-                exponents.push(next);
-            }
-            if exponents.len() > most {
-                return None;
-            }
-        }
-        start = end;
-    }
-    Some(exponents)
 }
 
 /// Weights of least squares with a penalty on all but the first function, and the

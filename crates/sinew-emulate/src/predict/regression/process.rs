@@ -1,7 +1,8 @@
 //! Gaussian processes about a polynomial, with one length per parameter.
 
-use super::interpolation::{Basis, Fitted, Interpolation, monomials};
+use super::interpolation::{Basis, Fitted, Interpolation};
 use nalgebra::{Cholesky, DMatrix};
+use sinew_num::monomials;
 
 /// Bounds and start of the logarithms of the lengths: points have standard deviation 1.
 const LOG_LENGTH: (f64, f64, f64) = (-3.0, 0.7, 5.5);
@@ -14,8 +15,9 @@ const HIGHEST_TREND: usize = 2;
 pub(super) fn fit_process(points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Option<Fitted> {
     let fits = (0..=HIGHEST_TREND).filter_map(|trend| {
         // A trend of more than half as many coefficients as samples leaves little to the process.
-        let exponents = monomials(points.ncols(), trend, points.nrows() / 2)?;
-        search(points, targets, trend, &exponents)
+        let exponents = monomials(points.ncols(), trend);
+        let few = exponents.len() <= points.nrows() / 2;
+        few.then(|| search(points, targets, trend, &exponents)).flatten()
     });
     fits.min_by(|a, b| a.leave_one_out.total_cmp(&b.leave_one_out))
 }

@@ -3,8 +3,8 @@
 use super::ventricle::{Ventricle, Ventricles};
 use super::{ALL, LARGEST};
 use crate::populations::rows::Measured;
-use crate::populations::simulated::{Compared, Inputs, Simulated};
-use crate::populations::variant::{Pace, Variant};
+use crate::populations::simulated::{Compared, Simulated};
+use crate::populations::variant::{Inputs, Pace, Variant};
 use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};

@@ -4,10 +4,10 @@ use super::methods::{Data, PACE};
 use super::ventricle::Ventricles;
 use super::{ALL, VIRTUAL_NODES};
 use crate::populations::options::Options;
-use crate::populations::simulated::{Compared, Inputs, Simulated};
+use crate::populations::simulated::{Compared, Simulated};
 use crate::populations::stage;
 use crate::populations::targets::Targets;
-use crate::populations::variant::Variant;
+use crate::populations::variant::{Inputs, Variant};
 use anyhow::{Context, Result};
 use sinew_report::{Block, Column, Distribution, Row, Section, Table};
 

@@ -2,8 +2,9 @@
 
 use super::hull::hull_volume;
 use crate::populations::options::Options;
-use crate::populations::simulated::{Inputs, Simulated};
+use crate::populations::simulated::Simulated;
 use crate::populations::stage::{Stage, shape_parameters};
+use crate::populations::variant::Inputs;
 use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
 use rand::SeedableRng;
