@@ -30,7 +30,7 @@ pub(crate) struct NativeEmulator(Arc<Owned>);
 const MANY: usize = 1000;
 
 impl NativeEmulator {
-    /// The same emulator for another thread.
+    /// Shares the emulator with another thread.
     pub(crate) fn shared(&self) -> Self {
         Self(self.0.clone())
     }
