@@ -58,6 +58,18 @@ impl CaseArguments {
         Ok((case, folder))
     }
 
+    /// Refuses to write over the case file or the mesh of a case that was read.
+    fn keep_sources(&self, case: &Case, output: &Path) -> Result<()> {
+        let sources = [("case file", Some(&self.case)), ("mesh", case.mesh.file.as_ref())];
+        match sources.iter().find(|(_, file)| file.is_some_and(|file| same(file, output))) {
+            Some((name, _)) => refuse(format!(
+                "-o: {} is the {name} itself, which would be lost; name another file",
+                output.display()
+            )),
+            None => Ok(()),
+        }
+    }
+
     /// Arguments that name the same case, for a shell.
     fn words(&self) -> String {
         let mut words = vec![script::quoted(&self.case.to_string_lossy())];
@@ -297,6 +309,28 @@ fn make_folder(folder: &Path) -> Result<()> {
     let place = folder.display();
     std::fs::create_dir_all(folder)
         .or_else(|error| refuse(format!("{place}: {error}; check the path and the permissions")))
+}
+
+/// Whether two paths name one file, which exists.
+fn same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Refuses to replace a file that a command did not write: its own begin with its mark.
+fn keep_foreign(command: &str, mark: &str, file: &Path) -> Result<()> {
+    let own = std::fs::read(file).is_ok_and(|text| text.starts_with(mark.as_bytes()));
+    match own || !file.exists() {
+        true => Ok(()),
+        false => refuse(format!(
+            "{} is there already, and sinew {command} did not write it; name another file with -o, or remove it",
+            file.display()
+        )),
+    }
+}
+
+/// Text below a comment: a command's mark, and what the text was made from.
+fn marked(mark: &str, origin: &str, text: &str) -> String {
+    format!("{mark}{}\n{text}", origin.replace(char::is_control, " "))
 }
 
 /// Refuses a command line.

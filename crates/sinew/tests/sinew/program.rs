@@ -427,4 +427,31 @@ fn an_image_is_unloaded_and_loaded_again_from_files() {
     }
     let (code, text) = refused(folder, "unload bar.toml -o rest.vtk");
     assert!(code == 2 && text.contains(".vtu"), "{text}");
+    // Its own files are replaced.
+    done(folder, "unload bar.toml --theta lambda=12,mu=11 -o rest.vtu");
+}
+
+#[test]
+fn an_unloading_replaces_neither_its_image_nor_files_of_others() {
+    let folder = bar();
+    let folder = folder.path();
+    let image = sinew_mesh::box_tetrahedra([30.0, 6.0, 6.0], [6, 2, 2]);
+    sinew_mesh::write_vtu(folder.join("image.vtu"), &image).unwrap();
+    std::fs::write(folder.join("notes.toml"), "mine = true\n").unwrap();
+    let text = BAR
+        .replace("box = { extent = [30.0, 6.0, 6.0], cells = [6, 2, 2] }", "file = \"image.vtu\"");
+    std::fs::write(folder.join("heart.toml"), text).unwrap();
+    let kept = ["bar.toml", "heart.toml", "image.vtu", "notes.toml"];
+    let read = || kept.map(|name| std::fs::read(folder.join(name)).unwrap());
+    let before = read();
+    for (line, words) in [
+        ("unload bar.toml -o bar.vtu", "bar.toml is the case file itself"),
+        ("unload heart.toml -o ./image.vtu", "image.vtu is the mesh itself"),
+        ("unload bar.toml --mesh image.vtu -o image.vtu", "image.vtu is the mesh itself"),
+        ("unload bar.toml -o notes.vtu", "notes.toml is there already"),
+    ] {
+        let (code, told) = refused(folder, line);
+        assert!(code == 2 && told.contains(words), "{line}: {told}");
+    }
+    assert_eq!(read(), before);
 }
