@@ -311,6 +311,18 @@ fn make_folder(folder: &Path) -> Result<()> {
         .or_else(|error| refuse(format!("{place}: {error}; check the path and the permissions")))
 }
 
+/// Most parameter sets that are drawn: their table takes gigabytes.
+const MOST_SETS: usize = 100_000_000;
+
+/// A number of parameter sets of a command line.
+fn count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ 1..=MOST_SETS) => Ok(count),
+        Ok(_) => Err(format!("{text} is not in 1..={MOST_SETS}")),
+        Err(_) => Err("give a whole number, such as 100".into()),
+    }
+}
+
 /// Whether two paths name one file, which exists.
 fn same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)

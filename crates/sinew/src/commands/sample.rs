@@ -3,10 +3,9 @@
 use super::equilibria::equilibria;
 use super::script::{Scheduler, Script, quoted};
 use super::stop::Stoppable;
-use super::{CaseArguments, MOST_WARNINGS, refuse, solved, told_failure};
+use super::{CaseArguments, MOST_WARNINGS, count, refuse, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
-use clap::builder::RangedU64ValueParser;
 use serde::{Deserialize, Serialize};
 use sinew::case::Lowered;
 use sinew::output::{Balanced, Fields, Results, Row};
@@ -38,7 +37,7 @@ pub(crate) struct Sample {
     #[command(flatten)]
     case: CaseArguments,
     /// Number of parameter sets
-    #[arg(long, default_value_t = 100, value_parser = RangedU64ValueParser::<usize>::new().range(1..=100_000_000))]
+    #[arg(long, default_value_t = 100, value_parser = count)]
     count: usize,
     /// Design: Latin hypercube (one sample in each of COUNT slices of every range), Sobol sequence, or independent
     /// uniform samples

@@ -21,7 +21,7 @@ fn plain_box() -> sinew_mesh::TetMesh {
 }
 
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 44] = [
+const COMMAND_LINES: [(&str, &[&str]); 46] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -50,6 +50,8 @@ const COMMAND_LINES: [(&str, &[&str]); 44] = [
     ("solve plate.toml --pictures many", &["--pictures", "many"]),
     ("sample plate.toml --count some", &["--count", "some"]),
     ("sample plate.toml --count 0", &["--count", "0 is not in 1.."]),
+    ("plan plate.toml --count 1,0", &["--count", "0 is not in 1.."]),
+    ("plan plate.toml --count 18446744073709551615", &["--count", "is not in 1..=100000000"]),
     ("sample plate.toml --design random", &["--design", "latin-hypercube"]),
     ("sample plate.toml --shard 1/4", &["--solve"]),
     ("sample plate.toml --solve --shard 5/4", &["INDEX/COUNT"]),

@@ -113,6 +113,13 @@ fn parameters_outside_their_ranges_are_solved_with_a_warning() {
 }
 
 #[test]
+fn a_plan_for_many_sets_draws_none_of_them() {
+    let folder = bar();
+    let told = done(folder.path(), "plan bar.toml --count 10,100000000");
+    assert!(told.contains("100000000 parameter sets") && told.contains("s expected"), "{told}");
+}
+
+#[test]
 fn what_cannot_be_stored_is_not_trained_and_damage_can_be_replaced() {
     let folder = bar();
     let (_, told) = refused(folder.path(), "train bar.toml --target nan");
