@@ -17,7 +17,8 @@ use std::path::Path;
 /// Number and design of the parameter sets.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Writes OUT/sample/thetas.csv, which --theta of the other commands reads; with --solve also the equilibria.
+Writes OUT/sample/thetas.csv, which --theta of the other commands reads; with --solve also the equilibria. A folder with
+equilibria of other parameter sets is refused.
 
 Example: sinew sample OnceClampedBeam --count 200 --design sobol --solve
 
@@ -75,6 +76,9 @@ struct Campaign {
 }
 
 const CAMPAIGN: &str = "campaign.json";
+const THETAS: &str = "thetas.csv";
+/// Files and folders that solves of samples leave.
+const SOLVED: [&str; 4] = ["cases.csv", "simulations.json", "under-way", "shards"];
 
 impl Sample {
     pub(crate) fn run(&self) -> Result<()> {
@@ -90,9 +94,9 @@ impl Sample {
         let folder = folder.join("sample");
         let design: Design = serde_json::from_value(self.design.as_str().into())?;
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
-        self.check_campaign(design, &folder)?;
-        let path = folder.join("thetas.csv");
-        store::write_bytes(&path, table(body, &thetas).as_bytes())?;
+        let (path, text) = (folder.join(THETAS), table(body, &thetas));
+        self.check_campaign(design, &text, &folder)?;
+        store::write_bytes(&path, text.as_bytes())?;
         if let Some(shard) = self.shard {
             return self.solve_shard(body, &thetas, shard, &folder);
         }
@@ -165,8 +169,8 @@ impl Sample {
         Ok(())
     }
 
-    /// Refuses to mix with another campaign in the folder, and notes this one.
-    fn check_campaign(&self, design: Design, folder: &Path) -> Result<()> {
+    /// Refuses to mix with another campaign or with solved samples in the folder, and notes this campaign.
+    fn check_campaign(&self, design: Design, table: &str, folder: &Path) -> Result<()> {
         let file = folder.join(CAMPAIGN);
         let (count, seed) = (self.count, self.seed);
         let shards = self.campaign_shards();
@@ -182,8 +186,27 @@ impl Sample {
                     design.as_str().unwrap_or_default()
                 ))
             }
-            (None, Some(own)) => Ok(store::write_json(&file, &own)?),
-            _ => Ok(()),
+            (None, Some(own)) => {
+                self.check_solved(table, folder)?;
+                Ok(store::write_json(&file, &own)?)
+            }
+            _ => self.check_solved(table, folder),
+        }
+    }
+
+    /// Refuses a table of samples beside solutions of others. One process that solves may go on from the first of its samples.
+    fn check_solved(&self, table: &str, folder: &Path) -> Result<()> {
+        if !SOLVED.iter().any(|name| folder.join(name).exists()) {
+            return Ok(());
+        }
+        let earlier = std::fs::read_to_string(folder.join(THETAS)).unwrap_or_default();
+        let goes_on = self.solve && self.shard.is_none() && table.starts_with(&earlier);
+        match goes_on || table == earlier {
+            true => Ok(()),
+            false => refuse(format!(
+                "{} holds solutions of other parameter sets; choose another --out, or remove this folder",
+                folder.display()
+            )),
         }
     }
 

@@ -328,6 +328,29 @@ fn a_campaign_in_shards_is_that_of_one_process() {
 }
 
 #[test]
+fn samples_are_not_written_beside_solutions_of_others() {
+    let folder = bar();
+    let folder = folder.path();
+    done(folder, "sample bar.toml --count 3 --design sobol --solve");
+    let kept = ["thetas.csv", "cases.csv", "theta.npy"];
+    let read = || kept.map(|name| std::fs::read(folder.join("out/bar/sample").join(name)).unwrap());
+    let before = read();
+    for other in ["--seed 2", "--seed 2 --solve", "--count 4 --design sobol", "--solve --shard 1/2"]
+    {
+        let (code, told) = refused(folder, &format!("sample bar.toml {other}"));
+        let named = "out/bar/sample holds solutions of other parameter sets; choose another --out";
+        assert!(code == 2 && told.contains(named), "{other}: {told}");
+        assert!(!folder.join("out/bar/sample/campaign.json").exists());
+    }
+    assert_eq!(read(), before);
+    // The same samples, and solves that go on from them.
+    done(folder, "sample bar.toml --count 3 --design sobol");
+    assert_eq!(read(), before);
+    done(folder, "sample bar.toml --count 4 --design sobol --solve");
+    assert!(read().iter().zip(&before).all(|(grown, before)| grown.len() > before.len()));
+}
+
+#[test]
 fn trainings_begin_from_what_there_is() {
     let folder = bar();
     let folder = folder.path();
