@@ -95,11 +95,12 @@ fn named(names: &[&str], values: &[&str], parameters: &[Parameter]) -> Result<Ve
     parameters.iter().zip(&columns).map(read).collect()
 }
 
-/// A parameter, by its place in θ, with the ends of a way along it, from `name=START..END` such as `p=0..8mmHg`. A unit after the
-/// second end is that of both, unless the first names its own.
+/// A parameter, by its place in θ, with the ends of a way along it, from `name=START..END` such as `p=0..8mmHg`. Without a unit
+/// an end has that of its parameter; beside an end in another unit only 0 may have none.
 ///
 /// # Errors
-/// A text of another form, a name that is not a parameter, an end that is not a number or has another unit, ends that are the same.
+/// A text of another form, a name that is not a parameter, an end that is not a number or has another unit, ends that are the same,
+/// an end whose unit may be either of two.
 ///
 /// ```
 /// use sinew::{Parameter, parse_way};
@@ -122,18 +123,41 @@ pub fn parse_way(text: &str, parameters: &[Parameter]) -> Result<(usize, [f64; 2
     };
     let parameter = &parameters[index];
     let (start, end) = (start.trim(), end.trim());
-    let unit = match number_and_unit(end).1 {
-        "" => parameter.unit.clone(),
-        given => unit_of(given, parameter).map_err(error)?,
-    };
-    let read = |text| number(text, &unit, parameter).map_err(error);
+    if end.starts_with('.') {
+        let reason = "write two points between the ends, such as 8..16, and fractions as 0.16";
+        return Err(error(reason.into()));
+    }
+    let read = |text| number(text, &parameter.unit, parameter).map_err(error);
     let ends = [read(start)?, read(end)?];
+    if let Some((bare, unit)) = unclear([start, end], ends, parameter) {
+        let own = parameter.unit.name();
+        let reason = format!(
+            "`{bare}` has no unit, and the other end is in {unit}; write {bare}{own} or {bare}{unit}"
+        );
+        return Err(error(reason));
+    }
     match ends[0] == ends[1] {
         true => {
             Err(error(format!("both ends are {}; give two values", parameter.unit.format(ends[0]))))
         }
         false => Ok((index, ends)),
     }
+}
+
+/// An end of a way without unit, other than 0, and the unit of the other end where that is not the parameter's.
+fn unclear<'a>(
+    [start, end]: [&'a str; 2],
+    ends: [f64; 2],
+    parameter: &Parameter,
+) -> Option<(&'a str, &'a str)> {
+    let pairs = [(start, ends[0], end), (end, ends[1], start)];
+    let found = pairs.map(|(bare, value, other)| {
+        let (own, given) = (number_and_unit(bare).1, number_and_unit(other).1);
+        let differs = unit_of(given, parameter)
+            .is_ok_and(|u| u.in_scene(1.0) != parameter.unit.in_scene(1.0));
+        (own.is_empty() && value != 0.0 && differs).then_some((bare, given))
+    });
+    found.into_iter().flatten().next()
 }
 
 /// θ from a CSV table, as [`read_rows`]; every row must be one.
