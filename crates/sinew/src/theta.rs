@@ -54,6 +54,18 @@ fn said(parameter: &Parameter, value: f64, digits: usize) -> String {
 /// assert!(error.contains("did you mean `lambda`?"), "{error}");
 /// ```
 pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, ThetaText> {
+    parse_theta_but(text, parameters, None)
+}
+
+/// [`parse_theta`] of a text that may lack one parameter, which is given by its place and its value then.
+///
+/// # Errors
+/// As [`parse_theta`].
+pub fn parse_theta_but(
+    text: &str,
+    parameters: &[Parameter],
+    spare: Option<(usize, f64)>,
+) -> Result<Vec<f64>, ThetaText> {
     let error = |reason| ThetaText { place: format!("--theta {text}"), reason };
     let (mut names, mut values) = (Vec::new(), Vec::new());
     for pair in text.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
@@ -66,7 +78,16 @@ pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, The
         names.push(name.trim());
         values.push(value.trim());
     }
-    named(&names, &values, parameters).map_err(error)
+    let spare = spare.filter(|&(index, _)| !names.contains(&parameters[index].name.as_str()));
+    if let Some((index, _)) = spare {
+        names.push(&parameters[index].name);
+        values.push("0");
+    }
+    let mut theta = named(&names, &values, parameters).map_err(error)?;
+    if let Some((index, value)) = spare {
+        theta[index] = value;
+    }
+    Ok(theta)
 }
 
 /// θ from names and texts such as `("p", "7 mmHg")`, in any order, as [`parse_theta`].

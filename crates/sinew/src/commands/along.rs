@@ -15,7 +15,7 @@ use std::path::Path;
 #[derive(Debug, clap::Args)]
 pub(crate) struct Way {
     /// Solve along a path of one parameter: NAME=START..END, such as p=0..8mmHg. An end without unit has the parameter's, and is
-    /// refused beside another one, but for 0. START is reached from rest by load increments; --theta sets the other parameters
+    /// refused beside another one, but for 0. START is reached from rest by load increments; --theta gives the others
     #[arg(long, value_name = "NAME=START..END", conflicts_with_all = ["check_mesh", "load_steps", "pictures", "arrays"])]
     along: Option<String>,
     /// Steps of the path; there is one frame more than steps
@@ -40,7 +40,7 @@ impl Way {
     ) -> Result<()> {
         let body = lowered.body();
         let (index, ends) = parse_way(way, &body.parameters)?;
-        let given = theta.read(body)?.thetas();
+        let given = theta.read_but(body, Some(index))?.thetas();
         let [theta] = &given[..] else {
             return refuse(format!("--along: give one set of parameters, not {}", given.len()));
         };

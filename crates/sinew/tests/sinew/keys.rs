@@ -376,6 +376,13 @@ fn a_pressure_is_followed_frame_by_frame() {
     };
     let exact: f64 = (0..body.volumes.len()).map(|p| body.volumes[p] * ratio(p)).sum();
     assert!((volumes / exact - 1.0).abs() < 1e-6, "{volumes} {exact}");
+    // θ of the others is enough.
+    let others = "a=0.18,b=2.6,a_f=3.3,b_f=2.7";
+    let along = ["--along", "p=0..1mmHg", "--frames", "1", "--theta", others];
+    let done = sinew(&[&["solve", &file, "--out", &out], &along[..]].concat());
+    assert!(done.status.success(), "{}", lines(&done.stderr));
+    let less = sinew(&["solve", &file, "--along", "p=0..1", "--theta", "a=0.18,b=2.6,a_f=3.3"]);
+    assert!(lines(&less.stderr).contains("b_f (from"), "{}", lines(&less.stderr));
     let refused = |way: &str, words: &[&str]| {
         let done = follow(way);
         let told = lines(&done.stderr);
