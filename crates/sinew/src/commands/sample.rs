@@ -27,10 +27,12 @@ again; sinew merge puts the shards together:
 
   sinew sample heart.toml --count 3000 --solve --shard 1/16    # to 16/16, anywhere with the same OUT
   sinew merge heart.toml
-  sinew train heart.toml --recipe hybrid --simulations out/heart/sample
+  sinew train heart.toml --recipe hybrid --simulations OUT/sample
 
   sinew sample heart.toml --count 3000 --script slurm --shards 16    # the same as one job array
-  sh out/heart/sample/slurm.sh --time=04:00:00
+  sh OUT/sample/slurm.sh --time=04:00:00
+
+OUT is out/NAME by the `name` of the case, or of its file where it has none.
 
 On Ctrl-C, or on SIGTERM, which schedulers send before the time is up, finished solves are stored and the exit code is 3. The
 same command continues.")]

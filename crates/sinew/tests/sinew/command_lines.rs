@@ -110,6 +110,10 @@ fn every_command_has_help() {
         "mesh ventricle",
     ];
     let (_, whole, _) = sinew(folder.path(), "--help");
+    assert!(!whole.contains("--theta p=8mmHg -o"), "θ of a heart has more parameters: {whole}");
+    assert!(whole.contains("3 sinew sample --solve or sinew evaluate was stopped"), "{whole}");
+    let (_, sampling, _) = sinew(folder.path(), "sample --help");
+    assert!(!sampling.contains("out/heart") && sampling.contains("sh OUT/sample"), "{sampling}");
     for command in commands {
         let (code, help, _) = sinew(folder.path(), &format!("{command} --help"));
         assert_eq!(code, 0, "{command}");
