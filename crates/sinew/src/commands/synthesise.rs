@@ -1,6 +1,6 @@
 //! Data of patients that do not exist.
 
-use super::{Usage, keep_foreign, marked, refuse, same};
+use super::{Usage, check_folder, keep_foreign, marked, refuse, same};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::{Parameter, PatientFile, admissible, outside, parse_theta};
@@ -26,12 +26,13 @@ pub(crate) struct Synthesise {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// File to write
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, visible_alias = "out", value_name = "FILE")]
     output: PathBuf,
 }
 
 impl Synthesise {
     pub(crate) fn run(&self) -> Result<()> {
+        check_folder(&self.output)?;
         let file = PatientFile::read(&self.patient)?;
         if same(&self.output, &self.patient) {
             return refuse("-o: this is the patient file itself; name another".into());

@@ -1,6 +1,6 @@
 //! Bodies at rest of loaded images.
 
-use super::{CaseArguments, ThetaArguments, keep_foreign, marked, refuse, warn_of_locking};
+use super::{CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, refuse, warn_of_locking};
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use sinew::output::displacement_in_words;
@@ -30,11 +30,11 @@ a .toml that unload did not write are not replaced.
 Example: sinew unload LeftVentricle --mesh wall.vtu --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg -o rest.vtu")]
 pub(crate) struct UnloadCommand {
     #[command(flatten)]
-    case: CaseArguments,
+    case: CaseFile,
     #[command(flatten)]
     theta: ThetaArguments,
     /// Output: mesh of the reference configuration
-    #[arg(short, long, value_name = "FILE", default_value = "rest.vtu")]
+    #[arg(short, long, visible_alias = "out", value_name = "FILE", default_value = "rest.vtu")]
     output: PathBuf,
     /// Whether fibre directions of the image are pulled back to the reference configuration, or kept
     #[arg(long, value_name = "HOW", default_value = "carried")]
@@ -52,10 +52,8 @@ enum Convention {
 
 impl UnloadCommand {
     pub(crate) fn run(&self) -> Result<()> {
-        if self.output.extension().is_none_or(|extension| extension != "vtu") {
-            return refuse(format!("-o {}: the name must end with .vtu", self.output.display()));
-        }
-        let (case, image, _) = self.case.open()?;
+        check_vtu(&self.output)?;
+        let (case, image) = self.case.open()?;
         let file = self.output.with_extension("toml");
         [&self.output, &file].into_iter().try_for_each(|to| self.case.keep_sources(&case, to))?;
         keep_foreign("unload", MARK, &file)?;

@@ -21,7 +21,7 @@ fn plain_box() -> sinew_mesh::TetMesh {
 }
 
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 46] = [
+const COMMAND_LINES: [(&str, &[&str]); 51] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -74,6 +74,17 @@ const COMMAND_LINES: [(&str, &[&str]); 46] = [
         "mesh ventricle --endocardium none.stl --epicardium none.stl --angles steep",
         &["--angles steep", "60,-60"],
     ),
+    (
+        "mesh ventricle --endocardium none.stl --epicardium none.stl -o w0.stl",
+        &["-o w0.stl", "must end with .vtu"],
+    ),
+    (
+        "mesh ventricle --endocardium none.stl --epicardium none.stl --output gone/w.vtu",
+        &["-o gone/w.vtu", "no folder gone", "make it"],
+    ),
+    ("mesh ventricle --endocardium none.stl --epicardium none.stl --out w.stl", &["-o w.stl"]),
+    ("unload plate.toml --out gone/rest.vtu", &["-o gone/rest.vtu", "no folder gone"]),
+    ("synthesise plate.toml --theta mu=9 --out gone/made.toml", &["no folder gone", "make it"]),
 ];
 
 #[test]
