@@ -340,12 +340,13 @@ fn make_folder(folder: &Path) -> Result<()> {
 }
 
 /// Most parameter sets that are drawn: their table takes gigabytes.
-const MOST_SETS: usize = 100_000_000;
+const MOST_SETS: f64 = 1e8;
 
-/// A number of parameter sets of a command line.
+/// A number of parameter sets of a command line, such as 10000 or 1e4.
 fn count(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count @ 1..=MOST_SETS) => Ok(count),
+    match text.parse::<f64>() {
+        Ok(count) if count.fract() != 0.0 => Err("give a whole number, such as 100".into()),
+        Ok(count) if (1.0..=MOST_SETS).contains(&count) => Ok(count as usize),
         Ok(_) => Err(format!("{text} is not in 1..={MOST_SETS}")),
         Err(_) => Err("give a whole number, such as 100".into()),
     }

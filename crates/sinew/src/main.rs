@@ -83,10 +83,20 @@ enum Command {
     New(scenes::New),
 }
 
+/// Options whose numbers may be written as clap knows none with a minus: -1e-3, -5s.
+const NUMBERS: [&str; 5] = ["accuracy", "budget", "edge", "minutes", "target"];
+
+/// A command that takes what begins with a minus after an option for its value, to be refused with the option's name.
+fn signed(command: clap::Command) -> clap::Command {
+    let number = |option: clap::Arg| match NUMBERS.contains(&option.get_id().as_str()) {
+        true => option.allow_hyphen_values(true),
+        false => option,
+    };
+    command.allow_negative_numbers(true).mut_args(number).mut_subcommands(signed)
+}
+
 fn main() -> ExitCode {
-    // What begins with a minus after an option is its value, to be refused with the option's name.
-    let program =
-        Arguments::command().mut_subcommands(|command| command.allow_negative_numbers(true));
+    let program = Arguments::command().mut_subcommands(signed);
     let arguments = Arguments::from_arg_matches(&program.get_matches());
     let done = match arguments.unwrap_or_else(|error| error.exit()).command {
         Command::Mesh(command) => command.run(),

@@ -218,7 +218,13 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
     let names: Vec<&str> = heads.iter().map(|(name, _)| *name).collect();
     let columns = columns(&names, parameters).map_err(|reason| {
         let other = [';', '\t'].into_iter().find(|&mark| header.contains(mark));
-        let advice = other.map_or("", |_| "; separate columns by commas, with points in decimals");
+        let advice = match other {
+            Some(_) => "; separate columns by commas, with points in decimals",
+            None if matches!(names[0], "" | "case") => {
+                "; leave the first column out (in pandas: to_csv with index=False)"
+            }
+            None => "",
+        };
         error(first, reason + advice)
     })?;
     let unit = |(p, &column): (&Parameter, &usize)| match heads[column].1 {

@@ -42,9 +42,10 @@ impl Plan {
         // The costs are measured at the first set; of the others only the number counts.
         let first = Design::Uniform.sample(&body.parameters, 1, SEED)?;
         for &count in &self.count {
-            println!("{count} parameter sets to {:e}", self.accuracy);
             let sets = (&first[..], count);
-            table(&Costs::for_sets(&body, sets, self.accuracy, emulator.as_ref())?);
+            let costs = Costs::for_sets(&body, sets, self.accuracy, emulator.as_ref())?;
+            println!("{count} parameter sets to {:e}", self.accuracy);
+            table(&costs);
         }
         Ok(())
     }

@@ -21,7 +21,7 @@ fn plain_box() -> sinew_mesh::TetMesh {
 }
 
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 51] = [
+const COMMAND_LINES: [(&str, &[&str]); 58] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -36,6 +36,11 @@ const COMMAND_LINES: [(&str, &[&str]); 51] = [
         &["loads.0.facets", "`z_min`", "facet sets of the mesh: none"],
     ),
     ("train plate.toml --minutes -1", &["budget", "-60", "give a positive"]),
+    ("train plate.toml --minutes -1e-3", &["budget", "-0.06", "give a positive"]),
+    ("train plate.toml --target -1e-3", &["target of a regression is -0.001"]),
+    ("plan plate.toml --accuracy -1e-3", &["accuracy", "-0.001", "from 1e-10 to 0.5"]),
+    ("predict plate.toml --accuracy -1e-3", &["accuracy", "-0.001", "from 1e-10 to 0.5"]),
+    ("calibrate plate.toml --budget -5s", &["--budget", "-5s", "60s"]),
     ("train plate.toml --target nan", &["target of a regression is NaN"]),
     ("train plate.toml --recipe dd --simulations none --out kept", &["none holds no simulations"]),
     ("train plate.toml --recipe dd --from none", &["cannot start from none"]),
@@ -49,6 +54,8 @@ const COMMAND_LINES: [(&str, &[&str]); 51] = [
     ("solve plate.toml --pictures -1", &["--pictures", "-1"]),
     ("solve plate.toml --pictures many", &["--pictures", "many"]),
     ("sample plate.toml --count some", &["--count", "some"]),
+    ("sample plate.toml --count 1.5", &["--count", "give a whole number"]),
+    ("sample plate.toml --count -1e4", &["--count", "-1e4"]),
     ("sample plate.toml --count 0", &["--count", "0 is not in 1.."]),
     ("plan plate.toml --count 1,0", &["--count", "0 is not in 1.."]),
     ("plan plate.toml --count 18446744073709551615", &["--count", "is not in 1..=100000000"]),

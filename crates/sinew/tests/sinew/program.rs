@@ -115,7 +115,7 @@ fn parameters_outside_their_ranges_are_solved_with_a_warning() {
 #[test]
 fn a_plan_for_many_sets_draws_none_of_them() {
     let folder = bar();
-    let told = done(folder.path(), "plan bar.toml --count 10,100000000");
+    let told = done(folder.path(), "plan bar.toml --count 10,1e8");
     assert!(told.contains("100000000 parameter sets") && told.contains("s expected"), "{told}");
 }
 
@@ -434,6 +434,8 @@ fn surfaces_become_a_ventricle_that_solves() {
     assert!(code == 2 && told.contains("none.vtk"), "{told}");
     let (code, told) = ask("--endocardium endo.vtk --trim 1,2");
     assert!(code == 2 && told.contains("x,y,z,nx,ny,nz"), "{told}");
+    let (code, told) = ask("--endocardium endo.vtk --edge -1");
+    assert!(code == 2 && told.contains("edges cannot be -1"), "{told}");
     let (code, told) = ask("--endocardium epi.vtk");
     assert!(code == 2 && told.contains("give the plane of the base"), "{told}");
 }
