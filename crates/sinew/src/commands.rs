@@ -33,14 +33,63 @@ use sinew_fem::Options;
 use std::path::{Path, PathBuf};
 use stop::Stoppable;
 
-/// Body and folder of the results.
+/// A case, and its mesh where that is another one.
 #[derive(Debug, Args)]
-pub(crate) struct CaseArguments {
+pub(crate) struct CaseFile {
     /// Case file, or the name of a built-in scene (`sinew scenes`)
     case: PathBuf,
     /// Mesh file (VTK, VTU, gmsh or Abaqus) instead of the case's own mesh
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
+}
+
+impl CaseFile {
+    /// The case on its mesh.
+    fn read(&self) -> Result<Case> {
+        let case = Case::read(&self.case)?;
+        Ok(match &self.mesh {
+            Some(mesh) => case.with_mesh(mesh.clone()),
+            None => case,
+        })
+    }
+
+    /// Case and body; warnings of the body are told on standard error. A case without a potential is refused.
+    pub(crate) fn open(&self) -> Result<(Case, Body)> {
+        let case = self.read()?;
+        let body = case.body()?;
+        tell_doubts(&case, &body);
+        Ok((case, body))
+    }
+
+    /// Arguments that name the same case, for a shell.
+    fn words(&self) -> String {
+        let mesh = self.mesh.as_ref().map(|mesh| format!(" --mesh {}", quoted(mesh)));
+        quoted(&self.case) + &mesh.unwrap_or_default()
+    }
+
+    /// Refuses to write over the case file or the mesh of a case that was read.
+    fn keep_sources(&self, case: &Case, output: &Path) -> Result<()> {
+        let sources = [("case file", Some(&self.case)), ("mesh", case.mesh.file.as_ref())];
+        match sources.iter().find(|(_, file)| file.is_some_and(|file| same(file, output))) {
+            Some((name, _)) => refuse(format!(
+                "-o: {} is the {name} itself, which would be lost; name another file",
+                output.display()
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A path for a shell.
+fn quoted(path: &Path) -> String {
+    script::quoted(&path.to_string_lossy())
+}
+
+/// Body and folder of the results.
+#[derive(Debug, Args)]
+pub(crate) struct CaseArguments {
+    #[command(flatten)]
+    file: CaseFile,
     /// Folder for results [default: out/NAME]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -49,30 +98,21 @@ pub(crate) struct CaseArguments {
 impl CaseArguments {
     /// The case and the folder for its results.
     pub(crate) fn read(&self) -> Result<(Case, PathBuf)> {
-        let case = Case::read(&self.case)?;
-        let case = match &self.mesh {
-            Some(mesh) => case.with_mesh(mesh.clone()),
-            None => case,
-        };
+        let case = self.file.read()?;
         let folder = self.folder(&case);
         Ok((case, folder))
     }
 
-    /// Arguments that name the same case, for a shell.
+    /// Arguments that name the same case and folder, for a shell.
     fn words(&self) -> String {
-        let mut words = vec![script::quoted(&self.case.to_string_lossy())];
-        for (option, path) in [("--mesh", &self.mesh), ("--out", &self.out)] {
-            let path = path.iter().map(|path| script::quoted(&path.to_string_lossy()));
-            words.extend(path.flat_map(|path| [option.to_string(), path]));
-        }
-        words.join(" ")
+        let out = self.out.as_ref().map(|out| format!(" --out {}", quoted(out)));
+        self.file.words() + &out.unwrap_or_default()
     }
 
-    /// Case, body and folder; warnings of the body are told on standard error. A case without a potential is refused.
+    /// [`CaseFile::open`], and the folder.
     pub(crate) fn open(&self) -> Result<(Case, Body, PathBuf)> {
-        let (case, folder) = self.read()?;
-        let body = case.body()?;
-        tell_doubts(&case, &body);
+        let (case, body) = self.file.open()?;
+        let folder = self.folder(&case);
         Ok((case, body, folder))
     }
 
@@ -297,6 +337,62 @@ fn make_folder(folder: &Path) -> Result<()> {
     let place = folder.display();
     std::fs::create_dir_all(folder)
         .or_else(|error| refuse(format!("{place}: {error}; check the path and the permissions")))
+}
+
+/// Most parameter sets that are drawn: their table takes gigabytes.
+const MOST_SETS: f64 = 1e8;
+
+/// A number of parameter sets of a command line, such as 10000 or 1e4.
+fn count(text: &str) -> Result<usize, String> {
+    match text.parse::<f64>() {
+        Ok(count) if count.fract() != 0.0 => Err("give a whole number, such as 100".into()),
+        Ok(count) if (1.0..=MOST_SETS).contains(&count) => Ok(count as usize),
+        Ok(_) => Err(format!("{text} is not in 1..={MOST_SETS}")),
+        Err(_) => Err("give a whole number, such as 100".into()),
+    }
+}
+
+/// Whether two paths name one file, which exists.
+fn same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Requires the name of a VTU file in a folder that exists, before anything is computed for it.
+fn check_vtu(file: &Path) -> Result<()> {
+    match file.extension().is_some_and(|extension| extension == "vtu") {
+        true => check_folder(file),
+        false => refuse(format!("-o {}: the name must end with .vtu", file.display())),
+    }
+}
+
+/// Requires that the folder of a file exists.
+fn check_folder(file: &Path) -> Result<()> {
+    let folder = file.parent().unwrap_or(file);
+    match folder.as_os_str().is_empty() || folder.is_dir() {
+        true => Ok(()),
+        false => refuse(format!(
+            "-o {}: there is no folder {}; make it, or name another file",
+            file.display(),
+            folder.display()
+        )),
+    }
+}
+
+/// Refuses to replace a file that a command did not write: its own begin with its mark.
+fn keep_foreign(command: &str, mark: &str, file: &Path) -> Result<()> {
+    let own = std::fs::read(file).is_ok_and(|text| text.starts_with(mark.as_bytes()));
+    match own || !file.exists() {
+        true => Ok(()),
+        false => refuse(format!(
+            "{} is there already, and sinew {command} did not write it; name another file with -o, or remove it",
+            file.display()
+        )),
+    }
+}
+
+/// Text below a comment: a command's mark, and what the text was made from.
+fn marked(mark: &str, origin: &str, text: &str) -> String {
+    format!("{mark}{}\n{text}", origin.replace(char::is_control, " "))
 }
 
 /// Refuses a command line.

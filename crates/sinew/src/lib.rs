@@ -111,8 +111,8 @@ pub use sinew_mesh::MeshError;
 pub use sinew_networks::{Backend, Recipe, load, recipe};
 pub use sinew_report::ReportError;
 pub use theta::{
-    TableRow, ThetaText, admissible, outside, parse_theta, parse_way, range_in_words, read_rows,
-    read_thetas, theta_in_words, theta_of,
+    TableRow, ThetaText, admissible, outside, parse_theta, parse_theta_but, parse_way,
+    range_in_words, read_rows, read_thetas, theta_in_words, theta_of,
 };
 pub use viewer::{ViewerError, viewer};
 pub use wall::ventricle;

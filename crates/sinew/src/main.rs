@@ -17,7 +17,7 @@ From a mesh to predictions:
   sinew new OnceClampedBeam > beam.toml           a case file, to be edited: docs/case-file.md explains every key
   sinew solve beam.toml --theta mu=75,lambda=80   one equilibrium, for ParaView
   sinew solve IdealVentricle --along p=0..8mmHg   a body while its pressure rises, frame by frame
-  sinew unload heart.toml --theta p=8mmHg -o rest.vtu   the reference configuration of a loaded mesh
+  sinew unload heart.toml -o rest.vtu             the reference configuration of a mesh loaded as --theta says
   sinew train beam.toml                           an emulator; --recipe and --minutes say how
   sinew predict beam.toml --theta thetas.csv      displacements for every row of a table, with error estimates
   sinew correct beam.toml --theta mu=75,lambda=80 --steps 2
@@ -34,7 +34,8 @@ CASE is a case file or the name of a built-in scene. Results go to out/NAME (--o
 are in the units that the case file gives them in, unless a value names its own (p=7mmHg).
 
 Exit codes: 0 success; 1 no result, or not for every row; 2 an error in the command line, the case file or a table of
-parameters, whose correct rows are computed; 3 stopped by SIGTERM or Ctrl-C with everything stored: the same command goes on.";
+parameters, whose correct rows are computed; 3 sinew sample --solve or sinew evaluate was stopped by SIGTERM or Ctrl-C with
+everything stored: the same command goes on.";
 
 /// Physics-informed emulation of soft-tissue mechanics: solve, train, predict and correct bodies from case files.
 #[derive(Debug, Parser)]
@@ -82,10 +83,20 @@ enum Command {
     New(scenes::New),
 }
 
+/// Options whose numbers may be written as clap knows none with a minus: -1e-3, -5s.
+const NUMBERS: [&str; 5] = ["accuracy", "budget", "edge", "minutes", "target"];
+
+/// A command that takes what begins with a minus after an option for its value, to be refused with the option's name.
+fn signed(command: clap::Command) -> clap::Command {
+    let number = |option: clap::Arg| match NUMBERS.contains(&option.get_id().as_str()) {
+        true => option.allow_hyphen_values(true),
+        false => option,
+    };
+    command.allow_negative_numbers(true).mut_args(number).mut_subcommands(signed)
+}
+
 fn main() -> ExitCode {
-    // What begins with a minus after an option is its value, to be refused with the option's name.
-    let program =
-        Arguments::command().mut_subcommands(|command| command.allow_negative_numbers(true));
+    let program = Arguments::command().mut_subcommands(signed);
     let arguments = Arguments::from_arg_matches(&program.get_matches());
     let done = match arguments.unwrap_or_else(|error| error.exit()).command {
         Command::Mesh(command) => command.run(),

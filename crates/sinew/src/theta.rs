@@ -54,6 +54,18 @@ fn said(parameter: &Parameter, value: f64, digits: usize) -> String {
 /// assert!(error.contains("did you mean `lambda`?"), "{error}");
 /// ```
 pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, ThetaText> {
+    parse_theta_but(text, parameters, None)
+}
+
+/// [`parse_theta`] of a text that may lack one parameter, which is given by its place and its value then.
+///
+/// # Errors
+/// As [`parse_theta`].
+pub fn parse_theta_but(
+    text: &str,
+    parameters: &[Parameter],
+    spare: Option<(usize, f64)>,
+) -> Result<Vec<f64>, ThetaText> {
     let error = |reason| ThetaText { place: format!("--theta {text}"), reason };
     let (mut names, mut values) = (Vec::new(), Vec::new());
     for pair in text.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
@@ -66,7 +78,16 @@ pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, The
         names.push(name.trim());
         values.push(value.trim());
     }
-    named(&names, &values, parameters).map_err(error)
+    let spare = spare.filter(|&(index, _)| !names.contains(&parameters[index].name.as_str()));
+    if let Some((index, _)) = spare {
+        names.push(&parameters[index].name);
+        values.push("0");
+    }
+    let mut theta = named(&names, &values, parameters).map_err(error)?;
+    if let Some((index, value)) = spare {
+        theta[index] = value;
+    }
+    Ok(theta)
 }
 
 /// θ from names and texts such as `("p", "7 mmHg")`, in any order, as [`parse_theta`].
@@ -95,11 +116,12 @@ fn named(names: &[&str], values: &[&str], parameters: &[Parameter]) -> Result<Ve
     parameters.iter().zip(&columns).map(read).collect()
 }
 
-/// A parameter, by its place in θ, with the ends of a way along it, from `name=START..END` such as `p=0..8mmHg`. A unit after the
-/// second end is that of both, unless the first names its own.
+/// A parameter, by its place in θ, with the ends of a way along it, from `name=START..END` such as `p=0..8mmHg`. Without a unit
+/// an end has that of its parameter; beside an end in another unit only 0 may have none.
 ///
 /// # Errors
-/// A text of another form, a name that is not a parameter, an end that is not a number or has another unit, ends that are the same.
+/// A text of another form, a name that is not a parameter, an end that is not a number or has another unit, ends that are the same,
+/// an end whose unit may be either of two.
 ///
 /// ```
 /// use sinew::{Parameter, parse_way};
@@ -122,18 +144,41 @@ pub fn parse_way(text: &str, parameters: &[Parameter]) -> Result<(usize, [f64; 2
     };
     let parameter = &parameters[index];
     let (start, end) = (start.trim(), end.trim());
-    let unit = match number_and_unit(end).1 {
-        "" => parameter.unit.clone(),
-        given => unit_of(given, parameter).map_err(error)?,
-    };
-    let read = |text| number(text, &unit, parameter).map_err(error);
+    if end.starts_with('.') {
+        let reason = "write two points between the ends, such as 8..16, and fractions as 0.16";
+        return Err(error(reason.into()));
+    }
+    let read = |text| number(text, &parameter.unit, parameter).map_err(error);
     let ends = [read(start)?, read(end)?];
+    if let Some((bare, unit)) = unclear([start, end], ends, parameter) {
+        let own = parameter.unit.name();
+        let reason = format!(
+            "`{bare}` has no unit, and the other end is in {unit}; write {bare}{own} or {bare}{unit}"
+        );
+        return Err(error(reason));
+    }
     match ends[0] == ends[1] {
         true => {
             Err(error(format!("both ends are {}; give two values", parameter.unit.format(ends[0]))))
         }
         false => Ok((index, ends)),
     }
+}
+
+/// An end of a way without unit, other than 0, and the unit of the other end where that is not the parameter's.
+fn unclear<'a>(
+    [start, end]: [&'a str; 2],
+    ends: [f64; 2],
+    parameter: &Parameter,
+) -> Option<(&'a str, &'a str)> {
+    let pairs = [(start, ends[0], end), (end, ends[1], start)];
+    let found = pairs.map(|(bare, value, other)| {
+        let (own, given) = (number_and_unit(bare).1, number_and_unit(other).1);
+        let differs = unit_of(given, parameter)
+            .is_ok_and(|u| u.in_scene(1.0) != parameter.unit.in_scene(1.0));
+        (own.is_empty() && value != 0.0 && differs).then_some((bare, given))
+    });
+    found.into_iter().flatten().next()
 }
 
 /// θ from a CSV table, as [`read_rows`]; every row must be one.
@@ -173,7 +218,13 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
     let names: Vec<&str> = heads.iter().map(|(name, _)| *name).collect();
     let columns = columns(&names, parameters).map_err(|reason| {
         let other = [';', '\t'].into_iter().find(|&mark| header.contains(mark));
-        let advice = other.map_or("", |_| "; separate columns by commas, with points in decimals");
+        let advice = match other {
+            Some(_) => "; separate columns by commas, with points in decimals",
+            None if matches!(names[0], "" | "case") => {
+                "; leave the first column out (in pandas: to_csv with index=False)"
+            }
+            None => "",
+        };
         error(first, reason + advice)
     })?;
     let unit = |(p, &column): (&Parameter, &usize)| match heads[column].1 {

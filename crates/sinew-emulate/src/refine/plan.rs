@@ -87,7 +87,20 @@ impl Plan {
         accuracy: f64,
         emulator: Option<&Emulator<'_>>,
     ) -> Result<Self> {
-        Ok(Self::measured(body, thetas, accuracy, emulator, 1)?.0)
+        Self::for_sets(body, (thetas, thetas.len()), accuracy, emulator)
+    }
+
+    /// [`Plan::new`] for a number of parameter sets of which only the first ones are given.
+    ///
+    /// # Errors
+    /// As [`Plan::new`].
+    pub fn for_sets(
+        body: &Body,
+        sets: (&[Vec<f64>], usize),
+        accuracy: f64,
+        emulator: Option<&Emulator<'_>>,
+    ) -> Result<Self> {
+        Ok(Self::measured(body, sets, accuracy, emulator, 1)?.0)
     }
 
     /// [`Plan::new`] that measures no cost below four sets. Also returns the solution at the centre of the ranges if one
@@ -98,26 +111,26 @@ impl Plan {
         accuracy: f64,
         emulator: Option<&Emulator<'_>>,
     ) -> Result<(Self, Option<Centre<'b>>)> {
-        Self::measured(body, thetas, accuracy, emulator, FEW)
+        Self::measured(body, (thetas, thetas.len()), accuracy, emulator, FEW)
     }
 
     fn measured<'b>(
         body: &'b Body,
-        thetas: &[Vec<f64>],
+        (thetas, sets): (&[Vec<f64>], usize),
         accuracy: f64,
         emulator: Option<&Emulator<'_>>,
         fewest: usize,
     ) -> Result<(Self, Option<Centre<'b>>)> {
         check_accuracy(accuracy)?;
         thetas.iter().try_for_each(|theta| check_length(body, theta))?;
-        let mut plan = Self { sets: thetas.len(), accuracy, step_s: None, costs: Vec::new() };
-        let counted = match thetas.len() < fewest {
-            true => None,
-            false => Counted::measure(body, &thetas[0], emulator)?,
+        let mut plan = Self { sets, accuracy, step_s: None, costs: Vec::new() };
+        let counted = match thetas.first() {
+            Some(theta) if sets >= fewest => Counted::measure(body, theta, emulator)?,
+            _ => None,
         };
         let Some((counted, centre)) = counted else {
             let method = match emulator {
-                Some(_) if thetas.len() < fewest => Method::Emulator,
+                Some(_) if sets < fewest => Method::Emulator,
                 _ => Method::Solver,
             };
             plan.costs.push(Cost { method, prepare: f64::NAN, each: f64::NAN });

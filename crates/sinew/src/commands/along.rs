@@ -4,7 +4,9 @@ use super::{ThetaArguments, refuse};
 use anyhow::{Result, anyhow};
 use sinew::case::Lowered;
 use sinew::output::{Balanced, Results, Row};
-use sinew::{Body, Options, Solution, parse_way, theta_in_words};
+use sinew::{
+    Body, Options, Parameter, Solution, outside, parse_way, range_in_words, theta_in_words,
+};
 use sinew_emulate::{Counter, Terminal};
 use sinew_fem::{Solver, TraceEnd};
 use std::path::Path;
@@ -12,8 +14,8 @@ use std::path::Path;
 /// Path in θ and number of frames.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Way {
-    /// Solve along a path of one parameter: NAME=START..END, such as p=0..8mmHg. START is reached from rest by load increments;
-    /// --theta sets the other parameters
+    /// Solve along a path of one parameter: NAME=START..END, such as p=0..8mmHg. An end without unit has the parameter's, and is
+    /// refused beside another one, but for 0. START is reached from rest by load increments; --theta gives the others
     #[arg(long, value_name = "NAME=START..END", conflicts_with_all = ["check_mesh", "load_steps", "pictures", "arrays"])]
     along: Option<String>,
     /// Steps of the path; there is one frame more than steps
@@ -38,7 +40,7 @@ impl Way {
     ) -> Result<()> {
         let body = lowered.body();
         let (index, ends) = parse_way(way, &body.parameters)?;
-        let given = theta.read(body)?.thetas();
+        let given = theta.read_but(body, Some(index))?.thetas();
         let [theta] = &given[..] else {
             return refuse(format!("--along: give one set of parameters, not {}", given.len()));
         };
@@ -55,6 +57,7 @@ impl Way {
                 return refuse(format!("--along {way}: {why}"));
             }
         }
+        tell(&body.parameters[index], ends);
         let (frames, end) = traced(lowered, &thetas)?;
         write(lowered, index, &thetas, &frames, stresses, folder)?;
         println!("written: {}", folder.display());
@@ -63,6 +66,14 @@ impl Way {
             Some(end) => Err(ended(body, &end, frames.len(), thetas.len())),
         }
     }
+}
+
+/// Prints a path as it was read, and tells ends outside their range on standard error.
+fn tell(parameter: &Parameter, ends: [f64; 2]) {
+    println!("{}", range_in_words(&Parameter { range: ends, ..parameter.clone() }));
+    let parameters = std::slice::from_ref(parameter);
+    let warnings = ends.iter().flat_map(|&end| outside(parameters, &[end]));
+    warnings.for_each(|warning| eprintln!("warning: {warning}"));
 }
 
 /// Frames as far as the path goes.

@@ -4,7 +4,7 @@ use super::{MOST_WARNINGS, Usage, refuse};
 use anyhow::Result;
 use clap::Args;
 use sinew::output::{Balanced, MOST_BYTES, Quality, Results, Row};
-use sinew::{Body, admissible, outside, parse_theta, read_rows, theta_in_words};
+use sinew::{Body, admissible, outside, parse_theta_but, read_rows, theta_in_words};
 use std::path::Path;
 
 /// θ of one or many cases.
@@ -69,10 +69,19 @@ impl ThetaArguments {
     /// # Errors
     /// θ on the command line that cannot be read or makes no sense, a table without one row that can.
     pub(crate) fn read(&self, body: &Body) -> Result<Batch> {
+        self.read_but(body, None)
+    }
+
+    /// [`ThetaArguments::read`] where pairs may lack one parameter, by its place: it has the middle of its range then.
+    ///
+    /// # Errors
+    /// As [`ThetaArguments::read`].
+    pub(crate) fn read_but(&self, body: &Body, spare: Option<usize>) -> Result<Batch> {
+        let spare = spare.map(|index| (index, body.centre()[index]));
         let mut batch = Batch::default();
         for text in &self.theta {
             if text.contains('=') {
-                let theta = parse_theta(text, &body.parameters)?;
+                let theta = parse_theta_but(text, &body.parameters, spare)?;
                 admissible(body, &theta).map_err(|why| Usage(format!("--theta {text}: {why}")))?;
                 batch.rows.push(Asked { theta, failure: None });
             } else {

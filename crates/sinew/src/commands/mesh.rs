@@ -1,6 +1,6 @@
 //! Meshes from surfaces.
 
-use super::Usage;
+use super::{Usage, check_vtu};
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use sinew::case::Element;
@@ -64,8 +64,8 @@ struct Ventricle {
     #[arg(long, value_name = "INNER,OUTER", default_value = "60,-60", allow_hyphen_values = true)]
     angles: String,
     /// Output: a VTU file
-    #[arg(short, long, value_name = "FILE", default_value = "wall.vtu")]
-    out: PathBuf,
+    #[arg(short, long, visible_alias = "out", value_name = "FILE", default_value = "wall.vtu")]
+    output: PathBuf,
 }
 
 impl Mesh {
@@ -78,6 +78,7 @@ impl Mesh {
 
 impl Ventricle {
     fn run(&self) -> Result<()> {
+        check_vtu(&self.output)?;
         let options = self.options()?;
         let angles = numbers::<2>(&self.angles).ok_or_else(|| {
             Usage(format!("--angles {}: give two angles, such as 60,-60", self.angles))
@@ -106,8 +107,8 @@ impl Ventricle {
         }
         println!("{}", wall.report());
         println!("fitted in {seconds:.2} s");
-        mesh.write_vtu(&self.out)?;
-        println!("written: {}", self.out.display());
+        mesh.write_vtu(&self.output)?;
+        println!("written: {}", self.output.display());
         wall.report().warnings().iter().for_each(|warning| eprintln!("warning: {warning}"));
         Ok(())
     }

@@ -3,10 +3,9 @@
 use super::equilibria::equilibria;
 use super::script::{Scheduler, Script, quoted};
 use super::stop::Stoppable;
-use super::{CaseArguments, MOST_WARNINGS, refuse, solved, told_failure};
+use super::{CaseArguments, MOST_WARNINGS, count, refuse, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
-use clap::builder::RangedU64ValueParser;
 use serde::{Deserialize, Serialize};
 use sinew::case::Lowered;
 use sinew::output::{Balanced, Fields, Results, Row};
@@ -18,7 +17,8 @@ use std::path::Path;
 /// Number and design of the parameter sets.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Writes OUT/sample/thetas.csv, which --theta of the other commands reads; with --solve also the equilibria.
+Writes OUT/sample/thetas.csv, which --theta of the other commands reads; with --solve also the equilibria. A folder with
+equilibria of other parameter sets is refused.
 
 Example: sinew sample OnceClampedBeam --count 200 --design sobol --solve
 
@@ -27,10 +27,12 @@ again; sinew merge puts the shards together:
 
   sinew sample heart.toml --count 3000 --solve --shard 1/16    # to 16/16, anywhere with the same OUT
   sinew merge heart.toml
-  sinew train heart.toml --recipe hybrid --simulations out/heart/sample
+  sinew train heart.toml --recipe hybrid --simulations OUT/sample
 
   sinew sample heart.toml --count 3000 --script slurm --shards 16    # the same as one job array
-  sh out/heart/sample/slurm.sh --time=04:00:00
+  sh OUT/sample/slurm.sh --time=04:00:00
+
+OUT is out/NAME by the `name` of the case, or of its file where it has none.
 
 On Ctrl-C, or on SIGTERM, which schedulers send before the time is up, finished solves are stored and the exit code is 3. The
 same command continues.")]
@@ -38,7 +40,7 @@ pub(crate) struct Sample {
     #[command(flatten)]
     case: CaseArguments,
     /// Number of parameter sets
-    #[arg(long, default_value_t = 100, value_parser = RangedU64ValueParser::<usize>::new().range(1..=100_000_000))]
+    #[arg(long, default_value_t = 100, value_parser = count)]
     count: usize,
     /// Design: Latin hypercube (one sample in each of COUNT slices of every range), Sobol sequence, or independent
     /// uniform samples
@@ -76,6 +78,9 @@ struct Campaign {
 }
 
 const CAMPAIGN: &str = "campaign.json";
+const THETAS: &str = "thetas.csv";
+/// Files and folders that solves of samples leave.
+const SOLVED: [&str; 4] = ["cases.csv", "simulations.json", "under-way", "shards"];
 
 impl Sample {
     pub(crate) fn run(&self) -> Result<()> {
@@ -91,9 +96,9 @@ impl Sample {
         let folder = folder.join("sample");
         let design: Design = serde_json::from_value(self.design.as_str().into())?;
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
-        self.check_campaign(design, &folder)?;
-        let path = folder.join("thetas.csv");
-        store::write_bytes(&path, table(body, &thetas).as_bytes())?;
+        let (path, text) = (folder.join(THETAS), table(body, &thetas));
+        self.check_campaign(design, &text, &folder)?;
+        store::write_bytes(&path, text.as_bytes())?;
         if let Some(shard) = self.shard {
             return self.solve_shard(body, &thetas, shard, &folder);
         }
@@ -166,8 +171,8 @@ impl Sample {
         Ok(())
     }
 
-    /// Refuses to mix with another campaign in the folder, and notes this one.
-    fn check_campaign(&self, design: Design, folder: &Path) -> Result<()> {
+    /// Refuses to mix with another campaign or with solved samples in the folder, and notes this campaign.
+    fn check_campaign(&self, design: Design, table: &str, folder: &Path) -> Result<()> {
         let file = folder.join(CAMPAIGN);
         let (count, seed) = (self.count, self.seed);
         let shards = self.campaign_shards();
@@ -183,8 +188,27 @@ impl Sample {
                     design.as_str().unwrap_or_default()
                 ))
             }
-            (None, Some(own)) => Ok(store::write_json(&file, &own)?),
-            _ => Ok(()),
+            (None, Some(own)) => {
+                self.check_solved(table, folder)?;
+                Ok(store::write_json(&file, &own)?)
+            }
+            _ => self.check_solved(table, folder),
+        }
+    }
+
+    /// Refuses a table of samples beside solutions of others. One process that solves may go on from the first of its samples.
+    fn check_solved(&self, table: &str, folder: &Path) -> Result<()> {
+        if !SOLVED.iter().any(|name| folder.join(name).exists()) {
+            return Ok(());
+        }
+        let earlier = std::fs::read_to_string(folder.join(THETAS)).unwrap_or_default();
+        let goes_on = self.solve && self.shard.is_none() && table.starts_with(&earlier);
+        match goes_on || table == earlier {
+            true => Ok(()),
+            false => refuse(format!(
+                "{} holds solutions of other parameter sets; choose another --out, or remove this folder",
+                folder.display()
+            )),
         }
     }
 

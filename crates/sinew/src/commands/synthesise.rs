@@ -1,15 +1,19 @@
 //! Data of patients that do not exist.
 
-use super::Usage;
+use super::{Usage, check_folder, keep_foreign, marked, refuse, same};
 use anyhow::{Context, Result};
 use clap::Args;
-use sinew::{PatientFile, parse_theta};
-use std::path::{Path, PathBuf};
+use sinew::{Parameter, PatientFile, admissible, outside, parse_theta};
+use std::path::PathBuf;
+
+/// Beginning of the files that the command writes.
+const MARK: &str = "# synthesised from ";
 
 /// Patient file and true parameters.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The entries of [[data]] in PATIENT need a phase, a unit and a standard deviation; their values are made. Pressures are taken as exact.
+The first line of FILE names PATIENT, parameters and seed. A file that synthesise did not write is not replaced.
 
 Example: sinew synthesise patient.toml --theta a=0.2,b=2,a_f=2.8,b_f=2.1 -o made.toml")]
 pub(crate) struct Synthesise {
@@ -22,24 +26,40 @@ pub(crate) struct Synthesise {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// File to write
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, visible_alias = "out", value_name = "FILE")]
     output: PathBuf,
 }
 
 impl Synthesise {
     pub(crate) fn run(&self) -> Result<()> {
+        check_folder(&self.output)?;
         let file = PatientFile::read(&self.patient)?;
-        let theta = parse_theta(&self.theta, &file.parameters()?)?;
-        let text = file.synthesise(&theta, self.seed)?;
-        if self.output.exists() && same(&self.output, &self.patient) {
-            return Err(Usage("-o: this is the patient file itself; name another".into()).into());
+        if same(&self.output, &self.patient) {
+            return refuse("-o: this is the patient file itself; name another".into());
         }
-        std::fs::write(&self.output, text).with_context(|| self.output.display().to_string())?;
+        keep_foreign("synthesise", MARK, &self.output)?;
+        let parameters = file.parameters()?;
+        let theta = parse_theta(&self.theta, &parameters)?;
+        self.check(&file, &parameters, &theta)?;
+        let text = file.synthesise(&theta, self.seed)?;
+        let origin =
+            format!("{}, theta {}, seed {}", self.patient.display(), self.theta, self.seed);
+        std::fs::write(&self.output, marked(MARK, &origin, &text))
+            .with_context(|| self.output.display().to_string())?;
         println!("written: {}", self.output.display());
         Ok(())
     }
-}
 
-fn same(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    /// Refuses parameters that make no sense, and tells those outside their ranges on standard error.
+    fn check(&self, file: &PatientFile, parameters: &[Parameter], theta: &[f64]) -> Result<()> {
+        let body = file.case.body()?;
+        let value = |own: &Parameter| {
+            let place = parameters.iter().position(|unknown| unknown.name == own.name);
+            place.map_or(own.range[0], |place| theta[place])
+        };
+        let all: Vec<f64> = body.parameters.iter().map(value).collect();
+        admissible(&body, &all).map_err(|why| Usage(format!("--theta {}: {why}", self.theta)))?;
+        outside(parameters, theta).iter().for_each(|warning| eprintln!("warning: {warning}"));
+        Ok(())
+    }
 }

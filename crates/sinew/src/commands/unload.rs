@@ -1,6 +1,6 @@
 //! Bodies at rest of loaded images.
 
-use super::{CaseArguments, ThetaArguments, refuse, warn_of_locking};
+use super::{CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, refuse, warn_of_locking};
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use sinew::output::displacement_in_words;
@@ -12,6 +12,8 @@ use sinew_mesh::AnyMesh;
 use sinew_report::format::trimmed;
 use std::path::{Path, PathBuf};
 
+/// Beginning of the case files at rest that the command writes.
+const MARK: &str = "# unloaded from ";
 /// Field of the fibres.
 const FIBRE: &str = "fibre";
 /// Unbalanced forces \[relative to loads and reactions\] of the image that the case file at rest may leave.
@@ -22,16 +24,17 @@ const SAME: f64 = 1e-6;
 #[command(after_help = "\
 CASE has the mesh of the loaded state, such as an image at end-diastolic pressure. Writes the reference configuration whose
 loading gives that mesh: FILE with its sets, directions, the displacement to the image (u_to_image) and the ratio of
-volumes in the reference configuration and in the image (det_f), and its case file (FILE with .toml).
+volumes in the reference configuration and in the image (det_f), and its case file (FILE with .toml). CASE, its mesh and
+a .toml that unload did not write are not replaced.
 
 Example: sinew unload LeftVentricle --mesh wall.vtu --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg -o rest.vtu")]
 pub(crate) struct UnloadCommand {
     #[command(flatten)]
-    case: CaseArguments,
+    case: CaseFile,
     #[command(flatten)]
     theta: ThetaArguments,
     /// Output: mesh of the reference configuration
-    #[arg(short, long, value_name = "FILE", default_value = "rest.vtu")]
+    #[arg(short, long, visible_alias = "out", value_name = "FILE", default_value = "rest.vtu")]
     output: PathBuf,
     /// Whether fibre directions of the image are pulled back to the reference configuration, or kept
     #[arg(long, value_name = "HOW", default_value = "carried")]
@@ -49,10 +52,11 @@ enum Convention {
 
 impl UnloadCommand {
     pub(crate) fn run(&self) -> Result<()> {
-        if self.output.extension().is_none_or(|extension| extension != "vtu") {
-            return refuse(format!("-o {}: the name must end with .vtu", self.output.display()));
-        }
-        let (case, image, _) = self.case.open()?;
+        check_vtu(&self.output)?;
+        let (case, image) = self.case.open()?;
+        let file = self.output.with_extension("toml");
+        [&self.output, &file].into_iter().try_for_each(|to| self.case.keep_sources(&case, to))?;
+        keep_foreign("unload", MARK, &file)?;
         let thetas = self.theta.read(&image)?.thetas();
         let [theta] = &thetas[..] else {
             return refuse(format!("--theta: give one set of parameters, not {}", thetas.len()));
@@ -69,8 +73,8 @@ impl UnloadCommand {
         warn_of_locking(unloaded.locking);
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));
         picture(&image, &unloaded, self.fields)?.write_vtu(&self.output)?;
-        let file = self.output.with_extension("toml");
         let text = case.text_at_rest(&unloaded, Some(&self.output))?;
+        let text = marked(MARK, &self.case.words(), &text);
         std::fs::write(&file, text).with_context(|| file.display().to_string())?;
         println!("written: {} and {}", self.output.display(), file.display());
         if let Some(left) = left(&file, &unloaded) {

@@ -21,7 +21,7 @@ fn plain_box() -> sinew_mesh::TetMesh {
 }
 
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 44] = [
+const COMMAND_LINES: [(&str, &[&str]); 58] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -36,6 +36,11 @@ const COMMAND_LINES: [(&str, &[&str]); 44] = [
         &["loads.0.facets", "`z_min`", "facet sets of the mesh: none"],
     ),
     ("train plate.toml --minutes -1", &["budget", "-60", "give a positive"]),
+    ("train plate.toml --minutes -1e-3", &["budget", "-0.06", "give a positive"]),
+    ("train plate.toml --target -1e-3", &["target of a regression is -0.001"]),
+    ("plan plate.toml --accuracy -1e-3", &["accuracy", "-0.001", "from 1e-10 to 0.5"]),
+    ("predict plate.toml --accuracy -1e-3", &["accuracy", "-0.001", "from 1e-10 to 0.5"]),
+    ("calibrate plate.toml --budget -5s", &["--budget", "-5s", "60s"]),
     ("train plate.toml --target nan", &["target of a regression is NaN"]),
     ("train plate.toml --recipe dd --simulations none --out kept", &["none holds no simulations"]),
     ("train plate.toml --recipe dd --from none", &["cannot start from none"]),
@@ -49,7 +54,11 @@ const COMMAND_LINES: [(&str, &[&str]); 44] = [
     ("solve plate.toml --pictures -1", &["--pictures", "-1"]),
     ("solve plate.toml --pictures many", &["--pictures", "many"]),
     ("sample plate.toml --count some", &["--count", "some"]),
+    ("sample plate.toml --count 1.5", &["--count", "give a whole number"]),
+    ("sample plate.toml --count -1e4", &["--count", "-1e4"]),
     ("sample plate.toml --count 0", &["--count", "0 is not in 1.."]),
+    ("plan plate.toml --count 1,0", &["--count", "0 is not in 1.."]),
+    ("plan plate.toml --count 18446744073709551615", &["--count", "is not in 1..=100000000"]),
     ("sample plate.toml --design random", &["--design", "latin-hypercube"]),
     ("sample plate.toml --shard 1/4", &["--solve"]),
     ("sample plate.toml --solve --shard 5/4", &["INDEX/COUNT"]),
@@ -72,6 +81,17 @@ const COMMAND_LINES: [(&str, &[&str]); 44] = [
         "mesh ventricle --endocardium none.stl --epicardium none.stl --angles steep",
         &["--angles steep", "60,-60"],
     ),
+    (
+        "mesh ventricle --endocardium none.stl --epicardium none.stl -o w0.stl",
+        &["-o w0.stl", "must end with .vtu"],
+    ),
+    (
+        "mesh ventricle --endocardium none.stl --epicardium none.stl --output gone/w.vtu",
+        &["-o gone/w.vtu", "no folder gone", "make it"],
+    ),
+    ("mesh ventricle --endocardium none.stl --epicardium none.stl --out w.stl", &["-o w.stl"]),
+    ("unload plate.toml --out gone/rest.vtu", &["-o gone/rest.vtu", "no folder gone"]),
+    ("synthesise plate.toml --theta mu=9 --out gone/made.toml", &["no folder gone", "make it"]),
 ];
 
 #[test]
@@ -108,6 +128,10 @@ fn every_command_has_help() {
         "mesh ventricle",
     ];
     let (_, whole, _) = sinew(folder.path(), "--help");
+    assert!(!whole.contains("--theta p=8mmHg -o"), "θ of a heart has more parameters: {whole}");
+    assert!(whole.contains("3 sinew sample --solve or sinew evaluate was stopped"), "{whole}");
+    let (_, sampling, _) = sinew(folder.path(), "sample --help");
+    assert!(!sampling.contains("out/heart") && sampling.contains("sh OUT/sample"), "{sampling}");
     for command in commands {
         let (code, help, _) = sinew(folder.path(), &format!("{command} --help"));
         assert_eq!(code, 0, "{command}");

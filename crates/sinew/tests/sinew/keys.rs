@@ -345,6 +345,9 @@ fn a_pressure_is_followed_frame_by_frame() {
     };
     let done = follow("p=0..8mmHg");
     assert!(done.status.success(), "{}", lines(&done.stderr));
+    let (out_said, err_said) = (lines(&done.stdout), lines(&done.stderr));
+    assert!(out_said.contains("p from 0 to 8 mmHg"), "{out_said}");
+    assert!(err_said.contains("warning: p = 0 mmHg is outside its range from 4"), "{err_said}");
     let (head, rows) = table(&format!("{out}/solve/curve.csv"));
     assert_eq!(head, "p [mmHg],mean u [mm],largest u [mm],volume of endo [mm3]");
     let pressures: Vec<f64> = rows.iter().map(|row| row[0]).collect();
@@ -373,6 +376,13 @@ fn a_pressure_is_followed_frame_by_frame() {
     };
     let exact: f64 = (0..body.volumes.len()).map(|p| body.volumes[p] * ratio(p)).sum();
     assert!((volumes / exact - 1.0).abs() < 1e-6, "{volumes} {exact}");
+    // θ of the others is enough.
+    let others = "a=0.18,b=2.6,a_f=3.3,b_f=2.7";
+    let along = ["--along", "p=0..1mmHg", "--frames", "1", "--theta", others];
+    let done = sinew(&[&["solve", &file, "--out", &out], &along[..]].concat());
+    assert!(done.status.success(), "{}", lines(&done.stderr));
+    let less = sinew(&["solve", &file, "--along", "p=0..1", "--theta", "a=0.18,b=2.6,a_f=3.3"]);
+    assert!(lines(&less.stderr).contains("b_f (from"), "{}", lines(&less.stderr));
     let refused = |way: &str, words: &[&str]| {
         let done = follow(way);
         let told = lines(&done.stderr);
@@ -383,6 +393,9 @@ fn a_pressure_is_followed_frame_by_frame() {
     refused("p=8", &["--along", "two ends"]);
     refused("p=8..8", &["both ends are 8 mmHg"]);
     refused("p=0..8 mm", &["unit"]);
+    refused("a=0.1...2", &["--along a=0.1...2", "two points between the ends"]);
+    refused("p=2..1kPa", &["`2` has no unit", "write 2mmHg or 2kPa"]);
+    refused("p=1kPa..8", &["`8` has no unit", "write 8mmHg or 8kPa"]);
     refused("b=1..-2", &["--along", "b = -2"]);
 }
 

@@ -439,7 +439,9 @@ fn mistakes_in_tables_are_told_with_file_line_and_remedy() {
     let parameters = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap().parameters.clone();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("thetas.csv");
-    let attempts: [(&[u8], &[&str]); 15] = [
+    let attempts: [(&[u8], &[&str]); 17] = [
+        (b",mu,lambda,p\n0,9,9,2\n", &["line 1", "leave the first column out", "index=False"]),
+        (b"case,mu,lambda,p\n0,9,9,2\n", &["line 1", "`case`", "leave the first column out"]),
         (b"", &["line 1", "empty", "mu,lambda,p"]),
         (b"mu,lambda,p\n", &["line 1", "add a row"]),
         (b"9,9,2\n", &["line 1", "`9` is not a parameter", "mu, lambda, p"]),

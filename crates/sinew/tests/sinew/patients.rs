@@ -210,6 +210,41 @@ fn the_program_makes_data_and_their_posterior() {
 }
 
 #[test]
+fn made_data_name_their_origin_and_replace_no_other_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    std::fs::write(file("patient.toml"), PATIENT).unwrap();
+    std::fs::write(file("notes.csv"), "mine\n").unwrap();
+    let run = |theta: &str, output: &str| {
+        let done = Command::new(env!("CARGO_BIN_EXE_sinew"))
+            .args(["synthesise", "patient.toml", "--theta", theta, "-o", output])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
+    };
+    let (theta, output) = ("a=0.2,a_f=2.8", "made.toml");
+    let (code, said) = run(theta, "notes.csv");
+    assert!(code == Some(2) && said.contains("notes.csv is there already"), "{said}");
+    assert_eq!(std::fs::read_to_string(file("notes.csv")).unwrap(), "mine\n");
+    let (code, said) = run(theta, "patient.toml");
+    assert!(code == Some(2) && said.contains("the patient file itself"), "{said}");
+    let (code, said) = run("a=-0.2,a_f=2.8", output);
+    let named = "--theta a=-0.2,a_f=2.8: a = -0.2 kPa makes no sense";
+    assert!(code == Some(2) && said.contains(named), "{said}");
+    assert!(!file(output).exists());
+    let (code, said) = run("a=0.45,a_f=2.8", output);
+    let named = "warning: a = 0.45 kPa is outside its range from 0.1 to 0.4 kPa";
+    assert!(code == Some(0) && said.contains(named), "{said}");
+    // What it wrote itself is replaced.
+    assert_eq!(run(theta, output), (Some(0), String::new()));
+    let made = std::fs::read_to_string(file(output)).unwrap();
+    let origin = "# synthesised from patient.toml, theta a=0.2,a_f=2.8, seed 1\n";
+    assert!(made.starts_with(origin), "{made}");
+    PatientFile::parse(&made, output).unwrap();
+}
+
+#[test]
 fn the_patient_file_of_the_documentation_is_one() {
     let page = include_str!("../../../../docs/calibration.md");
     let blocks: Vec<&str> = page.split("```toml\n").skip(1).collect();

@@ -113,6 +113,13 @@ fn parameters_outside_their_ranges_are_solved_with_a_warning() {
 }
 
 #[test]
+fn a_plan_for_many_sets_draws_none_of_them() {
+    let folder = bar();
+    let told = done(folder.path(), "plan bar.toml --count 10,1e8");
+    assert!(told.contains("100000000 parameter sets") && told.contains("s expected"), "{told}");
+}
+
+#[test]
 fn what_cannot_be_stored_is_not_trained_and_damage_can_be_replaced() {
     let folder = bar();
     let (_, told) = refused(folder.path(), "train bar.toml --target nan");
@@ -321,6 +328,29 @@ fn a_campaign_in_shards_is_that_of_one_process() {
 }
 
 #[test]
+fn samples_are_not_written_beside_solutions_of_others() {
+    let folder = bar();
+    let folder = folder.path();
+    done(folder, "sample bar.toml --count 3 --design sobol --solve");
+    let kept = ["thetas.csv", "cases.csv", "theta.npy"];
+    let read = || kept.map(|name| std::fs::read(folder.join("out/bar/sample").join(name)).unwrap());
+    let before = read();
+    for other in ["--seed 2", "--seed 2 --solve", "--count 4 --design sobol", "--solve --shard 1/2"]
+    {
+        let (code, told) = refused(folder, &format!("sample bar.toml {other}"));
+        let named = "out/bar/sample holds solutions of other parameter sets; choose another --out";
+        assert!(code == 2 && told.contains(named), "{other}: {told}");
+        assert!(!folder.join("out/bar/sample/campaign.json").exists());
+    }
+    assert_eq!(read(), before);
+    // The same samples, and solves that go on from them.
+    done(folder, "sample bar.toml --count 3 --design sobol");
+    assert_eq!(read(), before);
+    done(folder, "sample bar.toml --count 4 --design sobol --solve");
+    assert!(read().iter().zip(&before).all(|(grown, before)| grown.len() > before.len()));
+}
+
+#[test]
 fn trainings_begin_from_what_there_is() {
     let folder = bar();
     let folder = folder.path();
@@ -404,6 +434,8 @@ fn surfaces_become_a_ventricle_that_solves() {
     assert!(code == 2 && told.contains("none.vtk"), "{told}");
     let (code, told) = ask("--endocardium endo.vtk --trim 1,2");
     assert!(code == 2 && told.contains("x,y,z,nx,ny,nz"), "{told}");
+    let (code, told) = ask("--endocardium endo.vtk --edge -1");
+    assert!(code == 2 && told.contains("edges cannot be -1"), "{told}");
     let (code, told) = ask("--endocardium epi.vtk");
     assert!(code == 2 && told.contains("give the plane of the base"), "{told}");
 }
@@ -427,4 +459,31 @@ fn an_image_is_unloaded_and_loaded_again_from_files() {
     }
     let (code, text) = refused(folder, "unload bar.toml -o rest.vtk");
     assert!(code == 2 && text.contains(".vtu"), "{text}");
+    // Its own files are replaced.
+    done(folder, "unload bar.toml --theta lambda=12,mu=11 -o rest.vtu");
+}
+
+#[test]
+fn an_unloading_replaces_neither_its_image_nor_files_of_others() {
+    let folder = bar();
+    let folder = folder.path();
+    let image = sinew_mesh::box_tetrahedra([30.0, 6.0, 6.0], [6, 2, 2]);
+    sinew_mesh::write_vtu(folder.join("image.vtu"), &image).unwrap();
+    std::fs::write(folder.join("notes.toml"), "mine = true\n").unwrap();
+    let text = BAR
+        .replace("box = { extent = [30.0, 6.0, 6.0], cells = [6, 2, 2] }", "file = \"image.vtu\"");
+    std::fs::write(folder.join("heart.toml"), text).unwrap();
+    let kept = ["bar.toml", "heart.toml", "image.vtu", "notes.toml"];
+    let read = || kept.map(|name| std::fs::read(folder.join(name)).unwrap());
+    let before = read();
+    for (line, words) in [
+        ("unload bar.toml -o bar.vtu", "bar.toml is the case file itself"),
+        ("unload heart.toml -o ./image.vtu", "image.vtu is the mesh itself"),
+        ("unload bar.toml --mesh image.vtu -o image.vtu", "image.vtu is the mesh itself"),
+        ("unload bar.toml -o notes.vtu", "notes.toml is there already"),
+    ] {
+        let (code, told) = refused(folder, line);
+        assert!(code == 2 && told.contains(words), "{line}: {told}");
+    }
+    assert_eq!(read(), before);
 }
