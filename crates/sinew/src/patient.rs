@@ -75,6 +75,18 @@ impl PatientFile {
         Self { case: self.case.with_mesh(file), ..self }
     }
 
+    /// Keys and values of the file in one form, whatever its comments, its spacing and the order of its tables.
+    ///
+    /// # Errors
+    /// Never, but for a case that came from no text.
+    pub fn settings(&self) -> Result<String, CaseError> {
+        let source = &self.case.source;
+        let table: toml::Table =
+            toml::from_str(self.case.text()).map_err(|error| source.syntax(&error))?;
+        // Names in an ascending order.
+        Ok(table.to_string())
+    }
+
     /// Settings of the calibration.
     pub fn options(&self) -> sinew_calibrate::CalibrateOptions {
         self.tables.calibration.options()

@@ -201,12 +201,29 @@ fn the_program_makes_data_and_their_posterior() {
     let dict: serde_json::Value = serde_json::from_str(&read("posterior.json")).unwrap();
     assert_eq!(dict["posterior"]["a [kPa]"].as_array().unwrap().len(), 4);
     assert!(dict["observed_data"]["volume of endo at low"].is_number());
-    // Killed while writing its solves, and resumed: the same bits.
+    // The same command again takes no solves away.
     let solves = read("solves.csv");
+    let (code, said) = run(&["calibrate", "made.toml", out[0], out[1]]);
+    assert_eq!(code, Some(2), "{said}");
+    for words in ["solves.csv holds", "--resume", "--restart"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    assert_eq!((&solves, &first), (&read("solves.csv"), &read("posterior.csv")));
+    // Killed while writing its solves, and resumed: the same bits, whatever the comments of the file.
     std::fs::write(made.join("solves.csv"), &solves[..solves.len() / 2]).unwrap();
+    let text = std::fs::read_to_string(folder.path().join("made.toml")).unwrap();
+    std::fs::write(folder.path().join("made.toml"), format!("# A comment.\n{text}")).unwrap();
     let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
     assert_eq!((code, read("posterior.csv")), (Some(0), first), "{said}");
     assert!(Path::new(&made).join("report.json").exists());
+    // A run that is started anew and stopped leaves no results of the one before.
+    let (code, said) =
+        run(&["calibrate", "made.toml", "--restart", "--budget", "0.01s", out[0], out[1]]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(read("solves.csv").len() < solves.len());
+    for name in ["posterior.csv", "rest.vtu", "report.html", "report.json"] {
+        assert!(!made.join(name).exists(), "{name}");
+    }
 }
 
 #[test]
