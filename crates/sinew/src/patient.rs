@@ -66,7 +66,10 @@ impl PatientFile {
     /// # Errors
     /// Phases, data and settings that are misspelt.
     pub fn of(case: Case) -> Result<Self, CaseError> {
-        let tables = toml::from_str(case.text()).map_err(|error| case.source.syntax(&error))?;
+        let tables: Tables =
+            toml::from_str(case.text()).map_err(|error| case.source.syntax(&error))?;
+        let place = |(key, reason)| case.source.error(&["calibration", key], reason);
+        tables.calibration.check().map_err(place)?;
         Ok(Self { case, tables, blank: false })
     }
 

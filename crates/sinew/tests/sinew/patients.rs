@@ -119,6 +119,24 @@ fn mistakes_are_refused_with_their_place() {
         &["kind `strains`", "`strain`?"],
     );
     says("segments = \"1x4\"", "segments = \"1x4\"\nsede = 3", &["`seed`?"]);
+    let setting = |line: &str, expected: &[&str]| {
+        says("segments = \"1x4\"", &format!("segments = \"1x4\"\n{line}"), expected);
+    };
+    let prior = "calibration.priors.a: ";
+    setting(
+        "priors.a = { median = -0.2, sd = 0.3 }",
+        &[prior, "the median is -0.2; give a positive"],
+    );
+    setting(
+        "priors.a = { median = 0.2, sd = 0.0 }",
+        &[prior, "standard deviation of the logarithm is 0"],
+    );
+    setting("pressure_common = -1.0", &["calibration.pressure_common: ", "logarithm is -1; give"]);
+    setting("pressure_each = nan", &["calibration.pressure_each: ", "logarithm is NaN; give"]);
+    for key in ["draws", "design", "checks", "rounds"] {
+        setting(&format!("{key} = 0"), &[&format!("calibration.{key}: it is 0; give at least")]);
+    }
+    setting("degree = 9", &["calibration.degree: it is 9; give at least 1 and at most 4"]);
     says("[phases.image]\np = \"8 mmHg\"", "", &["the loads of the image are missing"]);
 }
 
