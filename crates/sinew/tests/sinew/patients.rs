@@ -207,6 +207,7 @@ fn the_program_makes_data_and_their_posterior() {
     let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
     assert_eq!(code, Some(0), "{said}");
     assert!(said.contains("the solver confirms this posterior"), "{said}");
+    assert!(said.contains("before sampling:") && !said.contains("by itself is"), "{said}");
     let made = folder.path().join("out/calibrate");
     for name in ["posterior.csv", "posterior.json", "edpvr.csv", "rest.vtu", "report.html"] {
         assert!(made.join(name).exists(), "{name}");
