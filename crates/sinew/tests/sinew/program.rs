@@ -405,7 +405,7 @@ fn surfaces_become_a_ventricle_that_solves() {
     let (code, told) = ask("--endocardium endo.vtk --trim 1,2");
     assert!(code == 2 && told.contains("x,y,z,nx,ny,nz"), "{told}");
     let (code, told) = ask("--endocardium epi.vtk");
-    assert!(code == 2 && told.contains("give the plane of the base"), "{told}");
+    assert!(code == 2 && told.contains("are the same surface"), "{told}");
 }
 
 #[test]
