@@ -425,6 +425,12 @@ fn an_image_is_unloaded_and_loaded_again_from_files() {
         let apart = rest.positions.as_flattened()[i] + loaded.displacement[i] - x;
         assert!(apart.abs() < 1e-9, "{apart}");
     }
+    // Two bodies at rest of one case have folders of their own.
+    done(folder, "unload bar.toml --theta lambda=12,mu=12 -o stiff.vtu");
+    for name in ["rest", "stiff"] {
+        done(folder, &format!("solve {name}.toml --theta lambda=12,mu=12"));
+        assert!(folder.join("out").join(name).exists(), "{name}");
+    }
     let (code, text) = refused(folder, "unload bar.toml -o rest.vtk");
     assert!(code == 2 && text.contains(".vtu"), "{text}");
 }
