@@ -329,8 +329,14 @@ fn trainings_begin_from_what_there_is() {
         |more: &str| format!("train bar.toml --steps 5 --simulations out/bar/sample {more}");
     let told = done(folder, &train("--recipe dd"));
     assert!(told.contains("11 simulations"), "{told}");
-    let told = done(folder, "train bar.toml --recipe regression --simulations out/bar/sample");
-    assert!(told.contains("11 simulations"), "{told}");
+    // Each number says which of the held-out cases' errors it is.
+    let told = done(
+        folder,
+        "train bar.toml --recipe regression --simulations out/bar/sample --target 1e-15",
+    );
+    for words in ["11 simulations", "the displacements median", "the root mean square error over"] {
+        assert!(told.contains(words), "{words}: {told}");
+    }
     // From another run of the same recipe only, and not from one that it would replace.
     let (_, told) = refused(folder, &train("--recipe hybrid --from out/bar/dd"));
     assert!(told.contains("it is of the recipe `dd`, not `hybrid`"), "{told}");
