@@ -104,6 +104,11 @@ fn mistakes_are_refused_with_their_place() {
     );
     says("values = [0.05, 0.06, 0.05, 0.06]", "values = [0.05]", &["1 values for 4 segments"]);
     says("values = [0.05, 0.06, 0.05, 0.06]", "segment = 9\nvalue = 0.1", &["no segment `9`"]);
+    says(
+        "values = [0.05, 0.06, 0.05, 0.06]",
+        "segment = 18\nvalue = 0.1",
+        &["no segment `18`; segments: 1"],
+    );
     says("segments = \"1x4\"", "segments = \"aha\"", &["`aha` is not a division"]);
     says(", septum = [-1.0, 0.0, 0.0]", "", &["septum"]);
     says("sd = 2.0", "sd = 0.0", &["standard deviation is 0"]);
@@ -119,8 +124,14 @@ fn mistakes_are_refused_with_their_place() {
         &["kind `strains`", "`strain`?"],
     );
     says("segments = \"1x4\"", "segments = \"1x4\"\nsede = 3", &["`seed`?"]);
+    says("[phases.image]\np = \"8 mmHg\"", "", &["the loads of the image are missing"]);
+}
+
+#[test]
+fn settings_that_make_no_sense_are_refused_with_their_key() {
     let setting = |line: &str, expected: &[&str]| {
-        says("segments = \"1x4\"", &format!("segments = \"1x4\"\n{line}"), expected);
+        let error = refused("segments = \"1x4\"", &format!("segments = \"1x4\"\n{line}"));
+        expected.iter().for_each(|words| assert!(error.contains(words), "{words}: {error}"));
     };
     let prior = "calibration.priors.a: ";
     setting(
@@ -137,7 +148,6 @@ fn mistakes_are_refused_with_their_place() {
         setting(&format!("{key} = 0"), &[&format!("calibration.{key}: it is 0; give at least")]);
     }
     setting("degree = 9", &["calibration.degree: it is 9; give at least 1 and at most 4"]);
-    says("[phases.image]\np = \"8 mmHg\"", "", &["the loads of the image are missing"]);
 }
 
 #[test]
@@ -220,14 +230,7 @@ fn the_program_makes_data_and_their_posterior() {
     let dict: serde_json::Value = serde_json::from_str(&read("posterior.json")).unwrap();
     assert_eq!(dict["posterior"]["a [kPa]"].as_array().unwrap().len(), 4);
     assert!(dict["observed_data"]["volume of endo at low"].is_number());
-    // The same command again takes no solves away.
     let solves = read("solves.csv");
-    let (code, said) = run(&["calibrate", "made.toml", out[0], out[1]]);
-    assert_eq!(code, Some(2), "{said}");
-    for words in ["solves.csv holds", "--resume", "--restart"] {
-        assert!(said.contains(words), "{words}: {said}");
-    }
-    assert_eq!((&solves, &first), (&read("solves.csv"), &read("posterior.csv")));
     // Killed while writing its solves, and resumed: the same bits, whatever the comments of the file.
     std::fs::write(made.join("solves.csv"), &solves[..solves.len() / 2]).unwrap();
     let text = std::fs::read_to_string(folder.path().join("made.toml")).unwrap();
@@ -235,14 +238,40 @@ fn the_program_makes_data_and_their_posterior() {
     let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
     assert_eq!((code, read("posterior.csv")), (Some(0), first), "{said}");
     assert!(Path::new(&made).join("report.json").exists());
-    // A run that is started anew and stopped leaves no results of the one before.
-    let (code, said) =
-        run(&["calibrate", "made.toml", "--restart", "--budget", "0.01s", out[0], out[1]]);
-    assert_eq!(code, Some(1), "{said}");
-    assert!(read("solves.csv").len() < solves.len());
-    for name in ["posterior.csv", "rest.vtu", "report.html", "report.json"] {
-        assert!(!made.join(name).exists(), "{name}");
+}
+
+#[test]
+fn a_run_is_replaced_only_when_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = folder.path().join("out/calibrate");
+    std::fs::create_dir_all(&made).unwrap();
+    std::fs::write(folder.path().join("patient.toml"), PATIENT).unwrap();
+    let stored = "# solves of a patient, 0\n2e-1,2.8e0,;!no body\n";
+    std::fs::write(made.join("solves.csv"), stored).unwrap();
+    let results = ["posterior.csv", "posterior.json", "rest.vtu", "report.html", "report.json"];
+    results.iter().for_each(|name| std::fs::write(made.join(name), "old").unwrap());
+    let run = |more: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_sinew"))
+            .args(["calibrate", "patient.toml", "--out", "out"])
+            .args(more)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, said) = run(&[]);
+    assert_eq!(code, Some(2), "{said}");
+    for words in ["solves.csv holds 1 solves", "--resume", "--restart"] {
+        assert!(said.contains(words), "{words}: {said}");
     }
+    let (code, said) = run(&["--resume"]);
+    assert!(code == Some(2) && said.contains("another patient"), "{said}");
+    assert_eq!(std::fs::read_to_string(made.join("solves.csv")).unwrap(), stored);
+    assert!(results.iter().all(|name| made.join(name).exists()));
+    // Stopped after it began: no results of the run before are left.
+    let (code, said) = run(&["--restart", "--budget", "0.01s"]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(results.iter().all(|name| !made.join(name).exists()));
 }
 
 #[test]
