@@ -86,8 +86,19 @@ impl Identifiability {
         self.spectrum.iter().filter(|value| narrowing(**value) <= IDENTIFIED).count()
     }
 
-    /// Sentences about directions and parameters.
+    /// Sentences about directions and parameters, for use before sampling: of single parameters the draws say more.
     pub fn in_words(&self) -> Vec<String> {
+        let mut said = self.directions_in_words();
+        for (name, contraction) in self.names.iter().zip(&self.contraction) {
+            if Identified::of(*contraction) == Identified::No {
+                said.push(format!("{name} by itself is {}.", Identified::No.in_words()));
+            }
+        }
+        said
+    }
+
+    /// Sentences about directions, linearised at the mode.
+    pub fn directions_in_words(&self) -> Vec<String> {
         let count = self.names.len();
         let mut said = vec![match self.identified() {
             0 => format!("The data identify none of the {count} directions of the parameters."),
@@ -109,11 +120,6 @@ impl Identifiability {
                 "{} {verdict}: {narrowed:.2} of the prior's standard deviation is left.",
                 self.direction_in_words(direction)
             ));
-        }
-        for (name, contraction) in self.names.iter().zip(&self.contraction) {
-            if Identified::of(*contraction) == Identified::No {
-                said.push(format!("{name} by itself is {}.", Identified::No.in_words()));
-            }
         }
         said
     }

@@ -89,13 +89,20 @@ impl Prior {
         }
     }
 
-    /// Whether it can be drawn from.
-    pub(crate) fn is_usable(&self) -> bool {
+    /// Fault of a prior that is none of a positive parameter, in words.
+    pub fn fault(&self) -> Option<String> {
+        let usable = |value: f64| value > 0.0 && value.is_finite();
         match *self {
-            Self::LogUniform { range: [low, high] } => low > 0.0 && high > low && high.is_finite(),
-            Self::LogNormal { median, deviation } => {
-                median > 0.0 && median.is_finite() && deviation > 0.0 && deviation.is_finite()
+            Self::LogUniform { range: [low, high] } => (!(usable(low) && usable(high) && low < high))
+                .then(|| format!("the range is {low} to {high}; give 0 < low < high")),
+            Self::LogNormal { median, .. } if !usable(median) => {
+                Some(format!("the median is {median}; give a positive number"))
             }
+            Self::LogNormal { deviation, .. } => (!usable(deviation)).then(|| {
+                format!(
+                    "the standard deviation of the logarithm is {deviation}; give a positive number, such as 0.1 for about 10 %"
+                )
+            }),
         }
     }
 

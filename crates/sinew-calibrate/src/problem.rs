@@ -37,11 +37,8 @@ impl Problem {
             return refuse("there are no data; add a [[data]] with a value".into());
         }
         for unknown in &unknowns {
-            if !unknown.prior.is_usable() {
-                return refuse(format!(
-                    "{}: {:?} is no prior of a positive parameter; give 0 < low < high",
-                    unknown.name, unknown.prior
-                ));
+            if let Some(fault) = unknown.prior.fault() {
+                return refuse(format!("the prior of {}: {fault}", unknown.name));
             }
         }
         for datum in &data {

@@ -80,7 +80,7 @@ impl<'f> Solves<'f> {
             if lines.next() != Some(identity) {
                 let path = path.display();
                 return Err(CalibrateError::Store(format!(
-                    "{path} holds solves of another patient or other settings; start anew without --resume"
+                    "{path} holds solves of another patient or other settings; --restart starts anew"
                 )));
             }
             let shape = (self.forward.parameters(), self.forward.observables());

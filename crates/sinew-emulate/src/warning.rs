@@ -42,7 +42,7 @@ pub enum Warning {
     Jumped,
     /// An error larger than was asked for.
     #[error(
-        "the error on the held-out cases is {:.2e} of the displacements where {:.2e} was asked for; simulate more, or allow more time",
+        "the root mean square error over the held-out cases is {:.2e} of the displacements where {:.2e} was asked for; simulate more, or allow more time",
         error,
         target
     )]

@@ -53,7 +53,10 @@ def test_tinyda_finds_a_known_theta_on_the_three_models(address: str) -> None:
     noise = 0.01 * exact
     data = exact + noise * np.random.default_rng(3).standard_normal(len(exact))
     likelihood = tda.GaussianLogLike(data, np.diag(noise**2))
-    hierarchy = [tda.Posterior(PRIOR, likelihood, tda.UmBridgeModel(model)) for model in models]
+    # The prior reaches beyond the ranges, where an emulator has to be allowed to extrapolate.
+    config = {"extrapolate": True}
+    served = [tda.UmBridgeModel(model, umbridge_config=config) for model in models]
+    hierarchy = [tda.Posterior(PRIOR, likelihood, model) for model in served]
     np.random.seed(1)
     proposal = tda.AdaptiveMetropolis(C0=np.diag([0.5**2, 0.05**2]), period=50)
     with warnings.catch_warnings():

@@ -4,6 +4,7 @@ use crate::{Case, CaseError};
 use sinew_energy::Body;
 use sinew_fem::Unloaded;
 use sinew_mesh::{AnyMesh, Field};
+use std::ffi::OsStr;
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -20,7 +21,8 @@ impl Case {
         Ok(Self::parse(&text, &self.name)?.on(mesh_at_rest(image, unloaded)))
     }
 
-    /// Text of the case file of a body at rest: that of the image with another mesh file or none, sets and directions in the mesh.
+    /// Text of the case file of a body at rest: that of the image with another mesh file or none, sets and directions in the mesh. A mesh
+    /// file gives it its name.
     ///
     /// # Errors
     /// A case that came from no text.
@@ -34,10 +36,16 @@ impl Case {
         };
         let mut root: Table =
             self.text().parse().map_err(|error: toml::de::Error| broken(error.to_string()))?;
-        let name =
-            |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let file = file.map(|file| ("file".to_string(), Value::String(name(file))));
-        root.insert("name".into(), Value::String(format!("{} at rest", self.name)));
+        let text = |name: Option<&OsStr>| {
+            Value::String(name.unwrap_or_default().to_string_lossy().into_owned())
+        };
+        // Bodies at rest of one case are told from each other by their files, also in the folder of their results.
+        let name = match file {
+            Some(file) => text(file.file_stem()),
+            None => Value::String(format!("{} at rest", self.name)),
+        };
+        root.insert("name".into(), name);
+        let file = file.map(|file| ("file".to_string(), text(file.file_name())));
         root.insert("mesh".into(), Value::Table(Table::from_iter(file)));
         let rest = &unloaded.rest.body;
         let formulation = if rest.patches.is_empty() { "plain" } else { "averaged" };

@@ -142,6 +142,9 @@ pub enum Formulation {
 /// and far above the errors of emulators.
 const MOST_LOST: f64 = 0.1;
 
+/// Endings of files of meshes.
+const MESHES: [&str; 7] = ["vtk", "vtu", "vtp", "msh", "inp", "stl", "obj"];
+
 impl Case {
     /// Reads a case file, or the built-in scene of that name where there is no such file. A mesh file is relative to the
     /// case file, as are the surfaces of selections.
@@ -151,6 +154,11 @@ impl Case {
     pub fn read(path: &Path) -> Result<Self, CaseError> {
         if let (false, Some(scene)) = (path.exists(), crate::scenes::find(path)) {
             return Self::parse(scene.text, scene.name);
+        }
+        if MESHES.iter().any(|mesh| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(mesh)))
+        {
+            let reason = "this is the name of a mesh, not of a case; name the mesh by `file` under [mesh] of a case file, or by --mesh beside a case";
+            return Err(Source::new(&path.to_string_lossy(), "").error(&[], reason.into()));
         }
         let text = std::fs::read_to_string(path).map_err(|source| {
             let known = crate::scenes::SCENES.iter().map(|scene| scene.name);
@@ -187,7 +195,8 @@ impl Case {
 
     /// Case with the mesh of another file.
     pub fn with_mesh(mut self, file: PathBuf) -> Self {
-        self.mesh = MeshSource { file: Some(file), unit: self.mesh.unit, ..MeshSource::default() };
+        let unit = self.mesh.unit;
+        self.mesh = MeshSource { file: Some(file), unit, is_other: true, ..MeshSource::default() };
         self
     }
 

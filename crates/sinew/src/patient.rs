@@ -66,13 +66,28 @@ impl PatientFile {
     /// # Errors
     /// Phases, data and settings that are misspelt.
     pub fn of(case: Case) -> Result<Self, CaseError> {
-        let tables = toml::from_str(case.text()).map_err(|error| case.source.syntax(&error))?;
+        let tables: Tables =
+            toml::from_str(case.text()).map_err(|error| case.source.syntax(&error))?;
+        let place = |(key, reason)| case.source.error(&["calibration", key], reason);
+        tables.calibration.check().map_err(place)?;
         Ok(Self { case, tables, blank: false })
     }
 
     /// Patient with the mesh of another file.
     pub fn with_mesh(self, file: PathBuf) -> Self {
         Self { case: self.case.with_mesh(file), ..self }
+    }
+
+    /// Keys and values of the file in one form, whatever its comments, its spacing and the order of its tables.
+    ///
+    /// # Errors
+    /// Never, but for a case that came from no text.
+    pub fn settings(&self) -> Result<String, CaseError> {
+        let source = &self.case.source;
+        let table: toml::Table =
+            toml::from_str(self.case.text()).map_err(|error| source.syntax(&error))?;
+        // Names in an ascending order.
+        Ok(table.to_string())
     }
 
     /// Settings of the calibration.

@@ -87,6 +87,15 @@ struct Request {
     in_wrt: Option<usize>,
     sens: Option<Vec<f64>>,
     vec: Option<Vec<f64>>,
+    config: Option<Config>,
+}
+
+/// Settings of a request; other keys of its `config` are ignored.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Config {
+    /// Whether an emulator may predict outside the ranges of its parameters.
+    extrapolate: bool,
 }
 
 /// An error of the protocol.
@@ -214,6 +223,10 @@ impl<'b> Service<'b> {
 
     fn computed(&self, path: &str, model: Model, request: &Request) -> Result<Value, Fault> {
         let theta = self.theta(request.input.as_deref())?;
+        let extrapolate = request.config.as_ref().is_some_and(|config| config.extrapolate);
+        if model != Model::Solver && !extrapolate {
+            self.within_ranges(model, &theta)?;
+        }
         if path == "/Evaluate" {
             let output = Quantities(self.body).of(&self.displacement(model, &theta)?);
             return Ok(json!({ "output": [finite(output)?] }));
@@ -265,6 +278,20 @@ impl<'b> Service<'b> {
             Ok(()) => Ok(theta),
             Err(reason) => refuse(reason),
         }
+    }
+
+    /// Requires θ within the ranges that an emulator is trained on.
+    fn within_ranges(&self, model: Model, theta: &[f64]) -> Result<(), Fault> {
+        let outside = crate::outside(&self.body.parameters, theta);
+        if outside.is_empty() {
+            return Ok(());
+        }
+        refuse(format!(
+            "{}, where `{}` extrapolates; give values within the ranges, ask the model `solver`, or send \"config\": \
+             {{\"extrapolate\": true}}",
+            outside.join("; "),
+            model.name()
+        ))
     }
 
     fn displacement(&self, model: Model, theta: &[f64]) -> Result<Vec<f64>, Fault> {

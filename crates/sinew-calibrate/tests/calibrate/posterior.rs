@@ -238,6 +238,9 @@ fn a_volume_at_the_pressure_of_the_image_returns_the_prior() {
     let said = posterior.identifiability.in_words();
     assert!(said[0].contains("identify none of the 2 directions"), "{said:?}");
     assert!(said.iter().any(|s| s.starts_with("a by itself is not identified")), "{said:?}");
+    // After sampling the draws say it.
+    let said = posterior.identifiability.directions_in_words();
+    assert!(!said.iter().any(|s| s.contains("by itself")) && said.len() == 3, "{said:?}");
 }
 
 #[test]

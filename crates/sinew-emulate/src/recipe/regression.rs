@@ -143,7 +143,9 @@ impl Trial<'_> {
         self.record.train_s += seconds;
         let error = self.error(body, &fit)?;
         let simulations = found.fields.len();
-        let outcome = format!("{simulations} simulations: error {error:.1e} on the held-out cases");
+        let outcome = format!(
+            "{simulations} simulations: root mean square error {error:.1e} over the held-out cases"
+        );
         session.observer.finished("regression", &outcome, seconds);
         let choice = self.record.choice.get_or_insert_default();
         choice.target = self.regression.target;

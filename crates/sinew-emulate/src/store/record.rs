@@ -146,7 +146,7 @@ impl fmt::Display for Choice {
             let Candidate { recipe, simulations, error, seconds, detail } = candidate;
             writeln!(
                 f,
-                "{recipe} on {simulations} simulations: error {error:.1e} after {seconds:.1} s ({detail})"
+                "{recipe} on {simulations} simulations: root mean square error {error:.1e} after {seconds:.1} s ({detail})"
             )?;
         }
         let Some(taken) = self.candidates.get(self.taken) else { return Ok(()) };

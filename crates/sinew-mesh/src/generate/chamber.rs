@@ -2,6 +2,7 @@
 
 mod axis;
 mod error;
+mod fault;
 mod fit;
 mod options;
 mod outside;
@@ -74,9 +75,16 @@ impl Chamber<'_> {
         if self.endocardium.cells.is_empty() || self.epicardium.cells.is_empty() {
             return Err(ChamberError::Empty);
         }
+        if let Some(units) = fault::units(self.endocardium, self.epicardium) {
+            return Err(units);
+        }
         let trees = Trees::new([self.endocardium, self.epicardium], self.septum);
-        let axis = Axis::new(self.endocardium);
-        let base = axis.base(&trees, &options.trim)?;
+        let base = match Axis::new(self.endocardium).base(&trees, &options.trim) {
+            Err(none @ ChamberError::NoBase { .. }) => {
+                return Err(fault::of(self, &trees).unwrap_or(none));
+            }
+            found => found?,
+        };
         let fit = Fit::new(&trees, base, self.towards())?;
         let [layers, around, along] = fit.lengths().cells(options)?;
         let disk = Disk { half: around / 8, along };

@@ -153,13 +153,10 @@ fn surfaces_without_a_wall_are_refused_with_advice() {
     far[1].points.iter_mut().for_each(|x| x[0] += 500.0);
     let error = told(chamber(&far), WallOptions { trim: Trim::Fraction(0.7), ..nodes(1500) });
     assert!(matches!(error, ChamberError::NoOutside { .. }));
-    assert!(matches!(told(chamber(&far), nodes(1500)), ChamberError::NoBase { .. }));
-    // The surfaces in the place of each other, and twice the same.
-    let [endo, epi] = &surfaces;
-    let swapped = Chamber { endocardium: epi, epicardium: endo, septum: None };
-    told(swapped, nodes(1500));
-    let same = Chamber { endocardium: endo, epicardium: endo, septum: None };
-    told(same, nodes(1500));
+    assert!(matches!(
+        told(chamber(&far), nodes(1500)),
+        ChamberError::Apart { count, of, .. } if count == of
+    ));
     let empty = TriangleMesh::default();
     assert_eq!(
         told(Chamber { endocardium: &empty, ..chamber(&surfaces) }, nodes(1500)),
@@ -199,6 +196,60 @@ fn surfaces_without_a_wall_are_refused_with_advice() {
         },
     );
     assert!(matches!(told(chamber(&folded), nodes(1500)), ChamberError::Folded { .. }));
+}
+
+#[test]
+fn mistaken_surfaces_are_told_from_each_other() {
+    let [endo, epi] = &ideal();
+    let told = |endocardium: &TriangleMesh, epicardium: &TriangleMesh| {
+        let chamber = Chamber { endocardium, epicardium, septum: None };
+        let error = chamber.wall(&nodes(1500)).unwrap_err();
+        println!("{error}");
+        error
+    };
+    for (factor, size, unit) in [(0.1, 10.0, "cm"), (0.001, 1000.0, "m"), (10.0, 10.0, "mm")] {
+        let mut scaled = endo.clone();
+        scaled.points.as_flattened_mut().iter_mut().for_each(|x| *x *= factor);
+        let ChamberError::Units { ratio, units, .. } = told(&scaled, epi) else { panic!() };
+        assert_eq!((ratio, units[0]), (size, unit));
+    }
+    assert!(matches!(told(epi, endo), ChamberError::Swapped { .. }));
+    assert!(matches!(told(endo, endo), ChamberError::Same { .. }));
+    let mut shifted = endo.clone();
+    shifted.points.iter_mut().for_each(|x| x[0] += 25.0);
+    let ChamberError::Apart { count, of, shift } = told(&shifted, epi) else { panic!() };
+    assert!(count < of && (shift - 25.0).abs() < 0.1, "{count} of {of}, {shift}");
+    let island = vec![[300.0, 0.0, 0.0], [301.0, 0.0, 0.0], [300.0, 1.0, 0.0]];
+    let mut islands = endo.clone();
+    let first = islands.points.len();
+    islands.points.extend(island);
+    islands.cells.push([first, first + 1, first + 2]);
+    let ChamberError::Pieces { surface, pieces, triangles, point } = told(&islands, epi) else {
+        panic!()
+    };
+    assert_eq!((surface, pieces, triangles[1], point[0]), ("endocardium", 2, 1, 300.0));
+    // A tenth of the triangles, so that no plane cuts a whole wall.
+    let mut holes = endo.clone();
+    let mut number = 0;
+    holes.cells.retain(|_| {
+        number += 1;
+        number % 10 != 0
+    });
+    let ChamberError::Rims { surface, rims, edges, .. } = told(&holes, epi) else { panic!() };
+    assert!(surface == "endocardium" && rims > 10 && edges[0] > edges[1], "{rims} {edges:?}");
+}
+
+#[test]
+fn cavities_of_triangles_turned_either_way_are_the_same() {
+    let surfaces = ideal();
+    let volume = |surfaces: &[TriangleMesh; 2]| {
+        chamber(surfaces).wall(&nodes(1500)).unwrap().report().cavity_volume_of_surface
+    };
+    let mut mixed = surfaces.clone();
+    mixed[0].cells.iter_mut().step_by(2).for_each(|cell| cell.swap(0, 1));
+    let [whole, mixed] = [&surfaces, &mixed].map(volume);
+    // Rounding of sums of thousands of triangles in another order of their corners.
+    assert!((mixed / whole - 1.0).abs() < 1e-12, "{mixed} for {whole}");
 }
 
 /// A half axis of an ellipsoid across x, across y, along z and where its axis is along x \[mm\].

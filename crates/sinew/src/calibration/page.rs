@@ -1,7 +1,7 @@
 //! Report of a calibration.
 
 use super::curve::{Curve, inverse, measured};
-use super::words::{parameter_in_words, verdict, volumes_in_words};
+use super::words::{LINEARISED, parameter_in_words, verdict, volumes_in_words};
 use crate::patient::Prepared;
 use sinew_calibrate::Posterior;
 use sinew_fem::Unloaded;
@@ -134,7 +134,8 @@ fn identifiability(posterior: &Posterior) -> Section {
         std::iter::once(*value).chain(direction.iter().copied()).map(Cell::from).collect()
     };
     let blocks = vec![
-        Block::List(found.in_words()),
+        Block::Text(LINEARISED.into()),
+        Block::List(found.directions_in_words()),
         Block::Listing {
             title: "Spectrum of the information of the data, priors being standard normal".into(),
             head: head.collect(),

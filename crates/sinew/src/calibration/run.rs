@@ -1,6 +1,6 @@
 //! A calibration while it runs, and its result for people and for arviz.
 
-use super::words::{parameter_in_words, verdict, volumes_in_words};
+use super::words::{LINEARISED, parameter_in_words, verdict, volumes_in_words};
 use crate::patient::Prepared;
 use sinew_calibrate::{Forward, Posterior, Solves};
 use sinew_emulate::{Observer, Progress};
@@ -53,8 +53,9 @@ pub fn in_words(prepared: &Prepared, posterior: &Posterior) -> Vec<String> {
     lines.extend(volumes_in_words(prepared, posterior).iter().map(|line| format!("  {line}")));
     let count = posterior.problem.unknowns.len();
     lines.extend((0..count).map(|at| format!("  {}", parameter_in_words(posterior, at))));
-    let identified = posterior.identifiability.in_words();
-    lines.extend(identified.iter().map(|line| format!("  {line}")));
+    lines.push(format!("  {LINEARISED}"));
+    let identified = posterior.identifiability.directions_in_words();
+    lines.extend(identified.iter().map(|line| format!("    {line}")));
     let doubts = posterior.predictive.in_words();
     lines.extend(doubts.iter().map(|line| format!("  warning: {line}")));
     let found = &posterior.correction;

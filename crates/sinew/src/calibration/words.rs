@@ -5,6 +5,9 @@ use sinew_calibrate::{Identified, Posterior};
 use sinew_report::format::digits;
 use sinew_sample::quantile;
 
+/// Head of sentences about directions, which rest on no draws.
+pub(super) const LINEARISED: &str = "Linearised at the most likely parameters, before sampling:";
+
 /// A parameter in a line: its interval if the data determine it, else a note that they do not.
 pub fn parameter_in_words(posterior: &Posterior, parameter: usize) -> String {
     let unknown = &posterior.problem.unknowns[parameter];

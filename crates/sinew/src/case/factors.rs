@@ -134,17 +134,20 @@ impl Case {
         Err(self.source.error(&[ACTIVE], reason))
     }
 
-    /// Sets that factors name, for selections.
-    pub(super) fn sets_of_factors(&self) -> impl Iterator<Item = &String> {
-        let factors = self.stiffness.iter().chain(self.active.factors());
-        factors.filter_map(|factors| factors.nodes.as_ref())
+    /// Sets that factors name, each with the key of the factors.
+    pub(super) fn sets_of_factors(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        self.factors().filter_map(|(key, factors)| Some((key, factors.nodes.as_deref()?)))
+    }
+
+    /// Factors with their keys.
+    fn factors(&self) -> impl Iterator<Item = (&'static str, &Factors)> {
+        let stiffness = self.stiffness.iter().map(|factors| (STIFFNESS, factors));
+        stiffness.chain(self.active.factors().map(|factors| (ACTIVE, factors)))
     }
 
     /// Makes sure that the mesh has the sets that factors name.
     pub(super) fn prepare_factors(&self, mesh: &mut AnyMesh) -> Result<(), CaseError> {
-        let stiffness = self.stiffness.iter().map(|factors| (STIFFNESS, factors));
-        let mut all = stiffness.chain(self.active.factors().map(|factors| (ACTIVE, factors)));
-        all.try_for_each(|(key, factors)| factors.prepare(key, mesh, &self.source))
+        self.factors().try_for_each(|(key, factors)| factors.prepare(key, mesh, &self.source))
     }
 
     /// The body with its field of stiffness, which leaves the tension as it is, and with factors of the tension.

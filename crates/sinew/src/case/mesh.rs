@@ -33,6 +33,9 @@ pub struct MeshSource {
     /// Instead of the first five keys, a mesh in memory, in that unit ([`Case::on`](super::Case::on)).
     #[serde(skip)]
     pub given: Option<Arc<AnyMesh>>,
+    /// Whether the file stands in the place of the case's own mesh ([`Case::with_mesh`](super::Case::with_mesh)).
+    #[serde(skip)]
+    pub is_other: bool,
 }
 
 /// A box from the origin, with sets `x_min` to `z_max`.
@@ -139,7 +142,17 @@ impl MeshSource {
             file.display(),
             mesh.cell_count()
         );
-        Err(source.error(&["mesh", "file"], reason))
+        Err(self.file_error(source, reason))
+    }
+
+    /// An error of the file: at its key, unless it stands in the place of the case's own mesh.
+    fn file_error(&self, source: &Source, reason: String) -> CaseError {
+        match &self.file {
+            Some(file) if self.is_other => {
+                Source::new(&format!("--mesh {}", file.display()), "").error(&[], reason)
+            }
+            _ => source.error(&["mesh", "file"], reason),
+        }
     }
 
     /// The mesh \[mm\].
@@ -165,7 +178,7 @@ impl MeshSource {
                     let reason = "a file holds its own kind of cell; leave it out".into();
                     return Err(source.error(&["mesh", "element"], reason));
                 }
-                let error = |reason| source.error(&["mesh", "file"], reason);
+                let error = |reason| self.file_error(source, reason);
                 if !file.exists() {
                     let reason = format!(
                         "there is no file {}; put it there, or name another with --mesh FILE",

@@ -1,6 +1,7 @@
 //! Probable mistakes in a case that can be solved: sizes, stiffnesses and supports outside those of soft tissue.
 
 use super::Case;
+use super::units::length_within;
 use sinew_energy::{Body, Mat3};
 
 /// Smallest and largest size of a body [mm]: a millimetre of tissue and a metre, the length of a leg.
@@ -20,11 +21,11 @@ impl Case {
         let mut warnings = Vec::new();
         if !(SIZES[0]..=SIZES[1]).contains(&size) {
             let reason = format!(
-                "the body is {} mm in size, and tissue is between {} and {} mm; if its lengths are in another unit, say so: \
-                 unit = \"m\" under [mesh]",
+                "the body is {} mm in size, and tissue is between {} and {} mm; {}",
                 rounded(size),
                 SIZES[0],
-                SIZES[1]
+                SIZES[1],
+                self.fitting_unit(size)
             );
             warnings.push(key(&["mesh"], reason));
         }
@@ -43,6 +44,23 @@ impl Case {
             warnings.push(key(&["supports"], reason.into()));
         }
         warnings
+    }
+
+    /// Advice about the unit of a mesh that makes a body of a size \[mm\] that no tissue has.
+    fn fitting_unit(&self, size: f64) -> String {
+        let given = &self.mesh.unit;
+        let scale = self.mesh.scale(&self.source).unwrap_or(1.0);
+        match (length_within(size / scale, SIZES), given) {
+            (Some("mm"), Some(unit)) => {
+                format!("if its lengths are in mm, leave out unit = \"{unit}\" under [mesh]")
+            }
+            (Some(unit), _) => format!(
+                "if its lengths are in another unit, say so: unit = \"{unit}\" under [mesh]"
+            ),
+            (None, _) => {
+                "no unit of length makes it one, so look at the numbers of the mesh".into()
+            }
+        }
     }
 }
 

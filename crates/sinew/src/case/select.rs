@@ -1,6 +1,6 @@
 //! Sets of nodes and facets by where they are.
 
-use super::source::{Source, advise, exactly, exactly_if_any};
+use super::source::{Source, advise, exactly, exactly_if_any, meant};
 use super::{Case, CaseError};
 use serde::Deserialize;
 use sinew_mesh::{AnyMesh, Selection, TriangleMesh, read_mesh};
@@ -183,21 +183,49 @@ fn surface(file: &Path, scale: f64) -> Result<TriangleMesh, String> {
 impl Case {
     /// Refuses selections that nothing reads: a misspelt name, mostly.
     pub(super) fn check_selections(&self) -> Result<(), CaseError> {
-        let supports = self.supports.iter().flat_map(|s| [&s.clamped, &s.nodes]).flatten();
-        let loads = self.loads.iter().filter_map(|load| load.facets.as_ref());
-        let rule = self.fibres.iter().filter_map(|fibres| fibres.rule.as_ref());
-        let rule = rule.flat_map(|rule| [&rule.endocardium, &rule.epicardium, &rule.base]);
-        let named = supports.chain(loads).chain(rule).chain(self.sets_of_factors());
-        let mut read: Vec<&str> = named.map(String::as_str).collect();
+        let named = self.sets_named();
+        let mut read: Vec<&str> = named.iter().map(|(_, set)| *set).collect();
         read.extend(self.select.values().flat_map(Select::sets));
-        match self.select.keys().find(|name| !read.contains(&name.as_str())) {
-            None => Ok(()),
-            Some(name) => {
-                let advice = advise(name, read, "supports, loads, fibres and factors name");
-                let reason = format!("nothing reads this selection{advice}");
-                Err(self.source.error(&["select", name], reason))
-            }
+        let Some(name) = self.select.keys().find(|name| !read.contains(&name.as_str())) else {
+            return Ok(());
+        };
+        let is_meant = |set: &str| !self.select.contains_key(set) && meant(set, &[name]).is_some();
+        if let Some((keys, set)) = named.iter().find(|(_, set)| is_meant(set)) {
+            let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+            let reason = format!(
+                "there is no selection `{set}`, and nothing reads the selection `{name}`; did you mean `{name}`?"
+            );
+            return Err(self.source.error(&keys, reason));
         }
+        let advice = advise(name, read, "supports, loads, fibres and factors name");
+        let reason = format!("nothing reads this selection{advice}");
+        Err(self.source.error(&["select", name], reason))
+    }
+
+    /// Sets that supports, loads, fibres and factors name, with their keys.
+    fn sets_named(&self) -> Vec<(Vec<String>, &str)> {
+        let supports = self.supports.iter().enumerate().flat_map(|(at, support)| {
+            let keys = |key: &str| vec!["supports".into(), at.to_string(), key.into()];
+            let clamped = support.clamped.as_deref().map(|set| (keys("clamped"), set));
+            let nodes = support.nodes.as_deref().map(|set| (keys("nodes"), set));
+            [clamped, nodes].into_iter().flatten()
+        });
+        let loads = self.loads.iter().enumerate().filter_map(|(at, load)| {
+            let keys = vec!["loads".into(), at.to_string(), "facets".into()];
+            Some((keys, load.facets.as_deref()?))
+        });
+        let rule = self.fibres.iter().filter_map(|fibres| fibres.rule.as_ref());
+        let rule = rule.flat_map(|rule| {
+            [
+                ("endocardium", &rule.endocardium),
+                ("epicardium", &rule.epicardium),
+                ("base", &rule.base),
+            ]
+            .map(|(key, set)| (vec!["fibres".into(), "rule".into(), key.into()], set.as_str()))
+        });
+        let factors =
+            self.sets_of_factors().map(|(key, set)| (vec![key.into(), "nodes".into()], set));
+        supports.chain(loads).chain(rule).chain(factors).collect()
     }
 
     /// Adds the selections to the mesh, those first that others name.

@@ -161,6 +161,15 @@ fn wanted(expected: &str) -> String {
     }
 }
 
+/// The known word that a misspelt one stands for. A number stands for itself.
+pub(crate) fn meant<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    let length = word.chars().count();
+    let distance = |name: &&&str| strsim::osa_distance(&word.to_lowercase(), &name.to_lowercase());
+    let nearest = known.iter().min_by_key(distance).filter(|_| word.parse::<f64>().is_err());
+    // A quarter of the letters may be wrong, but not all of a short word.
+    nearest.filter(|name| distance(name) < length.min(2 + length / 4)).copied()
+}
+
 /// Suggestion for a misspelt word, or all known ones.
 pub(crate) fn advise<'a>(
     word: &str,
@@ -168,15 +177,10 @@ pub(crate) fn advise<'a>(
     what: &str,
 ) -> String {
     let known: Vec<&str> = known.into_iter().collect();
-    let length = word.chars().count();
-    let distance = |name: &&&str| strsim::osa_distance(&word.to_lowercase(), &name.to_lowercase());
-    match known.iter().min_by_key(distance) {
-        None => format!("; {what}: none"),
-        // A quarter of the letters may be wrong, but not all of a short word.
-        Some(name) if distance(&name) < length.min(2 + length / 4) => {
-            format!("; did you mean `{name}`?")
-        }
-        _ => format!("; {what}: {}", known.join(", ")),
+    match meant(word, &known) {
+        Some(name) => format!("; did you mean `{name}`?"),
+        None if known.is_empty() => format!("; {what}: none"),
+        None => format!("; {what}: {}", known.join(", ")),
     }
 }
 
@@ -220,5 +224,6 @@ mod tests {
         assert_eq!(advise("Endocard", known, "known"), "; did you mean `endocardium`?");
         assert_eq!(advise("p", known, "known"), "; known: mu, lambda, endocardium");
         assert_eq!(advise("pressure", known, "known"), "; known: mu, lambda, endocardium");
+        assert_eq!(advise("18", ["1", "17"], "segments"), "; segments: 1, 17");
     }
 }

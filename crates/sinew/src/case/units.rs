@@ -59,6 +59,17 @@ pub(super) fn length(unit: &str) -> Result<f64, String> {
     named(&LENGTHS, unit, "length").map(|(_, mm)| mm)
 }
 
+/// Length of an organ \[mm\].
+const ORGAN: f64 = 100.0;
+
+/// The unit in which a length is within bounds \[mm\] and nearest to an organ's.
+pub(super) fn length_within(length: f64, bounds: [f64; 2]) -> Option<&'static str> {
+    let fits = |(_, mm): &&(&str, f64)| (bounds[0]..=bounds[1]).contains(&(length * mm));
+    let away = |(_, mm): &(&str, f64)| (length * mm / ORGAN).ln().abs();
+    let best = LENGTHS.iter().filter(fits).min_by(|a, b| away(a).total_cmp(&away(b)));
+    best.map(|(name, _)| *name)
+}
+
 fn named(table: &'static Table, unit: &str, of: &str) -> Result<(&'static str, f64), String> {
     find(table, unit).ok_or_else(|| {
         let names = || table.iter().map(|(name, _)| *name);

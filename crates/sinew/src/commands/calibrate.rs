@@ -1,6 +1,6 @@
 //! Posteriors of a patient's parameters.
 
-use super::Usage;
+use super::{Usage, refuse};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::calibration::{Curve, arviz, in_words, observed, report};
@@ -19,12 +19,19 @@ use std::time::{Duration, Instant};
 /// Misfit \[standard deviations\] from which on `--check` marks a datum.
 const DOUBTFUL: f64 = 3.0;
 
+/// Solves of a run within its folder.
+const SOLVES: &str = "solves.csv";
+/// Results of a run within its folder.
+const RESULTS: [&str; 6] =
+    ["posterior.csv", "posterior.json", "edpvr.csv", "rest.vtu", "report.html", "report.json"];
+
 /// Patient file and folder.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 PATIENT is a case file whose mesh is the image, with [phases], [[data]] and [calibration] (docs/calibration.md). Writes posterior.csv,
 posterior.json (for arviz), edpvr.csv, rest.vtu, report.html and report.json into OUT/calibrate. A posterior that the solver does not
-confirm is an error, not a result. solves.csv keeps every solve: --resume continues from there, to the same numbers.
+confirm is an error, not a result. solves.csv keeps every solve: --resume continues from there, to the same numbers, and
+--restart solves everything anew. Results of an earlier run are removed when a run starts.
 
 Example: sinew calibrate patient.toml --check")]
 pub(crate) struct Calibrate {
@@ -43,8 +50,11 @@ pub(crate) struct Calibrate {
     #[arg(long, value_name = "TIME", value_parser = duration)]
     budget: Option<Duration>,
     /// Continue a run that was stopped, from its stored solves
-    #[arg(long)]
+    #[arg(long, conflicts_with = "restart")]
     resume: bool,
+    /// Start anew where solves of an earlier run are stored
+    #[arg(long)]
+    restart: bool,
     /// Seed [default: that of the file]
     #[arg(long)]
     seed: Option<u64>,
@@ -93,9 +103,13 @@ impl Calibrate {
             say_ahead(&prepared, &mode, &seen);
             return Ok(());
         }
-        let identity = identity(file.case.text(), &prepared);
+        let stored = folder.join(SOLVES);
+        if !self.resume && !self.restart {
+            refuse_solved(&stored)?;
+        }
         let mut solves =
-            solves.kept_in(&folder.join("solves.csv"), &identity, self.resume).map_err(told)?;
+            solves.kept_in(&stored, &identity(&file, &prepared)?, self.resume).map_err(told)?;
+        remove_results(&folder)?;
         let mut options = file.options();
         options.seed = self.seed.unwrap_or(options.seed);
         let posterior = calibrate(&prepared.problem, &mut solves, &options).map_err(told)?;
@@ -156,12 +170,40 @@ fn told(error: CalibrateError) -> anyhow::Error {
     }
 }
 
-/// Hash of the inputs of a solve: the file and the mesh.
-fn identity(text: &str, prepared: &Prepared) -> String {
+/// Refuses to replace the solves of an earlier run; the first line names its patient.
+fn refuse_solved(stored: &Path) -> Result<()> {
+    let text = std::fs::read_to_string(stored).unwrap_or_default();
+    match text.lines().count().saturating_sub(1) {
+        0 => Ok(()),
+        count => refuse(format!(
+            "{} holds {count} solves of an earlier run; --resume goes on from them, --restart starts anew without them",
+            stored.display()
+        )),
+    }
+}
+
+/// Removes the results of an earlier run, which would stand beside solves of another.
+fn remove_results(folder: &Path) -> Result<()> {
+    for name in RESULTS {
+        let path = folder.join(name);
+        if let Err(error) = std::fs::remove_file(&path)
+            && error.kind() != std::io::ErrorKind::NotFound
+        {
+            return refuse(format!(
+                "{}: the result of an earlier run cannot be removed: {error}; check the permissions",
+                path.display()
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Hash of the inputs of a solve: the file's settings, whatever their order and comments, and the mesh.
+fn identity(file: &PatientFile, prepared: &Prepared) -> Result<String> {
     let mut hash = DefaultHasher::new();
-    text.hash(&mut hash);
+    file.settings()?.hash(&mut hash);
     prepared.body.positions.iter().flatten().for_each(|x| x.to_bits().hash(&mut hash));
-    format!("# solves of a patient, {:016x}", hash.finish())
+    Ok(format!("# solves of a patient, {:016x}", hash.finish()))
 }
 
 /// Phases, cavities, segments and data as they were read.

@@ -17,8 +17,9 @@ const MOST_BYTES: u64 = 1 << 20;
 #[command(after_help = "\
 Speaks UM-Bridge 1.0, whose clients exist in Python, R, Julia, MATLAB and C++. Models: emulator (a prediction), corrected (a
 prediction and one Newton step), solver (the equilibrium). The input is theta in the units of the case file; the output is
-one vector, whose entries are printed at the start. Evaluate, Gradient and ApplyJacobian are supported. Without a trained
-emulator there is the solver alone. Ends with Ctrl-C.
+one vector, whose entries are printed at the start. Evaluate, Gradient and ApplyJacobian are supported. Outside the ranges of
+the parameters, emulator and corrected answer InvalidInput unless the request's config has \"extrapolate\": true. Without a
+trained emulator there is the solver alone. Ends with Ctrl-C.
 
 A browser shows the emulator's page at the same address. Where the sliders rest, the solver corrects the body, and the true
 error stands beside the estimated one. With another address than the loopback there is no page.
@@ -95,21 +96,15 @@ impl Serve {
 
 /// Answers one request, unless the client has left.
 fn answer(service: &Service<'_>, mut request: Request) {
-    let mut text = String::new();
-    let read = request.as_reader().take(MOST_BYTES).read_to_string(&mut text);
     let (method, url) = (request.method().to_string(), request.url().to_string());
     let path = url.split('?').next().unwrap_or_default();
-    let failed = |status, message: &str| serve::Response {
-        status,
-        kind: "application/json",
-        text: serde_json::json!({ "error": { "type": "InternalError", "message": message } })
-            .to_string(),
-    };
-    let reply = match read {
-        Err(error) => failed(400, &format!("the request cannot be read: {error}")),
+    let reply = match content(&mut request) {
+        Err(refused) => refused,
         // A panic ends one request, not the server.
-        Ok(_) => catch_unwind(AssertUnwindSafe(|| service.answer(&method, path, &text)))
-            .unwrap_or_else(|_| failed(500, "the program failed; its terminal says where")),
+        Ok(text) => catch_unwind(AssertUnwindSafe(|| service.answer(&method, path, &text)))
+            .unwrap_or_else(|_| {
+                failed(500, "InternalError", "the program failed; its terminal says where".into())
+            }),
     };
     let header = Header::from_bytes("Content-Type", reply.kind);
     let mut response = Response::from_string(reply.text).with_status_code(reply.status);
@@ -117,4 +112,27 @@ fn answer(service: &Service<'_>, mut request: Request) {
         response.add_header(header);
     }
     let _ = request.respond(response);
+}
+
+/// Content of a request.
+fn content(request: &mut Request) -> Result<String, serve::Response> {
+    let refused = |reason: String| failed(400, "InvalidInput", reason);
+    let mut bytes = Vec::new();
+    let read = request.as_reader().take(MOST_BYTES + 1).read_to_end(&mut bytes);
+    read.map_err(|error| refused(format!("the request cannot be read: {error}; send it again")))?;
+    if bytes.len() as u64 > MOST_BYTES {
+        let reason = format!("the request is longer than {MOST_BYTES} bytes; send shorter ones");
+        return Err(failed(413, "InvalidInput", reason));
+    }
+    String::from_utf8(bytes)
+        .map_err(|error| refused(format!("the request is not UTF-8: {error}; send JSON")))
+}
+
+/// Error of the protocol.
+fn failed(status: u16, kind: &str, message: String) -> serve::Response {
+    serve::Response {
+        status,
+        kind: "application/json",
+        text: serde_json::json!({ "error": { "type": kind, "message": message } }).to_string(),
+    }
 }

@@ -159,8 +159,12 @@ fn tell(emulator: &sinew::Emulator<'_>, folder: &Path) {
     if let Some(errors) = &record.held_out {
         let unit = &emulator.body().units.length;
         println!(
-            "on {} held-out cases: err_u median {:.2e} {unit}, largest {:.2e} {unit}; {:.2e} of the displacements",
-            record.calibration.cases, errors.err_u.q50, errors.err_u.max, errors.relative.q50
+            "on {} held-out cases: err_u median {:.2e} {unit}, largest {:.2e} {unit}; relative to the displacements median {:.2e}, largest {:.2e}",
+            record.calibration.cases,
+            errors.err_u.q50,
+            errors.err_u.max,
+            errors.relative.q50,
+            errors.relative.max
         );
     }
     let [simulate, train] = [record.simulate_s, record.prepare_s + record.train_s];

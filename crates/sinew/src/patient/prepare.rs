@@ -3,7 +3,7 @@
 use super::PatientFile;
 use super::measured::Reader;
 use super::prepared::{COMMON, IMAGE, Prepared, own_factor};
-use super::tables::{Fibres, Quantity};
+use super::tables::{Fibres, LogNormal, Quantity};
 use super::units::{LENGTHS, VOLUMES, sized};
 use crate::case::{Case, CaseError, advise, number_and_unit, stress};
 use sinew_calibrate::{
@@ -189,14 +189,18 @@ impl PatientFile {
     ) -> Result<Vec<Unknown>, CaseError> {
         let (source, settings) = (&self.case.source, &self.tables.calibration);
         let set = |name: &str| phases.values().any(|entries| entries.contains_key(name));
+        let usable = |prior: Prior, keys: &[&str]| match prior.fault() {
+            Some(fault) => Err(source.error(&[&["calibration"], keys].concat(), fault)),
+            None => Ok(prior),
+        };
         let mut unknowns = Vec::new();
         for parameter in body.parameters.iter().filter(|parameter| !set(&parameter.name)) {
             let unit = Some(parameter.unit.name()).filter(|name| *name != "1").unwrap_or_default();
             let prior = match settings.priors.get(&parameter.name) {
-                Some(prior) => Prior::LogNormal {
-                    median: parameter.unit.in_scene(prior.median),
-                    deviation: prior.sd,
-                },
+                Some(&LogNormal { median, sd: deviation }) => {
+                    usable(Prior::LogNormal { median, deviation }, &["priors", &parameter.name])?;
+                    Prior::LogNormal { median: parameter.unit.in_scene(median), deviation }
+                }
                 None => Prior::LogUniform { range: parameter.range },
             };
             if parameter.range[0] <= 0.0 {
@@ -215,12 +219,14 @@ impl PatientFile {
             let reason = format!("`{name}` is not an unknown parameter{advice}");
             return Err(source.error(&["calibration", "priors", name], reason));
         }
-        let factor = |name: String, deviation: f64| {
-            Unknown::new(name, "", Prior::LogNormal { median: 1.0, deviation })
-        };
-        unknowns.extend(settings.pressure_common.map(|sd| factor(COMMON.into(), sd)));
+        let factor =
+            |deviation: f64, key: &str| usable(Prior::LogNormal { median: 1.0, deviation }, &[key]);
+        if let Some(sd) = settings.pressure_common {
+            unknowns.push(Unknown::new(COMMON, "", factor(sd, "pressure_common")?));
+        }
         if let Some(sd) = settings.pressure_each {
-            unknowns.extend(phases.keys().map(|phase| factor(own_factor(phase), sd)));
+            let prior = factor(sd, "pressure_each")?;
+            unknowns.extend(phases.keys().map(|phase| Unknown::new(own_factor(phase), "", prior)));
         }
         Ok(unknowns)
     }

@@ -146,7 +146,33 @@ pub(super) struct Wall {
     pub septum: Option<[f64; 3]>,
 }
 
+/// Least number of draws whose Pareto k̂ is estimated: five in the tail, a fifth of all.
+const FEWEST_DRAWS: usize = 25;
+/// Highest degree of the emulator's polynomials.
+const MOST_DEGREE: usize = 4;
+
 impl Settings {
+    /// Requires numbers that the method has a meaning for; else the key, and what is wrong there.
+    pub(super) fn check(&self) -> Result<(), (&'static str, String)> {
+        let any = usize::MAX;
+        let bounds = [
+            ("draws", self.draws, FEWEST_DRAWS..=any),
+            ("design", self.design, 1..=any),
+            ("checks", self.checks, FEWEST_DRAWS..=any),
+            ("rounds", self.rounds, 1..=any),
+            ("degree", self.degree, 1..=MOST_DEGREE),
+        ];
+        for (key, value, bounds) in bounds {
+            if let Some(value) = value.filter(|value| !bounds.contains(value)) {
+                let (least, most) = (bounds.start(), bounds.end());
+                let most =
+                    if *most == any { String::new() } else { format!(" and at most {most}") };
+                return Err((key, format!("it is {value}; give at least {least}{most}")));
+            }
+        }
+        Ok(())
+    }
+
     pub(super) fn options(&self) -> CalibrateOptions {
         let plain = CalibrateOptions::default();
         CalibrateOptions {

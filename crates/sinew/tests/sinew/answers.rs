@@ -220,7 +220,11 @@ fn what_no_tissue_has_is_warned_of() {
         assert!(words.iter().all(|word| warning.contains(word)), "{warning}");
     };
     said("[mesh]", "[mesh]\nunit = \"um\"", &["plate.toml, line 6, mesh", "0.03 mm", "unit ="]);
-    said("[mesh]", "[mesh]\nunit = \"m\"", &["mesh", "mm in size", "between 1 and 1000 mm"]);
+    said(
+        "[mesh]",
+        "[mesh]\nunit = \"m\"",
+        &["mesh", "mm in size", "between 1 and 1000 mm", "are in mm, leave out"],
+    );
     said("mu = [8.0, 16.0]", "mu = [8e3, 16e6]", &["line 9, parameters", "kPa", "unit = \"Pa\""]);
     let soft = "mu = { range = [8.0, 16.0], unit = \"Pa\" }";
     said("mu = [8.0, 16.0]", soft, &["line 9, parameters", "0.008 kPa", "0.01 and"]);

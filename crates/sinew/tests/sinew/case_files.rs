@@ -328,6 +328,11 @@ fn selections_that_choose_nothing_are_told_with_the_distance() {
         &["select.pressed", "along x", "smaller corner first"],
     );
     told("not = {", "set = \"bottomm\"\nnot = {", &["select.pressed", "bottomm"]);
+    told(
+        "facets = \"pressed\"",
+        "facets = \"presed\"",
+        &["loads.0.facets", "no selection `presed`", "did you mean `pressed`?"],
+    );
     told("not = {", "set = \"pressed\"\nnot = {", &["select.pressed", "names this one"]);
     told(
         "[select.pressed]",

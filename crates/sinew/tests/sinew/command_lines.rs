@@ -21,7 +21,7 @@ fn plain_box() -> sinew_mesh::TetMesh {
 }
 
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 58] = [
+const COMMAND_LINES: [(&str, &[&str]); 59] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -30,7 +30,8 @@ const COMMAND_LINES: [(&str, &[&str]); 58] = [
     ("solve .", &["the case file . cannot be read"]),
     ("solve plate.toml --thetas mu=9", &["--thetas", "'--theta'"]),
     ("solve plate.toml --mesh none.vtk", &["no file none.vtk"]),
-    ("solve plate.toml --mesh plate.toml", &["plate.toml", "mesh.file"]),
+    ("solve plate.toml --mesh plate.toml", &["--mesh plate.toml: "]),
+    ("solve plain.vtu", &["plain.vtu: this is the name of a mesh", "--mesh beside a case"]),
     (
         "solve plate.toml --mesh plain.vtu",
         &["loads.0.facets", "`z_min`", "facet sets of the mesh: none"],

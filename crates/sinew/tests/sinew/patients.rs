@@ -104,6 +104,11 @@ fn mistakes_are_refused_with_their_place() {
     );
     says("values = [0.05, 0.06, 0.05, 0.06]", "values = [0.05]", &["1 values for 4 segments"]);
     says("values = [0.05, 0.06, 0.05, 0.06]", "segment = 9\nvalue = 0.1", &["no segment `9`"]);
+    says(
+        "values = [0.05, 0.06, 0.05, 0.06]",
+        "segment = 18\nvalue = 0.1",
+        &["no segment `18`; segments: 1"],
+    );
     says("segments = \"1x4\"", "segments = \"aha\"", &["`aha` is not a division"]);
     says(", septum = [-1.0, 0.0, 0.0]", "", &["septum"]);
     says("sd = 2.0", "sd = 0.0", &["standard deviation is 0"]);
@@ -120,6 +125,29 @@ fn mistakes_are_refused_with_their_place() {
     );
     says("segments = \"1x4\"", "segments = \"1x4\"\nsede = 3", &["`seed`?"]);
     says("[phases.image]\np = \"8 mmHg\"", "", &["the loads of the image are missing"]);
+}
+
+#[test]
+fn settings_that_make_no_sense_are_refused_with_their_key() {
+    let setting = |line: &str, expected: &[&str]| {
+        let error = refused("segments = \"1x4\"", &format!("segments = \"1x4\"\n{line}"));
+        expected.iter().for_each(|words| assert!(error.contains(words), "{words}: {error}"));
+    };
+    let prior = "calibration.priors.a: ";
+    setting(
+        "priors.a = { median = -0.2, sd = 0.3 }",
+        &[prior, "the median is -0.2; give a positive"],
+    );
+    setting(
+        "priors.a = { median = 0.2, sd = 0.0 }",
+        &[prior, "standard deviation of the logarithm is 0"],
+    );
+    setting("pressure_common = -1.0", &["calibration.pressure_common: ", "logarithm is -1; give"]);
+    setting("pressure_each = nan", &["calibration.pressure_each: ", "logarithm is NaN; give"]);
+    for key in ["draws", "design", "checks", "rounds"] {
+        setting(&format!("{key} = 0"), &[&format!("calibration.{key}: it is 0; give at least")]);
+    }
+    setting("degree = 9", &["calibration.degree: it is 9; give at least 1 and at most 4"]);
 }
 
 #[test]
@@ -189,6 +217,7 @@ fn the_program_makes_data_and_their_posterior() {
     let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
     assert_eq!(code, Some(0), "{said}");
     assert!(said.contains("the solver confirms this posterior"), "{said}");
+    assert!(said.contains("before sampling:") && !said.contains("by itself is"), "{said}");
     let made = folder.path().join("out/calibrate");
     for name in ["posterior.csv", "posterior.json", "edpvr.csv", "rest.vtu", "report.html"] {
         assert!(made.join(name).exists(), "{name}");
@@ -201,9 +230,11 @@ fn the_program_makes_data_and_their_posterior() {
     let dict: serde_json::Value = serde_json::from_str(&read("posterior.json")).unwrap();
     assert_eq!(dict["posterior"]["a [kPa]"].as_array().unwrap().len(), 4);
     assert!(dict["observed_data"]["volume of endo at low"].is_number());
-    // Killed while writing its solves, and resumed: the same bits.
     let solves = read("solves.csv");
+    // Killed while writing its solves, and resumed: the same bits, whatever the comments of the file.
     std::fs::write(made.join("solves.csv"), &solves[..solves.len() / 2]).unwrap();
+    let text = std::fs::read_to_string(folder.path().join("made.toml")).unwrap();
+    std::fs::write(folder.path().join("made.toml"), format!("# A comment.\n{text}")).unwrap();
     let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
     assert_eq!((code, read("posterior.csv")), (Some(0), first), "{said}");
     assert!(Path::new(&made).join("report.json").exists());
@@ -242,6 +273,40 @@ fn made_data_name_their_origin_and_replace_no_other_file() {
     let origin = "# synthesised from patient.toml, theta a=0.2,a_f=2.8, seed 1\n";
     assert!(made.starts_with(origin), "{made}");
     PatientFile::parse(&made, output).unwrap();
+}
+
+#[test]
+fn a_run_is_replaced_only_when_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = folder.path().join("out/calibrate");
+    std::fs::create_dir_all(&made).unwrap();
+    std::fs::write(folder.path().join("patient.toml"), PATIENT).unwrap();
+    let stored = "# solves of a patient, 0\n2e-1,2.8e0,;!no body\n";
+    std::fs::write(made.join("solves.csv"), stored).unwrap();
+    let results = ["posterior.csv", "posterior.json", "rest.vtu", "report.html", "report.json"];
+    results.iter().for_each(|name| std::fs::write(made.join(name), "old").unwrap());
+    let run = |more: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_sinew"))
+            .args(["calibrate", "patient.toml", "--out", "out"])
+            .args(more)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, said) = run(&[]);
+    assert_eq!(code, Some(2), "{said}");
+    for words in ["solves.csv holds 1 solves", "--resume", "--restart"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let (code, said) = run(&["--resume"]);
+    assert!(code == Some(2) && said.contains("another patient"), "{said}");
+    assert_eq!(std::fs::read_to_string(made.join("solves.csv")).unwrap(), stored);
+    assert!(results.iter().all(|name| made.join(name).exists()));
+    // Stopped after it began: no results of the run before are left.
+    let (code, said) = run(&["--restart", "--budget", "0.01s"]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(results.iter().all(|name| !made.join(name).exists()));
 }
 
 #[test]

@@ -359,8 +359,14 @@ fn trainings_begin_from_what_there_is() {
         |more: &str| format!("train bar.toml --steps 5 --simulations out/bar/sample {more}");
     let told = done(folder, &train("--recipe dd"));
     assert!(told.contains("11 simulations"), "{told}");
-    let told = done(folder, "train bar.toml --recipe regression --simulations out/bar/sample");
-    assert!(told.contains("11 simulations"), "{told}");
+    // Each number says which of the held-out cases' errors it is.
+    let told = done(
+        folder,
+        "train bar.toml --recipe regression --simulations out/bar/sample --target 1e-15",
+    );
+    for words in ["11 simulations", "the displacements median", "the root mean square error over"] {
+        assert!(told.contains(words), "{words}: {told}");
+    }
     // From another run of the same recipe only, and not from one that it would replace.
     let (_, told) = refused(folder, &train("--recipe hybrid --from out/bar/dd"));
     assert!(told.contains("it is of the recipe `dd`, not `hybrid`"), "{told}");
@@ -437,7 +443,7 @@ fn surfaces_become_a_ventricle_that_solves() {
     let (code, told) = ask("--endocardium endo.vtk --edge -1");
     assert!(code == 2 && told.contains("edges cannot be -1"), "{told}");
     let (code, told) = ask("--endocardium epi.vtk");
-    assert!(code == 2 && told.contains("give the plane of the base"), "{told}");
+    assert!(code == 2 && told.contains("are the same surface"), "{told}");
 }
 
 #[test]
@@ -456,6 +462,12 @@ fn an_image_is_unloaded_and_loaded_again_from_files() {
     for (i, x) in image.positions.as_flattened().iter().enumerate() {
         let apart = rest.positions.as_flattened()[i] + loaded.displacement[i] - x;
         assert!(apart.abs() < 1e-9, "{apart}");
+    }
+    // Two bodies at rest of one case have folders of their own.
+    done(folder, "unload bar.toml --theta lambda=12,mu=12 -o stiff.vtu");
+    for name in ["rest", "stiff"] {
+        done(folder, &format!("solve {name}.toml --theta lambda=12,mu=12"));
+        assert!(folder.join("out").join(name).exists(), "{name}");
     }
     let (code, text) = refused(folder, "unload bar.toml -o rest.vtk");
     assert!(code == 2 && text.contains(".vtu"), "{text}");

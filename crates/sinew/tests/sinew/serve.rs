@@ -146,6 +146,30 @@ fn faults_are_answered_as_the_protocol_says() {
 }
 
 #[test]
+fn emulators_refuse_what_they_would_extrapolate() {
+    let body = body();
+    let service = Service::new(&body, Some(emulator(&body)));
+    let ask = |model: &str, path: &str, config: Value| {
+        let request = json!({
+            "name": model, "input": [[100.0, 4.0]], "outWrt": 0, "inWrt": 0, "sens": [1, 0, 0], "config": config
+        });
+        asked(&service, path, &request)
+    };
+    for model in ["emulator", "corrected"] {
+        for path in ["/Evaluate", "/Gradient"] {
+            let (status, found) = ask(model, path, json!({}));
+            assert_eq!((status, &found["error"]["type"]), (400, &json!("InvalidInput")), "{found}");
+            let message = found["error"]["message"].as_str().unwrap();
+            for words in ["mu = 100 kPa is outside its range from 8 to 16 kPa", "extrapolate"] {
+                assert!(message.contains(words), "{message}");
+            }
+        }
+        assert_eq!(ask(model, "/Evaluate", json!({ "extrapolate": true, "other": 1 })).0, 200);
+    }
+    assert_eq!(ask("solver", "/Evaluate", Value::Null).0, 200);
+}
+
+#[test]
 fn the_page_is_given_the_displacement_of_its_nodes() {
     let body = body();
     let request = json!({ "name": "solver", "input": [[11.0, 4.0]] });
@@ -229,6 +253,8 @@ fn a_hundred_clients_and_nonsense_leave_the_server_alive() {
     for nonsense in ["{", "\u{0}\u{1}", r#"{"name": "solver", "input": [[NaN]]}"#] {
         assert_eq!(post(address, "/Evaluate", nonsense).0, 400);
     }
+    let (status, told) = post(address, "/Evaluate", &"[".repeat((1 << 20) + 1));
+    assert!(status == 413 && told.contains("1048576 bytes"), "{status}: {told}");
     // No HTTP at all, and a client that leaves.
     TcpStream::connect(address).unwrap().write_all(b"\x16\x03\x01 nonsense\r\n\r\n").unwrap();
     TcpStream::connect(address)

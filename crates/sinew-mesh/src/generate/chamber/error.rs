@@ -24,6 +24,43 @@ pub enum ChamberError {
         "the endocardium is closed, so nothing says where its base is; give the plane of the base: a point and a normal"
     )]
     Closed,
+    /// Surfaces in different units.
+    #[error(
+        "the endocardium is {endocardium:.3} long and the epicardium {epicardium:.3}, a factor near {ratio} too far apart: the endocardium seems to \
+         be in {}, the epicardium in {}; give both in one unit",
+        units[0], units[1]
+    )]
+    Units { endocardium: f64, epicardium: f64, ratio: f64, units: [&'static str; 2] },
+    /// One surface in the place of both.
+    #[error(
+        "the endocardium and the epicardium are the same surface: no point of one is farther than {distance:.1e} from the other; give two surfaces"
+    )]
+    Same { distance: f64 },
+    /// Surfaces in the place of each other.
+    #[error(
+        "the epicardium, {epicardium:.3} long, lies inside of the endocardium, {endocardium:.3} long; give each in the place of the other"
+    )]
+    Swapped { endocardium: f64, epicardium: f64 },
+    /// Surfaces that do not lie in each other.
+    #[error(
+        "{count} of {of} points of the endocardium lie outside of the epicardium, and the middles of the two are {shift:.3} apart; give both in one \
+         frame of coordinates"
+    )]
+    Apart { count: usize, of: usize, shift: f64 },
+    /// A surface of several pieces.
+    #[error(
+        "the {surface} has {pieces} pieces without a common point, the largest of {} triangles and the next of {} at {}; remove the pieces that do not \
+         belong to it",
+        triangles[0], triangles[1], shown(point)
+    )]
+    Pieces { surface: &'static str, pieces: usize, triangles: [usize; 2], point: [f64; 3] },
+    /// A surface with holes.
+    #[error(
+        "the {surface} has {rims} rims, the longest of {} edges and the next of {} at {}, and no plane below the valves cuts a whole wall; close the \
+         holes, or give the plane of the base: a point and a normal",
+        edges[0], edges[1], shown(point)
+    )]
+    Rims { surface: &'static str, rims: usize, edges: [usize; 2], point: [f64; 3] },
     /// No plane is a base.
     #[error(
         "no plane across the axis from {} along {} cuts a whole wall below the valves; give the plane of the base: \

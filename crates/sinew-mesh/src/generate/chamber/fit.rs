@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Start of the rays' origins along the axis, as a fraction of the way from the apex to the base; below, all rays
 /// leave the same point.
-const POLE: f64 = 1.0 / 3.0;
+pub(super) const POLE: f64 = 1.0 / 3.0;
 /// Rows and columns of the table of points for arc lengths along the surface.
 const ROWS: usize = 48;
 const COLUMNS: usize = 64;

@@ -2,6 +2,7 @@
 
 use super::axis::Base;
 use super::error::shown;
+use super::fit::POLE;
 use super::outside::Outside;
 use super::trees::{Point, Trees};
 use super::{Chamber, folds};
@@ -92,12 +93,18 @@ fn distances(surface: &TriangleMesh, distance: impl Fn(Point) -> f64) -> [f64; 2
     [all.iter().sum::<f64>() / all.len() as f64, all.iter().copied().fold(0.0, f64::max)]
 }
 
-/// The volume between a surface and the plane of the base above it: the cones of what lies below to a point of the plane.
+/// The volume between a surface and the plane of the base above it: the cones of what lies below to a point of the plane, triangles
+/// turned away from the axis.
 fn volume_below(surface: &TriangleMesh, base: &Base) -> f64 {
     let height = |x: &Point| x.dot(&base.normal);
+    let down = (base.apex - base.centre) * (1.0 - POLE);
     let mut sum = 0.0;
     for cell in 0..surface.cells.len() {
         let corners = surface.corners(cell).map(|x| x - base.centre);
+        let [a, b, c] = corners;
+        let middle = (a + b + c) / 3.0;
+        let on_axis = down * (middle.dot(&down) / down.norm_squared()).clamp(0.0, 1.0);
+        let outward = (b - a).cross(&(c - a)).dot(&(middle - on_axis)).signum();
         let mut part = Vec::with_capacity(4);
         for k in 0..3 {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);
@@ -109,7 +116,7 @@ fn volume_below(surface: &TriangleMesh, base: &Base) -> f64 {
             }
         }
         for k in 2..part.len() {
-            sum += part[0].cross(&part[k - 1]).dot(&part[k]) / 6.0;
+            sum += outward * part[0].cross(&part[k - 1]).dot(&part[k]) / 6.0;
         }
     }
     sum.abs()
@@ -164,6 +171,7 @@ impl fmt::Display for ChamberReport {
             f,
             "{layers} layers of {around} cells around and {along} from the apex to the base"
         )?;
+        writeln!(f, "lengths below are in the unit of the surfaces, volumes in its cube")?;
         let [base, normal] = self.base.each_ref().map(shown);
         writeln!(f, "base at {base}, normal {normal}")?;
         writeln!(f, "{}", self.quality)?;

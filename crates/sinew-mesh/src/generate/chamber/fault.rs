@@ -1,0 +1,121 @@
+//! Faults of surfaces that no wall lies between: units, places, pieces and rims.
+
+use super::Chamber;
+use super::axis::rims;
+use super::error::ChamberError;
+use super::trees::{Point, Trees};
+use crate::crossings::merged;
+use crate::{TriangleMesh, extents};
+use sinew_num::connected_components;
+use std::cmp::Reverse;
+
+/// Units that surfaces are written in, by their ratio.
+const UNITS: [(f64, [&str; 2]); 3] =
+    [(10.0, ["cm", "mm"]), (100.0, ["m", "cm"]), (1000.0, ["m", "mm"])];
+/// Lengths of an endocardium in the same unit \[relative to the epicardium's\]: that of two ventricles is the longest.
+const LENGTHS: std::ops::RangeInclusive<f64> = 0.35..=1.0;
+/// Share of points outside of the epicardium from which on the surfaces count as apart: valves may reach out of it.
+const APART: f64 = 0.1;
+/// Distance of points that are the same \[relative to the length of their surface\]: digits that files print.
+const SAME: f64 = 1e-6;
+
+/// The first fault of the surfaces of a chamber that has no base.
+pub(super) fn of(chamber: &Chamber<'_>, trees: &Trees) -> Option<ChamberError> {
+    let [inner, outer] = [chamber.endocardium, chamber.epicardium];
+    // An island far away changes places.
+    pieces("endocardium", inner)
+        .or_else(|| places(inner, outer, trees))
+        .or_else(|| pieces("epicardium", outer))
+        .or_else(|| holes("endocardium", inner))
+        .or_else(|| holes("epicardium", outer))
+}
+
+/// Longest edge of the box around a surface.
+fn length(surface: &TriangleMesh) -> f64 {
+    extents(&surface.points).into_iter().fold(0.0, f64::max)
+}
+
+/// Different units, of which the sizes of the surfaces tell.
+pub(super) fn units(inner: &TriangleMesh, outer: &TriangleMesh) -> Option<ChamberError> {
+    let [endocardium, epicardium] = [inner, outer].map(length);
+    let ratio = endocardium / epicardium;
+    let found = UNITS.into_iter().find_map(|(size, [large, small])| {
+        match [ratio * size, ratio / size].map(|ratio| LENGTHS.contains(&ratio)) {
+            [true, _] => Some((size, [large, small])),
+            [_, true] => Some((size, [small, large])),
+            _ => None,
+        }
+    });
+    let (ratio, units) = found?;
+    Some(ChamberError::Units { endocardium, epicardium, ratio, units })
+}
+
+/// One surface in the place of both, each in the place of the other, or both apart.
+fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<ChamberError> {
+    let points: Vec<Point> = inner.points.iter().map(|&x| Point::from(x)).collect();
+    let [endocardium, epicardium] = [inner, outer].map(length);
+    let distance = points.iter().map(|x| trees.epicardium.distance(*x)).fold(0.0, f64::max);
+    if distance <= SAME * endocardium {
+        return Some(ChamberError::Same { distance });
+    }
+    let [[low, high], [least, most]] = [inner, outer].map(bounds);
+    let middle = points.iter().sum::<Point>() / points.len() as f64;
+    let in_box = |x: &Point| (0..3).all(|i| (least[i]..=most[i]).contains(&x[i]));
+    // Seen from the middle of the cavity.
+    let is_behind = |x: &&Point| {
+        let hits = trees.epicardium.hits(middle, *x - middle);
+        hits.last().is_some_and(|way| *way < 1.0 - SAME)
+    };
+    let behind = points.iter().filter(is_behind).count();
+    let of = points.len();
+    let slack = 0.01 * endocardium;
+    let encloses = (0..3).all(|i| low[i] - slack <= least[i] && most[i] <= high[i] + slack);
+    if encloses && 2 * behind > of {
+        return Some(ChamberError::Swapped { endocardium, epicardium });
+    }
+    if in_box(&middle) && behind as f64 <= APART * of as f64 {
+        return None;
+    }
+    let count = points.iter().filter(|x| !in_box(x) || is_behind(x)).count();
+    let shift = (low + high - least - most).norm() / 2.0;
+    Some(ChamberError::Apart { count, of, shift })
+}
+
+/// Lowest and highest corner of the box around a surface.
+fn bounds(surface: &TriangleMesh) -> [Point; 2] {
+    let points = || surface.points.iter().map(|&x| Point::from(x));
+    let [low, high] = [f64::INFINITY, f64::NEG_INFINITY].map(Point::repeat);
+    [points().fold(low, |low, x| low.inf(&x)), points().fold(high, |high, x| high.sup(&x))]
+}
+
+/// Several pieces without a common point.
+fn pieces(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
+    let place = merged(&of.points);
+    let cells: Vec<_> = of.cells.iter().map(|cell| cell.map(|node| place[node])).collect();
+    let found = parts(of.points.len(), &cells);
+    let [(first, _), (second, node), ..] = found[..] else { return None };
+    let (pieces, triangles, point) = (found.len(), [first, second], of.points[node]);
+    Some(ChamberError::Pieces { surface, pieces, triangles, point })
+}
+
+/// Several rims: beside the valves, triangles are missing.
+fn holes(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
+    let found = parts(of.points.len(), &rims(of));
+    let [(first, _), (second, node), ..] = found[..] else { return None };
+    let (rims, edges, point) = (found.len(), [first, second], of.points[node]);
+    Some(ChamberError::Rims { surface, rims, edges, point })
+}
+
+/// Connected parts of triangles or edges: how many each has, and a node of it; the largest first.
+fn parts<const N: usize>(nodes: usize, links: &[[usize; N]]) -> Vec<(usize, usize)> {
+    let found = connected_components(nodes, links);
+    let mut part = vec![0; nodes];
+    for (at, nodes) in found.iter().enumerate() {
+        nodes.iter().for_each(|&node| part[node] = at);
+    }
+    let mut counts: Vec<(usize, usize)> = found.iter().map(|nodes| (0, nodes[0])).collect();
+    links.iter().for_each(|link| counts[part[link[0]]].0 += 1);
+    counts.retain(|(count, _)| *count > 0);
+    counts.sort_by_key(|(count, node)| (Reverse(*count), *node));
+    counts
+}
