@@ -81,7 +81,7 @@ impl Chamber<'_> {
         let trees = Trees::new([self.endocardium, self.epicardium], self.septum);
         let base = match Axis::new(self.endocardium).base(&trees, &options.trim) {
             Err(none @ ChamberError::NoBase { .. }) => {
-                return Err(fault::of(self, &trees).unwrap_or(none));
+                return Err(fault::of([self.endocardium, self.epicardium], &trees).unwrap_or(none));
             }
             found => found?,
         };

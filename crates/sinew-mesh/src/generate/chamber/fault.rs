@@ -1,6 +1,5 @@
 //! Faults of surfaces that no wall lies between: units, places, pieces and rims.
 
-use super::Chamber;
 use super::axis::rims;
 use super::error::ChamberError;
 use super::trees::{Point, Trees};
@@ -20,8 +19,7 @@ const APART: f64 = 0.1;
 const SAME: f64 = 1e-6;
 
 /// The first fault of the surfaces of a chamber that has no base.
-pub(super) fn of(chamber: &Chamber<'_>, trees: &Trees) -> Option<ChamberError> {
-    let [inner, outer] = [chamber.endocardium, chamber.epicardium];
+pub(super) fn of([inner, outer]: [&TriangleMesh; 2], trees: &Trees) -> Option<ChamberError> {
     // An island far away changes places.
     pieces("endocardium", inner)
         .or_else(|| places(inner, outer, trees))
