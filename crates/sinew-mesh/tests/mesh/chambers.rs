@@ -218,7 +218,8 @@ fn mistaken_surfaces_are_told_from_each_other() {
     let mut shifted = endo.clone();
     shifted.points.iter_mut().for_each(|x| x[0] += 25.0);
     let ChamberError::Apart { count, of, shift } = told(&shifted, epi) else { panic!() };
-    assert!(count < of && (shift - 25.0).abs() < 0.1, "{count} of {of}, {shift}");
+    // The middles of the boxes are 4.5 apart along z before.
+    assert!(count < of && (shift - 25f64.hypot(4.5)).abs() < 0.1, "{count} of {of}, {shift}");
     let island = vec![[300.0, 0.0, 0.0], [301.0, 0.0, 0.0], [300.0, 1.0, 0.0]];
     let mut islands = endo.clone();
     let first = islands.points.len();
@@ -248,8 +249,8 @@ fn cavities_of_triangles_turned_either_way_are_the_same() {
     let mut mixed = surfaces.clone();
     mixed[0].cells.iter_mut().step_by(2).for_each(|cell| cell.swap(0, 1));
     let [whole, mixed] = [&surfaces, &mixed].map(volume);
-    // Rounding of sums of thousands of triangles in another order of their corners.
-    assert!((mixed / whole - 1.0).abs() < 1e-12, "{mixed} for {whole}");
+    // The plane of the base is the same to rounding, and turned triangles would take most of the volume away.
+    assert!((mixed / whole - 1.0).abs() < 1e-6, "{mixed} for {whole}");
 }
 
 /// A half axis of an ellipsoid across x, across y, along z and where its axis is along x \[mm\].

@@ -48,10 +48,10 @@ impl Case {
 
     /// Advice about the unit of a mesh that makes a body of a size \[mm\] that no tissue has.
     fn fitting_unit(&self, size: f64) -> String {
-        let given = &self.mesh.unit;
-        let scale = self.mesh.scale(&self.source).unwrap_or(1.0);
-        match (length_within(size / scale, SIZES), given) {
-            (Some("mm"), Some(unit)) => {
+        let bare = size / self.mesh.scale(&self.source).unwrap_or(1.0);
+        let fits = (SIZES[0]..=SIZES[1]).contains(&bare);
+        match (length_within(bare, SIZES), &self.mesh.unit) {
+            (_, Some(unit)) if fits => {
                 format!("if its lengths are in mm, leave out unit = \"{unit}\" under [mesh]")
             }
             (Some(unit), _) => format!(
