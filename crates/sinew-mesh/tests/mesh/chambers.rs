@@ -220,10 +220,11 @@ fn mistaken_surfaces_are_told_from_each_other() {
     let ChamberError::Apart { count, of, shift } = told(&shifted, epi) else { panic!() };
     // The middles of the boxes are 4.5 apart along z before.
     assert!(count < of && (shift - 25f64.hypot(4.5)).abs() < 0.1, "{count} of {of}, {shift}");
-    let island = vec![[300.0, 0.0, 0.0], [301.0, 0.0, 0.0], [300.0, 1.0, 0.0]];
+    let island = [[300.0, 0.0, 0.0], [301.0, 0.0, 0.0], [300.0, 1.0, 0.0]];
     let mut islands = endo.clone();
     let first = islands.points.len();
     islands.points.extend(island);
+    islands.point_fields.clear();
     islands.cells.push([first, first + 1, first + 2]);
     let ChamberError::Pieces { surface, pieces, triangles, point } = told(&islands, epi) else {
         panic!()

@@ -33,10 +33,21 @@ fn length(surface: &TriangleMesh) -> f64 {
     extents(&surface.points).into_iter().fold(0.0, f64::max)
 }
 
+/// Longest extent of nine tenths of the points, which an island far away does not change.
+fn robust_length(surface: &TriangleMesh) -> f64 {
+    let (count, apart) = (surface.points.len(), surface.points.len() / 20);
+    let along = |axis: usize| {
+        let mut places: Vec<f64> = surface.points.iter().map(|x| x[axis]).collect();
+        places.sort_by(f64::total_cmp);
+        if count == 0 { 0.0 } else { places[count - 1 - apart] - places[apart] }
+    };
+    (0..3).map(along).fold(0.0, f64::max)
+}
+
 /// Different units, of which the sizes of the surfaces tell.
 pub(super) fn units(inner: &TriangleMesh, outer: &TriangleMesh) -> Option<ChamberError> {
     let [endocardium, epicardium] = [inner, outer].map(length);
-    let ratio = endocardium / epicardium;
+    let ratio = robust_length(inner) / robust_length(outer);
     let found = UNITS.into_iter().find_map(|(size, [large, small])| {
         match [ratio * size, ratio / size].map(|ratio| LENGTHS.contains(&ratio)) {
             [true, _] => Some((size, [large, small])),
