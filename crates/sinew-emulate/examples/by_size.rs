@@ -1,15 +1,17 @@
 //! Cost of preparation and of an answer by the size of a body, beside a sweep of the solver, with the true errors of the answers.
 //!
 //! `cargo run --example by_size -- BODY SETS ACCURACY SOLVED CELLS...`, such as `ventricle 20 1e-3 20 2,32,16 4,64,34`: a body is
-//! `ventricle` (layers, around, along) or `block` (along x, y, z); SOLVED of the sets are solved too, and a sweep of all is extrapolated.
+//! `ventricle` (layers, around, along) or `block` (along x, y, z); SOLVED of the sets, two at least, are solved too, and a sweep of all is
+//! extrapolated. Seconds are of the CPU: set RAYON_NUM_THREADS=1.
 
-use sinew_emulate::{Answers, Design, Emulator};
+use sinew_emulate::{Answers, Design, Emulator, Terminal};
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support, metrics::mean_and_largest};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{Options, sweep};
 use sinew_mesh::{VentricleShape, box_tetrahedra};
 use std::error::Error;
+use std::sync::{Mutex, PoisonError};
 
 const SEED: u64 = 7;
 
@@ -64,9 +66,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     };
     let (sets, accuracy): (usize, f64) = (sets.parse()?, accuracy.parse()?);
-    let solved = solved.parse::<usize>()?.min(sets);
+    let solved = solved.parse::<usize>()?.clamp(2, sets.max(2));
     println!(
-        "nodes, unknowns: prepare; an answer, a solve in a sweep; all answers beside a sweep; true errors; memory"
+        "nodes, unknowns: prepare; an answer, a solve near another; preparation and all answers beside a sweep; true errors; memory"
     );
     for cells in sizes {
         let parts: Vec<usize> = cells.split(',').map(str::parse).collect::<Result<_, _>>()?;
@@ -83,15 +85,25 @@ fn measure(
 ) -> Result<(), Box<dyn Error>> {
     let thetas = Design::LatinHypercube.sample(&body.parameters, sets, SEED)?;
     let start = cpu_s();
-    let found = sweep(body, &thetas[..solved], &Options::default(), || ())?;
-    let solve_s = (cpu_s() - start) / solved as f64;
+    let clock = Mutex::new(Vec::new());
+    let solved_one = || {
+        let mut clock = clock.lock().unwrap_or_else(PoisonError::into_inner);
+        clock.push(cpu_s() - start);
+        eprintln!("{} nodes: {} of {solved} sets are solved", body.nodes, clock.len());
+    };
+    let found = sweep(body, &thetas[..solved], &Options::default(), solved_one)?;
+    let clock = clock.into_inner().unwrap_or_else(PoisonError::into_inner);
+    // The first solve is from rest.
+    let near_s = (clock[solved - 1] - clock[0]) / (solved - 1) as f64;
+    let sweep_s = clock[0] + near_s * (sets - 1) as f64;
     let start = cpu_s();
-    let prepared = Emulator::taylor(body, 1)?;
+    let expansion = Emulator::taylor(body, 1)?;
     let prepare_s = cpu_s() - start;
-    drop(prepared);
+    eprintln!("{} nodes: the expansion is prepared", body.nodes);
     let start = cpu_s();
-    let answers = Answers::to(body, &thetas, accuracy, None, &mut ())?;
+    let answers = Answers::to(body, &thetas, accuracy, Some(&expansion), &mut Terminal::default())?;
     let answers_s = cpu_s() - start;
+    let total_s = prepare_s + answers_s;
     let (mut errors, mut steps, mut missed) = (Vec::new(), 0, 0);
     for answer in answers.answers.iter() {
         match answer {
@@ -108,14 +120,12 @@ fn measure(
     errors.sort_by(f64::total_cmp);
     let beyond = errors.iter().filter(|error| **error > accuracy).count();
     println!(
-        "{} nodes, {} unknowns: {prepare_s:.2} s; {:.2} ms, {:.2} ms; {answers_s:.2} s for {:.2} s, {:.3}; median {:.1e}, largest {:.1e}, {beyond} of {} \
-         beyond {accuracy:e}, {missed} not answered; {:.2} Newton steps each, {} first; {:.2} GB, {} threads",
+        "{} nodes, {} unknowns: {prepare_s:.2} s; {:.2} s, {near_s:.2} s; {total_s:.1} s for {sweep_s:.1} s, {:.3}; median {:.1e}, largest {:.1e}, \
+         {beyond} of {} beyond {accuracy:e}, {missed} not answered; {:.2} Newton steps each, by {}; {:.2} GB, {} threads",
         body.nodes,
         body.free_degrees_of_freedom().len(),
-        1e3 * (answers_s - prepare_s) / sets as f64,
-        1e3 * solve_s,
-        solve_s * sets as f64,
-        answers_s / (solve_s * sets as f64),
+        answers_s / sets as f64,
+        total_s / sweep_s,
         errors[errors.len() / 2],
         errors[errors.len() - 1],
         errors.len(),

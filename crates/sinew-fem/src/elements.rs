@@ -6,6 +6,7 @@ pub(crate) mod cells;
 pub(crate) mod check;
 pub(crate) mod followers;
 pub(crate) mod patch;
+pub(crate) mod predicted;
 pub(crate) mod pressure_field;
 pub(crate) mod state;
 pub(crate) mod supports;

@@ -2,6 +2,7 @@
 
 use crate::Warning;
 use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
 
 /// Progress of a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,17 +43,23 @@ impl Observer for () {}
 pub struct Counter<'a> {
     observer: &'a mut dyn Observer,
     stage: &'a str,
-    start: std::time::Instant,
+    start: Instant,
     /// Pieces of an earlier run, which took no time of this one.
     kept: usize,
     done: usize,
     count: usize,
+    /// When the observer was told last.
+    told: Instant,
 }
+
+/// Time without news after which the observer is told of a piece under way.
+const QUIET: Duration = Duration::from_secs(1);
 
 impl<'a> Counter<'a> {
     /// Counter over `count` pieces of one size, or that many units of work, of which some are `kept` from an earlier run.
     pub fn new(observer: &'a mut dyn Observer, stage: &'a str, kept: usize, count: usize) -> Self {
-        Self { observer, stage, start: std::time::Instant::now(), kept, done: kept, count }
+        let now = Instant::now();
+        Self { observer, stage, start: now, kept, done: kept, count, told: now }
     }
 
     /// Counts pieces of an earlier run.
@@ -64,7 +71,20 @@ impl<'a> Counter<'a> {
     /// Counts some more; whether to go on.
     pub fn step(&mut self, pieces: usize, message: &str) -> ControlFlow<()> {
         self.done += pieces;
-        let pace = self.start.elapsed().as_secs_f64() / (self.done - self.kept) as f64;
+        self.tell(message)
+    }
+
+    /// Says how far a piece under way has come, unless the observer was told within a second; whether to go on.
+    pub fn within(&mut self, message: impl FnOnce() -> String) -> ControlFlow<()> {
+        if self.told.elapsed() < QUIET { ControlFlow::Continue(()) } else { self.tell(&message()) }
+    }
+
+    fn tell(&mut self, message: &str) -> ControlFlow<()> {
+        self.told = Instant::now();
+        let pace = match self.done - self.kept {
+            0 => f64::INFINITY,
+            done => self.start.elapsed().as_secs_f64() / done as f64,
+        };
         self.observer.progress(&Progress {
             stage: self.stage,
             fraction: self.done as f64 / self.count.max(1) as f64,
@@ -81,5 +101,35 @@ impl<'a> Counter<'a> {
     /// Says what the stage gave.
     pub fn finish(mut self, outcome: &str) {
         self.finished(self.stage, outcome);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Told(Vec<(f64, f64, String)>);
+
+    impl Observer for Told {
+        fn progress(&mut self, progress: &Progress<'_>) -> ControlFlow<()> {
+            let Progress { fraction, seconds_left, message, .. } = *progress;
+            self.0.push((fraction, seconds_left, message.into()));
+            ControlFlow::Continue(())
+        }
+    }
+
+    #[test]
+    fn a_piece_under_way_is_told_after_a_quiet_second() {
+        let mut told = Told(Vec::new());
+        let mut counter = Counter::new(&mut told, "solve", 0, 2);
+        let message = || String::from("iteration 3");
+        assert!(counter.within(message).is_continue());
+        counter.told -= 2 * QUIET;
+        assert!(counter.within(message).is_continue());
+        assert!(counter.within(message).is_continue());
+        assert!(counter.step(1, "").is_continue());
+        let [(fraction, left, first), (half, ..)] = &told.0[..] else { panic!("{:?}", told.0) };
+        assert_eq!((*fraction, &first[..], *half), (0.0, "iteration 3", 0.5));
+        assert!(left.is_infinite(), "{left}: no piece is done");
     }
 }

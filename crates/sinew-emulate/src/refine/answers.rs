@@ -80,7 +80,8 @@ impl Answers {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let start = Instant::now();
-        let (plan, centre) = Plan::quick(body, thetas, accuracy, emulator)?;
+        let mut counter = Counter::new(observer, "answer", 0, thetas.len());
+        let (plan, centre) = Plan::quick(body, thetas, accuracy, emulator, &mut counter)?;
         let expansion = match (plan.method(), centre) {
             (Method::Expansion, Some(Centre { solver, displacement })) => {
                 Some(Emulator::taylor_about(solver, body, &displacement, 1)?)
@@ -93,7 +94,6 @@ impl Answers {
         };
         let answers = thetas.iter().map(|_| None).collect();
         let mut found = Found { body, thetas, accuracy, answers };
-        let mut counter = Counter::new(observer, "answer", 0, thetas.len());
         if let Some(emulator) = emulator {
             let predict =
                 |theta: &Vec<f64>| Ok(emulator.predict(std::slice::from_ref(theta))?.displacement);

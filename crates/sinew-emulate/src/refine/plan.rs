@@ -1,6 +1,7 @@
 //! The planner: many parameter sets to an accuracy, by the method that costs least.
 
 use crate::parameters::check_length;
+use crate::recipe::progress::{Counter, Observer};
 use crate::refine::{MOST_STEPS, check_accuracy, confirmed};
 use crate::{Body, Emulator, Result};
 use serde::{Deserialize, Serialize};
@@ -87,20 +88,37 @@ impl Plan {
         accuracy: f64,
         emulator: Option<&Emulator<'_>>,
     ) -> Result<Self> {
-        Self::for_sets(body, (thetas, thetas.len()), accuracy, emulator)
+        let Some(theta) = thetas.first() else {
+            check_accuracy(accuracy)?;
+            return Ok(Self::unmeasured(0, accuracy, Method::Solver));
+        };
+        thetas.iter().try_for_each(|theta| check_length(body, theta))?;
+        let plans = Self::for_counts(body, theta, &[thetas.len()], accuracy, emulator, &mut ())?;
+        Ok(plans.into_iter().next().expect("a plan for each count"))
     }
 
-    /// [`Plan::new`] for a number of parameter sets of which only the first ones are given.
+    /// [`Plan::new`] for several numbers of parameter sets near one of them: the costs are measured once.
     ///
     /// # Errors
     /// As [`Plan::new`].
-    pub fn for_sets(
+    pub fn for_counts(
         body: &Body,
-        sets: (&[Vec<f64>], usize),
+        theta: &[f64],
+        counts: &[usize],
         accuracy: f64,
         emulator: Option<&Emulator<'_>>,
-    ) -> Result<Self> {
-        Ok(Self::measured(body, sets, accuracy, emulator, 1)?.0)
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<Self>> {
+        check_accuracy(accuracy)?;
+        check_length(body, theta)?;
+        let mut counter = Counter::new(observer, "plan", 0, 1);
+        let measured = Counted::measure(body, theta, emulator, &mut counter)?;
+        counter.finish("solved twice");
+        let plan = |&sets: &usize| match &measured {
+            Some((counted, _)) => Self::counted(counted, body, sets, accuracy, emulator),
+            None => Self::unmeasured(sets, accuracy, Method::Solver),
+        };
+        Ok(counts.iter().map(plan).collect())
     }
 
     /// [`Plan::new`] that measures no cost below four sets. Also returns the solution at the centre of the ranges if one
@@ -110,32 +128,36 @@ impl Plan {
         thetas: &[Vec<f64>],
         accuracy: f64,
         emulator: Option<&Emulator<'_>>,
-    ) -> Result<(Self, Option<Centre<'b>>)> {
-        Self::measured(body, (thetas, thetas.len()), accuracy, emulator, FEW)
-    }
-
-    fn measured<'b>(
-        body: &'b Body,
-        (thetas, sets): (&[Vec<f64>], usize),
-        accuracy: f64,
-        emulator: Option<&Emulator<'_>>,
-        fewest: usize,
+        counter: &mut Counter<'_>,
     ) -> Result<(Self, Option<Centre<'b>>)> {
         check_accuracy(accuracy)?;
         thetas.iter().try_for_each(|theta| check_length(body, theta))?;
+        let sets = thetas.len();
+        let (Some(theta), true) = (thetas.first(), sets >= FEW) else {
+            let method = if emulator.is_some() { Method::Emulator } else { Method::Solver };
+            return Ok((Self::unmeasured(sets, accuracy, method), None));
+        };
+        Ok(match Counted::measure(body, theta, emulator, counter)? {
+            Some((counted, centre)) => {
+                (Self::counted(&counted, body, sets, accuracy, emulator), Some(centre))
+            }
+            None => (Self::unmeasured(sets, accuracy, Method::Solver), None),
+        })
+    }
+
+    fn unmeasured(sets: usize, accuracy: f64, method: Method) -> Self {
+        let costs = vec![Cost { method, prepare: f64::NAN, each: f64::NAN }];
+        Self { sets, accuracy, step_s: None, costs }
+    }
+
+    fn counted(
+        counted: &Counted,
+        body: &Body,
+        sets: usize,
+        accuracy: f64,
+        emulator: Option<&Emulator<'_>>,
+    ) -> Self {
         let mut plan = Self { sets, accuracy, step_s: None, costs: Vec::new() };
-        let counted = match thetas.first() {
-            Some(theta) if sets >= fewest => Counted::measure(body, theta, emulator)?,
-            _ => None,
-        };
-        let Some((counted, centre)) = counted else {
-            let method = match emulator {
-                Some(_) if sets < fewest => Method::Emulator,
-                _ => Method::Solver,
-            };
-            plan.costs.push(Cost { method, prepare: f64::NAN, each: f64::NAN });
-            return Ok((plan, None));
-        };
         plan.step_s = Some(counted.step_s);
         let each = if plan.sets < CHAIN { counted.near } else { counted.near.min(SWEPT) };
         plan.costs.push(Cost { method: Method::Solver, prepare: 0.0, each });
@@ -148,7 +170,7 @@ impl Plan {
             plan.costs.push(Cost { method: Method::Emulator, prepare: 0.0, each });
         }
         plan.costs.sort_by(|a, b| a.newton_steps(plan.sets).total_cmp(&b.newton_steps(plan.sets)));
-        Ok((plan, Some(centre)))
+        plan
     }
 
     /// The method that is taken.
@@ -202,9 +224,10 @@ impl Counted {
         body: &'b Body,
         theta: &[f64],
         emulator: Option<&Emulator<'_>>,
+        counter: &mut Counter<'_>,
     ) -> Result<Option<(Self, Centre<'b>)>> {
         let (mut solver, options) = (Solver::new(body)?, Options::default());
-        let Some((displacement, centre)) = at_centre(&mut solver, emulator)? else {
+        let Some((displacement, centre)) = at_centre(&mut solver, emulator, counter)? else {
             return Ok(None);
         };
         let Ok(near) = solver.solve_from(&displacement, theta, &options) else { return Ok(None) };
@@ -229,6 +252,7 @@ impl Counted {
 fn at_centre(
     solver: &mut Solver<'_>,
     emulator: Option<&Emulator<'_>>,
+    counter: &mut Counter<'_>,
 ) -> Result<Option<(Vec<f64>, f64)>> {
     let centre = solver.body().centre();
     let mut steps = 0.0;
@@ -243,7 +267,11 @@ fn at_centre(
             }
         }
     }
-    let solved = solver.solve(&centre, &Options::default()).ok();
+    // A break shows after the first answers.
+    let mut watch = |state: &sinew_fem::Progress<'_>| {
+        let _ = counter.within(|| state.in_words());
+    };
+    let solved = solver.solve_watched(&centre, &Options::default(), &mut watch).ok();
     Ok(solved.map(|solved| {
         let steps = steps + solved.iterations() as f64;
         (solved.displacement, steps)

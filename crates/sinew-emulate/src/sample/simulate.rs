@@ -201,7 +201,12 @@ fn solved(
         }
         if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
-    resume_sweep(body, thetas, &earlier, options, each)?;
+    let watch = |state: &sinew_fem::Progress<'_>| {
+        // A break shows after the solve.
+        let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        let _ = shared.1.within(|| state.in_words());
+    };
+    resume_sweep(body, thetas, &earlier, options, each, watch)?;
     let (block, _, outcome) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
     outcome?;
     block.close(body, options.load_steps == LoadSteps::WhenNeeded)

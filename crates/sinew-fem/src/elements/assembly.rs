@@ -1,11 +1,10 @@
 //! Energy, nodal forces and stiffness of a body.
 
 use crate::diagnose::named::CellValue;
-use crate::elements::cell::{
-    NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, product,
-};
+use crate::elements::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete};
 use crate::elements::cells::{MOST_WORST, least, per_cell};
 use crate::elements::patch::PatchResponse;
+use crate::elements::predicted::{PredictedStress, is_nearly_incompressible, replace_stress};
 use crate::elements::state::State;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::Norm;
@@ -36,7 +35,9 @@ pub(crate) struct Assembly {
     /// Displacement gradient, stress and tangent at each quadrature point.
     points: Vec<(Mat3<f64>, Response)>,
     /// Shared quantities of the points of each patch, if there are patches.
-    patches: Vec<PatchResponse>,
+    pub(super) patches: Vec<PatchResponse>,
+    /// Whether the bulk modulus acts as a constraint on volumes.
+    pub(super) constrained: bool,
 }
 
 /// Residual at equilibrium as a multiple of the estimated rounding error: measured residuals are 0.9–1.6 of it.
@@ -61,9 +62,6 @@ fn forces_at_rest(body: &Body, theta: &[f64]) -> f64 {
     forces.as_flattened().iter().copied().collect::<Norm>().value()
 }
 
-/// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
-pub(crate) type PredictedStress = Vec<Mat3<f64>>;
-
 impl Assembly {
     pub(crate) fn new(sparsity: &Sparsity, points: usize, degrees_of_freedom: usize) -> Self {
         Self {
@@ -77,12 +75,13 @@ impl Assembly {
             worst_cell: 0,
             points: vec![(Mat3::ZERO, Response::INADMISSIBLE); points],
             patches: Vec::new(),
+            constrained: false,
         }
     }
 
     /// Evaluates everything at `displacement`, under the fraction `load_factor` of the loads.
     ///
-    /// `predicted` replaces the stress in the geometric part of the stiffness, see [`crate::solve::newton`].
+    /// `predicted` replaces the stress in the stiffness, see [`crate::elements::predicted`].
     pub(crate) fn assemble(
         &mut self,
         potential: &Body,
@@ -91,6 +90,7 @@ impl Assembly {
         predicted: Option<&PredictedStress>,
     ) {
         let State { displacement, load_factor, .. } = state;
+        self.constrained = is_nearly_incompressible(potential, state.theta);
         self.matrix.fill(0.0);
         let mut loads = Norm::default();
         let work: f64 = displacement.iter().zip(&potential.nodal_force).map(|(u, f)| u * f).sum();
@@ -188,7 +188,13 @@ impl Assembly {
                 rounding.add_cell(shape, volume, motion, (&h, &response), 0.0);
                 let mut tangent = response.tangent;
                 if let Some(predicted) = predicted {
-                    replace_stress(&mut tangent, &h, &response.stress, &predicted[point]);
+                    replace_stress(
+                        &mut tangent,
+                        &h,
+                        &response.stress,
+                        &predicted[point],
+                        self.constrained,
+                    );
                 }
                 add_stiffness(&tangent, shape, volume, &mut blocks);
                 self.points[point] = (h, response);
@@ -251,7 +257,13 @@ impl Assembly {
             if let Some(predicted) = predicted {
                 for (&point, (h, response)) in points.iter().zip(&mut patch.points) {
                     let stress = response.stress;
-                    replace_stress(&mut response.tangent, h, &stress, &predicted[point]);
+                    replace_stress(
+                        &mut response.tangent,
+                        h,
+                        &stress,
+                        &predicted[point],
+                        self.constrained,
+                    );
                 }
             }
             let places = sparsity.cells.of(index);
@@ -358,36 +370,6 @@ impl Assembly {
     pub(crate) fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
         self.points.iter()
     }
-
-    /// The second Piola–Kirchhoff stress at each point.
-    pub(crate) fn stress(&self) -> PredictedStress {
-        self.points.iter().map(|(h, response)| product(&inverse(h), &response.stress)).collect()
-    }
-
-    /// The stress at each point after a step along `direction` by the linear model of the stress,
-    /// `S + C : sym(Fᵀ ∇direction)`.
-    pub(crate) fn predict_stress(&self, potential: &Body, direction: &[f64]) -> PredictedStress {
-        let mut common =
-            vec![Mat3::ZERO; self.points.len() * usize::from(!self.patches.is_empty())];
-        for (points, patch) in potential.patches.iter().zip(&self.patches) {
-            let at_points = points.iter().zip(patch.common_stress(direction));
-            at_points.for_each(|(&point, stress)| common[point] = stress);
-        }
-        let predict = |(point, (h, response)): (usize, &(Mat3<f64>, Response))| {
-            let dh = potential.displacement_gradient(point, direction);
-            let inverse = inverse(h);
-            let stress = product(&inverse, &response.stress);
-            let linear = tangent_times(&response.tangent, &dh);
-            let change = Mat3::from_fn(|i, j| {
-                response.stress[i][j]
-                    + linear[i][j]
-                    + common.get(point).map_or(0.0, |stress| stress[i][j])
-                    - (0..3).map(|k| dh[i][k] * stress[k][j]).sum::<f64>()
-            });
-            product(&inverse, &change)
-        };
-        self.points.iter().enumerate().map(predict).collect()
-    }
 }
 
 /// Adds the derivative of the forces on a facet times `direction` to `forces`.
@@ -412,25 +394,7 @@ fn motion_of(nodes: &[usize], displacement: &[f64]) -> f64 {
 }
 
 /// `A : dH`.
-fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
+pub(crate) fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
     let flat = dh.0.as_flattened();
     Mat3::from_fn(|i, j| tangent[3 * i + j].iter().zip(flat).map(|(a, h)| a * h).sum())
-}
-
-/// Puts another stress into the geometric part `δ_ik S_jl` of a tangent.
-fn replace_stress(
-    tangent: &mut [[f64; 9]; 9],
-    h: &Mat3<f64>,
-    stress: &Mat3<f64>,
-    with: &Mat3<f64>,
-) {
-    let present = product(&inverse(h), stress);
-    for j in 0..3 {
-        for l in 0..3 {
-            let change = 0.5 * (with[j][l] + with[l][j]) - 0.5 * (present[j][l] + present[l][j]);
-            for i in 0..3 {
-                tangent[3 * i + j][3 * i + l] += change;
-            }
-        }
-    }
 }

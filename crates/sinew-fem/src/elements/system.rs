@@ -2,8 +2,9 @@
 
 use crate::diagnose::locking::locking_of;
 use crate::diagnose::rigid::check_supports;
-use crate::elements::assembly::{Assembly, PredictedStress};
+use crate::elements::assembly::Assembly;
 use crate::elements::followers::Followers;
+use crate::elements::predicted::PredictedStress;
 use crate::elements::pressure_field::Coupling;
 use crate::elements::state::State;
 use crate::elements::supports::place;

@@ -1,6 +1,7 @@
 //! Line search of Newton's method.
 
 use crate::elements::cell::{is_short, volume_ratios_along};
+use crate::elements::predicted::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::system::System;
 use crate::solve::search::{Search, Watch};
@@ -20,6 +21,10 @@ const MOST_RISES: usize = 2;
 const MOST_RISE: f64 = 20.0;
 /// Least volume of a cell along a step \[relative to the smaller of its volumes before and after\].
 const FLAT: f64 = 1e-3;
+/// Share of the promised decrease below which a step is corrected. Steps that keep to the linear model never are.
+const POOR: f64 = 0.25;
+/// Most corrections of a step: a third one gains little.
+const MOST_CORRECTIONS: usize = 2;
 /// Steps shorter than this end the line search: the energy does not fall along the direction.
 const SHORTEST_STEP: f64 = 1e-8;
 /// Steps out of an indefinite stiffness are doubled up to this while the energy falls.
@@ -62,7 +67,7 @@ impl System<'_> {
 
     /// Takes a step along `direction`; returns its length, 0 if the search returned to the watchdog's state.
     ///
-    /// Steps with a shifted stiffness are too short; `stretched` allows longer ones.
+    /// Steps with a shifted stiffness are too short; `stretched` allows longer ones. Steps that change volumes are corrected.
     pub(crate) fn line_search(
         &self,
         search: &mut Search<'_>,
@@ -82,6 +87,12 @@ impl System<'_> {
                 }
                 (length, reached, trial) = (2.0 * length, farther, next);
             }
+            let mut foreseen = None;
+            if reached.is_finite() && reached > energy - POOR * length * promised + noise {
+                foreseen = self.foreseen(direction, length);
+                (reached, trial) = self.corrected(search, foreseen.as_ref(), (reached, trial));
+            }
+            let lowered = reached <= energy - SUFFICIENT * length * promised + noise;
             if !lowered && search.relaxed() && length == 1.0 {
                 let rotation = self.largest_rotation(direction);
                 if rotation > MOST_ROTATION {
@@ -92,8 +103,7 @@ impl System<'_> {
             let bearable = reached.is_finite() && reached - energy <= MOST_RISE * promised;
             if lowered || (bearable && search.relaxed()) {
                 search.accept(lowered, reached, energy, trial);
-                let step: Vec<_> = direction.iter().map(|d| length * d).collect();
-                search.predicted = self.predict_stress(&step);
+                search.predicted = foreseen.or_else(|| self.foreseen(direction, length));
                 return Some(length);
             }
             if let Some(watch) = search.watch.take() {
@@ -106,6 +116,40 @@ impl System<'_> {
             length *= 0.5;
         }
         None
+    }
+
+    /// Stress that the linear model foresees for a step.
+    fn foreseen(&self, direction: &[f64], length: f64) -> Option<PredictedStress> {
+        self.predict_stress(&direction.iter().map(|d| length * d).collect::<Vec<_>>())
+    }
+
+    /// Second-order corrections of a step (Nocedal & Wright, 15.6) while they lower the energy.
+    ///
+    /// A large bulk modulus acts as a constraint on volumes. A step that keeps them to first order changes them to second order, and the energy
+    /// rises with the bulk modulus times that: the Maratos effect, which would shorten steps to a hundredth. A correction gives each point the
+    /// pressure that the linear model foresaw. It costs forces and a solve with the factor at hand.
+    fn corrected(
+        &self,
+        search: &Search<'_>,
+        foreseen: Option<&PredictedStress>,
+        (mut reached, mut trial): (f64, Vec<f64>),
+    ) -> (f64, Vec<f64>) {
+        let Some(foreseen) = foreseen else { return (reached, trial) };
+        for _ in 0..MOST_CORRECTIONS {
+            let state = (&trial[..], &search.theta[..]);
+            let Some(forces) = self.assembly.unforeseen_pressure(self.body, state, foreseen) else {
+                break;
+            };
+            let mut moved = trial.clone();
+            self.add_newton_step(&forces, &mut moved);
+            let step: Vec<_> =
+                moved.iter().zip(&search.at.displacement).map(|(m, u)| m - u).collect();
+            match self.reach(search, &step, 1.0) {
+                better if better.0 < reached => (reached, trial) = better,
+                _ => break,
+            }
+        }
+        (reached, trial)
     }
 
     /// Takes the longest of the steps 1, ½, ¼, … that keeps the volume of all cells, for a balance without a potential.

@@ -14,7 +14,7 @@
 //! Where there is a potential, a shift makes the stiffness positive definite, so that steps descend. Without one, steps
 //! use the unsymmetric or indefinite stiffness itself; only the volume of the cells limits their length.
 
-use crate::elements::assembly::PredictedStress;
+use crate::elements::predicted::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{Residual, System};

@@ -1,13 +1,13 @@
 //! The solver: what is prepared once per body.
 
-use crate::elements::assembly::PredictedStress;
 use crate::elements::check::{check_length, check_state};
+use crate::elements::predicted::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::norm;
 use crate::solve::balance::Balance;
 use crate::solve::path::Path;
-use crate::solve::watch::{Log, Progress};
+use crate::solve::watch::{Log, Progress, Watch};
 use crate::{LoadSteps, Options, Solution, SolveError};
 use sinew_energy::Body;
 use std::time::Instant;
@@ -51,6 +51,7 @@ const SAME: f64 = 1e-4;
 #[doc(alias("Newton-Raphson", "Newton"))]
 pub struct Solver<'p> {
     pub(crate) system: System<'p>,
+    watch: Option<Watch<'p>>,
 }
 
 impl<'p> Solver<'p> {
@@ -59,7 +60,11 @@ impl<'p> Solver<'p> {
     /// # Errors
     /// A body whose supports leave a part of it free to move.
     pub fn new(balance: impl Into<Balance<'p>>) -> Result<Self, SolveError> {
-        System::new(balance.into()).map(|system| Self { system })
+        System::new(balance.into()).map(Self::of)
+    }
+
+    pub(crate) fn of(system: System<'p>) -> Self {
+        Self { system, watch: None }
     }
 
     /// Another solver of the same body, for another thread; it shares what is prepared.
@@ -67,7 +72,12 @@ impl<'p> Solver<'p> {
     /// # Errors
     /// [`SolveError::OutOfMemory`].
     pub fn fresh(&self) -> Result<Self, SolveError> {
-        self.system.fresh().map(|system| Self { system })
+        self.system.fresh().map(|system| Self { system, watch: self.watch })
+    }
+
+    /// Calls `watch` with each state that later solves come to.
+    pub(crate) fn watched_by(self, watch: Watch<'p>) -> Self {
+        Self { watch: Some(watch), ..self }
     }
 
     /// The body that is solved; of a balance of forces the part with a potential.
@@ -137,7 +147,7 @@ impl<'p> Solver<'p> {
     #[doc(alias("Newton-Raphson", "line search"))]
     pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution, SolveError> {
         let rest = self.system.rest();
-        self.solve_logged(rest, theta, options, Log::default())
+        self.solve_told(rest, theta, options)
     }
 
     /// The equilibrium for θ, starting from a displacement \[length\] that should be near it.
@@ -154,7 +164,7 @@ impl<'p> Solver<'p> {
         options: &Options,
     ) -> Result<Solution, SolveError> {
         let from = self.at(initial, theta)?;
-        self.solve_logged(from, theta, options, Log::default())
+        self.solve_told(from, theta, options)
     }
 
     /// The equilibrium for θ, starting from another one with its field of pressure; step by step from rest where that fails.
@@ -168,7 +178,7 @@ impl<'p> Solver<'p> {
         options: &Options,
     ) -> Result<Solution, SolveError> {
         let from = self.checked(near, theta)?;
-        self.solve_logged(from, theta, options, Log::default())
+        self.solve_told(from, theta, options)
     }
 
     /// The equilibrium under loads and prescribed motions that rise slowly from rest, if it differs from `solution`. Of
@@ -210,6 +220,20 @@ impl<'p> Solver<'p> {
     ) -> Result<Solution, SolveError> {
         let rest = self.system.rest();
         self.solve_logged(rest, theta, options, Log::watched(watch))
+    }
+
+    fn solve_told(
+        &mut self,
+        from: Unknowns,
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<Solution, SolveError> {
+        match self.watch {
+            Some(watch) => {
+                self.solve_logged(from, theta, options, Log::watched(&mut |state| watch(state)))
+            }
+            None => self.solve_logged(from, theta, options, Log::default()),
+        }
     }
 
     fn solve_logged(

@@ -2,7 +2,7 @@
 
 use crate::solve::frozen_tangent::Potential;
 use crate::solve::order::neighbours;
-use crate::{Balance, LoadSteps, Options, Solution, SolveError, Solver};
+use crate::{Balance, LoadSteps, Options, Progress, Solution, SolveError, Solver};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -95,11 +95,12 @@ pub fn sweep<'p>(
     progress: impl Fn() + Sync,
 ) -> Result<Sweep, SolveError> {
     let found = Mutex::new(Vec::with_capacity(thetas.len()));
-    resume_sweep(balance, thetas, &[], options, |index, result| {
+    let each = |index, result| {
         found.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
         progress();
         ControlFlow::Continue(())
-    })?;
+    };
+    resume_sweep(balance, thetas, &[], options, each, |_| ())?;
     let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
     found.sort_by_key(|&(index, _)| index);
     let results = found.into_iter().map(|(_, result)| result).collect();
@@ -118,7 +119,8 @@ pub enum Earlier {
 /// [`sweep`] that can be stopped and resumed. Samples in `earlier`, by index, are left out. Chains start again from them, so that the
 /// other results agree with an uninterrupted sweep to the solver's rounding, and to the bit without earlier ones.
 ///
-/// `each` receives every result with its index, on the thread that found it; a break ends all chains after the current solves.
+/// `each` receives every result with its index, on the thread that found it; a break ends all chains after the current solves. `watch` receives
+/// each state that a solve comes to, for progress within solves that take long.
 ///
 /// # Errors
 /// A body that cannot be solved for any θ, see [`Solver::new`].
@@ -128,8 +130,9 @@ pub fn resume_sweep<'p>(
     earlier: &[Option<Earlier>],
     options: &Options,
     each: impl Fn(usize, Result<Solution, SolveError>) -> ControlFlow<()> + Sync,
+    watch: impl Fn(&Progress<'_>) + Sync,
 ) -> Result<(), SolveError> {
-    let solver = Solver::new(balance)?;
+    let solver = Solver::new(balance)?.watched_by(&watch);
     let (path, stopped) = (neighbours(thetas), AtomicBool::new(false));
     let solve_chain = |chain: &[usize]| -> Result<(), SolveError> {
         let (mut solver, mut last, mut before) = (solver.fresh()?, None::<Solution>, None);

@@ -35,6 +35,13 @@ impl Progress<'_> {
     /// Names of the columns of the line that a progress prints as.
     pub const HEADER: &'static str =
         " it  load      residual   goal       energy          min J     cell     step";
+
+    /// In words, for a progress bar.
+    pub fn in_words(&self) -> String {
+        let Self { number, load_factor, residual, tolerance, .. } = self;
+        let load = 100.0 * load_factor;
+        format!("load {load:.0} %, iteration {number}, residual {residual:.1e} of {tolerance:.1e}")
+    }
 }
 
 impl fmt::Display for Progress<'_> {
@@ -61,6 +68,9 @@ pub fn print_progress(progress: &Progress<'_>) {
     }
     eprintln!("{progress}");
 }
+
+/// Receives each state of all solves of a solver.
+pub(crate) type Watch<'w> = &'w (dyn Fn(&Progress<'_>) + Sync + 'w);
 
 /// Log of the iterations of a solve.
 #[derive(Default)]

@@ -85,7 +85,7 @@ fn load(
     theta: &[f64],
     options: &Options,
 ) -> Result<(Vec<f64>, usize), UnloadError> {
-    let mut solver = Solver { system: image.system_of(&trial.rest)? };
+    let mut solver = Solver::of(image.system_of(&trial.rest)?);
     let found = solver.solve(theta, options).map_err(UnloadError::NotLoaded)?;
     Ok((found.displacement, found.history.steps()))
 }

@@ -3,8 +3,10 @@
 use crate::support::{difference, once, twice};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Magnitude, Sampling, Scene, SceneError, Support, Units};
-use sinew_fem::{Options, SolveError, Solver, sweep};
+use sinew_fem::{Options, Progress, Solution, SolveError, Solver, resume_sweep, sweep};
 use sinew_mesh::box_tetrahedra;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Log-uniform Latin hypercube over [50, 100]² by a fixed permutation.
@@ -48,6 +50,21 @@ fn warm_starts_take_few_iterations() {
         swept.solutions().unwrap().iter().map(|s| s.iterations()).collect();
     iterations.sort_unstable();
     assert!(iterations[25] <= 4, "{iterations:?}");
+}
+
+#[test]
+fn every_state_of_every_solve_of_a_sweep_can_be_watched() {
+    let (found, states) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let each = |_, result: Result<Solution, SolveError>| {
+        found.fetch_add(result.unwrap().history.iterations.len(), Ordering::Relaxed);
+        ControlFlow::Continue(())
+    };
+    let watch = |state: &Progress<'_>| states.lock().unwrap().push(state.in_words());
+    resume_sweep(&once(), &thetas(3), &[], &Options::default(), each, watch).unwrap();
+    let states = states.into_inner().unwrap();
+    assert_eq!(states.len(), found.into_inner());
+    let first = &states[0];
+    assert!(first.starts_with("load ") && first.contains(", iteration 0, residual "), "{first}");
 }
 
 #[test]

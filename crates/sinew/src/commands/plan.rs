@@ -4,7 +4,7 @@ use super::{CaseArguments, Neighbour, count, trained};
 use anyhow::Result;
 use clap::Args;
 use sinew::Design;
-use sinew_emulate::Plan as Costs;
+use sinew_emulate::{Plan as Costs, Terminal};
 
 /// Numbers of parameter sets.
 #[derive(Debug, Args)]
@@ -41,11 +41,18 @@ impl Plan {
         };
         // The costs are measured at the first set; of the others only the number counts.
         let first = Design::Uniform.sample(&body.parameters, 1, SEED)?;
-        for &count in &self.count {
-            let sets = (&first[..], count);
-            let costs = Costs::for_sets(&body, sets, self.accuracy, emulator.as_ref())?;
-            println!("{count} parameter sets to {:e}", self.accuracy);
-            table(&costs);
+        let (counts, terminal) = (&self.count, &mut Terminal::default());
+        let plans = Costs::for_counts(
+            &body,
+            &first[0],
+            counts,
+            self.accuracy,
+            emulator.as_ref(),
+            terminal,
+        )?;
+        for plan in &plans {
+            println!("{} parameter sets to {:e}", plan.sets, self.accuracy);
+            table(plan);
         }
         Ok(())
     }

@@ -2,8 +2,9 @@
 
 use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;
+use crate::support::GRAVITY;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Scene, Support};
+use sinew_energy::{Load, Parameter, Scene, Support};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::box_tetrahedra;
 
@@ -11,6 +12,29 @@ use sinew_mesh::box_tetrahedra;
 fn a_nearly_incompressible_beam_is_solved() {
     let beam = once();
     assert_sound(&beam, &solve(&beam, &[75.0, 7.5e5]).unwrap());
+}
+
+/// A step that bends a beam changes its volumes to second order. With the energy of the bulk modulus, the line search would then shorten steps to a
+/// hundredth.
+#[test]
+fn a_large_bulk_modulus_does_not_shorten_steps() {
+    let mesh = box_tetrahedra([100.0, 10.0, 10.0], [6, 2, 2]).quadratic();
+    let beam = Scene::new(mesh, NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 34.0..=150.0))
+        .parameter(Parameter::log("lambda", "kPa", 34.0..=1.5e6))
+        .load(Load::BodyForce([0.0, 0.0, GRAVITY]))
+        .support(Support::clamped("x_min"))
+        .lower()
+        .unwrap();
+    let iterations = |factor: f64| -> Vec<usize> {
+        let solve = |mu: f64| solve(&beam, &[mu, factor * mu]).unwrap().iterations();
+        [34.0, 55.0, 90.0, 150.0].map(solve).to_vec()
+    };
+    for factor in [1.0, 1e2, 1e4] {
+        let found = iterations(factor);
+        println!("lambda is {factor} mu: {found:?} iterations");
+        assert!(found.iter().all(|&count| count <= 30), "lambda is {factor} mu: {found:?}");
+    }
 }
 
 #[test]
