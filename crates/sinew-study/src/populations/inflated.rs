@@ -239,9 +239,7 @@ fn study(options: &Options) -> Result<Study> {
 fn networks(options: &Options, data: &Data<'_>, study: &mut Study) -> Result<()> {
     let Data { ventricles, compared, .. } = data;
     let shape = data.one_shape()?;
-    if std::env::var("SINEW_PILOT").is_err() {
-        study.one_shape = shape.without_networks(data)?;
-    }
+    study.one_shape = shape.without_networks(data)?;
     // A second thread would nearly double the CPU time of a step of one body for a tenth of its wall time.
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     for (variant, goes_on) in variants(options) {
@@ -297,19 +295,6 @@ fn variants(options: &Options) -> Vec<(Variant, bool)> {
     if options.quick {
         let quick = |coarse| Variant { latent: 8, virtual_nodes: &[8], ..of(1, ALL, coarse) };
         return [false, true].map(|coarse| (quick(coarse), true)).to_vec();
-    }
-    if let Ok(pilot) = std::env::var("SINEW_PILOT") {
-        let v: Vec<f64> = pilot.split(',').map(|x| x.parse().unwrap()).collect();
-        let pace = methods::Pace {
-            embedding_share: v[2],
-            frozen_encoder: v[3] > 0.0,
-            ..methods::Pace::of(v[1] as usize, v[4])
-        };
-        let activation = if v[5] > 0.0 { Activation::Celu } else { Activation::Tanh };
-        return vec![(
-            Variant { pace: Some(pace), activation, ..of(v[0] as usize, ALL, true) },
-            false,
-        )];
     }
     let coarse = [STEPS, 1].map(|k| Variant { pace: Some(COARSE), ..of(k, ALL, true) });
     let alone = |k, numbers| Variant { activation: Activation::Celu, ..of(k, numbers, false) };
