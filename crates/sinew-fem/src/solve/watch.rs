@@ -36,7 +36,7 @@ impl Progress<'_> {
     pub const HEADER: &'static str =
         " it  load      residual   goal       energy          min J     cell     step";
 
-    /// In words, for a progress bar.
+    /// Load, iteration and residual for a progress bar.
     pub fn in_words(&self) -> String {
         let Self { number, load_factor, residual, tolerance, .. } = self;
         let load = 100.0 * load_factor;
