@@ -8,7 +8,7 @@ use sinew_emulate::{Answers, Design, Emulator, Terminal};
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support, metrics::mean_and_largest};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
-use sinew_fem::{Options, sweep};
+use sinew_fem::{CHAIN, Options, sweep};
 use sinew_mesh::{VentricleShape, box_tetrahedra};
 use std::error::Error;
 use std::sync::{Mutex, PoisonError};
@@ -65,8 +65,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             "give BODY SETS ACCURACY SOLVED CELLS..., such as ventricle 20 1e-3 20 2,32,16".into(),
         );
     };
-    let (sets, accuracy): (usize, f64) = (sets.parse()?, accuracy.parse()?);
-    let solved = solved.parse::<usize>()?.clamp(2, sets.max(2));
+    let (sets, accuracy): (usize, f64) = (sets.parse::<usize>()?.max(2), accuracy.parse()?);
+    let solved = solved.parse::<usize>()?.clamp(2, sets);
     println!(
         "nodes, unknowns: prepare; an answer, a solve near another; preparation and all answers beside a sweep; true errors; memory"
     );
@@ -93,9 +93,10 @@ fn measure(
     };
     let found = sweep(body, &thetas[..solved], &Options::default(), solved_one)?;
     let clock = clock.into_inner().unwrap_or_else(PoisonError::into_inner);
-    // The first solve is from rest.
-    let near_s = (clock[solved - 1] - clock[0]) / (solved - 1) as f64;
-    let sweep_s = clock[0] + near_s * (sets - 1) as f64;
+    // Each chain of neighbours begins from rest.
+    let (near, chains) = (solved.min(CHAIN), sets.div_ceil(CHAIN));
+    let near_s = (clock[near - 1] - clock[0]) / (near - 1) as f64;
+    let sweep_s = clock[0] * chains as f64 + near_s * (sets - chains) as f64;
     let start = cpu_s();
     let expansion = Emulator::taylor(body, 1)?;
     let prepare_s = cpu_s() - start;

@@ -48,8 +48,9 @@ pub struct Counter<'a> {
     kept: usize,
     done: usize,
     count: usize,
-    /// When the observer was told last.
+    /// When the observer was told last, and whether it broke then.
     told: Instant,
+    broken: bool,
 }
 
 /// Time without news after which the observer is told of a piece under way.
@@ -59,7 +60,7 @@ impl<'a> Counter<'a> {
     /// Counter over `count` pieces of one size, or that many units of work, of which some are `kept` from an earlier run.
     pub fn new(observer: &'a mut dyn Observer, stage: &'a str, kept: usize, count: usize) -> Self {
         let now = Instant::now();
-        Self { observer, stage, start: now, kept, done: kept, count, told: now }
+        Self { observer, stage, start: now, kept, done: kept, count, told: now, broken: false }
     }
 
     /// Counts pieces of an earlier run.
@@ -74,23 +75,36 @@ impl<'a> Counter<'a> {
         self.tell(message)
     }
 
-    /// Says how far a piece under way has come, unless the observer was told within a second; whether to go on.
+    /// Progress within a piece, at most once a second; whether to go on.
     pub fn within(&mut self, message: impl FnOnce() -> String) -> ControlFlow<()> {
         if self.told.elapsed() < QUIET { ControlFlow::Continue(()) } else { self.tell(&message()) }
     }
 
+    /// Leaves the time before the first piece out of the pace.
+    pub(crate) fn begin(&mut self) {
+        self.start = Instant::now();
+    }
+
+    /// Whether the observer broke.
+    pub(crate) fn is_broken(&self) -> bool {
+        self.broken
+    }
+
     fn tell(&mut self, message: &str) -> ControlFlow<()> {
         self.told = Instant::now();
-        let pace = match self.done - self.kept {
-            0 => f64::INFINITY,
-            done => self.start.elapsed().as_secs_f64() / done as f64,
+        let seconds_left = match (self.count.saturating_sub(self.done), self.done - self.kept) {
+            (0, _) => 0.0,
+            (_, 0) => f64::INFINITY,
+            (left, done) => self.start.elapsed().as_secs_f64() / done as f64 * left as f64,
         };
-        self.observer.progress(&Progress {
+        let flow = self.observer.progress(&Progress {
             stage: self.stage,
             fraction: self.done as f64 / self.count.max(1) as f64,
-            seconds_left: pace * self.count.saturating_sub(self.done) as f64,
+            seconds_left,
             message,
-        })
+        });
+        self.broken |= flow.is_break();
+        if self.broken { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
     /// Says that a part of the stage is done.

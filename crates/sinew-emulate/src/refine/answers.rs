@@ -94,6 +94,7 @@ impl Answers {
         };
         let answers = thetas.iter().map(|_| None).collect();
         let mut found = Found { body, thetas, accuracy, answers };
+        counter.begin();
         if let Some(emulator) = emulator {
             let predict =
                 |theta: &Vec<f64>| Ok(emulator.predict(std::slice::from_ref(theta))?.displacement);

@@ -3,7 +3,7 @@
 use crate::parameters::check_length;
 use crate::recipe::progress::{Counter, Observer};
 use crate::refine::{MOST_STEPS, check_accuracy, confirmed};
-use crate::{Body, Emulator, Result};
+use crate::{Body, Emulator, Error, Result};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{CHAIN, Options, Solver};
 
@@ -100,7 +100,7 @@ impl Plan {
     /// [`Plan::new`] for several numbers of parameter sets near one of them: the costs are measured once.
     ///
     /// # Errors
-    /// As [`Plan::new`].
+    /// As [`Plan::new`], an observer that breaks.
     pub fn for_counts(
         body: &Body,
         theta: &[f64],
@@ -113,6 +113,9 @@ impl Plan {
         check_length(body, theta)?;
         let mut counter = Counter::new(observer, "plan", 0, 1);
         let measured = Counted::measure(body, theta, emulator, &mut counter)?;
+        if counter.is_broken() {
+            return Err(Error::Interrupted { stage: "plan".into() });
+        }
         counter.finish("solved twice");
         let plan = |&sets: &usize| match &measured {
             Some((counted, _)) => Self::counted(counted, body, sets, accuracy, emulator),

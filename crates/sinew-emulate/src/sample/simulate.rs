@@ -202,9 +202,10 @@ fn solved(
         if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
     let watch = |state: &sinew_fem::Progress<'_>| {
-        // A break shows after the solve.
-        let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
-        let _ = shared.1.within(|| state.in_words());
+        // A break shows after the solve. No solve waits for another that is being stored.
+        if let Ok(mut shared) = shared.try_lock() {
+            let _ = shared.1.within(|| state.in_words());
+        }
     };
     resume_sweep(body, thetas, &earlier, options, each, watch)?;
     let (block, _, outcome) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);

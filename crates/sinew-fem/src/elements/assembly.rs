@@ -4,7 +4,7 @@ use crate::diagnose::named::CellValue;
 use crate::elements::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete};
 use crate::elements::cells::{MOST_WORST, least, per_cell};
 use crate::elements::patch::PatchResponse;
-use crate::elements::predicted::{PredictedStress, is_nearly_incompressible, replace_stress};
+use crate::elements::predicted::{PredictedStress, replace_stress};
 use crate::elements::state::State;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::Norm;
@@ -36,8 +36,8 @@ pub(crate) struct Assembly {
     points: Vec<(Mat3<f64>, Response)>,
     /// Shared quantities of the points of each patch, if there are patches.
     pub(super) patches: Vec<PatchResponse>,
-    /// Whether the bulk modulus acts as a constraint on volumes.
-    pub(super) constrained: bool,
+    /// Whether the bulk modulus acts as a constraint on J.
+    pub(crate) nearly_incompressible: bool,
 }
 
 /// Residual at equilibrium as a multiple of the estimated rounding error: measured residuals are 0.9–1.6 of it.
@@ -75,7 +75,7 @@ impl Assembly {
             worst_cell: 0,
             points: vec![(Mat3::ZERO, Response::INADMISSIBLE); points],
             patches: Vec::new(),
-            constrained: false,
+            nearly_incompressible: false,
         }
     }
 
@@ -90,7 +90,6 @@ impl Assembly {
         predicted: Option<&PredictedStress>,
     ) {
         let State { displacement, load_factor, .. } = state;
-        self.constrained = is_nearly_incompressible(potential, state.theta);
         self.matrix.fill(0.0);
         let mut loads = Norm::default();
         let work: f64 = displacement.iter().zip(&potential.nodal_force).map(|(u, f)| u * f).sum();
@@ -193,7 +192,7 @@ impl Assembly {
                         &h,
                         &response.stress,
                         &predicted[point],
-                        self.constrained,
+                        self.nearly_incompressible,
                     );
                 }
                 add_stiffness(&tangent, shape, volume, &mut blocks);
@@ -262,7 +261,7 @@ impl Assembly {
                         h,
                         &stress,
                         &predicted[point],
-                        self.constrained,
+                        self.nearly_incompressible,
                     );
                 }
             }

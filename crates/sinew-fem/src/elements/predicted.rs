@@ -1,9 +1,10 @@
-//! Stress after a Newton step: as the linear model foresees it, and as it is.
+//! Predicted stress: second Piola–Kirchhoff stress after a step by the linear model.
 //!
-//! The stiffness is built from the stress that the linear model foresaw for the last step, not from the one at its end, which the stretching and
-//! the change of volume by a linear step have spoiled (the mixed-integration-point idea of D. Magisano, L. Leonetti, G. Garcea, Int. J. Numer.
-//! Meth. Engng 109, 2017). Both agree at the solution, so that convergence stays quadratic.
+//! The stress at the end of a step contains errors of second order in the step: stretching by a linear rotation, and a change of volume. The
+//! stiffness is therefore built from the predicted stress (the mixed-integration-point method of D. Magisano, L. Leonetti, G. Garcea, Int. J.
+//! Numer. Meth. Engng 109, 2017). Both agree at the solution, so that convergence stays quadratic.
 
+use crate::diagnose::locking::bulk_to_shear;
 use crate::elements::assembly::{Assembly, tangent_times};
 use crate::elements::cell::{inverse, product};
 use sinew_energy::{Body, Response};
@@ -12,21 +13,13 @@ use sinew_num::Mat3;
 /// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
 pub(crate) type PredictedStress = Vec<Mat3<f64>>;
 
-/// Bulk modulus \[of the mean shear modulus\] from which volumes count as constrained. Measured from rest: bodies above 90 take 0.1 to 0.9 of the
-/// iterations, those below 40 up to a third more.
-const CONSTRAINED: f64 = 50.0;
+/// Least K/μ at rest of a nearly incompressible body. Measured from rest: bodies above 90 take 0.1 to 0.9 of the iterations, those below 40 up to
+/// a third more.
+const NEARLY_INCOMPRESSIBLE: f64 = 60.0;
 
-/// Whether the bulk modulus at rest is so large that it acts as a constraint on volumes.
+/// Whether K/μ at rest is so large that the bulk modulus acts as a constraint on J.
 pub(crate) fn is_nearly_incompressible(body: &Body, theta: &[f64]) -> bool {
-    let tangent = body.material.response(0, body.law_parameters(theta), &Mat3::ZERO).tangent;
-    let entry = |i: usize, j: usize, k: usize, l: usize| tangent[3 * i + j][3 * k + l];
-    let sum =
-        |term: &dyn Fn(usize, usize) -> f64| -> f64 { (0..9).map(|at| term(at / 3, at % 3)).sum() };
-    let bulk = sum(&|i, k| entry(i, i, k, k)) / 9.0;
-    // Eigenvalues of the elasticity tensor are 3K and, five times in the mean, 2μ.
-    let trace = 0.5 * sum(&|i, j| entry(i, j, i, j) + entry(i, j, j, i));
-    let shear = (trace - 3.0 * bulk) / 10.0;
-    bulk > CONSTRAINED * shear
+    bulk_to_shear(body, theta).is_some_and(|ratio| ratio > NEARLY_INCOMPRESSIBLE)
 }
 
 impl Assembly {
@@ -95,16 +88,13 @@ impl Assembly {
         Some(found)
     }
 
-    /// Nodal forces, where volumes are constrained, of the pressure at a displacement beyond the predicted one, through the cells of the assembled state.
-    pub(crate) fn unforeseen_pressure(
+    /// Nodal forces of the difference between actual and predicted pressure, in the assembled configuration.
+    pub(crate) fn pressure_defect(
         &self,
         body: &Body,
         (displacement, theta): (&[f64], &[f64]),
         predicted: &PredictedStress,
     ) -> Option<Vec<f64>> {
-        if !self.constrained {
-            return None;
-        }
         let reached = self.stress_at(body, displacement, theta)?;
         let mut forces = vec![0.0; displacement.len()];
         for (point, h) in self.displacement_gradients().enumerate() {
@@ -124,14 +114,14 @@ fn third(f: &Mat3<f64>, stress: impl Fn(usize, usize) -> f64) -> f64 {
     (0..9).map(|at| stress(at / 3, at % 3) * strain(at / 3, at % 3)).sum::<f64>() / 3.0
 }
 
-/// Puts another stress into the parts of a tangent that are linear in it: into `δ_ik S_jl`, but the pressure of a constrained volume into
-/// `p ∂²J/∂F²`. Otherwise the tangent would keep the pressure that a small error in volume causes, times the bulk modulus.
+/// Puts the predicted stress into the geometric part `δ_ik S_jl` of a tangent. In a nearly incompressible body its pressure enters as `p ∂²J/∂F²`,
+/// because the actual pressure contains the error in J times the bulk modulus.
 pub(crate) fn replace_stress(
     tangent: &mut [[f64; 9]; 9],
     h: &Mat3<f64>,
     stress: &Mat3<f64>,
     with: &Mat3<f64>,
-    constrained: bool,
+    nearly_incompressible: bool,
 ) {
     let (f, inverse) = (h.plus_identity(), inverse(h));
     let present = product(&inverse, stress);
@@ -139,7 +129,7 @@ pub(crate) fn replace_stress(
         0.5 * (with[j][l] + with[l][j]) - 0.5 * (present[j][l] + present[l][j])
     });
     let mut pressure = 0.0;
-    if constrained {
+    if nearly_incompressible {
         pressure = third(&f, |j, l| change[j][l]);
         f.add_second_of_determinant(pressure / (1.0 + h.volume_change()), tangent);
     }

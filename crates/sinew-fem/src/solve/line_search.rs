@@ -21,7 +21,7 @@ const MOST_RISES: usize = 2;
 const MOST_RISE: f64 = 20.0;
 /// Least volume of a cell along a step \[relative to the smaller of its volumes before and after\].
 const FLAT: f64 = 1e-3;
-/// Share of the promised decrease below which a step is corrected. Steps that keep to the linear model never are.
+/// Least ratio of actual to promised decrease without a second-order correction.
 const POOR: f64 = 0.25;
 /// Most corrections of a step: a third one gains little.
 const MOST_CORRECTIONS: usize = 2;
@@ -67,7 +67,7 @@ impl System<'_> {
 
     /// Takes a step along `direction`; returns its length, 0 if the search returned to the watchdog's state.
     ///
-    /// Steps with a shifted stiffness are too short; `stretched` allows longer ones. Steps that change volumes are corrected.
+    /// Steps with a shifted stiffness are too short; `stretched` allows longer ones. Second-order corrections follow where the energy falls too little.
     pub(crate) fn line_search(
         &self,
         search: &mut Search<'_>,
@@ -79,20 +79,21 @@ impl System<'_> {
         let mut length = 1.0;
         while length >= SHORTEST_STEP {
             let (mut reached, mut trial) = self.reach(search, direction, length);
-            let lowered = reached <= energy - SUFFICIENT * length * promised + noise;
+            let mut lowered = reached <= energy - SUFFICIENT * length * promised + noise;
             while lowered && stretched && length < LONGEST_STEP {
                 let (farther, next) = self.reach(search, direction, 2.0 * length);
-                if farther >= reached - noise {
-                    break;
+                match farther < reached - noise {
+                    true => (length, reached, trial) = (2.0 * length, farther, next),
+                    false => break,
                 }
-                (length, reached, trial) = (2.0 * length, farther, next);
             }
-            let mut foreseen = None;
-            if reached.is_finite() && reached > energy - POOR * length * promised + noise {
-                foreseen = self.foreseen(direction, length);
-                (reached, trial) = self.corrected(search, foreseen.as_ref(), (reached, trial));
+            let mut predicted = None;
+            let poor = reached > energy - POOR * length * promised + noise;
+            if poor && reached.is_finite() && length <= 1.0 && self.assembly.nearly_incompressible {
+                predicted = self.predicted(direction, length);
+                (reached, trial) = self.corrected(search, predicted.as_ref(), (reached, trial));
+                lowered |= reached <= energy - SUFFICIENT * length * promised + noise;
             }
-            let lowered = reached <= energy - SUFFICIENT * length * promised + noise;
             if !lowered && search.relaxed() && length == 1.0 {
                 let rotation = self.largest_rotation(direction);
                 if rotation > MOST_ROTATION {
@@ -103,7 +104,7 @@ impl System<'_> {
             let bearable = reached.is_finite() && reached - energy <= MOST_RISE * promised;
             if lowered || (bearable && search.relaxed()) {
                 search.accept(lowered, reached, energy, trial);
-                search.predicted = foreseen.or_else(|| self.foreseen(direction, length));
+                search.predicted = predicted.or_else(|| self.predicted(direction, length));
                 return Some(length);
             }
             if let Some(watch) = search.watch.take() {
@@ -118,26 +119,26 @@ impl System<'_> {
         None
     }
 
-    /// Stress that the linear model foresees for a step.
-    fn foreseen(&self, direction: &[f64], length: f64) -> Option<PredictedStress> {
+    /// Predicted stress after a step.
+    fn predicted(&self, direction: &[f64], length: f64) -> Option<PredictedStress> {
         self.predict_stress(&direction.iter().map(|d| length * d).collect::<Vec<_>>())
     }
 
     /// Second-order corrections of a step (Nocedal & Wright, 15.6) while they lower the energy.
     ///
-    /// A large bulk modulus acts as a constraint on volumes. A step that keeps them to first order changes them to second order, and the energy
-    /// rises with the bulk modulus times that: the Maratos effect, which would shorten steps to a hundredth. A correction gives each point the
-    /// pressure that the linear model foresaw. It costs forces and a solve with the factor at hand.
+    /// A step with δJ = 0 changes J to second order. The energy rises by the bulk modulus times the square of this change, which would shorten steps
+    /// to a hundredth: the Maratos effect. A correction lowers the difference between actual and predicted pressure. It costs an evaluation of
+    /// stresses and a solve with the present factor.
     fn corrected(
         &self,
         search: &Search<'_>,
-        foreseen: Option<&PredictedStress>,
+        predicted: Option<&PredictedStress>,
         (mut reached, mut trial): (f64, Vec<f64>),
     ) -> (f64, Vec<f64>) {
-        let Some(foreseen) = foreseen else { return (reached, trial) };
+        let Some(predicted) = predicted else { return (reached, trial) };
         for _ in 0..MOST_CORRECTIONS {
             let state = (&trial[..], &search.theta[..]);
-            let Some(forces) = self.assembly.unforeseen_pressure(self.body, state, foreseen) else {
+            let Some(forces) = self.assembly.pressure_defect(self.body, state, predicted) else {
                 break;
             };
             let mut moved = trial.clone();

@@ -3,9 +3,7 @@
 //! Three measures save iterations on slender bodies, where a linear step bends and thereby stretches the body (gravity
 //! beam of the thesis over its range: 6–7 iterations instead of 10–13):
 //!
-//! - The geometric stiffness is built from the stress that the linear model foresaw for the step, not from the
-//!   one that the stretching caused (the mixed-integration-point idea of D. Magisano, L. Leonetti, G. Garcea,
-//!   Int. J. Numer. Meth. Engng 109, 2017). Both agree at the solution, so convergence stays quadratic.
+//! - The geometric stiffness is built from the predicted stress, see [`crate::elements::predicted`].
 //! - A full step may raise the energy if the next one lowers it again (watchdog; R. M. Chamberlain et al., Math.
 //!   Programming Study 16, 1982). If not, the search returns and takes the longest of the steps 1, ½, ¼, … that lowers
 //!   the energy enough.
@@ -14,7 +12,7 @@
 //! Where there is a potential, a shift makes the stiffness positive definite, so that steps descend. Without one, steps
 //! use the unsymmetric or indefinite stiffness itself; only the volume of the cells limits their length.
 
-use crate::elements::predicted::PredictedStress;
+use crate::elements::predicted::{PredictedStress, is_nearly_incompressible};
 use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{Residual, System};
@@ -53,6 +51,7 @@ impl System<'_> {
         history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let (load_factor, theta) = goal.line.at(start.place);
+        self.assembly.nearly_incompressible = is_nearly_incompressible(self.body, &theta);
         let mut search = Search {
             goal,
             place: start.place,

@@ -1,7 +1,7 @@
 //! The solver: what is prepared once per body.
 
 use crate::elements::check::{check_length, check_state};
-use crate::elements::predicted::PredictedStress;
+use crate::elements::predicted::{PredictedStress, is_nearly_incompressible};
 use crate::elements::state::State;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::norm;
@@ -75,7 +75,7 @@ impl<'p> Solver<'p> {
         self.system.fresh().map(|system| Self { system, watch: self.watch })
     }
 
-    /// Calls `watch` with each state that later solves come to.
+    /// Calls `watch` with each iterate of Newton's method in later solves.
     pub(crate) fn watched_by(self, watch: Watch<'p>) -> Self {
         Self { watch: Some(watch), ..self }
     }
@@ -135,6 +135,7 @@ impl<'p> Solver<'p> {
         self.check(displacement, theta)?;
         let state = State { displacement, theta, load_factor, pressure: &[] };
         let System { body, sparsity, assembly, .. } = &mut self.system;
+        assembly.nearly_incompressible = is_nearly_incompressible(body, theta);
         assembly.assemble(body, sparsity, state, predicted);
         let cell = assembly.worst_cell;
         if assembly.is_finite() { Ok(()) } else { Err(SolveError::Inadmissible { cell }) }

@@ -1,8 +1,8 @@
 //! Diagnostics of a solve: its iterations as they come, a report, warnings, and the worst cells of a failure.
 
-use crate::support::{gravity, once, parameters, twice};
-use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Magnitude, Scene, Support, SurfaceResponse, Units};
+use crate::support::{GRAVITY, gravity, once, parameters, twice};
+use sinew_energy::laws::{ActiveTension, HolzapfelOgden, NeoHookean};
+use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support, SurfaceResponse, Units};
 use sinew_fem::{
     Advice, IterationSeries, LARGEST_BULK_TO_SHEAR, Options, SolutionReport, SolveError, Solver,
     Warning, locking, report,
@@ -301,6 +301,31 @@ fn a_solution_carries_the_warning_that_its_elements_lock() {
     let quadratic = scene(beam().quadratic(), gravity(1.0)).lower().unwrap();
     let solution = Solver::new(&quadratic).unwrap().solve(&THETA, &Options::default()).unwrap();
     assert_eq!(solution.locking, None);
+}
+
+#[test]
+fn neither_one_scar_nor_a_tension_decides_the_ratio_of_moduli() {
+    let ratio = |body: &Body, theta: &[f64]| {
+        locking(body, theta).unwrap().expect("linear tetrahedra lock").bulk_to_shear
+    };
+    let beam = scene(beam(), gravity(1.0)).lower().unwrap();
+    let theta = [1.0, 100.0];
+    let mut factors = vec![1.0; beam.volumes.len()];
+    factors[0] = 0.0;
+    let scarred = beam.clone().with_parameter_field("mu", &factors).unwrap();
+    assert_eq!(ratio(&scarred, &theta), ratio(&beam, &theta));
+
+    let law = HolzapfelOgden.nearly_incompressible(25.0).with_active(ActiveTension);
+    let directions = vec![[[1.0, 0.0, 0.0]]; beam.volumes.len()];
+    let names = ["a", "b", "a_f", "b_f", "T_a"];
+    let scene = names.iter().fold(Scene::new(self::beam(), law), |scene, name| {
+        scene.parameter(Parameter::log(*name, "kPa", 0.1..=100.0))
+    });
+    let load = Load::BodyForce([0.0, 0.0, GRAVITY]);
+    let active = scene.directions(directions).load(load).support(Support::clamped("x_min"));
+    let active = active.lower().unwrap();
+    let at = |tension: f64| ratio(&active, &[0.5, 1.0, 0.5, 1.0, tension]).unwrap();
+    assert!((at(60.0) / at(1e-3) - 1.0).abs() < 1e-6, "{} and {}", at(60.0), at(1e-3));
 }
 
 #[test]
