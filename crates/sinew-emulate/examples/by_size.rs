@@ -4,7 +4,7 @@
 //! `ventricle` (layers, around, along) or `block` (along x, y, z); SOLVED of the sets, two at least, are solved too, and a sweep of all is
 //! extrapolated. Seconds are of the CPU: set RAYON_NUM_THREADS=1.
 
-use sinew_emulate::{Answers, Design, Emulator, Terminal};
+use sinew_emulate::{Answers, Design, Emulator};
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support, metrics::mean_and_largest};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
@@ -102,7 +102,7 @@ fn measure(
     let prepare_s = cpu_s() - start;
     eprintln!("{} nodes: the expansion is prepared", body.nodes);
     let start = cpu_s();
-    let answers = Answers::to(body, &thetas, accuracy, Some(&expansion), &mut Terminal::default())?;
+    let answers = Answers::to(body, &thetas, accuracy, Some(&expansion), &mut ())?;
     let answers_s = cpu_s() - start;
     let total_s = prepare_s + answers_s;
     let (mut errors, mut steps, mut missed) = (Vec::new(), 0, 0);
