@@ -19,6 +19,8 @@ const MOST_RISES: usize = 2;
 /// iterations below 20, and no fewer above. Without a bound, a first step into the exponential of a fibre law reaches
 /// 1e113 times the energy, and most iterations return from there.
 const MOST_RISE: f64 = 20.0;
+/// Least volume ratio after such a step \[relative to the one before\]: cells crushed further cost more iterations to restore.
+const LEAST_VOLUME_OF_RISE: f64 = 0.5;
 /// Least volume of a cell along a step \[relative to the smaller of its volumes before and after\].
 const FLAT: f64 = 1e-3;
 /// Least ratio of actual to promised decrease without a second-order correction.
@@ -102,7 +104,8 @@ impl System<'_> {
                 }
             }
             let bearable = reached.is_finite() && reached - energy <= MOST_RISE * promised;
-            if lowered || (bearable && search.relaxed()) {
+            let rising = || search.relaxed() && bearable && self.keeps_volume(&trial);
+            if lowered || rising() {
                 search.accept(lowered, reached, energy, trial);
                 search.predicted = predicted.or_else(|| self.predicted(direction, length));
                 return Some(length);
@@ -117,6 +120,17 @@ impl System<'_> {
             length *= 0.5;
         }
         None
+    }
+
+    /// Whether no cell is crushed at a displacement that has a higher energy.
+    fn keeps_volume(&self, displacement: &[f64]) -> bool {
+        let least = LEAST_VOLUME_OF_RISE * self.assembly.least_volume_ratio.min(1.0);
+        self.least_volume_ratio(displacement) >= least
+    }
+
+    fn least_volume_ratio(&self, displacement: &[f64]) -> f64 {
+        let ratio = |p| 1.0 + self.body.displacement_gradient(p, displacement).volume_change();
+        (0..self.body.volumes.len()).map(ratio).fold(f64::INFINITY, f64::min)
     }
 
     /// Predicted stress after a step.
@@ -165,9 +179,7 @@ impl System<'_> {
         while length >= SHORTEST_BALANCE_STEP {
             let moved = search.at.displacement.iter().zip(motion).map(|(u, m)| u + length * m);
             let displacement: Vec<f64> = moved.collect();
-            let ratio = |p| 1.0 + self.body.displacement_gradient(p, &displacement).volume_change();
-            let ratios = (0..self.body.volumes.len()).map(ratio);
-            let safe = ratios.fold(f64::INFINITY, f64::min) > least;
+            let safe = self.least_volume_ratio(&displacement) > least;
             let state = State { displacement: &displacement, load_factor: 0.0, ..search.state() };
             if safe && state.energy(self.body).is_finite() {
                 search.at.displacement = displacement;

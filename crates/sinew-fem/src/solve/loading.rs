@@ -18,7 +18,7 @@ const FAR_BEYOND: Range<f64> = 1e-9..2.5e-5;
 /// load.
 const GLANCE: [usize; 2] = [50, 15];
 /// Successive steps with an indefinite stiffness after which load increments are tried before the whole load is
-/// continued: they tell whether an equilibrium exists.
+/// continued: they tell whether an equilibrium exists. Where the law has a bulk modulus, the search goes on.
 const PATIENCE: usize = 10;
 /// Iterations of these load increments: two more than ventricles need to their limit pressure.
 const SCOUT: usize = 48;
@@ -41,7 +41,8 @@ impl Path<'_, '_> {
                 self.options.load_steps == LoadSteps::WhenNeeded && FAR_BEYOND.contains(&step);
             return if far { self.glance(step, history) } else { self.by_steps(step, history) };
         }
-        let patience = if steps_allowed { PATIENCE } else { usize::MAX };
+        let scouted = steps_allowed && self.softer_volume().is_none();
+        let patience = if scouted { PATIENCE } else { usize::MAX };
         if let Some(found) = self.at_once(&from, patience, history) {
             return Ok((found, 1));
         }
@@ -52,13 +53,11 @@ impl Path<'_, '_> {
         if FAR_BEYOND.contains(&step) {
             return self.glance(step, history);
         }
-        if history.indefinite() >= PATIENCE {
-            if self.softer_volume().is_none() {
-                self.outlook.refuse(1.0);
-                match self.scout(step, history) {
-                    Err(None) => {}
-                    found => return found.map_err(|advice| self.failure(advice, history)),
-                }
+        if scouted && history.indefinite() >= PATIENCE {
+            self.outlook.refuse(1.0);
+            match self.scout(step, history) {
+                Err(None) => {}
+                found => return found.map_err(|advice| self.failure(advice, history)),
             }
             if let Some(found) = self.at_once(&from, usize::MAX, history) {
                 return Ok((found, 1));

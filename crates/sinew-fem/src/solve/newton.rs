@@ -35,6 +35,9 @@ const MOST_GROWTH: [f64; 2] = [2e3, 10.0];
 const NEAR_EQUILIBRIUM: f64 = 1e-6;
 /// Reduction of the residual that accepts this step.
 const CONVERGING: f64 = 0.25;
+/// Multiple of the limit of iterations that a search for a minimum may take while it converges, and full steps in a row that show this.
+const EXTENSION: usize = 2;
+const FULL_STEPS: usize = 2;
 
 /// Relative accuracy from which an equilibrium counts as intermediate.
 const ROUGH: f64 = 1e-6;
@@ -67,9 +70,10 @@ impl System<'_> {
             by_place: Vec::new(),
         };
         self.move_supports(&mut search, history)?;
-        let (mut least, mut stalls, mut indefinite) = (f64::INFINITY, 0, 0);
-        for _ in 0..options.iterations_per_load {
-            if history.iterations.len() >= options.iterations {
+        let (mut least, mut stalls, mut indefinite, mut full) = (f64::INFINITY, 0, 0, 0);
+        for count in 0..EXTENSION * options.iterations_per_load {
+            let late = count >= options.iterations_per_load && full < FULL_STEPS;
+            if late || history.iterations.len() >= options.iterations {
                 return None;
             }
             let residual = self.assemble_at(&search);
@@ -97,6 +101,7 @@ impl System<'_> {
             if self.has_potential() && missing.is_none() {
                 self.descend(&mut search, residual.force, record)?;
                 indefinite = if record.shift > 0.0 { indefinite + 1 } else { 0 };
+                full = if record.shift > 0.0 || record.step < 1.0 { 0 } else { full + 1 };
                 search.jumped |= indefinite > 0;
                 if indefinite >= goal.most_indefinite {
                     return None;
