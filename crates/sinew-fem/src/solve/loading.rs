@@ -63,11 +63,12 @@ impl Path<'_, '_> {
                 return Ok((found, 1));
             }
         }
-        let tried = history.iterations.clone();
+        let before = history.iterations.len();
         if let Some(found) = self.by_softer_volume(history) {
             return Ok(found);
         }
-        history.iterations = tried;
+        // The detour leaves the load increments their iterations.
+        self.options.iterations += history.iterations.len() - before;
         self.by_steps(step, history)
     }
 
