@@ -16,9 +16,10 @@ pub enum LoadSteps {
 /// Limits and accuracy of a solve, and its load increments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Most iterations of all load steps together. Hard bodies take a few hundred.
+    /// Most iterations of all load steps together, without those of a failed detour by a softer bulk modulus. Hard bodies take a few hundred.
     pub iterations: usize,
-    /// Most iterations at one load: successful searches take fewer, and a smaller load step is cheaper than more.
+    /// Most iterations at one load: successful searches take fewer, and a smaller load step is cheaper than more. A search for a minimum may take
+    /// twice as many while it converges by full steps.
     pub iterations_per_load: usize,
     /// When loads are raised step by step: for bodies with several stable equilibria.
     pub load_steps: LoadSteps,
