@@ -18,7 +18,7 @@ pub(super) const PACE: Pace =
     Pace { embedding_share: 0.1, frozen_encoder: true, ..Pace::of(40_000, 4e-3) };
 /// Pace about the coarse solution.
 pub(super) const COARSE: Pace = Pace::of(8000, 4e-3);
-/// The same on the mesh of 6788 nodes.
+/// Pace about the coarse solution on the mesh of 6788 nodes.
 pub(super) const COARSE_FULL: Pace = Pace { embedding_share: 0.1, frozen_encoder: true, ..COARSE };
 /// Pace of fine-tuning on one shape.
 const TRANSFER: Pace = Pace { batch: 8, embedding_share: 0.0, ..Pace::of(1500, 1e-3) };
