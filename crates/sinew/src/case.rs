@@ -35,7 +35,7 @@ pub use select::{
 pub use supports::{Rotation, Support};
 pub use training::{RecipeName, Training};
 pub use units::stress_in_kpa;
-pub(crate) use units::{number_and_unit, stress};
+pub(crate) use units::{LENGTH, STRESS, VOLUME, number_and_unit, stress};
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;

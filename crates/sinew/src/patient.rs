@@ -7,7 +7,6 @@ mod prepare;
 mod prepared;
 mod synthesise;
 mod tables;
-mod units;
 
 pub use prepared::{Prepared, Reported};
 

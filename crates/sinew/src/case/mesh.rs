@@ -2,7 +2,7 @@
 
 use super::CaseError;
 use super::source::{Source, exactly};
-use super::units::length;
+use super::units::LENGTH;
 use serde::Deserialize;
 use sinew_energy::listed;
 use sinew_mesh::{
@@ -114,8 +114,8 @@ const SURFACE_HEIGHT: f64 = 1e-3;
 impl MeshSource {
     /// The unit of length \[mm\].
     pub(super) fn scale(&self, source: &Source) -> Result<f64, CaseError> {
-        length(self.unit.as_deref().unwrap_or("mm"))
-            .map_err(|reason| source.error(&["mesh", "unit"], reason))
+        let found = LENGTH.unit(self.unit.as_deref().unwrap_or("mm"));
+        found.map(|(_, mm)| mm).map_err(|reason| source.error(&["mesh", "unit"], reason))
     }
 
     /// Refuses a surface in the place of a body.

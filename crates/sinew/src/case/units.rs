@@ -13,50 +13,96 @@ use sinew_energy::Unit;
 /// assert_eq!((stress_in_kpa("MPa"), stress_in_kpa("mPa")), (Some(1e3), None));
 /// ```
 pub fn stress_in_kpa(unit: &str) -> Option<f64> {
-    find(&STRESSES, unit).map(|(_, kpa)| kpa)
+    STRESS.find(unit).map(|(_, kpa)| kpa)
 }
 
-/// Units, and what they are in kPa or mm.
-type Table = [(&'static str, f64)];
+/// A physical dimension with its units, and what they are in the units of scenes.
+pub(crate) struct Dimension {
+    name: &'static str,
+    units: &'static [(&'static str, f64)],
+}
 
-/// Units of stress, and what they are in kPa.
-const STRESSES: [(&str, f64); 5] = [
-    ("kPa", 1.0),
-    ("mmHg", 0.133_322_387_415), // of mercury at 0 °C: 13.5951 g/cm³ · 9.80665 m/s² · 1 mm
-    ("Pa", 1e-3),
-    ("MPa", 1e3),
-    ("dyn/cm2", 1e-4),
-];
+/// Stress \[kPa\].
+pub(crate) const STRESS: Dimension = Dimension {
+    name: "stress",
+    units: &[
+        ("kPa", 1.0),
+        ("mmHg", 0.133_322_387_415), // of mercury at 0 °C: 13.5951 g/cm³ · 9.80665 m/s² · 1 mm
+        ("Pa", 1e-3),
+        ("MPa", 1e3),
+        ("dyn/cm2", 1e-4),
+    ],
+};
 
-/// Units of length, and what they are in mm.
-const LENGTHS: [(&str, f64); 4] = [("mm", 1.0), ("cm", 10.0), ("m", 1e3), ("um", 1e-3)];
+/// Length \[mm\].
+pub(crate) const LENGTH: Dimension =
+    Dimension { name: "length", units: &[("mm", 1.0), ("cm", 10.0), ("m", 1e3), ("um", 1e-3)] };
+
+/// Volume \[mm³\].
+pub(crate) const VOLUME: Dimension =
+    Dimension { name: "volume", units: &[("mL", 1e3), ("cm3", 1e3), ("mm3", 1.0), ("L", 1e6)] };
 
 /// Units whose first letter another prefix has in the other case: mega and milli.
-const PREFIXED: [&str; 2] = ["MPa", "mm"];
+const PREFIXED: [&str; 3] = ["MPa", "mm", "mm3"];
 
-fn find(table: &Table, unit: &str) -> Option<(&'static str, f64)> {
-    let meant = |name: &str| {
-        let prefix =
-            !PREFIXED.contains(&name) || name.as_bytes().first() == unit.as_bytes().first();
-        name == unit || (prefix && name.eq_ignore_ascii_case(unit))
-    };
-    table.iter().copied().find(|(name, _)| meant(name))
+impl Dimension {
+    /// The unit that reports print.
+    pub(crate) fn first(&self) -> (&'static str, f64) {
+        self.units[0]
+    }
+
+    /// A unit by its name.
+    ///
+    /// # Errors
+    /// Error of a missing or unknown unit, with the known ones.
+    pub(crate) fn unit(&self, unit: &str) -> Result<(&'static str, f64), String> {
+        let names = || self.units.iter().map(|(name, _)| *name);
+        if unit.is_empty() {
+            let names: Vec<&str> = names().collect();
+            return Err(format!("the unit is missing: add one of {}", names.join(", ")));
+        }
+        self.find(unit).ok_or_else(|| {
+            let ambiguous = names().any(|name| name.eq_ignore_ascii_case(unit));
+            let advice = match ambiguous {
+                true => {
+                    ", as M is mega and m is milli".to_string() + &advise(unit, names(), "units")
+                }
+                false => advise(unit, names(), &format!("units of {}", self.name)),
+            };
+            format!("`{unit}` is not a unit of {}{advice}", self.name)
+        })
+    }
+
+    /// A number with a unit, in the unit of scenes.
+    ///
+    /// # Errors
+    /// A text that does not begin with a number, or the error of [`Dimension::unit`].
+    pub(crate) fn sized(&self, text: &str) -> Result<f64, String> {
+        let (number, unit) = number_and_unit(text);
+        let value: Option<f64> = number.parse().ok().filter(|value: &f64| value.is_finite());
+        let example = self.units[0].0;
+        let value = value.ok_or_else(|| {
+            format!("`{text}` is not a number with a unit, such as \"8 {example}\"")
+        })?;
+        Ok(value * self.unit(unit)?.1)
+    }
+
+    fn find(&self, unit: &str) -> Option<(&'static str, f64)> {
+        let meant = |name: &str| {
+            let prefix =
+                !PREFIXED.contains(&name) || name.as_bytes().first() == unit.as_bytes().first();
+            name == unit || (prefix && name.eq_ignore_ascii_case(unit))
+        };
+        self.units.iter().copied().find(|(name, _)| meant(name))
+    }
 }
 
 /// A unit of stress among those of scenes in kPa.
 ///
 /// # Errors
-/// Error of an unknown unit, with the known ones.
+/// As for [`Dimension::unit`].
 pub(crate) fn stress(unit: &str) -> Result<Unit, String> {
-    named(&STRESSES, unit, "stress").map(|(name, size)| Unit::sized(name, size))
-}
-
-/// One unit of length in mm.
-///
-/// # Errors
-/// As [`stress`].
-pub(super) fn length(unit: &str) -> Result<f64, String> {
-    named(&LENGTHS, unit, "length").map(|(_, mm)| mm)
+    STRESS.unit(unit).map(|(name, size)| Unit::sized(name, size))
 }
 
 /// Length of an organ \[mm\].
@@ -66,20 +112,8 @@ const ORGAN: f64 = 100.0;
 pub(super) fn length_within(length: f64, bounds: [f64; 2]) -> Option<&'static str> {
     let fits = |(_, mm): &&(&str, f64)| (bounds[0]..=bounds[1]).contains(&(length * mm));
     let away = |(_, mm): &(&str, f64)| (length * mm / ORGAN).ln().abs();
-    let best = LENGTHS.iter().filter(fits).min_by(|a, b| away(a).total_cmp(&away(b)));
+    let best = LENGTH.units.iter().filter(fits).min_by(|a, b| away(a).total_cmp(&away(b)));
     best.map(|(name, _)| *name)
-}
-
-fn named(table: &'static Table, unit: &str, of: &str) -> Result<(&'static str, f64), String> {
-    find(table, unit).ok_or_else(|| {
-        let names = || table.iter().map(|(name, _)| *name);
-        let ambiguous = names().any(|name| name.eq_ignore_ascii_case(unit));
-        let advice = match ambiguous {
-            true => ", as M is mega and m is milli".to_string() + &advise(unit, names(), "units"),
-            false => advise(unit, names(), &format!("units of {of}")),
-        };
-        format!("`{unit}` is not a unit of {of}{advice}")
-    })
 }
 
 /// The number that a text begins with and what follows, such as `8` and `mmHg`; either may be empty.
@@ -106,8 +140,10 @@ mod tests {
         for unit in ["mmhg", "MMHG", "kpa", "KPA", "pa", "MPA", "Mpa", "DYN/CM2"] {
             assert!(stress(unit).is_ok(), "{unit}");
         }
-        assert_eq!((length("CM"), length("M"), length("UM")), (Ok(10.0), Ok(1e3), Ok(1e-3)));
-        for error in [stress("mPa").unwrap_err(), length("Mm").unwrap_err()] {
+        let mm = |unit| LENGTH.unit(unit).map(|(_, mm)| mm);
+        assert_eq!((mm("CM"), mm("M"), mm("UM")), (Ok(10.0), Ok(1e3), Ok(1e-3)));
+        assert_eq!((VOLUME.unit("ml"), VOLUME.unit("CM3")), (Ok(("mL", 1e3)), Ok(("cm3", 1e3))));
+        for error in [stress("mPa").unwrap_err(), LENGTH.unit("Mm").map(|_| ()).unwrap_err()] {
             assert!(error.contains("M is mega and m is milli"), "{error}");
         }
         let error = stress("bar").unwrap_err();

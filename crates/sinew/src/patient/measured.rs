@@ -2,8 +2,7 @@
 
 use super::prepared::IMAGE;
 use super::tables::{Along, Entry, Quantity};
-use super::units::{LENGTHS, VOLUMES, of_unit};
-use crate::case::{Case, CaseError, advise};
+use crate::case::{Case, CaseError, LENGTH, VOLUME, advise};
 use sinew_calibrate::{At, Datum, Direction, Observable, Segments};
 use sinew_energy::Body;
 use std::collections::BTreeMap;
@@ -114,16 +113,17 @@ impl Reader<'_> {
         value: f64,
         place: usize,
     ) -> Result<Datum, CaseError> {
-        let units: Option<&[(&str, f64)]> = match observable {
-            Observable::Volume { .. } => Some(&VOLUMES),
+        let dimension = match observable {
+            Observable::Volume { .. } => Some(VOLUME),
             Observable::Strain { .. } => None,
-            Observable::Displacement { .. } => Some(&LENGTHS),
+            Observable::Displacement { .. } => Some(LENGTH),
         };
         let given = self.entry.unit.as_deref();
-        let (unit, size) = match (units, given) {
+        let (unit, size) = match (dimension, given) {
             (None, None) => ("", 1.0),
             (None, Some(_)) => return Err(self.error("unit", "a strain has no unit; leave it out")),
-            (Some(units), given) => of_unit(given.unwrap_or_default(), units)
+            (Some(dimension), given) => dimension
+                .unit(given.unwrap_or_default())
                 .map_err(|reason| self.error("unit", reason))?,
         };
         if !value.is_finite() {

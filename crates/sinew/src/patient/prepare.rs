@@ -4,8 +4,7 @@ use super::PatientFile;
 use super::measured::Reader;
 use super::prepared::{COMMON, IMAGE, Prepared, own_factor};
 use super::tables::{Fibres, LogNormal, Quantity};
-use super::units::{LENGTHS, VOLUMES, sized};
-use crate::case::{Case, CaseError, advise, number_and_unit, stress};
+use crate::case::{Case, CaseError, LENGTH, STRESS, VOLUME, advise};
 use sinew_calibrate::{
     Datum, Kind, Observable, Prior, Problem, Segments, Unknown, WallCoordinates,
 };
@@ -69,24 +68,11 @@ impl PatientFile {
                 let advice = advise(name, known(), "parameters that are not known");
                 return Err(error(format!("no parameter `{name}` is left to set{advice}")));
             }
-            let text = match quantity {
-                Quantity::Number(value) => {
-                    return Err(error(format!(
-                        "the unit is missing: write \"{value} mmHg\" or \"{value} kPa\""
-                    )));
-                }
-                Quantity::Text(text) => text,
-            };
-            let (number, unit) = number_and_unit(text);
-            match (number.parse::<f64>(), stress(unit)) {
-                (Ok(value), Ok(unit)) if value.is_finite() => Ok(unit.in_scene(value)),
-                (Ok(_), Err(_)) if unit.is_empty() => {
-                    Err(error(format!("the unit is missing: write \"{number} mmHg\"")))
-                }
-                (Ok(_), Err(reason)) => Err(error(reason)),
-                _ => {
-                    Err(error(format!("`{text}` is not a number with a unit, such as \"8 mmHg\"")))
-                }
+            match quantity {
+                Quantity::Number(value) => Err(error(format!(
+                    "the unit is missing: write \"{value} mmHg\" or \"{value} kPa\""
+                ))),
+                Quantity::Text(text) => STRESS.sized(text).map_err(error),
             }
         };
         let of_phase = |(phase, entries): (&String, &BTreeMap<String, Quantity>)| {
@@ -257,8 +243,8 @@ impl PatientFile {
             let error = |reason: String| source.error(&["calibration", "bias", name], reason);
             kinds[at].bias = match (quantity, name.as_str()) {
                 (Quantity::Number(value), "strain") => *value,
-                (Quantity::Text(text), "volume") => sized(text, &VOLUMES).map_err(error)?,
-                (Quantity::Text(text), "displacement") => sized(text, &LENGTHS).map_err(error)?,
+                (Quantity::Text(text), "volume") => VOLUME.sized(text).map_err(error)?,
+                (Quantity::Text(text), "displacement") => LENGTH.sized(text).map_err(error)?,
                 _ => return Err(error("give a number for strains, and one with its unit, such as \"5 mL\", for others".into())),
             };
         }

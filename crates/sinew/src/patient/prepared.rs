@@ -1,6 +1,6 @@
 //! A patient's body, data and unknown parameters, and the forward models made of them.
 
-use super::units::VOLUMES;
+use crate::case::VOLUME;
 use sinew_calibrate::{
     Observable, Patient, PatientBuilder, Problem, Segments, Setting, Unknown, WallCoordinates,
 };
@@ -173,8 +173,8 @@ impl Prepared {
                     self.observables.push(observable.clone());
                     self.observables.len() - 1
                 });
-                let (name, size) = (observable.to_string(), VOLUMES[0].1);
-                self.reported.push(Reported { name, observable: place, unit: VOLUMES[0].0, size });
+                let (name, (unit, size)) = (observable.to_string(), VOLUME.first());
+                self.reported.push(Reported { name, observable: place, unit, size });
             }
         }
     }

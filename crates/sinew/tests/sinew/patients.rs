@@ -87,7 +87,11 @@ fn mistakes_are_refused_with_their_place() {
     };
     says("value = 72.0", "value = nan", &["data.1.value", "is NaN"]);
     says("unit = \"mL\"\nsd = 2.0", "sd = 2.0", &["data.1.unit", "the unit is missing", "mL"]);
-    says("unit = \"mL\"\nsd = 2.0", "unit = \"mmHg\"\nsd = 2.0", &["`mmHg` is not a unit here"]);
+    says(
+        "unit = \"mL\"\nsd = 2.0",
+        "unit = \"mmHg\"\nsd = 2.0",
+        &["`mmHg` is not a unit of volume"],
+    );
     says("p = \"16 mmHg\"", "p = 16.0", &["phases.high.p", "the unit is missing", "16 mmHg"]);
     says("p = \"16 mmHg\"", "p = \"16 bar\"", &["`bar` is not a unit of stress"]);
     says("p = \"16 mmHg\"", "q = \"16 mmHg\"", &["no parameter `q`", "a, a_f, p"]);
