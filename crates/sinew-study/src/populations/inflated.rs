@@ -292,7 +292,7 @@ fn simulations(options: &Options) -> PathBuf {
 }
 
 /// Networks of Tables A.8 to A.10, and whether they are fine-tuned on one shape, these first. The thesis' 40 components hold what the 32
-/// numbers here do. On the mesh of 6788 nodes, where a training step takes a third of a CPU second, one network is trained.
+/// numbers here do. On the mesh of 6788 nodes, where a training step takes three quarters of a CPU second, one network is trained.
 fn variants(options: &Options) -> Vec<(Variant, bool)> {
     let virtual_nodes = VIRTUAL_NODES[usize::from(options.full)];
     let of =
