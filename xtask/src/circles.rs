@@ -243,6 +243,16 @@ mod tests {
     }
 
     #[test]
+    fn paths_in_strings_of_attributes_count() {
+        let a = ("a", "use crate::b; fn f() { b::g() }");
+        let used = |text| !of(&[("", "mod a; mod b;"), a, ("b", text)]).is_empty();
+        assert!(used("#[derive(T)]\nstruct G { #[serde(default, with = \"super::a\")] g: u8 }"));
+        assert!(used("#[serde(try_from = \"crate::a::F\")]\nstruct G;"));
+        assert!(!used("#[expect(x, reason = \"super::a is above\")]\nstruct G;"));
+        assert!(!used("/// `crate::a`\n#[doc = \"crate::a::F\"]\nstruct G;"));
+    }
+
+    #[test]
     fn a_circle_is_described_by_its_names() {
         let files = [("a", "use crate::b::{y, x};"), ("b", "use super::a::z;")];
         let module = |name: &str| vec![name.to_string()];

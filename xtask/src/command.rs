@@ -97,8 +97,8 @@ pub(crate) fn benches(options: &[String]) -> Result<()> {
 }
 
 /// Campaigns on a Slurm and by Snakemake, which are started for it.
-pub(crate) fn campaigns() -> Result<()> {
+pub(crate) fn campaigns(environment: &[(&str, &str)]) -> Result<()> {
     let test = ["test", "--workspace", "--test", "sinew", "--"];
     let options = ["--ignored", "--nocapture", "--test-threads", "1", "campaigns"];
-    cargo(&test.into_iter().chain(options).collect::<Vec<_>>(), &[])
+    cargo(&test.into_iter().chain(options).collect::<Vec<_>>(), environment)
 }

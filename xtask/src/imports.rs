@@ -43,6 +43,9 @@ fn walk(tokens: &[TokenTree], file: &mut File) {
             at += item(&tokens[at..]);
             continue;
         }
+        if let Some(group) = attribute(&tokens[at..]) {
+            file.paths.extend(quoted(&inside(group)));
+        }
         match token {
             TokenTree::Group(group) => walk(&inside(group), file),
             TokenTree::Ident(word) if word == "use" => {
@@ -75,6 +78,32 @@ fn walk(tokens: &[TokenTree], file: &mut File) {
 fn is_test(tokens: &[TokenTree]) -> bool {
     matches!(tokens, [hash, TokenTree::Group(group), ..]
         if is(hash, '#') && group.stream().to_string().replace(' ', "") == "cfg(test)")
+}
+
+/// The brackets of an attribute that begins here, documentation left out.
+fn attribute(tokens: &[TokenTree]) -> Option<&proc_macro2::Group> {
+    match tokens {
+        [hash, TokenTree::Group(group), ..] if is(hash, '#') => {
+            let named = group.stream().into_iter().next().as_ref().and_then(ident);
+            (named.as_deref() != Some("doc")).then_some(group)
+        }
+        _ => None,
+    }
+}
+
+/// Paths in the strings of an attribute, such as `#[serde(with = "super::matrix")]`.
+fn quoted(tokens: &[TokenTree]) -> Vec<Vec<String>> {
+    let found = |token: &TokenTree| match token {
+        TokenTree::Group(group) => quoted(&inside(group)),
+        TokenTree::Literal(literal) => {
+            let text = literal.to_string();
+            let words: Option<TokenStream> = text.trim_matches('"').parse().ok();
+            let words: Vec<_> = words.into_iter().flatten().collect();
+            Vec::from_iter(Some(path(&words).0).filter(|path| path.len() > 1))
+        }
+        _ => Vec::new(),
+    };
+    tokens.iter().flat_map(found).collect()
 }
 
 /// Number of tokens of the item here, attributes included: up to its semicolon or braces.

@@ -14,6 +14,7 @@ mod miri;
 mod package;
 mod page;
 mod readme;
+mod steps;
 mod viewer;
 mod wheel;
 mod words;
@@ -123,8 +124,8 @@ fn main() -> Result<()> {
         Task::Words => words::check(),
         Task::Circles => circles::check(),
         Task::Wheel { test: false } => wheel::run(),
-        Task::Wheel { test: true } => wheel::test(),
-        Task::Campaigns => command::campaigns(),
+        Task::Wheel { test: true } => wheel::test(&[]),
+        Task::Campaigns => command::campaigns(&[]),
         Task::Package => package::run(),
         Task::Licences => licences::check(),
         Task::Readmes => readme::write(),

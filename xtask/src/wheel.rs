@@ -36,7 +36,7 @@ pub(crate) fn run() -> Result<()> {
 
 /// Runs the Python tests on a library and a program in the profile of `cargo test`, of which little is left to compile after it. Where
 /// Python or its packages are missing it says that this is skipped.
-pub(crate) fn test() -> Result<()> {
+pub(crate) fn test(variables: &[(&str, &str)]) -> Result<()> {
     let Some((root, folder, python)) = place()? else { return Ok(()) };
     let own = environment(&python, &folder.join("tests"))?;
     if !install(&own, &TESTERS)? {
@@ -50,7 +50,7 @@ pub(crate) fn test() -> Result<()> {
     }
     // Tests among the targets choose the features that tests have.
     let targets = ["--lib", "--bin", "sinew", "--test", "sinew"];
-    cargo(&[&["build", "--workspace", "--profile", "test"], &targets[..]].concat(), &[])?;
+    cargo(&[&["build", "--workspace", "--profile", "test"], &targets[..]].concat(), variables)?;
     let built = folder.parent().context("no target folder")?.join("debug");
     let package = root.join("crates/sinew-python");
     let whole = folder.join("package");

@@ -35,7 +35,7 @@ pub enum CoordinateError {
         "{what} is {value}, but must be positive and finite; compute it from training displacements or from one linear solve"
     )]
     Scale { what: &'static str, value: f64 },
-    /// Clusters without virtual nodes, or directions of simulations that do not differ.
+    /// Clusters that cover no body, or directions of simulations that do not differ.
     #[error("no coordinates: {0}")]
     None(&'static str),
     /// A body whose stiffness cannot be formed.
@@ -46,9 +46,6 @@ pub enum CoordinateError {
     /// Parameters that do not suit a body.
     #[error(transparent)]
     Theta(#[from] sinew_energy::ThetaError),
-    /// A graph that does not suit its positions.
-    #[error(transparent)]
-    Graph(#[from] sinew_graph::GraphError),
 }
 
 /// Result with this crate's [`CoordinateError`].

@@ -3,13 +3,10 @@
 //! Clusters of nodes as rigid bodies, with a Taylor expansion of second order in the parameters about one solution:
 //!
 //! ```
-//! use sinew_coordinates::Motions;
+//! use sinew_coordinates::{Motions, halves};
 //! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
-//! use sinew_graph::{AugmentationConfig, augment};
 //!
 //! let mesh = sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 2]);
-//! let config = AugmentationConfig::for_nodes(mesh.points.len());
-//! let topology = augment(&mesh.points, &sinew_mesh::edges(&mesh), &config)?;
 //! let beam = Scene::new(mesh, NeoHookean)
 //!     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
 //!     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
@@ -20,7 +17,7 @@
 //! // The tip sinks by 1 mm with the first standardised parameter.
 //! let sinks: Vec<f64> = beam.positions.iter().flat_map(|x| [0.0, 0.0, -(x[0] / 30.0).powi(2)]).collect();
 //! let level = vec![0.0; 3 * beam.nodes];
-//! let motions = Motions::about(&rest, &topology, &beam, &beam.centre())?;
+//! let motions = Motions::about(&rest, &halves(&beam.positions), &beam, &beam.centre())?;
 //! let motions = motions.with_expansion(&[sinks.clone(), level], &beam)?;
 //! let moved = motions.expansion_at(&[1e-3, 0.0], &beam)?;
 //! assert!(moved.iter().zip(&sinks).all(|(u, sink)| (u - 1e-3 * sink).abs() < 1e-6));
@@ -34,6 +31,7 @@
 
 mod anchors;
 mod blend;
+mod clusters;
 mod coordinates;
 mod dirichlet;
 mod error;
@@ -47,6 +45,7 @@ mod tree;
 mod turning;
 
 pub use anchors::Anchors;
+pub use clusters::halves;
 pub use coordinates::Coordinates;
 pub use dirichlet::Dirichlet;
 pub use error::{CoordinateError, require_count, require_finite, require_positive};

@@ -9,10 +9,10 @@ use std::sync::Arc;
 use stored::Packed;
 
 use crate::anchors::Anchors;
+use crate::clusters;
 use crate::tree::MotionTree;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Body, Stiffness};
-use sinew_graph::{FeatureMatrix, Topology, pool_positions};
 
 use crate::dirichlet::Dirichlet;
 use crate::error::{CoordinateError, Result, require_count, require_finite, require_positive};
@@ -52,20 +52,23 @@ pub struct Anchor {
 }
 
 impl Motions {
-    /// Motions about a displacement of a body \[length\], that of zero outputs, with the stiffness there at θ. A unit
-    /// output costs an energy of ½; see [`Motions::of_energy`].
+    /// Motions about a displacement of a body \[length\], that of zero outputs, with the stiffness there at θ. The nested
+    /// clusters are those of [`halves`](crate::halves) or of a graph's virtual nodes. A unit output costs an energy of ½; see
+    /// [`Motions::of_energy`].
     ///
     /// # Errors
-    /// A graph or a displacement that does not belong to the body, cells that the displacement inverts, a graph without
-    /// virtual nodes, a body that no motion costs energy.
+    /// Clusters or a displacement that do not belong to the body, cells that the displacement inverts, no
+    /// clusters, a body that no motion costs energy.
     pub fn about(
         displacement: &[f64],
-        topology: &Topology,
+        clusters: &[Vec<usize>],
         body: &Body,
         theta: &[f64],
     ) -> Result<Self> {
-        let nodes = topology.real_nodes;
-        require_count("nodes of the body", body.nodes, nodes)?;
+        let counts = clusters::counts(clusters, body.nodes)?;
+        let [node_parents, above @ ..] = clusters else {
+            return Err(CoordinateError::None("outputs at every scale need clusters"));
+        };
         let stiffness = stiffness(body, displacement, theta)?;
         let dirichlet = Dirichlet::of_body(body);
         let (u, _) = displacement.as_chunks::<3>();
@@ -75,30 +78,32 @@ impl Motions {
             .zip(u)
             .map(|(x, u)| std::array::from_fn(|i| x[i] + u[i]))
             .collect();
-        let mut places = pool_positions(topology, &places)?;
-        let centres = places.split_off(nodes);
-        let parents: Vec<Option<usize>> = topology
-            .parents()
-            .into_iter()
-            .map(|parent| parent.map(|parent| parent - nodes))
-            .collect();
-        let node_parents: Option<Vec<usize>> = parents[..nodes].iter().copied().collect();
-        let node_parents = node_parents
-            .ok_or(CoordinateError::None("outputs at every scale need virtual nodes"))?;
+        let mut centres = Vec::new();
+        let mut cluster_parents = Vec::new();
+        let mut leaves = places.clone();
+        for (layer, &count) in clusters.iter().zip(&counts) {
+            leaves = clusters::centres(&leaves, layer, count);
+            centres.extend_from_slice(&leaves);
+        }
+        for (layer, count) in above.iter().zip(&counts) {
+            let first = cluster_parents.len() + count;
+            cluster_parents.extend(layer.iter().map(|cluster| Some(first + cluster)));
+        }
+        cluster_parents.resize(centres.len(), None);
         let table = dirichlet.projectors(3);
         let (rows, _) = table.as_chunks::<3>();
         let (free, _) = rows.as_chunks::<3>();
         let costs = Costs { stiffness: &stiffness, free, places: &places };
-        let node_scales = (0..nodes).map(|node| inverse_root(costs.of_node(node)));
+        let node_scales = (0..body.nodes).map(|node| inverse_root(costs.of_node(node)));
         let mut tree = MotionTree {
             node_scales: node_scales.collect(),
-            cluster_parents: parents[nodes..].to_vec(),
+            cluster_parents,
             cluster_scales: Vec::with_capacity(centres.len()),
-            node_parents,
+            node_parents: node_parents.clone(),
             centres,
             positions: places.clone(),
         };
-        costs.scale_clusters(&mut tree, &topology.roots_per_layer);
+        costs.scale_clusters(&mut tree, &counts);
         let largest =
             tree.node_scales.as_flattened().as_flattened().iter().fold(0f64, |m, s| m.max(s.abs()));
         require_positive("the displacement of a unit output", largest)?;
@@ -220,11 +225,10 @@ impl Motions {
         Self { anchors: Some(anchors.into()), ..self }
     }
 
-    /// The slopes as features of a graph's nodes, virtual ones after the real ones: six columns for each change that outputs follow, of
-    /// which real nodes fill three. In units of outputs, they mean the same on every body.
-    pub fn features(&self) -> FeatureMatrix {
+    /// The slopes as features of nodes, then of clusters, one row each: six columns for each change that outputs follow, of
+    /// which nodes fill three. In units of outputs, they mean the same on every body.
+    pub fn features(&self) -> Vec<f64> {
         let (clusters, nodes) = (self.tree.centres.len(), self.tree.node_parents.len());
-        let columns = 6 * self.slopes.len();
         let row = |node: usize| {
             self.slopes.iter().flat_map(move |slope| -> [f64; 6] {
                 let (of_clusters, of_nodes) = slope.split_at(6 * clusters);
@@ -236,8 +240,7 @@ impl Motions {
                 }
             })
         };
-        let values = (0..nodes + clusters).flat_map(row).collect();
-        FeatureMatrix { rows: nodes + clusters, columns, values }
+        (0..nodes + clusters).flat_map(row).collect()
     }
 
     /// Taylor coefficients of [`Motions::with_expansion`]: outputs of clusters, six each, and then of nodes, three each.

@@ -33,9 +33,6 @@ pub enum Error {
     /// Coordinates or scales that do not suit a body.
     #[error(transparent)]
     Coordinates(#[from] sinew_coordinates::CoordinateError),
-    /// A mesh that has no valid graph.
-    #[error("the mesh could not be turned into a graph: {0}")]
-    Graph(#[from] sinew_graph::GraphError),
     /// Simulations that no regression can be fitted to.
     #[error(transparent)]
     Regression(#[from] RegressionError),

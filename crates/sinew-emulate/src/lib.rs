@@ -69,7 +69,6 @@
 mod emulator;
 mod error;
 mod estimate;
-mod graph;
 mod parameters;
 mod predict;
 pub mod recipe;
@@ -113,7 +112,6 @@ pub use warning::Warning;
 pub mod parts {
     pub use crate::estimate::evaluate::root_mean_square;
     pub use crate::estimate::timing::timed;
-    pub use crate::graph::{topology, topology_of_met};
     pub use crate::parameters::{check_length, not_finite, require_finite, require_some, scaling};
     pub use crate::predict::taylor::{admissible, expand, with_anchors, work};
     pub use crate::recipe::session::{Session, Stream};

@@ -15,6 +15,7 @@ use crate::{
 use geometry::shape_functions;
 use overlaps::check_overlaps;
 use sinew_mesh::{Facet, Mesh, boundary_facets};
+use std::any::Any;
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 pub(crate) use supports::Held;
@@ -107,7 +108,7 @@ where
         }
         let law_parameters = L::PARAMETERS;
         let setup = Setup { name, units, mesh, parameters, loads, supports, law_parameters };
-        setup.lower(rule, loose_rims, self.law.constants(), &|| {
+        lowering::<N>()(&setup, rule, loose_rims, self.law.constants(), &|| {
             Ok(at_points(self.law.clone(), setup.directions_at(rule, &self.directions)?))
         })
     }
@@ -116,6 +117,23 @@ where
 /// Differences of z in a plane mesh that have no effect \[relative to its size\]: their squares are rounding errors.
 /// Rounding of coordinates to single precision is allowed too.
 const FLAT: f64 = 1e-6;
+
+/// Lowering of scenes of cells with `N` nodes.
+type Lowering<const N: usize> = fn(
+    &Setup<'_, N>,
+    &[QuadraturePoint],
+    bool,
+    Vec<(&'static str, f64)>,
+    &dyn Fn() -> Result<Arc<dyn Material>, SceneError>,
+) -> Result<ForceBalance, SceneError>;
+
+/// The instance of [`lowered`] that this crate has compiled, so that a crate with scenes of its own need not.
+fn lowering<const N: usize>() -> Lowering<N> {
+    static LINEAR: (Lowering<3>, Lowering<4>, Lowering<8>) = (lowered, lowered, lowered);
+    static QUADRATIC: (Lowering<6>, Lowering<10>) = (lowered, lowered);
+    let all: [&dyn Any; 5] = [&LINEAR.0, &LINEAR.1, &LINEAR.2, &QUADRATIC.0, &QUADRATIC.1];
+    *all.into_iter().find_map(|lowering| lowering.downcast_ref()).expect("a finite element")
+}
 
 /// A scene without its law, so that all laws are lowered by the same code.
 struct Setup<'a, const N: usize> {
@@ -128,68 +146,71 @@ struct Setup<'a, const N: usize> {
     law_parameters: &'static [&'static str],
 }
 
+/// The potential under one quadrature rule, with the pressures that have none.
+fn lowered<const N: usize>(
+    setup: &Setup<'_, N>,
+    rule: &[QuadraturePoint],
+    loose_rims: bool,
+    constants: Vec<(&'static str, f64)>,
+    material: &dyn Fn() -> Result<Arc<dyn Material>, SceneError>,
+) -> Result<ForceBalance, SceneError>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    setup.mesh.check()?;
+    if setup.mesh.cells.is_empty() {
+        return Err(SceneError::EmptyMesh);
+    }
+    // Written so that a NaN is an error as well.
+    let positive = |value: f64| value > 0.0 && value.is_finite();
+    if let Some((name, value)) = constants.into_iter().find(|c| !positive(c.1)) {
+        return Err(SceneError::Constant { name, value });
+    }
+    setup.check_parameters()?;
+    if Mesh::<N>::ELEMENT.dimension == 2 {
+        setup.check_plane()?;
+    }
+    let (shape_gradients, volumes) = shape_functions(setup.mesh, rule)?;
+    check_overlaps(setup.mesh)?;
+    let material = material()?;
+    let held = setup.held()?;
+    setup.check_loads_on_boundary()?;
+    let reference_loads = setup.reference_loads(rule)?;
+    let (cells, points) = (setup.mesh.cells.as_flattened(), &setup.mesh.points);
+    let nodal_force = setup.nodal_force(&reference_loads, &volumes)?;
+    let springs = reference_loads.springs(points);
+    let (pressures, followers) = setup.pressures(&held, loose_rims)?;
+    let body = Body(BodyArrays {
+        name: setup.name.into(),
+        units: setup.units.clone(),
+        parameters: setup.parameters.to_vec(),
+        known: Vec::new(),
+        mesh: Arc::new(Nodes::<N>::any(setup.mesh.clone())),
+        material,
+        barriers: None,
+        nodes: setup.mesh.points.len(),
+        positions: points.clone(),
+        nodes_per_cell: N,
+        cells: cells.to_vec(),
+        points_per_cell: rule.len(),
+        shape_gradients: shape_gradients.into_flattened(),
+        volumes,
+        patches: Vec::new(),
+        reference_loads,
+        nodal_force,
+        springs,
+        pressures,
+        cavities: setup.cavities()?,
+        prescribed: held.prescribed,
+        frames: held.frames,
+    });
+    Ok(ForceBalance(BalanceParts { body, followers, pressure_field: None }))
+}
+
 impl<const N: usize> Setup<'_, N>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    /// The potential under one quadrature rule, with the pressures that have none.
-    fn lower(
-        &self,
-        rule: &[QuadraturePoint],
-        loose_rims: bool,
-        constants: Vec<(&'static str, f64)>,
-        material: &dyn Fn() -> Result<Arc<dyn Material>, SceneError>,
-    ) -> Result<ForceBalance, SceneError> {
-        self.mesh.check()?;
-        if self.mesh.cells.is_empty() {
-            return Err(SceneError::EmptyMesh);
-        }
-        // Written so that a NaN is an error as well.
-        let positive = |value: f64| value > 0.0 && value.is_finite();
-        if let Some((name, value)) = constants.into_iter().find(|c| !positive(c.1)) {
-            return Err(SceneError::Constant { name, value });
-        }
-        self.check_parameters()?;
-        if Mesh::<N>::ELEMENT.dimension == 2 {
-            self.check_plane()?;
-        }
-        let (shape_gradients, volumes) = shape_functions(self.mesh, rule)?;
-        check_overlaps(self.mesh)?;
-        let material = material()?;
-        let held = self.held()?;
-        self.check_loads_on_boundary()?;
-        let reference_loads = self.reference_loads(rule)?;
-        let (cells, points) = (self.mesh.cells.as_flattened(), &self.mesh.points);
-        let nodal_force = self.nodal_force(&reference_loads, &volumes)?;
-        let springs = reference_loads.springs(points);
-        let (pressures, followers) = self.pressures(&held, loose_rims)?;
-        let body = Body(BodyArrays {
-            name: self.name.into(),
-            units: self.units.clone(),
-            parameters: self.parameters.to_vec(),
-            known: Vec::new(),
-            mesh: Arc::new(Nodes::<N>::any(self.mesh.clone())),
-            material,
-            barriers: None,
-            nodes: self.mesh.points.len(),
-            positions: points.clone(),
-            nodes_per_cell: N,
-            cells: cells.to_vec(),
-            points_per_cell: rule.len(),
-            shape_gradients: shape_gradients.into_flattened(),
-            volumes,
-            patches: Vec::new(),
-            reference_loads,
-            nodal_force,
-            springs,
-            pressures,
-            cavities: self.cavities()?,
-            prescribed: held.prescribed,
-            frames: held.frames,
-        });
-        Ok(ForceBalance(BalanceParts { body, followers, pressure_field: None }))
-    }
-
     fn check_parameters(&self) -> Result<(), SceneError> {
         let (first, count) = (self.law_parameters.len(), self.parameters.len());
         let mut loads = 0;

@@ -14,6 +14,7 @@ mod wedges;
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::field::{Field, constant, field};
+use crate::instances::instance;
 use crate::problem::Problem;
 use crate::series::Series;
 use crate::structure::{AxisStructure, Lift};
@@ -41,6 +42,10 @@ pub(crate) fn unconstrained<const D: usize>() -> Constraints<D> {
 /// # Errors
 /// If conditions of two faces conflict where these meet.
 pub fn constraints<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>> {
+    instance!(D, built_in, fn(&Problem<D>) -> Result<Constraints<D>>)(problem)
+}
+
+fn built_in<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>> {
     let structures: [AxisStructure<D>; D] =
         std::array::from_fn(|axis| AxisStructure::new(problem, axis));
     let edges = Edges::of(problem);

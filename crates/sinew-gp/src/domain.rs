@@ -79,8 +79,12 @@ impl<const D: usize> Domain<D> {
     /// A box, from a name and the two ends for each axis.
     ///
     /// # Errors
-    /// If the ends of an axis are not in ascending order, or a name repeats.
+    /// If there are more than three axes or none, the ends of an axis are not in ascending order, or a name repeats.
     pub fn cuboid(axes: [(&str, [f64; 2]); D]) -> Result<Self> {
+        if !(1..=3).contains(&D) {
+            let text = format!("a domain of {D} axes; give it one to three");
+            return Err(GpError::Problem(text));
+        }
         for (d, (name, [lower, upper])) in axes.iter().enumerate() {
             // Neither end nor their distance may overflow.
             if !((upper - lower).is_finite() && lower < upper) {

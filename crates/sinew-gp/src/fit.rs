@@ -2,6 +2,7 @@
 
 use crate::ensemble::Ensemble;
 use crate::error::{GpError, Result};
+use crate::instances::instance;
 use crate::model::Model;
 use crate::optimise::minimise;
 use crate::parameter::FreeParameter;
@@ -136,6 +137,12 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// As [`Model::fit`]; and if there are no starts, or one has another number of parameters.
     pub fn fit_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>> {
+        instance!(D, Model::climbed_from, fn(Model<D>, Vec<Vec<f64>>, usize) -> Result<Fit<D>>)(
+            self, starts, iterations,
+        )
+    }
+
+    fn climbed_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>> {
         starts.iter().try_for_each(|start| self.check_count(start))?;
         let model = Arc::new(self);
         let count = starts.len();

@@ -3,6 +3,7 @@
 use crate::ensemble::{Ensemble, TRUSTED};
 use crate::error::Result;
 use crate::fit::Fit;
+use crate::instances::instance;
 use crate::nuts::{NutsOptions, nuts};
 use crate::space::Space;
 use nalgebra::DMatrix;
@@ -28,6 +29,10 @@ const FREEDOM: usize = 5;
 /// If the evidence cannot be evaluated next to the fit.
 #[doc(alias = "importance sampling")]
 pub fn laplace<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
+    instance!(D, weighed, fn(&Fit<D>, usize, u64) -> Result<Ensemble<D>>)(fit, draws, seed)
+}
+
+fn weighed<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
     let model = fit.model();
     let (space, mut proposals) =
         Space::new(model, &fit.outcome().parameters, model.without_weights())?;

@@ -108,6 +108,7 @@ mod gradient;
 mod gram;
 mod grid;
 mod hold_out;
+mod instances;
 mod inverse;
 mod kernel;
 mod laplace;

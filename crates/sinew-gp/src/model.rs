@@ -8,6 +8,7 @@ use crate::error::{GpError, Result};
 use crate::evidence::{Evaluation, Evidence};
 use crate::field::Field;
 use crate::gram::PairPlan;
+use crate::instances::instance;
 use crate::kernel::{Hyperparameter, Measure};
 use crate::operator::Parameter;
 use crate::parameter::{FreeParameter, Hyperprior};
@@ -79,6 +80,12 @@ impl<const D: usize> Model<D> {
     /// If there are no data, or some are not finite, lie outside the domain, contradict the boundary conditions, lie where
     /// a feature has no derivative; if an equation's parameter has the name of another one; if an operator's order is too high.
     pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self> {
+        instance!(D, Model::put_together, fn(Prior<D>, Data<D>, Evidence) -> Result<Model<D>>)(
+            prior, data, evidence,
+        )
+    }
+
+    fn put_together(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self> {
         let Data { groups, everywhere } = data;
         if let Some(source) = everywhere {
             let at = prior.domain.sample(FIRST_POINTS * D, POINTS_SEED)?;

@@ -6,6 +6,7 @@
 use crate::ensemble::Ensemble;
 use crate::error::Result;
 use crate::fit::Fit;
+use crate::instances::instance;
 use crate::space::{Space, not_drawn};
 use sinew_sample::{Summary, nuts as chains};
 
@@ -35,6 +36,10 @@ const CHAINS: usize = 2;
 /// If the evidence cannot be evaluated at the fit.
 #[doc(alias("MCMC", "HMC"))]
 pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
+    instance!(D, sampled, fn(&Fit<D>, &NutsOptions) -> Result<Ensemble<D>>)(fit, options)
+}
+
+fn sampled<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
     let model = fit.model();
     let count = model.parameters().len();
     let (space, about) = Space::new(model, &fit.outcome().parameters, count)?;

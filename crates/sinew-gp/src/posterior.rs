@@ -6,6 +6,7 @@ use crate::error::{GpError, Result, check_lengths};
 use crate::factor::Factor;
 use crate::functional::Functional;
 use crate::gram::{PairPlan, Scratch, Side};
+use crate::instances::instance;
 use crate::model::{Model, spread};
 use crate::operator::Operator;
 use crate::state::{Factored, State};
@@ -107,6 +108,12 @@ impl<const D: usize> Posterior<D> {
     /// # Errors
     /// If their number is wrong or the covariance is not positive definite.
     pub fn new(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self> {
+        instance!(D, Posterior::of, fn(Arc<Model<D>>, &[f64]) -> Result<Posterior<D>>)(
+            model, parameters,
+        )
+    }
+
+    fn of(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self> {
         let Factored { factor, whitened: mut weights, jitter } =
             State::new(&model, parameters)?.factored()?;
         factor.backward(&mut weights);
@@ -141,6 +148,14 @@ impl<const D: usize> Posterior<D> {
     /// As [`Posterior::predict`]; and if the operator has parameters that the model lacks, or takes
     /// more derivatives than are supported or the kernel's functions have.
     pub fn mean_of(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
+        instance!(
+            D,
+            Posterior::mean_at,
+            fn(&Posterior<D>, &Operator<D>, &[[f64; D]]) -> Result<Vec<f64>>
+        )(self, operator, points)
+    }
+
+    fn mean_at(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
         let query = self.query(operator, points)?;
         let mut mean = query.mean.clone();
         query.for_columns(|column, covariances| {
@@ -159,6 +174,14 @@ impl<const D: usize> Posterior<D> {
         operator: &Operator<D>,
         points: &[[f64; D]],
     ) -> Result<Prediction> {
+        instance!(
+            D,
+            Posterior::predicted,
+            fn(&Posterior<D>, &Operator<D>, &[[f64; D]]) -> Result<Prediction>
+        )(self, operator, points)
+    }
+
+    fn predicted(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Prediction> {
         let query = self.query(operator, points)?;
         let (mean, whitened) = self.conditioned(&query);
         let left = query.variances().into_iter().zip(whitened.col_iter());
@@ -173,6 +196,14 @@ impl<const D: usize> Posterior<D> {
     /// As [`Posterior::mean_of`]; and if there are not as many weights as points, or some are not
     /// finite.
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
+        instance!(
+            D,
+            Posterior::predicted_sum,
+            fn(&Posterior<D>, &Functional<D>) -> Result<(f64, f64)>
+        )(self, functional)
+    }
+
+    fn predicted_sum(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
         let weights = &functional.weights;
         check_lengths(functional.points.len(), weights.len())?;
         check_finite("weight", weights.iter().enumerate())?;
@@ -196,6 +227,20 @@ impl<const D: usize> Posterior<D> {
     /// # Errors
     /// As [`Posterior::mean_of`].
     pub fn sample_operator(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+        count: usize,
+        seed: u64,
+    ) -> Result<Vec<Vec<f64>>> {
+        instance!(
+            D,
+            Posterior::drawn,
+            fn(&Posterior<D>, &Operator<D>, &[[f64; D]], usize, u64) -> Result<Vec<Vec<f64>>>
+        )(self, operator, points, count, seed)
+    }
+
+    fn drawn(
         &self,
         operator: &Operator<D>,
         points: &[[f64; D]],

@@ -5,6 +5,7 @@ use crate::data::{Data, Group, Noise};
 use crate::domain::{Domain, Side, no_polygon};
 use crate::error::{GpError, Result};
 use crate::field::Field;
+use crate::instances::instance;
 use crate::kernel::{Kernel, check_declarations};
 use crate::operator::Operator;
 use crate::problem::Problem;
@@ -78,6 +79,14 @@ impl<const D: usize> Prior<D> {
     }
 
     fn of(problem: &Problem<D>, built: Constraints<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
+        instance!(
+            D,
+            Prior::built,
+            fn(&Problem<D>, Constraints<D>, &dyn Kernel<D>) -> Result<Prior<D>>
+        )(problem, built, kernel)
+    }
+
+    fn built(problem: &Problem<D>, built: Constraints<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
         let Constraints { mean, features } = built;
         check_declarations(kernel, &vec![1.0; kernel.hyperparameters().len()])?;
         kernel.check_smoothness(problem.equation())?;
@@ -173,6 +182,19 @@ impl<const D: usize> Prior<D> {
     /// # Errors
     /// As [`Prior::unconstrained`].
     pub fn penalised(
+        problem: &Problem<D>,
+        kernel: &dyn Kernel<D>,
+        points: usize,
+        seed: u64,
+    ) -> Result<Self> {
+        instance!(
+            D,
+            Prior::with_observed_conditions,
+            fn(&Problem<D>, &dyn Kernel<D>, usize, u64) -> Result<Prior<D>>
+        )(problem, kernel, points, seed)
+    }
+
+    fn with_observed_conditions(
         problem: &Problem<D>,
         kernel: &dyn Kernel<D>,
         points: usize,

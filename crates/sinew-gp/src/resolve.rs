@@ -5,6 +5,7 @@ use crate::domain::Side;
 use crate::error::{GpError, Result};
 use crate::fit::{Fit, FitOptions, HoldOut};
 use crate::hold_out::{Candidate, EVEN};
+use crate::instances::instance;
 use crate::model::Model;
 use crate::prior::Prior;
 use rayon::prelude::*;
@@ -39,6 +40,10 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If no restart has a finite evidence, or matrices of all observations would take more than [`FitOptions::most_memory`].
     pub fn fit(self, options: &FitOptions) -> Result<Fit<D>> {
+        instance!(D, Model::resolved, fn(Model<D>, &FitOptions) -> Result<Fit<D>>)(self, options)
+    }
+
+    fn resolved(self, options: &FitOptions) -> Result<Fit<D>> {
         self.check_memory(options)?;
         let starts = self.chosen_starts(options);
         let mut fit = self.fit_from(starts, options.iterations)?;

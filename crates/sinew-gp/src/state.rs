@@ -7,6 +7,7 @@ use crate::error::{GpError, Result};
 use crate::evidence::{Evaluation, Evidence};
 use crate::factor::Factor;
 use crate::gram::{Block, PairPlan, Scratch, Side};
+use crate::instances::instance;
 use crate::inverse::for_columns;
 use crate::model::Model;
 use crate::prior::Part;
@@ -239,6 +240,12 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If the number of parameters is wrong.
     pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>> {
+        instance!(D, Model::covariance, fn(&Model<D>, &[f64]) -> Result<Vec<Vec<f64>>>)(
+            self, parameters,
+        )
+    }
+
+    fn covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>> {
         let lower = State::new(self, parameters)?.covariance();
         let entry =
             |row: usize, column: usize| lower[row.min(column) * self.size + row.max(column)];
@@ -250,6 +257,10 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If their number is wrong, or the covariance is not positive definite with any jitter.
     pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64> {
+        instance!(D, Model::value, fn(&Model<D>, &[f64]) -> Result<f64>)(self, parameters)
+    }
+
+    fn value(&self, parameters: &[f64]) -> Result<f64> {
         let state = State::new(self, parameters)?;
         Ok(state.value(&state.factored()?))
     }
@@ -259,6 +270,12 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// As [`Model::log_evidence`].
     pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation> {
+        instance!(D, Model::value_and_gradient, fn(&Model<D>, &[f64]) -> Result<Evaluation>)(
+            self, parameters,
+        )
+    }
+
+    fn value_and_gradient(&self, parameters: &[f64]) -> Result<Evaluation> {
         let state = State::new(self, parameters)?;
         let evaluate = || {
             let factored = state.factored()?;

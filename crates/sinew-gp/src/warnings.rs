@@ -4,6 +4,7 @@ use crate::compile::Compiled;
 use crate::data::{Noise, Role, noise_name};
 use crate::error::Result;
 use crate::fit::{Fit, HoldOut};
+use crate::instances::instance;
 use crate::model::Model;
 use crate::space::Space;
 use crate::warning::Warning;
@@ -43,6 +44,10 @@ impl<const D: usize> Fit<D> {
     /// # Errors
     /// If the evidence cannot be evaluated next to the fit.
     pub fn warnings(&self) -> Result<Vec<Warning>> {
+        instance!(D, Fit::faults, fn(&Fit<D>) -> Result<Vec<Warning>>)(self)
+    }
+
+    fn faults(&self) -> Result<Vec<Warning>> {
         let model = self.model();
         let mut warnings = at_bounds(model, &self.outcome().parameters);
         let observed = |g: &&Compiled<D>| g.role == Role::Observed;

@@ -52,14 +52,15 @@ pub(crate) const ENERGY_SHARE: f64 = 0.05;
 
 /// Motions about rest; `energy` is that of the linear response.
 pub(crate) fn at_rest(body: &Body, topology: &Topology, energy: f64) -> Result<Motions> {
-    let motions = Motions::about(&vec![0.0; 3 * body.nodes], topology, body, &body.centre())?;
+    let motions =
+        Motions::about(&vec![0.0; 3 * body.nodes], &topology.clusters, body, &body.centre())?;
     Ok(motions.of_energy(FIRST_SHARE * energy)?)
 }
 
 /// Motions about a displacement, such as one that a first training predicts for the centre of the parameter range.
 pub(crate) fn at_anchor(body: &Body, topology: &Topology, anchor: &[f64]) -> Result<Motions> {
     let anchor = admissible(body, anchor);
-    let motions = Motions::about(&anchor, topology, body, &body.centre())?;
+    let motions = Motions::about(&anchor, &topology.clusters, body, &body.centre())?;
     Ok(motions.of_energy(ENERGY_SHARE * work(body, &anchor))?)
 }
 
@@ -76,8 +77,8 @@ pub(crate) fn nearby(
     let body = solver.body();
     let (centre, rest) = (body.centre(), vec![0.0; 3 * body.nodes]);
     let response = solver.linear_response(&centre)?;
-    let motions =
-        Motions::about(&rest, topology, body, &centre)?.with_expansion(&[response, guess], body)?;
+    let motions = Motions::about(&rest, &topology.clusters, body, &centre)?
+        .with_expansion(&[response, guess], body)?;
     let mut best = (f64::INFINITY, rest);
     let parts = (0..PARTS.2).map(|k| PARTS.0 * PARTS.1.powi(k));
     for part in parts.flat_map(|part| [[part, 0.0], [0.0, part]]) {

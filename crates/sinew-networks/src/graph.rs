@@ -3,9 +3,35 @@
 use crate::Result;
 use sinew_coordinates::{Coordinates, Dirichlet, Motions};
 use sinew_emulate::Body;
-use sinew_emulate::parts::topology;
 use sinew_gnn::Geometry;
-use sinew_graph::{FeatureMatrix, Topology, graph_features};
+use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
+
+/// Clusters per cluster of the next layer, up to the whole body (docs/design.md, "Graph").
+const SHRINKAGE: usize = 2;
+
+/// Augmented graph of a body (thesis Algorithm 1). Bodies of one connectivity may share it. `to_one_root` halves the number
+/// of clusters from layer to layer until one covers the whole body.
+///
+/// # Errors
+/// A mesh that has no valid graph.
+pub(crate) fn topology(body: &Body, to_one_root: bool, seed: u64) -> Result<Topology> {
+    let config = match to_one_root {
+        true => AugmentationConfig::to_one_root(body.nodes, SHRINKAGE),
+        false => AugmentationConfig::for_nodes(body.nodes),
+    };
+    let config = AugmentationConfig { seed, ..config };
+    Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
+}
+
+/// Graph of an unseen body, up to one root. k-means starts once: ten starts would take longer than everything else.
+///
+/// # Errors
+/// As [`topology`].
+pub(crate) fn topology_of_met(body: &Body, seed: u64) -> Result<Topology> {
+    let config = AugmentationConfig::to_one_root(body.nodes, SHRINKAGE);
+    let config = AugmentationConfig { seed, runs: 1, ..config };
+    Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
+}
 
 /// Augmented graph and features of a body (thesis Algorithm 1): the indicator of the Dirichlet boundary
 /// on the nodes, difference and distance of positions on the edges. `to_one_root` continues the clusters, halving them, up to the whole
@@ -36,6 +62,8 @@ pub(crate) fn geometry_at(
 /// Appends the Taylor coefficients of the outputs to the features of the nodes.
 pub(crate) fn add_features(geometry: &mut Geometry, motions: &Motions) -> Result<()> {
     let nodes = &mut geometry.features.nodes;
-    *nodes = nodes.hstack(&motions.features())?;
+    let values = motions.features();
+    let columns = values.len() / nodes.rows;
+    *nodes = nodes.hstack(&FeatureMatrix { rows: nodes.rows, columns, values })?;
     Ok(())
 }

@@ -14,6 +14,7 @@
 mod decomposition;
 mod error;
 mod interpolation;
+mod matrix;
 mod parts;
 mod process;
 mod size;

@@ -6,11 +6,10 @@ mod derivatives;
 pub use anchors::with_anchors;
 pub use derivatives::{admissible, expand, work};
 
-use crate::{Body, Design, Observer, Result, graph, parameters};
+use crate::{Body, Design, Observer, Result, parameters};
 use serde::{Deserialize, Serialize};
-use sinew_coordinates::Motions;
+use sinew_coordinates::{Motions, halves};
 use sinew_fem::{Options, Solver};
-use sinew_graph::Topology;
 
 /// Displacements by the Taylor expansion of second order about one solution: derivatives by the implicit function theorem, second order
 /// with the stiffness of that solution, both in rigid motions of the body's clusters, so that rotations do not stretch. It may go through further solutions
@@ -49,23 +48,23 @@ impl TaylorExpansion {
     /// Expansion about the solution at the centre of the parameters' ranges.
     pub(crate) fn about_solved(solver: &mut Solver<'_>, solved: &[f64], seed: u64) -> Result<Self> {
         let body = solver.body();
-        let topology = graph::topology_of_met(body, seed)?;
         let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-        Self::about(solver, &topology, solved, &tried)
+        Self::about(solver, &halves(&body.positions), solved, &tried)
     }
 
-    /// Expansion about a state near to equilibrium at the centre of the parameters' ranges; orders and form are chosen at the parameter sets `tried`.
+    /// Expansion about a state near to equilibrium at the centre of the parameters' ranges, in the rigid motions of nested
+    /// `clusters`; orders and form are chosen at the parameter sets `tried`.
     ///
     /// # Errors
-    /// A graph that does not belong to the body, a state that inverts a cell.
+    /// Clusters that do not belong to the body, a state that inverts a cell.
     pub fn about(
         solver: &mut Solver<'_>,
-        topology: &Topology,
+        clusters: &[Vec<usize>],
         state: &[f64],
         tried: &[Vec<f64>],
     ) -> Result<Self> {
         let body = solver.body();
-        let motions = Motions::about(state, topology, body, &body.centre())?;
+        let motions = Motions::about(state, clusters, body, &body.centre())?;
         Ok(Self(expand(solver, motions, tried)?.0))
     }
 

@@ -1,8 +1,8 @@
 //! Expansions through several solved states.
 
 use crate::to_an_accuracy::bar;
-use sinew_coordinates::Motions;
-use sinew_emulate::parts::{expand, scaling, topology_of_met, with_anchors};
+use sinew_coordinates::{Motions, halves};
+use sinew_emulate::parts::{expand, scaling, with_anchors};
 use sinew_emulate::{
     Body, Design, Emulator, Error, Train, TrainingOptions, recipe::Regression, recipe::Taylor,
 };
@@ -20,8 +20,7 @@ fn apart(found: &[f64], truth: &[f64]) -> f64 {
 fn through(body: &Body, count: usize) -> (Motions, Vec<Vec<f64>>) {
     let mut solver = Solver::new(body).unwrap();
     let solved = solver.solve(&body.centre(), &Options::default()).unwrap().displacement;
-    let topology = topology_of_met(body, 1).unwrap();
-    let motions = Motions::about(&solved, &topology, body, &body.centre()).unwrap();
+    let motions = Motions::about(&solved, &halves(&body.positions), body, &body.centre()).unwrap();
     let tried = Design::LatinHypercube.sample(&body.parameters, 16, 1).unwrap();
     let motions = expand(&mut solver, motions, &tried).unwrap().0;
     let motions = with_anchors(&mut solver, motions, count, 1, &mut ()).unwrap();

@@ -55,7 +55,7 @@ impl PopulationEmulator {
         let topology = self.template.graph(body, self.seed)?;
         // The form is not chosen at `thetas`: a prediction must not depend on the other parameter sets of the call.
         let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, self.seed)?;
-        let taylor = TaylorExpansion::about(&mut solver, &topology, &state, &tried)?;
+        let taylor = TaylorExpansion::about(&mut solver, &topology.clusters, &state, &tried)?;
         let fields: Vec<_> = thetas
             .iter()
             .map(|theta| taylor.at(body, theta))

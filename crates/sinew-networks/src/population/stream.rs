@@ -34,7 +34,7 @@ impl Population {
         let (topology, centre) = (template.graph(body, seed)?, body.centre());
         let mut solver = Solver::new(body)?;
         let anchor = self.anchor(&mut solver, &topology, template)?;
-        let motions = Motions::about(&anchor, &topology, body, &centre)?;
+        let motions = Motions::about(&anchor, &topology.clusters, body, &centre)?;
         let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
         let (motions, first) = expand(&mut solver, motions, &thetas)?;
         let work = work(body, &anchor);

@@ -1,9 +1,10 @@
 //! Graphs and solution of the first bodies of a population, reused for other bodies.
 
 use super::settings::Start;
+use crate::graph::{topology, topology_of_met};
 use crate::{Error, Result};
 use sinew_emulate::Body;
-use sinew_emulate::parts::{Axis, axes, listed, require_some, topology, topology_of_met};
+use sinew_emulate::parts::{Axis, axes, listed, require_some};
 use sinew_fem::{Options, Solver};
 use sinew_graph::Topology;
 
@@ -58,7 +59,7 @@ impl Template {
         let edges = body.mesh.edges();
         match self.graphs.iter().find(|(known, _)| *known == edges) {
             Some((_, topology)) => Ok(topology.clone()),
-            None => Ok(topology_of_met(body, seed)?),
+            None => topology_of_met(body, seed),
         }
     }
 }

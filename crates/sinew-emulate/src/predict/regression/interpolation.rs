@@ -51,7 +51,7 @@ impl fmt::Display for Interpolation {
 pub(super) struct Fitted {
     pub(super) interpolation: Interpolation,
     pub(super) basis: Basis,
-    #[serde(with = "super::storage::matrix")]
+    #[serde(with = "super::matrix")]
     pub(super) weights: DMatrix<f64>,
     /// Sum over the samples of the squared error of the field.
     pub(super) leave_one_out: f64,
@@ -87,7 +87,7 @@ impl Fitted {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Basis {
     pub(super) lengths: Vec<f64>,
-    #[serde(with = "super::storage::matrix")]
+    #[serde(with = "super::matrix")]
     pub(super) points: DMatrix<f64>,
     /// One row of exponents per monomial.
     pub(super) exponents: Vec<Vec<i32>>,
