@@ -163,6 +163,7 @@ where
         let nodal_force = self.nodal_force(&reference_loads, &volumes)?;
         let springs = reference_loads.springs(points);
         let (pressures, followers) = self.pressures(&held, loose_rims)?;
+        let cavities = self.cavities(&held)?;
         let body = Body(BodyArrays {
             name: self.name.into(),
             units: self.units.clone(),
@@ -183,7 +184,7 @@ where
             nodal_force,
             springs,
             pressures,
-            cavities: self.cavities()?,
+            cavities,
             prescribed: held.prescribed,
             frames: held.frames,
         });

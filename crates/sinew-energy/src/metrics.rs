@@ -4,7 +4,6 @@
 //! +∞ or NaN where the true value is zero.
 
 use crate::Body;
-pub use crate::cavity::{deformed_volume, deformed_volume_gradient};
 use sinew_num::Mat3;
 
 /// `‖u − û‖₂` of each node \[length\].
@@ -45,7 +44,7 @@ pub fn first_invariant_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Ve
 }
 
 /// `|V − V̂| / |V|` of a number such as the potential energy (+∞ where the estimate inverts a cell) or the volume of a ventricle's
-/// cavity, eq. (3.24) [%]; see [`Body::value`] and [`deformed_volume`].
+/// cavity, eq. (3.24) [%]; see [`Body::value`] and [`Body::cavity_volumes`].
 pub fn relative_percent(truth: f64, estimate: f64) -> f64 {
     100.0 * ((truth - estimate) / truth).abs()
 }

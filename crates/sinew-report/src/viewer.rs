@@ -121,7 +121,7 @@ pub struct ViewerEmulator {
     pub displacement: Model,
     /// Natural logarithms of the mean and of the largest nodal error \[length\].
     pub error: Option<Model>,
-    /// Cavities, closed by a cone over their rim.
+    /// Cavities.
     pub cavities: Vec<ViewerCavity>,
     /// Unit of volumes.
     pub volume: String,
@@ -151,14 +151,45 @@ pub struct Slider {
 pub struct ViewerCavity {
     /// Name.
     pub name: String,
-    /// Triangles over the nodes, `u32`.
-    pub triangles: Packed,
-    /// Apex of the cone \[length\].
-    pub apex: [f64; 3],
+    /// Connected surfaces.
+    pub parts: Vec<ViewerCavityPart>,
     /// Parameter that is the pressure in it.
     pub pressure: Option<usize>,
     /// Smallest and largest volume over the ranges of θ, in the unit of volumes.
     pub range: [f64; 2],
+}
+
+/// A connected surface with its closing, as `sinew-energy` defines it (`CavityPart`).
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ViewerCavityPart {
+    /// Triangles over the nodes, `u32`.
+    pub triangles: Packed,
+    /// Lids over the rims.
+    pub lids: Vec<ViewerLid>,
+    /// Symmetry planes that the origin of the field lies in.
+    pub planes: Vec<ViewerPlane>,
+    /// Matrix of the field.
+    pub field: [[f64; 3]; 3],
+}
+
+/// A cone over a rim to the mean of its edges.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ViewerLid {
+    /// Edges of the rim, `u32`, two nodes for each.
+    pub edges: Packed,
+    /// Symmetry planes that the apex lies in.
+    pub planes: Vec<ViewerPlane>,
+}
+
+/// A symmetry plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct ViewerPlane {
+    /// Node in it.
+    pub node: u32,
+    /// Unit normal.
+    pub normal: [f64; 3],
+    /// Step towards it that keeps the distances from the others.
+    pub dual: [f64; 3],
 }
 
 /// A displacement with values.

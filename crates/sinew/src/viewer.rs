@@ -15,9 +15,12 @@ use refused::PREDICTIONS;
 pub use refused::ViewerError;
 use sampled::{Sampled, predicted, relative};
 use sinew_emulate::{Design, Observer, PodRegression, split_seed};
-use sinew_energy::{Body, Magnitude};
+use sinew_energy::{Body, CavityPart, Lid, Magnitude, SymmetryPlane};
 use sinew_report::format::digits;
-use sinew_report::{Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerEmulator};
+use sinew_report::{
+    Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerCavityPart, ViewerEmulator,
+    ViewerLid, ViewerPlane,
+};
 pub(crate) use surface::Surface;
 
 /// Predictions that they are measured on.
@@ -161,24 +164,45 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
     let cavity = |(index, cavity): (usize, &sinew_energy::Cavity)| {
         let own = || volumes.iter().map(|volumes| volume_scale * volumes[index]);
         let of_theta = |pressure: &&sinew_energy::PressureSurface| {
-            cavity.triangles.first().is_some_and(|nodes| pressure.nodes.contains(&nodes[0]))
+            cavity.triangles().next().is_some_and(|nodes| pressure.nodes.contains(&nodes[0]))
         };
         let pressure = match body.pressures.iter().find(of_theta)?.magnitude {
             Magnitude::Theta(index) => Some(index),
             Magnitude::Fixed(_) => None,
         };
-        let triangles: Option<Vec<u32>> =
-            cavity.triangles.as_flattened().iter().map(|&node| surface.place(node)).collect();
         Some(ViewerCavity {
             name: cavity.name.clone(),
-            triangles: Packed::u32(triangles?),
-            apex: cavity.apex,
+            parts: cavity.parts.iter().map(|part| closed(part, surface)).collect::<Option<_>>()?,
             pressure,
             range: [own().fold(f64::INFINITY, f64::min), own().fold(0.0, f64::max)],
         })
     };
     let cavities = body.cavities.iter().enumerate().filter_map(cavity).collect();
     ViewerEmulator { cavities, volume, volume_scale, ..ViewerEmulator::default() }
+}
+
+/// A part of a cavity by nodes of the surface.
+fn closed(part: &CavityPart, surface: &Surface) -> Option<ViewerCavityPart> {
+    let places = |nodes: &[usize]| -> Option<Packed> {
+        let places = nodes.iter().map(|&node| surface.place(node));
+        Some(Packed::u32(places.collect::<Option<Vec<u32>>>()?))
+    };
+    let planes = |planes: &[SymmetryPlane]| -> Option<Vec<ViewerPlane>> {
+        let plane = |&SymmetryPlane { node, normal, dual }: &SymmetryPlane| {
+            Some(ViewerPlane { node: surface.place(node)?, normal, dual })
+        };
+        planes.iter().map(plane).collect()
+    };
+    let lid = |lid: &Lid| {
+        let edges = places(lid.edges.as_flattened())?;
+        Some(ViewerLid { edges, planes: planes(&lid.planes)? })
+    };
+    Some(ViewerCavityPart {
+        triangles: places(part.triangles.as_flattened())?,
+        lids: part.lids.iter().map(lid).collect::<Option<_>>()?,
+        planes: planes(&part.planes)?,
+        field: part.field.0,
+    })
 }
 
 fn facts(emulator: &Emulator<'_>, motion: &Motion) -> Vec<(String, String)> {

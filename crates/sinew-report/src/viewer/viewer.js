@@ -52,13 +52,39 @@
     };
   };
 
-  /** Volume behind a surface that a cone over its rim closes. */
-  const volumeOf = (triangles, apex, at) => {
-    let six = 0;
-    const corner = (of) => [0, 1, 2].map((i) => at[3 * triangles[of] + i] - apex[i]);
-    for (let t = 0; t < triangles.length; t += 3) six += dot(corner(t), cross(corner(t + 1), corner(t + 2)));
-    return Math.abs(six) / 6;
+  /** Volume of a cavity: flux of a field through its surfaces and the lids over their rims. */
+  const volumeOf = (parts, at) => {
+    const place = (node) => [0, 1, 2].map((i) => at[3 * node + i]);
+    const onto = (planes, point) => planes.reduce((on, { node, normal, dual }) => {
+      const distance = dot(normal, minus(point, place(node)));
+      return on.map((x, i) => x - dual[i] * distance);
+    }, point);
+    const apexOf = ({ edges, planes }) => {
+      let [sum, whole] = [[0, 0, 0], 0];
+      for (let e = 0; e < edges.length; e += 2) {
+        const [a, b] = [place(edges[e]), place(edges[e + 1])];
+        const length = Math.hypot(...minus(a, b));
+        [sum, whole] = [sum.map((x, i) => x + 0.5 * length * (a[i] + b[i])), whole + length];
+      }
+      return onto(planes, sum.map((x) => x / (whole || 1)));
+    };
+    let volume = 0;
+    for (const { triangles, lids, planes, field } of parts) {
+      const origin = onto(planes, place(triangles[0]));
+      const add = (...corners) => {
+        const [a, b, c] = corners.map((x) => minus(x, origin));
+        const middle = a.map((_, i) => (a[i] + b[i] + c[i]) / 3);
+        volume += dot(field.map((row) => dot(row, middle)), cross(minus(b, a), minus(c, a))) / 2;
+      };
+      for (let t = 0; t < triangles.length; t += 3) add(...[0, 1, 2].map((k) => place(triangles[t + k])));
+      for (const lid of lids) {
+        const apex = apexOf(lid);
+        for (let e = 0; e < lid.edges.length; e += 2) add(place(lid.edges[e]), place(lid.edges[e + 1]), apex);
+      }
+    }
+    return Math.abs(volume);
   };
+  const minus = (a, b) => a.map((x, i) => x - b[i]);
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const unit = (a) => a.map((x) => x / (Math.hypot(...a) || 1));
@@ -251,8 +277,10 @@
     const [model, errors] = [emulator && regression(emulator.displacement), emulator?.error && regression(emulator.error)];
     const models = quantities.map((quantity) => quantity.model && regression(quantity.model));
     const cavities = (emulator?.cavities ?? []).map((cavity) => {
-      const own = array(Uint32Array, cavity.triangles);
-      return { ...cavity, triangles: own, nodes: [...new Set(own)], about: emulator.cavities.length > 1 ? `volume of ${cavity.name}` : "volume" };
+      const parts = cavity.parts.map(({ triangles, lids, ...part }) => (
+        { ...part, triangles: array(Uint32Array, triangles), lids: lids.map((lid) => ({ ...lid, edges: array(Uint32Array, lid.edges) })) }));
+      const nodes = [...new Set(parts.flatMap((part) => Array.from(part.triangles)))];
+      return { ...cavity, parts, nodes, about: emulator.cavities.length > 1 ? `volume of ${cavity.name}` : "volume" };
     });
     const shown = cases.map((one) => ({ ...one, displacement: array(Float32Array, one.displacement), values: array(Float32Array, one.values) }));
     // All that the body fills at rest and where it moves most.
@@ -314,7 +342,7 @@
     const volume = (cavity, shares) => {
       const u = shares && model(shares, cavity.nodes);
       if (u) for (const node of cavity.nodes) for (let i = 3 * node; i < 3 * node + 3; i++) place[i] = points[i] + u[i];
-      return emulator.volume_scale * volumeOf(cavity.triangles, cavity.apex, shares ? place : position);
+      return emulator.volume_scale * volumeOf(cavity.parts, shares ? place : position);
     };
     // Curves over one parameter: for the others as they are, computed when they change, and in the middle of their ranges.
     const kept = new Map();
