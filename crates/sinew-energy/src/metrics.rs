@@ -25,6 +25,12 @@ pub fn mean_and_largest(displacement: &[f64]) -> [f64; 2] {
     [sum / nodes.len().max(1) as f64, largest]
 }
 
+/// Volume ratio J at each quadrature point.
+pub fn volume_ratios(body: &Body, displacement: &[f64]) -> Vec<f64> {
+    let ratio = |point| 1.0 + body.displacement_gradient(point, displacement).volume_change();
+    (0..body.volumes.len()).map(ratio).collect()
+}
+
 /// `‖F − F̂‖_F / ‖F‖_F` at each quadrature point; for linear tetrahedra, of each cell [%].
 pub fn deformation_gradient_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Vec<f64> {
     per_point(body, truth, estimate, |h, other| {

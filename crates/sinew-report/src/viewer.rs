@@ -175,8 +175,8 @@ pub struct ViewerCavityPart {
 /// A cone over a rim to the mean of its edges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ViewerLid {
-    /// Edges of the rim, `u32`, two nodes for each.
-    pub edges: Packed,
+    /// Edges of the rim by their nodes.
+    pub edges: Vec<[u32; 2]>,
     /// Symmetry planes that the apex lies in.
     pub planes: Vec<ViewerPlane>,
 }

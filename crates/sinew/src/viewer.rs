@@ -183,10 +183,6 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
 
 /// A part of a cavity by nodes of the surface.
 fn closed(part: &CavityPart, surface: &Surface) -> Option<ViewerCavityPart> {
-    let places = |nodes: &[usize]| -> Option<Packed> {
-        let places = nodes.iter().map(|&node| surface.place(node));
-        Some(Packed::u32(places.collect::<Option<Vec<u32>>>()?))
-    };
     let planes = |planes: &[SymmetryPlane]| -> Option<Vec<ViewerPlane>> {
         let plane = |&SymmetryPlane { node, normal, dual }: &SymmetryPlane| {
             Some(ViewerPlane { node: surface.place(node)?, normal, dual })
@@ -194,11 +190,13 @@ fn closed(part: &CavityPart, surface: &Surface) -> Option<ViewerCavityPart> {
         planes.iter().map(plane).collect()
     };
     let lid = |lid: &Lid| {
-        let edges = places(lid.edges.as_flattened())?;
+        let edge = |&[a, b]: &[usize; 2]| Some([surface.place(a)?, surface.place(b)?]);
+        let edges = lid.edges.iter().map(edge).collect::<Option<_>>()?;
         Some(ViewerLid { edges, planes: planes(&lid.planes)? })
     };
+    let triangles = part.triangles.as_flattened().iter().map(|&node| surface.place(node));
     Some(ViewerCavityPart {
-        triangles: places(part.triangles.as_flattened())?,
+        triangles: Packed::u32(triangles.collect::<Option<Vec<_>>>()?),
         lids: part.lids.iter().map(lid).collect::<Option<_>>()?,
         planes: planes(&part.planes)?,
         field: part.field.0,
