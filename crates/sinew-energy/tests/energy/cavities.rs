@@ -53,7 +53,7 @@ fn tube(inner: &[[f64; 2]], is_whole: bool, ends: [fn([f64; 2]) -> f64; 2]) -> H
     }
     for k in 0..LAYERS {
         for j in 0..cells {
-            let corner = |c: usize| index(c & 1, j + (c >> 1 & 1), k + (c >> 2));
+            let corner = |c: usize| index((c + 1) >> 1 & 1, j + (c >> 1 & 1), k + (c >> 2));
             mesh.cells.push(std::array::from_fn(corner));
         }
     }
