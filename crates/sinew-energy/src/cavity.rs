@@ -4,7 +4,7 @@ mod closing;
 
 use crate::Body;
 use closing::components;
-pub(crate) use closing::{Surroundings, sorted};
+pub(crate) use closing::{FLAT, Surroundings, sorted};
 use sinew_num::{Mat3, add3, cross, dot3, sub3};
 
 /// The space behind a surface that a pressure acts on, such as the chamber of a ventricle.

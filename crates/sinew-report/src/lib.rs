@@ -54,5 +54,5 @@ pub use surface::{SurfaceCase, Surfaces};
 pub use table::{Cell, Column, Row, Table, Value, Verdict};
 pub use viewer::{
     LineSegments, Model, Packed, PackedRows, Quantity, Rows, Slider, Source, Viewer, ViewerCase,
-    ViewerCavity, ViewerCavityPart, ViewerEmulator, ViewerLid, ViewerPlane,
+    ViewerCavity, ViewerEmulator,
 };

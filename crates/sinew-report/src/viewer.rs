@@ -151,45 +151,12 @@ pub struct Slider {
 pub struct ViewerCavity {
     /// Name.
     pub name: String,
-    /// Connected surfaces.
-    pub parts: Vec<ViewerCavityPart>,
+    /// Connected surfaces with the fields of `CavityPart` of `sinew-energy`; `triangles` is [`Packed`], of `u32`.
+    pub parts: Vec<serde_json::Value>,
     /// Parameter that is the pressure in it.
     pub pressure: Option<usize>,
     /// Smallest and largest volume over the ranges of θ, in the unit of volumes.
     pub range: [f64; 2],
-}
-
-/// A connected surface with its closing, as `sinew-energy` defines it (`CavityPart`).
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct ViewerCavityPart {
-    /// Triangles over the nodes, `u32`.
-    pub triangles: Packed,
-    /// Lids over the rims.
-    pub lids: Vec<ViewerLid>,
-    /// Symmetry planes that the origin of the field lies in.
-    pub planes: Vec<ViewerPlane>,
-    /// Matrix of the field.
-    pub field: [[f64; 3]; 3],
-}
-
-/// A cone over a rim to the mean of its edges.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct ViewerLid {
-    /// Edges of the rim by their nodes.
-    pub edges: Vec<[u32; 2]>,
-    /// Symmetry planes that the apex lies in.
-    pub planes: Vec<ViewerPlane>,
-}
-
-/// A symmetry plane.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct ViewerPlane {
-    /// Node in it.
-    pub node: u32,
-    /// Unit normal.
-    pub normal: [f64; 3],
-    /// Step towards it that keeps the distances from the others.
-    pub dual: [f64; 3],
 }
 
 /// A displacement with values.

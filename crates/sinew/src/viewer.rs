@@ -14,13 +14,11 @@ use fields::Colour;
 use refused::PREDICTIONS;
 pub use refused::ViewerError;
 use sampled::{Sampled, predicted, relative};
+use serde_json::{Value, json};
 use sinew_emulate::{Design, Observer, PodRegression, split_seed};
 use sinew_energy::{Body, CavityPart, Lid, Magnitude, SymmetryPlane};
 use sinew_report::format::digits;
-use sinew_report::{
-    Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerCavityPart, ViewerEmulator,
-    ViewerLid, ViewerPlane,
-};
+use sinew_report::{Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerEmulator};
 pub(crate) use surface::Surface;
 
 /// Predictions that they are measured on.
@@ -182,25 +180,26 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
 }
 
 /// A part of a cavity by nodes of the surface.
-fn closed(part: &CavityPart, surface: &Surface) -> Option<ViewerCavityPart> {
-    let planes = |planes: &[SymmetryPlane]| -> Option<Vec<ViewerPlane>> {
+fn closed(part: &CavityPart, surface: &Surface) -> Option<Value> {
+    let places = |nodes: &[usize]| -> Option<Vec<u32>> {
+        nodes.iter().map(|&node| surface.place(node)).collect()
+    };
+    let planes = |planes: &[SymmetryPlane]| -> Option<Vec<Value>> {
         let plane = |&SymmetryPlane { node, normal, dual }: &SymmetryPlane| {
-            Some(ViewerPlane { node: surface.place(node)?, normal, dual })
+            Some(json!({ "node": surface.place(node)?, "normal": normal, "dual": dual }))
         };
         planes.iter().map(plane).collect()
     };
-    let lid = |lid: &Lid| {
-        let edge = |&[a, b]: &[usize; 2]| Some([surface.place(a)?, surface.place(b)?]);
-        let edges = lid.edges.iter().map(edge).collect::<Option<_>>()?;
-        Some(ViewerLid { edges, planes: planes(&lid.planes)? })
+    let lid = |Lid { edges, planes: own }: &Lid| {
+        let edges = edges.iter().map(|edge| places(edge)).collect::<Option<Vec<_>>>()?;
+        Some(json!({ "edges": edges, "planes": planes(own)? }))
     };
-    let triangles = part.triangles.as_flattened().iter().map(|&node| surface.place(node));
-    Some(ViewerCavityPart {
-        triangles: Packed::u32(triangles.collect::<Option<Vec<_>>>()?),
-        lids: part.lids.iter().map(lid).collect::<Option<_>>()?,
-        planes: planes(&part.planes)?,
-        field: part.field.0,
-    })
+    Some(json!({
+        "triangles": Packed::u32(places(part.triangles.as_flattened())?),
+        "lids": part.lids.iter().map(lid).collect::<Option<Vec<_>>>()?,
+        "planes": planes(&part.planes)?,
+        "field": part.field.0,
+    }))
 }
 
 fn facts(emulator: &Emulator<'_>, motion: &Motion) -> Vec<(String, String)> {

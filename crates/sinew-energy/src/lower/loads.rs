@@ -1,11 +1,11 @@
 //! Loads and elastic supports in plain arrays.
 
 use super::{Held, Setup, finite};
-use crate::cavity::{Cavity, Surroundings, sorted};
+use crate::cavity::{Cavity, FLAT, Surroundings, sorted};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::rim::rim_origin;
 use crate::{Load, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError};
-use sinew_mesh::boundary_facets;
+use sinew_mesh::{boundary_facets, extents};
 use sinew_num::sub3;
 use std::collections::{HashMap, HashSet};
 
@@ -110,7 +110,9 @@ where
             }
         }
         let (points, Held { prescribed, frames }) = (&self.mesh.points, held);
-        let around = Surroundings { points, prescribed, frames, beyond };
+        let places: Vec<_> = nodes.iter().map(|&node| points[node]).collect();
+        let even = FLAT * extents(&places).into_iter().fold(0.0, f64::max);
+        let around = Surroundings { points, prescribed, frames, beyond, even };
         let fan = |nodes: Vec<usize>| -> Vec<[usize; 3]> {
             (1..corners - 1).map(|k| [nodes[0], nodes[k], nodes[k + 1]]).collect()
         };
