@@ -71,12 +71,6 @@ impl Cavity {
         self.parts.iter().flat_map(|part| &part.triangles)
     }
 
-    /// Apexes of the lids at a displacement from the positions of all nodes \[length\].
-    pub fn apexes(&self, positions: &[[f64; 3]], displacement: &[f64]) -> Vec<[f64; 3]> {
-        let at = moved(positions, displacement);
-        self.parts.iter().flat_map(|part| &part.lids).map(|lid| lid.apex(&at)).collect()
-    }
-
     /// Volume at a displacement from the positions of all nodes \[length³\].
     pub fn volume(&self, positions: &[[f64; 3]], displacement: &[f64]) -> f64 {
         self.measure(&moved(positions, displacement), &mut |_, _| {}).abs()

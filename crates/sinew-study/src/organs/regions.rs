@@ -37,8 +37,9 @@ pub fn places(body: &Body) -> Option<Vec<Place>> {
     let outer: BTreeSet<usize> =
         outer.difference(&inner).copied().filter(|node| !held(node)).collect();
     let points: Vec<Vector3<f64>> = body.positions.iter().map(|&x| x.into()).collect();
-    let apexes = cavity.apexes(&body.positions, &vec![0.0; 3 * body.nodes]);
-    let origin = Vector3::from(*apexes.first()?);
+    let rim: BTreeSet<usize> =
+        cavity.parts[0].lids.first()?.edges.iter().flatten().copied().collect();
+    let origin = rim.iter().map(|&node| points[node]).sum::<Vector3<f64>>() / rim.len() as f64;
     let apex =
         points.iter().max_by(|a, b| (*a - origin).norm().total_cmp(&(*b - origin).norm()))?;
     let length = (apex - origin).norm();
