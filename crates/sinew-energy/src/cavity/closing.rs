@@ -1,6 +1,6 @@
 //! Rims, lids and symmetry planes of a surface.
 
-use super::{CavityPart, Lid, SymmetryPlane, moved, norm};
+use super::part::{CavityPart, Lid, SymmetryPlane, moved, norm};
 use crate::Frames;
 use sinew_mesh::{TriangleMesh, boundary_facets};
 use sinew_num::{Mat3, connected_components, cross, dot3, sub3};

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Rounding of sums over some hundred triangles [relative].
 const CLOSED: f64 = 1e-10;
-/// The same of one volume at two places.
+/// Rounding of one volume at two places [relative].
 const RIGID: f64 = 1e-12;
 /// Truncation of central differences with steps of 1e-4 in a body of some 60, and their rounding.
 const DIFFERENCE: f64 = 1e-6;

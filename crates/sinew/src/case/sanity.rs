@@ -54,10 +54,12 @@ impl Case {
         if body.free_nodes().is_empty() {
             let reason = "they hold every node in every direction, so that nothing can move; hold fewer nodes";
             warnings.push(key(&["supports"], reason.into()));
-        } else if !body.pressures.is_empty()
-            || self.loads.iter().all(|load| load.pressure.is_none())
-        {
-            // Forces of a pressure without a potential are none of the body's.
+        }
+        let is_pressure =
+            |load: &&super::Load| load.pressure.is_some() || load.thesis_pressure.is_some();
+        // The body has no forces of a pressure without a potential.
+        let has_all = self.loads.iter().filter(is_pressure).count() == body.pressures.len();
+        if has_all && !body.free_nodes().is_empty() {
             match idle_parameters(body) {
                 None => {
                     let reason = format!("nothing moves the body, so that all displacements are zero; {LOOK}");
