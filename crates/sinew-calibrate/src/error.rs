@@ -61,7 +61,7 @@ pub enum PatientError {
     /// A patient without observables.
     #[error("there is nothing to observe; add volumes, strains or displacements")]
     NoObservables,
-    /// A cavity that no pressure acts in.
+    /// A cavity that no pressure acts in, or that symmetry planes do not close.
     #[error("no pressure acts in a cavity `{name}`; those with a pressure are {}", listed(known))]
     UnknownCavity { name: String, known: Vec<String> },
     /// A segment that is not there.

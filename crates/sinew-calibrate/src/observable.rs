@@ -61,7 +61,7 @@ impl fmt::Display for Direction {
 /// A scalar observable of a patient.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Observable {
-    /// Volume of a cavity \[length³\], closed by the cone over the rim of its surface to the mean of the rim's nodes.
+    /// Volume of a cavity \[length³\], as [`sinew_energy::Cavity`] defines it.
     Volume {
         /// Facet set of the pressure that fills the cavity.
         cavity: String,

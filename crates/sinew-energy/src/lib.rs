@@ -92,7 +92,7 @@ mod unit;
 
 pub use balance::{BalanceParts, ForceBalance, PressureField};
 pub use body::{Body, BodyArrays};
-pub use cavity::Cavity;
+pub use cavity::{Cavity, CavityPart, Lid, SymmetryPlane};
 pub use elements::{
     FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement,
 };

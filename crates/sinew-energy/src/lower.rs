@@ -180,6 +180,7 @@ where
     let nodal_force = setup.nodal_force(&reference_loads, &volumes)?;
     let springs = reference_loads.springs(points);
     let (pressures, followers) = setup.pressures(&held, loose_rims)?;
+    let cavities = setup.cavities(&held)?;
     let body = Body(BodyArrays {
         name: setup.name.into(),
         units: setup.units.clone(),
@@ -200,7 +201,7 @@ where
         nodal_force,
         springs,
         pressures,
-        cavities: setup.cavities()?,
+        cavities,
         prescribed: held.prescribed,
         frames: held.frames,
     });

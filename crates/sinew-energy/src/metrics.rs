@@ -4,7 +4,6 @@
 //! +∞ or NaN where the true value is zero.
 
 use crate::Body;
-pub use crate::cavity::{deformed_volume, deformed_volume_gradient};
 use sinew_num::Mat3;
 
 /// `‖u − û‖₂` of each node \[length\].
@@ -26,6 +25,12 @@ pub fn mean_and_largest(displacement: &[f64]) -> [f64; 2] {
     [sum / nodes.len().max(1) as f64, largest]
 }
 
+/// Volume ratio J at each quadrature point.
+pub fn volume_ratios(body: &Body, displacement: &[f64]) -> Vec<f64> {
+    let ratio = |point| 1.0 + body.displacement_gradient(point, displacement).volume_change();
+    (0..body.volumes.len()).map(ratio).collect()
+}
+
 /// `‖F − F̂‖_F / ‖F‖_F` at each quadrature point; for linear tetrahedra, of each cell [%].
 pub fn deformation_gradient_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Vec<f64> {
     per_point(body, truth, estimate, |h, other| {
@@ -45,7 +50,7 @@ pub fn first_invariant_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Ve
 }
 
 /// `|V − V̂| / |V|` of a number such as the potential energy (+∞ where the estimate inverts a cell) or the volume of a ventricle's
-/// cavity, eq. (3.24) [%]; see [`Body::value`] and [`deformed_volume`].
+/// cavity, eq. (3.24) [%]; see [`Body::value`] and [`Body::cavity_volumes`].
 pub fn relative_percent(truth: f64, estimate: f64) -> f64 {
     100.0 * ((truth - estimate) / truth).abs()
 }

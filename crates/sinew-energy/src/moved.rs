@@ -61,7 +61,7 @@ impl Body {
             Fibres::Kept => None,
         };
         let material = carried.unwrap_or_else(|| self.material.clone());
-        let cavities = self.cavities.iter().map(|cavity| cavity.among(&positions)).collect();
+        let cavities = self.cavities.clone();
         let pressures = self.pressures.iter().map(|surface| surface.placed(motion)).collect();
         let loads = &self.reference_loads;
         // Field by field: a clone would copy the largest arrays to throw them away.

@@ -3,7 +3,6 @@
 #[path = "../tests/fem/support/ventricle.rs"]
 mod ventricle;
 
-use sinew_energy::metrics::deformed_volume;
 use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{
@@ -106,9 +105,7 @@ fn row(
     let mut theta = body.centre();
     theta[4] = pressure;
     let solution = Solver::new(&body)?.solve(&theta, &Options::default())?;
-    let facets = &body.cavities[0].triangles;
-    let volume =
-        |u: &[f64]| deformed_volume(&scene.mesh.points, u, facets, report.base[0]).abs() / 1e3;
+    let volume = |u: &[f64]| body.cavity_volumes(u)[0] / 1e3;
     println!(
         "{:>6} {:>6} {:>7.2} {:>8.1} {:>8.1}",
         solution.iterations(),

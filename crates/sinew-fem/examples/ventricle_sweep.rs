@@ -6,7 +6,6 @@ mod ventricle;
 #[path = "../../../fixtures/organ/ventricles.rs"]
 mod ventricles;
 
-use sinew_energy::metrics::deformed_volume;
 use sinew_fem::{Options, SolveError, Solver};
 use std::io::Write;
 use ventricle::{BULK_MODULUS, MMHG, scene, thetas};
@@ -56,8 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("the {name} ventricle");
     let scene = scene(mesh, arguments.bulk_modulus);
     let potential = scene.lower()?;
-    let facets = &potential.cavities[0].triangles;
-    let volume = |u: &[f64]| deformed_volume(&scene.mesh.points, u, facets, [0.0; 3]).abs() / 1e3;
+    let volume = |u: &[f64]| potential.cavity_volumes(u)[0] / 1e3;
     println!(
         "{} tetrahedra, cavity {:.2} ml",
         potential.cell_count(),

@@ -4,7 +4,7 @@ use crate::arrays::{cube, matrix, vector};
 use crate::errors::Kind;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use sinew::case::negligible_displacement;
+use sinew::case::doubtful_displacements;
 use sinew::stresses::{StressField, stress_fields};
 use sinew::{Body, Simulations, locking_in_words, theta_in_words};
 use sinew_emulate::{Answers, Method};
@@ -39,7 +39,8 @@ pub(crate) fn solutions<'py>(
     found: Simulations,
 ) -> PyResult<Bound<'py, PyDict>> {
     let mut warnings: Vec<String> = locking_at(body, thetas).iter().map(locking_in_words).collect();
-    warnings.extend(found.fields.iter().find_map(|field| negligible_displacement(body, field)));
+    let fields: Vec<_> = found.fields.iter().map(Vec::as_slice).collect();
+    warnings.extend(doubtful_displacements(body, &fields));
     warnings.extend(branched(body, &found));
     let (failures, seconds, fields) = by_row(thetas, found, 3 * body.nodes);
     let result = PyDict::new(py);

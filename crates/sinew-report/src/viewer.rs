@@ -121,7 +121,7 @@ pub struct ViewerEmulator {
     pub displacement: Model,
     /// Natural logarithms of the mean and of the largest nodal error \[length\].
     pub error: Option<Model>,
-    /// Cavities, closed by a cone over their rim.
+    /// Cavities.
     pub cavities: Vec<ViewerCavity>,
     /// Unit of volumes.
     pub volume: String,
@@ -151,10 +151,8 @@ pub struct Slider {
 pub struct ViewerCavity {
     /// Name.
     pub name: String,
-    /// Triangles over the nodes, `u32`.
-    pub triangles: Packed,
-    /// Apex of the cone \[length\].
-    pub apex: [f64; 3],
+    /// Connected surfaces with the fields of `CavityPart` of `sinew-energy`; `triangles` is [`Packed`], of `u32`.
+    pub parts: Vec<serde_json::Value>,
     /// Parameter that is the pressure in it.
     pub pressure: Option<usize>,
     /// Smallest and largest volume over the ranges of θ, in the unit of volumes.

@@ -28,7 +28,7 @@ pub use loads::{FoundationLoad, Load, Pressure, Rim};
 pub use lowered::Lowered;
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
 pub use parameters::Range;
-pub use sanity::negligible_displacement;
+pub use sanity::{doubtful_displacements, negligible_displacement};
 pub use select::{
     Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,
 };
@@ -348,11 +348,11 @@ impl Case {
         Ok(Lowered::new(balance))
     }
 
-    /// Warnings about a case that can be solved: fibres of opposite sign, sizes and stiffnesses outside those of tissue,
-    /// supports that hold every node. `body` is the lowered case.
+    /// Warnings about a case that can be solved: fibres of opposite sign or by angles in radians, sizes and stiffnesses outside those of
+    /// tissue, supports that hold every node, no load, parameters that change nothing. `body` is the lowered case.
     pub fn warnings(&self, body: &Body) -> Vec<String> {
-        let fibres = self.fibres.as_ref().and_then(|fibres| fibres.warning(body));
-        fibres.into_iter().chain(self.doubts(body)).collect()
+        let fibres = self.fibres.iter().flat_map(|fibres| fibres.warnings(body));
+        fibres.chain(self.doubts(body)).collect()
     }
 
     /// Names of the parameters that loads read, each once, as they come.

@@ -23,7 +23,7 @@ pub(crate) mod unload;
 use anyhow::{Context, Result};
 use batch::{Answer, Batch, ThetaArguments, Written};
 use clap::Args;
-use sinew::case::{Formulation, Lowered};
+use sinew::case::{Formulation, Lowered, doubtful_displacements};
 use sinew::{
     Body, Case, CaseError, Emulator, EmulatorError, FrozenStiffness, Simulations, ThetaText,
     theta_in_words,
@@ -184,6 +184,12 @@ pub(crate) fn warn_of_locking(locking: Option<sinew_fem::LockingWarning>) {
     }
 }
 
+/// Tells doubts about displacements on standard error.
+pub(crate) fn tell_doubtful<'a>(body: &Body, fields: impl IntoIterator<Item = &'a [f64]>) {
+    let fields: Vec<_> = fields.into_iter().collect();
+    doubtful_displacements(body, &fields).iter().for_each(|doubt| eprintln!("warning: {doubt}"));
+}
+
 /// Warnings of one kind that are printed; the others are counted.
 pub(crate) const MOST_WARNINGS: usize = 5;
 
@@ -264,6 +270,7 @@ pub(crate) fn solved_by(
         Some(_) => simulate_by(body, thetas, stage, folder, options, &mut Stoppable::new()?)?,
         None => simulate_by(body, thetas, stage, None, options, &mut Terminal::default())?,
     };
+    tell_doubtful(body, found.fields.iter().map(Vec::as_slice));
     if let Some(theta) = found.branched.first() {
         eprintln!(
             "warning: {} of {} solutions are not those that a rising load leads to, the first at {}: the body has several stable \

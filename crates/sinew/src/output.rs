@@ -5,6 +5,7 @@ use crate::stresses::{StressField, add_stresses, stress_fields};
 use crate::theta::outside;
 use rayon::prelude::*;
 pub use sinew_energy::metrics::mean_and_largest;
+use sinew_energy::metrics::volume_ratios;
 use sinew_energy::{Body, ForceBalance};
 use sinew_fem::{CellStress, balance_stresses, cell_stresses};
 use sinew_mesh::{Field, MeshError};
@@ -292,7 +293,7 @@ impl Results<'_> {
     }
 
     /// A row per case: its number, θ, then for each way to find it the mean and the largest nodal displacement, the total
-    /// potential energy, empty where there is no potential, and the volumes of cavities; how good it is; parameters outside their ranges; warnings; why it failed.
+    /// potential energy, empty where there is no potential, the volumes of cavities, and the least and the largest J; how good it is; parameters outside their ranges; warnings; why it failed.
     fn table(&self) -> String {
         let judged = self.rows.iter().any(|row| row.quality.is_some());
         let row = |(case, row): (usize, &Row<'_>)| self.line(case, row, judged);
@@ -313,6 +314,7 @@ impl Results<'_> {
                 format!("{name} volume of {} [{length}3]", cavity.name)
             };
             heads.extend(body.cavities.iter().map(volume));
+            heads.extend(["least", "largest"].map(|of| format!("{name} {of} J")));
         }
         if judged {
             heads.extend(["mean", "largest"].map(|of| format!("estimated {of} error [{length}]")));
@@ -336,9 +338,10 @@ impl Results<'_> {
             let energy = row.balance.is_none().then(|| body.value(field, &row.theta));
             cells.push(energy.map_or(String::new(), |energy| energy.to_string()));
             cells.extend(body.cavity_volumes(field).iter().map(f64::to_string));
+            cells.extend(least_and_largest_ratio(body, field).map(|ratio| ratio.to_string()));
         }
         if row.fields.is_empty() {
-            let each = 3 + body.cavities.len();
+            let each = 5 + body.cavities.len();
             cells.extend(vec![String::new(); self.names.len() * each]);
         }
         if judged {
@@ -391,6 +394,13 @@ fn clear(folder: &Path) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Least and largest volume ratio J over the quadrature points.
+pub fn least_and_largest_ratio(body: &Body, displacement: &[f64]) -> [f64; 2] {
+    let bounds = [f64::INFINITY, f64::NEG_INFINITY];
+    let ratios = volume_ratios(body, displacement).into_iter();
+    ratios.fold(bounds, |[least, most], ratio| [least.min(ratio), most.max(ratio)])
 }
 
 /// Mean and largest nodal displacement for people: `mean 15.47 mm, largest 37.50 mm`.

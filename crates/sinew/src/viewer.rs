@@ -14,8 +14,9 @@ use fields::Colour;
 use refused::PREDICTIONS;
 pub use refused::ViewerError;
 use sampled::{Sampled, predicted, relative};
+use serde_json::{Value, json};
 use sinew_emulate::{Design, Observer, PodRegression, split_seed};
-use sinew_energy::{Body, Magnitude};
+use sinew_energy::{Body, CavityPart, Lid, Magnitude, SymmetryPlane};
 use sinew_report::format::digits;
 use sinew_report::{Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerEmulator};
 pub(crate) use surface::Surface;
@@ -161,24 +162,44 @@ fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator 
     let cavity = |(index, cavity): (usize, &sinew_energy::Cavity)| {
         let own = || volumes.iter().map(|volumes| volume_scale * volumes[index]);
         let of_theta = |pressure: &&sinew_energy::PressureSurface| {
-            cavity.triangles.first().is_some_and(|nodes| pressure.nodes.contains(&nodes[0]))
+            cavity.triangles().next().is_some_and(|nodes| pressure.nodes.contains(&nodes[0]))
         };
         let pressure = match body.pressures.iter().find(of_theta)?.magnitude {
             Magnitude::Theta(index) => Some(index),
             Magnitude::Fixed(_) => None,
         };
-        let triangles: Option<Vec<u32>> =
-            cavity.triangles.as_flattened().iter().map(|&node| surface.place(node)).collect();
         Some(ViewerCavity {
             name: cavity.name.clone(),
-            triangles: Packed::u32(triangles?),
-            apex: cavity.apex,
+            parts: cavity.parts.iter().map(|part| closed(part, surface)).collect::<Option<_>>()?,
             pressure,
             range: [own().fold(f64::INFINITY, f64::min), own().fold(0.0, f64::max)],
         })
     };
     let cavities = body.cavities.iter().enumerate().filter_map(cavity).collect();
     ViewerEmulator { cavities, volume, volume_scale, ..ViewerEmulator::default() }
+}
+
+/// A part of a cavity by nodes of the surface.
+fn closed(part: &CavityPart, surface: &Surface) -> Option<Value> {
+    let places = |nodes: &[usize]| -> Option<Vec<u32>> {
+        nodes.iter().map(|&node| surface.place(node)).collect()
+    };
+    let planes = |planes: &[SymmetryPlane]| -> Option<Vec<Value>> {
+        let plane = |&SymmetryPlane { node, normal, dual }: &SymmetryPlane| {
+            Some(json!({ "node": surface.place(node)?, "normal": normal, "dual": dual }))
+        };
+        planes.iter().map(plane).collect()
+    };
+    let lid = |Lid { edges, planes: own }: &Lid| {
+        let edges = edges.iter().map(|edge| places(edge)).collect::<Option<Vec<_>>>()?;
+        Some(json!({ "edges": edges, "planes": planes(own)? }))
+    };
+    Some(json!({
+        "triangles": Packed::u32(places(part.triangles.as_flattened())?),
+        "lids": part.lids.iter().map(lid).collect::<Option<Vec<_>>>()?,
+        "planes": planes(&part.planes)?,
+        "field": part.field.0,
+    }))
 }
 
 fn facts(emulator: &Emulator<'_>, motion: &Motion) -> Vec<(String, String)> {

@@ -267,8 +267,8 @@ impl<'p> PatientBuilder<'p> {
                         name: cavity.clone(),
                         known: body.cavities.iter().map(|other| other.name.clone()).collect(),
                     })?;
-                    let state = self.state(seen, at)?;
-                    Box::new(CavityVolume::new(found, &body.positions, state))
+                    let (cavity, state) = (found.clone(), self.state(seen, at)?);
+                    Box::new(CavityVolume { cavity, state, image: body.positions.clone() })
                 }
                 Observable::Strain { segment, direction, from, to } => {
                     let states = [self.state(seen, from)?, self.state(seen, to)?];

@@ -3,7 +3,8 @@
 use crate::support::heart::{MMHG, NAMES, THETA, beating, mesh, passive, segments, wall};
 use crate::support::slopes::{SHORT_STEP, check, check_rows};
 use sinew_calibrate::{Direction, Forward, Observable, Patient, Setting};
-use sinew_energy::Fibres;
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Fibres, Load, Magnitude, Parameter, Scene, Support};
 
 #[test]
 fn volumes_and_strains_of_a_passive_heart_have_exact_derivatives() {
@@ -88,10 +89,53 @@ fn an_image_at_rest_is_loaded_as_it_is() {
     let solution =
         sinew_fem::Solver::new(&body).unwrap().solve(&theta, &Default::default()).unwrap();
     let expected = body.cavity_volumes(&solution.displacement)[0];
-    // The lid's apex is the same point, as the base is clamped; both are accurate to rounding errors of the solver.
+    // Both are accurate to rounding errors of the solver.
     assert!((seen.values[1] / expected - 1.0).abs() < 1e-10, "{} {expected}", seen.values[1]);
     assert_eq!(seen.jacobian[0], [0.0; 4]);
     assert!(seen.jacobian[1].iter().all(|slope| *slope < 0.0));
+}
+
+#[test]
+fn a_vessel_open_at_both_ends_has_the_volume_that_the_solver_has() {
+    // A quarter of a tube between two symmetry planes, held at both ends.
+    let mut mesh = sinew_mesh::box_tetrahedra([2.0, 1.0, 12.0], [1, 4, 4]);
+    mesh.points.iter_mut().for_each(|x| {
+        let angle = 0.5 * std::f64::consts::PI * x[1];
+        (x[0], x[1]) = ((5.0 + x[0]) * angle.cos(), (5.0 + x[0]) * angle.sin());
+    });
+    let pressure = Load::Pressure { facets: "x_min".into(), magnitude: Magnitude::Theta(2) };
+    let body = Scene::new(mesh, NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
+        .parameter(Parameter::log("lambda", "kPa", 1.0..=100.0))
+        .parameter(Parameter::linear("p", "kPa", 0.0..=2.0))
+        .load(pressure)
+        .support(Support::clamped("z_min"))
+        .support(Support::clamped("z_max"))
+        .support(Support::uniform("y_min", [None, Some(0.0), None]))
+        .support(Support::uniform("y_max", [Some(0.0), None, None]))
+        .lower()
+        .unwrap();
+    let patient = Patient::of(&body)
+        .parameters(["mu", "lambda"])
+        .image([("p", 0.5)])
+        .phase("high", [("p", 1.5)])
+        .observe(Observable::volume("x_min", "image"))
+        .observe(Observable::volume("x_min", "high"))
+        .build()
+        .unwrap();
+    let theta = [11.1, 20.0];
+    let seen = check("vessel", &patient, &theta);
+    let chords = 4.0 * 0.5 * 25.0 * (std::f64::consts::PI / 8.0).sin() * 12.0;
+    assert!((seen.values[0] / chords - 1.0).abs() < 1e-10, "{} for {chords}", seen.values[0]);
+    let unloaded = sinew_fem::Unload::new(&body).unwrap();
+    let unloaded = { unloaded }.solve(&[11.1, 20.0, 0.5], &Default::default()).unwrap();
+    let rest = &unloaded.rest.body;
+    for (pressure, expected) in [(0.5, seen.values[0]), (1.5, seen.values[1])] {
+        let mut solver = sinew_fem::Solver::new(rest).unwrap();
+        let solution = solver.solve(&[11.1, 20.0, pressure], &Default::default()).unwrap();
+        let volume = rest.cavity_volumes(&solution.displacement)[0];
+        assert!((volume / expected - 1.0).abs() < 1e-9, "{volume} for {expected}");
+    }
 }
 
 #[test]

@@ -1,11 +1,13 @@
 //! Loads and elastic supports in plain arrays.
 
 use super::{Held, Setup, finite};
-use crate::cavity::Cavity;
+use crate::cavity::{Cavity, FLAT, Surroundings, sorted};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::rim::rim_origin;
 use crate::{Load, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError};
+use sinew_mesh::{boundary_facets, extents};
 use sinew_num::sub3;
+use std::collections::{HashMap, HashSet};
 
 impl<const N: usize> Setup<'_, N>
 where
@@ -86,17 +88,36 @@ where
     }
 
     /// The cavities that pressures act in, in three dimensions.
-    pub(super) fn cavities(&self) -> Result<Vec<Cavity>, SceneError> {
-        let element = sinew_mesh::Mesh::<N>::ELEMENT;
-        let mut cavities: Vec<Cavity> = Vec::new();
-        for (_, facets, _) in self.loads.iter().filter_map(Load::pressure) {
-            if element.dimension == 3 && cavities.iter().all(|cavity| cavity.name != facets) {
-                let nodes = self.facet_nodes(facets)?;
-                let corners = element.facet_corners;
-                cavities.push(Cavity::new(facets, &nodes, corners, &self.mesh.points));
+    pub(super) fn cavities(&self, held: &Held) -> Result<Vec<Cavity>, SceneError> {
+        let solid = sinew_mesh::Mesh::<N>::ELEMENT.dimension == 3;
+        let names = self.loads.iter().filter_map(Load::pressure).map(|(_, name, _)| name);
+        let mut seen = HashSet::new();
+        let names = names.filter(|name| solid && seen.insert(*name));
+        names.filter_map(|name| self.cavity(name, held).transpose()).collect()
+    }
+
+    fn cavity(&self, name: &str, held: &Held) -> Result<Option<Cavity>, SceneError> {
+        let corners = sinew_mesh::Mesh::<N>::ELEMENT.facet_corners;
+        let (own, facets) = (self.facets(name)?, self.facet_nodes(name)?);
+        let (own, nodes): (HashSet<_>, HashSet<_>) =
+            (own.iter().collect(), facets.iter().flatten().copied().collect());
+        let mut beyond = HashMap::new();
+        for facet in boundary_facets(self.mesh).iter().filter(|facet| !own.contains(facet)) {
+            let other: Vec<_> = self.mesh.nodes_of_facet(*facet).take(corners).collect();
+            let edges = (0..corners).map(|k| sorted([other[k], other[(k + 1) % corners]]));
+            for edge in edges.filter(|edge| edge.iter().all(|node| nodes.contains(node))) {
+                beyond.insert(edge, other.clone());
             }
         }
-        Ok(cavities)
+        let (points, Held { prescribed, frames }) = (&self.mesh.points, held);
+        let places: Vec<_> = nodes.iter().map(|&node| points[node]).collect();
+        let even = FLAT * extents(&places).into_iter().fold(0.0, f64::max);
+        let around = Surroundings { points, prescribed, frames, beyond, even };
+        let fan = |nodes: Vec<usize>| -> Vec<[usize; 3]> {
+            (1..corners - 1).map(|k| [nodes[0], nodes[k], nodes[k + 1]]).collect()
+        };
+        let triangles: Vec<_> = facets.into_iter().flat_map(fan).collect();
+        Ok(Cavity::new(name, &triangles, &around))
     }
 
     /// The pressures with a potential, and those without.

@@ -10,8 +10,6 @@ use sinew_num::{Mat3, cross, dot3, sub3};
 const SAME_DIRECTION: f64 = 1e-6;
 /// Nodes this close to an axis \[relative to the largest distance from its point\] have no radial direction.
 const ON_AXIS: f64 = 1e-9;
-/// Component of a unit vector that is a rounding error in the axes of a frame.
-const ROUNDING: f64 = 1e-12;
 
 /// Prescribed degrees of freedom, and the frames of nodes that they are along.
 pub(crate) struct Held {
@@ -22,11 +20,7 @@ pub(crate) struct Held {
 impl Held {
     /// Displacement of a node along a coordinate axis, if supports prescribe it.
     pub(crate) fn along_axis(&self, node: usize, axis: usize) -> Option<f64> {
-        let Some(frame) = self.frames.get(node) else { return self.prescribed[3 * node + axis] };
-        let own = self.prescribed[3 * node..3 * node + 3].iter().zip(&frame.0);
-        own.filter(|(held, row)| held.is_some() || row[axis].abs() > ROUNDING)
-            .map(|(held, row)| held.map(|u| u * row[axis]))
-            .sum()
+        self.frames.held_along(node, &Mat3::IDENTITY[axis], &self.prescribed)
     }
 
     /// Adds a prescribed direction, a unit vector, to those of a node (Gram–Schmidt).

@@ -3,6 +3,7 @@
 #[path = "../../../../fixtures/organ/ventricles.rs"]
 mod ventricles;
 
+mod cavities;
 mod conformance;
 mod elements;
 mod homogeneous;

@@ -3,6 +3,7 @@
 use crate::{CellValue, SolveError};
 use nalgebra::{Matrix3, Vector3};
 use sinew_energy::Body;
+pub(crate) use sinew_energy::metrics::volume_ratios;
 
 /// Number of the worst cells that are named.
 pub(crate) const MOST_WORST: usize = 5;
@@ -33,12 +34,6 @@ pub(crate) fn per_cell(
 ) -> Vec<f64> {
     let of_cell = |values: &[f64]| values.iter().copied().reduce(pick).unwrap_or(f64::NAN);
     points.chunks(points_per_cell).map(of_cell).collect()
-}
-
-/// J at each quadrature point.
-pub(crate) fn volume_ratios(potential: &Body, displacement: &[f64]) -> Vec<f64> {
-    let ratio = |p| 1.0 + potential.displacement_gradient(p, displacement).volume_change();
-    (0..potential.volumes.len()).map(ratio).collect()
 }
 
 /// Error of a displacement whose energy is not finite, with the cell of least J.

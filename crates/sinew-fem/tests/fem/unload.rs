@@ -7,7 +7,7 @@ use sinew_energy::laws::{
     NeoHookeanShape, PlaneStress,
 };
 use sinew_energy::{Body, Fibres, Law, Load, Magnitude, Parameter, Scene, Support};
-use sinew_fem::{Unload, UnloadError, UnloadOptions, Unloaded};
+use sinew_fem::{Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
 use sinew_mesh::{
     Mesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, rectangle_triangles, sphere_octant,
 };
@@ -102,6 +102,34 @@ fn tractions_springs_and_prescribed_motions() {
         .support(Support::uniform("x_min", [Some(0.5), Some(-0.25), None]));
     let body = scene.lower().unwrap();
     check("tractions and springs", Unload::new(&body).unwrap(), &SOFT);
+}
+
+#[test]
+fn a_body_at_rest_is_loaded_to_the_volume_of_its_image() {
+    let rollers = ["x_min", "y_min", "z_min"].into_iter().enumerate();
+    let octant =
+        parameters(Scene::new(sphere_octant([13.0, 21.0], [2, 3]).tetrahedra(), NeoHookean))
+            .load(Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Fixed(2.0) });
+    let octant = rollers.fold(octant, |scene, (axis, nodes)| {
+        let row = std::array::from_fn(|i| (i == axis).then_some(0.0));
+        scene.support(Support::uniform(nodes, row))
+    });
+    let wall = TruncatedEllipsoid::LAND.wall([1, 12, 6]).tetrahedra();
+    let vessel = parameters(Scene::new(wall, NeoHookean))
+        .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Fixed(0.5) })
+        .load(Load::Foundation { facets: "epi".into(), normal: 0.1, tangential: 0.05 })
+        .support(Support::uniform("base", [None, None, Some(0.0)]));
+    for (name, body) in [("octant", octant.lower()), ("vessel", vessel.lower())] {
+        let body = body.unwrap();
+        let unloaded = check(name, Unload::new(&body).unwrap(), &SOFT);
+        let rest = &unloaded.rest.body;
+        let solution = Solver::new(rest).unwrap().solve(&SOFT, &Options::default()).unwrap();
+        let image = body.cavity_volumes(&vec![0.0; 3 * body.nodes])[0];
+        let loaded = rest.cavity_volumes(&solution.displacement)[0];
+        let empty = rest.cavity_volumes(&vec![0.0; 3 * body.nodes])[0];
+        assert!(empty < 0.97 * image, "{name}: {empty} of {image}");
+        assert!((loaded / image - 1.0).abs() < 1e-9, "{name}: {loaded} for {image}");
+    }
 }
 
 #[test]

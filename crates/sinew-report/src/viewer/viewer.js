@@ -4,11 +4,9 @@
   // Numbers: what the program stores as base64, and a regression as sinew-emulate defines it.
   const array = (Type, text) => new Type(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
   const clamp = (x, low = 0, high = 1) => Math.min(high, Math.max(low, x));
-
   /** The share of a parameter's range at which a value of θ lies, on its scale, and the value at a share. */
   const shareOf = ({ range: [a, b], logarithmic }, value) => (logarithmic ? Math.log(value / a) / Math.log(b / a) : (value - a) / (b - a));
   const valueAt = ({ range: [a, b], logarithmic }, share) => (logarithmic ? a * (b / a) ** share : a + (b - a) * share);
-
   /** Rows of numbers, each of integers of its own number of bits, the lowest first. */
   const unpack = ({ bits, steps, integers }, size, Type) => {
     const [bytes, step, values] = [array(Uint8Array, integers), array(Float64Array, steps), new Type(bits.length * size)];
@@ -51,21 +49,30 @@
       return values;
     };
   };
-
-  /** Volume behind a surface that a cone over its rim closes. */
-  const volumeOf = (triangles, apex, at) => {
-    let six = 0;
-    const corner = (of) => [0, 1, 2].map((i) => at[3 * triangles[of] + i] - apex[i]);
-    for (let t = 0; t < triangles.length; t += 3) six += dot(corner(t), cross(corner(t + 1), corner(t + 2)));
-    return Math.abs(six) / 6;
+  /** Volume of a cavity: flux of a field through its surfaces and the lids over their rims. */
+  const volumeOf = (parts, at) => {
+    let volume = 0;
+    const place = (node) => [at[3 * node], at[3 * node + 1], at[3 * node + 2]];
+    const onto = (planes, x) => planes.reduce((on, { node, normal, dual }) => plus(on, dual, -dot(normal, plus(x, place(node), -1))), x);
+    for (const { triangles, lids, planes, field } of parts) {
+      const origin = onto(planes, place(triangles[0]));
+      const add = (a, b, c) => (volume += dot(field.map((row) => dot(row, plus(plus(plus(a, b), c), origin, -3))), cross(plus(b, a, -1), plus(c, a, -1))) / 6);
+      for (let t = 0; t < triangles.length; t += 3) add(place(triangles[t]), place(triangles[t + 1]), place(triangles[t + 2]));
+      for (const { edges, planes } of lids) {
+        const ends = edges.map((edge) => edge.map(place)), lengths = ends.map(([a, b]) => Math.hypot(...plus(b, a, -1)));
+        const whole = lengths.reduce((sum, length) => sum + length, 0) || 1;
+        const apex = onto(planes, ends.reduce((sum, [a, b], e) => plus(sum, plus(a, b), (0.5 * lengths[e]) / whole), [0, 0, 0]));
+        ends.forEach(([a, b]) => add(a, b, apex));
+      }
+    }
+    return Math.abs(volume);
   };
+  const plus = (a, b, times = 1) => a.map((x, i) => x + times * b[i]);
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const unit = (a) => a.map((x) => x / (Math.hypot(...a) || 1));
-
   globalThis.sinewViewer = { array, regression, shareOf, valueAt, volumeOf, views: [] };
   if (typeof document === "undefined") return;
-
   // Words and elements.
   const digits = (x, count = 3) => {
     if (x === 0 || !isFinite(x)) return x === 0 ? "0" : "–";
@@ -80,7 +87,6 @@
     element.append(...children);
     return element;
   };
-
   // Colours: viridis, plasma and magma of matplotlib at nine points.
   const MAPS = {
     displacement: "440154472d7b3b528b2c728e21918c28ae805ec962addc30fde725",
@@ -89,7 +95,6 @@
   };
   const colours = (source) => (MAPS[source] ?? MAPS.displacement).match(/.{6}/g);
   const rgb = (hex) => [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16));
-
   const SOLID = [`#version 300 es
     in vec3 position, normal; in float value; uniform mat4 view; out vec3 place, facing, corner; out float shade;
     void main() {
@@ -124,7 +129,6 @@
     precision highp float;
     in vec3 place; uniform vec4 cut, tint; out vec4 colour;
     void main() { if (dot(cut.xyz, place) > cut.w) discard; colour = tint; }`];
-
   /** Draws a surface and lines on a canvas; nothing where the browser has no WebGL2. */
   const painter = (canvas) => {
     const gl = canvas.getContext("webgl2", { antialias: true, premultipliedAlpha: false });
@@ -185,7 +189,6 @@
       },
     };
   };
-
   /** Edges of one triangle only, and those where faces meet at an angle; and for every corner the triangles that share its normal. */
   const topologyOf = (triangles, normals) => {
     const [edges, fans] = [new Map(), new Map()];
@@ -199,7 +202,6 @@
     const sharp = [...edges].filter(([, [a, b]]) => b === undefined || !smooth(a, b)).map(([key]) => key.split(",").map(Number));
     return { sharp, corners: Array.from(triangles, (node, c) => fans.get(node).filter((face) => smooth(face, Math.floor(c / 3)))) };
   };
-
   /** A chart of curves over two axes with a point, in the colours of the page. */
   const chart = (axes, [left, right], [bottom, top], curves, at) => {
     const [width, height, x0, y0] = [360, 210, 46, 172];
@@ -220,11 +222,9 @@
       ${curves.map(([name, points]) => `<path class="${name}" d="${path(points)}"/>`).join("")}<circle cx="${x(at[0])}" cy="${y(at[1])}" r="5"/>
       ${text(`x="${across}" y="${height - 4}"`, "middle", axes[0])}${text(`transform="rotate(-90 11 ${down})" x="11" y="${down + 4}"`, "middle", axes[1])}</svg>`;
   };
-
   const START = { yaw: -1.05, pitch: 0.32, zoom: 1, shift: [0, 0] };
   /** Tangent of half of the field of view, points of a curve, and milliseconds of a beat over 2π. */
   const [FIELD, CURVE, BEAT] = [Math.tan(0.245), 17, 640];
-
   /** Turns an element with data into a view of them. */
   const start = (root) => {
     const data = JSON.parse(root.querySelector("script").textContent);
@@ -251,8 +251,8 @@
     const [model, errors] = [emulator && regression(emulator.displacement), emulator?.error && regression(emulator.error)];
     const models = quantities.map((quantity) => quantity.model && regression(quantity.model));
     const cavities = (emulator?.cavities ?? []).map((cavity) => {
-      const own = array(Uint32Array, cavity.triangles);
-      return { ...cavity, triangles: own, nodes: [...new Set(own)], about: emulator.cavities.length > 1 ? `volume of ${cavity.name}` : "volume" };
+      const parts = cavity.parts.map((part) => ({ ...part, triangles: array(Uint32Array, part.triangles) }));
+      return { ...cavity, parts, nodes: [...new Set(parts.flatMap((part) => [...part.triangles]))], about: emulator.cavities.length > 1 ? `volume of ${cavity.name}` : "volume" };
     });
     const shown = cases.map((one) => ({ ...one, displacement: array(Float32Array, one.displacement), values: array(Float32Array, one.values) }));
     // All that the body fills at rest and where it moves most.
@@ -314,7 +314,7 @@
     const volume = (cavity, shares) => {
       const u = shares && model(shares, cavity.nodes);
       if (u) for (const node of cavity.nodes) for (let i = 3 * node; i < 3 * node + 3; i++) place[i] = points[i] + u[i];
-      return emulator.volume_scale * volumeOf(cavity.triangles, cavity.apex, shares ? place : position);
+      return emulator.volume_scale * volumeOf(cavity.parts, shares ? place : position);
     };
     // Curves over one parameter: for the others as they are, computed when they change, and in the middle of their ranges.
     const kept = new Map();

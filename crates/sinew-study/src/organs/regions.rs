@@ -29,7 +29,7 @@ pub struct Place {
 /// Places of the nodes of a body with one cavity; `None` for any other.
 pub fn places(body: &Body) -> Option<Vec<Place>> {
     let [cavity] = &body.cavities[..] else { return None };
-    let inner: BTreeSet<usize> = cavity.triangles.iter().flatten().copied().collect();
+    let inner: BTreeSet<usize> = cavity.triangles().flatten().copied().collect();
     let held = |node: &usize| (0..3).all(|i| body.prescribed[3 * node + i].is_some());
     let boundary = body.mesh.boundary_facets().into_iter();
     let outer: BTreeSet<usize> =
@@ -37,7 +37,9 @@ pub fn places(body: &Body) -> Option<Vec<Place>> {
     let outer: BTreeSet<usize> =
         outer.difference(&inner).copied().filter(|node| !held(node)).collect();
     let points: Vec<Vector3<f64>> = body.positions.iter().map(|&x| x.into()).collect();
-    let origin = Vector3::from(cavity.apex);
+    let rim: BTreeSet<usize> =
+        cavity.parts[0].lids.first()?.edges.iter().flatten().copied().collect();
+    let origin = rim.iter().map(|&node| points[node]).sum::<Vector3<f64>>() / rim.len() as f64;
     let apex =
         points.iter().max_by(|a, b| (*a - origin).norm().total_cmp(&(*b - origin).norm()))?;
     let length = (apex - origin).norm();

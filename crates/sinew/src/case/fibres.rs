@@ -11,6 +11,7 @@ use sinew_fem::fibres::{
     Depth, FibreRule as Angles, Surfaces, VentricleCoordinates, cells_of_mixed_signs,
 };
 use sinew_mesh::{AnyMesh, Field};
+use std::f64::consts::TAU;
 
 /// Source of directions: a field of the mesh, one direction for all of it, or a rule.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -49,6 +50,9 @@ pub struct FibreRule {
     pub sheet_angles: [f64; 2],
 }
 
+/// Largest angle of a fibre in radians, a right angle in two digits.
+const LARGEST_RADIANS: f64 = 1.6;
+
 /// Fields that directions by rule and from one direction are written to.
 const WRITTEN: [&str; 3] = ["fibre", "sheet", "normal"];
 
@@ -77,9 +81,28 @@ impl Fibres {
         Ok(())
     }
 
-    /// Warning about nodal fibres of opposite sign in a cell. They are aligned here, but an average taken elsewhere without
-    /// alignment is wrong.
-    pub(super) fn warning(&self, body: &Body) -> Option<String> {
+    /// Warnings about nodal fibres of opposite sign in a cell, and about angles that may be radians.
+    pub(super) fn warnings(&self, body: &Body) -> impl Iterator<Item = String> {
+        self.mixed_signs(body).into_iter().chain(self.radians())
+    }
+
+    fn radians(&self) -> Option<String> {
+        let by_rule = self.rule.as_ref().map(|rule| rule.angles);
+        let angles = by_rule.or(self.ellipsoid.map(|rule| rule.angles))?;
+        let [inner, outer] = angles.map(f64::abs);
+        let largest = inner.max(outer);
+        let small = largest <= LARGEST_RADIANS || (inner == outer && largest <= TAU);
+        (small && largest > 0.0).then(|| {
+            let [inner, outer] = angles.map(|angle| angle.to_degrees().round());
+            format!(
+                "the angles of the fibres, {} and {}, are read in degrees; are they radians? Then give [{inner:?}, {outer:?}]",
+                angles[0], angles[1]
+            )
+        })
+    }
+
+    /// Nodes are aligned here, but an average taken elsewhere without alignment is wrong.
+    fn mixed_signs(&self, body: &Body) -> Option<String> {
         let name = self.field.as_ref()?;
         if body.mesh.cell_fields().contains_key(name) {
             return None;

@@ -2,6 +2,9 @@
 
 use super::Case;
 use super::units::length_within;
+use crate::output::least_and_largest_ratio;
+use rayon::prelude::*;
+use sinew_emulate::parts::dot;
 use sinew_energy::{Body, Mat3};
 
 /// Smallest and largest size of a body [mm]: a millimetre of tissue and a metre, the length of a leg.
@@ -13,8 +16,17 @@ const STIFFNESSES: [f64; 2] = [0.01, 1e5];
 /// Largest displacement \[relative to the size of the body\] below which the body counts as at rest.
 const LEAST_MOTION: f64 = 1e-6;
 
+/// Volume ratio J below which the stress of a cell is doubtful: laws of soft tissue are fitted to volumes that hardly change.
+const LEAST_RATIO: f64 = 0.2;
+
+/// Displacements between neighbours that probe forces \[relative to the size of the smallest cell\]: small strains.
+const PROBE: f64 = 1e-3;
+
+/// Change of the forces that is a rounding error \[relative to them\].
+const NO_CHANGE: f64 = 1e-12;
+
 impl Case {
-    /// Warnings about units and supports.
+    /// Warnings about units, supports, loads and parameters.
     pub(super) fn doubts(&self, body: &Body) -> Vec<String> {
         let size = size(body);
         let key = |keys: &[&str], reason: String| self.source.error(keys, reason).to_string();
@@ -43,6 +55,22 @@ impl Case {
             let reason = "they hold every node in every direction, so that nothing can move; hold fewer nodes";
             warnings.push(key(&["supports"], reason.into()));
         }
+        let is_pressure =
+            |load: &&super::Load| load.pressure.is_some() || load.thesis_pressure.is_some();
+        // The body has no forces of a pressure without a potential.
+        let has_all = self.loads.iter().filter(is_pressure).count() == body.pressures.len();
+        if has_all && !body.free_nodes().is_empty() {
+            match idle_parameters(body) {
+                None => {
+                    let reason = format!("nothing moves the body, so that all displacements are zero; {LOOK}");
+                    warnings.push(key(&["loads"], reason));
+                }
+                Some(names) => warnings.extend(names.iter().map(|name| {
+                    let reason = "its value changes no displacement; look at the loads and sets that it acts on, or give it as a number";
+                    key(&["parameters", name], reason.into())
+                })),
+            }
+        }
         warnings
     }
 
@@ -64,6 +92,61 @@ impl Case {
     }
 }
 
+/// Advice where nothing moves.
+const LOOK: &str = "look at the loads and at their units: kPa, and kPa/mm for forces per volume";
+
+/// Names of the parameters that change no displacement, by the forces at small strains; `None` where no load moves the body at all.
+fn idle_parameters(body: &Body) -> Option<Vec<String>> {
+    let free = body.free_degrees_of_freedom();
+    let forces = |displacement: &[f64], theta: &[f64]| -> Vec<f64> {
+        let mut gradient = vec![0.0; displacement.len()];
+        body.value_and_gradient(displacement, theta, &mut gradient);
+        free.iter().map(|&dof| body.frames.component(dof, &gradient)).collect()
+    };
+    let norm = |forces: &[f64]| dot(forces, forces).sqrt();
+    let length = body.volumes.iter().copied().fold(f64::INFINITY, f64::min);
+    let step = PROBE * length.powf(1.0 / body.element().dimension as f64);
+    let probe: Vec<f64> = (0..3 * body.nodes).map(|i| step * (i as f64).sin()).collect();
+    let (rest, centre) = (vec![0.0; probe.len()], body.centre());
+    let own = forces(&probe, &centre);
+    let end = |end: usize| body.parameters.iter().map(|p| p.range[end]).collect::<Vec<_>>();
+    let is_loaded =
+        [end(0), end(1)].iter().any(|theta| norm(&forces(&rest, theta)) > NO_CHANGE * norm(&own));
+    if !is_loaded && body.prescribed.iter().flatten().all(|u| *u == 0.0) {
+        return None;
+    }
+    let is_idle = |&index: &usize| {
+        let mut theta = centre.clone();
+        theta[index] = body.parameters[index].range[1];
+        let other = forces(&probe, &theta);
+        // Without loads a common factor of all forces changes no displacement.
+        let factor = if is_loaded { 1.0 } else { dot(&own, &other) / dot(&own, &own) };
+        let change = own.iter().zip(&other).map(|(own, other)| other - factor * own);
+        let varies = body.parameters[index].range[0] < body.parameters[index].range[1];
+        varies && norm(&change.collect::<Vec<_>>()) <= NO_CHANGE * norm(&other)
+    };
+    let idle = (0..body.parameters.len()).filter(is_idle);
+    Some(idle.map(|index| body.parameters[index].name.clone()).collect())
+}
+
+/// Warnings about displacements: one that is almost zero, and cells that lose most of their volume.
+pub fn doubtful_displacements(body: &Body, fields: &[&[f64]]) -> Vec<String> {
+    let still = fields.iter().find_map(|field| negligible_displacement(body, field));
+    let least: Vec<_> =
+        fields.par_iter().map(|field| least_and_largest_ratio(body, field)[0]).collect();
+    let doubtful = least.iter().filter(|ratio| **ratio < LEAST_RATIO).count();
+    let squeezed = (doubtful > 0).then(|| {
+        let least = least.iter().copied().fold(f64::INFINITY, f64::min);
+        format!(
+            "the volume ratio J falls to {} (below {LEAST_RATIO} in {doubtful} of {} displacements): look at the cells there, and take finer or \
+             averaged ones, a larger bulk modulus or a smaller load, before stresses are read",
+            rounded(least),
+            fields.len()
+        )
+    });
+    still.into_iter().chain(squeezed).collect()
+}
+
 /// Warning about a displacement that is almost zero; `None` where everything is held.
 pub fn negligible_displacement(body: &Body, displacement: &[f64]) -> Option<String> {
     let largest = displacement.iter().fold(0.0f64, |largest, u| largest.max(u.abs()));
@@ -72,8 +155,7 @@ pub fn negligible_displacement(body: &Body, displacement: &[f64]) -> Option<Stri
     let unit = &body.units.length;
     hardly.then(|| {
         format!(
-            "the largest displacement is {largest:.1e} {unit}, less than a millionth of the body's size of {} {unit}; look at \
-             the loads and at their units: kPa, and kPa/mm for forces per volume",
+            "the largest displacement is {largest:.1e} {unit}, less than a millionth of the body's size of {} {unit}; {LOOK}",
             rounded(size)
         )
     })

@@ -1,6 +1,6 @@
 //! Equilibria of a case, with a potential or without.
 
-use super::solved_by;
+use super::{solved_by, tell_doubtful};
 use anyhow::{Result, bail};
 use sinew::case::Lowered;
 use sinew::{Options, Simulations};
@@ -77,6 +77,7 @@ fn balanced(
                 .push(Failure { theta: theta.clone(), reason: error.to_string() }),
         }
     }
+    tell_doubtful(&balance.body, simulations.fields.iter().map(Vec::as_slice));
     simulations.seconds = start.elapsed().as_secs_f64();
     let counter = counter.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     let failed = match simulations.failures.len() {

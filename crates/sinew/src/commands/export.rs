@@ -1,6 +1,6 @@
 //! A body for other programs.
 
-use super::{CaseArguments, chosen, trained};
+use super::{CaseArguments, chosen, tell_doubtful, trained};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
@@ -69,6 +69,7 @@ impl Export {
                 (name, sinew::load(&path, body)?)
             }
         };
+        tell_doubtful(body, [emulator.predict(&[body.centre()])?.field(0)]);
         let viewer = sinew::viewer(&emulator, SEED, &mut Terminal::default())?;
         for (name, value) in &viewer.facts {
             println!("{name}: {value}");

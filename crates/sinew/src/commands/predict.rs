@@ -3,7 +3,7 @@
 mod answer;
 use super::{
     Answer, Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen,
-    refuse, warn_of_locking,
+    refuse, tell_doubtful, warn_of_locking,
 };
 use anyhow::Result;
 use clap::Args;
@@ -114,6 +114,7 @@ impl Predict {
             false => estimated(&emulator, &prediction),
         };
         let unit = &body.units.length;
+        tell_doubtful(&body, (0..prediction.thetas.len()).map(|place| prediction.field(place)));
         batch.print(&body, |place| {
             let moved = displacement_in_words(prediction.field(place), unit);
             let error = estimates.get(place).map_or(String::new(), |found| found.in_words(unit));

@@ -22,19 +22,9 @@ impl New {
             let (name, names) = (&self.name, names.join(", "));
             return refuse(format!("there is no scene `{name}`; there are: {names}"));
         };
-        print!("{}", to_start_from(scene.text));
+        print!("{}", scene.text);
         Ok(())
     }
-}
-
-/// The text of a scene with cells that do not lock: scenes that reproduce the thesis have linear ones.
-fn to_start_from(text: &str) -> String {
-    const FORMULATION: &str = "formulation = \"auto\"   # cells that are not too stiff; without this line, those of the mesh as they are";
-    let line = |line: &str| match line.starts_with("law = ") && !text.contains("\nformulation") {
-        true => format!("{line}\n{FORMULATION}\n"),
-        false => format!("{line}\n"),
-    };
-    text.lines().map(line).collect()
 }
 
 pub(crate) fn list() -> Result<()> {

@@ -7,8 +7,8 @@ use super::{
 };
 use anyhow::Result;
 use clap::Args;
-use sinew::case::{Formulation, Lowered, negligible_displacement};
-use sinew::output::{Balanced, displacement_in_words};
+use sinew::case::{Formulation, Lowered};
+use sinew::output::{Balanced, displacement_in_words, least_and_largest_ratio};
 use sinew::{Body, Case, Simulations};
 use sinew_fem::{LoadSteps, LockingWarning, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
@@ -64,11 +64,6 @@ impl Solve {
         let found = &equilibria.simulations;
         close_failures(body, &mut batch, &thetas, found);
         batch.print(body, |place| said(body, &found.fields[place]));
-        if let Some(warning) =
-            found.fields.iter().find_map(|field| negligible_displacement(body, field))
-        {
-            eprintln!("warning: {warning}");
-        }
         if self.check_mesh {
             check_mesh(case, body, found)?;
         }
@@ -100,14 +95,16 @@ fn close_failures(body: &Body, batch: &mut Batch, thetas: &[Vec<f64>], found: &S
     }
 }
 
-/// Displacement and cavities of an equilibrium.
+/// Displacement, cavities and volume ratios of an equilibrium.
 fn said(body: &Body, field: &[f64]) -> String {
     let unit = &body.units.length;
     let volumes = body.cavities.iter().zip(body.cavity_volumes(field));
     let volumes: String = volumes
         .map(|(cavity, v)| format!(", volume of {} {} {unit}3", cavity.name, trimmed(v, 6)))
         .collect();
-    format!(": displacement {}{volumes}", displacement_in_words(field, unit))
+    let [least, largest] = least_and_largest_ratio(body, field).map(|ratio| trimmed(ratio, 3));
+    let moved = displacement_in_words(field, unit);
+    format!(": displacement {moved}{volumes}, J {least} to {largest}")
 }
 
 /// The θ at which the cells are expected to lose the most.

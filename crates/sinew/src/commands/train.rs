@@ -1,6 +1,6 @@
 //! Training.
 
-use super::{CaseArguments, refuse, warn_of_locking};
+use super::{CaseArguments, refuse, tell_doubtful, warn_of_locking};
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{RecipeName, Training};
@@ -128,6 +128,7 @@ impl Train {
         };
         let mut terminal = sinew_emulate::Terminal::default();
         let emulator = training.train(&body, &options, &mut terminal)?;
+        tell_doubtful(&body, [emulator.predict(&[body.centre()])?.field(0)]);
         tell(&emulator, &folder);
         Ok(())
     }

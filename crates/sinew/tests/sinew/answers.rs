@@ -233,6 +233,90 @@ fn what_no_tissue_has_is_warned_of() {
 }
 
 #[test]
+fn loads_and_parameters_without_effect_are_warned_of() {
+    let case = |more: &str| {
+        let text = format!(
+            "law = \"neo-hookean-young\"\nmesh.box = {{ extent = [30.0, 6.0, 6.0], cells = [4, 1, 1] }}\n\
+             supports = [{{ clamped = \"x_min\" }}, {more}"
+        );
+        let case = Case::parse(&text, "bar.toml").unwrap();
+        case.warnings(&case.body().unwrap())
+    };
+    let ranges = "parameters = { E = [8.0, 16.0], nu = [0.2, 0.4] }";
+    let found = case(&format!("]\n{ranges}"));
+    assert!(
+        found.len() == 1 && found[0].contains("loads") && found[0].contains("zero"),
+        "{found:?}"
+    );
+    let weight = "loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]";
+    assert!(case(&format!("]\n{weight}\n{ranges}")).is_empty());
+    // A common factor of all stresses changes no displacement that supports prescribe.
+    let found = case(&format!("{{ nodes = \"x_max\", x = 1.0 }}]\n{ranges}"));
+    assert!(found.len() == 1 && found[0].contains("parameters.E"), "{found:?}");
+    assert!(case(&format!("{{ nodes = \"x_max\", x = 1.0 }}]\n{weight}\n{ranges}")).is_empty());
+    // A pressure on held nodes.
+    let found = case(
+        "]\nloads = [{ body_force = [0.0, 0.0, -9.8e-3] }, { pressure = \"p\", facets = \"x_min\" }]\n\
+         parameters = { E = [8.0, 16.0], nu = [0.2, 0.4], p = [1.0, 2.0] }",
+    );
+    assert!(found.len() == 1 && found[0].contains("parameters.p"), "{found:?}");
+}
+
+#[test]
+fn no_load_is_told_by_every_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let still = "law = \"neo-hookean\"\nsupports = [{ clamped = \"z_min\" }]\nmesh.box = { extent = [8.0, 8.0, 20.0], cells = [1, 1, 3] }\n\
+        parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0] }\ntraining = { samples = 4, held_out = 3 }\n";
+    std::fs::write(folder.join("still.toml"), still).unwrap();
+    let commands = [
+        "solve still.toml",
+        "sample still.toml --count 3 --solve",
+        "predict still.toml --accuracy 1e-3",
+        "train still.toml --recipe regression",
+        "evaluate still.toml --cases 3",
+        "export still.toml --page",
+    ];
+    for command in commands {
+        let (_, told) = sinew(folder, command);
+        assert!(told.contains("nothing moves the body"), "{command}: {told}");
+    }
+}
+
+#[test]
+fn cells_that_lose_their_volume_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let soft = "law = \"neo-hookean\"\nsupports = [{ clamped = \"x_min\" }]\nloads = [{ traction = [-1.0, 0.0, 0.0], facets = \"x_max\" }]\n\
+        mesh.box = { extent = [8.0, 8.0, 8.0], cells = [2, 2, 2] }\nparameters = { mu = [0.05, 10.0], lambda = [0.05, 10.0] }\n";
+    std::fs::write(folder.join("soft.toml"), soft).unwrap();
+    let told = done(folder, "solve soft.toml --theta mu=10,lambda=10");
+    assert!(told.contains(", J 0.9") && !told.contains("volume ratio J falls"), "{told}");
+    let told = done(folder, "solve soft.toml --theta mu=0.1,lambda=0.1");
+    assert!(told.contains("the volume ratio J falls to 0."), "{told}");
+    let least = column(&folder.join("out/soft/solve"), "cases.csv", "solved least J");
+    let most = column(&folder.join("out/soft/solve"), "cases.csv", "solved largest J");
+    let [least, most] = [&least[0], &most[0]].map(|cell| cell.parse::<f64>().unwrap());
+    assert!(least < 0.2 && least < most, "{least} {most}");
+}
+
+#[test]
+fn fibre_angles_that_may_be_radians_are_asked_about() {
+    let asked = |angles: &str| {
+        let text = format!(
+            "law = \"guccione\"\nsupports = [{{ clamped = \"base\" }}]\nloads = [{{ pressure = \"p\", facets = \"endo\" }}]\n\
+             mesh.ellipsoid = {{ short = [22.0, 36.0], long = [58.0, 74.0], base = 0.0, cells = [1, 12, 6] }}\n\
+             fibres.rule = {{ endocardium = \"endo\", epicardium = \"epi\", base = \"base\", angles = {angles} }}\n\
+             parameters = {{ C = [1.0, 2.0], b_f = [8.0, 9.0], b_t = [2.0, 3.0], b_fs = [4.0, 5.0], p = [0.5, 1.0] }}\n"
+        );
+        let case = Case::parse(&text, "heart.toml").unwrap();
+        let found = case.warnings(&case.body().unwrap());
+        found.iter().any(|warning| warning.contains("radians? Then give [60.0, -60.0]"))
+    };
+    assert!(asked("[1.0472, -1.0472]") && !asked("[60.0, -60.0]") && !asked("[0.0, 0.0]"));
+}
+
+#[test]
 fn a_load_that_moves_nothing_is_warned_of() {
     let folder = plate();
     let told = done(folder.path(), "solve plate.toml --theta mu=10,p=1e-7");

@@ -7,7 +7,8 @@ use sinew::{
     viewer,
 };
 use sinew_emulate::{PodRegression, Predictor, recipe::Taylor};
-use sinew_energy::Parameter;
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
 use sinew_report::Viewer;
 use std::path::Path;
 use std::process::Command;
@@ -45,8 +46,12 @@ fn regression(body: &Body, simulations: usize) -> Emulator<'_> {
     recipe.train(body, &TrainingOptions::default(), &mut ()).unwrap()
 }
 
-/// Displaced nodes of the surface by the page's own script, set by set, and the nodes at rest; `None` without node.
-fn by_script(page: &str, thetas: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+/// Answer of code that follows the page's own script and reads `data` and `thetas`; `None` without node.
+fn by_script<T: serde::de::DeserializeOwned>(
+    page: &str,
+    thetas: &[Vec<f64>],
+    code: &str,
+) -> Option<T> {
     if Command::new("node").arg("--version").output().is_err() {
         eprintln!("skipped: there is no node on this machine to run the page's script");
         return None;
@@ -56,14 +61,11 @@ fn by_script(page: &str, thetas: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, Vec<f64>
     let script = page.rsplit("<script>").next().unwrap().split("</script>").next().unwrap();
     let run = format!(
         "{script}\nconst data = {data}; const thetas = {};
-        const {{ array, regression, shareOf }} = globalThis.sinewViewer;
-        const [{{ parameters, displacement }}, points] = [data.emulator, array(Float32Array, data.points)];
-        const [model, all] = [regression(displacement), []];
-        for (const theta of thetas) all.push(Array.from(model(theta.map((value, i) => shareOf(parameters[i], value)))));
-        const start = performance.now();
-        for (let i = 0; i < 1000; i++) model([(0.37 * i) % 1, (0.61 * i) % 1, 0.5, 0.5, 0.5].slice(0, parameters.length));
-        console.error(`${{(performance.now() - start) / 1000}} ms a prediction`);
-        console.log(JSON.stringify([all, Array.from(points)]));",
+        const {{ array, regression, shareOf, volumeOf }} = globalThis.sinewViewer;
+        const [{{ parameters, displacement, cavities }}, points] = [data.emulator, array(Float32Array, data.points)];
+        const model = regression(displacement);
+        const all = thetas.map((theta) => Array.from(model(theta.map((value, i) => shareOf(parameters[i], value)))));
+        {code}",
         json!(thetas)
     );
     let folder = tempfile::tempdir().unwrap();
@@ -80,7 +82,11 @@ fn by_script(page: &str, thetas: &[Vec<f64>]) -> Option<(Vec<Vec<f64>>, Vec<f64>
 fn distance(viewer: &Viewer, emulator: &Emulator<'_>) -> Option<f64> {
     let body = emulator.body();
     let thetas = Design::Uniform.sample(&body.parameters, 100, 7).unwrap();
-    let (fields, points) = by_script(&viewer.to_html(), &thetas)?;
+    let code = "const start = performance.now();
+        for (let i = 0; i < 1000; i++) model([(0.37 * i) % 1, (0.61 * i) % 1, 0.5, 0.5, 0.5].slice(0, parameters.length));
+        console.error(`${(performance.now() - start) / 1000} ms a prediction`);
+        console.log(JSON.stringify([all, Array.from(points)]));";
+    let (fields, points): (Vec<Vec<f64>>, Vec<f64>) = by_script(&viewer.to_html(), &thetas, code)?;
     let single = |x: &[f64; 3]| x.map(|x| (x as f32).to_bits());
     let nodes: Vec<usize> = points
         .as_chunks::<3>()
@@ -117,6 +123,39 @@ fn the_script_predicts_as_the_program_does() {
         assert!(right(&viewer) >= 90, "{:?}", viewer.facts);
         if let Some(distance) = distance(&viewer, &emulator) {
             assert!(distance < ROUNDING, "{distance:e}");
+        }
+    }
+}
+
+#[test]
+fn the_script_encloses_the_volume_that_the_program_does() {
+    let lid = "law = \"neo-hookean\"\nloads = [{ pressure = \"p\", facets = \"endo\" }]\nsupports = [{ clamped = \"base\" }]\n\
+        mesh.ellipsoid = { short = [20.0, 30.0], long = [50.0, 60.0], base = 10.0, cells = [1, 8, 4] }\n\
+        parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0], p = [0.5, 1.0] }\ntraining.held_out = 10\n";
+    // An octant of a ball, which symmetry planes close.
+    let rollers = [("x_min", 0), ("y_min", 1), ("z_min", 2)];
+    let load = Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Theta(2) };
+    let octant = sinew_mesh::sphere_octant([13.0, 21.0], [2, 3]).tetrahedra();
+    let octant = Scene::new(octant, NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
+        .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
+        .parameter(Parameter::linear("p", "kPa", 0.5..=1.0))
+        .load(load);
+    let octant = rollers.into_iter().fold(octant, |scene, (nodes, axis)| {
+        let row = std::array::from_fn(|i| (i == axis).then_some(0.0));
+        scene.support(Support::uniform(nodes, row))
+    });
+    for body in [body(lid), octant.lower().unwrap()] {
+        let emulator = regression(&body, 20);
+        let thetas = Design::Uniform.sample(&body.parameters, 5, 3).unwrap();
+        let code = "const parts = cavities[0].parts.map((part) => ({ ...part, triangles: array(Uint32Array, part.triangles) }));
+            console.log(JSON.stringify(all.map((u) => volumeOf(parts, Array.from(points, (x, i) => x + u[i])))));";
+        let page = viewer(&emulator, 1, &mut ()).unwrap().to_html();
+        let Some(volumes) = by_script::<Vec<f64>>(&page, &thetas, code) else { return };
+        let fields = emulator.predict(&thetas).unwrap().fields();
+        for (found, field) in volumes.iter().zip(&fields) {
+            let ratio = found / body.cavity_volumes(field)[0];
+            assert!((ratio - 1.0).abs() < ROUNDING, "{ratio}");
         }
     }
 }

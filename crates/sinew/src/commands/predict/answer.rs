@@ -2,7 +2,9 @@
 
 use super::{Asked, others};
 use crate::commands::plan::table;
-use crate::commands::{Answer as Cells, Neighbour, chosen, refuse, trained, warn_of_locking};
+use crate::commands::{
+    Answer as Cells, Neighbour, chosen, refuse, tell_doubtful, trained, warn_of_locking,
+};
 use anyhow::{Result, bail};
 use sinew::output::{Quality, displacement_in_words, mean_and_largest};
 use sinew::{Body, Case};
@@ -44,6 +46,7 @@ pub(super) fn to(
             Err(reason) => batch.fail(body, row, reason.to_string()),
         }
     }
+    tell_doubtful(body, answers.iter().map(|answer| answer.displacement.as_slice()));
     batch.print(body, |place| {
         let Answer { displacement, error, .. } = &answers[place];
         let moved = displacement_in_words(displacement, &body.units.length);
