@@ -27,13 +27,14 @@ fn count(found: &Tables, wanted: impl Fn(&Table, &Compared) -> bool) -> usize {
 /// Limits that are no printed figures.
 fn scaled(found: &Tables) -> Option<String> {
     let (scale, cells) = found.iter().find_map(|(table, c)| Some((table.scale.as_ref()?, c)))?;
-    let factor = plain(cells[0].limit / cells[0].cell.limit, 2);
+    let factor = Some(cells[0].limit / cells[0].cell.limit).filter(|factor| *factor != 1.0)?;
+    let factor = plain(factor, 2);
     let all = count(found, |table, _| table.scale.is_some());
     let [own, best] = [|cell: &Compared| cell.own.standing, |cell: &Compared| cell.best.standing]
         .map(|of| count(found, |table, cell| table.scale.is_some() && of(cell) == Standing::Met));
     let [here, there] = scale.nodes;
     Some(format!(
-        "{all} limits are not the printed figures but {factor} of them, behind an arrow: in proportion to the mean displacement on our mesh of {here} nodes for {there}. Own kind meets {own} of these, best {best}."
+        "{all} limits are not the printed figures but {factor} of them, written behind an arrow: in proportion to the mean displacement, which is smaller on our meshes of {here} nodes than on those of {there}. Own kind meets {own} of these limits, best {best}."
     ))
 }
 
@@ -41,7 +42,7 @@ fn scaled(found: &Tables) -> Option<String> {
 fn single(found: &Tables) -> Option<String> {
     let near = |cell: &Compared| NEAR.contains(&cell.own.ratio);
     Some(format!(
-        "{} figures are of single test cases. {} of our own kind have a × between {} and {}, where another seed may change the mark; {} of them have a second seed.",
+        "{} figures are of single test cases. {} figures of our own kind have a × between {} and {}, where another seed may change the mark. {} of them have a second seed.",
         count(found, |_, cell| cell.cell.mark == "one case"),
         count(found, |_, cell| near(cell)),
         NEAR.start(),

@@ -10,19 +10,21 @@ use std::fmt::Write;
 
 const HEAD: &str = "# Every printed figure of the thesis
 
-Each row holds a figure that the thesis prints and ours beside it. `cargo xtask thesis` runs what is missing and writes this page from the reports of those runs.
-A test holds the page against them. The printed figures are in `crates/sinew-study/thesis.toml`, what is kept of the reports in `docs/thesis`.
+Each row holds a figure that D. Dalton's PhD thesis prints ([README](../README.md#the-thesis-the-crates-the-rest)) and ours beside it. `cargo xtask thesis` runs what
+is missing and writes this page from the reports of the runs. A test holds the page against them. The printed figures are in `crates/sinew-study/thesis.toml`, what is
+kept of the reports in `docs/thesis`.
+
+A row's name ends with its statistic: 25, 50 and 75 % are quantiles of the errors of all test cases. In chapter 2 errors are of all nodes. In chapter 3 nodes that a support
+holds are left out, where the error is zero; the thesis counts them.
 
 - *Own kind* is the thesis' kind of method: a network trained on simulations or on the energy, a plain network, a constrained Gaussian process.
-- *Best* is the emulator of least error, raw, or after one Newton step where no raw one is enough. A solver is no emulator.
-- *×* is ours over the printed figure, for gains the other way round: below 1 ours is better. A number in brackets is the × of a second seed.
+- *Best* is the emulator of least error, raw, or after one Newton step where no raw one is enough. *By* names it. A solver is no emulator.
+- *×* is ours over the printed figure, for gains the other way round: below 1 ours is better. Brackets hold the × of a second seed.
 - *✓* is at or below the printed figure, *✗* above it, in the digits that are printed and in two at least.
 - *(GPU)* marks a time of a graphics processor in the thesis: ours is of one thread. *(solver)* marks a time of a solver. Both have neither ✓ nor ✗.
 - *(one case)* marks the error of a single test case in the thesis.
 - *s* is the time before the first answer: CPU time of simulations and training in chapter 2, wall time of them in chapter 3, of a fit in chapter 4.
 - *Not stored* says that the kept report lacks the statistic that the thesis prints, *not run* that no kept run has the method.
-
-Errors are of all test cases. In chapter 2 they are of all nodes. In chapter 3 nodes that a support holds are left out, where the error is zero; the thesis counts them.
 ";
 
 /// Writes the page from what is kept of the runs.
@@ -81,7 +83,7 @@ fn runs(runs: &Runs) -> String {
         let from = &report.provenance;
         let minutes = cpu_s.map_or("–".into(), |seconds| plain(seconds / 60.0, 2));
         let seed = from.seed.map_or(String::new(), |seed| seed.to_string());
-        let resumed = if from.command.contains("--resume") { ", of its last part" } else { "" };
+        let resumed = if from.command.contains("--resume") { ", last part" } else { "" };
         let _ = writeln!(
             text,
             "| {} | `{command}` | {minutes} | {seed} | {} | {}{resumed} |",
@@ -93,7 +95,7 @@ fn runs(runs: &Runs) -> String {
         let machines = machines.into_iter().collect::<Vec<_>>().join("; ");
         let _ = writeln!(
             text,
-            "\nA revision with `-dirty` had changes that no commit holds. Machine: {machines}, shared with other programs."
+            "\nA revision with `-dirty` had changes that no commit holds; of a run that was interrupted the revision is that of the last part. Machine: {machines}, shared with other programs."
         );
     }
     text

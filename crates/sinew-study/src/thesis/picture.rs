@@ -11,7 +11,7 @@ use sinew_report::{Block, Chart, Level, Report, Section, Series, Style};
 /// A table of the thesis that is not well formed.
 pub fn picture(runs: &Runs) -> Result<String> {
     let found = compared(runs)?;
-    let axes = ["row of this page", "× : ours over the thesis'"];
+    let axes = ["row of this page", "ours over the thesis' (×)"];
     let mut chart = Chart::new("Ours over the thesis'", axes, [false, true]);
     let (mut best, mut beside, mut own, mut row) = (Vec::new(), Vec::new(), Vec::new(), 0.0);
     let line = |value, upright| Level { name: String::new(), value, upright, published: upright };
@@ -28,7 +28,8 @@ pub fn picture(runs: &Runs) -> Result<String> {
             }
             best.extend(point(&cell.best).filter(|_| cell.best.standing != Standing::Beside));
         }
-        own.push(Series::new(chapter_name(chapter), Style::Points, points));
+        let name = format!("own kind, {}", chapter_name(chapter));
+        own.push(Series::new(name, Style::Points, points));
         chart.levels.push(line(row + 0.5, true));
     }
     let others = [("best of all emulators", best), ("GPU or solver: no ✓ or ✗", beside)];
