@@ -19,7 +19,7 @@ pub struct Provenance {
     pub threads: usize,
     /// Seed that all random choices derive from; `None` if nothing is random.
     pub seed: Option<u64>,
-    /// Git revision of the sources, `-dirty` appended when they were changed; "unknown" outside a checkout.
+    /// Git revision of the sources, `-dirty` appended when they were changed, other than in `docs`; "unknown" outside a checkout.
     pub revision: String,
     /// Processor, cores and operating system.
     pub machine: String,
@@ -64,11 +64,10 @@ fn revision(source: &Path) -> String {
         let output = Command::new("git").args(arguments).current_dir(source).output().ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
     };
-    match (git(&["rev-parse", "--short=12", "HEAD"]), git(&["status", "--porcelain"])) {
-        (Some(revision), Some(changes)) if changes.is_empty() => revision,
-        (Some(revision), _) => format!("{revision}-dirty"),
-        (None, _) => "unknown".to_string(),
-    }
+    let Some(revision) = git(&["rev-parse", "--short=12", "HEAD"]) else { return "unknown".into() };
+    // A run that writes its results into a document leaves the sources as they were.
+    let changes = git(&["status", "--porcelain", "--", ":/", ":(top,exclude)docs"]);
+    if changes.is_some_and(|changes| changes.is_empty()) { revision } else { revision + "-dirty" }
 }
 
 fn machine() -> String {

@@ -550,3 +550,26 @@ fn a_legend_of_many_names_is_inside_its_drawing() {
         .collect();
     assert!(lines.len() > 30 && lines.iter().all(|line| *line < height), "{height}: {lines:?}");
 }
+
+#[test]
+fn a_revision_is_dirty_with_changed_sources_and_clean_with_a_changed_document() {
+    let folder = tempfile::tempdir().unwrap();
+    let git = |arguments: &str| {
+        let given = "-c user.name=a -c user.email=a@b ".to_string() + arguments;
+        let given = given.split(' ');
+        let done = std::process::Command::new("git").args(given).current_dir(&folder).output();
+        assert!(done.unwrap().status.success(), "{arguments}");
+    };
+    let put = |name: &str| std::fs::write(folder.path().join(name), name).unwrap();
+    let revision = || Provenance::of_this_run("p", folder.path().join("sources")).revision;
+    ["docs", "sources"].map(|name| std::fs::create_dir(folder.path().join(name)).unwrap());
+    assert_eq!(revision(), "unknown");
+    put("sources/a.rs");
+    ["init -q", "add .", "commit -q -m first"].map(git);
+    let clean = revision();
+    assert_eq!(clean.len(), 12, "{clean}");
+    put("docs/results.md");
+    assert_eq!(revision(), clean);
+    put("sources/b.rs");
+    assert_eq!(revision(), format!("{clean}-dirty"));
+}

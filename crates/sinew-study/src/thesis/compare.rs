@@ -1,10 +1,11 @@
 //! A printed figure against ours: by the thesis' own kind of method, and by the best.
 
-use super::printed::{Cell, Kind, Table};
+use super::printed::{Cell, Kind, Table, thesis};
 use super::stored::{Found, Stored};
 use anyhow::Result;
 use sinew_report::format::rounded;
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 /// Runs by name.
 pub type Runs = BTreeMap<String, Stored>;
@@ -16,19 +17,22 @@ pub enum Standing {
     Met,
     /// Not so.
     Missed,
-    /// A run has the method but not this figure.
-    Unstated,
+    /// A time beside one of other hardware or of a solver: neither.
+    Beside,
+    /// A run has the method but not this statistic.
+    NotStored,
     /// No run has the method.
     NotRun,
 }
 
 impl Standing {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Met, Self::Missed, Self::Unstated, Self::NotRun];
+    pub const ALL: [Self; 5] =
+        [Self::Met, Self::Missed, Self::Beside, Self::NotStored, Self::NotRun];
 
     /// Name on the page.
     pub fn name(self) -> &'static str {
-        ["met", "missed", "unstated", "not run"][self as usize]
+        ["met", "missed", "neither", "not stored", "not run"][self as usize]
     }
 }
 
@@ -41,7 +45,12 @@ pub struct Ours {
     pub found: Option<Found>,
     /// Ours over the limit; for a gain the other way round.
     pub ratio: f64,
+    /// The same with other seeds, where it is [`NEAR`] 1 and there are such runs.
+    pub again: Vec<f64>,
 }
+
+/// Ratios that another seed may carry to the other side of 1.
+pub const NEAR: RangeInclusive<f64> = 0.8..=1.25;
 
 /// A printed figure with ours.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,33 +71,40 @@ pub struct Compared {
 /// A table that is not well formed, or a run without the displacement that limits are in proportion to.
 pub fn compare(table: &Table, runs: &Runs) -> Result<Vec<Compared>> {
     let names = [&table.run, &table.rivals];
+    let repeats = thesis().run.iter().filter(|run| run.repeats == table.run);
+    let repeats: Vec<&Stored> = repeats.filter_map(|run| runs.get(&run.name)).collect();
     let runs: Vec<&Stored> = names.into_iter().filter_map(|name| runs.get(name)).collect();
-    table.cells()?.into_iter().map(|cell| one(table, cell, &runs)).collect()
+    table.cells()?.into_iter().map(|cell| one(table, cell, &runs, &repeats)).collect()
 }
 
-fn one(table: &Table, cell: Cell, runs: &[&Stored]) -> Result<Compared> {
+fn one(table: &Table, cell: Cell, runs: &[&Stored], repeats: &[&Stored]) -> Result<Compared> {
     let factor = match (&table.scale, runs.first()) {
         (Some(scale), Some(run)) => run.mean_of_fact(&scale.fact)? / scale.printed,
         _ => 1.0,
     };
     let limit = if factor == 1.0 { cell.limit } else { rounded(cell.limit * factor, cell.digits) };
     let place = [&*table.section, &*cell.own, &*cell.column];
-    let own = runs.iter().find_map(|run| {
+    let of = |run: &&Stored| {
         run.value(place, cell.statistic).and_then(|found| in_unit(table, &cell, run, found))
-    });
+    };
+    let own = runs.iter().find_map(of);
     let judged = |found: Option<Found>| {
         let Some(found) = found else {
             let there = runs.iter().any(|run| run.has(&table.section, &cell.own));
-            let standing = if there { Standing::Unstated } else { Standing::NotRun };
-            return Ours { standing, found: None, ratio: f64::NAN };
+            let standing = if there { Standing::NotStored } else { Standing::NotRun };
+            return Ours { standing, found: None, ratio: f64::NAN, again: Vec::new() };
         };
         let ours = rounded(found.value, cell.digits);
         let (met, ratio) = match table.kind.grows() {
             true => (ours >= limit * (1.0 - ROUNDING), limit / found.value),
             false => (ours <= limit * (1.0 + ROUNDING), found.value / limit),
         };
-        let standing = if met { Standing::Met } else { Standing::Missed };
-        Ours { standing, found: Some(found), ratio }
+        let standing = match met {
+            _ if cell.is_beside() => Standing::Beside,
+            true => Standing::Met,
+            false => Standing::Missed,
+        };
+        Ours { standing, found: Some(found), ratio, again: Vec::new() }
     };
     let least = |run: &&Stored, step: bool| {
         let subject = run.subject(place).unwrap_or_default();
@@ -100,14 +116,19 @@ fn one(table: &Table, cell: Cell, runs: &[&Stored]) -> Result<Compared> {
         true => b.value.total_cmp(&a.value),
         false => a.value.total_cmp(&b.value),
     };
-    // A baseline, as the solver is, may be of the thesis' kind where no other method is.
     let best = |steps: &[bool]| {
         let all = steps.iter().flat_map(|step| runs.iter().filter_map(|run| least(run, *step)));
         judged(all.chain(own.clone()).min_by(better))
     };
     let raw = best(&[false]);
-    let best = if raw.standing == Standing::Missed { best(&[false, true]) } else { raw };
-    Ok(Compared { limit, own: judged(own), best, cell })
+    // A gain over a row that has no step takes none either.
+    let steps = raw.standing == Standing::Missed && table.kind == Kind::Error;
+    let best = if steps { best(&[false, true]) } else { raw };
+    let mut own = judged(own);
+    if NEAR.contains(&own.ratio) {
+        own.again = repeats.iter().filter_map(of).map(|found| judged(Some(found)).ratio).collect();
+    }
+    Ok(Compared { limit, own, best, cell })
 }
 
 /// Rounding of a product of two decimals.
@@ -140,7 +161,6 @@ fn seconds(unit: &str) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::thesis::printed::thesis;
     use sinew_report::{Block, Column, Distribution, Report, Row, Section, Table as Own};
 
     fn run() -> Runs {
@@ -177,6 +197,15 @@ mod tests {
             (found[1].own.standing, found[1].best.standing),
             (Standing::NotRun, Standing::Met)
         );
+        // A number alone is a median and tells no quartile.
+        let mut alone = run();
+        let blocks = &mut alone.get_mut("rectangles").unwrap().report.sections[0].blocks;
+        let Block::Table(kept) = &mut blocks[0] else { unreachable!() };
+        kept.rows.iter_mut().for_each(|row| row.errors[0] = 1e-9.into());
+        let found = compare(table, &alone).unwrap();
+        let standings = |at: usize| (found[at].own.standing, found[at].best.standing);
+        assert_eq!(standings(0), (Standing::NotStored, Standing::NotStored));
+        assert_eq!(standings(6), (Standing::Met, Standing::Met));
         let nothing = compare(table, &Runs::new()).unwrap();
         assert!(nothing.iter().all(|cell| cell.best.standing == Standing::NotRun));
     }

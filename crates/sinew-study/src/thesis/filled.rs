@@ -66,6 +66,7 @@ impl Named<'_> {
             }
             (Some(value), ..) => plain(value, 2),
             (None, Value::Text(words), _) => words.clone(),
+            (None, Value::Number(_), _) => "not stored".into(),
             _ => String::new(),
         }
     }

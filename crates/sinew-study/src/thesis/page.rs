@@ -1,20 +1,30 @@
 //! The page of all figures, in Markdown.
 
 use super::compare::{Compared, Ours, Runs, Standing, compare};
+use super::counts::in_short;
 use super::printed::{Remark, Table, thesis};
 use super::stored::Stored;
 use anyhow::Result;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 const HEAD: &str = "# Every printed figure of the thesis
 
-Written by `cargo xtask thesis`, which runs what is missing and reads all figures of ours from reports of those runs; a test holds this page against them. The
-printed figures are in `crates/sinew-study/thesis.toml`, what is kept of the reports in `docs/thesis`.
+Each row holds a figure that D. Dalton's PhD thesis prints ([README](../README.md#the-thesis-the-crates-the-rest)) and ours beside it. `cargo xtask thesis` runs what
+is missing and writes this page from the reports of the runs. A test holds the page against them. The printed figures are in `crates/sinew-study/thesis.toml`, what is
+kept of the reports in `docs/thesis`.
 
-*Own kind* is the thesis' kind of method: a network trained on simulations or on the energy, a plain network, a constrained process. *Best* is the method of least
-error, raw, or after one Newton step where no raw one is enough; the solver alone does not count. *×* is ours over the printed figure, for gains the other way round. ✓ is at or below what is
-printed, in the digits that are printed and in two at least. *s* is the time before the first answer: CPU time of simulations and training in chapter 2, wall time of them
-in chapter 3, of a fit in chapter 4. Medians are over all nodes of all test cases, as in the thesis. *Not run* says that no run is kept that has the method.
+A row's name ends with its statistic: 25, 50 and 75 % are quantiles of the errors of all test cases. In chapter 2 errors are of all nodes. In chapter 3 nodes that a support
+holds are left out, where the error is zero; the thesis counts them.
+
+- *Own kind* is the thesis' kind of method: a network trained on simulations or on the energy, a plain network, a constrained Gaussian process.
+- *Best* is the emulator of least error, raw, or after one Newton step where no raw one is enough. *By* names it. A solver is no emulator.
+- *×* is ours over the printed figure, for gains the other way round: below 1 ours is better. Brackets hold the × of a second seed.
+- *✓* is at or below the printed figure, *✗* above it, in the digits that are printed and in two at least.
+- *(GPU)* marks a time of a graphics processor in the thesis: ours is of one thread. *(solver)* marks a time of a solver. Both have neither ✓ nor ✗.
+- *(one case)* marks the error of a single test case in the thesis.
+- *s* is the time before the first answer: CPU time of simulations and training in chapter 2, wall time of them in chapter 3, of a fit in chapter 4.
+- *Not stored* says that the kept report lacks the statistic that the thesis prints, *not run* that no kept run has the method.
 ";
 
 /// Writes the page from what is kept of the runs.
@@ -22,18 +32,14 @@ in chapter 3, of a fit in chapter 4. Medians are over all nodes of all test case
 /// # Errors
 /// A table of the thesis that is not well formed.
 pub fn page(runs: &Runs) -> Result<String> {
-    let found: Vec<(&Table, Vec<Compared>)> = thesis()
-        .table
-        .iter()
-        .map(|table| Ok((table, compare(table, runs)?)))
-        .collect::<Result<_>>()?;
+    let found = compared(runs)?;
     let mut text = HEAD.to_string();
-    text += &summary(&found);
+    text += &in_short(&found, runs);
     text += &self::runs(runs);
     for chapter in CHAPTERS {
         let _ = write!(text, "\n## {}\n", chapter_name(chapter));
         for (table, cells) in found.iter().filter(|(table, _)| table.chapter == chapter) {
-            text += &self::table(table, cells);
+            text += &self::table(table, cells, runs);
         }
     }
     text += &remarks("Contradictions and misprints of the thesis", &thesis().misprint);
@@ -41,48 +47,29 @@ pub fn page(runs: &Runs) -> Result<String> {
     Ok(text)
 }
 
-/// Chapters and appendices in the order of the page.
-const CHAPTERS: [&str; 6] = ["1", "2", "A", "3", "B", "4"];
+/// Tables of the thesis with figures of ours.
+pub(super) type Tables = Vec<(&'static Table, Vec<Compared>)>;
 
-fn chapter_name(chapter: &str) -> String {
-    let name = if chapter.parse::<u32>().is_ok() { "Chapter" } else { "Appendix" };
-    format!("{name} {chapter}")
+/// All tables in the order of the file.
+///
+/// # Errors
+/// A table of the thesis that is not well formed.
+pub(super) fn compared(runs: &Runs) -> Result<Tables> {
+    thesis().table.iter().map(|table| Ok((table, compare(table, runs)?))).collect()
 }
 
-/// Numbers of figures by chapter and standing.
-fn summary(found: &[(&Table, Vec<Compared>)]) -> String {
-    let names = Standing::ALL.map(Standing::name).join(" | ");
-    let mut text = format!(
-        "\n## In short\n\n| | figures | own kind: {names} | best: {names} |\n|---|---|---|---|---|---|---|---|---|---|\n"
-    );
-    let mut line = |name: String, wanted: &dyn Fn(&Table) -> bool| {
-        let tables = found.iter().filter(|(table, _)| wanted(table));
-        let cells: Vec<&Compared> = tables.flat_map(|(_, cells)| cells).collect();
-        let count = |of: &dyn Fn(&Compared) -> &Ours| {
-            let with = |standing| cells.iter().filter(|cell| of(cell).standing == standing).count();
-            Standing::ALL.map(|standing| with(standing).to_string()).join(" | ")
-        };
-        let (own, best) = (count(&|cell| &cell.own), count(&|cell| &cell.best));
-        if !cells.is_empty() {
-            let _ = writeln!(text, "| {name} | {} | {own} | {best} |", cells.len());
-        }
-    };
-    for chapter in CHAPTERS {
-        for (times, what) in [(false, "errors"), (true, "times")] {
-            let name = format!("{}, {what}", chapter_name(chapter));
-            line(name, &|table| table.chapter == chapter && table.kind.is_time() == times);
-        }
-    }
-    line("**Errors**".into(), &|table| !table.kind.is_time());
-    line("**Times**".into(), &|table| table.kind.is_time());
-    line("**All**".into(), &|_| true);
-    text
+/// Chapters and appendices in the order of the page.
+pub(super) const CHAPTERS: [&str; 6] = ["1", "2", "A", "3", "B", "4"];
+
+pub(super) fn chapter_name(chapter: &str) -> String {
+    let name = if chapter.parse::<u32>().is_ok() { "Chapter" } else { "Appendix" };
+    format!("{name} {chapter}")
 }
 
 /// Commands and costs.
 fn runs(runs: &Runs) -> String {
     let mut text = "\n## Runs\n\n| run | command | CPU min | seed | finished | revision |\n|---|---|---|---|---|---|\n".to_string();
-    let mut machines = Vec::new();
+    let mut machines = BTreeSet::new();
     for run in &thesis().run {
         let Some(Stored { command, cpu_s, report }) = runs.get(&run.name) else {
             let command = run.command();
@@ -96,25 +83,30 @@ fn runs(runs: &Runs) -> String {
         let from = &report.provenance;
         let minutes = cpu_s.map_or("–".into(), |seconds| plain(seconds / 60.0, 2));
         let seed = from.seed.map_or(String::new(), |seed| seed.to_string());
+        let resumed = if from.command.contains("--resume") { ", last part" } else { "" };
         let _ = writeln!(
             text,
-            "| {} | `{command}` | {minutes} | {seed} | {} | {} |",
+            "| {} | `{command}` | {minutes} | {seed} | {} | {}{resumed} |",
             run.name, from.finished, from.revision
         );
-        machines.push(from.machine.clone());
+        machines.insert(&*from.machine);
     }
-    machines.sort();
-    machines.dedup();
     if !machines.is_empty() {
-        let _ = writeln!(text, "\nMachine: {}, shared with other programs.", machines.join("; "));
+        let machines = machines.into_iter().collect::<Vec<_>>().join("; ");
+        let _ = writeln!(
+            text,
+            "\nA revision with `-dirty` had changes that no commit holds; of a run that was interrupted the revision is that of the last part. Machine: {machines}, shared with other programs."
+        );
     }
     text
 }
 
 /// One table of the thesis.
-fn table(table: &Table, cells: &[Compared]) -> String {
-    let mut text =
-        format!("\n### {}\n\n{}. Run `{}`.", table.place, capital(&table.about), table.run);
+fn table(table: &Table, cells: &[Compared], runs: &Runs) -> String {
+    let dirty = runs.get(&table.run).is_some_and(Stored::is_uncommitted);
+    let tree = if dirty { ", of an uncommitted tree" } else { "" };
+    let about = capital(&table.about);
+    let mut text = format!("\n### {}\n\n{about}. Run `{}`{tree}.", table.place, table.run);
     if !table.note.is_empty() {
         let _ = write!(text, " {}", table.note);
     }
@@ -125,10 +117,11 @@ fn table(table: &Table, cells: &[Compared]) -> String {
             true => format!(" → {}", plain(*limit, cell.digits)),
             false => String::new(),
         };
+        let mark = if cell.mark.is_empty() { String::new() } else { format!(" ({})", cell.mark) };
         let by = best.found.as_ref().map_or("", |found| &found.method);
         let _ = writeln!(
             text,
-            "| {} | {}{scaled}{unit} | {} | {} | {by} |",
+            "| {} | {}{scaled}{unit}{mark} | {} | {} | {by} |",
             cell.what,
             cell.printed,
             columns(own, cell.digits),
@@ -141,10 +134,15 @@ fn table(table: &Table, cells: &[Compared]) -> String {
 /// Value, ratio and cost.
 fn columns(ours: &Ours, digits: usize) -> String {
     let Some(found) = &ours.found else { return format!("{} | | ", ours.standing.name()) };
-    let mark = if ours.standing == Standing::Met { "✓" } else { "✗" };
+    let mark = match ours.standing {
+        Standing::Met => " ✓",
+        Standing::Missed => " ✗",
+        _ => "",
+    };
     let before = found.before_s.filter(|seconds| *seconds > 0.0);
     let before = before.map_or(String::new(), |seconds| plain(seconds, 2));
-    format!("{} {mark} | {} | {before}", plain(found.value, digits), plain(ours.ratio, 2))
+    let again: String = ours.again.iter().map(|x| format!(" ({})", plain(*x, 2))).collect();
+    format!("{}{mark} | {}{again} | {before}", plain(found.value, digits), plain(ours.ratio, 2))
 }
 
 fn remarks(title: &str, remarks: &[Remark]) -> String {
@@ -181,7 +179,10 @@ mod tests {
     #[test]
     fn a_page_without_runs_has_every_figure_and_says_what_was_not_run() {
         let text = page(&Runs::new()).unwrap();
-        assert!(text.contains("| **All** | 328 | 0 | 0 | 0 | 328 | 0 | 0 | 0 | 328 |"), "{text}");
+        assert!(
+            text.contains("| **All** | 328 | 0 | 0 | 0 | 0 | 328 | 0 | 0 | 0 | 0 | 0 | 328 | 0 |"),
+            "{text}"
+        );
         assert!(text.contains("| K = 6, 50 % | 3.47e-2 mm | not run | |  | not run | |  |  |"));
         assert!(text.contains("`cargo xtask reproduce-populations --only rectangles"));
     }

@@ -1,6 +1,6 @@
 //! Figures that the thesis prints, and where ours are found: `thesis.toml`.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use serde::Deserialize;
 use std::sync::LazyLock;
 
@@ -32,6 +32,9 @@ pub struct Run {
     pub arguments: String,
     /// Approximate computing time \[CPU min\].
     pub minutes: f64,
+    /// Run that this one repeats with another seed; mostly empty.
+    #[serde(default)]
+    pub repeats: String,
 }
 
 /// A sentence about a place in the thesis.
@@ -106,6 +109,8 @@ pub struct Scale {
     pub fact: String,
     /// Printed mean displacement.
     pub printed: f64,
+    /// Nodes of the mesh, here and in the thesis.
+    pub nodes: [usize; 2],
 }
 
 /// A printed table, or figures of one place.
@@ -145,6 +150,8 @@ pub struct Table {
     own: Each,
     #[serde(default)]
     best: Each,
+    #[serde(default)]
+    mark: Each,
 }
 
 /// A printed figure.
@@ -170,6 +177,15 @@ pub struct Cell {
     pub best: String,
     /// Row that it is relative to; may be empty.
     pub over: String,
+    /// What the printed figure is, where ours is of another kind: `GPU`, `solver`, `one case`; mostly empty.
+    pub mark: String,
+}
+
+impl Cell {
+    /// Whether it is neither met nor missed: a time of other hardware, or of a solver and no emulator.
+    pub fn is_beside(&self) -> bool {
+        ["GPU", "solver"].contains(&&*self.mark)
+    }
 }
 
 impl Table {
@@ -194,11 +210,12 @@ impl Table {
                     printed: printed.split('@').next().unwrap_or_default().into(),
                     limit,
                     digits,
-                    statistic: statistic(row),
+                    statistic: statistic(row)?,
                     column: named(&self.column)?,
                     own: named(&self.own)?,
                     best: named(&self.best)?,
                     over: self.over.clone(),
+                    mark: named(&self.mark)?,
                 });
             }
         }
@@ -223,14 +240,16 @@ fn limit(printed: &str) -> Result<(f64, usize)> {
     Ok((squares.sqrt(), 2))
 }
 
-/// Statistic of samples that a row of the thesis has; the median where it does not say.
-fn statistic(row: &str) -> &'static str {
+/// Statistic of samples that a row of the thesis has; where it is one number, the median of ours over repetitions.
+fn statistic(row: &str) -> Result<&'static str> {
     match row {
-        "25 %" => "q25",
-        "75 %" => "q75",
-        "largest" => "q100",
-        "mean" => "mean",
-        _ => "q50",
+        "25 %" => Ok("q25"),
+        "75 %" => Ok("q75"),
+        "largest" => Ok("q100"),
+        "mean" => Ok("mean"),
+        "50 %" | "median" | "error" | "time" | "factor" | "loss" | "u" | "HCGP" | "UCGP"
+        | "mean of the slice" => Ok("q50"),
+        other => bail!("`{other}` names no statistic"),
     }
 }
 

@@ -3,6 +3,7 @@
 use super::compare::Runs;
 use super::filled::{PAGES, fill};
 use super::page::page;
+use super::picture::picture;
 use super::printed::{Run, Table, thesis};
 use super::stored::Stored;
 use crate::timing::cpu_seconds_of_children;
@@ -87,14 +88,20 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
             stored.write(&documents().join("thesis"), &run.name)?;
         }
         runs.insert(run.name.clone(), stored);
-        store::write_bytes(&page_file, page(&runs)?.as_bytes())?;
+        write(&page_file, &runs)?;
         left -= run.minutes;
     }
-    store::write_bytes(&page_file, page(&runs)?.as_bytes())?;
+    write(&page_file, &runs)?;
     if !options.quick {
         fill_pages(&runs)?;
     }
     Ok(page_file)
+}
+
+/// Writes the page, and its picture beside it.
+fn write(page_file: &Path, runs: &Runs) -> Result<()> {
+    store::write_bytes(page_file, page(runs)?.as_bytes())?;
+    Ok(store::write_bytes(&page_file.with_extension("svg"), picture(runs)?.as_bytes())?)
 }
 
 /// Fills the tables of the other pages.
@@ -117,7 +124,8 @@ impl Run {
 
 impl Options {
     fn wants(&self, run: &Run, kept: &Runs) -> bool {
-        let of = |table: &Table| table.run == run.name && self.only.contains(&table.chapter);
+        let named = |table: &Table| [&run.name, &run.repeats].contains(&&table.run);
+        let of = |table: &Table| named(table) && self.only.contains(&table.chapter);
         let chosen =
             self.only.is_empty() || self.only.contains(&run.name) || thesis().table.iter().any(of);
         let done = kept.get(&run.name).is_some_and(|stored| stored.command == run.command());

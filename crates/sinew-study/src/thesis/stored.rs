@@ -25,13 +25,32 @@ pub struct Stored {
 pub struct Found {
     /// Value in the unit of its column, times in s.
     pub value: f64,
+    /// Section of its report, which is the body that it is on.
+    pub section: String,
     /// Method, with its subject if it has one.
     pub method: String,
     /// Everything before the first answer \[s\], where the table has it.
     pub before_s: Option<f64>,
 }
 
+impl Found {
+    /// What was fitted or trained for it: section and method, without Newton steps.
+    pub fn made(&self) -> (&str, &str) {
+        let raw = self.method.strip_suffix(" Newton").and_then(|name| name.rsplit_once(" + "));
+        (&self.section, raw.map_or(&*self.method, |(name, _)| name))
+    }
+}
+
+/// Methods that are no emulators, by how their names begin: solvers, also on a coarse mesh, and the noise of the data.
+const NO_EMULATORS: [&str; 5] =
+    ["solver", "coarse solution", "frozen stiffness", "fem_", "noise floor"];
+
 impl Stored {
+    /// Whether it is of a tree with changes that no commit holds.
+    pub fn is_uncommitted(&self) -> bool {
+        self.report.provenance.revision.ends_with("-dirty")
+    }
+
     /// Part of a report that is kept.
     pub fn new(command: String, cpu_s: Option<f64>, mut report: Report) -> Self {
         let kept = |block: &Block| matches!(block, Block::Table(_) | Block::Facts(_));
@@ -78,51 +97,48 @@ impl Stored {
         tables.flat_map(|table| table.rows.iter().map(move |row| (table, row)))
     }
 
-    /// Rows of a section that have a column; the baseline of a table, which is the solver, is marked.
+    /// Rows of a section that have a column, with their sections and tables.
     fn rows<'a>(
         &'a self,
         section: &'a str,
         column: &'a str,
-    ) -> impl Iterator<Item = (&'a Table, &'a Row, bool)> {
-        let tables = self.sections(section).flat_map(Section::tables);
-        let tables = tables.filter(move |table| cell(table, &table.rows[0], column).is_some());
-        tables.flat_map(|table| {
-            let solver = |row: &Row| table.baseline.as_ref() == Some(&row.method);
-            table.rows.iter().map(move |row| (table, row, solver(row)))
-        })
+    ) -> impl Iterator<Item = (&'a Section, &'a Table, &'a Row)> {
+        let sections = self.sections(section);
+        let tables = sections.flat_map(|section| section.tables().map(move |t| (section, t)));
+        let tables = tables.filter(move |(_, table)| cell(table, &table.rows[0], column).is_some());
+        tables.flat_map(|(section, table)| table.rows.iter().map(move |row| (section, table, row)))
     }
 
     /// Value of a row, which is named by method, subject and method, or all of its name.
     pub fn value(&self, [section, row, column]: [&str; 3], statistic: &str) -> Option<Found> {
-        let of =
-            |(table, found, _): (&Table, &Row, bool)| found_in(table, found, column, statistic);
-        let whole = self.rows(section, column).find(|(_, found, _)| found.name() == row);
-        let named = || self.rows(section, column).find(|(_, found, _)| is_named(found, row));
-        whole.or_else(named).and_then(of)
+        let whole = self.rows(section, column).find(|(.., found)| found.name() == row);
+        let named = || self.rows(section, column).find(|(.., found)| is_named(found, row));
+        whole.or_else(named).and_then(|place| found_in(place, column, statistic))
     }
 
-    /// Least value of all rows on the same subject whose names hold a word, raw or after one Newton step; not of the solver.
+    /// Least value of all rows on the same subject whose names hold a word, raw or after one Newton step; not of a solver.
     pub fn least(
         &self,
         [section, subject, column]: [&str; 3],
         word: &str,
         (statistic, step): (&str, bool),
     ) -> Option<Found> {
-        let rows = self.rows(section, column).filter(|(_, row, solver)| {
-            let solves = *solver || row.method.starts_with("fem_") || row.method == "noise floor";
+        let rows = self.rows(section, column).filter(|(_, table, row)| {
+            let solves = table.baseline.as_ref() == Some(&row.method)
+                || NO_EMULATORS.iter().any(|name| row.method.starts_with(name));
             let wanted = match step {
                 true => row.method.ends_with("+ 1 Newton"),
                 false => !row.method.ends_with("Newton"),
             };
             wanted && !solves && row.subject == subject && row.name().contains(word)
         });
-        let values = rows.filter_map(|(table, row, _)| found_in(table, row, column, statistic));
+        let values = rows.filter_map(|place| found_in(place, column, statistic));
         values.min_by(|a, b| a.value.total_cmp(&b.value))
     }
 
     /// Subject of a row, or of others that its name begins with.
     pub fn subject<'a>(&'a self, [section, row, column]: [&'a str; 3]) -> Option<&'a str> {
-        let rows = || self.rows(section, column).map(|(_, found, _)| found);
+        let rows = || self.rows(section, column).map(|(.., found)| found);
         let alike = |found: &&Row| !found.subject.is_empty() && row.starts_with(&found.subject);
         let own = rows().find(|found| is_named(found, row)).or_else(|| rows().find(alike));
         own.map(|found| &*found.subject)
@@ -174,28 +190,33 @@ pub(super) fn cell<'a>(table: &Table, row: &'a Row, column: &str) -> Option<&'a 
     })
 }
 
-fn found_in(table: &Table, row: &Row, column: &str, statistic: &str) -> Option<Found> {
+fn found_in(
+    (section, table, row): (&Section, &Table, &Row),
+    column: &str,
+    statistic: &str,
+) -> Option<Found> {
     let value = number(&cell(table, row, column)?.value, statistic)?;
     let before = |column: &Column| column.once || column.name == "seconds";
     let once = table.times.iter().zip(&row.times).filter(|(column, _)| before(column));
     let once: Vec<f64> = once.filter_map(|(_, cell)| cell.value.median()).collect();
     let before_s = (!once.is_empty()).then(|| once.iter().sum());
-    let about = if row.subject.is_empty() { name(row) } else { row.name() };
-    Some(Found { value, method: about, before_s })
+    let method = if row.subject.is_empty() { name(row) } else { row.name() };
+    Some(Found { value, section: section.name.clone(), method, before_s })
 }
 
-/// Statistic of a value, `q50` or another; its only number where it has one; None for words.
+/// Statistic of a value, `q50` or another; None for words. A number alone stands for the median and tells no other statistic.
 pub(super) fn number(value: &Value, statistic: &str) -> Option<f64> {
     match value {
-        Value::Distribution(found) => Some(match statistic {
-            "q25" => found.q25,
-            "q75" => found.q75,
-            "q100" => found.q100,
-            "mean" => found.mean,
-            _ => found.q50,
-        }),
+        Value::Distribution(found) => match statistic {
+            "q25" => Some(found.q25),
+            "q50" => Some(found.q50),
+            "q75" => Some(found.q75),
+            "q100" => Some(found.q100),
+            "mean" => Some(found.mean),
+            _ => None,
+        },
         Value::Several(values) => number(values.first()?, statistic),
-        other => other.median(),
+        other => other.median().filter(|_| statistic == "q50"),
     }
 }
 
