@@ -45,6 +45,21 @@ impl Field {
         Field { components: width, values: self.values.select(numbers) }
     }
 
+    /// Gives the first of the nodes at a place the row of another where its own is zero.
+    pub(crate) fn join(&mut self, first: &[usize]) {
+        fn joined<T: Copy + Default + PartialEq>(values: &mut [T], width: usize, first: &[usize]) {
+            for (node, &first) in first.iter().enumerate().filter(|(node, first)| node != *first) {
+                if values[first * width..][..width].iter().all(|x| *x == T::default()) {
+                    values.copy_within(node * width..(node + 1) * width, first * width);
+                }
+            }
+        }
+        match &mut self.values {
+            FieldValues::Float(values) => joined(values, self.components, first),
+            FieldValues::Integer(values) => joined(values, self.components, first),
+        }
+    }
+
     pub(crate) fn as_labels(&self) -> Option<&[i64]> {
         match &self.values {
             FieldValues::Integer(values) if self.components == 1 => Some(values),
@@ -83,7 +98,7 @@ impl<const N: usize> Mesh<N> {
     /// marker such as `clamped`.
     ///
     /// # Errors
-    /// [`Defect::NoSuchField`] when no scalar point field has this name.
+    /// [`Defect::NoSuchField`] when no scalar point field has this name, [`Defect::FieldNotFinite`].
     pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Defect> {
         let is_scalar = |f: &&Field| f.components == 1;
         let found = self.point_fields.get(field).filter(is_scalar).ok_or_else(|| {
@@ -95,6 +110,9 @@ impl<const N: usize> Mesh<N> {
             }
         })?;
         let numbers = found.to_f64();
+        if let Some(row) = numbers.iter().position(|number| !number.is_finite()) {
+            return Err(Defect::FieldNotFinite { field: field.into(), row, value: numbers[row] });
+        }
         Ok((0..numbers.len()).filter(|&node| numbers[node] != 0.0).collect())
     }
 }

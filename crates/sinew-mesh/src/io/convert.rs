@@ -2,38 +2,24 @@
 
 use super::cursor::Fault;
 use super::grid::{UnstructuredGrid, cell_type_name, vtk_type};
+use super::report::ReadReport;
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_field, check_points};
 use crate::topology::{FacetKey, facet_key, facets, sorted_key};
-use crate::{Defect, Facet, Field, Mesh, Problem, repair_orientation};
+use crate::{Defect, Facet, Field, Mesh, Problem, remove_unused_nodes, repair_orientation};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// An integer cell field with more values than this on the facets of a file is taken for
 /// numbering rather than for names of facet sets.
 const MOST_LABELS: usize = 64;
 
-/// Changes of a reader that made a mesh out of a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ReadReport {
-    /// Cells whose negative orientation was repaired by [`repair_orientation`].
-    pub repaired_cells: usize,
-    /// Cells of the boundary (such as triangles of a tetrahedral mesh, lines of a triangle mesh) that
-    /// became members of facet sets.
-    pub matched_facets: usize,
-    /// Cells of the boundary's dimension that are not a facet of any cell, and were left out.
-    pub unmatched_facets: usize,
-    /// Cells of still lower dimension (vertices, lines of a tetrahedral mesh), left out.
-    pub dropped_cells: usize,
-    /// Nodes that belong to no cell. They are kept; see [`crate::remove_unused_nodes`].
-    pub unused_nodes: usize,
-}
-
 /// Makes a mesh of the cells with `N` nodes.
 pub(crate) fn to_mesh<const N: usize>(
-    grid: UnstructuredGrid,
+    mut grid: UnstructuredGrid,
 ) -> Result<(Mesh<N>, ReadReport), Fault> {
     let cells_at = grid.cells_at;
     check_grid(&grid)?;
+    let (coincident_nodes, merged_nodes) = grid.coincident();
     let sorted = sort_cells::<N>(&grid).map_err(|problem| (cells_at, problem))?;
 
     let mut mesh = Mesh::<N> { points: grid.points, ..Mesh::default() };
@@ -48,18 +34,21 @@ pub(crate) fn to_mesh<const N: usize>(
         matched_facets: matched.len(),
         unmatched_facets: sorted.facets.len() - matched.len(),
         dropped_cells: sorted.lower.len(),
+        coincident_nodes,
+        merged_nodes,
         ..ReadReport::default()
     };
-    name_groups(&mut mesh, &grid.groups, &sorted, &matched);
-    if !matched.is_empty() && mesh.facet_sets.is_empty() {
-        name_labels(&mut mesh, &grid.cell_fields, &matched);
+    let mut sets = FacetSets { mesh: &mut mesh, lacking: &mut report.incomplete_sets };
+    sets.name_groups(&grid.groups, &sorted, &matched);
+    if !matched.is_empty() && sets.mesh.facet_sets.is_empty() {
+        sets.name_labels(&grid.cell_fields, &sorted, &matched);
     }
-    name_sides(&mut mesh, &grid.sides, &sorted);
+    report.unmatched_facets += sets.name_sides(&grid.sides, &sorted);
     mesh.node_sets.extend(grid.node_sets);
     sets_from_fields(&mut mesh).map_err(|defect| (cells_at, defect.into()))?;
+    report.unused_nodes = remove_unused_nodes(&mut mesh) - merged_nodes;
     report.repaired_cells = repair_orientation(&mut mesh);
     mesh.check_shapes().map_err(|defect| (cells_at, defect.into()))?;
-    report.unused_nodes = crate::topology::unused_nodes(&mesh).len();
     Ok((mesh, report))
 }
 
@@ -81,6 +70,17 @@ struct SortedCells<const N: usize> {
     cells: Vec<(usize, [usize; N])>,
     facets: Vec<(usize, FacetKey)>,
     lower: Vec<(usize, Vec<usize>)>,
+}
+
+impl<const N: usize> SortedCells<N> {
+    /// Place of a cell of the grid among those of the mesh.
+    fn cell_at(&self, index: usize) -> Option<usize> {
+        self.cells.binary_search_by_key(&index, |cell| cell.0).ok()
+    }
+
+    fn is_facet(&self, index: usize) -> bool {
+        self.facets.binary_search_by_key(&index, |facet| facet.0).is_ok()
+    }
 }
 
 /// The part of a cell type in a mesh.
@@ -199,74 +199,96 @@ fn match_facets<const N: usize>(
     boundary_cells.iter().filter_map(find).collect()
 }
 
-/// Named groups become a set of cells, facets or nodes for each dimension they cover.
-fn name_groups<const N: usize>(
-    mesh: &mut Mesh<N>,
-    groups: &BTreeMap<String, Vec<usize>>,
-    sorted: &SortedCells<N>,
-    matched: &BTreeMap<usize, Facet>,
-) {
-    let cell_at = |index: &usize| sorted.cells.binary_search_by_key(index, |cell| cell.0).ok();
-    let lower_at = |index: &usize| sorted.lower.binary_search_by_key(index, |cell| cell.0).ok();
-    for (name, members) in groups {
-        let members: BTreeSet<usize> = members.iter().copied().collect();
-        let cells: Vec<usize> = members.iter().filter_map(cell_at).collect();
-        let facets = members.iter().filter_map(|index| matched.get(index)).copied().collect();
-        let lower = members.iter().filter_map(lower_at);
-        let nodes: BTreeSet<usize> = lower.flat_map(|at| &sorted.lower[at].1).copied().collect();
-        if !cells.is_empty() {
-            mesh.cell_sets.insert(name.clone(), cells);
-        }
-        insert_facets(mesh, name, facets);
-        if !nodes.is_empty() {
-            mesh.node_sets.insert(name.clone(), nodes.into_iter().collect());
-        }
-    }
+/// Sets of a mesh that is made, and the facets that they lack.
+struct FacetSets<'m, const N: usize> {
+    mesh: &'m mut Mesh<N>,
+    lacking: &'m mut BTreeMap<String, usize>,
 }
 
-/// Named sides of cells join the facets of that name.
-fn name_sides<const N: usize>(
-    mesh: &mut Mesh<N>,
-    sides: &BTreeMap<String, Vec<(usize, usize)>>,
-    sorted: &SortedCells<N>,
-) {
-    let cell_at = |index: usize| sorted.cells.binary_search_by_key(&index, |cell| cell.0).ok();
-    for (name, sides) in sides {
-        let mut facets = mesh.facet_sets.remove(name).unwrap_or_default();
-        let of = |&(index, opposite)| Some(Facet { cell: cell_at(index)?, opposite });
-        facets.extend(sides.iter().filter_map(of));
-        insert_facets(mesh, name, facets);
-    }
-}
-
-/// Facet sets without groups: each value of an integer cell field names the facets that have it, such as
-/// `region:1`; without such a field there is one set `facets`.
-fn name_labels<const N: usize>(
-    mesh: &mut Mesh<N>,
-    fields: &BTreeMap<String, Field>,
-    matched: &BTreeMap<usize, Facet>,
-) {
-    for (name, field) in fields {
-        let Some(labels) = field.as_labels() else { continue };
-        let mut by_label = BTreeMap::<i64, Vec<Facet>>::new();
-        for (&index, &facet) in matched {
-            by_label.entry(labels[index]).or_default().push(facet);
-        }
-        if by_label.len() <= MOST_LABELS {
-            for (label, facets) in by_label {
-                insert_facets(mesh, &format!("{name}:{label}"), facets);
+impl<const N: usize> FacetSets<'_, N> {
+    /// Named groups become a set of cells, facets or nodes for each dimension they cover; the nodes of a curve join those of the
+    /// facets of its name.
+    fn name_groups(
+        &mut self,
+        groups: &BTreeMap<String, Vec<usize>>,
+        sorted: &SortedCells<N>,
+        matched: &BTreeMap<usize, Facet>,
+    ) {
+        let lower_at = |index: &usize| sorted.lower.binary_search_by_key(index, |cell| cell.0).ok();
+        for (name, members) in groups {
+            let members: BTreeSet<usize> = members.iter().copied().collect();
+            let cells: Vec<usize> =
+                members.iter().filter_map(|&index| sorted.cell_at(index)).collect();
+            let facets = members.iter().filter(|&&index| sorted.is_facet(index));
+            let facets: Vec<_> = facets.map(|index| matched.get(index).copied()).collect();
+            let lower = members.iter().filter_map(lower_at);
+            let mut nodes: BTreeSet<usize> =
+                lower.flat_map(|at| &sorted.lower[at].1).copied().collect();
+            if !cells.is_empty() {
+                self.mesh.cell_sets.insert(name.clone(), cells);
+            }
+            self.insert(name, facets);
+            if !nodes.is_empty() {
+                let facets = self.mesh.facet_sets.get(name).into_iter().flatten();
+                nodes.extend(facets.flat_map(|&facet| self.mesh.nodes_of_facet(facet)));
+                self.mesh.node_sets.insert(name.clone(), nodes.into_iter().collect());
             }
         }
     }
-    if mesh.facet_sets.is_empty() {
-        insert_facets(mesh, "facets", matched.values().copied().collect());
-    }
-}
 
-fn insert_facets<const N: usize>(mesh: &mut Mesh<N>, name: &str, mut facets: Vec<Facet>) {
-    facets.sort_unstable();
-    facets.dedup();
-    if !facets.is_empty() {
-        mesh.facet_sets.insert(name.into(), facets);
+    /// Named sides of cells join the facets of that name; the number of those that are of no cell of the mesh.
+    fn name_sides(
+        &mut self,
+        sides: &BTreeMap<String, Vec<(usize, usize)>>,
+        sorted: &SortedCells<N>,
+    ) -> usize {
+        let mut lost = 0;
+        for (name, sides) in sides {
+            let mut facets: Vec<_> =
+                self.mesh.facet_sets.remove(name).into_iter().flatten().map(Some).collect();
+            let of = |&(index, opposite)| Some(Facet { cell: sorted.cell_at(index)?, opposite });
+            facets.extend(sides.iter().map(of));
+            lost += facets.iter().filter(|facet| facet.is_none()).count();
+            self.insert(name, facets);
+        }
+        lost
+    }
+
+    /// Facet sets without groups: each value of an integer cell field names the facets that have it, such as
+    /// `region:1`; without such a field there is one set `facets`.
+    fn name_labels(
+        &mut self,
+        fields: &BTreeMap<String, Field>,
+        sorted: &SortedCells<N>,
+        matched: &BTreeMap<usize, Facet>,
+    ) {
+        let all = || sorted.facets.iter().map(|(index, _)| (index, matched.get(index).copied()));
+        for (name, field) in fields {
+            let Some(labels) = field.as_labels() else { continue };
+            let mut by_label = BTreeMap::<i64, Vec<_>>::new();
+            all().for_each(|(&at, facet)| by_label.entry(labels[at]).or_default().push(facet));
+            if by_label.len() <= MOST_LABELS {
+                for (label, facets) in by_label {
+                    self.insert(&format!("{name}:{label}"), facets);
+                }
+            }
+        }
+        if self.mesh.facet_sets.is_empty() {
+            self.insert("facets", all().map(|(_, facet)| facet).collect());
+        }
+    }
+
+    /// Names those facets that are of a cell, and counts the others.
+    fn insert(&mut self, name: &str, facets: Vec<Option<Facet>>) {
+        let count = facets.len();
+        let mut facets: Vec<Facet> = facets.into_iter().flatten().collect();
+        if count > facets.len() {
+            *self.lacking.entry(name.into()).or_default() += count - facets.len();
+        }
+        facets.sort_unstable();
+        facets.dedup();
+        if !facets.is_empty() {
+            self.mesh.facet_sets.insert(name.into(), facets);
+        }
     }
 }

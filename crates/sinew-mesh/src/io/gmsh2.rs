@@ -1,7 +1,7 @@
 //! Nodes and elements of MSH 2.2.
 
 use super::cursor::Encoding;
-use super::gmsh_model::{Gmsh, element_type};
+use super::gmsh_model::{Gmsh, dimension, element_type};
 use super::number::NumberType::{F64, I32};
 use crate::Problem;
 use std::collections::HashMap;
@@ -71,14 +71,4 @@ fn row(
         gmsh.join_group(dimension(vtk_type), physical, index);
     }
     Ok(())
-}
-
-/// Dimension of the groups that an element can be in.
-fn dimension(vtk_type: u8) -> i64 {
-    match vtk_type {
-        1 => 0,
-        3 | 21 => 1,
-        5 | 9 | 22 | 23 | 28 => 2,
-        _ => 3,
-    }
 }

@@ -3,7 +3,7 @@
 use super::cursor::{Cursor, Encoding};
 use super::grid::{UnstructuredGrid, vtk_type};
 use crate::Problem;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Versions whose sections are read.
 #[derive(Clone, Copy, Default, PartialEq)]
@@ -23,6 +23,8 @@ pub(super) struct Gmsh<'a> {
     pub grid: UnstructuredGrid,
     /// Names of physical groups by dimension and tag.
     pub names: HashMap<(i64, i64), String>,
+    /// Elements of physical groups by dimension and tag.
+    pub groups: BTreeMap<(i64, i64), Vec<usize>>,
     /// Physical tags of the model's entities by dimension and tag (version 4).
     pub physicals: HashMap<(i64, i64), Vec<i64>>,
     /// Index of each node tag.
@@ -32,6 +34,27 @@ pub(super) struct Gmsh<'a> {
 }
 
 impl Gmsh<'_> {
+    /// Names the groups. Numbers of groups without a name are given anew in each dimension.
+    pub(super) fn name_groups(&mut self) {
+        let top = self.grid.types.iter().map(|&kind| dimension(kind)).max().unwrap_or(3);
+        let groups = std::mem::take(&mut self.groups);
+        let unnamed = |key: &(i64, i64)| groups.contains_key(key) && !self.names.contains_key(key);
+        for (&(dimension, tag), members) in &groups {
+            let others = (0..top).filter(|&other| other != dimension && dimension < top);
+            let twice = others.map(|other| (other, tag)).any(|key| unnamed(&key));
+            let name = match self.names.get(&(dimension, tag)) {
+                Some(name) => name.clone(),
+                None if twice => {
+                    let kinds = ["point", "curve", "surface"];
+                    let kind = usize::try_from(dimension).ok().and_then(|at| kinds.get(at));
+                    format!("physical_{}_{tag}", kind.unwrap_or(&"volume"))
+                }
+                None => format!("physical_{tag}"),
+            };
+            self.grid.groups.entry(name).or_default().extend(members);
+        }
+    }
+
     /// Adds a node.
     pub(super) fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<(), Problem> {
         if self.node_index.insert(tag, self.grid.points.len()).is_some() {
@@ -63,10 +86,7 @@ impl Gmsh<'_> {
     /// Puts an element into a physical group.
     pub(super) fn join_group(&mut self, dimension: i64, tag: i64, element: usize) {
         // A minus sign means reversed orientation, which facets do not need.
-        let tag = tag.saturating_abs();
-        let named = self.names.get(&(dimension, tag)).cloned();
-        let name = named.unwrap_or_else(|| format!("physical_{tag}"));
-        self.grid.groups.entry(name).or_default().push(element);
+        self.groups.entry((dimension, tag.saturating_abs())).or_default().push(element);
     }
 }
 
@@ -98,4 +118,14 @@ pub(super) fn element_type(gmsh_type: i64) -> Result<(u8, usize), Problem> {
             });
         }
     })
+}
+
+/// Dimension of the groups that an element can be in.
+pub(super) fn dimension(vtk_type: u8) -> i64 {
+    match vtk_type {
+        1 => 0,
+        3 | 21 => 1,
+        5 | 9 | 22 | 23 | 28 => 2,
+        _ => 3,
+    }
 }

@@ -1,6 +1,8 @@
 //! Content common to all mesh formats: cells of any type with fields and groups.
 
-use crate::{Field, Place};
+use crate::geometry::{extents, merged};
+use crate::{Field, Place, SELECTION_TOLERANCE};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
 /// The content of a mesh file before it becomes a [`crate::Mesh`]. Readers only
@@ -21,6 +23,8 @@ pub(crate) struct UnstructuredGrid {
     pub node_sets: BTreeMap<String, Vec<usize>>,
     /// Named sets of facets: cells, each with our number of its facet.
     pub sides: BTreeMap<String, Vec<(usize, usize)>>,
+    /// Whether nodes at one place become one.
+    pub merge: bool,
     /// Place of the points, for errors.
     pub points_at: Place,
     /// Place of the cells, for errors.
@@ -39,6 +43,7 @@ impl Default for UnstructuredGrid {
             groups: BTreeMap::new(),
             node_sets: BTreeMap::new(),
             sides: BTreeMap::new(),
+            merge: false,
             points_at: Place::default(),
             cells_at: Place::default(),
         }
@@ -48,6 +53,34 @@ impl Default for UnstructuredGrid {
 impl UnstructuredGrid {
     pub(super) fn cell(&self, index: usize) -> &[i64] {
         &self.connectivity[self.offsets[index]..self.offsets[index + 1]]
+    }
+
+    /// Number of nodes of cells at the place of another, and of those that become one with it where nodes are merged.
+    pub(super) fn coincident(&mut self) -> (usize, usize) {
+        let limit = self.points.len();
+        let mut used: Vec<usize> = self.connectivity.iter().map(|&node| node as usize).collect();
+        used.sort_unstable();
+        used.dedup();
+        used.retain(|&node| node < limit);
+        let places: Vec<_> = used.iter().map(|&node| self.points[node]).collect();
+        let size = Vector3::from(extents(&places)).norm();
+        let mut first: Vec<usize> = (0..limit).collect();
+        for (&node, place) in used.iter().zip(merged(&places, SELECTION_TOLERANCE * size)) {
+            first[node] = used[place];
+        }
+        let count = first.iter().enumerate().filter(|(node, first)| node != *first).count();
+        if !self.merge {
+            return (count, 0);
+        }
+        let joined = |node: usize| first.get(node).copied().unwrap_or(node);
+        self.connectivity.iter_mut().for_each(|node| *node = joined(*node as usize) as i64);
+        for set in self.node_sets.values_mut() {
+            set.iter_mut().for_each(|node| *node = joined(*node));
+            set.sort_unstable();
+            set.dedup();
+        }
+        self.point_fields.values_mut().for_each(|field| field.join(&first));
+        (0, count)
     }
 
     /// Adds a cell.

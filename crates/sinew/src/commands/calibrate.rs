@@ -1,6 +1,6 @@
 //! Posteriors of a patient's parameters.
 
-use super::{Usage, refuse};
+use super::{Usage, refuse, tell_reading};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::calibration::{Curve, arviz, in_words, observed, report};
@@ -8,6 +8,7 @@ use sinew::case::stress_in_kpa;
 use sinew::{PatientFile, Prepared};
 use sinew_calibrate::{
     CalibrateError, Identifiability, Mode, Patient, Posterior, calibrate, check_identifiability,
+    noise_in_words,
 };
 use sinew_emulate::Terminal;
 use sinew_report::Provenance;
@@ -83,7 +84,9 @@ impl Calibrate {
             Some(mesh) => file.with_mesh(mesh.clone()),
             None => file,
         };
-        let prepared = file.prepare()?;
+        let prepared = file.prepare();
+        tell_reading(&file.case);
+        let prepared = prepared?;
         file.case
             .warnings(&prepared.body)
             .iter()
@@ -198,11 +201,12 @@ fn remove_results(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Hash of the inputs of a solve: the file's settings, whatever their order and comments, and the mesh.
+/// Hash of the inputs of a solve: the file's settings, whatever their order and comments, and the mesh with its nodes, cells, sets and
+/// fields, from which the body follows.
 fn identity(file: &PatientFile, prepared: &Prepared) -> Result<String> {
     let mut hash = DefaultHasher::new();
     file.settings()?.hash(&mut hash);
-    prepared.body.positions.iter().flatten().for_each(|x| x.to_bits().hash(&mut hash));
+    format!("{:?}", prepared.body.mesh).hash(&mut hash);
     Ok(format!("# solves of a patient, {:016x}", hash.finish()))
 }
 
@@ -257,6 +261,8 @@ fn say_ahead(prepared: &Prepared, mode: &Mode, seen: &Identifiability) {
             shown(model)
         );
     }
+    let misfit = prepared.problem.misfit(mode.misfits.iter().copied());
+    noise_in_words(misfit).iter().for_each(|doubt| println!("  warning: {doubt}"));
     println!("before anything is sampled:");
     seen.in_words().iter().for_each(|line| println!("  {line}"));
 }
