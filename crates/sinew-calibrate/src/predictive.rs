@@ -87,10 +87,8 @@ impl Predictive {
         let mut said: Vec<String> = self.contradicting().map(contradicts).collect();
         let p = self.p_overall;
         if p < UNLIKELY {
-            // One datum alone is its own cause; several are those of the noise.
-            let place = if said.len() == 1 { 1 } else { 0 };
-            said.insert(place, format!(
-                "The misfits are {:.1} times the stated noise (p = {p:.1e}): the standard deviations are too small, or the model is wrong.",
+            said.push(format!(
+                "The misfits are larger than the stated noise by a factor of {:.1} (p = {p:.1e}): the standard deviations are too small, or the model is wrong.",
                 self.misfit
             ));
         } else if p > 1.0 - UNLIKELY {

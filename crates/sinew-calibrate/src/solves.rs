@@ -78,7 +78,8 @@ impl<'f> Solves<'f> {
         let mut file = file.map_err(wrong)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(store(
-                "another run keeps its solves here; wait for its end, or name another folder".into(),
+                "another run keeps its solves here; wait for its end, or name another folder"
+                    .into(),
             ));
         }
         let mut bytes = Vec::new();

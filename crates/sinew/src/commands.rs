@@ -57,9 +57,7 @@ impl CaseFile {
     /// Case and body; warnings of the body are told on standard error. A case without a potential is refused.
     pub(crate) fn open(&self) -> Result<(Case, Body)> {
         let case = self.read()?;
-        let body = case.body();
-        tell_reading(&case);
-        let body = body?;
+        let body = tell_reading(&case, case.body())?;
         tell_doubts(&case, &body);
         Ok((case, body))
     }
@@ -122,9 +120,7 @@ impl CaseArguments {
     /// [`CaseArguments::open`] for what can do without a potential.
     pub(crate) fn open_lowered(&self) -> Result<(Case, Lowered, PathBuf)> {
         let (case, folder) = self.read()?;
-        let lowered = case.lowered();
-        tell_reading(&case);
-        let lowered = lowered?;
+        let lowered = tell_reading(&case, case.lowered())?;
         tell_doubts(&case, lowered.body());
         Ok((case, lowered, folder))
     }
@@ -137,11 +133,12 @@ impl CaseArguments {
     }
 }
 
-/// Tells on standard error what the reader of a case's mesh changed, also where there is no body then.
-fn tell_reading(case: &Case) {
+/// Result of lowering a case. Tells on standard error what the reader of its mesh changed, also where that is an error then.
+fn tell_reading<T>(case: &Case, made: Result<T, CaseError>) -> Result<T, CaseError> {
     if let (Some(report), Some(file)) = (case.mesh.report.get(), &case.mesh.file) {
         tell_changes(file, report);
     }
+    made
 }
 
 /// Tells on standard error what the reader of a file changed.

@@ -22,28 +22,34 @@ pub(crate) fn to_mesh<const N: usize>(
     let (coincident_nodes, merged_nodes) = grid.coincident();
     let sorted = sort_cells::<N>(&grid).map_err(|problem| (cells_at, problem))?;
 
-    let mut mesh = Mesh::<N> { points: grid.points, ..Mesh::default() };
+    let mut mesh = Mesh::<N> { points: std::mem::take(&mut grid.points), ..Mesh::default() };
     mesh.cells = sorted.cells.iter().map(|&(_, nodes)| nodes).collect();
-    mesh.point_fields = grid.point_fields;
+    mesh.point_fields = std::mem::take(&mut grid.point_fields);
     let rows: Vec<usize> = sorted.cells.iter().map(|&(row, _)| row).collect();
     let pick = |(name, field): (&String, &Field)| (name.clone(), field.select(&rows));
     mesh.cell_fields = grid.cell_fields.iter().map(pick).collect();
 
     let matched = match_facets(&mesh, &sorted.facets);
+    let unmatched = matched.values().filter(|facet| facet.is_none()).count();
     let mut report = ReadReport {
-        matched_facets: matched.len(),
-        unmatched_facets: sorted.facets.len() - matched.len(),
+        matched_facets: matched.len() - unmatched,
+        unmatched_facets: unmatched,
         dropped_cells: sorted.lower.len(),
         coincident_nodes,
         merged_nodes,
         ..ReadReport::default()
     };
-    let mut sets = FacetSets { mesh: &mut mesh, lacking: &mut report.incomplete_sets };
-    sets.name_groups(&grid.groups, &sorted, &matched);
-    if !matched.is_empty() && sets.mesh.facet_sets.is_empty() {
-        sets.name_labels(&grid.cell_fields, &sorted, &matched);
+    for (name, facets) in named_facets(&grid, &sorted, &matched) {
+        let lacking = facets.iter().filter(|facet| facet.is_none()).count();
+        if lacking > 0 {
+            report.incomplete_sets.insert(name.clone(), lacking);
+        }
+        let facets: BTreeSet<Facet> = facets.into_iter().flatten().collect();
+        if !facets.is_empty() {
+            mesh.facet_sets.insert(name, facets.into_iter().collect());
+        }
     }
-    report.unmatched_facets += sets.name_sides(&grid.sides, &sorted);
+    name_groups(&mut mesh, &grid.groups, &sorted);
     mesh.node_sets.extend(grid.node_sets);
     sets_from_fields(&mut mesh).map_err(|defect| (cells_at, defect.into()))?;
     report.unused_nodes = remove_unused_nodes(&mut mesh) - merged_nodes;
@@ -76,10 +82,6 @@ impl<const N: usize> SortedCells<N> {
     /// Place of a cell of the grid among those of the mesh.
     fn cell_at(&self, index: usize) -> Option<usize> {
         self.cells.binary_search_by_key(&index, |cell| cell.0).ok()
-    }
-
-    fn is_facet(&self, index: usize) -> bool {
-        self.facets.binary_search_by_key(&index, |facet| facet.0).is_ok()
     }
 }
 
@@ -182,12 +184,8 @@ fn refused_cell<const N: usize>(cell: usize, kind: u8) -> Problem {
     Problem::Cell { cell, kind: cell_type_name(kind), wanted, advice }
 }
 
-/// The facet of the mesh behind each boundary cell of the grid, where there is one. Between
-/// two cells the first one owns it.
-fn match_facets<const N: usize>(
-    mesh: &Mesh<N>,
-    boundary_cells: &[(usize, FacetKey)],
-) -> BTreeMap<usize, Facet> {
+/// The facet of the mesh behind each boundary cell of the grid, if it is one. Between two cells the first one owns it.
+fn match_facets<const N: usize>(mesh: &Mesh<N>, boundary_cells: &[(usize, FacetKey)]) -> Facets {
     if boundary_cells.is_empty() {
         return BTreeMap::new();
     }
@@ -195,100 +193,64 @@ fn match_facets<const N: usize>(
     for facet in facets(mesh) {
         owner.entry(facet_key(mesh, facet)).or_insert(facet);
     }
-    let find = |&(index, key): &(usize, FacetKey)| Some((index, *owner.get(&key)?));
-    boundary_cells.iter().filter_map(find).collect()
+    boundary_cells.iter().map(|(index, key)| (*index, owner.get(key).copied())).collect()
 }
 
-/// Sets of a mesh that is made, and the facets that they lack.
-struct FacetSets<'m, const N: usize> {
-    mesh: &'m mut Mesh<N>,
-    lacking: &'m mut BTreeMap<String, usize>,
-}
+/// Facets of the boundary cells of a grid by their index; `None` where they are of no cell.
+type Facets = BTreeMap<usize, Option<Facet>>;
 
-impl<const N: usize> FacetSets<'_, N> {
-    /// Named groups become a set of cells, facets or nodes for each dimension they cover; the nodes of a curve join those of the
-    /// facets of its name.
-    fn name_groups(
-        &mut self,
-        groups: &BTreeMap<String, Vec<usize>>,
-        sorted: &SortedCells<N>,
-        matched: &BTreeMap<usize, Facet>,
-    ) {
-        let lower_at = |index: &usize| sorted.lower.binary_search_by_key(index, |cell| cell.0).ok();
-        for (name, members) in groups {
-            let members: BTreeSet<usize> = members.iter().copied().collect();
-            let cells: Vec<usize> =
-                members.iter().filter_map(|&index| sorted.cell_at(index)).collect();
-            let facets = members.iter().filter(|&&index| sorted.is_facet(index));
-            let facets: Vec<_> = facets.map(|index| matched.get(index).copied()).collect();
-            let lower = members.iter().filter_map(lower_at);
-            let mut nodes: BTreeSet<usize> =
-                lower.flat_map(|at| &sorted.lower[at].1).copied().collect();
-            if !cells.is_empty() {
-                self.mesh.cell_sets.insert(name.clone(), cells);
-            }
-            self.insert(name, facets);
-            if !nodes.is_empty() {
-                let facets = self.mesh.facet_sets.get(name).into_iter().flatten();
-                nodes.extend(facets.flat_map(|&facet| self.mesh.nodes_of_facet(facet)));
-                self.mesh.node_sets.insert(name.clone(), nodes.into_iter().collect());
-            }
+/// Facets by the names of groups and sides. Without groups each value of an integer cell field names those that have it, such
+/// as `region:1`; without such a field all are `facets`.
+fn named_facets<const N: usize>(
+    grid: &UnstructuredGrid,
+    sorted: &SortedCells<N>,
+    matched: &Facets,
+) -> BTreeMap<String, Vec<Option<Facet>>> {
+    let mut named = BTreeMap::<String, Vec<_>>::new();
+    for (name, members) in &grid.groups {
+        for facet in members.iter().filter_map(|index| matched.get(index)) {
+            named.entry(name.clone()).or_default().push(*facet);
         }
     }
-
-    /// Named sides of cells join the facets of that name; the number of those that are of no cell of the mesh.
-    fn name_sides(
-        &mut self,
-        sides: &BTreeMap<String, Vec<(usize, usize)>>,
-        sorted: &SortedCells<N>,
-    ) -> usize {
-        let mut lost = 0;
-        for (name, sides) in sides {
-            let mut facets: Vec<_> =
-                self.mesh.facet_sets.remove(name).into_iter().flatten().map(Some).collect();
-            let of = |&(index, opposite)| Some(Facet { cell: sorted.cell_at(index)?, opposite });
-            facets.extend(sides.iter().map(of));
-            lost += facets.iter().filter(|facet| facet.is_none()).count();
-            self.insert(name, facets);
-        }
-        lost
-    }
-
-    /// Facet sets without groups: each value of an integer cell field names the facets that have it, such as
-    /// `region:1`; without such a field there is one set `facets`.
-    fn name_labels(
-        &mut self,
-        fields: &BTreeMap<String, Field>,
-        sorted: &SortedCells<N>,
-        matched: &BTreeMap<usize, Facet>,
-    ) {
-        let all = || sorted.facets.iter().map(|(index, _)| (index, matched.get(index).copied()));
-        for (name, field) in fields {
+    if named.is_empty() {
+        for (name, field) in &grid.cell_fields {
             let Some(labels) = field.as_labels() else { continue };
-            let mut by_label = BTreeMap::<i64, Vec<_>>::new();
-            all().for_each(|(&at, facet)| by_label.entry(labels[at]).or_default().push(facet));
-            if by_label.len() <= MOST_LABELS {
-                for (label, facets) in by_label {
-                    self.insert(&format!("{name}:{label}"), facets);
-                }
+            let own: BTreeSet<i64> = matched.keys().map(|&index| labels[index]).collect();
+            for (&index, facet) in matched.iter().filter(|_| own.len() <= MOST_LABELS) {
+                named.entry(format!("{name}:{}", labels[index])).or_default().push(*facet);
             }
         }
-        if self.mesh.facet_sets.is_empty() {
-            self.insert("facets", all().map(|(_, facet)| facet).collect());
-        }
     }
+    if named.is_empty() && !matched.is_empty() {
+        named.insert("facets".into(), matched.values().copied().collect());
+    }
+    for (name, sides) in &grid.sides {
+        let of = |&(index, opposite)| Some(Facet { cell: sorted.cell_at(index)?, opposite });
+        named.entry(name.clone()).or_default().extend(sides.iter().map(of));
+    }
+    named
+}
 
-    /// Names those facets that are of a cell, and counts the others.
-    fn insert(&mut self, name: &str, facets: Vec<Option<Facet>>) {
-        let count = facets.len();
-        let mut facets: Vec<Facet> = facets.into_iter().flatten().collect();
-        if count > facets.len() {
-            *self.lacking.entry(name.into()).or_default() += count - facets.len();
+/// Named groups become a set of cells, of nodes, or both. The nodes of a curve join those of the facets of its name.
+fn name_groups<const N: usize>(
+    mesh: &mut Mesh<N>,
+    groups: &BTreeMap<String, Vec<usize>>,
+    sorted: &SortedCells<N>,
+) {
+    let lower_at = |index: &usize| sorted.lower.binary_search_by_key(index, |cell| cell.0).ok();
+    for (name, members) in groups {
+        let cells: BTreeSet<usize> =
+            members.iter().filter_map(|&index| sorted.cell_at(index)).collect();
+        let lower = members.iter().filter_map(lower_at);
+        let mut nodes: BTreeSet<usize> =
+            lower.flat_map(|at| &sorted.lower[at].1).copied().collect();
+        if !cells.is_empty() {
+            mesh.cell_sets.insert(name.clone(), cells.into_iter().collect());
         }
-        facets.sort_unstable();
-        facets.dedup();
-        if !facets.is_empty() {
-            self.mesh.facet_sets.insert(name.into(), facets);
+        if !nodes.is_empty() {
+            let facets = mesh.facet_sets.get(name).into_iter().flatten();
+            nodes.extend(facets.flat_map(|&facet| mesh.nodes_of_facet(facet)));
+            mesh.node_sets.insert(name.clone(), nodes.into_iter().collect());
         }
     }
 }

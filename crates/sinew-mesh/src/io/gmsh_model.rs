@@ -40,17 +40,12 @@ impl Gmsh<'_> {
         let groups = std::mem::take(&mut self.groups);
         let unnamed = |key: &(i64, i64)| groups.contains_key(key) && !self.names.contains_key(key);
         for (&(dimension, tag), members) in &groups {
-            let others = (0..top).filter(|&other| other != dimension && dimension < top);
-            let twice = others.map(|other| (other, tag)).any(|key| unnamed(&key));
-            let name = match self.names.get(&(dimension, tag)) {
-                Some(name) => name.clone(),
-                None if twice => {
-                    let kinds = ["point", "curve", "surface"];
-                    let kind = usize::try_from(dimension).ok().and_then(|at| kinds.get(at));
-                    format!("physical_{}_{tag}", kind.unwrap_or(&"volume"))
-                }
-                None => format!("physical_{tag}"),
-            };
+            let mut others = (0..top).filter(|&other| other != dimension && dimension < top);
+            let twice = others.any(|other| unnamed(&(other, tag)));
+            let kinds = ["point_", "curve_", "surface_"].iter();
+            let kind = kinds.filter(|_| twice).nth(dimension as usize).unwrap_or(&"");
+            let named = self.names.get(&(dimension, tag)).cloned();
+            let name = named.unwrap_or_else(|| format!("physical_{kind}{tag}"));
             self.grid.groups.entry(name).or_default().extend(members);
         }
     }

@@ -30,10 +30,13 @@ impl ReadReport {
         let mut said = Vec::new();
         let lacking = self.incomplete_sets.iter();
         let sets: String = lacking.map(|(name, n)| format!(", `{name}` lacks {n}")).collect();
-        if self.unmatched_facets > 0 {
+        // Sides of elements that are none of the mesh are in sets alone.
+        let count =
+            self.unmatched_facets.max(self.incomplete_sets.values().copied().max().unwrap_or(0));
+        if count > 0 {
             said.push(format!(
                 "{} of the boundary left out, not faces of cells{sets}; write surface and cells from one mesh",
-                counted(self.unmatched_facets, "element")
+                counted(count, "element")
             ));
         }
         if self.coincident_nodes > 0 {

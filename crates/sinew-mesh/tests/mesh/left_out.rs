@@ -1,8 +1,9 @@
-//! What readers leave out or change, in every format: facets of no cell, nodes at one place, nodes of no cell, names of a curve and a
+//! Changes of readers in every format: facets of no cell, nodes at one place, nodes of no cell, names of a curve and a
 //! surface, colours, marks that are not numbers.
 
 use sinew_mesh::{
-    AnyMesh, MixedMesh, ReadReport, Selection, TetMesh, box_tetrahedra, parse, parse_mesh, read_merged,
+    AnyMesh, MixedMesh, ReadReport, Selection, TetMesh, box_tetrahedra, parse, parse_mesh,
+    read_merged,
 };
 use std::fmt::Write;
 
@@ -57,7 +58,9 @@ impl File {
             write!(ends, "{end} ").unwrap();
         }
         let array = |name: &str, kind: &str, text: String| {
-            format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{text}</DataArray>")
+            format!(
+                "<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{text}</DataArray>"
+            )
         };
         let points = array("p", "Float64", self.coordinates());
         format!(
@@ -89,8 +92,10 @@ impl File {
             self.elements.len()
         );
         for (at, (kind, nodes, group)) in self.elements.iter().enumerate() {
-            let kind = [(3, 1), (5, 2), (10, 4), (1, 15)].iter().find(|of| of.0 == *kind).unwrap().1;
-            writeln!(text, "{} {kind} 2 {group} {group} {}", at + 1, listed(nodes, 1, " ")).unwrap();
+            let kind =
+                [(3, 1), (5, 2), (10, 4), (1, 15)].iter().find(|of| of.0 == *kind).unwrap().1;
+            writeln!(text, "{} {kind} 2 {group} {group} {}", at + 1, listed(nodes, 1, " "))
+                .unwrap();
         }
         text + "$EndElements\n"
     }
@@ -104,7 +109,8 @@ impl File {
             let kind = [(3, "T3D2"), (5, "S3"), (10, "C3D4")].iter().find(|of| of.0 == *kind);
             let name = if *group == SIDE { "side" } else { "solid" };
             let nodes = listed(nodes, 1, ", ");
-            writeln!(text, "*ELEMENT, TYPE={}, ELSET={name}\n{}, {nodes}", kind.unwrap().1, at + 1).unwrap();
+            writeln!(text, "*ELEMENT, TYPE={}, ELSET={name}\n{}, {nodes}", kind.unwrap().1, at + 1)
+                .unwrap();
         }
         text
     }
@@ -130,9 +136,8 @@ fn flipped() -> (TetMesh, File) {
     for &facet in &mesh.facet_sets["x_max"] {
         file.add(5, mesh.nodes_of_facet(facet).collect(), SIDE);
     }
-    let [a, b] = [0, 1].map(|k| -> Vec<usize> {
-        mesh.nodes_of_facet(mesh.facet_sets["x_min"][k]).collect()
-    });
+    let [a, b] = [0, 1]
+        .map(|k| -> Vec<usize> { mesh.nodes_of_facet(mesh.facet_sets["x_min"][k]).collect() });
     let both: Vec<usize> = a.iter().copied().filter(|node| b.contains(node)).collect();
     let alone = |of: &[usize]| of.iter().copied().find(|node| !both.contains(node)).unwrap();
     for &corner in &both {
@@ -160,7 +165,9 @@ fn facets_of_no_cell_are_counted_in_their_sets() {
     let (mesh, report) = read(&none.msh());
     assert!(mesh.facet_sets.is_empty() && report.incomplete_sets["side"] == 2);
     let mut mixed = MixedMesh::new(cube.points.clone());
-    mixed.add_cells(10, 4, &cube.cells.as_flattened().iter().map(|&n| n as i64).collect::<Vec<_>>()).unwrap();
+    mixed
+        .add_cells(10, 4, &cube.cells.as_flattened().iter().map(|&n| n as i64).collect::<Vec<_>>())
+        .unwrap();
     let lost = mixed.add_cells(5, 3, &[0, 1, 7]).unwrap();
     mixed.name_cells("cut", lost);
     assert_eq!(mixed.into_mesh().unwrap().1.incomplete_sets["cut"], 1);
@@ -191,7 +198,10 @@ fn nodes_at_one_place_are_told_and_merged() {
         let (mesh, report) = read(&text);
         assert_eq!((mesh.points.len(), report.coincident_nodes, report.merged_nodes), (16, 4, 0));
         let said = &report.warnings()[0];
-        assert!(said.contains("4 nodes at the place of another") && said.contains("merge"), "{said}");
+        assert!(
+            said.contains("4 nodes at the place of another") && said.contains("merge"),
+            "{said}"
+        );
         std::fs::write(&path, &text).unwrap();
         let (AnyMesh::Tetrahedra(mesh), report) = read_merged(&path).unwrap() else { panic!() };
         assert_eq!((report.coincident_nodes, report.merged_nodes, report.unused_nodes), (0, 4, 0));
@@ -332,7 +342,8 @@ fn colours_in_text_are_those_in_binary() {
     let text = File::of(&mesh).vtk();
     let values = [0u8, 1, 2, 127, 254, 255];
     let shares: Vec<_> = values.iter().map(|v| format!("{:.6}", f64::from(*v) / 255.0)).collect();
-    let (read, _) = self::read(&(text.clone() + &format!("COLOR_SCALARS k 1\n{}\n", shares.join(" "))));
+    let (read, _) =
+        self::read(&(text.clone() + &format!("COLOR_SCALARS k 1\n{}\n", shares.join(" "))));
     assert_eq!(read.cell_fields["k"].to_f64(), values.map(f64::from).as_slice());
     let beyond = text + "COLOR_SCALARS k 1\n0 1 2 127 254 255\n";
     let error = parse("test", beyond.as_bytes()).unwrap_err().to_string();

@@ -6,8 +6,7 @@ use super::units::LENGTH;
 use serde::Deserialize;
 use sinew_energy::listed;
 use sinew_mesh::{
-    AnyMesh, Biventricle, IdealLiver, ReadReport, TruncatedEllipsoid, box_hexahedra,
-    box_tetrahedra,
+    AnyMesh, Biventricle, IdealLiver, ReadReport, TruncatedEllipsoid, box_hexahedra, box_tetrahedra,
 };
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};

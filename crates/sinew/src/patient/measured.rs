@@ -35,8 +35,12 @@ impl Reader<'_> {
         let is_volume = entry.volume.is_some();
         if self.same(&at, if is_volume { &At::Image } else { &from }) {
             let reason = match is_volume {
-                true => "the volume in the image is that of the mesh, whatever the parameters are; leave it out",
-                false => "it is counted from the same state, and is zero whatever the parameters are; name another phase, or another one in `from`",
+                true => {
+                    "the volume in the image is that of the mesh, whatever the parameters are; leave it out"
+                }
+                false => {
+                    "it is counted from the same state, and is zero whatever the parameters are; name another phase, or another one in `from`"
+                }
             };
             return Err(self.error("phase", reason));
         }
@@ -104,9 +108,7 @@ impl Reader<'_> {
     fn same(&self, a: &At, b: &At) -> bool {
         let name = |at: &At| match at {
             At::Rest if self.settings.image_at_rest => IMAGE.to_string(),
-            At::Rest => "rest".into(),
-            At::Image => IMAGE.into(),
-            At::Phase(name) => name.clone(),
+            other => other.to_string(),
         };
         let [a, b] = [name(a), name(b)];
         let loads = |name: &String| self.phases.get(name);

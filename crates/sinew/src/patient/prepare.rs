@@ -91,9 +91,13 @@ impl PatientFile {
                 image.entry(name).or_insert(0.0);
             });
         }
-        for (name, giver) in found.iter().flat_map(|(phase, all)| all.keys().map(move |n| (n, phase))) {
+        for (name, giver) in
+            found.iter().flat_map(|(phase, all)| all.keys().map(move |n| (n, phase)))
+        {
             if let Some((phase, _)) = found.iter().find(|(_, all)| !all.contains_key(name)) {
-                let reason = format!("phase `{phase}` lacks `{name}`, which phase `{giver}` has; write its value, \"0 kPa\" if it is none");
+                let reason = format!(
+                    "phase `{phase}` lacks `{name}`, which phase `{giver}` has; write its value, \"0 kPa\" if it is none"
+                );
                 return Err(source.error(&["phases", phase], reason));
             }
         }

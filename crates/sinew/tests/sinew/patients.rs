@@ -136,7 +136,10 @@ fn mistakes_are_refused_with_their_place() {
 fn phases_without_a_load_of_others_are_refused() {
     let says = |from: &str, to: &str| refused(from, to);
     let error = says("[phases.high]\np = \"16 mmHg\"", "[phases.high]");
-    assert!(error.contains("phases.high: phase `high` lacks `p`, which phase `image` has"), "{error}");
+    assert!(
+        error.contains("phases.high: phase `high` lacks `p`, which phase `image` has"),
+        "{error}"
+    );
     // With an image at rest its own loads are zero, those of phases are not.
     let at_rest = "[calibration]\nimage_at_rest = true";
     let text = PATIENT.replace("[phases.image]\np = \"8 mmHg\"\n", "");
@@ -164,9 +167,11 @@ fn data_that_no_parameter_changes_are_refused() {
     assert!(error.contains("data.1.phase: the volume in the image"), "{error}");
     let own = PATIENT.replace("p = \"16 mmHg\"", "p = \"8 mmHg\"") + "pressure_each = 0.05\n";
     assert!(PatientFile::parse(&own, "patient.toml").unwrap().prepare().is_ok());
-    let error = refused("volume = \"endo\"\nphase = \"low\"", "volume = \"endo\"\nphase = \"image\"");
+    let error =
+        refused("volume = \"endo\"\nphase = \"low\"", "volume = \"endo\"\nphase = \"image\"");
     assert!(error.contains("data.0.phase: the volume in the image is that of the mesh"), "{error}");
-    let moved = "displacement = [0.0, 0.0, 1.0]\npoint = [25.0, 0.0, 0.0]\nvalue = 1.0\nunit = \"mm\"";
+    let moved =
+        "displacement = [0.0, 0.0, 1.0]\npoint = [25.0, 0.0, 0.0]\nvalue = 1.0\nunit = \"mm\"";
     let error = refused(
         "strain = \"circumferential\"\nphase = \"high\"\nvalues = [0.05, 0.06, 0.05, 0.06]",
         &format!("{moved}\nfrom = \"low\"\nphase = \"low\""),
@@ -176,7 +181,8 @@ fn data_that_no_parameter_changes_are_refused() {
 
 #[test]
 fn medians_in_another_unit_are_refused() {
-    let setting = |line: &str| refused("segments = \"1x4\"", &format!("segments = \"1x4\"\n{line}"));
+    let setting =
+        |line: &str| refused("segments = \"1x4\"", &format!("segments = \"1x4\"\n{line}"));
     let error = setting("priors.a = { median = 200.0, sd = 0.3 }");
     let words = "calibration.priors.a: the median 200 is outside of the range of `a`, 0.1 to 0.4 in the unit kPa";
     assert!(error.contains(words), "{error}");
@@ -326,7 +332,9 @@ fn solves_belong_to_the_whole_body_and_to_one_run() {
         };
         let rows: Vec<_> = mesh.points().iter().map(along).collect();
         // On the axis any direction will do.
-        let rows = rows.iter().map(|row| if row[0] == 0.0 && row[1] == 0.0 { [1.0, 0.0, 0.0] } else { *row });
+        let rows = rows
+            .iter()
+            .map(|row| if row[0] == 0.0 && row[1] == 0.0 { [1.0, 0.0, 0.0] } else { *row });
         let mut wound = mesh.clone();
         let rows: Vec<_> = rows.collect();
         wound.point_fields_mut().insert("wound".into(), Field::vectors(&rows));

@@ -86,7 +86,10 @@ fn changes_of_a_file_are_said_and_do_not_change_the_answer() {
     let (code, line, said) = solve(&format!("{CASE}mesh.merge = true\n"), &text);
     assert_eq!((code, &line), (Some(0), &expected), "{said}");
     assert!(said.contains("block.vtk: 4 nodes merged"), "{said}");
-    let made = CASE.replace("file = \"block.vtk\"", "box = { extent = [20, 10, 10], cells = [2, 1, 1] }\nmesh.merge = true");
+    let made = CASE.replace(
+        "file = \"block.vtk\"",
+        "box = { extent = [20, 10, 10], cells = [2, 1, 1] }\nmesh.merge = true",
+    );
     let (code, _, said) = solve(&made, &text);
     assert!(code == Some(2) && said.contains("mesh.merge: nodes of a file are merged"), "{said}");
 }
@@ -122,7 +125,8 @@ fn marks_of_supports_are_numbers_and_mark_their_nodes_alone() {
     let solve = |case: &str, data: &str| solved(folder.path(), case, &vtk(&mesh, &sides, data));
     let marked = CASE.replace("clamped = \"left\"", "clamped = \"held\"");
     let marked = marked.replace("select.left", "select.unread");
-    let marked: String = marked.lines().filter(|l| !l.contains("unread")).map(|l| format!("{l}\n")).collect();
+    let marked: String =
+        marked.lines().filter(|l| !l.contains("unread")).map(|l| format!("{l}\n")).collect();
     let (_, expected, _) = solve(CASE, "");
     assert_eq!(solve(&marked, &field("0.0 ")).1, expected);
     let (code, _, said) = solve(&marked, &field("nan "));
@@ -144,5 +148,8 @@ fn colours_in_text_are_factors_from_0_to_255() {
     let shares = "0.00392157 ".repeat(count);
     assert_eq!(solve(&case, &format!("COLOR_SCALARS k 1\n{shares}\n")).1, expected);
     let ones = "1 ".repeat(count);
-    assert_eq!(solve(&case, &format!("SCALARS k unsigned_char 1\nLOOKUP_TABLE default\n{ones}\n")).1, expected);
+    assert_eq!(
+        solve(&case, &format!("SCALARS k unsigned_char 1\nLOOKUP_TABLE default\n{ones}\n")).1,
+        expected
+    );
 }
