@@ -45,19 +45,17 @@ impl Field {
         Field { components: width, values: self.values.select(numbers) }
     }
 
-    /// Gives the first of the nodes at a place the row of another where its own is zero.
-    pub(crate) fn join(&mut self, first: &[usize]) {
-        fn joined<T: Copy + Default + PartialEq>(values: &mut [T], width: usize, first: &[usize]) {
-            for (node, &first) in first.iter().enumerate().filter(|(node, first)| node != *first) {
-                if values[first * width..][..width].iter().all(|x| *x == T::default()) {
-                    values.copy_within(node * width..(node + 1) * width, first * width);
-                }
+    /// The field of nodes of which the first at a place has the row of another where its own is zero.
+    pub(crate) fn joined(&self, first: &[usize]) -> Self {
+        let (values, width) = (self.to_f64(), self.components);
+        let is_zero = |row: usize| values[row * width..][..width].iter().all(|x| *x == 0.0);
+        let mut source: Vec<usize> = (0..first.len()).collect();
+        for (node, &first) in first.iter().enumerate() {
+            if is_zero(source[first]) {
+                source[first] = node;
             }
         }
-        match &mut self.values {
-            FieldValues::Float(values) => joined(values, self.components, first),
-            FieldValues::Integer(values) => joined(values, self.components, first),
-        }
+        self.select(&source)
     }
 
     pub(crate) fn as_labels(&self) -> Option<&[i64]> {

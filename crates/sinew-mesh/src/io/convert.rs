@@ -1,7 +1,7 @@
 //! Conversion of the cells of a file to a mesh.
 
 use super::cursor::Fault;
-use super::grid::{UnstructuredGrid, cell_type_name, vtk_type};
+use super::grid::{UnstructuredGrid, cell_type, vtk_type};
 use super::report::ReadReport;
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_field, check_points};
@@ -113,7 +113,7 @@ fn sort_cells<const N: usize>(grid: &UnstructuredGrid) -> Result<SortedCells<N>,
     let mut sorted = SortedCells { cells: vec![], facets: vec![], lower: vec![] };
     for (index, &kind) in grid.types.iter().enumerate() {
         let part = part_of::<N>(kind).ok_or_else(|| refused_cell::<N>(index, kind))?;
-        check_nodes(grid, index, node_count(kind))?;
+        check_nodes(grid, index, cell_type(kind).2)?;
         let mut nodes = grid.cell(index).iter().map(|&node| node as usize);
         match part {
             Part::Cell => {
@@ -132,20 +132,6 @@ fn sort_cells<const N: usize>(grid: &UnstructuredGrid) -> Result<SortedCells<N>,
     Ok(sorted)
 }
 
-/// Number of nodes of the cell types that a mesh may have; of some it is any.
-fn node_count(kind: u8) -> Option<usize> {
-    match kind {
-        1 => Some(1),
-        3 => Some(2),
-        5 | vtk_type::QUADRATIC_EDGE => Some(3),
-        9 | 10 => Some(4),
-        22 => Some(6),
-        12 => Some(8),
-        24 => Some(10),
-        _ => None,
-    }
-}
-
 /// Checks the nodes of a cell; one with any number of nodes may name a node again, as a closed
 /// line does.
 fn check_nodes(grid: &UnstructuredGrid, cell: usize, number: Option<usize>) -> Result<(), Problem> {
@@ -154,7 +140,7 @@ fn check_nodes(grid: &UnstructuredGrid, cell: usize, number: Option<usize>) -> R
         return Ok(nodes.chunks(1).try_for_each(|node| check_cell(cell, node, total))?);
     };
     if nodes.len() != expected {
-        let what = format!("nodes of cell {cell}, a {}", cell_type_name(grid.types[cell]));
+        let what = format!("nodes of cell {cell}, a {}", cell_type(grid.types[cell]).0);
         return Err(Problem::Count { what, expected, found: nodes.len() });
     }
     Ok(check_cell(cell, nodes, total)?)
@@ -181,7 +167,7 @@ fn refused_cell<const N: usize>(cell: usize, kind: u8) -> Problem {
         _ => "export only the cells of one kind",
     };
     let wanted = Mesh::<N>::ELEMENT.plural;
-    Problem::Cell { cell, kind: cell_type_name(kind), wanted, advice }
+    Problem::Cell { cell, kind: cell_type(kind).0, wanted, advice }
 }
 
 /// The facet of the mesh behind each boundary cell of the grid, if it is one. Between two cells the first one owns it.

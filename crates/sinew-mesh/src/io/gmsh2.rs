@@ -1,7 +1,8 @@
 //! Nodes and elements of MSH 2.2.
 
 use super::cursor::Encoding;
-use super::gmsh_model::{Gmsh, dimension, element_type};
+use super::gmsh_model::{Gmsh, element_type};
+use super::grid::cell_type;
 use super::number::NumberType::{F64, I32};
 use crate::Problem;
 use std::collections::HashMap;
@@ -68,7 +69,7 @@ fn row(
     known.insert((vtk_type, nodes), index);
     gmsh.element_index.insert(tag, index);
     if let Some(&physical) = tags.first().filter(|&&physical| physical != 0) {
-        gmsh.join_group(dimension(vtk_type), physical, index);
+        gmsh.join_group(cell_type(vtk_type).1, physical, index);
     }
     Ok(())
 }

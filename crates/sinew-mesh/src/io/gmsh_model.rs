@@ -1,7 +1,7 @@
 //! Content of a gmsh file: nodes, elements and groups by their tags.
 
 use super::cursor::{Cursor, Encoding};
-use super::grid::{UnstructuredGrid, vtk_type};
+use super::grid::{UnstructuredGrid, cell_type, vtk_type};
 use crate::Problem;
 use std::collections::{BTreeMap, HashMap};
 
@@ -36,7 +36,7 @@ pub(super) struct Gmsh<'a> {
 impl Gmsh<'_> {
     /// Names the groups. Numbers of groups without a name are given anew in each dimension.
     pub(super) fn name_groups(&mut self) {
-        let top = self.grid.types.iter().map(|&kind| dimension(kind)).max().unwrap_or(3);
+        let top = self.grid.types.iter().map(|&kind| cell_type(kind).1).max().unwrap_or(3);
         let groups = std::mem::take(&mut self.groups);
         let unnamed = |key: &(i64, i64)| groups.contains_key(key) && !self.names.contains_key(key);
         for (&(dimension, tag), members) in &groups {
@@ -113,14 +113,4 @@ pub(super) fn element_type(gmsh_type: i64) -> Result<(u8, usize), Problem> {
             });
         }
     })
-}
-
-/// Dimension of the groups that an element can be in.
-pub(super) fn dimension(vtk_type: u8) -> i64 {
-    match vtk_type {
-        1 => 0,
-        3 | 21 => 1,
-        5 | 9 | 22 | 23 | 28 => 2,
-        _ => 3,
-    }
 }

@@ -79,7 +79,7 @@ impl UnstructuredGrid {
             set.sort_unstable();
             set.dedup();
         }
-        self.point_fields.values_mut().for_each(|field| field.join(&first));
+        self.point_fields.values_mut().for_each(|field| *field = field.joined(&first));
         (0, count)
     }
 
@@ -97,33 +97,38 @@ pub(crate) mod vtk_type {
     pub(crate) const QUADRATIC_TETRAHEDRON: u8 = 24;
 }
 
-/// Name of a VTK cell type (VTK User's Guide, "VTK File Formats").
-pub(crate) fn cell_type_name(vtk_type: u8) -> &'static str {
-    match vtk_type {
-        1 => "vertex",
-        2 => "poly-vertex",
-        3 => "line",
-        4 => "poly-line",
-        5 => "triangle",
-        6 => "triangle strip",
-        7 => "polygon",
-        8 => "pixel",
-        9 => "quadrilateral",
-        10 => "tetrahedron",
-        11 => "voxel",
-        12 => "hexahedron",
-        13 => "wedge",
-        14 => "pyramid",
-        21 => "quadratic edge",
-        22 => "quadratic triangle",
-        23 => "quadratic quadrilateral",
-        24 => "quadratic tetrahedron",
-        25 => "quadratic hexahedron",
-        26 => "quadratic wedge",
-        27 => "quadratic pyramid",
-        28 => "biquadratic quadrilateral",
-        29 => "triquadratic hexahedron",
-        42 => "polyhedron",
-        _ => "cell of another type",
-    }
+/// VTK's numbers of cell types (VTK User's Guide, "VTK File Formats"): name, dimension, and nodes where their number is fixed.
+const CELL_TYPES: [(u8, &str, i64, Option<usize>); 24] = [
+    (1, "vertex", 0, Some(1)),
+    (2, "poly-vertex", 0, None),
+    (3, "line", 1, Some(2)),
+    (4, "poly-line", 1, None),
+    (5, "triangle", 2, Some(3)),
+    (6, "triangle strip", 2, None),
+    (7, "polygon", 2, None),
+    (8, "pixel", 2, Some(4)),
+    (9, "quadrilateral", 2, Some(4)),
+    (10, "tetrahedron", 3, Some(4)),
+    (11, "voxel", 3, Some(8)),
+    (12, "hexahedron", 3, Some(8)),
+    (13, "wedge", 3, Some(6)),
+    (14, "pyramid", 3, Some(5)),
+    (21, "quadratic edge", 1, Some(3)),
+    (22, "quadratic triangle", 2, Some(6)),
+    (23, "quadratic quadrilateral", 2, Some(8)),
+    (24, "quadratic tetrahedron", 3, Some(10)),
+    (25, "quadratic hexahedron", 3, Some(20)),
+    (26, "quadratic wedge", 3, Some(15)),
+    (27, "quadratic pyramid", 3, Some(13)),
+    (28, "biquadratic quadrilateral", 2, Some(9)),
+    (29, "triquadratic hexahedron", 3, Some(27)),
+    (42, "polyhedron", 3, None),
+];
+
+/// Name of a VTK cell type, its dimension, and its number of nodes where that is fixed.
+pub(crate) fn cell_type(vtk_type: u8) -> (&'static str, i64, Option<usize>) {
+    let known = CELL_TYPES.iter().find(|(number, ..)| *number == vtk_type);
+    known.map_or(("cell of another type", 3, None), |&(_, name, dimension, nodes)| {
+        (name, dimension, nodes)
+    })
 }

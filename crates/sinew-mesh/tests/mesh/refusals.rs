@@ -72,9 +72,9 @@ fn triangle_files() {
     let text = vtk("3 0 2 1\n2 0 1", "5 3", "");
     let (mesh, report) = parse_mesh::<3>("test", text.as_bytes()).unwrap();
     assert_eq!((mesh.cells.len(), report.matched_facets), (1, 1));
-    // The points do not lie in a plane, so the triangle keeps its side.
-    assert_eq!(mesh.cells, [[0, 2, 1]]);
-    assert_eq!(mesh.facet_sets["facets"], [Facet { cell: 0, opposite: 1 }]);
+    // Points of no cell outside of its plane do not make a surface in space of it.
+    assert_eq!((mesh.cells.as_slice(), report.unused_nodes), ([[0, 1, 2]].as_slice(), 2));
+    assert_eq!(mesh.facet_sets["facets"], [Facet { cell: 0, opposite: 2 }]);
     assert!(matches!(parse("test", text.as_bytes()).unwrap().0, AnyMesh::Triangles(_)));
     let solid = vtk("4 0 1 2 3", "10", "");
     let message = parse_mesh::<3>("test", solid.as_bytes()).unwrap_err().to_string();
