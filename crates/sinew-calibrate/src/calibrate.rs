@@ -130,7 +130,8 @@ pub fn calibrate(
         }
         reached = correction;
     }
-    Err(CalibrateError::Unconfirmed(Box::new(reached)))
+    let misfit = problem.misfit(modes[0].misfits.iter().copied());
+    Err(CalibrateError::Unconfirmed(Box::new(Correction { misfit, ..reached })))
 }
 
 /// Mode from one start and the parameters that the data determine there, before sampling.

@@ -2,6 +2,25 @@
 
 use crate::Correction;
 
+/// Misfit \[standard deviations\] above which the stated noise is named as the cause of a failure: four times its variance.
+const TOO_LARGE: f64 = 2.0;
+
+/// Sentence about misfits that are too large for the stated noise; `None` where they are not.
+pub fn noise_in_words(misfit: f64) -> Option<String> {
+    (misfit > TOO_LARGE).then(|| {
+        format!("the misfits are {misfit:.1} times the stated noise: the standard deviations are too small, or the model is wrong")
+    })
+}
+
+fn cause(reached: &Correction) -> String {
+    noise_in_words(reached.misfit).unwrap_or_else(|| {
+        format!(
+            "allow more rounds or design points, narrow the ranges, or see whether the standard deviation of {} is too small",
+            reached.worst_datum
+        )
+    })
+}
+
 /// Reason why there is no posterior, with what was reached.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrateError {
@@ -22,7 +41,7 @@ pub enum CalibrateError {
     /// A datum that no parameters come near.
     #[error(
         "{name} is {value}, {side} every value that the ranges reach: the {extreme} that was found is {reached}; look at unit, phase and surface of \
-         this datum, and at the pressures"
+         this datum, at its standard deviation, and at the pressures"
     )]
     Unreachable {
         /// The datum.
@@ -39,7 +58,7 @@ pub enum CalibrateError {
     /// Chains that disagree.
     #[error(
         "the chains disagree (R̂ {r_hat:.2} for {name}); {modes} modes were found: {at}; there is no one answer to these data: \
-         add a datum or narrow a range so that one mode is left"
+         add a datum, narrow a range so that one mode is left, or see whether standard deviations are too small"
     )]
     Apart {
         /// The worst parameter.
@@ -54,8 +73,8 @@ pub enum CalibrateError {
     /// The solver does not confirm the emulator's posterior.
     #[error(
         "the solver does not confirm this posterior after {} rounds: k̂ {:.2} (at most 0.5), effective share {:.2} (at least 0.5), \
-         largest error {:.2} standard deviations of {}, {} solves, {} of them without an answer; allow more rounds or design points, or narrow the ranges",
-        .0.rounds, .0.k_hat, .0.share, .0.largest_error, .0.worst_datum, .0.solves, .0.failed
+         largest error {:.2} standard deviations of {}, {} solves, {} of them without an answer; {}",
+        .0.rounds, .0.k_hat, .0.share, .0.largest_error, .0.worst_datum, .0.solves, .0.failed, cause(.0)
     )]
     Unconfirmed(Box<Correction>),
     /// The time is over.

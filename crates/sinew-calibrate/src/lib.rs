@@ -62,7 +62,7 @@ pub use calibrate::{CalibrateOptions, calibrate, check_identifiability};
 pub use correction::Correction;
 pub use datum::{Datum, Kind};
 pub use error::PatientError;
-pub use fault::CalibrateError;
+pub use fault::{CalibrateError, noise_in_words};
 pub use forward::{Forward, ForwardError, Observed};
 pub use identifiability::{Identifiability, Identified};
 pub use klotz::Klotz;

@@ -46,6 +46,9 @@ pub struct Predictive {
     pub data: Vec<DatumCheck>,
     /// Posterior predictive probability of a sum of squared misfits that is larger (Gelman et al. 6.3).
     pub p_overall: f64,
+    /// [`Problem::misfit`] of the residuals \[standard deviations\].
+    #[serde(default)]
+    pub misfit: f64,
 }
 
 /// One draw: its coordinates and the solver's observables.
@@ -61,7 +64,8 @@ impl Predictive {
             chi.sf(residual.dot(&noise.solve(&residual)))
         };
         let p_overall = draws.iter().map(tail).sum::<f64>() / draws.len() as f64;
-        Self { data, p_overall }
+        let misfit = problem.misfit(data.iter().map(|datum: &DatumCheck| datum.residual));
+        Self { data, p_overall, misfit }
     }
 
     /// Data that contradict the others.
@@ -84,7 +88,8 @@ impl Predictive {
         let p = self.p_overall;
         if p < UNLIKELY {
             said.push(format!(
-                "The misfits are larger than the stated noise (p = {p:.1e}): the standard deviations are too small, or the model is wrong."
+                "The misfits are larger than the stated noise by a factor of {:.1} (p = {p:.1e}): the standard deviations are too small, or the model is wrong.",
+                self.misfit
             ));
         } else if p > 1.0 - UNLIKELY {
             said.push(format!(

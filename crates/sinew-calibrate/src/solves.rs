@@ -4,8 +4,8 @@ use crate::{CalibrateError, Forward, ForwardError, Observed};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::fmt::Write as _;
-use std::fs::{File, OpenOptions};
-use std::io::Write as _;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -59,40 +59,51 @@ impl<'f> Solves<'f> {
         self
     }
 
-    /// Writes each answer to a file at once. With `resume`, the answers of an earlier run are read from it. `identity`
-    /// names the inputs: a file with another identity is refused.
+    /// Writes each answer with its checksum to a file at once, which no other run may write then. With `resume`, the answers of an
+    /// earlier run are read from it; one that is not as it was stored is solved again. `identity` names the inputs: a file with
+    /// another identity is refused.
     ///
     /// # Errors
-    /// A file that cannot be read or written, or is of another patient.
+    /// A file that cannot be read or written, is of another patient, or in which another run keeps its solves.
     pub fn kept_in(
         mut self,
         path: &Path,
         identity: &str,
         resume: bool,
     ) -> Result<Self, CalibrateError> {
-        let wrong =
-            |error: std::io::Error| CalibrateError::Store(format!("{}: {error}", path.display()));
-        if resume && path.exists() {
-            let text = std::fs::read_to_string(path).map_err(wrong)?;
-            // A line without an end was cut off by a kill.
-            let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
-            let mut lines = whole.lines();
-            if lines.next() != Some(identity) {
-                let path = path.display();
-                return Err(CalibrateError::Store(format!(
-                    "{path} holds solves of another patient or other settings; --restart starts anew"
-                )));
-            }
-            let shape = (self.forward.parameters(), self.forward.observables());
-            self.found.extend(lines.filter_map(|line| read(line, shape)));
-            std::fs::write(path, format!("{whole}\n")).map_err(wrong)?;
-            let file = OpenOptions::new().append(true).open(path).map_err(wrong)?;
-            self.file = Some(Mutex::new(file));
-        } else {
-            let mut file = File::create(path).map_err(wrong)?;
-            writeln!(file, "{identity}").map_err(wrong)?;
-            self.file = Some(Mutex::new(file));
+        let store = |why: String| CalibrateError::Store(format!("{}: {why}", path.display()));
+        let wrong = |error: std::io::Error| store(error.to_string());
+        let mut file = OpenOptions::new();
+        let file = file.read(true).write(true).create(true).truncate(false).open(path);
+        let mut file = file.map_err(wrong)?;
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            return Err(store(
+                "another run keeps its solves here; wait for its end, or name another folder"
+                    .into(),
+            ));
         }
+        let mut bytes = Vec::new();
+        if resume {
+            file.read_to_end(&mut bytes).map_err(wrong)?;
+        }
+        // A line without an end was cut off by a kill.
+        bytes.truncate(bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1));
+        let text = String::from_utf8_lossy(&bytes);
+        let mut lines = text.lines();
+        if lines.next().is_some_and(|first| first != identity) {
+            return Err(store(
+                "these are solves of another patient, body or settings; --restart starts anew"
+                    .into(),
+            ));
+        }
+        let shape = (self.forward.parameters(), self.forward.observables());
+        self.found.extend(lines.filter_map(|line| read(line, shape)));
+        file.set_len(bytes.len() as u64).map_err(wrong)?;
+        file.seek(SeekFrom::End(0)).map_err(wrong)?;
+        if bytes.is_empty() {
+            writeln!(file, "{identity}").map_err(wrong)?;
+        }
+        self.file = Some(Mutex::new(file));
         Ok(self)
     }
 
@@ -204,7 +215,7 @@ fn checked(forward: &dyn Forward, theta: &[f64], derivatives: bool) -> Answer {
     }
 }
 
-/// θ; values; derivatives, each separated by commas. Decimals are exact: the shortest that give the double back.
+/// θ; values; derivatives, each separated by commas; CRC-32 of all that. Decimals are exact: the shortest that give the double back.
 fn line(theta: &[f64], answer: &Answer) -> String {
     let list = |values: &mut dyn Iterator<Item = &f64>| {
         let mut text = String::new();
@@ -214,20 +225,25 @@ fn line(theta: &[f64], answer: &Answer) -> String {
         text
     };
     let theta = list(&mut theta.iter());
-    match answer {
+    let text = match answer {
         Ok(found) => {
             let values = list(&mut found.values.iter());
-            format!("{theta};{values};{}\n", list(&mut found.jacobian.iter().flatten()))
+            format!("{theta};{values};{}", list(&mut found.jacobian.iter().flatten()))
         }
-        Err(error) => format!("{theta};!{}\n", error.reason.replace('\n', " ")),
-    }
+        Err(error) => format!("{theta};!{}", error.reason.replace('\n', " ")),
+    };
+    format!("{text};{:08x}\n", crc32fast::hash(text.as_bytes()))
 }
 
 fn read(line: &str, (parameters, observables): (usize, usize)) -> Option<(Vec<u64>, Answer)> {
     let list = |text: &str| -> Option<Vec<f64>> {
         text.split_terminator(',').map(|value| value.parse().ok()).collect()
     };
-    let (theta, rest) = line.split_once(';')?;
+    let (text, sum) = line.rsplit_once(';')?;
+    if u32::from_str_radix(sum, 16) != Ok(crc32fast::hash(text.as_bytes())) {
+        return None;
+    }
+    let (theta, rest) = text.split_once(';')?;
     let key: Vec<u64> = list(theta)?.iter().map(|x| x.to_bits()).collect();
     if key.len() != parameters {
         return None;
@@ -261,5 +277,8 @@ mod tests {
         let (_, answer) = read(text.trim_end(), (2, 1)).unwrap();
         assert_eq!(answer.unwrap_err().reason, "no body at rest");
         assert!(read("1e0,2e0,;3e0", (2, 1)).is_none());
+        // One digit of a value is another.
+        let changed = text.replacen('1', "2", 1);
+        assert!(changed != text && read(changed.trim_end(), (2, 1)).is_none());
     }
 }

@@ -88,6 +88,14 @@ impl AnyMesh {
         each!(self, mesh => &mut mesh.facet_sets)
     }
 
+    /// The nodes at which a scalar point field is not zero, see [`Mesh::nodes_where_nonzero`].
+    ///
+    /// # Errors
+    /// As [`Mesh::nodes_where_nonzero`].
+    pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Defect> {
+        each!(self, mesh => mesh.nodes_where_nonzero(field))
+    }
+
     /// Named fields with one row per node.
     pub fn point_fields(&self) -> &BTreeMap<String, Field> {
         each!(self, mesh => &mesh.point_fields)

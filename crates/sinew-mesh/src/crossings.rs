@@ -1,9 +1,9 @@
 //! Surfaces that pass through themselves.
 
 use crate::TriangleMesh;
+use crate::geometry::merged;
 use crate::tree::{SurfaceTree, crossing};
 use nalgebra::Vector3;
-use std::collections::HashMap;
 
 /// Least distance of a crossing from ends and edges \[relative to their lengths\]: contact is no crossing.
 const MARGIN: f64 = 1e-9;
@@ -23,7 +23,7 @@ const MARGIN: f64 = 1e-9;
 /// ```
 pub fn self_intersections(surface: &TriangleMesh) -> Vec<[usize; 2]> {
     let tree = SurfaceTree::new(surface);
-    let place = merged(&surface.points);
+    let place = merged(&surface.points, 0.0);
     let named = |cell: usize| surface.cells[cell].map(|node| place[node]);
     let mut pairs = Vec::new();
     for cell in 0..surface.cells.len() {
@@ -57,14 +57,6 @@ fn pierces(
         let inside = |way: f64| (MARGIN..1.0 - MARGIN).contains(&way);
         apart && crossing(triangle, from, to - from, MARGIN).is_some_and(inside)
     })
-}
-
-/// Index of the first point coincident with each point.
-pub(crate) fn merged(points: &[[f64; 3]]) -> Vec<usize> {
-    let mut first = HashMap::with_capacity(points.len());
-    // −0 becomes 0.
-    let key = |point: &[f64; 3]| point.map(|x| (x + 0.0).to_bits());
-    points.iter().enumerate().map(|(at, point)| *first.entry(key(point)).or_insert(at)).collect()
 }
 
 #[cfg(test)]

@@ -133,6 +133,9 @@ pub enum Defect {
         field.escape_debug()
     )]
     FieldSize { field: String, values: usize, rows: usize, components: usize },
+    /// A field that marks nodes by what is not a number.
+    #[error("field `{}` is {value} at node {row}; give it a finite number, 0 where it marks nothing", field.escape_debug())]
+    FieldNotFinite { field: String, row: usize, value: f64 },
     /// A set names a node, cell or facet that does not exist.
     #[error("set `{}` names index {index}, but there are only {limit}; remove it from the set", set.escape_debug())]
     SetMember { set: String, index: usize, limit: usize },

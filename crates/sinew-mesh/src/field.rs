@@ -45,6 +45,19 @@ impl Field {
         Field { components: width, values: self.values.select(numbers) }
     }
 
+    /// The field of nodes of which the first at a place has the row of another where its own is zero.
+    pub(crate) fn joined(&self, first: &[usize]) -> Self {
+        let (values, width) = (self.to_f64(), self.components);
+        let is_zero = |row: usize| values[row * width..][..width].iter().all(|x| *x == 0.0);
+        let mut source: Vec<usize> = (0..first.len()).collect();
+        for (node, &first) in first.iter().enumerate() {
+            if is_zero(source[first]) {
+                source[first] = node;
+            }
+        }
+        self.select(&source)
+    }
+
     pub(crate) fn as_labels(&self) -> Option<&[i64]> {
         match &self.values {
             FieldValues::Integer(values) if self.components == 1 => Some(values),
@@ -83,7 +96,7 @@ impl<const N: usize> Mesh<N> {
     /// marker such as `clamped`.
     ///
     /// # Errors
-    /// [`Defect::NoSuchField`] when no scalar point field has this name.
+    /// [`Defect::NoSuchField`] when no scalar point field has this name, [`Defect::FieldNotFinite`].
     pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Defect> {
         let is_scalar = |f: &&Field| f.components == 1;
         let found = self.point_fields.get(field).filter(is_scalar).ok_or_else(|| {
@@ -95,6 +108,9 @@ impl<const N: usize> Mesh<N> {
             }
         })?;
         let numbers = found.to_f64();
+        if let Some(row) = numbers.iter().position(|number| !number.is_finite()) {
+            return Err(Defect::FieldNotFinite { field: field.into(), row, value: numbers[row] });
+        }
         Ok((0..numbers.len()).filter(|&node| numbers[node] != 0.0).collect())
     }
 }

@@ -11,6 +11,29 @@ pub fn extents(points: &[[f64; 3]]) -> [f64; 3] {
     })
 }
 
+/// Direction along which few nodes of a grid lie side by side.
+const ASKEW: Vector3<f64> = Vector3::new(0.577, 0.211, 0.789);
+
+/// Index of the first point at the place of each, within a distance \[length\].
+pub(crate) fn merged(points: &[[f64; 3]], distance: f64) -> Vec<usize> {
+    let place = |at: usize| Vector3::from(points[at]);
+    let along: Vec<f64> = (0..points.len()).map(|at| place(at).dot(&ASKEW)).collect();
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_unstable_by(|&a, &b| along[a].total_cmp(&along[b]).then(a.cmp(&b)));
+    let mut first: Vec<usize> = (0..points.len()).collect();
+    for (rank, &a) in order.iter().enumerate() {
+        // The direction is a little longer than 1.
+        let near = |&&b: &&usize| along[b] - along[a] <= 1.01 * distance;
+        for &b in order[rank + 1..].iter().take_while(near) {
+            if (place(a) - place(b)).norm() <= distance {
+                let least = first[a].min(first[b]);
+                (first[a], first[b]) = (least, least);
+            }
+        }
+    }
+    first
+}
+
 impl<const N: usize> Mesh<N> {
     /// The positions of a cell's nodes, its corners first.
     pub fn corners(&self, cell: usize) -> [Vector3<f64>; N] {

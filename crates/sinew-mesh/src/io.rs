@@ -17,6 +17,7 @@ mod npy;
 mod number;
 mod obj;
 mod polydata;
+mod report;
 mod sets;
 mod stl;
 mod surface_write;
@@ -28,9 +29,9 @@ mod vtu_write;
 
 use std::path::Path;
 
-pub use convert::ReadReport;
 pub use mixed::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy};
+pub use report::ReadReport;
 pub use surface_write::{to_obj, to_stl, to_vtk_surface, to_vtp};
 pub use vtk_write::{VtkEncoding, to_vtk};
 pub use vtu_write::{to_pvd, to_vtu, to_vtu_with};
@@ -49,6 +50,17 @@ use grid::UnstructuredGrid;
 pub fn read(path: impl AsRef<Path>) -> Result<(AnyMesh, ReadReport), MeshError> {
     let (name, bytes) = load(path.as_ref())?;
     parse(&name, &bytes)
+}
+
+/// Reads a mesh as [`read`] does, and makes one node of those at the same place, within [`crate::SELECTION_TOLERANCE`]: the first,
+/// in the sets of the others, with the fields of another where its own are zero.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_merged(path: impl AsRef<Path>) -> Result<(AnyMesh, ReadReport), MeshError> {
+    let (name, bytes) = load(path.as_ref())?;
+    let merged = |grid| to_any(UnstructuredGrid { merge: true, ..grid });
+    parse_grid(&name, &bytes).and_then(merged).map_err(|fault| MeshError::in_file(&name, fault))
 }
 
 /// Reads a mesh of cells with `N` nodes: 4 of tetrahedra, 3 of triangles, 10 and 6 of quadratic ones, 8 of hexahedra;

@@ -53,7 +53,8 @@
 //!
 //! [`read`] and [`read_mesh`] tell the format by the content; both
 //! read quadratic cells and hexahedra too. Solid cells with negative volume are repaired and counted
-//! in the [`ReadReport`]. Triangles among tetrahedra (quadrilaterals among hexahedra) become facet
+//! in the [`ReadReport`], as are nodes of no cell, which are left out, and nodes at the place of another, which [`read_merged`]
+//! makes one. Triangles among tetrahedra (quadrilaterals among hexahedra) become facet
 //! sets: named by gmsh's physical groups, or by the values of integer cell fields
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
 //! [`Mesh::nodes_where_nonzero`]. The sets and surfaces of an Abaqus file keep their names: `*NSET` names nodes, `*ELSET` cells (or
@@ -106,9 +107,9 @@ pub use generate::{
 };
 pub use geometry::{extents, repair_orientation};
 pub use io::{
-    MixedMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_mesh,
-    read_npy, to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu, to_vtu_with,
-    write_pvd, write_surface, write_vtu,
+    MixedMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_merged,
+    read_mesh, read_npy, to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu,
+    to_vtu_with, write_pvd, write_surface, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,

@@ -53,23 +53,17 @@ pub(crate) fn sorted_key(corners: impl Iterator<Item = usize>) -> FacetKey {
     key
 }
 
-/// The nodes that belong to no cell, ascending.
-pub(crate) fn unused_nodes<const N: usize>(mesh: &Mesh<N>) -> Vec<usize> {
-    let mut used = vec![false; mesh.points.len()];
-    mesh.cells.as_flattened().iter().for_each(|&node| used[node] = true);
-    (0..used.len()).filter(|&node| !used[node]).collect()
-}
-
 /// Removes the nodes that belong to no cell, with their rows in fields and sets, and returns
 /// how many there were. A solver would find no stiffness at such nodes.
 pub fn remove_unused_nodes<const N: usize>(mesh: &mut Mesh<N>) -> usize {
-    let unused = unused_nodes(mesh);
-    if unused.is_empty() {
+    let mut used = vec![false; mesh.points.len()];
+    mesh.cells.as_flattened().iter().for_each(|&node| used[node] = true);
+    let is_used = |node: &usize| used[*node];
+    let kept: Vec<usize> = (0..used.len()).filter(is_used).collect();
+    if kept.len() == used.len() {
         return 0;
     }
-    let mut new_index = vec![usize::MAX; mesh.points.len()];
-    let is_used = |node: &usize| unused.binary_search(node).is_err();
-    let kept: Vec<usize> = (0..mesh.points.len()).filter(is_used).collect();
+    let mut new_index = vec![usize::MAX; used.len()];
     kept.iter().enumerate().for_each(|(new, &old)| new_index[old] = new);
     mesh.points = kept.iter().map(|&old| mesh.points[old]).collect();
     mesh.cells.as_flattened_mut().iter_mut().for_each(|node| *node = new_index[*node]);
@@ -80,7 +74,7 @@ pub fn remove_unused_nodes<const N: usize>(mesh: &mut Mesh<N>) -> usize {
         set.retain(is_used);
         set.iter_mut().for_each(|node| *node = new_index[*node]);
     }
-    unused.len()
+    used.len() - kept.len()
 }
 
 impl<const N: usize> Mesh<N> {

@@ -61,14 +61,17 @@ impl NativeCase {
     fn parse(py: Python<'_>, text: &str, file: &str, mesh: Option<&NativeMesh>) -> PyResult<Self> {
         let mut case = Case::parse(text, file).map_err(|error| Kind::Case.of(py, error))?;
         if let Some(mesh) = mesh {
-            let (mesh, unmatched) = mesh.make(py)?;
-            if unmatched > 0 {
+            let (mesh, report) = mesh.make(py)?;
+            if report.unmatched_facets > 0 {
                 let reason = format!(
-                    "mesh: {unmatched} cells of the boundary are facets of no cell; give facets by the nodes of their cell"
+                    "mesh: {} cells of the boundary are facets of no cell; give facets by the nodes of their cell",
+                    report.unmatched_facets
                 );
                 return Err(Kind::Case.of(py, reason));
             }
             case = case.on(mesh);
+            // The case is new, so that nothing stands there.
+            let _ = case.mesh.report.set(report);
         }
         Self::lowered(py, case)
     }
@@ -159,7 +162,12 @@ impl NativeCase {
 
     /// Doubts about the case, as the program tells them.
     fn warnings(&self) -> Vec<String> {
-        self.case.warnings(&self.body)
+        let report = self.case.mesh.report.get().cloned().unwrap_or_default();
+        let left_out = report.unused_nodes > 0;
+        let changes = left_out.then(|| report.changes()).unwrap_or_default();
+        let mesh = report.warnings().into_iter().chain(changes);
+        let mesh = mesh.map(|said| format!("mesh: {said}"));
+        mesh.chain(self.case.warnings(&self.body)).collect()
     }
 
     /// A warning that the cells are too stiff somewhere in the ranges of the parameters, if they are.

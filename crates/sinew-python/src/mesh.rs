@@ -4,7 +4,7 @@ use crate::arrays::triples;
 use crate::errors::Kind;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use sinew_mesh::{AnyMesh, Field, FieldValues, MixedMesh};
+use sinew_mesh::{AnyMesh, Field, FieldValues, MixedMesh, ReadReport};
 use std::sync::Mutex;
 
 /// A mesh while it is put together: nodes, blocks of cells, names and fields.
@@ -26,12 +26,10 @@ impl NativeMesh {
     }
 
     /// The mesh, which can be made once.
-    pub(crate) fn make(&self, py: Python<'_>) -> PyResult<(AnyMesh, usize)> {
+    pub(crate) fn make(&self, py: Python<'_>) -> PyResult<(AnyMesh, ReadReport)> {
         let taken = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take();
         let mixed = taken.ok_or_else(|| Kind::Case.of(py, "the mesh is made already"))?;
-        let (mesh, report) =
-            mixed.into_mesh().map_err(|error| Kind::Case.of(py, format!("mesh: {error}")))?;
-        Ok((mesh, report.unmatched_facets))
+        mixed.into_mesh().map_err(|error| Kind::Case.of(py, format!("mesh: {error}")))
     }
 }
 
@@ -54,6 +52,11 @@ impl NativeMesh {
         let indices: Vec<i64> = cells.iter().copied().collect();
         let added = self.with(py, |mixed| mixed.add_cells(vtk_type, cells.ncols(), &indices))?;
         added.map(|range| range.start).map_err(|error| Kind::Case.of(py, format!("mesh: {error}")))
+    }
+
+    /// Makes one node of those at the same place.
+    fn merge_nodes(&self, py: Python<'_>) -> PyResult<()> {
+        self.with(py, MixedMesh::merge_nodes)
     }
 
     /// Names cells by their numbers.

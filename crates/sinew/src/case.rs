@@ -195,8 +195,9 @@ impl Case {
 
     /// Case with the mesh of another file.
     pub fn with_mesh(mut self, file: PathBuf) -> Self {
-        let unit = self.mesh.unit;
-        self.mesh = MeshSource { file: Some(file), unit, is_other: true, ..MeshSource::default() };
+        let MeshSource { unit, merge, .. } = self.mesh;
+        let file = Some(file);
+        self.mesh = MeshSource { file, unit, merge, is_other: true, ..MeshSource::default() };
         self
     }
 
@@ -218,7 +219,8 @@ impl Case {
     /// ```
     pub fn on(mut self, mesh: sinew_mesh::AnyMesh) -> Self {
         let given = Some(Arc::new(mesh));
-        self.mesh = MeshSource { given, unit: self.mesh.unit, ..MeshSource::default() };
+        let MeshSource { unit, merge, .. } = self.mesh;
+        self.mesh = MeshSource { given, unit, merge, ..MeshSource::default() };
         self
     }
 
@@ -303,6 +305,8 @@ impl Case {
         self.check_active(law)?;
         let parameters = self.lower_parameters(law)?;
         if matches!(formulation, Formulation::Quadratic | Formulation::Mixed) {
+            // Nodes are marked before means of the marks would stand in the middle of edges.
+            self.marked_sets().for_each(|set| drop(supports::add_node_set(&mut mesh, set)));
             mesh = mesh::quadratic(mesh).map_err(|element| {
                 self.source.error(
                     &["formulation"],

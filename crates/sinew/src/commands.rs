@@ -30,6 +30,7 @@ use sinew::{
 };
 use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::Options;
+use sinew_mesh::ReadReport;
 use std::path::{Path, PathBuf};
 use stop::Stoppable;
 
@@ -56,7 +57,7 @@ impl CaseFile {
     /// Case and body; warnings of the body are told on standard error. A case without a potential is refused.
     pub(crate) fn open(&self) -> Result<(Case, Body)> {
         let case = self.read()?;
-        let body = case.body()?;
+        let body = tell_reading(&case, case.body())?;
         tell_doubts(&case, &body);
         Ok((case, body))
     }
@@ -119,7 +120,7 @@ impl CaseArguments {
     /// [`CaseArguments::open`] for what can do without a potential.
     pub(crate) fn open_lowered(&self) -> Result<(Case, Lowered, PathBuf)> {
         let (case, folder) = self.read()?;
-        let lowered = case.lowered()?;
+        let lowered = tell_reading(&case, case.lowered())?;
         tell_doubts(&case, lowered.body());
         Ok((case, lowered, folder))
     }
@@ -130,6 +131,21 @@ impl CaseArguments {
         let name: String = case.name.chars().map(kept).collect();
         self.out.clone().unwrap_or_else(|| Path::new("out").join(name))
     }
+}
+
+/// Result of lowering a case. Tells on standard error what the reader of its mesh changed, also where that is an error then.
+fn tell_reading<T>(case: &Case, made: Result<T, CaseError>) -> Result<T, CaseError> {
+    if let (Some(report), Some(file)) = (case.mesh.report.get(), &case.mesh.file) {
+        tell_changes(file, report);
+    }
+    made
+}
+
+/// Tells on standard error what the reader of a file changed.
+fn tell_changes(file: &Path, report: &ReadReport) {
+    let file = file.display();
+    report.warnings().iter().for_each(|doubt| eprintln!("warning: {file}: {doubt}"));
+    report.changes().iter().for_each(|change| eprintln!("{file}: {change}"));
 }
 
 /// Tells warnings of a body on standard error, and the formulation that was chosen for it.

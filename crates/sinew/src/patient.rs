@@ -11,7 +11,7 @@ mod tables;
 pub use prepared::{Prepared, Reported};
 
 use crate::case::{Case, CaseError};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use tables::Tables;
 
 /// A case file with what was measured of the body.
@@ -70,11 +70,6 @@ impl PatientFile {
         let place = |(key, reason)| case.source.error(&["calibration", key], reason);
         tables.calibration.check().map_err(place)?;
         Ok(Self { case, tables, blank: false })
-    }
-
-    /// Patient with the mesh of another file.
-    pub fn with_mesh(self, file: PathBuf) -> Self {
-        Self { case: self.case.with_mesh(file), ..self }
     }
 
     /// Keys and values of the file in one form, whatever its comments, its spacing and the order of its tables.

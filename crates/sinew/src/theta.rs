@@ -193,27 +193,41 @@ pub fn read_thetas(path: &Path, parameters: &[Parameter]) -> Result<Vec<Vec<f64>
 pub type TableRow = (usize, Result<Vec<f64>, ThetaText>);
 
 /// θ from a CSV table: names in the first line, such as `mu,lambda` or `a,p [mmHg]`, in any order; a row per θ. Without a unit
-/// in its head a column has that of its parameter. Empty lines and those that begin with `#` are left out. A row with a number
+/// in its head a column has that of its parameter. Empty lines and those that begin with `#` are left out, but for
+/// names behind a `#` right above the numbers, as NumPy writes them. A row with a number
 /// too few, too many or malformed is an error of its own, with its line.
 ///
 /// # Errors
 /// A file that cannot be read; a column that is missing, is not a parameter or has another unit; no row.
 pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>, ThetaText> {
     let file = path.display();
-    let text = std::fs::read_to_string(path).map_err(|error| ThetaText {
+    let unread = |reason: String| ThetaText {
         place: format!("--theta {file}"),
-        reason: format!("{error}; name a CSV table, or give {}", example(parameters)),
-    })?;
+        reason: format!("{reason}; name a CSV table, or give {}", example(parameters)),
+    };
+    let bytes = std::fs::read(path).map_err(|error| unread(error.to_string()))?;
+    if bytes.contains(&0) {
+        return Err(unread("it is not text, or is text in UTF-16, to be saved in UTF-8".into()));
+    }
+    // Comments may be in another encoding.
+    let text = String::from_utf8_lossy(&bytes);
+    let text = text.trim_start_matches('\u{feff}');
     let error = |line: usize, reason| ThetaText { place: format!("{file}, line {line}"), reason };
-    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| {
-        let line = line.trim();
-        !line.is_empty() && !line.starts_with('#')
+    let is_comment = |line: &str| line.trim().is_empty() || line.trim().starts_with('#');
+    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !is_comment(line));
+    // NumPy writes names behind a #, in the last comment before the numbers.
+    let comments = (1..).zip(text.lines()).take_while(|(_, line)| is_comment(line));
+    let named = comments.map(|(at, line)| (at, line.trim().trim_start_matches('#'))).last();
+    let is_number = |row: &str| row.split(',').any(|cell| cell.trim().parse::<f64>().is_ok());
+    let named = named.filter(|(_, line)| {
+        let names: Vec<&str> = line.split(',').map(|text| head(text).0).collect();
+        let below = lines.clone().next().is_some_and(|(_, row)| is_number(row));
+        below && columns(&names, parameters).is_ok()
     });
-    let Some((first, header)) = lines.next() else {
+    let Some((first, header)) = named.or_else(|| lines.next()) else {
         let names = listed(parameters);
         return Err(error(1, format!("the table is empty; begin with a line of names: {names}")));
     };
-    let header = header.trim_start_matches('\u{feff}');
     let heads: Vec<(&str, &str)> = header.split(',').map(head).collect();
     let names: Vec<&str> = heads.iter().map(|(name, _)| *name).collect();
     let columns = columns(&names, parameters).map_err(|reason| {

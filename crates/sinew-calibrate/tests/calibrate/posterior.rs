@@ -225,6 +225,20 @@ fn a_bad_emulator_is_seen_and_corrected_or_refused() {
 }
 
 #[test]
+fn standard_deviations_that_are_too_small_are_named_where_there_is_no_posterior() {
+    // A hundred times below the noise of the data.
+    let mut tiny = data(3, 1.0);
+    tiny.iter_mut().for_each(|datum| datum.deviation *= 0.01);
+    let few = CalibrateOptions { design: 4, rounds: 1, degree: 1, ..CalibrateOptions::default() };
+    let said = match run_with(tiny, Vec::new(), &few) {
+        Ok(posterior) => posterior.predictive.in_words().pop().unwrap_or_default(),
+        Err(error) => error.to_string(),
+    };
+    assert!(said.contains("standard deviation"), "{said}");
+    assert!(said.contains("too small") || said.contains("at its standard deviation"), "{said}");
+}
+
+#[test]
 fn a_volume_at_the_pressure_of_the_image_returns_the_prior() {
     let posterior = run(vec![volume(2, 121.0, 2.0)]);
     for parameter in 0..2 {
@@ -269,6 +283,11 @@ fn noise_that_is_wrong_by_two_is_flagged_and_inferred_noise_holds() {
     let small = run(data(5, 2.0));
     assert!(small.predictive.p_overall < 0.01, "{}", small.predictive.p_overall);
     assert!(small.predictive.in_words().iter().any(|s| s.contains("larger than the stated noise")));
+    let large_noise = run(data(5, 3.0));
+    let factor = large_noise.predictive.misfit;
+    assert!((2.0..4.0).contains(&factor), "{factor}");
+    let said = large_noise.predictive.in_words().pop().unwrap();
+    assert!(said.contains(&format!("by a factor of {factor:.1}")), "{said}");
     let large = run(data(5, 0.5));
     assert!(large.predictive.p_overall > 0.99, "{}", large.predictive.p_overall);
     let inferred = |name: &str| Kind { name: name.into(), inferred: true, bias: 0.0 };

@@ -6,7 +6,7 @@ use super::gmsh_model::{Gmsh, Version};
 use super::grid::UnstructuredGrid;
 use super::number::NumberType;
 use crate::{Field, FieldValues, Problem};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Reads the nodes, elements, physical groups and data of a file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
@@ -16,11 +16,13 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
         binary: Encoding::Text,
         grid: UnstructuredGrid::default(),
         names: HashMap::new(),
+        groups: BTreeMap::new(),
         physicals: HashMap::new(),
         node_index: HashMap::new(),
         element_index: HashMap::new(),
     };
     gmsh.read().map_err(|problem| gmsh.cursor.fault(problem))?;
+    gmsh.name_groups();
     Ok(gmsh.grid)
 }
 

@@ -2,6 +2,7 @@
 
 use super::cursor::Encoding;
 use super::gmsh_model::{Gmsh, element_type};
+use super::grid::cell_type;
 use super::number::NumberType::{F64, I32};
 use crate::Problem;
 use std::collections::HashMap;
@@ -68,17 +69,7 @@ fn row(
     known.insert((vtk_type, nodes), index);
     gmsh.element_index.insert(tag, index);
     if let Some(&physical) = tags.first().filter(|&&physical| physical != 0) {
-        gmsh.join_group(dimension(vtk_type), physical, index);
+        gmsh.join_group(cell_type(vtk_type).1, physical, index);
     }
     Ok(())
-}
-
-/// Dimension of the groups that an element can be in.
-fn dimension(vtk_type: u8) -> i64 {
-    match vtk_type {
-        1 => 0,
-        3 | 21 => 1,
-        5 | 9 | 22 | 23 | 28 => 2,
-        _ => 3,
-    }
 }

@@ -1,9 +1,9 @@
 //! Content of a gmsh file: nodes, elements and groups by their tags.
 
 use super::cursor::{Cursor, Encoding};
-use super::grid::{UnstructuredGrid, vtk_type};
+use super::grid::{UnstructuredGrid, cell_type, vtk_type};
 use crate::Problem;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Versions whose sections are read.
 #[derive(Clone, Copy, Default, PartialEq)]
@@ -23,6 +23,8 @@ pub(super) struct Gmsh<'a> {
     pub grid: UnstructuredGrid,
     /// Names of physical groups by dimension and tag.
     pub names: HashMap<(i64, i64), String>,
+    /// Elements of physical groups by dimension and tag.
+    pub groups: BTreeMap<(i64, i64), Vec<usize>>,
     /// Physical tags of the model's entities by dimension and tag (version 4).
     pub physicals: HashMap<(i64, i64), Vec<i64>>,
     /// Index of each node tag.
@@ -32,6 +34,22 @@ pub(super) struct Gmsh<'a> {
 }
 
 impl Gmsh<'_> {
+    /// Names the groups. Numbers of groups without a name are given anew in each dimension.
+    pub(super) fn name_groups(&mut self) {
+        let top = self.grid.types.iter().map(|&kind| cell_type(kind).1).max().unwrap_or(3);
+        let groups = std::mem::take(&mut self.groups);
+        let unnamed = |key: &(i64, i64)| groups.contains_key(key) && !self.names.contains_key(key);
+        for (&(dimension, tag), members) in &groups {
+            let mut others = (0..top).filter(|&other| other != dimension && dimension < top);
+            let twice = others.any(|other| unnamed(&(other, tag)));
+            let kinds = ["point_", "curve_", "surface_"].iter();
+            let kind = kinds.filter(|_| twice).nth(dimension as usize).unwrap_or(&"");
+            let named = self.names.get(&(dimension, tag)).cloned();
+            let name = named.unwrap_or_else(|| format!("physical_{kind}{tag}"));
+            self.grid.groups.entry(name).or_default().extend(members);
+        }
+    }
+
     /// Adds a node.
     pub(super) fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<(), Problem> {
         if self.node_index.insert(tag, self.grid.points.len()).is_some() {
@@ -63,10 +81,7 @@ impl Gmsh<'_> {
     /// Puts an element into a physical group.
     pub(super) fn join_group(&mut self, dimension: i64, tag: i64, element: usize) {
         // A minus sign means reversed orientation, which facets do not need.
-        let tag = tag.saturating_abs();
-        let named = self.names.get(&(dimension, tag)).cloned();
-        let name = named.unwrap_or_else(|| format!("physical_{tag}"));
-        self.grid.groups.entry(name).or_default().push(element);
+        self.groups.entry((dimension, tag.saturating_abs())).or_default().push(element);
     }
 }
 

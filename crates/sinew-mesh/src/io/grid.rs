@@ -1,6 +1,8 @@
 //! Content common to all mesh formats: cells of any type with fields and groups.
 
-use crate::{Field, Place};
+use crate::geometry::{extents, merged};
+use crate::{Field, Place, SELECTION_TOLERANCE};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
 /// The content of a mesh file before it becomes a [`crate::Mesh`]. Readers only
@@ -21,6 +23,8 @@ pub(crate) struct UnstructuredGrid {
     pub node_sets: BTreeMap<String, Vec<usize>>,
     /// Named sets of facets: cells, each with our number of its facet.
     pub sides: BTreeMap<String, Vec<(usize, usize)>>,
+    /// Whether nodes at one place become one.
+    pub merge: bool,
     /// Place of the points, for errors.
     pub points_at: Place,
     /// Place of the cells, for errors.
@@ -39,6 +43,7 @@ impl Default for UnstructuredGrid {
             groups: BTreeMap::new(),
             node_sets: BTreeMap::new(),
             sides: BTreeMap::new(),
+            merge: false,
             points_at: Place::default(),
             cells_at: Place::default(),
         }
@@ -48,6 +53,34 @@ impl Default for UnstructuredGrid {
 impl UnstructuredGrid {
     pub(super) fn cell(&self, index: usize) -> &[i64] {
         &self.connectivity[self.offsets[index]..self.offsets[index + 1]]
+    }
+
+    /// Number of nodes of cells at the place of another, and of those that become one with it where nodes are merged.
+    pub(super) fn coincident(&mut self) -> (usize, usize) {
+        let limit = self.points.len();
+        let mut used: Vec<usize> = self.connectivity.iter().map(|&node| node as usize).collect();
+        used.sort_unstable();
+        used.dedup();
+        used.retain(|&node| node < limit);
+        let places: Vec<_> = used.iter().map(|&node| self.points[node]).collect();
+        let size = Vector3::from(extents(&places)).norm();
+        let mut first: Vec<usize> = (0..limit).collect();
+        for (&node, place) in used.iter().zip(merged(&places, SELECTION_TOLERANCE * size)) {
+            first[node] = used[place];
+        }
+        let count = first.iter().enumerate().filter(|(node, first)| node != *first).count();
+        if !self.merge {
+            return (count, 0);
+        }
+        let joined = |node: usize| first.get(node).copied().unwrap_or(node);
+        self.connectivity.iter_mut().for_each(|node| *node = joined(*node as usize) as i64);
+        for set in self.node_sets.values_mut() {
+            set.iter_mut().for_each(|node| *node = joined(*node));
+            set.sort_unstable();
+            set.dedup();
+        }
+        self.point_fields.values_mut().for_each(|field| *field = field.joined(&first));
+        (0, count)
     }
 
     /// Adds a cell.
@@ -64,33 +97,38 @@ pub(crate) mod vtk_type {
     pub(crate) const QUADRATIC_TETRAHEDRON: u8 = 24;
 }
 
-/// Name of a VTK cell type (VTK User's Guide, "VTK File Formats").
-pub(crate) fn cell_type_name(vtk_type: u8) -> &'static str {
-    match vtk_type {
-        1 => "vertex",
-        2 => "poly-vertex",
-        3 => "line",
-        4 => "poly-line",
-        5 => "triangle",
-        6 => "triangle strip",
-        7 => "polygon",
-        8 => "pixel",
-        9 => "quadrilateral",
-        10 => "tetrahedron",
-        11 => "voxel",
-        12 => "hexahedron",
-        13 => "wedge",
-        14 => "pyramid",
-        21 => "quadratic edge",
-        22 => "quadratic triangle",
-        23 => "quadratic quadrilateral",
-        24 => "quadratic tetrahedron",
-        25 => "quadratic hexahedron",
-        26 => "quadratic wedge",
-        27 => "quadratic pyramid",
-        28 => "biquadratic quadrilateral",
-        29 => "triquadratic hexahedron",
-        42 => "polyhedron",
-        _ => "cell of another type",
-    }
+/// VTK's numbers of cell types (VTK User's Guide, "VTK File Formats"): name, dimension, and nodes where their number is fixed.
+const CELL_TYPES: [(u8, &str, i64, Option<usize>); 24] = [
+    (1, "vertex", 0, Some(1)),
+    (2, "poly-vertex", 0, None),
+    (3, "line", 1, Some(2)),
+    (4, "poly-line", 1, None),
+    (5, "triangle", 2, Some(3)),
+    (6, "triangle strip", 2, None),
+    (7, "polygon", 2, None),
+    (8, "pixel", 2, Some(4)),
+    (9, "quadrilateral", 2, Some(4)),
+    (10, "tetrahedron", 3, Some(4)),
+    (11, "voxel", 3, Some(8)),
+    (12, "hexahedron", 3, Some(8)),
+    (13, "wedge", 3, Some(6)),
+    (14, "pyramid", 3, Some(5)),
+    (21, "quadratic edge", 1, Some(3)),
+    (22, "quadratic triangle", 2, Some(6)),
+    (23, "quadratic quadrilateral", 2, Some(8)),
+    (24, "quadratic tetrahedron", 3, Some(10)),
+    (25, "quadratic hexahedron", 3, Some(20)),
+    (26, "quadratic wedge", 3, Some(15)),
+    (27, "quadratic pyramid", 3, Some(13)),
+    (28, "biquadratic quadrilateral", 2, Some(9)),
+    (29, "triquadratic hexahedron", 3, Some(27)),
+    (42, "polyhedron", 3, None),
+];
+
+/// Name of a VTK cell type, its dimension, and its number of nodes where that is fixed.
+pub(crate) fn cell_type(vtk_type: u8) -> (&'static str, i64, Option<usize>) {
+    let known = CELL_TYPES.iter().find(|(number, ..)| *number == vtk_type);
+    known.map_or(("cell of another type", 3, None), |&(_, name, dimension, nodes)| {
+        (name, dimension, nodes)
+    })
 }

@@ -54,6 +54,11 @@ impl MixedMesh {
         Ok(first..grid.types.len())
     }
 
+    /// Makes one node of those at the same place, as [`crate::read_merged`] does.
+    pub fn merge_nodes(&mut self) {
+        self.0.merge = true;
+    }
+
     /// Number of cells of all kinds.
     pub fn cell_count(&self) -> usize {
         self.0.types.len()

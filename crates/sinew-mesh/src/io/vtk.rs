@@ -6,7 +6,7 @@ use super::cursor::{Cursor, Encoding, Endian, Fault, number};
 use super::grid::UnstructuredGrid;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
-use crate::{Field, Problem};
+use crate::{Field, FieldValues, Problem};
 use percent_encoding::percent_decode_str;
 use std::collections::BTreeMap;
 
@@ -243,7 +243,7 @@ impl Reader<'_> {
             }
             self.lookup_table_name();
         }
-        self.array(name, components, kind.unwrap_or(self.kind_of_colours()), owner)
+        self.array(name, components, kind, owner)
     }
 
     /// The line `LOOKUP_TABLE name` behind SCALARS, which some programs leave out.
@@ -259,15 +259,20 @@ impl Reader<'_> {
         &mut self,
         name: String,
         components: usize,
-        kind: NumberType,
+        kind: Option<NumberType>,
         owner: Owner,
     ) -> Result<(), Problem> {
-        let (rows, fields): (_, &mut BTreeMap<_, _>) = match owner {
-            Owner::Points(rows) => (rows, &mut self.grid.point_fields),
-            Owner::Cells(rows) => (rows, &mut self.grid.cell_fields),
-        };
+        let (Owner::Points(rows) | Owner::Cells(rows)) = owner;
         let count = rows.saturating_mul(components);
-        let values = self.cursor.numbers(kind, count, "values of a field")?;
+        let stored = kind.unwrap_or(self.kind_of_colours());
+        let values = match (kind, self.cursor.numbers(stored, count, "values of a field")?) {
+            (None, FieldValues::Float(shares)) => characters(&shares)?,
+            (_, values) => values,
+        };
+        let fields: &mut BTreeMap<_, _> = match owner {
+            Owner::Points(_) => &mut self.grid.point_fields,
+            Owner::Cells(_) => &mut self.grid.cell_fields,
+        };
         fields.insert(name, Field { components, values });
         Ok(())
     }
@@ -298,7 +303,7 @@ impl Reader<'_> {
                 let what = format!("rows of array `{}`", name.escape_debug());
                 return Err(Problem::Count { what, expected, found: rows });
             }
-            self.array(name, components, kind, owner)?;
+            self.array(name, components, Some(kind), owner)?;
         }
         Ok(())
     }
@@ -352,6 +357,17 @@ impl Reader<'_> {
     /// Binary numbers begin directly behind the line break.
     fn end_of_header(&mut self) {
         self.cursor.line();
+    }
+}
+
+/// Unsigned characters, whose shares of 255 stand in text.
+fn characters(shares: &[f64]) -> Result<FieldValues, Problem> {
+    match shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
+        Some(share) => Err(Problem::expected("a colour from 0 to 1", share.to_string())),
+        None => {
+            let of_255 = shares.iter().map(|share| (255.0 * share).round() as i64);
+            Ok(FieldValues::Integer(of_255.collect()))
+        }
     }
 }
 

@@ -28,7 +28,9 @@ impl<'m, const N: usize> Places<'m, N> {
         mesh.check()?;
         let boundary = boundary_facets(mesh);
         let normals = boundary.iter().map(|&facet| normal(mesh, facet)).collect();
-        let diagonal = Point::from(extents(&mesh.points).map(|edge| edge.max(0.0))).norm();
+        let of_cells = mesh.cells.as_flattened().iter().map(|&node| mesh.points[node]);
+        let size = extents(&of_cells.collect::<Vec<_>>());
+        let diagonal = Point::from(size.map(|edge| edge.max(0.0))).norm();
         Ok(Self { mesh, boundary, normals, tolerance: SELECTION_TOLERANCE * diagonal })
     }
 

@@ -7,6 +7,7 @@ mod abaqus;
 mod chambers;
 mod damage;
 mod fixtures;
+mod left_out;
 mod mutations;
 mod organs;
 mod population;

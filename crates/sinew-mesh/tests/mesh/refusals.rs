@@ -2,7 +2,7 @@
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use flate2::{Compression, write::ZlibEncoder};
-use sinew_mesh::{AnyMesh, Facet, ReadReport, TetMesh, parse, parse_mesh, remove_unused_nodes};
+use sinew_mesh::{AnyMesh, Facet, ReadReport, TetMesh, parse, parse_mesh};
 use std::io::Write;
 
 const CORNERS: &str = "0 0 0  1 0 0  0 1 0  0 0 1  1 1 1";
@@ -51,18 +51,19 @@ fn other_cells_are_sorted_and_counted() {
     // A negative tetrahedron, its side, a triangle that is not a side, a line and two points.
     let cells = "4 0 2 1 3\n3 0 2 1\n3 1 2 4\n2 0 1\n2 0 3";
     let data = "CELL_DATA 5\nSCALARS part int 1\nLOOKUP_TABLE default\n5 8 8 1 1";
-    let (mut mesh, report) = tets(&vtk(cells, "10 5 5 3 2", data));
+    let (mesh, report) = tets(&vtk(cells, "10 5 5 3 2", data));
     let expected = ReadReport {
         repaired_cells: 1,
         matched_facets: 1,
         unmatched_facets: 1,
+        incomplete_sets: [("part:8".to_string(), 1)].into(),
         dropped_cells: 2,
         unused_nodes: 1,
+        ..ReadReport::default()
     };
     assert_eq!(report, expected);
     assert_eq!(mesh.facet_sets["part:8"], [Facet { cell: 0, opposite: 3 }]);
     assert_eq!(mesh.cell_fields["part"].to_f64(), [5.0].as_slice());
-    assert_eq!(remove_unused_nodes(&mut mesh), 1);
     assert_eq!(mesh.points.len(), 4);
 }
 
@@ -71,9 +72,9 @@ fn triangle_files() {
     let text = vtk("3 0 2 1\n2 0 1", "5 3", "");
     let (mesh, report) = parse_mesh::<3>("test", text.as_bytes()).unwrap();
     assert_eq!((mesh.cells.len(), report.matched_facets), (1, 1));
-    // The points do not lie in a plane, so the triangle keeps its side.
-    assert_eq!(mesh.cells, [[0, 2, 1]]);
-    assert_eq!(mesh.facet_sets["facets"], [Facet { cell: 0, opposite: 1 }]);
+    // Points of no cell outside of its plane do not make a surface in space of it.
+    assert_eq!((mesh.cells.as_slice(), report.unused_nodes), ([[0, 1, 2]].as_slice(), 2));
+    assert_eq!(mesh.facet_sets["facets"], [Facet { cell: 0, opposite: 2 }]);
     assert!(matches!(parse("test", text.as_bytes()).unwrap().0, AnyMesh::Triangles(_)));
     let solid = vtk("4 0 1 2 3", "10", "");
     let message = parse_mesh::<3>("test", solid.as_bytes()).unwrap_err().to_string();

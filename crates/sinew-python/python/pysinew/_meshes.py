@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ._native import NativeMesh
-from ._numbers import Floats, floats, indices
+from ._numbers import Floats, floats, indices, unmasked
 from .errors import CaseError
 
 # Kinds of cells by the names of meshio: VTK's number, nodes, dimension.
@@ -63,6 +63,7 @@ class Blocks:
 
     def field(self, name: str, values: Any, of_nodes: bool) -> None:
         """Adds a field; one that is not of numbers is left out."""
+        unmasked(values, f"mesh: the field `{name}`")
         array = np.asarray(values)
         rows = len(self.points) if of_nodes else self.count
         if array.dtype.kind not in "fiub" or array.ndim == 0 or len(array) != rows or array.size == 0:
@@ -78,8 +79,9 @@ def read(
     mesh: Any,
     node_sets: Mapping[str, Any] | None = None,
     facet_sets: Mapping[str, Any] | None = None,
+    merge: bool = False,
 ) -> NativeMesh:
-    """A mesh of meshio or pyvista, or (points, cells), with further sets."""
+    """A mesh of meshio or pyvista, or (points, cells), with further sets, and nodes at one place made one."""
     if hasattr(mesh, "celltypes") and hasattr(mesh, "cells_dict"):
         blocks = _from_pyvista(mesh)
     elif hasattr(mesh, "cast_to_unstructured_grid"):
@@ -103,6 +105,8 @@ def read(
         if kind is None:
             raise CaseError(f"mesh: the facet set `{name}` of shape {array.shape}; give a row of nodes for every facet")
         blocks.name_cells(name, list(blocks.add(kind, array)))
+    if merge:
+        blocks.native.merge_nodes()
     return blocks.native
 
 

@@ -12,8 +12,16 @@ from .errors import CaseError
 Floats = NDArray[np.float64]
 
 
+def unmasked(values: Any, what: str) -> None:
+    """Refuses masked entries of an array, or of the arrays in a list."""
+    each = values if isinstance(values, (list, tuple)) else [values]
+    if any(np.ma.is_masked(array) for array in each):
+        raise CaseError(f"{what}: masked entries have no value; leave them out or fill them")
+
+
 def floats(values: Any, what: str) -> Floats:
     """An array of finite doubles in C order, whatever its order, stride or number type was."""
+    unmasked(values, what)
     try:
         array = np.asarray(values)
     except ValueError as error:
@@ -30,6 +38,7 @@ def floats(values: Any, what: str) -> Floats:
 
 def indices(values: Any, what: str) -> NDArray[np.int64]:
     """An array of whole numbers, 0 or more."""
+    unmasked(values, what)
     array = np.asarray(values)
     if array.dtype.kind not in "iu":
         raise CaseError(f"{what}: whole numbers are needed, not {array.dtype}")

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Union
 import numpy as np
 
 from ._native import NativeCase
-from ._numbers import Floats, floats
+from ._numbers import Floats, floats, unmasked
 from .errors import CaseError
 
 # One set: {"mu": 12.0, "p": "8 mmHg"} or p numbers. Several: a table n × p, a list of such sets, or a dictionary whose values
@@ -52,14 +52,15 @@ def _table(case: NativeCase, theta: Any) -> Union[Floats, tuple[Floats, bool]]:
     """Numbers in the parameters' own units; or rows in those of the scene, and whether one set was given."""
     if theta is None:
         return case.centre()[np.newaxis], True
-    if hasattr(theta, "columns") and hasattr(theta, "to_numpy"):
-        theta = {str(name): theta[name].to_numpy() for name in theta.columns}
-    if isinstance(theta, Mapping):
-        return _by_name(case, theta)
-    if isinstance(theta, Sequence) and theta and isinstance(theta[0], Mapping):
-        return np.stack([_one(case, each) for each in theta]), False
-    table = floats(theta, "theta")
     names = [name for name, *_ in case.parameters]
+    named = _named(theta, names)
+    if named is not None:
+        return _by_name(case, named)
+    if isinstance(theta, Sequence) and not isinstance(theta, str):
+        sets = [_named(each, names) for each in theta]
+        if any(each is not None for each in sets):
+            return np.stack([_one(case, named or each) for named, each in zip(sets, theta)]), False
+    table = floats(theta, "theta")
     if table.ndim not in (1, 2) or table.shape[-1] != len(names):
         raise CaseError(
             f"theta of shape {table.shape}: the case has {len(names)} parameters ({', '.join(names)}); give one number each, or a "
@@ -68,11 +69,48 @@ def _table(case: NativeCase, theta: Any) -> Union[Floats, tuple[Floats, bool]]:
     return table
 
 
+def _named(theta: Any, names: list[str]) -> Union[Mapping[str, Any], None]:
+    """Values by the names that frames, rows of them, named tuples and xarray carry; None where there are none."""
+    if isinstance(theta, Mapping):
+        return theta
+    if hasattr(theta, "columns") and hasattr(theta, "to_numpy"):
+        return _paired(theta.columns, [theta[name].to_numpy() for name in theta.columns])
+    if isinstance(theta, tuple) and hasattr(theta, "_fields"):
+        return _paired(theta._fields, theta)
+    found = _labels(theta)
+    if found is None:
+        return None
+    by_text = [axis for axis, labels in enumerate(found) if labels and all(isinstance(each, str) for each in labels)]
+    by_text.sort(key=lambda axis: not set(found[axis]) & set(names))
+    if by_text:
+        return _paired(found[by_text[0]], np.moveaxis(np.asarray(theta), by_text[0], 0))
+    if not hasattr(theta, "dims") and found[0] != list(range(len(found[0]))):
+        raise CaseError("theta: the labels of a series are neither names of parameters nor 0, 1, …; give its values alone")
+    return None
+
+
+def _paired(names: Any, values: Any) -> dict[str, Any]:
+    pairs = {str(name): value for name, value in zip(names, values)}
+    if len(pairs) < len(names):
+        raise CaseError(f"theta: a name is there twice among {', '.join(str(name) for name in names)}; keep one")
+    return pairs
+
+
+def _labels(value: Any) -> Union[list[list[Any]], None]:
+    """Labels along each axis of a series or an array of xarray; None of other objects."""
+    if hasattr(value, "dims") and hasattr(value, "coords"):
+        return [np.asarray(value.coords[dim]).tolist() if dim in value.coords else [] for dim in value.dims]
+    if hasattr(value, "to_numpy") and not callable(getattr(value, "index", len)):
+        return [list(value.index)]
+    return None
+
+
 def text(name: str, value: Any) -> str:
     """A value as a case file would hold it."""
     if isinstance(value, str):
         return value
-    if isinstance(value, np.ndarray) and value.ndim == 0:
+    unmasked(value, f"theta: {name}")
+    if np.ndim(value) == 0 and hasattr(value, "item"):
         value = value.item()
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
         raise CaseError(f"theta: {name} is a {type(value).__name__}; give a number, or a text such as \"12 kPa\"")
@@ -86,19 +124,22 @@ def _one(case: NativeCase, theta: Any) -> Floats:
 
 
 def _by_name(case: NativeCase, theta: Mapping[str, Any]) -> tuple[Floats, bool]:
-    lengths = {
-        name: len(value)
-        for name, value in theta.items()
-        if not isinstance(value, str) and np.ndim(value) > 0
-    }
-    if not lengths:
+    columns = {name: value for name, value in theta.items() if not isinstance(value, str) and np.ndim(value) > 0}
+    labels = [found for found in map(_labels, columns.values()) if found is not None]
+    if any(found != labels[0] for found in labels):
+        raise CaseError("theta: columns with different labels; put them into one frame, or give their values alone")
+    for name, column in columns.items():
+        unmasked(column, f"theta: {name}")
+        # By place, whatever the labels are.
+        columns[name] = column if _labels(column) is None else np.asarray(column)
+    if not columns:
         return _one(case, theta)[np.newaxis], True
-    count = max(lengths.values())
-    for name, length in lengths.items():
-        if length != count or np.ndim(theta[name]) != 1:
-            raise CaseError(f"theta: {name} has {length} values where another parameter has {count}; give columns of one length")
+    count = max(len(column) for column in columns.values())
+    for name, column in columns.items():
+        if len(column) != count or np.ndim(column) != 1:
+            raise CaseError(f"theta: {name} has {len(column)} values where another parameter has {count}; give columns of one length")
     rows = [
-        _one(case, {name: value[row] if name in lengths else value for name, value in theta.items()})
+        _one(case, {name: columns[name][row] if name in columns else value for name, value in theta.items()})
         for row in range(count)
     ]
     if not rows:

@@ -79,6 +79,7 @@ class Case:
         calibration: Mapping[str, Any] | None = None,
         name: str = "case",
         unit: str | None = None,
+        merge: bool = False,
         node_sets: Mapping[str, Any] | None = None,
         facet_sets: Mapping[str, Any] | None = None,
     ) -> None:
@@ -98,12 +99,11 @@ class Case:
         }
         source: dict[str, Any] = {} if unit is None else {"unit": unit}
         given = None
-        if isinstance(mesh, Mapping):
-            source = {**mesh, **source}
-        elif isinstance(mesh, (str, PathLike)):
-            source["file"] = os.fspath(mesh)
+        if isinstance(mesh, (Mapping, str, PathLike)):
+            keys_of_mesh = mesh if isinstance(mesh, Mapping) else {"file": os.fspath(mesh)}
+            source = {**keys_of_mesh, **source, **({"merge": True} if merge else {})}
         else:
-            given = _meshes.read(mesh, node_sets, facet_sets)
+            given = _meshes.read(mesh, node_sets, facet_sets, merge)
         if given is None and (node_sets or facet_sets):
             raise CaseError("node_sets and facet_sets belong to a mesh in memory; name sets of another by place with `select`")
         keys["mesh"] = source

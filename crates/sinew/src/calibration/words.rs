@@ -52,9 +52,11 @@ pub fn verdict(prepared: &Prepared, posterior: &Posterior) -> String {
         false => format!("the data identify {}", identified.join(", ")),
     };
     let doubts = posterior.predictive.in_words();
-    let fit = match doubts.first() {
-        None => "all data fit".to_string(),
-        Some(doubt) => doubt.trim_end_matches('.').to_string(),
+    // The last is that of the noise, if there is one.
+    let fit = match &doubts[..] {
+        [] => "all data fit".to_string(),
+        [doubt] => doubt.trim_end_matches('.').to_string(),
+        [first, .., last] => format!("{first} {}", last.trim_end_matches('.')),
     };
     let volume = volumes_in_words(prepared, posterior).into_iter().next();
     let volume = volume.map_or(String::new(), |line| format!("{line}; "));

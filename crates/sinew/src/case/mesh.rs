@@ -6,10 +6,10 @@ use super::units::LENGTH;
 use serde::Deserialize;
 use sinew_energy::listed;
 use sinew_mesh::{
-    AnyMesh, Biventricle, IdealLiver, TruncatedEllipsoid, box_hexahedra, box_tetrahedra,
+    AnyMesh, Biventricle, IdealLiver, ReadReport, TruncatedEllipsoid, box_hexahedra, box_tetrahedra,
 };
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Source of a mesh: one of the first five keys.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -30,6 +30,11 @@ pub struct MeshSource {
     pub element: Option<Element>,
     /// Unit of length of the numbers above and in the file; mm by default.
     pub unit: Option<String>,
+    /// Whether nodes at the same place in the file become one.
+    pub merge: bool,
+    /// Changes of the file's mesh by its reader, once a body was made of it.
+    #[serde(skip)]
+    pub report: OnceLock<ReadReport>,
     /// Instead of the first five keys, a mesh in memory, in that unit ([`Case::on`](super::Case::on)).
     #[serde(skip)]
     pub given: Option<Arc<AnyMesh>>,
@@ -158,6 +163,10 @@ impl MeshSource {
     /// The mesh \[mm\].
     pub(super) fn make(&self, source: &Source) -> Result<AnyMesh, CaseError> {
         let scale = self.scale(source)?;
+        if self.merge && self.file.is_none() {
+            let reason = "nodes of a file are merged, not those of a mesh that is made or in memory; leave it out";
+            return Err(source.error(&["mesh", "merge"], reason.into()));
+        }
         let mut mesh = match &self.given {
             Some(mesh) => (**mesh).clone(),
             None => self.read_or_made(source)?,
@@ -186,7 +195,11 @@ impl MeshSource {
                     );
                     return Err(error(reason));
                 }
-                sinew_mesh::read(file).map_err(|reason| error(reason.to_string()))?.0
+                let read = if self.merge { sinew_mesh::read_merged } else { sinew_mesh::read };
+                let (mesh, report) = read(file).map_err(|reason| error(reason.to_string()))?;
+                // The first reading stands for all.
+                let _ = self.report.set(report);
+                mesh
             }
             (None, (Some(cuboid), None, None, None)) => cuboid.make(element, source)?,
             (None, (None, Some(ellipsoid), None, None)) => ellipsoid.make(element, source)?,

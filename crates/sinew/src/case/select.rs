@@ -228,6 +228,13 @@ impl Case {
         supports.chain(loads).chain(rule).chain(factors).collect()
     }
 
+    /// Sets of nodes, which fields may mark.
+    pub(super) fn marked_sets(&self) -> impl Iterator<Item = &str> {
+        let named = self.sets_named().into_iter();
+        let of_facets = ["loads", "fibres"];
+        named.filter(move |(keys, _)| !of_facets.contains(&keys[0].as_str())).map(|(_, set)| set)
+    }
+
     /// Adds the selections to the mesh, those first that others name.
     pub(super) fn lower_selections(&self, mesh: &mut AnyMesh) -> Result<(), CaseError> {
         let scale = self.mesh.scale(&self.source)?;

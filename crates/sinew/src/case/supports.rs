@@ -142,15 +142,8 @@ pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String>
     }
     let mut nodes: Vec<usize> = if let Some(facets) = mesh.facet_sets().get(name) {
         facets.iter().flat_map(|&facet| mesh.nodes_of_facet(facet)).collect()
-    } else if let Some(field) = mesh.point_fields().get(name) {
-        if field.components != 1 {
-            return Err(format!(
-                "the point field `{name}` has {} components; name one that marks nodes by one number",
-                field.components
-            ));
-        }
-        let marked = field.to_f64();
-        (0..marked.len()).filter(|&node| marked[node] != 0.0).collect()
+    } else if mesh.point_fields().contains_key(name) {
+        mesh.nodes_where_nonzero(name).map_err(|error| error.to_string())?
     } else {
         let sets = mesh.node_sets().keys().chain(mesh.facet_sets().keys());
         let known = sets.chain(mesh.point_fields().keys()).map(String::as_str);

@@ -1,6 +1,6 @@
 //! Posteriors of a patient's parameters.
 
-use super::{Usage, refuse};
+use super::{CaseArguments, Usage, refuse, tell_reading};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::calibration::{Curve, arviz, in_words, observed, report};
@@ -8,12 +8,13 @@ use sinew::case::stress_in_kpa;
 use sinew::{PatientFile, Prepared};
 use sinew_calibrate::{
     CalibrateError, Identifiability, Mode, Patient, Posterior, calibrate, check_identifiability,
+    noise_in_words,
 };
 use sinew_emulate::Terminal;
 use sinew_report::Provenance;
 use sinew_report::format::{digits, trimmed};
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Misfit \[standard deviations\] from which on `--check` marks a datum.
@@ -28,21 +29,15 @@ const RESULTS: [&str; 6] =
 /// Patient file and folder.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-PATIENT is a case file whose mesh is the image, with [phases], [[data]] and [calibration] (docs/calibration.md). Writes posterior.csv,
+CASE is a patient file: a case file whose mesh is the image, with [phases], [[data]] and [calibration] (docs/calibration.md). Writes posterior.csv,
 posterior.json (for arviz), edpvr.csv, rest.vtu, report.html and report.json into OUT/calibrate. A posterior that the solver does not
 confirm is an error, not a result. solves.csv keeps every solve: --resume continues from there, to the same numbers, and
 --restart solves everything anew. Results of an earlier run are removed when a run starts.
 
 Example: sinew calibrate patient.toml --check")]
 pub(crate) struct Calibrate {
-    /// Patient file
-    patient: PathBuf,
-    /// Mesh file (VTK, VTU, gmsh or Abaqus) instead of the file's own mesh
-    #[arg(long, value_name = "FILE")]
-    mesh: Option<PathBuf>,
-    /// Folder for results [default: out/NAME]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    patient: CaseArguments,
     /// Say what the data can identify, with units, phases and segments as they were read, and stop before sampling
     #[arg(long)]
     check: bool,
@@ -78,20 +73,15 @@ fn duration(text: &str) -> Result<Duration, String> {
 impl Calibrate {
     pub(crate) fn run(&self) -> Result<()> {
         let clock = Instant::now();
-        let file = PatientFile::read(&self.patient)?;
-        let file = match &self.mesh {
-            Some(mesh) => file.with_mesh(mesh.clone()),
-            None => file,
-        };
-        let prepared = file.prepare()?;
+        let (case, folder) = self.patient.read()?;
+        let file = PatientFile::of(case)?;
+        let prepared = tell_reading(&file.case, file.prepare())?;
         file.case
             .warnings(&prepared.body)
             .iter()
             .for_each(|warning| eprintln!("warning: {warning}"));
         let patient = prepared.patient().map_err(Usage)?;
-        let name: String = file.case.name.chars().map(kept).collect();
-        let folder =
-            self.out.clone().unwrap_or_else(|| Path::new("out").join(name)).join("calibrate");
+        let folder = folder.join("calibrate");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         let mut terminal = Terminal::default();
         let solves = observed(&patient, &mut terminal).within(self.budget);
@@ -157,10 +147,6 @@ impl Calibrate {
     }
 }
 
-fn kept(c: char) -> char {
-    if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' }
-}
-
 /// An error of the input is one of the command line.
 fn told(error: CalibrateError) -> anyhow::Error {
     match error {
@@ -198,11 +184,12 @@ fn remove_results(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Hash of the inputs of a solve: the file's settings, whatever their order and comments, and the mesh.
+/// Hash of the inputs of a solve: the file's settings, whatever their order and comments, and the mesh with its nodes, cells, sets and
+/// fields, from which the body follows.
 fn identity(file: &PatientFile, prepared: &Prepared) -> Result<String> {
     let mut hash = DefaultHasher::new();
     file.settings()?.hash(&mut hash);
-    prepared.body.positions.iter().flatten().for_each(|x| x.to_bits().hash(&mut hash));
+    format!("{:?}", prepared.body.mesh).hash(&mut hash);
     Ok(format!("# solves of a patient, {:016x}", hash.finish()))
 }
 
@@ -257,6 +244,8 @@ fn say_ahead(prepared: &Prepared, mode: &Mode, seen: &Identifiability) {
             shown(model)
         );
     }
+    let misfit = prepared.problem.misfit(mode.misfits.iter().copied());
+    noise_in_words(misfit).iter().for_each(|doubt| println!("  warning: {doubt}"));
     println!("before anything is sampled:");
     seen.in_words().iter().for_each(|line| println!("  {line}"));
 }

@@ -1,6 +1,6 @@
 //! Meshes from surfaces.
 
-use super::{Usage, check_vtu};
+use super::{Usage, check_vtu, tell_changes};
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use sinew::case::Element;
@@ -137,13 +137,7 @@ impl Ventricle {
 
 fn surface(path: &Path) -> Result<TriangleMesh> {
     let (surface, report) = read_mesh::<3>(path).map_err(|error| Usage(error.to_string()))?;
-    if report.dropped_cells > 0 {
-        eprintln!(
-            "{}: {} points, lines and collapsed triangles left out",
-            path.display(),
-            report.dropped_cells
-        );
-    }
+    tell_changes(path, &report);
     Ok(surface)
 }
 

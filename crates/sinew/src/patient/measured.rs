@@ -1,7 +1,7 @@
 //! Entries of the data: what they are measurements of, with values and standard deviations.
 
 use super::prepared::IMAGE;
-use super::tables::{Along, Entry, Quantity};
+use super::tables::{Along, Entry, Quantity, Settings};
 use crate::case::{Case, CaseError, LENGTH, VOLUME, advise};
 use sinew_calibrate::{At, Datum, Direction, Observable, Segments};
 use sinew_energy::Body;
@@ -17,6 +17,7 @@ pub(super) struct Reader<'a> {
     pub segments: Option<&'a Segments>,
     /// Whether values are still to be made.
     pub blank: bool,
+    pub settings: &'a Settings,
 }
 
 impl Reader<'_> {
@@ -31,6 +32,18 @@ impl Reader<'_> {
             entry.phase.as_deref().ok_or_else(|| self.error("phase", "the phase is missing"))?;
         let at = self.state("phase", phase)?;
         let from = self.state("from", entry.from.as_deref().unwrap_or(IMAGE))?;
+        let is_volume = entry.volume.is_some();
+        if self.same(&at, if is_volume { &At::Image } else { &from }) {
+            let reason = match is_volume {
+                true => {
+                    "the volume in the image is that of the mesh, whatever the parameters are; leave it out"
+                }
+                false => {
+                    "it is counted from the same state, and is zero whatever the parameters are; name another phase, or another one in `from`"
+                }
+            };
+            return Err(self.error("phase", reason));
+        }
         match (&entry.volume, entry.strain, entry.displacement) {
             (Some(cavity), None, None) => {
                 let known = || self.body.cavities.iter().map(|c| c.name.as_str());
@@ -89,6 +102,18 @@ impl Reader<'_> {
             _ => Err(self
                 .error("segment", "give a segment with its value, or the values of all segments")),
         }
+    }
+
+    /// Whether two states are the same: by name, at rest, or by loads that are known exactly.
+    fn same(&self, a: &At, b: &At) -> bool {
+        let name = |at: &At| match at {
+            At::Rest if self.settings.image_at_rest => IMAGE.to_string(),
+            other => other.to_string(),
+        };
+        let [a, b] = [name(a), name(b)];
+        let loads = |name: &String| self.phases.get(name);
+        let known = self.settings.pressure_each.is_none();
+        a == b || (known && loads(&a).is_some() && loads(&a) == loads(&b))
     }
 
     fn value(&self) -> Result<f64, CaseError> {

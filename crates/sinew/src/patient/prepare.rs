@@ -8,7 +8,7 @@ use crate::case::{Case, CaseError, LENGTH, STRESS, VOLUME, advise};
 use sinew_calibrate::{
     Datum, Kind, Observable, Prior, Problem, Segments, Unknown, WallCoordinates,
 };
-use sinew_energy::Body;
+use sinew_energy::{Body, Parameter};
 use sinew_fem::fibres::Surfaces;
 use sinew_mesh::AnyMesh;
 use std::collections::BTreeMap;
@@ -91,6 +91,16 @@ impl PatientFile {
                 image.entry(name).or_insert(0.0);
             });
         }
+        for (name, giver) in
+            found.iter().flat_map(|(phase, all)| all.keys().map(move |n| (n, phase)))
+        {
+            if let Some((phase, _)) = found.iter().find(|(_, all)| !all.contains_key(name)) {
+                let reason = format!(
+                    "phase `{phase}` lacks `{name}`, which phase `{giver}` has; write its value, \"0 kPa\" if it is none"
+                );
+                return Err(source.error(&["phases", phase], reason));
+            }
+        }
         Ok(found)
     }
 
@@ -158,6 +168,7 @@ impl PatientFile {
                 phases,
                 segments,
                 blank: self.blank,
+                settings: &self.tables.calibration,
             };
             for (observable, value) in reader.observables()? {
                 let datum = reader.datum(&observable, value, observables.len())?;
@@ -184,7 +195,9 @@ impl PatientFile {
             let unit = Some(parameter.unit.name()).filter(|name| *name != "1").unwrap_or_default();
             let prior = match settings.priors.get(&parameter.name) {
                 Some(&LogNormal { median, sd: deviation }) => {
-                    usable(Prior::LogNormal { median, deviation }, &["priors", &parameter.name])?;
+                    let keys = ["priors", &parameter.name];
+                    usable(Prior::LogNormal { median, deviation }, &keys)?;
+                    self.check_median(parameter, median)?;
                     Prior::LogNormal { median: parameter.unit.in_scene(median), deviation }
                 }
                 None => Prior::LogUniform { range: parameter.range },
@@ -215,6 +228,20 @@ impl PatientFile {
             unknowns.extend(phases.keys().map(|phase| Unknown::new(own_factor(phase), "", prior)));
         }
         Ok(unknowns)
+    }
+
+    /// Refuses a median outside of the range of its parameter: one in another unit, mostly.
+    fn check_median(&self, parameter: &Parameter, median: f64) -> Result<(), CaseError> {
+        let [low, high] = parameter.range.map(|end| parameter.unit.shown(end));
+        if (low..=high).contains(&median) {
+            return Ok(());
+        }
+        let unit = parameter.unit.name();
+        let reason = format!(
+            "the median {median} is outside of the range of `{}`, {low} to {high} in the unit {unit}; give it in that unit, or widen the range",
+            parameter.name
+        );
+        Err(self.case.source.error(&["calibration", "priors", &parameter.name], reason))
     }
 
     fn kinds(&self, data: &[Datum]) -> Result<Vec<Kind>, CaseError> {

@@ -14,5 +14,6 @@ mod newcomer;
 mod organs;
 mod patients;
 mod program;
+mod readers;
 mod serve;
 mod viewer;

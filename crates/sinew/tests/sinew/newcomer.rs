@@ -464,6 +464,25 @@ fn mistakes_in_tables_are_told_with_file_line_and_remedy() {
         assert!(told.contains("thetas.csv"), "{told}");
         faults.judge(&told, &String::from_utf8_lossy(text), words);
     }
+    // Tables of other programs: a mark before a comment, comments in another encoding, names behind a #.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("table.csv");
+    let names: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
+    let (names, row) = (names.join(","), vec!["9"; parameters.len()].join(","));
+    let read = |text: &[u8]| {
+        std::fs::write(&path, text).unwrap();
+        read_thetas(&path, &parameters)
+    };
+    let expected = read(format!("{names}\n{row}\n").as_bytes()).unwrap();
+    for text in [
+        format!("\u{feff}# exported\n{names}\n{row}\n").into_bytes(),
+        [b"# M\xfcnster\n", format!("{names}\n{row}\n").as_bytes()].concat(),
+        format!("# numbers of 2026\n# {names}\n{row}\n").into_bytes(),
+        format!("# {names}\n{names}\n{row}\n").into_bytes(),
+    ] {
+        assert_eq!(read(&text).unwrap(), expected, "{}", String::from_utf8_lossy(&text));
+    }
+    assert!(read(format!("# other\n{row}\n").as_bytes()).is_err());
     let told = read_rows(Path::new("none.csv"), &parameters).unwrap_err().to_string();
     faults.judge(&told, "no file", &["none.csv", "CSV table", "mu=8,lambda=8,p=1"]);
     // A bare number is in the unit of its column, or of its parameter.

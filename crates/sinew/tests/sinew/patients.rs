@@ -2,6 +2,7 @@
 
 use sinew::PatientFile;
 use sinew_calibrate::{Forward, Solves, check_identifiability};
+use sinew_mesh::{AnyMesh, Field};
 use std::path::Path;
 use std::process::Command;
 
@@ -132,6 +133,65 @@ fn mistakes_are_refused_with_their_place() {
 }
 
 #[test]
+fn phases_without_a_load_of_others_are_refused() {
+    let says = |from: &str, to: &str| refused(from, to);
+    let error = says("[phases.high]\np = \"16 mmHg\"", "[phases.high]");
+    assert!(
+        error.contains("phases.high: phase `high` lacks `p`, which phase `image` has"),
+        "{error}"
+    );
+    // With an image at rest its own loads are zero, those of phases are not.
+    let at_rest = "[calibration]\nimage_at_rest = true";
+    let text = PATIENT.replace("[phases.image]\np = \"8 mmHg\"\n", "");
+    let text = text.replace("[calibration]", at_rest);
+    let read = |text: &str| PatientFile::parse(text, "patient.toml").unwrap().prepare();
+    assert_eq!(read(&text).unwrap().phases["image"]["p"], 0.0);
+    let lacking = text.replace("[phases.low]\np = \"3 mmHg\"", "[phases.low]");
+    assert!(read(&lacking).unwrap_err().to_string().contains("phase `low` lacks `p`"));
+}
+
+#[test]
+fn data_that_no_parameter_changes_are_refused() {
+    let strain = "strain = \"circumferential\"\nphase = \"high\"";
+    let zero = "data.2.phase: it is counted from the same state";
+    for to in [
+        "strain = \"circumferential\"\nfrom = \"high\"\nphase = \"high\"",
+        "strain = \"circumferential\"\nphase = \"image\"",
+        "strain = \"circumferential\"\nfrom = \"rest\"\nphase = \"rest\"",
+    ] {
+        let error = refused(strain, to);
+        assert!(error.contains(zero), "{error}");
+    }
+    // Another name for the same loads, unless each pressure has an error of its own.
+    let error = refused("p = \"16 mmHg\"", "p = \"8 mmHg\"");
+    assert!(error.contains("data.1.phase: the volume in the image"), "{error}");
+    let own = PATIENT.replace("p = \"16 mmHg\"", "p = \"8 mmHg\"") + "pressure_each = 0.05\n";
+    assert!(PatientFile::parse(&own, "patient.toml").unwrap().prepare().is_ok());
+    let error =
+        refused("volume = \"endo\"\nphase = \"low\"", "volume = \"endo\"\nphase = \"image\"");
+    assert!(error.contains("data.0.phase: the volume in the image is that of the mesh"), "{error}");
+    let moved =
+        "displacement = [0.0, 0.0, 1.0]\npoint = [25.0, 0.0, 0.0]\nvalue = 1.0\nunit = \"mm\"";
+    let error = refused(
+        "strain = \"circumferential\"\nphase = \"high\"\nvalues = [0.05, 0.06, 0.05, 0.06]",
+        &format!("{moved}\nfrom = \"low\"\nphase = \"low\""),
+    );
+    assert!(error.contains(zero), "{error}");
+}
+
+#[test]
+fn medians_in_another_unit_are_refused() {
+    let setting =
+        |line: &str| refused("segments = \"1x4\"", &format!("segments = \"1x4\"\n{line}"));
+    let error = setting("priors.a = { median = 200.0, sd = 0.3 }");
+    let words = "calibration.priors.a: the median 200 is outside of the range of `a`, 0.1 to 0.4 in the unit kPa";
+    assert!(error.contains(words), "{error}");
+    assert!(setting("priors.a_f = { median = 0.003, sd = 0.3 }").contains("0.003 is outside"));
+    let inside = PATIENT.to_string() + "priors.a = { median = 0.4, sd = 0.3 }\n";
+    assert!(PatientFile::parse(&inside, "patient.toml").unwrap().prepare().is_ok());
+}
+
+#[test]
 fn settings_that_make_no_sense_are_refused_with_their_key() {
     let setting = |line: &str, expected: &[&str]| {
         let error = refused("segments = \"1x4\"", &format!("segments = \"1x4\"\n{line}"));
@@ -242,6 +302,81 @@ fn the_program_makes_data_and_their_posterior() {
     let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
     assert_eq!((code, read("posterior.csv")), (Some(0), first), "{said}");
     assert!(Path::new(&made).join("report.json").exists());
+    // A digit of a stored solve that changed: it is solved again.
+    let at = solves.match_indices('\n').nth(3).unwrap().0 + 3;
+    let digit = if &solves[at..=at] == "7" { "8" } else { "7" };
+    let mut damaged = solves.clone();
+    damaged.replace_range(at..=at, digit);
+    std::fs::write(made.join("solves.csv"), damaged).unwrap();
+    let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
+    assert_eq!((code, read("posterior.csv")), (Some(0), first), "{said}");
+}
+
+#[test]
+fn solves_belong_to_the_whole_body_and_to_one_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let prepared = PatientFile::parse(PATIENT, "patient.toml").unwrap().prepare().unwrap();
+    let write = |mesh: &AnyMesh| mesh.write_vtu(folder.path().join("wall.vtu")).unwrap();
+    let mesh = AnyMesh::clone(&prepared.body.mesh);
+    let ellipsoid = "[mesh]\nellipsoid = { short = [20.0, 30.0], long = [52.0, 62.0], base = 15.0, cells = [2, 8, 4] }";
+    let rule = "[fibres.rule]\nendocardium = \"endo\"\nepicardium = \"epi\"\nbase = \"base\"\nangles = [60.0, -60.0]";
+    assert!(PATIENT.contains(ellipsoid) && PATIENT.contains(rule));
+    let text = PATIENT.replace(ellipsoid, "[mesh]\nfile = \"wall.vtu\"");
+    let text = text.replace(rule, "[fibres]\nfield = \"wound\"");
+    std::fs::write(folder.path().join("patient.toml"), text).unwrap();
+    let fibres = |z: f64| {
+        let along = |x: &[f64; 3]| {
+            let radius = x[0].hypot(x[1]).max(1e-9);
+            let length = (1.0 + z * z).sqrt();
+            [-x[1] / radius / length, x[0] / radius / length, z / length]
+        };
+        let rows: Vec<_> = mesh.points().iter().map(along).collect();
+        // On the axis any direction will do.
+        let rows = rows
+            .iter()
+            .map(|row| if row[0] == 0.0 && row[1] == 0.0 { [1.0, 0.0, 0.0] } else { *row });
+        let mut wound = mesh.clone();
+        let rows: Vec<_> = rows.collect();
+        wound.point_fields_mut().insert("wound".into(), Field::vectors(&rows));
+        wound
+    };
+    let run = |more: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_sinew"))
+            .args(["calibrate", "patient.toml", "--out", "out", "--budget", "0.01s"])
+            .args(more)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    write(&fibres(1.0));
+    let (code, said) = run(&[]);
+    assert!(code == Some(1) && said.contains("budget"), "{said}");
+    let (code, said) = run(&["--resume"]);
+    assert!(code == Some(1) && said.contains("budget"), "{said}");
+    // Other fibres, and another set of the mesh.
+    write(&fibres(0.5));
+    let (code, said) = run(&["--resume"]);
+    assert!(code == Some(2) && said.contains("another patient, body or settings"), "{said}");
+    let mut less = fibres(1.0);
+    less.facet_sets_mut().get_mut("epi").unwrap().pop();
+    write(&less);
+    let (code, said) = run(&["--resume"]);
+    assert!(code == Some(2) && said.contains("another patient, body or settings"), "{said}");
+    // Another run keeps its solves there.
+    write(&fibres(1.0));
+    let stored = std::fs::File::open(folder.path().join("out/calibrate/solves.csv")).unwrap();
+    stored.lock().unwrap();
+    let before = std::fs::read_to_string(folder.path().join("out/calibrate/solves.csv")).unwrap();
+    for how in ["--resume", "--restart"] {
+        let (code, said) = run(&[how]);
+        assert!(code == Some(2) && said.contains("another run keeps its solves here"), "{said}");
+    }
+    let after = std::fs::read_to_string(folder.path().join("out/calibrate/solves.csv")).unwrap();
+    assert_eq!(after, before);
+    stored.unlock().unwrap();
+    let (code, said) = run(&["--resume"]);
+    assert!(code == Some(1) && said.contains("budget"), "{said}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::axis::rims;
 use super::error::ChamberError;
 use super::trees::{Point, Trees};
-use crate::crossings::merged;
+use crate::geometry::merged;
 use crate::{TriangleMesh, extents};
 use sinew_num::connected_components;
 use std::cmp::Reverse;
@@ -99,7 +99,7 @@ fn bounds(surface: &TriangleMesh) -> [Point; 2] {
 
 /// Several pieces without a common point.
 fn pieces(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
-    let place = merged(&of.points);
+    let place = merged(&of.points, 0.0);
     let cells: Vec<_> = of.cells.iter().map(|cell| cell.map(|node| place[node])).collect();
     let found = parts(of.points.len(), &cells);
     let [(first, _), (second, node), ..] = found[..] else { return None };

@@ -1,0 +1,97 @@
+"""Parameter sets with labels of their own: names decide, never places; masked entries are refused."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+import numpy as np
+import pytest
+
+from pysinew import Case, CaseError, SinewWarning
+
+# In the order of the case: mu, lambda.
+ASKED = [[15.0, 10.0], [11.0, 14.0], [9.0, 12.0]]
+
+
+def rows(case: Case, theta: object) -> list[list[float]]:
+    return np.atleast_2d(case.solve(theta, progress=False).theta).round(9).tolist()
+
+
+def test_frames_and_their_rows_are_read_by_name(bar: Case) -> None:
+    pandas = pytest.importorskip("pandas")
+    table = pandas.DataFrame({"lambda": [12.0, 10.0, 14.0], "mu": [9.0, 15.0, 11.0]})
+    sets = table.sort_values("mu", ascending=False)
+    assert rows(bar, sets) == ASKED
+    assert rows(bar, sets.iloc[0]) == ASKED[:1]
+    assert rows(bar, [row for _, row in sets.iterrows()]) == ASKED
+    assert rows(bar, {"mu": sets["mu"], "lambda": sets["lambda"]}) == ASKED
+    assert rows(bar, {"mu": sets["mu"], "lambda": sets["lambda"].to_numpy()}) == ASKED
+    assert rows(bar, {"mu": table[table["mu"] > 10]["mu"], "lambda": 12.0}) == [[15.0, 12.0], [11.0, 12.0]]
+    # Without names the place decides, but not against labels.
+    assert rows(bar, pandas.Series([9.0, 12.0])) == [[9.0, 12.0]]
+    with pytest.raises(CaseError, match="labels of a series"):
+        bar.solve(pandas.Series([9.0, 12.0], index=[1, 0]))
+    with pytest.raises(CaseError, match="different labels"):
+        bar.solve({"mu": sets["mu"], "lambda": table["lambda"]})
+    with pytest.raises(CaseError, match="twice"):
+        bar.solve(pandas.DataFrame([[9.0, 12.0, 9.0]], columns=["mu", "lambda", "mu"]))
+
+
+def test_named_tuples_are_read_by_name(bar: Case) -> None:
+    # `lambda` is a word of Python, which pandas calls `_0` then.
+    Renamed = namedtuple("Renamed", ["_0", "mu"], rename=True)
+    with pytest.raises(CaseError, match="_0"):
+        bar.solve(Renamed(12.0, 9.0))
+    Stress = namedtuple("Stress", ["E", "nu"])
+    with pytest.raises(CaseError, match="`E`"):
+        bar.solve([Stress(10.0, 0.3)])
+
+
+def test_coordinates_of_xarray_are_read_by_name(bar: Case) -> None:
+    xarray = pytest.importorskip("xarray")
+    swapped = [row[::-1] for row in ASKED]
+    table = xarray.DataArray(swapped, dims=("set", "parameter"), coords={"parameter": ["lambda", "mu"]})
+    assert rows(bar, table) == ASKED and rows(bar, table.T) == ASKED
+    assert rows(bar, table.isel(set=1)) == ASKED[1:2]
+    assert rows(bar, table.to_dataset("parameter")) == ASKED
+    assert rows(bar, xarray.DataArray(ASKED, dims=("set", "parameter"))) == ASKED
+
+
+@pytest.mark.parametrize("place", ["table", "rows", "column", "number"])
+def test_masked_entries_are_refused(bar: Case, place: str) -> None:
+    table = np.ma.masked_array(ASKED, mask=[[False, True], [False, False], [False, False]])
+    theta = {
+        "table": table,
+        "rows": list(table),
+        "column": {"mu": table[:, 1], "lambda": 12.0},
+        "number": {"mu": table[0, 1], "lambda": 12.0},
+    }[place]
+    with pytest.raises(CaseError, match="masked"):
+        bar.solve(theta)
+    assert rows(bar, np.ma.masked_array(ASKED, mask=False)) == ASKED
+
+
+def test_nodes_at_one_place_and_of_no_cell_are_told(bar: Case) -> None:
+    points = np.vstack([bar.points, [[1e6, 0.0, 0.0]]])
+    keys = dict(
+        law="neo-hookean",
+        parameters={"mu": [8.0, 16.0], "lambda": [8.0, 16.0]},
+        loads=[{"body_force": [0.0, 0.0, -9.8e-3]}],
+        supports=[{"clamped": "left"}],
+        select={"left": {"plane": {"point": [0, 0, 0], "normal": [1, 0, 0]}}},
+    )
+    expected = bar.solve([9.0, 12.0], progress=False).displacement
+    with pytest.warns(SinewWarning, match="1 node of no cell left out"):
+        case = Case(mesh=(points, bar.cells), **keys)
+    assert np.array_equal(case.solve([9.0, 12.0], progress=False).displacement, expected)
+    # Two halves with nodes of their own.
+    half = len(bar.cells) // 2
+    points = np.vstack([bar.points, bar.points])
+    cells = np.vstack([bar.cells[:half], bar.cells[half:] + len(bar.points)])
+    with pytest.warns(SinewWarning, match="nodes at the place of another"):
+        Case(mesh=(points, cells), **keys)
+    merged = Case(mesh=(points, cells), merge=True, **keys)
+    found = merged.solve([9.0, 12.0], progress=False).displacement
+    # Nodes are numbered in another order.
+    by_place = [np.lexsort(case.points.T) for case in (merged, bar)]
+    assert np.allclose(found[by_place[0]], expected[by_place[1]], rtol=1e-9, atol=1e-12)
