@@ -1,10 +1,10 @@
 //! Answer of a fit in short: parameters with intervals, warnings, and marginal bands of u.
 
+use crate::conditional::Prediction;
 use crate::ensemble::Ensemble;
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::laplace::ensemble;
-use crate::posterior::Prediction;
 use std::fmt;
 
 /// Draws and seed of a fit's own ensemble.
@@ -29,7 +29,7 @@ impl<const D: usize> Fit<D> {
         self.ensemble()?.interval(name, level)
     }
 
-    /// Posterior mean and standard deviation of u, marginalised over parameters, lengthscales and noise. [`Fit::posterior`] takes these as known.
+    /// Posterior mean and standard deviation of u, marginalised over parameters, lengthscales and noise. [`Fit::conditional`] takes these as known.
     ///
     /// # Errors
     /// As [`Ensemble::predict`] and [`Fit::ensemble`].

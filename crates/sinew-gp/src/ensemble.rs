@@ -1,11 +1,11 @@
 //! Several probable parameter vectors: predictions that include what is not known of them.
 
+use crate::conditional::{Conditional, Prediction};
 use crate::error::{GpError, Result};
 use crate::fit::Fit;
 use crate::functional::Functional;
 use crate::model::Model;
 use crate::operator::Operator;
-use crate::posterior::{Posterior, Prediction};
 use crate::warning::Warning;
 use rayon::prelude::*;
 use sinew_sample::{quantile, split_seed};
@@ -145,7 +145,7 @@ impl<const D: usize> Ensemble<D> {
         operator: &Operator<D>,
         points: &[[f64; D]],
     ) -> Result<Prediction> {
-        self.mixture(|posterior| posterior.predict_operator(operator, points))
+        self.mixture(|conditional| conditional.predict_operator(operator, points))
     }
 
     /// Quantiles of an operator applied to u at points, for each share one value a point: of the mixture of the draws' normal
@@ -160,7 +160,7 @@ impl<const D: usize> Ensemble<D> {
         shares: &[f64],
     ) -> Result<Vec<Vec<f64>>> {
         shares.iter().try_for_each(|share| check_share(*share))?;
-        let members = self.members(|posterior| posterior.predict_operator(operator, points))?;
+        let members = self.members(|conditional| conditional.predict_operator(operator, points))?;
         let at = |point: usize, share: f64| {
             let each = members.iter().map(|m| (m.mean[point], m.standard_deviation[point]));
             quantile_of_mixture(&each.collect::<Vec<_>>(), share)
@@ -179,8 +179,8 @@ impl<const D: usize> Ensemble<D> {
         // Evenly over the draws, each with its own stream.
         let one = |number: usize| {
             let draw = &self.draws[number * self.draws.len() / count];
-            let posterior = Posterior::new(self.model.clone(), draw)?;
-            Ok(posterior.sample(points, 1, split_seed(seed, number as u64))?.remove(0))
+            let conditional = Conditional::new(self.model.clone(), draw)?;
+            Ok(conditional.sample(points, 1, split_seed(seed, number as u64))?.remove(0))
         };
         (0..count).into_par_iter().map(one).collect()
     }
@@ -191,8 +191,8 @@ impl<const D: usize> Ensemble<D> {
     /// # Errors
     /// As [`Ensemble::predict_operator`].
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
-        let sum = self.mixture(|posterior| {
-            let (mean, deviation) = posterior.predict_functional(functional)?;
+        let sum = self.mixture(|conditional| {
+            let (mean, deviation) = conditional.predict_functional(functional)?;
             Ok(Prediction { mean: vec![mean], standard_deviation: vec![deviation] })
         })?;
         Ok((sum.mean[0], sum.standard_deviation[0]))
@@ -201,9 +201,9 @@ impl<const D: usize> Ensemble<D> {
     /// Prediction of each draw; one at least.
     fn members(
         &self,
-        predict: impl Fn(&Posterior<D>) -> Result<Prediction> + Sync,
+        predict: impl Fn(&Conditional<D>) -> Result<Prediction> + Sync,
     ) -> Result<Vec<Prediction>> {
-        let of = |draw: &Vec<f64>| predict(&Posterior::new(self.model.clone(), draw)?);
+        let of = |draw: &Vec<f64>| predict(&Conditional::new(self.model.clone(), draw)?);
         let members: Vec<Prediction> = self.draws.par_iter().map(of).collect::<Result<_, _>>()?;
         if members.is_empty() { Err(no_draws()) } else { Ok(members) }
     }
@@ -211,7 +211,7 @@ impl<const D: usize> Ensemble<D> {
     /// All draws' predictions as one: the variance within them on average, and that between them.
     fn mixture(
         &self,
-        predict: impl Fn(&Posterior<D>) -> Result<Prediction> + Sync,
+        predict: impl Fn(&Conditional<D>) -> Result<Prediction> + Sync,
     ) -> Result<Prediction> {
         let members = self.members(predict)?;
         let values = members[0].mean.len();
@@ -315,8 +315,8 @@ mod tests {
         // By hand: the slope under each draw times its D.
         let members: Vec<(f64, f64)> = std::iter::zip(&ensemble.draws, &values)
             .map(|(draw, stiffness)| {
-                let posterior = Posterior::new(ensemble.model.clone(), draw)?;
-                let slope = posterior.predict_operator(&dx.into(), &[[0.9]])?;
+                let conditional = Conditional::new(ensemble.model.clone(), draw)?;
+                let slope = conditional.predict_operator(&dx.into(), &[[0.9]])?;
                 Ok((stiffness * slope.mean[0], stiffness * slope.standard_deviation[0]))
             })
             .collect::<Result<_, GpError>>()?;

@@ -1,11 +1,11 @@
 //! The most probable parameters, searched for from several starts.
 
+use crate::conditional::Conditional;
 use crate::ensemble::Ensemble;
 use crate::error::{GpError, Result};
 use crate::model::Model;
 use crate::optimise::minimise;
 use crate::parameter::FreeParameter;
-use crate::posterior::Posterior;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -189,13 +189,13 @@ impl<const D: usize> Model<D> {
             let jitter = f64::NAN;
             return Err(last.unwrap_or(GpError::NotPositiveDefinite { size: self.size, jitter }));
         };
-        let posterior = Posterior::new(self.clone(), &found.point)?;
+        let conditional = Conditional::new(self.clone(), &found.point)?;
         Ok(Outcome {
             log_evidence: -found.value - self.log_hyperprior(&found.point),
             log_posterior: -found.value,
             evaluations: found.evaluations,
-            jitter: posterior.jitter(),
-            collapsed: posterior.is_collapsed(),
+            jitter: conditional.jitter(),
+            collapsed: conditional.is_collapsed(),
             parameters: found.point,
             trace,
         })
@@ -222,11 +222,12 @@ impl<const D: usize> Fit<D> {
         Ok(self.model.parameters()[position].from_scale(self.outcome().parameters[position]))
     }
 
-    /// The posterior at the fitted parameters.
+    /// The process at the most probable parameters alone. Its standard deviations are too narrow, as lengthscales, noise and θ
+    /// count as known; [`Fit::predict`] is the full posterior.
     ///
     /// # Errors
     /// If the covariance cannot be factorised, which fitting has done before.
-    pub fn posterior(&self) -> Result<Posterior<D>> {
-        Posterior::new(self.model.clone(), &self.outcome().parameters)
+    pub fn conditional(&self) -> Result<Conditional<D>> {
+        Conditional::new(self.model.clone(), &self.outcome().parameters)
     }
 }

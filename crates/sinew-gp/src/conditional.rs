@@ -1,4 +1,4 @@
-//! Posterior of u and of linear functionals of it.
+//! Posterior of u and of linear functionals of it at given parameters.
 
 use crate::coefficients::PointCoefficients;
 use crate::data::{Role, check_finite, check_places};
@@ -18,9 +18,10 @@ use sinew_num::dot;
 use sinew_sample::standard_normals;
 use std::sync::Arc;
 
-/// The Gaussian process conditioned on the data, at fixed parameters.
+/// The Gaussian process conditioned on the data, at fixed parameters. Standard deviations do not include what is not known of
+/// these, and are too narrow by that: those of [`crate::Fit::predict`] and of an [`crate::Ensemble`] do.
 #[derive(Debug)]
-pub struct Posterior<const D: usize> {
+pub struct Conditional<const D: usize> {
     pub(crate) model: Arc<Model<D>>,
     pub(crate) parameters: Vec<f64>,
     /// K⁻¹ (y − m).
@@ -101,8 +102,8 @@ impl<const D: usize> Query<'_, D> {
     }
 }
 
-impl<const D: usize> Posterior<D> {
-    /// Posterior of `model` at `parameters` on their scales.
+impl<const D: usize> Conditional<D> {
+    /// The process of `model` at `parameters` on their scales.
     ///
     /// # Errors
     /// If their number is wrong or the covariance is not positive definite.
@@ -130,7 +131,7 @@ impl<const D: usize> Posterior<D> {
     /// Mean of u only, which costs far less.
     ///
     /// # Errors
-    /// As [`Posterior::predict`].
+    /// As [`Conditional::predict`].
     pub fn mean(&self, points: &[[f64; D]]) -> Result<Vec<f64>> {
         self.mean_of(&Operator::identity(), points)
     }
@@ -138,7 +139,7 @@ impl<const D: usize> Posterior<D> {
     /// Mean of an operator applied to u, as a flux.
     ///
     /// # Errors
-    /// As [`Posterior::predict`]; and if the operator has parameters that the model lacks, or takes
+    /// As [`Conditional::predict`]; and if the operator has parameters that the model lacks, or takes
     /// more derivatives than are supported or the kernel's functions have.
     pub fn mean_of(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
         let query = self.query(operator, points)?;
@@ -153,7 +154,7 @@ impl<const D: usize> Posterior<D> {
     /// Mean and standard deviation of an operator applied to u.
     ///
     /// # Errors
-    /// As [`Posterior::mean_of`].
+    /// As [`Conditional::mean_of`].
     pub fn predict_operator(
         &self,
         operator: &Operator<D>,
@@ -170,7 +171,7 @@ impl<const D: usize> Posterior<D> {
     /// Mean and standard deviation of a weighted sum, as an integral.
     ///
     /// # Errors
-    /// As [`Posterior::mean_of`]; and if there are not as many weights as points, or some are not
+    /// As [`Conditional::mean_of`]; and if there are not as many weights as points, or some are not
     /// finite.
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
         let weights = &functional.weights;
@@ -186,7 +187,7 @@ impl<const D: usize> Posterior<D> {
     /// Functions drawn from the posterior, each by its values at the points.
     ///
     /// # Errors
-    /// As [`Posterior::predict`].
+    /// As [`Conditional::predict`].
     pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
         self.sample_operator(&Operator::identity(), points, count, seed)
     }
@@ -194,7 +195,7 @@ impl<const D: usize> Posterior<D> {
     /// Operator applied to functions drawn from the posterior, as samples of a flux along a wall.
     ///
     /// # Errors
-    /// As [`Posterior::mean_of`].
+    /// As [`Conditional::mean_of`].
     pub fn sample_operator(
         &self,
         operator: &Operator<D>,
