@@ -22,20 +22,22 @@ pub struct Ensemble<const D: usize> {
     /// and [`crate::nuts`] is the one to ask.
     pub k_hat: Option<f64>,
     warnings: Vec<Warning>,
+    /// Positions of parameters that the data do not tell.
+    unidentified: Vec<usize>,
 }
 
 impl<const D: usize> Ensemble<D> {
     pub(crate) fn new(model: Arc<Model<D>>, draws: Vec<Vec<f64>>) -> Self {
-        Self { model, draws, k_hat: None, warnings: Vec::new() }
+        Self { model, draws, k_hat: None, warnings: Vec::new(), unidentified: Vec::new() }
     }
 
-    /// Draws about a fit, with what they leave in doubt: the shape of their weights' tail, and the parameter of the equation with
-    /// the largest R̂.
+    /// Draws about a fit, with what they leave in doubt: the shape of their weights' tail, or a parameter of the equation, its R̂
+    /// and effective draws.
     pub(crate) fn checked(
         fit: &Fit<D>,
         draws: Vec<Vec<f64>>,
         k_hat: Option<f64>,
-        worst: Option<(usize, f64)>,
+        worst: Option<(usize, f64, f64)>,
     ) -> Result<Self> {
         if let Some(unresolved) = fit.withheld() {
             return Err(unresolved);
@@ -43,12 +45,20 @@ impl<const D: usize> Ensemble<D> {
         let mut ensemble = Self { k_hat, ..Self::new(fit.model().clone(), draws) };
         let heavy = k_hat.filter(|k_hat| *k_hat > TRUSTED);
         ensemble.warnings.extend(heavy.map(|k_hat| Warning::HeavyWeights { k_hat }));
-        if let Some((parameter, r_hat)) = worst.filter(|(_, r_hat)| *r_hat > MIXED) {
+        if let Some((parameter, r_hat, effective)) = worst {
             let parameter = fit.model().theta[parameter].name().to_string();
-            ensemble.warnings.push(Warning::NotMixed { parameter, r_hat });
+            ensemble.warnings.push(Warning::NotMixed { parameter, r_hat, effective });
         }
-        for parameter in fit.model().theta.iter().filter(|_| !ensemble.draws.is_empty()) {
+        if ensemble.draws.is_empty() {
+            return Ok(ensemble);
+        }
+        ensemble.unidentified = fit.unidentified(&ensemble.draws)?;
+        for parameter in &fit.model().theta {
             let (name, mode) = (parameter.name(), fit.parameter(parameter.name())?);
+            if !ensemble.identifies(name)? {
+                let direction = vec![(name.to_string(), 1.0)];
+                ensemble.warnings.push(Warning::Unidentified { direction });
+            }
             let [lower, upper] = ensemble.interval(name, NEARLY_ALL)?;
             if !(lower..=upper).contains(&mode) {
                 let parameter = name.to_string();
@@ -73,7 +83,17 @@ impl<const D: usize> Ensemble<D> {
         Ok(self.draws.iter().map(|draw| parameter.from_scale(draw[position])).collect())
     }
 
-    /// The central interval of a parameter, in its own unit, that holds the share `level` of the draws: 0.95 for 95 %.
+    /// Whether the data tell a parameter of the equation: its draws are not about as wide as its prior, and the probability of the data
+    /// depends on it.
+    ///
+    /// # Errors
+    /// If no entry has that name.
+    pub fn identifies(&self, name: &str) -> Result<bool> {
+        Ok(!self.unidentified.contains(&self.model.position(name)?))
+    }
+
+    /// The central interval of a parameter, in its own unit, that holds the share `level` of the draws: 0.95 for 95 %; of the prior,
+    /// where the data do not tell it ([`Ensemble::identifies`]).
     /// Draws never reach a parameter's bounds: an end nearer to one than a tenth of the interval is that bound (where a
     /// normal density would have fallen to a sixteenth).
     ///
@@ -83,8 +103,12 @@ impl<const D: usize> Ensemble<D> {
         const NEAR: f64 = 0.1;
         check_share(level)?;
         let parameter = &self.model.parameters()[self.model.position(name)?];
-        let tail = 0.5 * (1.0 - level);
-        let mut ends = [self.quantile(name, tail)?, self.quantile(name, 1.0 - tail)?];
+        let tails = [0.5 * (1.0 - level), 0.5 * (1.0 + level)];
+        let [low, high] = parameter.bounds.map(|bound| parameter.to_scale(bound));
+        let mut ends = match self.identifies(name)? {
+            true => [self.quantile(name, tails[0])?, self.quantile(name, tails[1])?],
+            false => tails.map(|tail| parameter.from_scale(low + tail * (high - low))),
+        };
         let [lower, upper] = ends.map(|end| parameter.to_scale(end));
         for (end, bound) in ends.iter_mut().zip(parameter.bounds) {
             let distance = (parameter.to_scale(*end) - parameter.to_scale(bound)).abs();
@@ -233,8 +257,6 @@ const NEARLY_ALL: f64 = 0.99;
 /// Shape of the tail of importance weights up to which averages over them are trusted: their variance is finite up to 0.5 (Vehtari et
 /// al. 2024), of which some hundred weights leave an uncertainty of a tenth.
 pub(crate) const TRUSTED: f64 = 0.4;
-/// R̂ from which on chains disagree; 1.01 takes more draws than an ensemble has (Vehtari et al. 2021).
-const MIXED: f64 = 1.1;
 
 fn check_share(share: f64) -> Result<()> {
     match (0.0..=1.0).contains(&share) {

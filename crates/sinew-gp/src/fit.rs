@@ -100,7 +100,8 @@ impl<const D: usize> Model<D> {
     }
 
     /// Starts of [`Model::fit`]: half of them as drawn, half the most probable of some dozens, in which parameters of the equation are
-    /// spread evenly over their ranges. Evidences with a maximum for each number of waves are climbed from near the right one.
+    /// spread evenly over their ranges, with lengthscales as drawn or as the equation suggests. Evidences with a maximum for each
+    /// number of waves are climbed from near the right one.
     pub(crate) fn chosen_starts(&self, options: &FitOptions) -> Vec<Vec<f64>> {
         let mut starts = self.random_starts(options);
         let chosen = starts.len() / 2;
@@ -119,6 +120,8 @@ impl<const D: usize> Model<D> {
                 scanned[k][position] = lower + share * (upper - lower);
             }
         }
+        // Lengthscales of every other one are those of its equation.
+        scanned.iter_mut().skip(1).step_by(2).for_each(|start| self.scale_lengths(start));
         let value = |x: Vec<f64>| {
             let value = self.log_evidence(&x).map(|value| value + self.log_hyperprior(&x));
             (value.unwrap_or(f64::NEG_INFINITY), x)
