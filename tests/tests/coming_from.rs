@@ -255,10 +255,9 @@ fn gpytorch() -> Result {
     let prior = Prior::constrained(&problem, &kernel)?;
     let model = Model::new(prior, data.averaged(15), Evidence::Auto)?;
     let fit = model.fit(&FitOptions::default())?;
-    let posterior = fit.posterior()?;
-    let band = posterior.predict(&[[0.5]])?;
+    let band = fit.predict(&[[0.5]])?;
     assert!((band.mean[0] - 0.25).abs() < 2e-3 && band.standard_deviation[0] < 2e-3);
-    let slope = posterior.predict_operator(&dx.into(), &[[0.0]])?;
+    let slope = fit.ensemble()?.predict_operator(&dx.into(), &[[0.0]])?;
     assert!((slope.mean[0] - 1.0).abs() < 0.02);
 
     let ensemble = nuts(&fit, &NutsOptions::default())?;
@@ -269,7 +268,7 @@ fn gpytorch() -> Result {
 
     let known = Data::new().values(&x, &y, Noise::Known(1.5e-3));
     let plain = Model::new(Prior::unconstrained(&problem, &both)?, known, Evidence::Auto)?;
-    let plain = plain.fit(&FitOptions::default())?.posterior()?.mean(&[[0.5]])?;
+    let plain = plain.fit(&FitOptions::default())?.conditional()?.mean(&[[0.5]])?;
     assert!((plain[0] - 0.25).abs() < 5e-3, "without the equation");
     Ok(())
 }

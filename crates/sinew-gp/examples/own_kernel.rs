@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let prior = Prior::constrained(&problem, kernel)?;
         let fit = Model::new(prior, data, Evidence::Auto)?.fit(&options)?;
         let grid = string.grid(201);
-        let mean = fit.posterior()?.mean(&grid)?;
+        let mean = fit.conditional()?.mean(&grid)?;
         let error =
             mean.iter().zip(&grid).map(|(u, [x])| (u - deflection(*x)).abs()).fold(0.0, f64::max);
         println!(

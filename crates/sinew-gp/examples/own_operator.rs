@@ -67,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         assert!(lower < truth && truth < upper, "the interval holds the truth");
     }
     let grid = beam.grid(101);
-    let mean = fit.posterior()?.mean(&grid)?;
+    let mean = fit.conditional()?.mean(&grid)?;
     let error =
         mean.iter().zip(&grid).map(|(u, [x])| (u - deflection(*x)).abs()).fold(0.0, f64::max);
     println!("largest error of the deflection {error:.1e}, all in {seconds:.2} s");

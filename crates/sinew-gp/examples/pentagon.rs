@@ -43,10 +43,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let fit = Model::new(prior, data, Evidence::Auto)?.fit(&options)?;
 
         // The solution, and its slope as an operator on it: both are Gaussian.
-        let posterior = fit.posterior()?;
-        let u = posterior.predict(&[[0.0, 0.0]])?;
+        let conditional = fit.conditional()?;
+        let u = conditional.predict(&[[0.0, 0.0]])?;
         // The outward normal of the bottom edge is −y.
-        let shear = posterior.predict_operator(&Operator::from(dy), &[amid_an_edge])?;
+        let shear = conditional.predict_operator(&Operator::from(dy), &[amid_an_edge])?;
         error = (u.mean[0] - CENTRE).abs();
         println!(
             "{count:3} points: u {:.5} ± {:.0e}, error {error:.0e}; shear {:.4} ± {:.0e}, \

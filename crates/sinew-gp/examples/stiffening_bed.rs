@@ -9,7 +9,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
-    Condition, Data, Derivative, Domain, FitOptions, Noise, Posterior, Problem, SemiLinear, Side,
+    Condition, Conditional, Data, Derivative, Domain, FitOptions, Noise, Problem, SemiLinear, Side,
     SquaredExponential, constant,
 };
 use std::error::Error;
@@ -46,10 +46,10 @@ fn reference(count: usize) -> Vec<f64> {
 }
 
 /// Mean error, and share of the places that 95 % bands hold.
-fn judge(posterior: &Posterior<1>, exact: &[f64]) -> Result<(f64, f64), Box<dyn Error>> {
+fn judge(conditional: &Conditional<1>, exact: &[f64]) -> Result<(f64, f64), Box<dyn Error>> {
     let count = exact.len() - 1;
     let places: Vec<[f64; 1]> = (1..count).map(|k| [k as f64 / count as f64]).collect();
-    let found = posterior.predict(&places)?;
+    let found = conditional.predict(&places)?;
     let off = |k: usize| (found.mean[k] - exact[k + 1]).abs();
     let all = places.len() as f64;
     let held = (0..places.len()).filter(|k| off(*k) < 1.96 * found.standard_deviation[*k]).count();
@@ -97,7 +97,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let clock = Instant::now();
             let solution = bed.solve(&kernel, &data, &FitOptions::default(), 20)?;
             let seconds = clock.elapsed().as_secs_f64();
-            let (error, held) = judge(&solution.fit.posterior()?, &exact)?;
+            let (error, held) = judge(&solution.fit.conditional()?, &exact)?;
             sums.iter_mut().zip([error, held, seconds]).for_each(|(s, x)| *s += x / SETS as f64);
         }
         let [error, held, seconds] = sums;

@@ -1,10 +1,11 @@
 //! Answer of a fit in short: parameters with intervals, warnings, and marginal bands of u.
 
+use crate::conditional::Prediction;
 use crate::ensemble::Ensemble;
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::laplace::ensemble;
-use crate::posterior::Prediction;
+use crate::warning::Warning;
 use std::fmt;
 
 /// Draws and seed of a fit's own ensemble.
@@ -21,15 +22,17 @@ impl<const D: usize> Fit<D> {
         made.as_ref().map_err(Clone::clone)
     }
 
-    /// The central interval of a parameter that holds the share `level` of the fit's own ensemble.
+    /// The central interval of a parameter that holds the share `level` of the fit's own ensemble, and the most probable value.
     ///
     /// # Errors
     /// As [`Ensemble::interval`] and [`Fit::ensemble`].
     pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2]> {
-        self.ensemble()?.interval(name, level)
+        let ([lower, upper], found) =
+            (self.ensemble()?.interval(name, level)?, self.parameter(name)?);
+        Ok([lower.min(found), upper.max(found)])
     }
 
-    /// Posterior mean and standard deviation of u, marginalised over parameters, lengthscales and noise. [`Fit::posterior`] takes these as known.
+    /// Posterior mean and standard deviation of u, marginalised over parameters, lengthscales and noise. [`Fit::conditional`] takes these as known.
     ///
     /// # Errors
     /// As [`Ensemble::predict`] and [`Fit::ensemble`].
@@ -45,25 +48,33 @@ impl<const D: usize> fmt::Display for Fit<D> {
         let learned = model.groups.iter().filter_map(|group| group.learned);
         for position in model.theta_range().chain(learned) {
             let name = &model.parameters()[position].name;
-            match (self.parameter(name), self.interval(name, 0.95)) {
-                (Ok(value), Ok([lower, upper])) => writeln!(
+            let found =
+                self.parameter(name).and_then(|value| Ok((value, self.interval(name, 0.95)?)));
+            let told = self.ensemble().and_then(|ensemble| ensemble.identifies(name));
+            match found {
+                Ok((_, [lower, upper])) if told == Ok(false) => writeln!(
+                    formatter,
+                    "{name} unidentified, 95 % of its prior between {lower:.4e} and {upper:.4e}"
+                )?,
+                Ok((value, [lower, upper])) => writeln!(
                     formatter,
                     "{name} {value:.4e}, 95 % between {lower:.4e} and {upper:.4e}"
                 )?,
-                (Err(error), _) | (_, Err(error)) => writeln!(formatter, "{name}: {error}")?,
+                Err(error) => writeln!(formatter, "{name}: {error}")?,
             }
         }
-        match self.warnings() {
-            Ok(warnings) => {
-                for warning in warnings {
-                    writeln!(formatter, "warning: {warning}")?;
-                }
-            }
-            Err(error) => writeln!(formatter, "warning: {error}")?,
-        }
-        for warning in self.ensemble().iter().flat_map(|ensemble| ensemble.warnings()) {
-            writeln!(formatter, "warning: {warning}")?;
+        let mut said = self.warnings().map_or_else(|e| vec![e.to_string()], in_words);
+        said.extend(
+            self.ensemble().map_or_else(|_| Vec::new(), |own| in_words(own.warnings().into())),
+        );
+        let first = |k: &usize| !said[..*k].contains(&said[*k]);
+        for k in (0..said.len()).filter(first) {
+            writeln!(formatter, "warning: {}", said[k])?;
         }
         Ok(())
     }
+}
+
+fn in_words(warnings: Vec<Warning>) -> Vec<String> {
+    warnings.iter().map(Warning::to_string).collect()
 }

@@ -1,12 +1,12 @@
 //! Several probable parameter vectors: predictions that include what is not known of them.
 
+use crate::conditional::{Conditional, Prediction};
 use crate::error::{GpError, Result};
 use crate::fit::Fit;
 use crate::functional::Functional;
 use crate::instances::instance;
 use crate::model::Model;
 use crate::operator::Operator;
-use crate::posterior::{Posterior, Prediction};
 use crate::warning::Warning;
 use rayon::prelude::*;
 use sinew_sample::{quantile, split_seed};
@@ -23,20 +23,22 @@ pub struct Ensemble<const D: usize> {
     /// and [`crate::nuts`] is the one to ask.
     pub k_hat: Option<f64>,
     warnings: Vec<Warning>,
+    /// Positions of parameters that the data do not tell.
+    unidentified: Vec<usize>,
 }
 
 impl<const D: usize> Ensemble<D> {
     pub(crate) fn new(model: Arc<Model<D>>, draws: Vec<Vec<f64>>) -> Self {
-        Self { model, draws, k_hat: None, warnings: Vec::new() }
+        Self { model, draws, k_hat: None, warnings: Vec::new(), unidentified: Vec::new() }
     }
 
-    /// Draws about a fit, with what they leave in doubt: the shape of their weights' tail, and the parameter of the equation with
-    /// the largest R̂.
+    /// Draws about a fit, with what they leave in doubt: the shape of their weights' tail, or a parameter of the equation, its R̂
+    /// and effective draws.
     pub(crate) fn checked(
         fit: &Fit<D>,
         draws: Vec<Vec<f64>>,
         k_hat: Option<f64>,
-        worst: Option<(usize, f64)>,
+        worst: Option<(usize, f64, f64)>,
     ) -> Result<Self> {
         if let Some(unresolved) = fit.withheld() {
             return Err(unresolved);
@@ -44,12 +46,20 @@ impl<const D: usize> Ensemble<D> {
         let mut ensemble = Self { k_hat, ..Self::new(fit.model().clone(), draws) };
         let heavy = k_hat.filter(|k_hat| *k_hat > TRUSTED);
         ensemble.warnings.extend(heavy.map(|k_hat| Warning::HeavyWeights { k_hat }));
-        if let Some((parameter, r_hat)) = worst.filter(|(_, r_hat)| *r_hat > MIXED) {
+        if let Some((parameter, r_hat, effective)) = worst {
             let parameter = fit.model().theta[parameter].name().to_string();
-            ensemble.warnings.push(Warning::NotMixed { parameter, r_hat });
+            ensemble.warnings.push(Warning::NotMixed { parameter, r_hat, effective });
         }
-        for parameter in fit.model().theta.iter().filter(|_| !ensemble.draws.is_empty()) {
+        if ensemble.draws.is_empty() {
+            return Ok(ensemble);
+        }
+        ensemble.unidentified = fit.unidentified(&ensemble.draws)?;
+        for parameter in &fit.model().theta {
             let (name, mode) = (parameter.name(), fit.parameter(parameter.name())?);
+            if !ensemble.identifies(name)? {
+                let direction = vec![(name.to_string(), 1.0)];
+                ensemble.warnings.push(Warning::Unidentified { direction });
+            }
             let [lower, upper] = ensemble.interval(name, NEARLY_ALL)?;
             if !(lower..=upper).contains(&mode) {
                 let parameter = name.to_string();
@@ -74,7 +84,17 @@ impl<const D: usize> Ensemble<D> {
         Ok(self.draws.iter().map(|draw| parameter.from_scale(draw[position])).collect())
     }
 
-    /// The central interval of a parameter, in its own unit, that holds the share `level` of the draws: 0.95 for 95 %.
+    /// Whether the data tell a parameter of the equation: its draws are not about as wide as its prior, and the probability of the data
+    /// depends on it.
+    ///
+    /// # Errors
+    /// If no entry has that name.
+    pub fn identifies(&self, name: &str) -> Result<bool> {
+        Ok(!self.unidentified.contains(&self.model.position(name)?))
+    }
+
+    /// The central interval of a parameter, in its own unit, that holds the share `level` of the draws: 0.95 for 95 %; of the prior,
+    /// where the data do not tell it ([`Ensemble::identifies`]).
     /// Draws never reach a parameter's bounds: an end nearer to one than a tenth of the interval is that bound (where a
     /// normal density would have fallen to a sixteenth).
     ///
@@ -84,8 +104,12 @@ impl<const D: usize> Ensemble<D> {
         const NEAR: f64 = 0.1;
         check_share(level)?;
         let parameter = &self.model.parameters()[self.model.position(name)?];
-        let tail = 0.5 * (1.0 - level);
-        let mut ends = [self.quantile(name, tail)?, self.quantile(name, 1.0 - tail)?];
+        let tails = [0.5 * (1.0 - level), 0.5 * (1.0 + level)];
+        let [low, high] = parameter.bounds.map(|bound| parameter.to_scale(bound));
+        let mut ends = match self.identifies(name)? {
+            true => [self.quantile(name, tails[0])?, self.quantile(name, tails[1])?],
+            false => tails.map(|tail| parameter.from_scale(low + tail * (high - low))),
+        };
         let [lower, upper] = ends.map(|end| parameter.to_scale(end));
         for (end, bound) in ends.iter_mut().zip(parameter.bounds) {
             let distance = (parameter.to_scale(*end) - parameter.to_scale(bound)).abs();
@@ -154,7 +178,7 @@ impl<const D: usize> Ensemble<D> {
     }
 
     fn predicted(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Prediction> {
-        self.mixture(|posterior| posterior.predict_operator(operator, points))
+        self.mixture(|conditional| conditional.predict_operator(operator, points))
     }
 
     /// Quantiles of an operator applied to u at points, for each share one value a point: of the mixture of the draws' normal
@@ -182,7 +206,7 @@ impl<const D: usize> Ensemble<D> {
         shares: &[f64],
     ) -> Result<Vec<Vec<f64>>> {
         shares.iter().try_for_each(|share| check_share(*share))?;
-        let members = self.members(|posterior| posterior.predict_operator(operator, points))?;
+        let members = self.members(|conditional| conditional.predict_operator(operator, points))?;
         let at = |point: usize, share: f64| {
             let each = members.iter().map(|m| (m.mean[point], m.standard_deviation[point]));
             quantile_of_mixture(&each.collect::<Vec<_>>(), share)
@@ -209,8 +233,8 @@ impl<const D: usize> Ensemble<D> {
         // Evenly over the draws, each with its own stream.
         let one = |number: usize| {
             let draw = &self.draws[number * self.draws.len() / count];
-            let posterior = Posterior::new(self.model.clone(), draw)?;
-            Ok(posterior.sample(points, 1, split_seed(seed, number as u64))?.remove(0))
+            let conditional = Conditional::new(self.model.clone(), draw)?;
+            Ok(conditional.sample(points, 1, split_seed(seed, number as u64))?.remove(0))
         };
         (0..count).into_par_iter().map(one).collect()
     }
@@ -229,8 +253,8 @@ impl<const D: usize> Ensemble<D> {
     }
 
     fn predicted_sum(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
-        let sum = self.mixture(|posterior| {
-            let (mean, deviation) = posterior.predict_functional(functional)?;
+        let sum = self.mixture(|conditional| {
+            let (mean, deviation) = conditional.predict_functional(functional)?;
             Ok(Prediction { mean: vec![mean], standard_deviation: vec![deviation] })
         })?;
         Ok((sum.mean[0], sum.standard_deviation[0]))
@@ -239,9 +263,9 @@ impl<const D: usize> Ensemble<D> {
     /// Prediction of each draw; one at least.
     fn members(
         &self,
-        predict: impl Fn(&Posterior<D>) -> Result<Prediction> + Sync,
+        predict: impl Fn(&Conditional<D>) -> Result<Prediction> + Sync,
     ) -> Result<Vec<Prediction>> {
-        let of = |draw: &Vec<f64>| predict(&Posterior::new(self.model.clone(), draw)?);
+        let of = |draw: &Vec<f64>| predict(&Conditional::new(self.model.clone(), draw)?);
         let members: Vec<Prediction> = self.draws.par_iter().map(of).collect::<Result<_, _>>()?;
         if members.is_empty() { Err(no_draws()) } else { Ok(members) }
     }
@@ -249,7 +273,7 @@ impl<const D: usize> Ensemble<D> {
     /// All draws' predictions as one: the variance within them on average, and that between them.
     fn mixture(
         &self,
-        predict: impl Fn(&Posterior<D>) -> Result<Prediction> + Sync,
+        predict: impl Fn(&Conditional<D>) -> Result<Prediction> + Sync,
     ) -> Result<Prediction> {
         let members = self.members(predict)?;
         let values = members[0].mean.len();
@@ -271,8 +295,6 @@ const NEARLY_ALL: f64 = 0.99;
 /// Shape of the tail of importance weights up to which averages over them are trusted: their variance is finite up to 0.5 (Vehtari et
 /// al. 2024), of which some hundred weights leave an uncertainty of a tenth.
 pub(crate) const TRUSTED: f64 = 0.4;
-/// R̂ from which on chains disagree; 1.01 takes more draws than an ensemble has (Vehtari et al. 2021).
-const MIXED: f64 = 1.1;
 
 fn check_share(share: f64) -> Result<()> {
     match (0.0..=1.0).contains(&share) {
@@ -353,8 +375,8 @@ mod tests {
         // By hand: the slope under each draw times its D.
         let members: Vec<(f64, f64)> = std::iter::zip(&ensemble.draws, &values)
             .map(|(draw, stiffness)| {
-                let posterior = Posterior::new(ensemble.model.clone(), draw)?;
-                let slope = posterior.predict_operator(&dx.into(), &[[0.9]])?;
+                let conditional = Conditional::new(ensemble.model.clone(), draw)?;
+                let slope = conditional.predict_operator(&dx.into(), &[[0.9]])?;
                 Ok((stiffness * slope.mean[0], stiffness * slope.standard_deviation[0]))
             })
             .collect::<Result<_, GpError>>()?;

@@ -1,12 +1,12 @@
 //! The most probable parameters, searched for from several starts.
 
+use crate::conditional::Conditional;
 use crate::ensemble::Ensemble;
 use crate::error::{GpError, Result};
 use crate::instances::instance;
 use crate::model::Model;
 use crate::optimise::minimise;
 use crate::parameter::FreeParameter;
-use crate::posterior::Posterior;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -101,7 +101,8 @@ impl<const D: usize> Model<D> {
     }
 
     /// Starts of [`Model::fit`]: half of them as drawn, half the most probable of some dozens, in which parameters of the equation are
-    /// spread evenly over their ranges. Evidences with a maximum for each number of waves are climbed from near the right one.
+    /// spread evenly over their ranges, with lengthscales as drawn or as the equation suggests. Evidences with a maximum for each
+    /// number of waves are climbed from near the right one.
     pub(crate) fn chosen_starts(&self, options: &FitOptions) -> Vec<Vec<f64>> {
         let mut starts = self.random_starts(options);
         let chosen = starts.len() / 2;
@@ -120,6 +121,8 @@ impl<const D: usize> Model<D> {
                 scanned[k][position] = lower + share * (upper - lower);
             }
         }
+        // Lengthscales of every other one are those of its equation.
+        scanned.iter_mut().skip(1).step_by(2).for_each(|start| self.scale_lengths(start));
         let value = |x: Vec<f64>| {
             let value = self.log_evidence(&x).map(|value| value + self.log_hyperprior(&x));
             (value.unwrap_or(f64::NEG_INFINITY), x)
@@ -196,13 +199,13 @@ impl<const D: usize> Model<D> {
             let jitter = f64::NAN;
             return Err(last.unwrap_or(GpError::NotPositiveDefinite { size: self.size, jitter }));
         };
-        let posterior = Posterior::new(self.clone(), &found.point)?;
+        let conditional = Conditional::new(self.clone(), &found.point)?;
         Ok(Outcome {
             log_evidence: -found.value - self.log_hyperprior(&found.point),
             log_posterior: -found.value,
             evaluations: found.evaluations,
-            jitter: posterior.jitter(),
-            collapsed: posterior.is_collapsed(),
+            jitter: conditional.jitter(),
+            collapsed: conditional.is_collapsed(),
             parameters: found.point,
             trace,
         })
@@ -229,11 +232,12 @@ impl<const D: usize> Fit<D> {
         Ok(self.model.parameters()[position].from_scale(self.outcome().parameters[position]))
     }
 
-    /// The posterior at the fitted parameters.
+    /// The process at the most probable parameters alone. Its standard deviations are too narrow, as lengthscales, noise and θ
+    /// count as known; [`Fit::predict`] is the full posterior.
     ///
     /// # Errors
     /// If the covariance cannot be factorised, which fitting has done before.
-    pub fn posterior(&self) -> Result<Posterior<D>> {
-        Posterior::new(self.model.clone(), &self.outcome().parameters)
+    pub fn conditional(&self) -> Result<Conditional<D>> {
+        Conditional::new(self.model.clone(), &self.outcome().parameters)
     }
 }

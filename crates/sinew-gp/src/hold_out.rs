@@ -46,16 +46,16 @@ impl<const D: usize> Fit<D> {
     /// The equation left out at each of its points in turn, by the inverse of the covariance; and at other places where its
     /// right-hand side is known, because it holds everywhere or is the same at all points. None without an equation.
     pub(crate) fn left_out(&self) -> Result<Option<HoldOut>> {
-        let (model, posterior) = (self.model(), self.posterior()?);
+        let (model, conditional) = (self.model(), self.conditional()?);
         let (mut own, mut term) = (Vec::new(), 0.0_f64);
         for group in model.equations() {
             let at = &group.points;
-            term = term.max(NOTHING * posterior.prior_spread(&model.prior.equation, at)?);
+            term = term.max(NOTHING * conditional.prior_spread(&model.prior.equation, at)?);
             for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
-                own.push((posterior.left_out(row)[0], *at));
+                own.push((conditional.left_out(row)[0], *at));
             }
             for summand in model.prior.equation.terms() {
-                let values = posterior.mean_of(&Operator::of(summand), at)?;
+                let values = conditional.mean_of(&Operator::of(summand), at)?;
                 let square: f64 = values.iter().map(|v| v * v).sum();
                 term = term.max((square / values.len() as f64).sqrt());
             }
@@ -83,7 +83,7 @@ impl<const D: usize> Fit<D> {
         if values.len() < places.len() {
             return Ok(Vec::new());
         }
-        let found = self.posterior()?.mean_of(&model.prior.equation, &places)?;
+        let found = self.conditional()?.mean_of(&model.prior.equation, &places)?;
         let each = places.into_iter().zip(values).zip(found);
         Ok(each.map(|((at, value), u)| Candidate { at, value, residual: u - value }).collect())
     }

@@ -4,7 +4,7 @@ use crate::ensemble::{Ensemble, TRUSTED};
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::instances::instance;
-use crate::nuts::{NutsOptions, nuts};
+use crate::nuts::{NutsOptions, nuts, sampled};
 use crate::space::Space;
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
@@ -29,13 +29,23 @@ const FREEDOM: usize = 5;
 /// If the evidence cannot be evaluated next to the fit.
 #[doc(alias = "importance sampling")]
 pub fn laplace<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
-    instance!(D, weighed, fn(&Fit<D>, usize, u64) -> Result<Ensemble<D>>)(fit, draws, seed)
+    instance!(D, draws_about, fn(&Fit<D>, usize, u64) -> Result<Ensemble<D>>)(fit, draws, seed)
 }
 
-fn weighed<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
+fn draws_about<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
+    Ok(weighed(fit, draws, seed)?.0)
+}
+
+/// Draws of [`laplace`], with the space and the proposals that they come from.
+fn weighed<const D: usize>(
+    fit: &Fit<D>,
+    draws: usize,
+    seed: u64,
+) -> Result<(Ensemble<D>, Space<'_, D>, Laplace)> {
     let model = fit.model();
     let (space, mut proposals) =
         Space::new(model, &fit.outcome().parameters, model.without_weights())?;
+    let first = proposals.clone();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     for round in 0.. {
         let drawn: Vec<(Vec<f64>, f64)> =
@@ -44,30 +54,37 @@ fn weighed<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ense
         let ratios: Vec<f64> = drawn.par_iter().map(ratio).collect();
         let smoothed = psis(&ratios, 1.0);
         let (weights, k_hat) = (smoothed.weights(), smoothed.k_hat);
-        let next = moved(&proposals, &drawn, &weights);
+        let next = moved(&proposals, &drawn, &weights, LEAST);
         if k_hat <= TRUSTED && next.as_ref().is_none_or(|next| alike(&proposals, next))
             || round == ROUNDS
         {
             let chosen = resample(&weights, draws, random.random());
             let draws = chosen.into_iter().map(|number| space.parameters(&drawn[number].0));
-            return Ensemble::checked(fit, draws.collect(), Some(k_hat), None);
+            let ensemble = Ensemble::checked(fit, draws.collect(), Some(k_hat), None)?;
+            // A chain begins with the width of both.
+            let both = moved(&first, &drawn, &weights, 1.0);
+            return Ok((ensemble, space, both.unwrap_or(first)));
         }
         proposals = next.unwrap_or(proposals);
     }
     unreachable!("the last round returns")
 }
 
-/// Draws by [`laplace`] where its weights can be trusted, else as many by [`crate::nuts`].
+/// Draws by [`laplace`] where its weights can be trusted, else as many by [`crate::nuts`], whose chains start where that found mass.
 ///
 /// # Errors
 /// As these two.
 pub fn ensemble<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
-    let weighed = laplace(fit, draws, seed)?;
+    instance!(D, trusted, fn(&Fit<D>, usize, u64) -> Result<Ensemble<D>>)(fit, draws, seed)
+}
+
+fn trusted<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
+    let (weighed, space, about) = weighed(fit, draws, seed)?;
+    let options = NutsOptions { draws, seed, ..NutsOptions::default() };
     match weighed.k_hat {
-        Some(k_hat) if k_hat > TRUSTED => {
-            nuts(fit, &NutsOptions { draws, seed, ..NutsOptions::default() })
-        }
-        _ => Ok(weighed),
+        Some(k_hat) if k_hat <= TRUSTED => Ok(weighed),
+        _ if space.holds_weights() => nuts(fit, &options),
+        _ => sampled(fit, &space, about, &options),
     }
 }
 
@@ -75,6 +92,8 @@ pub fn ensemble<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result
 const INFLATION: f64 = 1.3;
 /// Ratio of variances of draws to those of their proposals up to which proposals stay unchanged.
 const ALIKE: f64 = 1.6;
+/// Share of the covariance of proposals that is kept.
+pub(crate) const LEAST: f64 = 1e-4;
 /// Times that proposals are moved at most.
 const ROUNDS: usize = 3;
 
@@ -95,17 +114,22 @@ fn alike(a: &Laplace, b: &Laplace) -> bool {
     ratio.iter().all(|ratio| (ALIKE.recip()..=ALIKE).contains(ratio))
 }
 
-/// The mean and the covariance of draws with weights whose sum is 1; none where these have no covariance.
-fn moved(about: &Laplace, drawn: &[(Vec<f64>, f64)], weights: &[f64]) -> Option<Laplace> {
+/// The mean of draws with weights whose sum is 1, and their covariance with a share `least` of that before; none where these have none.
+pub(crate) fn moved(
+    about: &Laplace,
+    drawn: &[(Vec<f64>, f64)],
+    weights: &[f64],
+    least: f64,
+) -> Option<Laplace> {
     let dimension = about.dimension();
     let average = |of: &dyn Fn(&[f64]) -> f64| -> f64 {
         drawn.iter().zip(weights).map(|((q, _), weight)| weight * of(q)).sum()
     };
     let centre: Vec<f64> = (0..dimension).map(|k| average(&|q| q[k])).collect();
-    let least = about.covariance();
+    let known = about.covariance();
     let covariance = DMatrix::from_fn(dimension, dimension, |i, j| {
         let product = average(&|q| (q[i] - centre[i]) * (q[j] - centre[j]));
-        INFLATION * product + 1e-4 * least[(i, j)]
+        INFLATION * product + least * known[(i, j)]
     });
     Laplace::from_covariance(&centre, covariance).ok()
 }

@@ -34,14 +34,13 @@
 //! let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
 //! assert!((fit.parameter("diffusivity")? - 0.7).abs() < 0.05);
 //!
-//! let posterior = fit.posterior()?;
-//! let at_the_end = posterior.predict(&[[1.5, 1.0], [0.0, 0.5]])?;
+//! let at_the_end = fit.predict(&[[1.5, 1.0], [0.0, 0.5]])?;
 //! assert!((at_the_end.mean[0] - exact([1.5, 1.0])).abs() < 0.02);
 //! assert_eq!(at_the_end.standard_deviation[1], 0.0); // on the boundary nothing is uncertain
 //!
 //! // Total heat flux through the right end: −∫ κ u_x dt.
 //! let flux = Functional::face_integral(&rod, ("x", Side::Upper), -(&diffusivity * dx), 8)?;
-//! let (heat, deviation) = posterior.predict_functional(&flux)?;
+//! let (heat, deviation) = fit.ensemble()?.predict_functional(&flux)?;
 //! assert!((heat - (1.0 - (-0.7_f64).exp())).abs() < 0.02);
 //! # Ok::<(), sinew_gp::GpError>(())
 //! ```
@@ -93,6 +92,7 @@ mod averages;
 mod coefficients;
 mod compile;
 mod condition;
+mod conditional;
 mod constraint;
 mod data;
 mod domain;
@@ -108,17 +108,18 @@ mod gradient;
 mod gram;
 mod grid;
 mod hold_out;
+mod identified;
 mod instances;
 mod inverse;
 mod kernel;
 mod laplace;
+mod lengths;
 mod model;
 mod nuts;
 mod operator;
 mod optimise;
 mod parameter;
 mod polygon;
-mod posterior;
 mod prior;
 mod problem;
 mod resolve;
@@ -134,6 +135,7 @@ mod warning;
 mod warnings;
 
 pub use condition::{Condition, Periodicity};
+pub use conditional::{Conditional, Prediction};
 pub use constraint::{Constraints, Feature, constraints};
 pub use data::{Data, Noise};
 pub use domain::{Domain, Side};
@@ -153,7 +155,6 @@ pub use nuts::{NutsOptions, nuts};
 pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
 pub use parameter::{FreeParameter, Hyperprior};
 pub use polygon::Polygon;
-pub use posterior::{Posterior, Prediction};
 pub use prior::Prior;
 pub use problem::Problem;
 pub use semilinear::{SemiLinear, Solution};

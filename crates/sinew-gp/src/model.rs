@@ -135,6 +135,7 @@ impl<const D: usize> Model<D> {
         };
         model.lay_out_parameters();
         model.check_names()?;
+        model.check_sizes()?;
         Ok(model)
     }
 
@@ -204,6 +205,22 @@ impl<const D: usize> Model<D> {
                 "parameter {} has the name of an amplitude, lengthscale or noise; call it otherwise",
                 clash.name()
             ))),
+            None => Ok(()),
+        }
+    }
+
+    /// Requires that variances are numbers: covariances are made of them.
+    fn check_sizes(&self) -> Result<()> {
+        let is_size =
+            |(k, p): &(usize, &FreeParameter)| p.logarithmic && !self.theta_range().contains(k);
+        let of_size = self.parameters.iter().enumerate().filter(is_size);
+        let representable = |p: &FreeParameter| p.bounds.iter().all(|end| (end * end).is_normal());
+        match of_size.map(|(_, p)| p).find(|p| !representable(p)) {
+            Some(FreeParameter { name, bounds: [lower, upper], .. }) => {
+                Err(GpError::Data(format!(
+                    "by the size of the data {name} is between {lower:e} and {upper:e}, whose squares are not numbers of double precision; give values, conditions and coordinates in a unit in which they are between 1e-140 and 1e140"
+                )))
+            }
             None => Ok(()),
         }
     }

@@ -7,15 +7,16 @@ use crate::ensemble::Ensemble;
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::instances::instance;
+use crate::laplace::{LEAST, moved};
 use crate::space::{Space, not_drawn};
-use sinew_sample::{Summary, nuts as chains};
+use sinew_sample::{Chains, Laplace, nuts as chains, split_seed};
 
 /// Options of the sampling of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NutsOptions {
-    /// Steps of each of two chains to find a step size, not kept.
+    /// Steps of each of four chains to find a step size, not kept.
     pub warmup: usize,
-    /// Draws kept, half of them of each chain.
+    /// Draws kept, a quarter of them of each chain.
     pub draws: usize,
     /// Seed.
     pub seed: u64,
@@ -27,29 +28,70 @@ impl Default for NutsOptions {
     }
 }
 
-/// Chains: the fewest that can be told to agree.
-const CHAINS: usize = 2;
+/// Chains.
+const CHAINS: usize = 4;
+/// R̂ up to which chains agree; 1.01 takes more draws than an ensemble has (Vehtari et al. 2021).
+const MIXED: f64 = 1.05;
+/// Effective draws of bulk and tails, in units of the draws kept, from which on these suffice.
+const EFFECTIVE: f64 = 0.33;
+/// Times that chains are drawn anew at most, each time twice as long.
+const ROUNDS: u64 = 3;
 
-/// Draws parameters from their posterior in two chains, which start about its maximum.
+/// Draws parameters from their posterior in four chains, which start about its maximum. Chains that do not agree, or of too few
+/// effective draws, are drawn anew with the covariance of what they found, twice as long, three times at most.
 ///
 /// # Errors
 /// If the evidence cannot be evaluated at the fit.
 #[doc(alias("MCMC", "HMC"))]
 pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
-    instance!(D, sampled, fn(&Fit<D>, &NutsOptions) -> Result<Ensemble<D>>)(fit, options)
+    instance!(D, chained, fn(&Fit<D>, &NutsOptions) -> Result<Ensemble<D>>)(fit, options)
 }
 
-fn sampled<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
+fn chained<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
     let model = fit.model();
     let count = model.parameters().len();
     let (space, about) = Space::new(model, &fit.outcome().parameters, count)?;
-    let NutsOptions { warmup, draws, seed } = *options;
-    let own =
-        sinew_sample::NutsOptions { chains: CHAINS, warmup, draws: draws.div_ceil(CHAINS), seed };
-    let found = chains(&space, &about, &own).map_err(not_drawn)?;
-    let r_hats = (0..model.theta.len())
-        .map(|k| (k, Summary::of(&found.parameter(model.theta_offset + k)).r_hat));
-    let worst = r_hats.max_by(|a, b| a.1.total_cmp(&b.1));
-    let draws = found.pooled().map(|q| space.parameters(q)).take(draws).collect();
-    Ensemble::checked(fit, draws, None, worst)
+    sampled(fit, &space, about, options)
+}
+
+/// [`nuts`] in a space, with chains that start about a mode.
+pub(crate) fn sampled<const D: usize>(
+    fit: &Fit<D>,
+    space: &Space<'_, D>,
+    mut about: Laplace,
+    &NutsOptions { warmup, draws, seed }: &NutsOptions,
+) -> Result<Ensemble<D>> {
+    let kept = draws.div_ceil(CHAINS);
+    for round in 0.. {
+        let own = sinew_sample::NutsOptions {
+            chains: CHAINS,
+            warmup: warmup << round,
+            draws: kept << round,
+            seed: if round == 0 { seed } else { split_seed(seed, round) },
+        };
+        let found = chains(space, &about, &own).map_err(not_drawn)?;
+        let worst = least_mixed(fit, &found);
+        let doubtful = worst.is_some_and(|(_, r_hat, effective)| {
+            r_hat > MIXED || effective < EFFECTIVE * draws as f64
+        });
+        if !doubtful || round == ROUNDS {
+            let all = found.thinned(kept);
+            let draws = all.pooled().map(|q| space.parameters(q)).take(draws).collect();
+            return Ensemble::checked(fit, draws, None, worst.filter(|_| doubtful));
+        }
+        let all: Vec<_> = found.pooled().map(|q| (q.clone(), 0.0)).collect();
+        let weights = vec![1.0 / all.len() as f64; all.len()];
+        about = moved(&about, &all, &weights, LEAST).unwrap_or(about);
+    }
+    unreachable!("the last round returns")
+}
+
+/// Parameter of the equation with the fewest effective draws, R̂ and number of these; none of chains too short to tell.
+fn least_mixed<const D: usize>(fit: &Fit<D>, found: &Chains) -> Option<(usize, f64, f64)> {
+    let of = |k: usize| {
+        let summary = found.summary(fit.model().theta_offset + k);
+        (k, summary.r_hat, summary.ess_bulk.min(summary.ess_tail))
+    };
+    let all = (0..fit.model().theta.len()).map(of).filter(|(_, r_hat, _)| r_hat.is_finite());
+    all.min_by(|a, b| a.2.total_cmp(&b.2))
 }

@@ -170,8 +170,11 @@ impl<const D: usize> Fit<D> {
             Ok((fit, error.unwrap_or_else(|| found.clone())))
         };
         let tried: Vec<_> = ends.into_par_iter().filter_map(|end| tried(end).ok()).collect();
+        // Next to nothing is off of an equation whose solution is next to nothing.
+        let lost = |fit: &Self| fit.outcome().collapsed && !self.outcome().collapsed;
+        let tried = tried.into_iter().filter(|(fit, _)| !lost(fit));
         let error = |found: &HoldOut| found.residual / found.term;
-        let best = tried.into_iter().min_by(|a, b| error(&a.1).total_cmp(&error(&b.1)));
+        let best = tried.min_by(|a, b| error(&a.1).total_cmp(&error(&b.1)));
         Ok(match best.filter(|(_, own)| error(own) < LAYER * error(&found)) {
             Some(better) => better,
             None => (self, found),

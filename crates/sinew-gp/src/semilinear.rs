@@ -8,6 +8,7 @@
 
 mod tangent;
 
+use crate::conditional::Conditional;
 use crate::data::{Data, Noise, Role, check, no_data};
 use crate::domain::Domain;
 use crate::error::{GpError, Result, place};
@@ -17,7 +18,6 @@ use crate::hold_out::{Candidate, PLACES};
 use crate::kernel::Kernel;
 use crate::model::{FIRST_POINTS, Model, POINTS_SEED};
 use crate::operator::{Derivative, Parameter};
-use crate::posterior::Posterior;
 use crate::prior::Prior;
 use crate::problem::Problem;
 use crate::resolve::{RESOLVED, RESOLVED_ALONE, ROUNDS, spread_out};
@@ -252,9 +252,9 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
 
     /// L u and g(u) at points.
     fn parts(&self, solution: &Solution<D>, points: &[[f64; D]]) -> Result<[Vec<f64>; 2]> {
-        let posterior = solution.fit.posterior()?;
-        let linear = posterior.mean_of(self.problem.equation(), points)?;
-        let arguments = self.means(&posterior, points)?;
+        let conditional = solution.fit.conditional()?;
+        let linear = conditional.mean_of(self.problem.equation(), points)?;
+        let arguments = self.means(&conditional, points)?;
         let theta = self.theta(Some(&solution.fit)).into_iter().map(Series::number);
         let theta: Vec<Series> = theta.collect();
         let term = |(index, v): (usize, [f64; M])| {
@@ -275,7 +275,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let points = &collocation(data, self.problem.domain())?[..];
         let start = start.map(|start| &start.fit);
         let mut values = match start {
-            Some(start) => self.means(&start.posterior()?, points)?,
+            Some(start) => self.means(&start.conditional()?, points)?,
             None => {
                 let mean = Prior::constrained(&self.problem, kernel)?.mean;
                 let at = |argument: Derivative<D>, x: &[f64; D]| {
@@ -299,7 +299,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
                 starts.extend(model.random_starts(options));
             }
             let fit = model.fit_from(starts, options.iterations)?;
-            let updated = self.means(&fit.posterior()?, points)?;
+            let updated = self.means(&fit.conditional()?, points)?;
             let now = self.theta(Some(&fit));
             change = relative_change(&values, &updated).max(largest_change(&theta, &now));
             taken += 1;
@@ -312,8 +312,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     }
 
     /// Posterior means of all arguments.
-    fn means(&self, posterior: &Posterior<D>, points: &[[f64; D]]) -> Result<Vec<[f64; M]>> {
-        self.evaluate(points, |argument| posterior.mean_of(&argument.into(), points))
+    fn means(&self, conditional: &Conditional<D>, points: &[[f64; D]]) -> Result<Vec<[f64; M]>> {
+        self.evaluate(points, |argument| conditional.mean_of(&argument.into(), points))
     }
 
     /// Values of all arguments at the points, argument by argument from `of`.

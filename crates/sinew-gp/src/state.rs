@@ -32,6 +32,15 @@ pub(crate) struct Factored {
     pub jitter: f64,
 }
 
+impl Factored {
+    /// Logarithm of the probability of some rows, given those before.
+    fn log_density(&self, rows: std::ops::Range<usize>) -> f64 {
+        let count = rows.len() as f64;
+        let row = |row: usize| 0.5 * self.whitened[row].powi(2) + self.factor.column(row)[0].ln();
+        -rows.map(row).sum::<f64>() - 0.5 * count * (2.0 * PI).ln()
+    }
+}
+
 /// Coefficients of all groups at given parameters.
 pub(crate) struct State<'a, const D: usize> {
     pub model: &'a Model<D>,
@@ -218,18 +227,14 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     pub(crate) fn value(&self, factored: &Factored) -> f64 {
-        let of = |rows: std::ops::Range<usize>| -> f64 {
-            let count = rows.len() as f64;
-            let row = |row: usize| {
-                0.5 * factored.whitened[row].powi(2) + factored.factor.column(row)[0].ln()
-            };
-            -rows.map(row).sum::<f64>() - 0.5 * count * (2.0 * PI).ln()
-        };
-        let split = self.first_row();
-        let measured = of(split..self.model.size);
+        self.in_full(factored) + self.weight() * factored.log_density(0..self.first_row())
+    }
+
+    /// Logarithm of the probability of all rows that count in full, given the others.
+    pub(crate) fn in_full(&self, factored: &Factored) -> f64 {
         let groups = self.model.groups.iter().zip(&self.noise);
         let scatter: f64 = groups.map(|(group, sigma)| group.scatter(*sigma).0).sum();
-        measured + self.weight() * of(0..split) + scatter
+        factored.log_density(self.first_row()..self.model.size) + scatter
     }
 }
 

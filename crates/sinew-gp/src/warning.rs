@@ -35,7 +35,7 @@ pub enum Warning {
     },
     /// A direction in the equation's parameters along which the posterior is about as wide as the bounds.
     #[error(
-        "the data say next to nothing of {}: there the posterior is about as wide as the bounds; measure elsewhere, or hold one of the parameters",
+        "unidentified: the data say next to nothing of {}; measure elsewhere, or hold one of the parameters",
         named(direction)
     )]
     Unidentified {
@@ -104,13 +104,15 @@ pub enum Warning {
     },
     /// Chains of [`crate::nuts`] that do not agree.
     #[error(
-        "the two chains disagree on {parameter} (R̂ = {r_hat:.2}); raise `NutsOptions::warmup` and `draws`"
+        "chains disagree on {parameter} (R̂ = {r_hat:.2}, {effective:.0} effective draws); raise `NutsOptions::warmup` and `draws`"
     )]
     NotMixed {
         /// Name of the parameter.
         parameter: String,
         /// R̂ of split chains.
         r_hat: f64,
+        /// Effective draws, of bulk and tails the fewer.
+        effective: f64,
     },
     /// A most probable value outside of what nearly all draws say.
     #[error(

@@ -81,12 +81,12 @@ impl<const D: usize> Fit<D> {
 
     /// The value of each group of measurements that the others predict worst, if that is too bad to be chance.
     fn outliers(&self) -> Result<Vec<Warning>> {
-        let (model, posterior) = (self.model(), self.posterior()?);
+        let (model, conditional) = (self.model(), self.conditional()?);
         let mut outliers = Vec::new();
         let noisy = |g: &&Compiled<D>| g.role == Role::Observed && g.noise != Noise::Exact;
         for group in model.groups.iter().filter(noisy) {
             let score = |row: usize| {
-                let [residual, deviation] = posterior.left_out(row);
+                let [residual, deviation] = conditional.left_out(row);
                 residual / deviation
             };
             let step = 1 + group.values.len() / MOST_VALUES;

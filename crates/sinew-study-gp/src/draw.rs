@@ -2,7 +2,7 @@
 
 use crate::inference::{Inference, Observed};
 use crate::row::Row;
-use sinew_gp::{Domain, Fit, GpError, Posterior};
+use sinew_gp::{Conditional, Domain, Fit, GpError};
 use sinew_report::format;
 use sinew_report::{Chart, Distribution, Figure, Level, Map, Panel, Series, Style};
 
@@ -18,7 +18,7 @@ const FEW_POINTS: usize = 11;
 /// two axes, the others at their upper ends.
 pub(crate) fn posterior<const D: usize>(
     inference: &Inference<D>,
-    posterior: &Posterior<D>,
+    conditional: &Conditional<D>,
     observed: &Observed<D>,
     fit: &Fit<D>,
 ) -> Result<Figure, GpError> {
@@ -26,8 +26,8 @@ pub(crate) fn posterior<const D: usize>(
     let domain = setting.problem.domain();
     let label = inference.approach.method().label();
     let panels = match D {
-        1 => curves(inference, posterior, observed)?,
-        _ => maps(inference, posterior, observed)?,
+        1 => curves(inference, conditional, observed)?,
+        _ => maps(inference, conditional, observed)?,
     };
     let at = domain.names().iter().zip(domain.upper()).skip(2);
     let slice: String = at.map(|(name, end)| format!(" at {name} = {end}")).collect();
@@ -48,14 +48,14 @@ pub(crate) fn posterior<const D: usize>(
 /// A profile with its band.
 fn curves<const D: usize>(
     inference: &Inference<D>,
-    posterior: &Posterior<D>,
+    conditional: &Conditional<D>,
     observed: &Observed<D>,
 ) -> Result<Vec<Panel>, GpError> {
     let setting = &inference.setting;
     let domain = setting.problem.domain();
     let label = inference.approach.method().label();
     let points = domain.grid(inference.scale.pick(CURVE_POINTS, FEW_POINTS));
-    let prediction = posterior.predict(&points)?;
+    let prediction = conditional.predict(&points)?;
     let exact: Vec<f64> = points.iter().map(|x| (setting.solution)(*x)).collect();
     let chart =
         Chart::new(format!("{label}: u with its 95 % band"), [&domain.names()[0], "u"], [false; 2]);
@@ -72,14 +72,14 @@ fn curves<const D: usize>(
 /// Maps of the solution, its mean, error and band over two axes.
 fn maps<const D: usize>(
     inference: &Inference<D>,
-    posterior: &Posterior<D>,
+    conditional: &Conditional<D>,
     observed: &Observed<D>,
 ) -> Result<Vec<Panel>, GpError> {
     let setting = &inference.setting;
     let domain = setting.problem.domain();
     let label = inference.approach.method().label();
     let slice = Slice::of(domain, inference.scale.pick(MAP_POINTS, FEW_POINTS));
-    let prediction = posterior.predict(&slice.points)?;
+    let prediction = conditional.predict(&slice.points)?;
     let exact: Vec<f64> = slice.points.iter().map(|x| (setting.solution)(*x)).collect();
     let error: Vec<f64> = exact.iter().zip(&prediction.mean).map(|(u, m)| (u - m).abs()).collect();
     let width: Vec<f64> = prediction.standard_deviation.iter().map(|s| BAND * s).collect();

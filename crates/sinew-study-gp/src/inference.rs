@@ -292,11 +292,11 @@ impl<const D: usize> Inference<D> {
         grid: &[[f64; D]],
         task: &Task,
     ) -> Result<Run, GpError> {
-        let posterior = fit.posterior()?;
-        let err_u = self.setting.error(grid, &posterior.mean(grid)?);
+        let conditional = fit.conditional()?;
+        let err_u = self.setting.error(grid, &conditional.mean(grid)?);
         let mut figures = Vec::new();
         if task.draw && self.drawings != Drawings::None {
-            figures.push(draw::posterior(self, &posterior, observed, fit)?);
+            figures.push(draw::posterior(self, &conditional, observed, fit)?);
         }
         if task.draw && self.drawings == Drawings::PosteriorAndTraces {
             figures.push(draw::traces(self, fit));

@@ -21,7 +21,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew_gp::{
-    Data, Ensemble, Evidence, FitOptions, GpError, Model, Noise, NutsOptions, Posterior, Prior,
+    Conditional, Data, Ensemble, Evidence, FitOptions, GpError, Model, Noise, NutsOptions, Prior,
     SquaredExponential, laplace, nuts,
 };
 use std::process::ExitCode;
@@ -70,7 +70,7 @@ fn deviation<const D: usize>(case: &Case<D>) -> f64 {
 /// Solutions at parameters next to the true ones, by many collocation points.
 struct Neighbours<const D: usize> {
     /// Steps of each parameter: a step up and a step down of its logarithm.
-    moved: Vec<[Posterior<D>; 2]>,
+    moved: Vec<[Conditional<D>; 2]>,
 }
 
 impl<const D: usize> Neighbours<D> {
@@ -89,7 +89,7 @@ impl<const D: usize> Neighbours<D> {
                 p.to_scale(known.map_or(0.5 * (p.start[0] * p.start[1]).sqrt(), |k| theta[k]))
             };
             let parameters: Vec<f64> = model.parameters().iter().map(value).collect();
-            Posterior::new(model.clone(), &parameters)
+            Conditional::new(model.clone(), &parameters)
         };
         let truth: Vec<f64> = case.truth.iter().map(|(_, value)| *value).collect();
         let (grid, exact) = (domain.sample(50, 99)?, solve(&truth)?);
@@ -110,7 +110,7 @@ impl<const D: usize> Neighbours<D> {
 
     /// Derivatives of u in the logarithms of the parameters.
     fn slopes(&self, places: &[[f64; D]]) -> Result<Vec<Vec<f64>>, GpError> {
-        let slope = |[up, down]: &[Posterior<D>; 2]| {
+        let slope = |[up, down]: &[Conditional<D>; 2]| {
             let (up, down) = (up.mean(places)?, down.mean(places)?);
             Ok(up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * Self::STEP)).collect())
         };

@@ -45,6 +45,6 @@ fn solve<const D: usize>(
     let prior = Prior::constrained(problem, &SquaredExponential::new())?;
     let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
     let interval = laplace(&fit, 300, 1)?.interval(name, 0.95)?;
-    let mean = fit.posterior()?.mean(&given.grid)?;
+    let mean = fit.conditional()?.mean(&given.grid)?;
     Ok(Answer { estimate: fit.parameter(name)?, interval, mean })
 }

@@ -13,7 +13,7 @@ fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
 /// Mean |u − û| over a grid (4.50).
 fn error<const D: usize>(fit: &Fit<D>, domain: &Domain<D>, exact: impl Fn([f64; D]) -> f64) -> f64 {
     let grid = domain.grid([200, 40, 14][D - 1]);
-    let mean = must(must(fit.posterior()).mean(&grid));
+    let mean = must(must(fit.conditional()).mean(&grid));
     let sum: f64 = mean.iter().zip(&grid).map(|(m, x)| (m - exact(*x)).abs()).sum();
     sum / grid.len() as f64
 }
@@ -302,11 +302,11 @@ fn corners_of_a_pentagon_cost_no_accuracy() {
             [angle.cos(), angle.sin()]
         })
         .collect();
-    let posterior = must(membrane(&corners, 4.0, 100).posterior());
-    let centre = must(posterior.mean(&[[0.0, 0.0]]))[0];
+    let conditional = must(membrane(&corners, 4.0, 100).conditional());
+    let centre = must(conditional.mean(&[[0.0, 0.0]]))[0];
     let outwards = Operator::from(Derivative::along(1));
     let amid_an_edge = [0.0, -(0.2 * PI).cos()];
-    let shear = must(posterior.predict_operator(&outwards, &[amid_an_edge])).mean[0];
+    let shear = must(conditional.predict_operator(&outwards, &[amid_an_edge])).mean[0];
     let [u, shear] = [(centre - PENTAGON[0]).abs(), (shear - PENTAGON[1]).abs()];
     println!("Pentagon, 100 points: u off by {u:.1e}, shear by {shear:.1e}");
     // At the time of writing 2e-6 and 3e-5; without the feature for corners 8e-4 and 4e-3.
@@ -319,8 +319,8 @@ const SQUARE: f64 = 0.073_671_353_281;
 #[test]
 fn right_angles_have_logarithms() {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-    let posterior = must(membrane(&corners, 1.0, 50).posterior());
-    let off = (must(posterior.mean(&[[0.5, 0.5]]))[0] - SQUARE).abs();
+    let conditional = must(membrane(&corners, 1.0, 50).conditional());
+    let off = (must(conditional.mean(&[[0.5, 0.5]]))[0] - SQUARE).abs();
     println!("Square, 50 points: u off by {off:.1e}");
     // Without the feature for corners 1.5e-3.
     assert!(off < 5e-5, "{off:e}");
@@ -333,8 +333,8 @@ const L_SHAPE: [f64; 2] = [0.13105, 0.13576];
 #[test]
 fn a_corner_that_points_inwards_costs_one_per_cent() {
     let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
-    let posterior = must(membrane(&corners, 1.0, 120).posterior());
-    let found = must(posterior.mean(&[[0.5, 0.5], [1.0, 0.5]]));
+    let conditional = must(membrane(&corners, 1.0, 120).conditional());
+    let found = must(conditional.mean(&[[0.5, 0.5], [1.0, 0.5]]));
     println!("L, 120 points: {found:.4?}");
     for (found, reference) in found.iter().zip(L_SHAPE) {
         assert!((found / reference - 1.0).abs() < 0.02, "{found} for {reference}");

@@ -158,7 +158,7 @@ fn allen_cahn_front_by_gauss_newton() {
     let data = Data::new().equation(&at, &[0.0; 40], Noise::Exact);
     let solution = must(front.solve(&SquaredExponential::new(), &data, &FitOptions::default(), 30));
     let grid = domain.grid(101);
-    let mean = must(must(solution.fit.posterior()).mean(&grid));
+    let mean = must(must(solution.fit.conditional()).mean(&grid));
     let err = mean.iter().zip(&grid).map(|(m, [x])| (m - exact(*x)).abs()).fold(0.0, f64::max);
     println!(
         "front: {} steps, change {:.1e}, largest error {err:.1e}",
@@ -213,8 +213,8 @@ fn hard_cases_are_right_or_typed_errors() {
     let solve = |data: Data<1>| {
         Model::new(prior(&problem), data, Evidence::Auto)
             .and_then(|model| model.fit(&FitOptions { restarts: 2, ..FitOptions::default() }))
-            .and_then(|fit| fit.posterior())
-            .and_then(|posterior| posterior.mean(&[[0.5]]))
+            .and_then(|fit| fit.conditional())
+            .and_then(|conditional| conditional.mean(&[[0.5]]))
     };
     let base = Data::new().equation(&at, &f, Noise::Exact);
     let close = |mean: Vec<f64>, tolerance: f64| {
@@ -262,7 +262,7 @@ fn units_do_not_matter() {
         let fit = must(
             must(Model::new(prior(&problem), data, Evidence::Auto)).fit(&FitOptions::default()),
         );
-        must(must(fit.posterior()).mean(&[[0.5 * length]]))[0] / size
+        must(must(fit.conditional()).mean(&[[0.5 * length]]))[0] / size
     };
     for (length, size) in [(1.0, 1.0), (1e6, 1.0), (1e-6, 1e6), (1.0, 1e-6)] {
         let middle = fit_in(length, size);
@@ -274,13 +274,13 @@ fn units_do_not_matter() {
 fn fluxes_and_samples_follow_the_posterior() {
     let model = must(Model::new(prior(&string(true)), measured(), Evidence::Auto));
     let fit = must(model.fit(&FitOptions::default()));
-    let posterior = must(fit.posterior());
+    let conditional = must(fit.conditional());
     let slope = Operator::from(Derivative::along(0));
-    let at_end = must(posterior.predict_operator(&slope, &[[0.0]]));
+    let at_end = must(conditional.predict_operator(&slope, &[[0.0]]));
     assert!((at_end.mean[0] - 1.0 / (2.0 * PI)).abs() < 0.01);
     let places = [[0.0], [0.3], [0.6]];
-    let prediction = must(posterior.predict(&places));
-    let draws = must(posterior.sample(&places, 2000, 5));
+    let prediction = must(conditional.predict(&places));
+    let draws = must(conditional.sample(&places, 2000, 5));
     for (place, deviation) in prediction.standard_deviation.iter().enumerate() {
         let mean = draws.iter().map(|d| d[place]).sum::<f64>() / 2000.0;
         let variance = draws.iter().map(|d| (d[place] - mean).powi(2)).sum::<f64>() / 2000.0;

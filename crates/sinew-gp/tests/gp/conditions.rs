@@ -19,7 +19,7 @@ fn largest<const D: usize>(
     u: impl Fn([f64; D]) -> f64,
 ) -> Result<f64, GpError> {
     let grid = domain.grid(15);
-    let mean = fit.posterior()?.mean(&grid)?;
+    let mean = fit.conditional()?.mean(&grid)?;
     Ok(mean.iter().zip(&grid).map(|(m, x)| (m - u(*x)).abs()).fold(0.0, f64::max))
 }
 
@@ -38,10 +38,10 @@ fn beam(
     let at = domain.grid(12);
     let fit = fitted(&problem, Data::new().equation(&at, &[24.0; 12], Noise::Exact))?;
     // Bending and shear at the upper end.
-    let posterior = fit.posterior()?;
+    let conditional = fit.conditional()?;
     let forces: Vec<f64> = [dx * dx, dx * dx * dx]
         .iter()
-        .map(|d| Ok(posterior.mean_of(&(*d).into(), &[[length]])?[0]))
+        .map(|d| Ok(conditional.mean_of(&(*d).into(), &[[length]])?[0]))
         .collect::<Result<_, GpError>>()?;
     let off = largest(&fit, &domain, |[x]| u(x))?;
     println!("beam: {off:.0e}, forces at the end {forces:.3?}");
@@ -131,7 +131,7 @@ fn an_unknown_film_is_imposed_at_points_and_found() -> Result<(), GpError> {
     let [lower, upper] = laplace(&fit, 300, 1)?.interval("h", 0.95)?;
     println!("film: h = {found:.3} in {lower:.3} to {upper:.3}");
     assert!(lower < 1.0 && 1.0 < upper && upper - lower < 0.2, "{lower} {upper}");
-    let between = fit.posterior()?.mean_of(&leaving, &[[1.0, 0.33], [1.0, 0.77]])?;
+    let between = fit.conditional()?.mean_of(&leaving, &[[1.0, 0.33], [1.0, 0.77]])?;
     assert!(between.iter().all(|miss| miss.abs() < 1e-4), "{between:?}");
     assert_eq!(fit.model().evidence(), Evidence::UnitInformation);
     Ok(())
@@ -184,11 +184,11 @@ fn an_integral_that_is_given_settles_a_constant() -> Result<(), GpError> {
     let off = largest(&fit, &domain, |[x]| (PI * x).cos())?;
     println!("total: {off:.0e}");
     assert!(off < 1e-6, "{off:e}");
-    let (amount, deviation) = fit.posterior()?.predict_functional(&total)?;
+    let (amount, deviation) = fit.conditional()?.predict_functional(&total)?;
     assert!(amount.abs() < 1e-8 && deviation < 1e-4, "{amount:e} {deviation:e}");
     // A measured total moves the constant by as much.
     let measured = equation().integral(&total, 0.3, Noise::Known(1e-3))?;
-    let found = fitted(&problem, measured)?.posterior()?.mean(&[[0.5]])?[0];
+    let found = fitted(&problem, measured)?.conditional()?.mean(&[[0.5]])?[0];
     assert!((found - 0.3).abs() < 3e-3, "{found}");
     let none =
         Functional { operator: Operator::identity(), points: Vec::new(), weights: Vec::new() };

@@ -116,7 +116,7 @@ fn an_initial_layer_is_as_well_known_as_by_least_squares() -> Result<(), GpError
         silent += u64::from(!holds && said.is_empty());
         let [log, bound] = least_squares(&places, &y, SIGMA);
         widths.push((upper / lower).ln() / (2.0 * 1.96 * bound));
-        let (mean, rival) = (fit.posterior()?.mean(&grid)?, layer_solution(log));
+        let (mean, rival) = (fit.conditional()?.mean(&grid)?, layer_solution(log));
         let own = [square(&|k| mean[k]), square(&|k| rival.value(grid[k]))];
         errors = [errors[0] + own[0], errors[1] + own[1]];
         println!(

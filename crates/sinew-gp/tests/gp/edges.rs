@@ -1,7 +1,7 @@
 //! Equations on polygons with conditions given edge by edge.
 
 use sinew_gp::{
-    Condition, Data, Domain, Evidence, FitOptions, Model, Noise, Operator, Posterior, Prior,
+    Condition, Conditional, Data, Domain, Evidence, FitOptions, Model, Noise, Operator, Prior,
     Problem, Series, Side, SquaredExponential, constant, field,
 };
 use std::f64::consts::PI;
@@ -63,7 +63,7 @@ fn error(problem: &Problem<2>, count: usize) -> f64 {
     };
     let fit = must(must(Model::new(prior, data, Evidence::Auto)).fit(&options));
     let grid = must(domain.sample(300, 9));
-    let mean = must(must(fit.posterior()).mean(&grid));
+    let mean = must(must(fit.conditional()).mean(&grid));
     mean.iter().zip(&grid).map(|(m, x)| (m - value(x)).abs()).sum::<f64>() / grid.len() as f64
 }
 
@@ -88,7 +88,7 @@ fn membranes_with_mixed_edges_are_solved() {
 }
 
 /// Largest distance of a function from the conditions, on nine points of each edge.
-fn largest_miss(problem: &Problem<2>, posterior: &Posterior<2>) -> f64 {
+fn largest_miss(problem: &Problem<2>, conditional: &Conditional<2>) -> f64 {
     let [dx, dy] = problem.domain().derivatives();
     let corners = problem.domain().cross_section().map(|p| p.corners()).unwrap_or_default();
     let mut most = 0.0_f64;
@@ -102,8 +102,8 @@ fn largest_miss(problem: &Problem<2>, posterior: &Posterior<2>) -> f64 {
             .map(|k| f64::from(k) / 10.0)
             .map(|s| [start[0] + s * along_x, start[1] + s * along_y])
             .collect();
-        let slopes = must(posterior.mean_of(&flux, &points));
-        let values = must(posterior.mean(&points));
+        let slopes = must(conditional.mean_of(&flux, &points));
+        let values = must(conditional.mean(&points));
         let expected = slope(outwards);
         for ((point, value), found) in points.iter().zip(values).zip(slopes) {
             let value_miss = value - exact(&Series::plain(*point)).value();
@@ -120,25 +120,25 @@ fn largest_miss(problem: &Problem<2>, posterior: &Posterior<2>) -> f64 {
 }
 
 /// The posterior of some loads, whose mean is far from the solution.
-fn posterior<const D: usize>(problem: &Problem<D>, count: usize) -> Posterior<D> {
+fn posterior<const D: usize>(problem: &Problem<D>, count: usize) -> Conditional<D> {
     let at = must(problem.domain().sample(count, 3));
     let load: Vec<f64> = (0..count).map(|k| 3.0 * (k as f64).sin()).collect();
     let data = Data::new().equation(&at, &load, Noise::Known(0.01));
     let prior = must(Prior::constrained(problem, &SquaredExponential::new()));
     let fit = must(Model::new(prior, data, Evidence::Joint));
-    must(must(fit.fit(&FitOptions { restarts: 1, ..FitOptions::default() })).posterior())
+    must(must(fit.fit(&FitOptions { restarts: 1, ..FitOptions::default() })).conditional())
 }
 
 #[test]
 fn functions_keep_mixed_edges_whatever_the_load() {
     for problem in [problem(&pentagon()), problem(&NOTCHED)] {
-        let posterior = posterior(&problem, 12);
+        let conditional = posterior(&problem, 12);
         let inside = must(problem.domain().sample(50, 9));
-        let off = must(posterior.mean(&inside))
+        let off = must(conditional.mean(&inside))
             .iter()
             .zip(&inside)
             .fold(0.0_f64, |most, (u, x)| most.max((u - exact(&Series::plain(*x)).value()).abs()));
-        let miss = largest_miss(&problem, &posterior);
+        let miss = largest_miss(&problem, &conditional);
         println!("conditions missed by {miss:.1e} where u is off by {off:.1e}");
         assert!(off > 1e-2 && miss < 1e-9, "{off:e} {miss:e}");
     }
@@ -154,19 +154,19 @@ fn functions_keep_fluxes_through_the_sides_of_a_prism() {
     let problem = must(problem.condition("t", Side::Lower, Condition::Dirichlet(zero())));
     let problem = must(problem.edge(0, Condition::Neumann(zero())));
     let problem = must(problem.edge(2, Condition::Dirichlet(zero())));
-    let posterior = posterior(&problem, 20);
-    let inside = must(posterior.mean(&[[0.7, 0.4, 1.0], [0.7, 0.4, 2.5]]));
+    let conditional = posterior(&problem, 20);
+    let inside = must(conditional.mean(&[[0.7, 0.4, 1.0], [0.7, 0.4, 2.5]]));
     assert!((inside[0] - inside[1]).abs() > 1e-3, "it moves: {inside:?}");
     let places = |y: f64, t: f64| (1..10).map(move |k| [0.15 * f64::from(k), y, t]);
     let below: Vec<[f64; 3]> = places(0.0, 0.4).chain(places(0.0, 2.9)).collect();
     let above: Vec<[f64; 3]> = places(1.0, 0.4).chain(places(1.0, 2.9)).collect();
     let start: Vec<[f64; 3]> = places(0.3, 0.0).chain(places(0.8, 0.0)).collect();
-    let free = must(posterior.mean(&below));
+    let free = must(conditional.mean(&below));
     assert!(free.iter().all(|u| u.abs() > 1e-6), "values on the edge are free: {free:?}");
     let kept = [
-        must(posterior.mean_of(&dy.into(), &below)),
-        must(posterior.mean(&above)),
-        must(posterior.mean(&start)),
+        must(conditional.mean_of(&dy.into(), &below)),
+        must(conditional.mean(&above)),
+        must(conditional.mean(&start)),
     ];
     let miss = kept.iter().flatten().fold(0.0_f64, |most, u| most.max(u.abs()));
     assert!(miss < 1e-9, "{miss:e}");
@@ -211,15 +211,15 @@ fn notched(u: fn(&[Series; 2]) -> Series, load: fn([f64; 2]) -> f64, seed: u64) 
     let options =
         FitOptions { restarts: 2, iterations: 60, seed, most_points: 0, ..FitOptions::default() };
     let fit = must(must(Model::new(prior, data, Evidence::Auto)).fit(&options));
-    let posterior = must(fit.posterior());
+    let conditional = must(fit.conditional());
     let grid = must(domain.sample(400, 99));
     let exact: Vec<f64> = grid.iter().map(|x| u(&Series::plain(*x)).value()).collect();
     let range = exact.iter().fold(f64::MIN, |a, b| a.max(*b))
         - exact.iter().fold(f64::MAX, |a, b| a.min(*b));
-    let mean = must(posterior.mean(&grid));
+    let mean = must(conditional.mean(&grid));
     let off = mean.iter().zip(&exact).map(|(m, u)| (m - u).abs()).fold(0.0, f64::max);
     let band = |at: &[[f64; 2]]| {
-        let prediction = must(posterior.predict(at));
+        let prediction = must(conditional.predict(at));
         prediction.standard_deviation.iter().sum::<f64>() / at.len() as f64
     };
     // A tenth from the notch, and from the five outer corners.

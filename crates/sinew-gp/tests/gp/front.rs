@@ -4,7 +4,7 @@
 //! front is a fourteenth of the domain wide and moves by three quarters of its width.
 
 use sinew_gp::{
-    Condition, Data, Derivative, Domain, FitOptions, Noise, Operator, Parameter, Posterior,
+    Condition, Conditional, Data, Derivative, Domain, FitOptions, Noise, Operator, Parameter,
     Problem, SemiLinear, Series, Side, SquaredExponential, field, laplace,
 };
 use std::time::Instant;
@@ -87,10 +87,10 @@ fn collocated(at: &[[f64; 2]], noise: Noise) -> Data<2> {
 }
 
 /// Mean |u − û| over an even grid in x and t (4.50).
-fn error(posterior: &Posterior<2>, kappa: f64) -> f64 {
+fn error(conditional: &Conditional<2>, kappa: f64) -> f64 {
     let even = must(Domain::cuboid([("x", [-1.0, 1.0]), ("t", [0.0, 1.0])])).grid(60);
     let at: Vec<[f64; 2]> = even.iter().map(|[x, t]| [stretched(*x, kappa), *t]).collect();
-    let mean = must(posterior.mean(&at));
+    let mean = must(conditional.mean(&at));
     mean.iter().zip(&even).map(|(u, x)| (u - exact(*x)).abs()).sum::<f64>() / even.len() as f64
 }
 
@@ -104,7 +104,7 @@ fn fifty_collocation_points_resolve_a_thin_front() {
         let solution =
             must(front.solve(&kernel, &collocated(&lattice(count), Noise::Exact), &options, 15));
         let seconds = start.elapsed().as_secs_f64();
-        let err = error(&must(solution.fit.posterior()), kappa);
+        let err = error(&must(solution.fit.conditional()), kappa);
         println!(
             "front, κ = {kappa}: N_f = {count}, err_u {err:.1e}, {} steps, {seconds:.2} s",
             solution.steps
@@ -126,7 +126,7 @@ fn the_residual_tells_where_points_are_missing() {
     let options = FitOptions { restarts: 2, ..FitOptions::default() };
     let mut at = must(domain.sample(20, 1));
     let mut solution = must(front.solve(&kernel, &collocated(&at, Noise::Exact), &options, 15));
-    let coarse = error(&must(solution.fit.posterior()), STRETCH);
+    let coarse = error(&must(solution.fit.conditional()), STRETCH);
     let candidates = domain.grid(31);
     for _ in 0..20 {
         let residual = must(front.left_hand_side(&solution, &candidates));
@@ -136,7 +136,7 @@ fn the_residual_tells_where_points_are_missing() {
         solution =
             must(front.solve_from(&solution, &kernel, &collocated(&at, Noise::Exact), &options, 5));
     }
-    let fine = error(&must(solution.fit.posterior()), STRETCH);
+    let fine = error(&must(solution.fit.conditional()), STRETCH);
     // At the points themselves nothing is left.
     let own =
         must(front.left_hand_side(&solution, &at)).iter().fold(0.0, |m: f64, r| m.max(r.abs()));
@@ -175,7 +175,7 @@ fn forty_noisy_values_give_the_width() {
         let solution = must(front.solve(&kernel, &data, &options, 15));
         let epsilon = must(solution.fit.parameter("epsilon"));
         let [lower, upper] = must(must(laplace(&solution.fit, 500, 1)).interval("epsilon", 0.95));
-        let linear = error(&must(solution.fit.posterior()), STRETCH);
+        let linear = error(&must(solution.fit.conditional()), STRETCH);
         let inner = |[s, t]: &[f64; 2]| s.abs() < 1.0 && *t > 0.0;
         let grid: Vec<[f64; 2]> = domain.grid(12).into_iter().filter(inner).collect();
         let band = must(must(laplace(&solution.fit, 40, 1)).predict(&grid));

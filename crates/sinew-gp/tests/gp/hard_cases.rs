@@ -55,7 +55,7 @@ fn fit<const D: usize>(problem: &Problem<D>, data: Data<D>) -> Fit<D> {
 }
 
 fn middle(fit: &Fit<1>) -> f64 {
-    must(must(fit.posterior()).mean(&[[0.5]]))[0]
+    must(must(fit.conditional()).mean(&[[0.5]]))[0]
 }
 
 #[test]
@@ -71,7 +71,7 @@ fn jitter_is_never_silent() {
     assert!((middle(&fit) - deflection(0.5)).abs() < 1e-4);
     let reported = fit.outcome().jitter;
     assert!(reported >= 1e-10, "{reported:e}");
-    assert_eq!(must(fit.posterior()).jitter(), reported);
+    assert_eq!(must(fit.conditional()).jitter(), reported);
     let at = &fit.outcome().parameters;
     assert_eq!(must(fit.model().evaluate(at)).jitter, reported);
     // Values that contradict each other without noise are refused; across groups, whose operators may
@@ -97,11 +97,11 @@ fn one_number_is_enough_to_compute_with() {
     let problem = string(1.0, None);
     // One load says little, but the answer is finite, positive and held at the ends.
     let one_load = fit(&problem, Data::new().equation(&[[0.5]], &[1.0], Noise::Exact));
-    let posterior = must(one_load.posterior());
-    let mean = must(posterior.mean(&[[0.0], [0.5], [1.0]]));
+    let conditional = must(one_load.conditional());
+    let mean = must(conditional.mean(&[[0.0], [0.5], [1.0]]));
     assert_eq!([mean[0], mean[2]], [0.0, 0.0]);
     assert!(mean[1] > 0.0 && mean[1] < 1.0, "{mean:?}");
-    let uncertain = must(posterior.predict(&[[0.5]])).standard_deviation[0];
+    let uncertain = must(conditional.predict(&[[0.5]])).standard_deviation[0];
     assert!(uncertain.is_finite() && uncertain > 0.0);
     // One value with noise to be learned.
     let value = deflection(0.5);
@@ -201,10 +201,10 @@ fn a_corner_that_points_inwards_is_smooth_but_at_its_tip() {
     let load = |[x, y]: &[f64; 2]| -(bend(*x) * p(*y) + p(*x) * bend(*y));
     let at = must(domain.sample(120, 3));
     let data = Data::new().equation(&at, &at.iter().map(load).collect::<Vec<_>>(), Noise::Exact);
-    let posterior = must(fit(&problem, data).posterior());
-    assert_eq!(must(posterior.mean(&[[1.0, 1.0]])), [0.0]);
+    let conditional = must(fit(&problem, data).conditional());
+    assert_eq!(must(conditional.mean(&[[1.0, 1.0]])), [0.0]);
     let places = must(domain.sample(100, 8));
-    let mean = must(posterior.mean(&places));
+    let mean = must(conditional.mean(&places));
     let misses = mean.iter().zip(&places).map(|(m, [x, y])| (m - p(*x) * p(*y)).abs());
     let err = misses.sum::<f64>() / 100.0;
     // Of a u of size 0.037.
@@ -254,7 +254,7 @@ fn loads_alone_give_the_same_answer_in_any_unit_of_length() {
         let at: Vec<[f64; 1]> = (1..10).map(|k| [length * f64::from(k) / 10.0]).collect();
         let f: Vec<f64> = at.iter().map(|[x]| (PI * x / length).sin() / length.powi(2)).collect();
         let beam = fit(&beam, Data::new().equation(&at, &f, Noise::Exact));
-        let beam = must(must(beam.posterior()).mean(&[[0.55 * length]]))[0];
+        let beam = must(must(beam.conditional()).mean(&[[0.55 * length]]))[0];
 
         let corners = [[0.0, 0.0], [length, 0.0], [length, length], [0.0, length]];
         let domain = must(Domain::polygon(["x", "y"], &corners));
@@ -264,7 +264,7 @@ fn loads_alone_give_the_same_answer_in_any_unit_of_length() {
         let at = must(domain.sample(100, 1));
         let data = Data::new().equation(&at, &[length.powi(-2); 100], Noise::Exact);
         let duct = must(must(Model::new(prior(&duct), data, Evidence::Auto)).fit(&options));
-        let duct = must(must(duct.posterior()).mean(&[[0.5 * length; 2]]))[0];
+        let duct = must(must(duct.conditional()).mean(&[[0.5 * length; 2]]))[0];
         [beam, duct]
     };
     let reference = solved(1.0);
@@ -287,7 +287,7 @@ fn what_cannot_be_predicted_is_refused() {
     let [dx] = problem.domain().derivatives();
     let free = must(Prior::unconstrained(&problem, &SquaredExponential::new()));
     let free = must(Model::new(free, loads(3), Evidence::Auto));
-    let free = must(must(free.fit(&FitOptions::default())).posterior());
+    let free = must(must(free.fit(&FitOptions::default())).conditional());
     for bad in [f64::NAN, f64::INFINITY] {
         let places = [[0.5], [bad]];
         let point = "point number 1 of the prediction";
@@ -305,7 +305,7 @@ fn what_cannot_be_predicted_is_refused() {
     // Draws of this kernel have two derivatives, whatever its formula says of four.
     let rough = must(Prior::constrained(&problem, &matern(Smoothness::Twice)));
     let rough = must(Model::new(rough, loads(5), Evidence::Auto));
-    let rough = must(must(rough.fit(&FitOptions::default())).posterior());
+    let rough = must(must(rough.fit(&FitOptions::default())).conditional());
     let bends = rough.predict_operator(&(dx * dx * dx).into(), &[[0.5]]).unwrap_err();
     says(&bends, "has 2 derivatives, the operator takes 3");
     assert!(rough.predict_operator(&(dx * dx).into(), &[[0.5]]).is_ok());

@@ -49,9 +49,9 @@ fn a_wave_runs_around_a_ring() {
         let fit = must(model.fit(&FitOptions::default()));
         let speed = must(fit.parameter("speed"));
         assert!((speed - 0.5).abs() < 0.01, "{periodicity:?}: {speed}");
-        let posterior = must(fit.posterior());
+        let conditional = must(fit.conditional());
         let grid = domain.grid(15);
-        let mean = must(posterior.mean(&grid));
+        let mean = must(conditional.mean(&grid));
         let misses = mean.iter().zip(&grid).map(|(m, x)| (m - exact(*x)).abs());
         let err = misses.sum::<f64>() / grid.len() as f64;
         // Distance between the ends at times between pseudo-observations. The last times are left out: no
@@ -60,7 +60,7 @@ fn a_wave_runs_around_a_ring() {
             (1..10)
                 .map(|k| {
                     let t = f64::from(k) / 10.0;
-                    let ends = must(posterior.mean_of(operator, &[[0.0, t], [1.0, t]]));
+                    let ends = must(conditional.mean_of(operator, &[[0.0, t], [1.0, t]]));
                     (ends[1] - ends[0]).abs()
                 })
                 .fold(0.0, f64::max)

@@ -25,7 +25,7 @@ fn beam(
     let data = Data::new().equation(&places, &loads, Noise::Exact);
     let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
     let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
-    let found = fit.posterior()?.predict(&[[at * length]])?;
+    let found = fit.conditional()?.predict(&[[at * length]])?;
     Ok(([found.mean[0], found.standard_deviation[0]], fit.warnings()?.len()))
 }
 

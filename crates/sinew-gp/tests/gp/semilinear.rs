@@ -97,7 +97,7 @@ fn terms_of_two_arguments_are_linearised_in_both() {
     let solution =
         must(burgers.solve(&SquaredExponential::new(), &data, &FitOptions::default(), 15));
     let grid = domain.grid(20);
-    let mean = must(must(solution.fit.posterior()).mean(&grid));
+    let mean = must(must(solution.fit.conditional()).mean(&grid));
     let error = mean.iter().zip(&grid).map(|(u, x)| (u - exact(*x)).abs()).sum::<f64>() / 400.0;
     let nu = must(solution.fit.parameter("viscosity"));
     println!("Burgers: ν {nu:.4}, err_u {error:.1e} after {} steps", solution.steps);
@@ -145,7 +145,7 @@ fn rate_and_capacity_of_a_growth_are_found() -> Result<(), GpError> {
     // The nonlinear equation holds between the points, with the parameters found.
     let between = growth.left_hand_side(&solution, &[[0.55], [1.3], [3.1]])?;
     assert!(between.iter().all(|miss| miss.abs() < 1e-3), "{between:?}");
-    let off = solution.fit.posterior()?.mean(&[[1.3], [2.7]])?;
+    let off = solution.fit.conditional()?.mean(&[[1.3], [2.7]])?;
     assert!((off[0] - exact(1.3)).abs() < 0.02 && (off[1] - exact(2.7)).abs() < 0.02, "{off:?}");
     Ok(())
 }
@@ -155,10 +155,10 @@ fn samples_of_an_operator_scatter_as_predicted() -> Result<(), GpError> {
     let (growth, kernel) = (growth()?, SquaredExponential::new());
     let solution =
         growth.solve(&kernel, &measured(Noise::Known(0.05)), &FitOptions::default(), 40)?;
-    let posterior = solution.fit.posterior()?;
+    let conditional = solution.fit.conditional()?;
     let rate = Derivative::along(0).into();
-    let predicted = posterior.predict_operator(&rate, &[[1.7]])?;
-    let samples = posterior.sample_operator(&rate, &[[1.7], [3.0]], 4000, 1)?;
+    let predicted = conditional.predict_operator(&rate, &[[1.7]])?;
+    let samples = conditional.sample_operator(&rate, &[[1.7], [3.0]], 4000, 1)?;
     let first: Vec<f64> = samples.iter().map(|sample| sample[0]).collect();
     let mean = first.iter().sum::<f64>() / 4000.0;
     let spread = (first.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / 4000.0).sqrt();
@@ -202,7 +202,7 @@ fn terms_depend_on_the_place() -> Result<(), GpError> {
     let f: Vec<f64> = at.iter().map(|[x]| load(*x)).collect();
     let data = Data::new().equation(&at, &f, Noise::Exact);
     let solution = graded.solve(&kernel, &data, &options, 20)?;
-    let middle = solution.fit.posterior()?.mean(&[[0.5]])?[0];
+    let middle = solution.fit.conditional()?.mean(&[[0.5]])?[0];
     assert!(solution.has_converged() && (middle - 1.0).abs() < 1e-4, "{middle}");
     Ok(())
 }
@@ -223,7 +223,7 @@ fn an_equation_everywhere_finds_its_points() -> Result<(), GpError> {
     let data = Data::new().equation_everywhere(load.clone());
     let largest = |solution: &sinew_gp::Solution<1>| -> Result<f64, GpError> {
         let grid = Domain::interval("x", [0.0, 1.0])?.grid(101);
-        let mean = solution.fit.posterior()?.mean(&grid)?;
+        let mean = solution.fit.conditional()?.mean(&grid)?;
         let off = mean.iter().zip(&grid).map(|(u, [x])| (u - (5.0 * PI * x).sin()).abs());
         Ok(off.fold(0.0, f64::max))
     };

@@ -30,7 +30,7 @@ fn built_in_conditions_leave_a_prior_universal() {
         let model = must(Model::new(prior, data, Evidence::Joint));
         let fit = must(model.fit(&FitOptions::default()));
         let grid = domain.grid(2001);
-        let mean = must(must(fit.posterior()).mean(&grid));
+        let mean = must(must(fit.conditional()).mean(&grid));
         let err = mean.iter().zip(&grid).map(|(u, [x])| (u - rough(*x)).abs()).fold(0.0, f64::max);
         println!("(1 - x) sqrt x from {count} values: largest error {err:.1e}");
         assert_eq!([mean[0], mean[2000]], [0.0, 0.0]);

@@ -8,7 +8,7 @@ use crate::inference::{Approach, Inference, Observed};
 use crate::problems::{self, Setting};
 use crate::row::{Method, Run};
 use anyhow::Result;
-use sinew_gp::{Data, Evidence, GpError, Model, Noise, Posterior, Prior, SquaredExponential};
+use sinew_gp::{Conditional, Data, Evidence, GpError, Model, Noise, Prior, SquaredExponential};
 use sinew_report::{Chart, Figure, Panel, Series, Style};
 use std::sync::Arc;
 use std::time::Instant;
@@ -72,8 +72,8 @@ fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
         0.5 * (low + high)
     };
     let parameters: Vec<f64> = model.parameters().iter().map(middle).collect();
-    let posterior = Posterior::new(model, &parameters)?;
-    let samples = posterior.sample(&points, SAMPLES, task.seed_for(Purpose::Draws))?;
+    let conditional = Conditional::new(model, &parameters)?;
+    let samples = conditional.sample(&points, SAMPLES, task.seed_for(Purpose::Draws))?;
     let lines = samples.iter().map(|values| draw::curve("", &points, values));
     Ok(Figure {
         title: "Prior of the HCGP (Fig. 4.3 a)".into(),

@@ -300,7 +300,7 @@ fn the_program_makes_data_and_their_posterior() {
     let text = std::fs::read_to_string(folder.path().join("made.toml")).unwrap();
     std::fs::write(folder.path().join("made.toml"), format!("# A comment.\n{text}")).unwrap();
     let (code, said) = run(&["calibrate", "made.toml", "--resume", out[0], out[1]]);
-    assert_eq!((code, read("posterior.csv")), (Some(0), first), "{said}");
+    assert_eq!((code, read("posterior.csv")), (Some(0), first.clone()), "{said}");
     assert!(Path::new(&made).join("report.json").exists());
     // A digit of a stored solve that changed: it is solved again.
     let at = solves.match_indices('\n').nth(3).unwrap().0 + 3;

@@ -1,4 +1,4 @@
-//! Posterior of u and of linear functionals of it.
+//! Posterior of u and of linear functionals of it at given parameters.
 
 use crate::coefficients::PointCoefficients;
 use crate::data::{Role, check_finite, check_places};
@@ -19,9 +19,10 @@ use sinew_num::dot;
 use sinew_sample::standard_normals;
 use std::sync::Arc;
 
-/// The Gaussian process conditioned on the data, at fixed parameters.
+/// The Gaussian process conditioned on the data, at fixed parameters. Standard deviations do not include what is not known of
+/// these, and are too narrow by that: those of [`crate::Fit::predict`] and of an [`crate::Ensemble`] do.
 #[derive(Debug)]
-pub struct Posterior<const D: usize> {
+pub struct Conditional<const D: usize> {
     pub(crate) model: Arc<Model<D>>,
     pub(crate) parameters: Vec<f64>,
     /// K⁻¹ (y − m).
@@ -102,13 +103,13 @@ impl<const D: usize> Query<'_, D> {
     }
 }
 
-impl<const D: usize> Posterior<D> {
-    /// Posterior of `model` at `parameters` on their scales.
+impl<const D: usize> Conditional<D> {
+    /// The process of `model` at `parameters` on their scales.
     ///
     /// # Errors
     /// If their number is wrong or the covariance is not positive definite.
     pub fn new(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self> {
-        instance!(D, Posterior::of, fn(Arc<Model<D>>, &[f64]) -> Result<Posterior<D>>)(
+        instance!(D, Conditional::of, fn(Arc<Model<D>>, &[f64]) -> Result<Conditional<D>>)(
             model, parameters,
         )
     }
@@ -137,7 +138,7 @@ impl<const D: usize> Posterior<D> {
     /// Mean of u only, which costs far less.
     ///
     /// # Errors
-    /// As [`Posterior::predict`].
+    /// As [`Conditional::predict`].
     pub fn mean(&self, points: &[[f64; D]]) -> Result<Vec<f64>> {
         self.mean_of(&Operator::identity(), points)
     }
@@ -145,13 +146,13 @@ impl<const D: usize> Posterior<D> {
     /// Mean of an operator applied to u, as a flux.
     ///
     /// # Errors
-    /// As [`Posterior::predict`]; and if the operator has parameters that the model lacks, or takes
+    /// As [`Conditional::predict`]; and if the operator has parameters that the model lacks, or takes
     /// more derivatives than are supported or the kernel's functions have.
     pub fn mean_of(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
         instance!(
             D,
-            Posterior::mean_at,
-            fn(&Posterior<D>, &Operator<D>, &[[f64; D]]) -> Result<Vec<f64>>
+            Conditional::mean_at,
+            fn(&Conditional<D>, &Operator<D>, &[[f64; D]]) -> Result<Vec<f64>>
         )(self, operator, points)
     }
 
@@ -168,7 +169,7 @@ impl<const D: usize> Posterior<D> {
     /// Mean and standard deviation of an operator applied to u.
     ///
     /// # Errors
-    /// As [`Posterior::mean_of`].
+    /// As [`Conditional::mean_of`].
     pub fn predict_operator(
         &self,
         operator: &Operator<D>,
@@ -176,8 +177,8 @@ impl<const D: usize> Posterior<D> {
     ) -> Result<Prediction> {
         instance!(
             D,
-            Posterior::predicted,
-            fn(&Posterior<D>, &Operator<D>, &[[f64; D]]) -> Result<Prediction>
+            Conditional::predicted,
+            fn(&Conditional<D>, &Operator<D>, &[[f64; D]]) -> Result<Prediction>
         )(self, operator, points)
     }
 
@@ -193,13 +194,13 @@ impl<const D: usize> Posterior<D> {
     /// Mean and standard deviation of a weighted sum, as an integral.
     ///
     /// # Errors
-    /// As [`Posterior::mean_of`]; and if there are not as many weights as points, or some are not
+    /// As [`Conditional::mean_of`]; and if there are not as many weights as points, or some are not
     /// finite.
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
         instance!(
             D,
-            Posterior::predicted_sum,
-            fn(&Posterior<D>, &Functional<D>) -> Result<(f64, f64)>
+            Conditional::predicted_sum,
+            fn(&Conditional<D>, &Functional<D>) -> Result<(f64, f64)>
         )(self, functional)
     }
 
@@ -217,7 +218,7 @@ impl<const D: usize> Posterior<D> {
     /// Functions drawn from the posterior, each by its values at the points.
     ///
     /// # Errors
-    /// As [`Posterior::predict`].
+    /// As [`Conditional::predict`].
     pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
         self.sample_operator(&Operator::identity(), points, count, seed)
     }
@@ -225,7 +226,7 @@ impl<const D: usize> Posterior<D> {
     /// Operator applied to functions drawn from the posterior, as samples of a flux along a wall.
     ///
     /// # Errors
-    /// As [`Posterior::mean_of`].
+    /// As [`Conditional::mean_of`].
     pub fn sample_operator(
         &self,
         operator: &Operator<D>,
@@ -235,8 +236,8 @@ impl<const D: usize> Posterior<D> {
     ) -> Result<Vec<Vec<f64>>> {
         instance!(
             D,
-            Posterior::drawn,
-            fn(&Posterior<D>, &Operator<D>, &[[f64; D]], usize, u64) -> Result<Vec<Vec<f64>>>
+            Conditional::drawn,
+            fn(&Conditional<D>, &Operator<D>, &[[f64; D]], usize, u64) -> Result<Vec<Vec<f64>>>
         )(self, operator, points, count, seed)
     }
 
