@@ -56,7 +56,8 @@ pub(crate) type Draw<'a> = (&'a [f64], &'a [f64]);
 
 impl Predictive {
     pub(crate) fn new(problem: &Problem, draws: &[Draw]) -> Self {
-        let data: Vec<DatumCheck> = (0..problem.data.len()).map(|at| check(problem, draws, at)).collect();
+        let data: Vec<DatumCheck> =
+            (0..problem.data.len()).map(|at| check(problem, draws, at)).collect();
         let chi = ChiSquared::new(problem.data.len() as f64).expect("positive degrees of freedom");
         let tail = |(y, observables): &Draw| {
             let residual = &problem.measured - problem.scaled(observables);
