@@ -1,15 +1,15 @@
 //! Continuous integration, cheapest steps first.
 
-use crate::command::{self, cargo};
+use crate::command::{cargo, cargo_aside};
 use crate::steps::Steps;
 use crate::{arrows, circles, licences, readme, wheel, words};
 use anyhow::{Context, Result};
 use cargo_metadata::MetadataCommand;
 use std::path::Path;
 
-/// Format, dependency arrows, circles of imports, words, READMEs, licences, tests with lints, campaigns, tests of the Python package, examples
-/// and benchmarks, a build without networks and documentation; then a table of the seconds of each step, which `ci.md` in the target folder keeps. The
-/// wheel, which is a release build of its own, is made by `cargo xtask wheel`.
+/// Format, dependency arrows, circles of imports, words, READMEs, licences, tests with lints, checks of examples, benchmarks, documentation and a
+/// build without networks, campaigns, tests of the Python package; then a table of the seconds of each step, which `ci.md` in the target folder keeps.
+/// The wheel, which is a release build of its own, is made by `cargo xtask wheel`.
 pub(crate) fn run() -> Result<()> {
     let mut steps = Steps::default();
     let done = all(&mut steps);
@@ -34,18 +34,28 @@ fn all(steps: &mut Steps) -> Result<()> {
         [("RUSTC_WORKSPACE_WRAPPER", driver), ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__")];
     let test = |more: &[&str]| cargo(&[&["test", "--workspace"], more].concat(), &linted);
     steps.take("build of the tests, with lints", || test(&["--no-run"]))?;
-    steps.take("tests", || test(&["--tests"]))?;
+    // Tests leave a core idle at times, which compiles what is only checked.
+    steps.take(
+        "tests, beside checks of examples, benchmarks, documentation and a build without networks",
+        || {
+            std::thread::scope(|scope| {
+                let checked = scope.spawn(checks);
+                test(&["--tests"])?;
+                checked.join().expect("checks end with a result")
+            })
+        },
+    )?;
     steps.take("examples in documentation", || test(&["--doc"]))?;
-    steps.take("campaigns", || command::campaigns(&linted))?;
-    steps.take("Python", || wheel::test(&linted))?;
-    steps.take("lints of examples and benchmarks", || {
-        cargo(&["clippy", "--workspace", "--examples", "--benches", "--", "-D", "warnings"], &[])
-    })?;
-    // The configuration of the Python wheel too.
-    steps.take("without networks", || {
-        cargo(&["check", "-p", "sinew", "-p", "sinew-python", "--no-default-features"], &[])
-    })?;
-    steps.take("documentation", || {
-        cargo(&["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")])
-    })
+    steps
+        .take("campaigns", || test(&["--tests", "--", "--ignored", "--nocapture", "campaigns"]))?;
+    steps.take("Python", || wheel::test(&linted))
+}
+
+/// Lints of what tests do not compile, the configuration of the Python wheel, and documentation.
+fn checks() -> Result<()> {
+    let clippy = ["clippy", "--workspace", "--examples", "--benches", "--", "-D", "warnings"];
+    cargo_aside(&clippy, &[])?;
+    let light = ["check", "-p", "sinew", "-p", "sinew-python", "--no-default-features"];
+    cargo_aside(&light, &[])?;
+    cargo_aside(&["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")])
 }

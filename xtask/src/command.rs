@@ -19,6 +19,19 @@ pub(crate) fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<
     Ok(())
 }
 
+/// Runs cargo beside other work; what it says is shown at its end, and only if it fails.
+pub(crate) fn cargo_aside(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
+    let mut command = Command::new(env!("CARGO"));
+    let output = command.args(arguments).envs(environment.iter().copied()).output();
+    let output = output.context("cargo could not be started")?;
+    if !output.status.success() {
+        let said =
+            [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        bail!("`cargo {}` failed with {}\n{}", arguments.join(" "), output.status, said.concat());
+    }
+    Ok(())
+}
+
 /// Builds and runs the program of a study.
 ///
 /// Naming an example beside the program makes cargo resolve features as it does for the tests of the whole
@@ -97,8 +110,8 @@ pub(crate) fn benches(options: &[String]) -> Result<()> {
 }
 
 /// Campaigns on a Slurm and by Snakemake, which are started for it.
-pub(crate) fn campaigns(environment: &[(&str, &str)]) -> Result<()> {
+pub(crate) fn campaigns() -> Result<()> {
     let test = ["test", "--workspace", "--test", "sinew", "--"];
     let options = ["--ignored", "--nocapture", "--test-threads", "1", "campaigns"];
-    cargo(&test.into_iter().chain(options).collect::<Vec<_>>(), environment)
+    cargo(&test.into_iter().chain(options).collect::<Vec<_>>(), &[])
 }

@@ -125,7 +125,7 @@ fn main() -> Result<()> {
         Task::Circles => circles::check(),
         Task::Wheel { test: false } => wheel::run(),
         Task::Wheel { test: true } => wheel::test(&[]),
-        Task::Campaigns => command::campaigns(&[]),
+        Task::Campaigns => command::campaigns(),
         Task::Package => package::run(),
         Task::Licences => licences::check(),
         Task::Readmes => readme::write(),

@@ -139,8 +139,9 @@ fn read_safely(text: &str) -> bool {
             .try_fold(1usize, |all, &n| all.checked_mul(n))
             .is_none_or(|all| all > MOST_CELLS)
     };
-    // A grid of two ventricles is large whatever its edge is.
-    if case.mesh.biventricle.is_some() || cells.into_iter().flatten().any(large) {
+    // Grids that a surface cuts are large whatever their edge is: they would take most of the time.
+    let cut = case.mesh.biventricle.is_some() || case.mesh.liver.is_some();
+    if cut || cells.into_iter().flatten().any(large) {
         return false;
     }
     match case.lowered() {
