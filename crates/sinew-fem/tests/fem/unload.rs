@@ -114,7 +114,7 @@ fn a_body_at_rest_is_loaded_to_the_volume_of_its_image() {
         let row = std::array::from_fn(|i| (i == axis).then_some(0.0));
         scene.support(Support::uniform(nodes, row))
     });
-    let wall = TruncatedEllipsoid::LAND.wall([1, 12, 6]).tetrahedra();
+    let wall = TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra();
     let vessel = parameters(Scene::new(wall, NeoHookean))
         .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Fixed(0.5) })
         .load(Load::Foundation { facets: "epi".into(), normal: 0.1, tangential: 0.05 })
@@ -127,7 +127,7 @@ fn a_body_at_rest_is_loaded_to_the_volume_of_its_image() {
         let image = body.cavity_volumes(&vec![0.0; 3 * body.nodes])[0];
         let loaded = rest.cavity_volumes(&solution.displacement)[0];
         let empty = rest.cavity_volumes(&vec![0.0; 3 * body.nodes])[0];
-        assert!(empty < 0.97 * image, "{name}: {empty} of {image}");
+        assert!(empty < 0.99 * image, "{name}: {empty} of {image}");
         assert!((loaded / image - 1.0).abs() < 1e-9, "{name}: {loaded} for {image}");
     }
 }

@@ -304,8 +304,8 @@ fn cells_that_lose_their_volume_are_told() {
 fn fibre_angles_that_may_be_radians_are_asked_about() {
     let asked = |angles: &str| {
         let text = format!(
-            "law = \"guccione\"\nsupports = [{{ clamped = \"base\" }}]\nloads = [{{ pressure = \"p\", facets = \"endo\" }}]\n\
-             mesh.ellipsoid = {{ short = [22.0, 36.0], long = [58.0, 74.0], base = 0.0, cells = [1, 12, 6] }}\n\
+            "law = {{ name = \"guccione\", bulk_modulus = 25.0 }}\nsupports = [{{ clamped = \"base\" }}]\nloads = [{{ pressure = \"p\", facets = \"endo\" }}]\n\
+             mesh.ellipsoid = {{ short = [22.0, 36.0], long = [58.0, 74.0], base = 0.0, cells = [1, 16, 8] }}\n\
              fibres.rule = {{ endocardium = \"endo\", epicardium = \"epi\", base = \"base\", angles = {angles} }}\n\
              parameters = {{ C = [1.0, 2.0], b_f = [8.0, 9.0], b_t = [2.0, 3.0], b_fs = [4.0, 5.0], p = [0.5, 1.0] }}\n"
         );
