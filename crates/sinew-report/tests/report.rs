@@ -562,10 +562,12 @@ fn a_revision_is_dirty_with_changed_sources_and_clean_with_a_changed_document() 
     };
     let put = |name: &str| std::fs::write(folder.path().join(name), name).unwrap();
     let revision = || Provenance::of_this_run("p", folder.path().join("sources")).revision;
-    ["docs", "sources"].map(|name| std::fs::create_dir(folder.path().join(name)).unwrap());
+    for name in ["docs", "sources"] {
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+    }
     assert_eq!(revision(), "unknown");
     put("sources/a.rs");
-    ["init -q", "add .", "commit -q -m first"].map(git);
+    ["init -q", "add .", "commit -q -m first"].iter().copied().for_each(git);
     let clean = revision();
     assert_eq!(clean.len(), 12, "{clean}");
     put("docs/results.md");
