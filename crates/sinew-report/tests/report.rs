@@ -567,9 +567,7 @@ fn a_revision_is_dirty_with_changed_sources_and_clean_with_a_changed_document() 
     }
     assert_eq!(revision(), "unknown");
     put("sources/a.rs");
-    for command in ["init -q", "add .", "commit -q -m first"] {
-        git(command);
-    }
+    ["init -q", "add .", "commit -q -m first"].iter().copied().for_each(git);
     let clean = revision();
     assert_eq!(clean.len(), 12, "{clean}");
     put("docs/results.md");

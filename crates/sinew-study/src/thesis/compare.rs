@@ -45,7 +45,7 @@ pub struct Ours {
     pub found: Option<Found>,
     /// Ours over the limit; for a gain the other way round.
     pub ratio: f64,
-    /// The same with other seeds, where it is [`NEAR`] 1 and there are such runs.
+    /// Ratios with other seeds, where it is [`NEAR`] 1 and there are such runs.
     pub again: Vec<f64>,
 }
 

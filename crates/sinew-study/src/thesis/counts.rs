@@ -34,7 +34,7 @@ fn scaled(found: &Tables) -> Option<String> {
         .map(|of| count(found, |table, cell| table.scale.is_some() && of(cell) == Standing::Met));
     let [here, there] = scale.nodes;
     Some(format!(
-        "{all} limits are not the printed figures but {factor} of them, written behind an arrow: in proportion to the mean displacement, which is smaller on our meshes of {here} nodes than on those of {there}. Own kind meets {own} of these limits, best {best}."
+        "{all} limits are not the printed figures but {factor} of them, written behind an arrow. They are in proportion to the mean displacement, which is smaller on our meshes of {here} nodes than on those of {there}. Own kind meets {own} of these limits, best {best}."
     ))
 }
 
@@ -65,9 +65,10 @@ fn uncommitted(found: &Tables, runs: &Runs) -> Option<String> {
 /// Rows of the fits and trainings that stand most often as the best.
 fn behind(found: &Tables) -> Option<String> {
     let mut rows: BTreeMap<(&str, &str), usize> = BTreeMap::new();
-    let best = |cell: &'_ Compared| cell.best.found.clone();
-    let found: Vec<_> = found.iter().flat_map(|(_, cells)| cells).filter_map(best).collect();
-    found.iter().for_each(|found| *rows.entry(found.made()).or_default() += 1);
+    let cells = found.iter().flat_map(|(_, cells)| cells);
+    for best in cells.filter_map(|cell| cell.best.found.as_ref()) {
+        *rows.entry(best.made()).or_default() += 1;
+    }
     let mut rows: Vec<_> = rows.into_iter().map(|(made, count)| (count, made)).collect();
     rows.sort_by(|a, b| b.cmp(a));
     let [(first, one), (second, other), ..] = rows[..] else { return None };

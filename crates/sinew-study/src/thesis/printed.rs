@@ -177,7 +177,7 @@ pub struct Cell {
     pub best: String,
     /// Row that it is relative to; may be empty.
     pub over: String,
-    /// What the printed figure is, where ours is of another kind: `GPU`, `solver`, `one case`; mostly empty.
+    /// Kind of the printed figure where ours is of another: `GPU`, `solver`, `one case`; mostly empty.
     pub mark: String,
 }
 

@@ -34,7 +34,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// What was fitted or trained for it: section and method, without Newton steps.
+    /// Fit or training behind it: section and method, without Newton steps.
     pub fn made(&self) -> (&str, &str) {
         let raw = self.method.strip_suffix(" Newton").and_then(|name| name.rsplit_once(" + "));
         (&self.section, raw.map_or(&*self.method, |(name, _)| name))
