@@ -56,7 +56,8 @@ pub(crate) type Draw<'a> = (&'a [f64], &'a [f64]);
 
 impl Predictive {
     pub(crate) fn new(problem: &Problem, draws: &[Draw]) -> Self {
-        let data = (0..problem.data.len()).map(|at| check(problem, draws, at)).collect();
+        let data: Vec<DatumCheck> =
+            (0..problem.data.len()).map(|at| check(problem, draws, at)).collect();
         let chi = ChiSquared::new(problem.data.len() as f64).expect("positive degrees of freedom");
         let tail = |(y, observables): &Draw| {
             let residual = &problem.measured - problem.scaled(observables);
@@ -64,7 +65,7 @@ impl Predictive {
             chi.sf(residual.dot(&noise.solve(&residual)))
         };
         let p_overall = draws.iter().map(tail).sum::<f64>() / draws.len() as f64;
-        let misfit = problem.misfit(data.iter().map(|datum: &DatumCheck| datum.residual));
+        let misfit = problem.misfit(data.iter().map(|datum| datum.residual));
         Self { data, p_overall, misfit }
     }
 

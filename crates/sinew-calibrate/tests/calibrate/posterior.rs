@@ -359,7 +359,28 @@ fn a_run_that_was_killed_goes_on_to_the_same_bits() {
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, &text[..text.len() / 3]).unwrap();
     let again = calibrate(&problem, &mut solves(true).unwrap(), &options).unwrap();
+    assert_eq!((&whole.draws, whole.correction.solves), (&again.draws, again.correction.solves));
+    // A digit in each line is another: these are solved again. So are lines that are not text.
+    let text = std::fs::read_to_string(&path).unwrap();
+    let damaged: Vec<String> = text
+        .lines()
+        .enumerate()
+        .map(|(at, line)| match at {
+            0 => line.to_string(),
+            _ => line.replacen('3', "4", 1),
+        })
+        .collect();
+    let damaged = [damaged.join("\n").as_bytes(), b"\n\xff\xfe;0\n"].concat();
+    std::fs::write(&path, damaged).unwrap();
+    let again = calibrate(&problem, &mut solves(true).unwrap(), &options).unwrap();
     assert_eq!((whole.draws, whole.correction.solves), (again.draws, again.correction.solves));
+    // Two runs do not share a file.
+    let first = solves(true).unwrap();
+    for resume in [true, false] {
+        let error = solves(resume).err().unwrap().to_string();
+        assert!(error.contains("another run keeps its solves here"), "{error}");
+    }
+    drop(first);
     let other = Solves::new(&Sphere, Box::new(|_, _, _| ())).kept_in(&path, "cube", true);
     assert!(other.err().unwrap().to_string().contains("another patient"));
 }
