@@ -2,7 +2,7 @@
 
 use crate::CalibrateError;
 use crate::correction::Correction;
-use crate::fault::{noise_in_words, over_noise};
+use crate::fault::over_noise;
 use crate::identifiability::Identifiability;
 use crate::likelihood::Target;
 use crate::mode::{self, Mode};
@@ -272,8 +272,7 @@ fn check_reach(problem: &Problem, solves: &Solves, mode: &Mode) -> Result<(), Ca
             side,
             extreme,
             reached: said(reached),
-            noise: noise_in_words(&mode.misfits)
-                .map_or(String::new(), |noise| format!("; {noise}")),
+            over_noise: over_noise(&mode.misfits),
         });
     }
     Ok(())

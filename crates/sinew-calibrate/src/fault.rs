@@ -53,7 +53,8 @@ pub enum CalibrateError {
     /// A datum that no parameters come near.
     #[error(
         "{name} is {value}, {side} every value that the ranges reach: the {extreme} that was found is {reached}; look at unit, phase and surface of \
-         this datum, at its standard deviation, and at the pressures{noise}"
+         this datum, at its standard deviation, and at the pressures{}",
+        too_large(*over_noise).map_or(String::new(), |noise| format!("; {noise}"))
     )]
     Unreachable {
         /// The datum.
@@ -66,8 +67,8 @@ pub enum CalibrateError {
         extreme: &'static str,
         /// Value of the datum, with its unit.
         reached: String,
-        /// Sentence about misfits that are too large for the stated noise, behind a semicolon.
-        noise: String,
+        /// Misfits at the mode over the stated noise, by their median.
+        over_noise: f64,
     },
     /// Chains that disagree.
     #[error(
