@@ -2,6 +2,7 @@
 
 use crate::CalibrateError;
 use crate::correction::Correction;
+use crate::fault::over_noise;
 use crate::identifiability::Identifiability;
 use crate::likelihood::Target;
 use crate::mode::{self, Mode};
@@ -130,8 +131,8 @@ pub fn calibrate(
         }
         reached = correction;
     }
-    let misfit = problem.misfit(modes[0].misfits.iter().copied());
-    Err(CalibrateError::Unconfirmed(Box::new(Correction { misfit, ..reached })))
+    let over_noise = over_noise(&modes[0].misfits);
+    Err(CalibrateError::Unconfirmed(Box::new(Correction { over_noise, ..reached })))
 }
 
 /// Mode from one start and the parameters that the data determine there, before sampling.
@@ -271,6 +272,7 @@ fn check_reach(problem: &Problem, solves: &Solves, mode: &Mode) -> Result<(), Ca
             side,
             extreme,
             reached: said(reached),
+            over_noise: over_noise(&mode.misfits),
         });
     }
     Ok(())

@@ -13,9 +13,9 @@ pub struct Correction {
     pub largest_error: f64,
     /// The datum that has it.
     pub worst_datum: String,
-    /// [`Problem::misfit`](crate::Problem::misfit) at the mode \[standard deviations of the data\].
+    /// Misfits at the mode over the stated noise, by their median.
     #[serde(default)]
-    pub misfit: f64,
+    pub over_noise: f64,
     /// Share of proposals of the sweep that were accepted.
     pub acceptance: f64,
     /// Degree of the emulator's polynomial.

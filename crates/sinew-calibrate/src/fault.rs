@@ -1,19 +1,31 @@
 //! Reasons why there is no posterior.
 
 use crate::Correction;
+use sinew_sample::quantile;
 
-/// Misfit \[standard deviations\] above which the stated noise is named as the cause of a failure: four times its variance.
+/// Misfits over the stated noise from which on that is named as the cause of a failure: four times its variance.
 const TOO_LARGE: f64 = 2.0;
+/// Median of the absolute value of a standard normal variable.
+const MEDIAN: f64 = 0.674_489_750_196_082;
 
-/// Sentence about misfits that are too large for the stated noise; `None` where they are not.
-pub fn noise_in_words(misfit: f64) -> Option<String> {
-    (misfit > TOO_LARGE).then(|| {
-        format!("the misfits are {misfit:.1} times the stated noise: the standard deviations are too small, or the model is wrong")
+/// Misfits over the stated noise, by their median: about 1 where it is right, and hardly more for one datum that is wrong.
+pub(crate) fn over_noise(misfits: &[f64]) -> f64 {
+    quantile(&misfits.iter().map(|misfit| misfit.abs()).collect::<Vec<_>>(), 0.5) / MEDIAN
+}
+
+/// Sentence about misfits \[standard deviations\] that are too large for the stated noise; `None` where they are not.
+pub fn noise_in_words(misfits: &[f64]) -> Option<String> {
+    too_large(over_noise(misfits))
+}
+
+fn too_large(times: f64) -> Option<String> {
+    (times > TOO_LARGE).then(|| {
+        format!("the misfits are {times:.1} times the stated noise: the standard deviations are too small, or the model is wrong")
     })
 }
 
 fn cause(reached: &Correction) -> String {
-    noise_in_words(reached.misfit).unwrap_or_else(|| {
+    too_large(reached.over_noise).unwrap_or_else(|| {
         format!(
             "allow more rounds or design points, narrow the ranges, or see whether the standard deviation of {} is too small",
             reached.worst_datum
@@ -41,7 +53,8 @@ pub enum CalibrateError {
     /// A datum that no parameters come near.
     #[error(
         "{name} is {value}, {side} every value that the ranges reach: the {extreme} that was found is {reached}; look at unit, phase and surface of \
-         this datum, at its standard deviation, and at the pressures"
+         this datum, at its standard deviation, and at the pressures{}",
+        too_large(*over_noise).map_or(String::new(), |noise| format!("; {noise}"))
     )]
     Unreachable {
         /// The datum.
@@ -54,6 +67,8 @@ pub enum CalibrateError {
         extreme: &'static str,
         /// Value of the datum, with its unit.
         reached: String,
+        /// Misfits at the mode over the stated noise, by their median.
+        over_noise: f64,
     },
     /// Chains that disagree.
     #[error(

@@ -46,7 +46,7 @@ pub struct Predictive {
     pub data: Vec<DatumCheck>,
     /// Posterior predictive probability of a sum of squared misfits that is larger (Gelman et al. 6.3).
     pub p_overall: f64,
-    /// [`Problem::misfit`] of the residuals \[standard deviations\].
+    /// Root mean square of the residuals, of as many data as are left after one for each parameter \[standard deviations\].
     #[serde(default)]
     pub misfit: f64,
 }
@@ -65,7 +65,9 @@ impl Predictive {
             chi.sf(residual.dot(&noise.solve(&residual)))
         };
         let p_overall = draws.iter().map(tail).sum::<f64>() / draws.len() as f64;
-        let misfit = problem.misfit(data.iter().map(|datum: &DatumCheck| datum.residual));
+        let left = data.len().saturating_sub(problem.unknowns.len()).max(1);
+        let squares: f64 = data.iter().map(|datum| datum.residual.powi(2)).sum();
+        let misfit = (squares / left as f64).sqrt();
         Self { data, p_overall, misfit }
     }
 

@@ -123,13 +123,6 @@ impl Problem {
         DVector::from_iterator(self.data.len(), values)
     }
 
-    /// Root mean square of misfits \[standard deviations\], of as many data as are left after one for each parameter: about 1 where
-    /// the stated noise is right.
-    pub fn misfit(&self, misfits: impl Iterator<Item = f64>) -> f64 {
-        let left = self.data.len().saturating_sub(self.unknowns.len()).max(1);
-        (misfits.map(|misfit| misfit * misfit).sum::<f64>() / left as f64).sqrt()
-    }
-
     /// Derivatives of the scaled observables in the coordinates at y; none without derivatives.
     pub(crate) fn jacobian(
         &self,

@@ -163,8 +163,7 @@ impl NativeCase {
     /// Doubts about the case, as the program tells them.
     fn warnings(&self) -> Vec<String> {
         let report = self.case.mesh.report.get().cloned().unwrap_or_default();
-        let left_out = report.unused_nodes > 0;
-        let changes = left_out.then(|| report.changes()).unwrap_or_default();
+        let changes = if report.unused_nodes > 0 { report.changes() } else { Vec::new() };
         let mesh = report.warnings().into_iter().chain(changes);
         let mesh = mesh.map(|said| format!("mesh: {said}"));
         mesh.chain(self.case.warnings(&self.body)).collect()

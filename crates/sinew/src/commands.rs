@@ -30,7 +30,6 @@ use sinew::{
 };
 use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::Options;
-use sinew_mesh::ReadReport;
 use std::path::{Path, PathBuf};
 use stop::Stoppable;
 
@@ -136,16 +135,11 @@ impl CaseArguments {
 /// Result of lowering a case. Tells on standard error what the reader of its mesh changed, also where that is an error then.
 fn tell_reading<T>(case: &Case, made: Result<T, CaseError>) -> Result<T, CaseError> {
     if let (Some(report), Some(file)) = (case.mesh.report.get(), &case.mesh.file) {
-        tell_changes(file, report);
+        let file = file.display();
+        report.warnings().iter().for_each(|doubt| eprintln!("warning: {file}: {doubt}"));
+        report.changes().iter().for_each(|change| eprintln!("{file}: {change}"));
     }
     made
-}
-
-/// Tells on standard error what the reader of a file changed.
-fn tell_changes(file: &Path, report: &ReadReport) {
-    let file = file.display();
-    report.warnings().iter().for_each(|doubt| eprintln!("warning: {file}: {doubt}"));
-    report.changes().iter().for_each(|change| eprintln!("{file}: {change}"));
 }
 
 /// Tells warnings of a body on standard error, and the formulation that was chosen for it.

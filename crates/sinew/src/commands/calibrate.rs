@@ -244,8 +244,7 @@ fn say_ahead(prepared: &Prepared, mode: &Mode, seen: &Identifiability) {
             shown(model)
         );
     }
-    let misfit = prepared.problem.misfit(mode.misfits.iter().copied());
-    noise_in_words(misfit).iter().for_each(|doubt| println!("  warning: {doubt}"));
+    noise_in_words(&mode.misfits).iter().for_each(|doubt| println!("  warning: {doubt}"));
     println!("before anything is sampled:");
     seen.in_words().iter().for_each(|line| println!("  {line}"));
 }
