@@ -5,7 +5,6 @@ use crate::ensemble::Ensemble;
 use crate::error::Result;
 use crate::fit::Fit;
 use crate::laplace::ensemble;
-use crate::warning::Warning;
 use std::fmt;
 
 /// Draws and seed of a fit's own ensemble.
@@ -63,18 +62,17 @@ impl<const D: usize> fmt::Display for Fit<D> {
                 Err(error) => writeln!(formatter, "{name}: {error}")?,
             }
         }
-        let mut said = self.warnings().map_or_else(|e| vec![e.to_string()], in_words);
-        said.extend(
-            self.ensemble().map_or_else(|_| Vec::new(), |own| in_words(own.warnings().into())),
-        );
-        let first = |k: &usize| !said[..*k].contains(&said[*k]);
-        for k in (0..said.len()).filter(first) {
-            writeln!(formatter, "warning: {}", said[k])?;
+        match self.warnings() {
+            Ok(warnings) => {
+                for warning in warnings {
+                    writeln!(formatter, "warning: {warning}")?;
+                }
+            }
+            Err(error) => writeln!(formatter, "warning: {error}")?,
+        }
+        for warning in self.ensemble().iter().flat_map(|ensemble| ensemble.warnings()) {
+            writeln!(formatter, "warning: {warning}")?;
         }
         Ok(())
     }
-}
-
-fn in_words(warnings: Vec<Warning>) -> Vec<String> {
-    warnings.iter().map(Warning::to_string).collect()
 }

@@ -47,22 +47,25 @@ impl<const D: usize> Ensemble<D> {
         let heavy = k_hat.filter(|k_hat| *k_hat > TRUSTED);
         ensemble.warnings.extend(heavy.map(|k_hat| Warning::HeavyWeights { k_hat }));
         if let Some((parameter, r_hat, effective)) = worst {
-            let parameter = fit.model().theta[parameter].name().to_string();
+            let parameter = fit.model().parameters()[parameter].name.clone();
             ensemble.warnings.push(Warning::NotMixed { parameter, r_hat, effective });
         }
         if ensemble.draws.is_empty() {
             return Ok(ensemble);
         }
-        ensemble.unidentified = fit.unidentified(&ensemble.draws)?;
-        for parameter in &fit.model().theta {
-            let (name, mode) = (parameter.name(), fit.parameter(parameter.name())?);
-            if !ensemble.identifies(name)? {
-                let direction = vec![(name.to_string(), 1.0)];
-                ensemble.warnings.push(Warning::Unidentified { direction });
+        let (model, silent) = (fit.model(), fit.silent()?);
+        ensemble.unidentified = silent.to_vec();
+        for k in model.theta_range().filter(|k| !silent.contains(k)) {
+            if model.is_wide(k, ensemble.draws.iter().map(|draw| (draw[k], 1.0))) {
+                ensemble.unidentified.push(k);
+                ensemble.warnings.push(model.unidentified(k));
+                continue;
             }
+            let name = &model.parameters()[k].name;
+            let mode = fit.parameter(name)?;
             let [lower, upper] = ensemble.interval(name, NEARLY_ALL)?;
             if !(lower..=upper).contains(&mode) {
-                let parameter = name.to_string();
+                let parameter = name.clone();
                 ensemble.warnings.push(Warning::ModeApart { parameter, mode, lower, upper });
             }
         }

@@ -78,6 +78,8 @@ pub struct Fit<const D: usize> {
     pub(crate) unsettled: Option<usize>,
     /// Error of the equation where it was left out, before it was put into the model.
     pub(crate) hold_out: Option<HoldOut>,
+    /// Parameters that the data do not tell, once sought.
+    pub(crate) silent: OnceLock<Result<Vec<usize>>>,
     /// Ensemble of its own, once made.
     pub(crate) ensemble: OnceLock<Result<Ensemble<D>>>,
 }
@@ -169,8 +171,8 @@ impl<const D: usize> Model<D> {
         if let Err(last) = &restarts[best].outcome {
             return Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) });
         }
-        let (hold_out, ensemble) = (None, OnceLock::new());
-        Ok(Fit { model, restarts, best, unsettled, hold_out, ensemble })
+        let (hold_out, silent, ensemble) = (None, OnceLock::new(), OnceLock::new());
+        Ok(Fit { model, restarts, best, unsettled, hold_out, silent, ensemble })
     }
 
     fn random_start(&self, random: &mut ChaCha8Rng) -> Vec<f64> {

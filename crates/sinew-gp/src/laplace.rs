@@ -33,15 +33,16 @@ pub fn laplace<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<
 }
 
 fn draws_about<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
-    Ok(weighed(fit, draws, seed)?.0)
+    let (draws, k_hat, ..) = weighed(fit, draws, seed)?;
+    Ensemble::checked(fit, draws, Some(k_hat), None)
 }
 
-/// Draws of [`laplace`], with the space and the proposals that they come from.
+/// Draws of [`laplace`] and the shape of their weights' tail, with the space and the width that they come from.
 fn weighed<const D: usize>(
     fit: &Fit<D>,
     draws: usize,
     seed: u64,
-) -> Result<(Ensemble<D>, Space<'_, D>, Laplace)> {
+) -> Result<(Vec<Vec<f64>>, f64, Space<'_, D>, Laplace)> {
     let model = fit.model();
     let (space, mut proposals) =
         Space::new(model, &fit.outcome().parameters, model.without_weights())?;
@@ -59,11 +60,10 @@ fn weighed<const D: usize>(
             || round == ROUNDS
         {
             let chosen = resample(&weights, draws, random.random());
-            let draws = chosen.into_iter().map(|number| space.parameters(&drawn[number].0));
-            let ensemble = Ensemble::checked(fit, draws.collect(), Some(k_hat), None)?;
+            let draws = chosen.into_iter().map(|k| space.parameters(&drawn[k].0)).collect();
             // A chain begins with the width of both.
-            let both = moved(&first, &drawn, &weights, 1.0);
-            return Ok((ensemble, space, both.unwrap_or(first)));
+            let about = moved(&first, &drawn, &weights, 1.0).unwrap_or(first);
+            return Ok((draws, k_hat, space, about));
         }
         proposals = next.unwrap_or(proposals);
     }
@@ -79,12 +79,14 @@ pub fn ensemble<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result
 }
 
 fn trusted<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
-    let (weighed, space, about) = weighed(fit, draws, seed)?;
+    let (weighed, k_hat, space, about) = weighed(fit, draws, seed)?;
     let options = NutsOptions { draws, seed, ..NutsOptions::default() };
-    match weighed.k_hat {
-        Some(k_hat) if k_hat <= TRUSTED => Ok(weighed),
-        _ if space.holds_weights() => nuts(fit, &options),
-        _ => sampled(fit, &space, about, &options),
+    let model = fit.model();
+    match k_hat <= TRUSTED {
+        true => Ensemble::checked(fit, weighed, Some(k_hat), None),
+        // Weights of values are drawn too.
+        false if model.without_weights() < model.parameters().len() => nuts(fit, &options),
+        false => sampled(fit, &space, about, &options),
     }
 }
 

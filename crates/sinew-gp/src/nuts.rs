@@ -34,11 +34,11 @@ const CHAINS: usize = 4;
 const MIXED: f64 = 1.05;
 /// Effective draws of bulk and tails, in units of the draws kept, from which on these suffice.
 const EFFECTIVE: f64 = 0.33;
-/// Times that chains are drawn anew at most, each time twice as long.
-const ROUNDS: u64 = 3;
+/// Times that chains are drawn anew at most, twice as long.
+const ROUNDS: u64 = 1;
 
 /// Draws parameters from their posterior in four chains, which start about its maximum. Chains that do not agree, or of too few
-/// effective draws, are drawn anew with the covariance of what they found, twice as long, three times at most.
+/// effective draws, are drawn anew with the covariance of what they found, twice as long.
 ///
 /// # Errors
 /// If the evidence cannot be evaluated at the fit.
@@ -70,7 +70,7 @@ pub(crate) fn sampled<const D: usize>(
             seed: if round == 0 { seed } else { split_seed(seed, round) },
         };
         let found = chains(space, &about, &own).map_err(not_drawn)?;
-        let worst = least_mixed(fit, &found);
+        let worst = least_mixed(fit, &found)?;
         let doubtful = worst.is_some_and(|(_, r_hat, effective)| {
             r_hat > MIXED || effective < EFFECTIVE * draws as f64
         });
@@ -86,12 +86,14 @@ pub(crate) fn sampled<const D: usize>(
     unreachable!("the last round returns")
 }
 
-/// Parameter of the equation with the fewest effective draws, R̂ and number of these; none of chains too short to tell.
-fn least_mixed<const D: usize>(fit: &Fit<D>, found: &Chains) -> Option<(usize, f64, f64)> {
+/// Parameter of the equation with the fewest effective draws, R̂ and number of these, of those that the data tell; none of chains
+/// too short to say.
+fn least_mixed<const D: usize>(fit: &Fit<D>, found: &Chains) -> Result<Option<(usize, f64, f64)>> {
+    let silent = fit.silent()?;
     let of = |k: usize| {
-        let summary = found.summary(fit.model().theta_offset + k);
+        let summary = found.summary(k);
         (k, summary.r_hat, summary.ess_bulk.min(summary.ess_tail))
     };
-    let all = (0..fit.model().theta.len()).map(of).filter(|(_, r_hat, _)| r_hat.is_finite());
-    all.min_by(|a, b| a.2.total_cmp(&b.2))
+    let all = fit.model().theta_range().filter(|k| !silent.contains(k)).map(of);
+    Ok(all.filter(|(_, r_hat, _)| r_hat.is_finite()).min_by(|a, b| a.2.total_cmp(&b.2)))
 }

@@ -147,7 +147,9 @@ pub(crate) fn minimise(
             search.memory.clear();
             continue;
         };
-        let (s, y) = (&next.x - &at.x, &next.gradient - &at.gradient);
+        let s = &next.x - &at.x;
+        // Slopes across bounds say nothing of the curvature between them.
+        let y = (&next.gradient - &at.gradient).zip_map(&s, |y, s| if s == 0.0 { 0.0 } else { y });
         if s.dot(&y) > 1e-12 * y.dot(&y) {
             search.memory.push_back((s, y));
             if search.memory.len() > MEMORY {

@@ -117,11 +117,6 @@ impl<'a, const D: usize> Space<'a, D> {
         spread
     }
 
-    /// Whether weights of values stay as fitted.
-    pub(crate) fn holds_weights(&self) -> bool {
-        !self.held.is_empty()
-    }
-
     /// The parameters at q, on their scales.
     pub(crate) fn parameters(&self, q: &[f64]) -> Vec<f64> {
         let ends = q.iter().zip(&self.bounds);

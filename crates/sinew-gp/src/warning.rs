@@ -33,14 +33,13 @@ pub enum Warning {
         /// The bound, in its own unit.
         bound: f64,
     },
-    /// A direction in the equation's parameters along which the posterior is about as wide as the bounds.
+    /// A parameter of the equation that the data do not tell.
     #[error(
-        "unidentified: the data say next to nothing of {}; measure elsewhere, or hold one of the parameters",
-        named(direction)
+        "unidentified: the data say next to nothing of {parameter}; measure elsewhere, or hold one of the parameters"
     )]
     Unidentified {
-        /// Parameters with their shares in the direction, largest first.
-        direction: Vec<(String, f64)>,
+        /// Name of the parameter.
+        parameter: String,
     },
     /// No values to learn the equation's parameters from.
     #[error(
@@ -143,14 +142,5 @@ fn and_others(others: usize) -> String {
         0 => String::new(),
         1 => ", and so is one other".into(),
         count => format!(", and so are {count} others"),
-    }
-}
-
-fn named(direction: &[(String, f64)]) -> String {
-    let parts: Vec<&str> = direction.iter().map(|(name, _)| name.as_str()).collect();
-    if parts.len() == 1 {
-        parts[0].into()
-    } else {
-        format!("a combination of {}", parts.join(" and "))
     }
 }

@@ -6,20 +6,13 @@ use crate::error::Result;
 use crate::fit::{Fit, HoldOut};
 use crate::instances::instance;
 use crate::model::Model;
-use crate::space::Space;
 use crate::warning::Warning;
-use std::sync::Arc;
 
 /// Values below which a level of noise is mostly what is believed of it: the standard deviation of its logarithm from n
 /// values is about (2n)^−½.
 const FEW: usize = 4;
 /// Share of an interval within which its end counts as reached.
 const END: f64 = 1e-6;
-/// Standard deviation of a parameter's q (see [`Space`]) from which on the data count as silent; without any it is
-/// π/√3 ≈ 1.8, with an interval cut in half about 1.
-const SILENT: f64 = 1.2;
-/// Share in a direction from which on a parameter is named.
-const SHARE: f64 = 0.3;
 /// Residual of left-out points, in units of the equation's largest term, that is resolved.
 const RESOLVED: f64 = 0.1;
 /// Values of a group that are left out at most, for time.
@@ -38,8 +31,8 @@ const MEDIAN: f64 = 0.6745;
 const SMALLEST: f64 = 1e-3;
 
 impl<const D: usize> Fit<D> {
-    /// Warnings about the fit; empty if no fault was found. Takes twice as many evaluations
-    /// of the evidence's gradient as there are parameters.
+    /// Warnings about the fit; empty if no fault was found. Takes about as many evaluations of the evidence's gradient as the fit of
+    /// one start for each parameter of the equation, when first asked.
     ///
     /// # Errors
     /// If the evidence cannot be evaluated next to the fit.
@@ -63,7 +56,7 @@ impl<const D: usize> Fit<D> {
         if self.outcome().collapsed {
             warnings.push(Warning::Collapsed);
         }
-        warnings.extend(unidentified(model, &self.outcome().parameters)?);
+        warnings.extend(self.silent()?.iter().map(|k| model.unidentified(*k)));
         warnings.extend(self.unresolved()?);
         warnings.extend(self.outliers()?);
         warnings.extend(self.unsettled.map(|points| Warning::Unsettled { points }));
@@ -128,23 +121,4 @@ fn at_bounds<const D: usize>(model: &Model<D>, scaled: &[f64]) -> Vec<Warning> {
         Some(Warning::AtBound { parameter: own.name.clone(), bound })
     };
     watched.filter_map(reached).collect()
-}
-
-/// The direction of θ in which its posterior is widest, if that is nearly all there is.
-fn unidentified<const D: usize>(model: &Arc<Model<D>>, scaled: &[f64]) -> Result<Option<Warning>> {
-    let (offset, count) = (model.theta_offset, model.theta.len());
-    if count == 0 {
-        return Ok(None);
-    }
-    let covariance = Space::new(model, scaled, model.without_weights())?.1.covariance();
-    let eigen = covariance.view((offset, offset), (count, count)).symmetric_eigen();
-    let last = eigen.eigenvalues.imax();
-    if eigen.eigenvalues[last].max(0.0).sqrt() < SILENT {
-        return Ok(None);
-    }
-    let share = |k: usize| (model.theta[k].name().to_string(), eigen.eigenvectors[(k, last)]);
-    let mut direction: Vec<(String, f64)> =
-        (0..count).map(share).filter(|(_, share)| share.abs() > SHARE).collect();
-    direction.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
-    Ok(Some(Warning::Unidentified { direction }))
 }

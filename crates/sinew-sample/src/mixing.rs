@@ -3,6 +3,7 @@
 
 use crate::quantiles::quantile_of_sorted;
 use statrs::distribution::{ContinuousCDF, Normal};
+use statrs::statistics::{Data, OrderStatistics, RankTieBreaker};
 
 /// Smallest number of draws of a chain for a diagnostic.
 const FEWEST_DRAWS: usize = 4;
@@ -75,24 +76,9 @@ fn normal_scores(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let normal = Normal::standard();
     let count = all.len() as f64;
     let score = |rank: f64| normal.inverse_cdf((rank - 0.375) / (count + 0.25));
-    let scores: Vec<f64> = ranks(&all).into_iter().map(score).collect();
+    let ranks = Data::new(all).ranks(RankTieBreaker::Average);
+    let scores: Vec<f64> = ranks.into_iter().map(score).collect();
     scores.chunks(length).map(<[f64]>::to_vec).collect()
-}
-
-/// Ranks from 1, ties by their mean.
-fn ranks(values: &[f64]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-    let mut ranks = vec![0.0; values.len()];
-    let mut from = 0;
-    while from < order.len() {
-        let value = values[order[from]];
-        let same = order[from..].iter().take_while(|&&at| values[at] == value).count();
-        let mean = from as f64 + 0.5 * (same as f64 + 1.0);
-        order[from..from + same].iter().for_each(|&at| ranks[at] = mean);
-        from += same;
-    }
-    ranks
 }
 
 fn mean(values: &[f64]) -> f64 {

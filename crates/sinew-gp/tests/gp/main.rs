@@ -10,6 +10,7 @@ mod examples;
 mod front;
 mod hard_cases;
 mod honesty;
+mod identified;
 mod kernels;
 mod many_values;
 mod penalised;
