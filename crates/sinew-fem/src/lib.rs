@@ -74,10 +74,10 @@
 //! K\,\frac{\partial u}{\partial\theta_j} = -\frac{\partial r}{\partial\theta_j}, \qquad K z = \frac{\partial q}{\partial u}, \qquad \frac{\mathrm dq}{\mathrm d\theta_j} = -z\cdot\frac{\partial r}{\partial\theta_j}
 //! ```
 //!
-//! Error of an iterate from its contraction ratio κ, the larger of those in the mean nodal length and in the energy norm (Deuflhard, *Newton Methods for Nonlinear Problems*, 2.1); the safety factor is 4 in [`Solver::converge`]:
+//! Error of an iterate by [`Solver::converge`], in the mean nodal length, from the longer of two steps and its contraction ratio κ (Deuflhard, *Newton Methods for Nonlinear Problems*, 2.1). The scale γ of the quasi-Newton step is one at least, lest soft modes hide behind stiff ones:
 //!
 //! ```math
-//! \|u - u^*\| \lesssim \frac{4}{1-\kappa}\,\|\Delta u\|, \qquad \kappa = \frac{\|\Delta u\|}{\|\Delta u_{\text{before}}\|} \le \tfrac12, \qquad \|v\|_K = \sqrt{v^{\mathsf T} K v}
+//! \|u - u^*\| \lesssim \frac{6}{1-\kappa}\,m, \qquad m = \max\bigl(\|\gamma K_0^{-1} r\|,\ \|H r\|\bigr), \qquad \kappa = \max\bigl(\tfrac12,\ m/m_{\text{before}}\bigr) < 1
 //! ```
 
 mod diagnose;

@@ -400,7 +400,7 @@ fn cell(of: &Quantiles) -> Cell {
     // Broken between the two, not within.
     let note = format!("95\u{a0}%\u{a0}{most}, largest\u{a0}{largest}");
     let Quantiles { min, q02_5, q25, q50, q75, q97_5, max, mean, .. } = *of;
-    if !(max.is_finite() && mean.is_finite()) {
+    if max.is_nan() || max == f64::MAX {
         return Cell { note, ..Cell::from(q50) };
     }
     let density = Vec::new();

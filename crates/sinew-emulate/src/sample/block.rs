@@ -146,7 +146,8 @@ impl<'a> Block<'a> {
     /// All results in the order of the samples, those of several equilibria compared with the one that a rising load leads to.
     pub(crate) fn close(mut self, body: &Body, compare: bool) -> Result<Simulations> {
         self.jumped.sort_by_key(|&(index, _)| index);
-        let branched = if compare { branched(body, &self.jumped)? } else { Vec::new() };
+        let [branched, jumped] =
+            if compare { branches(body, &self.jumped)? } else { <_>::default() };
         self.jumped.drain(..).for_each(|(_, solution)| {
             self.found.push(solution.theta.clone(), solution);
         });
@@ -161,6 +162,7 @@ impl<'a> Block<'a> {
             solve_seconds: order.iter().map(|&row| solve_seconds[row]).collect(),
             failures,
             branched,
+            jumped,
             seconds: seconds + self.opened.elapsed().as_secs_f64(),
         })
     }
@@ -177,20 +179,21 @@ fn retain<T>(rows: &mut Vec<T>, kept: &[bool]) {
     rows.retain(|_| kept.next() == Some(&true));
 }
 
-/// Parameters of solutions beside which a rising load leads to another one.
-fn branched(body: &Body, jumped: &[(usize, Solution)]) -> Result<Vec<Vec<f64>>> {
-    let mut found = Vec::new();
-    if jumped.is_empty() {
-        return Ok(found);
-    }
-    let mut solver = Solver::new(body)?;
-    for (_, solution) in jumped.iter().take(MOST_COMPARED) {
+/// Parameters of solutions beside which a rising load leads to another one, and of all that were not shown to be its own.
+fn branches(body: &Body, jumped: &[(usize, Solution)]) -> Result<[Vec<Vec<f64>>; 2]> {
+    let [mut branched, mut open] = [Vec::new(), Vec::new()];
+    let mut solver = if jumped.is_empty() { None } else { Some(Solver::new(body)?) };
+    for (place, (_, solution)) in jumped.iter().enumerate() {
+        let compared = solver.as_mut().filter(|_| place < MOST_COMPARED);
         // Where no rising load arrives, there is nothing to compare with.
-        if let Ok(Some(_)) = solver.under_rising_load(solution, &Options::default()) {
-            found.push(solution.theta.clone());
+        match compared.map(|solver| solver.under_rising_load(solution, &Options::default())) {
+            Some(Ok(None)) => continue,
+            Some(Ok(Some(_))) => branched.push(solution.theta.clone()),
+            _ => {}
         }
+        open.push(solution.theta.clone());
     }
-    Ok(found)
+    Ok([branched, open])
 }
 
 #[cfg(test)]
@@ -209,6 +212,32 @@ mod tests {
             .support(Support::clamped("x_min"))
             .lower()
             .unwrap()
+    }
+
+    #[test]
+    fn solutions_that_a_rising_load_does_not_lead_to_are_named() {
+        let column = |across: f64| {
+            let value = [-0.0075, 0.0, 0.0075 * across];
+            Scene::new(sinew_mesh::box_tetrahedra([20.0, 1.0, 1.0], [20, 2, 2]), NeoHookean)
+                .parameter(Parameter::log("mu", "kPa", 0.5..=8.0))
+                .parameter(Parameter::log("lambda", "kPa", 0.5..=8.0))
+                .load(Load::Traction { facets: "x_max".into(), value })
+                .support(Support::clamped("x_min"))
+                .lower()
+                .unwrap()
+        };
+        let (body, mirrored, options) = (column(1e-4), column(-1e-4), Options::default());
+        let theta = [1.0, 1.0];
+        let there = Solver::new(&mirrored).unwrap().solve(&theta, &options).unwrap();
+        let mut solver = Solver::new(&body).unwrap();
+        let there = solver.solve_from(&there.displacement, &theta, &options).unwrap();
+        let here = solver.under_rising_load(&there, &options).unwrap().unwrap();
+        let [branched, open] = branches(&body, &[(0, there.clone()), (1, here.clone())]).unwrap();
+        assert_eq!((branched.len(), open.len()), (1, 1));
+        // Those that are not compared stay open.
+        let many: Vec<_> = (0..MOST_COMPARED + 2).map(|index| (index, here.clone())).collect();
+        let [branched, open] = branches(&body, &many).unwrap();
+        assert_eq!((branched.len(), open.len()), (0, 2));
     }
 
     /// Counts solves, and breaks after some.

@@ -31,6 +31,9 @@ pub struct Simulations {
     /// Parameters at which a rising load leads to another stable equilibrium than the solution. At most [`MOST_COMPARED`]
     /// solutions of a hundred samples are compared: those whose search met an indefinite stiffness.
     pub branched: Vec<Vec<f64>>,
+    /// Parameters whose solution may be on another branch than that of a rising load: those of `branched`, and those that were not
+    /// compared. Not stored.
+    pub jumped: Vec<Vec<f64>>,
     /// Wall time of all solves on all threads \[s\].
     pub seconds: f64,
     /// Wall time of each solve on its thread \[s\].
@@ -100,6 +103,7 @@ impl Simulations {
         self.fields.extend(more.fields);
         self.failures.extend(more.failures);
         self.branched.extend(more.branched);
+        self.jumped.extend(more.jumped);
         self.solve_seconds.extend(more.solve_seconds);
         self.seconds += more.seconds;
     }
@@ -262,7 +266,16 @@ pub(crate) fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simu
     if identity::difference(&stored, body).is_some() {
         return Err(Error::OtherSamples { folder: folder.into() });
     }
-    Ok(Some((tried, Simulations { thetas, fields, failures, branched, seconds, solve_seconds })))
+    let found = Simulations {
+        thetas,
+        fields,
+        failures,
+        branched,
+        seconds,
+        solve_seconds,
+        ..<_>::default()
+    };
+    Ok(Some((tried, found)))
 }
 
 /// Whether two θ are the same but for the rounding of another machine's logarithms.

@@ -105,7 +105,7 @@ impl CurvePoint {
         let medians = [errors.err_u, errors.err_f, errors.err_i1, errors.err_pi].map(|q| q.q50);
         let excess = cases.iter().map(|case| 100.0 * case.energy_excess).sum::<f64>();
         let (excess, error) = (excess / cases.len() as f64, root_mean_square(cases));
-        self.medians = medians.iter().all(|m| m.is_finite()).then_some(medians);
+        self.medians = medians.iter().all(|&m| m < f64::MAX).then_some(medians);
         self.energy_excess_pct = excess.is_finite().then_some(excess);
         self.error = error.is_finite().then_some(error);
         self.inverted = cases.iter().filter(|case| case.inverted).count();

@@ -1,6 +1,6 @@
 //! Quasi-Newton answers with a neighbour's stiffness against solves.
 
-use sinew_emulate::{Body, Design};
+use sinew_emulate::{Answers, Body, Design};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::metrics::displacement_error;
 use sinew_energy::{Load, Parameter, Scene, Support};
@@ -61,4 +61,36 @@ fn far_from_equilibrium_there_is_no_answer() {
     let inverted: Vec<f64> = body.positions.iter().flatten().map(|x| -2.0 * x).collect();
     assert_eq!(solver.converge(&inverted, &soft, 1e-3, 8).unwrap().error, f64::INFINITY);
     assert!(solver.converge(&rest[1..], &soft, 1e-3, 8).is_err());
+}
+
+/// A thin strip that bends and hangs over, over a wide range of stiffness: one step along stiff modes shortens those that follow, whatever
+/// the bending lacks.
+fn strip() -> Body {
+    Scene::new(box_tetrahedra([80.0, 20.0, 3.0], [16, 4, 1]), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 20.0..=400.0))
+        .parameter(Parameter::log("lambda", "kPa", 20.0..=800.0))
+        .load(Load::BodyForce([1e-3, 0.0, -5e-3]))
+        .support(Support::clamped("x_min"))
+        .lower()
+        .unwrap()
+}
+
+#[test]
+fn soft_modes_do_not_hide_behind_stiff_ones() {
+    let body = strip();
+    let thetas = Design::LatinHypercube.sample(&body.parameters, 250, 31).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
+    for accuracy in [1e-2, 1e-3] {
+        let found = Answers::to(&body, &thetas, accuracy, None, &mut ()).unwrap();
+        let mut without = 0;
+        for (theta, answer) in thetas.iter().zip(found.answers) {
+            let answer = answer.unwrap();
+            let from = &answer.displacement;
+            let truth = solver.solve_from(from, theta, &Options::default()).unwrap();
+            let error = relative(&truth.displacement, from);
+            assert!(error <= accuracy, "{theta:?}: {error:.1e} for {:.1e}", answer.error);
+            without += usize::from(answer.steps == 0);
+        }
+        assert!(without > 50, "{without} of 250 without a Newton step");
+    }
 }

@@ -1,8 +1,8 @@
 //! Answers to an accuracy against solves.
 
 use sinew_emulate::{
-    Answer, Answers, Body, Design, Emulator, Error, FrozenStiffness, Method, Plan, Predictor,
-    Record, Train, TrainingOptions, recipe::Taylor,
+    Answer, Answers, Body, CaseErrors, Design, Emulator, Error, Errors, FrozenStiffness, Method,
+    Plan, Predictor, Record, Train, TrainingOptions, recipe::Taylor,
 };
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::metrics::displacement_error;
@@ -272,4 +272,23 @@ fn many_sets_grow_a_regression_whose_answers_are_truly_within_their_tolerance() 
         // The first hundred come from the expansion.
         assert!(learned >= 3000 && solved <= 10, "{learned} {solved}");
     }
+}
+
+#[test]
+fn a_record_of_errors_beyond_all_numbers_is_read_again() {
+    // Predictions that invert cells: each energy is as far off as numbers go, and their sum farther.
+    let case = CaseErrors {
+        err_u: vec![f64::NAN],
+        err_f: vec![f64::INFINITY],
+        err_i1: vec![1.0],
+        err_pi: f64::MAX,
+        err_volume: Vec::new(),
+        relative: f64::MAX,
+        inverted: true,
+        energy_excess: f64::MAX,
+    };
+    let mut record = Record::new("taylor");
+    record.held_out = Some(Errors::of(&[case.clone(), case]));
+    let text = serde_json::to_string(&record).unwrap();
+    assert_eq!(serde_json::from_str::<Record>(&text).unwrap(), record);
 }

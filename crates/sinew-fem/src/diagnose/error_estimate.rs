@@ -52,14 +52,14 @@ pub struct Distance {
     pub contraction: f64,
     /// Displacement after the last step, the best approximation of the equilibrium, node by node \[length\].
     pub equilibrium: Vec<f64>,
-    /// Estimated mean nodal error of `equilibrium` \[length\]: twice the geometric series of the steps that would
+    /// Estimated mean nodal error of `equilibrium` \[length\]: four times the geometric series of the steps that would
     /// follow, at the largest contraction ratio.
     pub left_open: f64,
 }
 
 /// Safety factor on the series of steps that would follow: simplified steps contract ever more slowly, because the
 /// error turns towards the slowest direction.
-const SAFETY: f64 = 2.0;
+const SAFETY: f64 = 4.0;
 
 /// Reason for which a displacement has no error estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]

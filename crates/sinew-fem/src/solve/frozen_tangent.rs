@@ -404,7 +404,26 @@ impl Memory {
             }
             self.pairs.push_back(pair);
         }
-        let (mut forces, mut direction) = (at.slope.clone(), solved);
+        self.applied(&at.slope, solved, self.scale())
+    }
+
+    /// Scale of the initial inverse, from the last pair.
+    fn scale(&self) -> f64 {
+        self.pairs.back().map_or(1.0, |pair| pair.scale)
+    }
+
+    /// Two estimates of the error at the state of the last direction: the slope solved by the frozen stiffness, and the quasi-Newton
+    /// direction. The scale of the initial inverse is one at least: a step along stiff directions makes it small, and soft ones
+    /// would count for nothing.
+    pub(crate) fn estimates(&self) -> [Vec<f64>; 2] {
+        let Some(Last { slope, solved, .. }) = &self.last else { return Default::default() };
+        let scale = self.scale().max(1.0);
+        [solved.iter().map(|d| scale * d).collect(), self.applied(slope, solved.clone(), scale)]
+    }
+
+    /// Minus the updated inverse times forces, which the frozen stiffness has `solved`.
+    fn applied(&self, forces: &[f64], solved: Vec<f64>, scale: f64) -> Vec<f64> {
+        let (mut forces, mut direction) = (forces.to_vec(), solved);
         let mut parts = Vec::with_capacity(self.pairs.len());
         for pair in self.pairs.iter().rev() {
             let part = dot(&pair.step, &forces) / pair.work;
@@ -412,9 +431,7 @@ impl Memory {
             add(&mut direction, -part, &pair.solved);
             parts.push(part);
         }
-        if let Some(last) = self.pairs.back() {
-            direction.iter_mut().for_each(|d| *d *= last.scale);
-        }
+        direction.iter_mut().for_each(|d| *d *= scale);
         for (pair, part) in self.pairs.iter().zip(parts.into_iter().rev()) {
             let more = part - dot(&pair.change, &direction) / pair.work;
             add(&mut direction, more, &pair.step);

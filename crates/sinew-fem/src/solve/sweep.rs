@@ -71,8 +71,8 @@ impl Sweep {
         })
     }
 
-    /// Indices of the solutions whose search met an indefinite stiffness: neighbouring samples may be on different
-    /// branches of stable equilibria. Check them by [`Solver::under_rising_load`].
+    /// Indices of the solutions whose search met an indefinite stiffness, and of those that began at such a solution: neighbouring
+    /// samples may be on different branches of stable equilibria. Check them by [`Solver::under_rising_load`].
     pub fn jumped(&self) -> Vec<usize> {
         let jumped = |result: &Result<Solution, _>| result.as_ref().is_ok_and(|s| s.jumped);
         self.results.iter().enumerate().filter(|(_, r)| jumped(r)).map(|(index, _)| index).collect()
@@ -149,7 +149,10 @@ pub fn resume_sweep<'p>(
                 last = solver.solve_from(displacement, &thetas[index], options).ok();
             }
             let result = match &last {
-                Some(near) => solver.solve_neighbour(near, &thetas[index], options),
+                Some(near) => solver.solve_neighbour(near, &thetas[index], options).map(|found| {
+                    // On whichever branch its neighbour is.
+                    Solution { jumped: found.jumped || near.jumped, ..found }
+                }),
                 None => solver.solve(&thetas[index], options),
             };
             last = result.as_ref().ok().cloned();
