@@ -40,7 +40,7 @@ fn all(steps: &mut Steps) -> Result<()> {
         || {
             std::thread::scope(|scope| {
                 let checked = scope.spawn(checks);
-                test(&["--tests"])?;
+                test(&["--tests", "--no-fail-fast"])?;
                 checked.join().expect("checks end with a result")
             })
         },

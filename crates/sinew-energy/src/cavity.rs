@@ -18,7 +18,7 @@ pub use part::{CavityPart, Lid, SymmetryPlane};
 pub struct Cavity {
     /// The facet set.
     pub name: String,
-    /// Its connected surfaces.
+    /// Connected surfaces of the set.
     pub parts: Vec<CavityPart>,
 }
 

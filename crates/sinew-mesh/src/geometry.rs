@@ -1,7 +1,11 @@
-//! Volumes, Jacobians and orientation.
+//! Volumes, Jacobians, orientation, and distances that count as none.
 
 use crate::Mesh;
 use nalgebra::Vector3;
+
+/// Distance from a plane, a box or a sphere that still counts as on it \[relative to the diagonal of the mesh\]: files with six
+/// digits round coordinates by a tenth of it.
+pub const SELECTION_TOLERANCE: f64 = 1e-5;
 
 /// Edges of the box around points \[length\]; −∞ without points.
 pub fn extents(points: &[[f64; 3]]) -> [f64; 3] {

@@ -105,7 +105,7 @@ pub use generate::{
     WallOptions, box_hexahedra, box_tetrahedra, cook_membrane, cylinder_quarter,
     rectangle_triangles, sphere_octant,
 };
-pub use geometry::{extents, repair_orientation};
+pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
 pub use io::{
     MixedMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_merged,
     read_mesh, read_npy, to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu,
@@ -120,6 +120,6 @@ pub use prolongation::Prolongation;
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
 };
-pub use selection::{SELECTION_TOLERANCE, Selected, Selection, SelectionError};
+pub use selection::{Selected, Selection, SelectionError};
 pub use surface::{Surface, enclosed_volume, extract_surface};
 pub use topology::{boundary_facets, edges, remove_unused_nodes};

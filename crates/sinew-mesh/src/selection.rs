@@ -12,10 +12,6 @@ use places::Places;
 use std::fmt;
 use std::sync::Arc;
 
-/// Distance from a plane, a box or a sphere that still counts as on it \[relative to the diagonal of the mesh\]: files with six
-/// digits round coordinates by a tenth of it.
-pub const SELECTION_TOLERANCE: f64 = 1e-5;
-
 /// A choice of nodes and facets by where they are. Lengths are in the unit of the mesh.
 ///
 /// Nodes are chosen by their position. Facets of the boundary are chosen where all their nodes are and, after

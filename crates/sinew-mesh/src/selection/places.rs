@@ -1,7 +1,7 @@
 //! Positions and normals of a mesh against the conditions of a selection.
 
-use super::{Rule, SELECTION_TOLERANCE, Selection, SelectionError};
-use crate::{Facet, Mesh, boundary_facets, extents};
+use super::{Rule, Selection, SelectionError};
+use crate::{Facet, Mesh, SELECTION_TOLERANCE, boundary_facets, extents};
 use nalgebra::Vector3;
 use std::collections::HashSet;
 
