@@ -4,7 +4,6 @@ use crate::conditional::{Conditional, Prediction};
 use crate::error::{GpError, Result};
 use crate::fit::Fit;
 use crate::functional::Functional;
-use crate::instances::instance;
 use crate::model::Model;
 use crate::operator::Operator;
 use crate::warning::Warning;
@@ -173,14 +172,6 @@ impl<const D: usize> Ensemble<D> {
         operator: &Operator<D>,
         points: &[[f64; D]],
     ) -> Result<Prediction> {
-        instance!(
-            D,
-            Ensemble::predicted,
-            fn(&Ensemble<D>, &Operator<D>, &[[f64; D]]) -> Result<Prediction>
-        )(self, operator, points)
-    }
-
-    fn predicted(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Prediction> {
         self.mixture(|conditional| conditional.predict_operator(operator, points))
     }
 
@@ -190,19 +181,6 @@ impl<const D: usize> Ensemble<D> {
     /// # Errors
     /// As [`Ensemble::predict_operator`]; and if a share does not lie between 0 and 1.
     pub fn quantiles_of(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-        shares: &[f64],
-    ) -> Result<Vec<Vec<f64>>> {
-        instance!(
-            D,
-            Ensemble::quantiles_at,
-            fn(&Ensemble<D>, &Operator<D>, &[[f64; D]], &[f64]) -> Result<Vec<Vec<f64>>>
-        )(self, operator, points, shares)
-    }
-
-    fn quantiles_at(
         &self,
         operator: &Operator<D>,
         points: &[[f64; D]],
@@ -222,14 +200,6 @@ impl<const D: usize> Ensemble<D> {
     /// # Errors
     /// As [`Ensemble::predict`].
     pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
-        instance!(
-            D,
-            Ensemble::drawn,
-            fn(&Ensemble<D>, &[[f64; D]], usize, u64) -> Result<Vec<Vec<f64>>>
-        )(self, points, count, seed)
-    }
-
-    fn drawn(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
         if self.draws.is_empty() {
             return Err(no_draws());
         }
@@ -248,14 +218,6 @@ impl<const D: usize> Ensemble<D> {
     /// # Errors
     /// As [`Ensemble::predict_operator`].
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
-        instance!(
-            D,
-            Ensemble::predicted_sum,
-            fn(&Ensemble<D>, &Functional<D>) -> Result<(f64, f64)>
-        )(self, functional)
-    }
-
-    fn predicted_sum(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
         let sum = self.mixture(|conditional| {
             let (mean, deviation) = conditional.predict_functional(functional)?;
             Ok(Prediction { mean: vec![mean], standard_deviation: vec![deviation] })

@@ -245,12 +245,6 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If the number of parameters is wrong.
     pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>> {
-        instance!(D, Model::covariance, fn(&Model<D>, &[f64]) -> Result<Vec<Vec<f64>>>)(
-            self, parameters,
-        )
-    }
-
-    fn covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>> {
         let lower = State::new(self, parameters)?.covariance();
         let entry =
             |row: usize, column: usize| lower[row.min(column) * self.size + row.max(column)];
