@@ -33,7 +33,7 @@ fn all(steps: &mut Steps) -> Result<()> {
     let linted =
         [("RUSTC_WORKSPACE_WRAPPER", driver), ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__")];
     let test = |more: &[&str]| cargo(&[&["test", "--workspace"], more].concat(), &linted);
-    steps.take("build of the tests, with lints", || test(&["--no-run"]))?;
+    steps.take("build of the tests, with lints", || test(&["--tests", "--no-run"]))?;
     // Tests leave a core idle at times, which compiles what is only checked.
     steps.take(
         "tests, beside checks of examples, benchmarks, documentation and a build without networks",
