@@ -99,7 +99,8 @@ fn quoted(tokens: &[TokenTree]) -> Vec<Vec<String>> {
             let text = literal.to_string();
             let words: Option<TokenStream> = text.trim_matches('"').parse().ok();
             let words: Vec<_> = words.into_iter().flatten().collect();
-            Vec::from_iter(Some(path(&words).0).filter(|path| path.len() > 1))
+            let (path, length) = path(&words);
+            Vec::from_iter((path.len() > 1 && length == words.len()).then_some(path))
         }
         _ => Vec::new(),
     };
