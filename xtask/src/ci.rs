@@ -40,8 +40,9 @@ fn all(steps: &mut Steps) -> Result<()> {
         || {
             std::thread::scope(|scope| {
                 let checked = scope.spawn(checks);
-                test(&["--tests", "--no-fail-fast"])?;
-                checked.join().expect("checks end with a result")
+                let tested = test(&["--tests", "--no-fail-fast"]);
+                let checked = checked.join().expect("checks end with a result");
+                tested.and(checked)
             })
         },
     )?;
