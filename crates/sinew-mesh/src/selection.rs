@@ -82,7 +82,7 @@ pub struct Selected {
 }
 
 impl Selection {
-    /// Points on a plane, within [`SELECTION_TOLERANCE`].
+    /// Points on a plane, within [`crate::SELECTION_TOLERANCE`].
     pub fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
         Self::near_plane(point, normal, 0.0)
     }
