@@ -78,3 +78,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!((lost - truth).abs() < 3.0 * uncertainty, "and so does that of the loss");
     Ok(())
 }
+
+#[test]
+fn the_numbers_of_diffusivity_hold() -> Result<(), Box<dyn Error>> {
+    main()
+}

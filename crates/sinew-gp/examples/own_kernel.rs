@@ -69,3 +69,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!(halves < 0.01 * plain, "the half that is known tells of the other");
     Ok(())
 }
+
+#[test]
+fn the_numbers_of_own_kernel_hold() -> Result<(), Box<dyn Error>> {
+    main()
+}

@@ -74,3 +74,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!(error < ERROR, "the equation averages the instrument's errors out");
     Ok(())
 }
+
+#[test]
+fn the_numbers_of_own_operator_hold() -> Result<(), Box<dyn Error>> {
+    main()
+}

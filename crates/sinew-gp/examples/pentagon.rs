@@ -62,3 +62,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!(error < 1e-3, "{error:e}");
     Ok(())
 }
+
+#[test]
+fn the_numbers_of_pentagon_hold() -> Result<(), Box<dyn Error>> {
+    main()
+}

@@ -114,3 +114,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     Ok(())
 }
+
+#[test]
+fn the_numbers_of_stiffening_bed_hold() -> Result<(), Box<dyn Error>> {
+    main()
+}

@@ -63,3 +63,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!((exact / reference - 1.0).abs() < 5e-4, "quadrature of 4 points for more");
     Ok(())
 }
+
+#[test]
+fn the_numbers_of_book_beam_hold() -> Result<(), Box<dyn Error>> {
+    main()
+}

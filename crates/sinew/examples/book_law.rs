@@ -104,3 +104,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!(difference.abs() < 1e-4, "λ = 5 · 10⁴ a leaves a compressibility of about a/λ");
     Ok(())
 }
+
+#[test]
+fn the_numbers_of_book_law_hold() -> Result<(), Box<dyn Error>> {
+    main()
+}

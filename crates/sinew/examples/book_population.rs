@@ -89,3 +89,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!((0.99..1.01).contains(&(estimated / error)));
     Ok(())
 }
+
+#[test]
+fn the_numbers_of_book_population_hold() -> Result<(), Box<dyn Error>> {
+    main()
+}

@@ -68,3 +68,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!((slope / taken_in + 1.0).abs() < 1e-5, "an equilibrium of the potential");
     Ok(())
 }
+
+#[test]
+fn the_numbers_of_book_ventricle_hold() -> Result<(), Box<dyn Error>> {
+    main()
+}

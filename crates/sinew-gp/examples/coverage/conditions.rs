@@ -1,6 +1,6 @@
 //! One problem for each kind of condition beyond values, slopes, springs and joined ends.
 
-use crate::problems::{Case, at_first, flat, nothing, plane, two, zero};
+use super::problems::{Case, at_first, flat, nothing, plane, two, zero};
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Field, Functional, GpError, Noise, Parameter, Problem,
     Series, Side, constant, field,

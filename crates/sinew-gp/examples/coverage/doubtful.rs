@@ -1,6 +1,6 @@
 //! Problems on which intervals were too narrow once: an initial layer, a spike at the mode, a side where values say little.
 
-use crate::problems::{Case, at_first, flat, plane, two, zero};
+use super::problems::{Case, at_first, flat, plane, two, zero};
 use sinew_gp::{Condition, Derivative, Domain, GpError, Parameter, Problem, Series, Side, field};
 use std::f64::consts::PI;
 

@@ -13,7 +13,7 @@
 
 mod conditions;
 mod doubtful;
-mod problems;
+pub(crate) mod problems;
 
 use nalgebra::DMatrix;
 use problems::Case;
@@ -223,23 +223,32 @@ fn study<const D: usize>(case: Result<Case<D>, GpError>, options: &Options) -> R
     if !options.only.is_empty() && !options.only.iter().any(|name| name == case.name) {
         return Ok(());
     }
-    let neighbours = Neighbours::new(&case)?;
+    rows(&case, options)?.iter().for_each(|row| println!("{row}"));
+    Ok(())
+}
+
+/// One row of the table for every parameter of a problem.
+pub(crate) fn rows<const D: usize>(
+    case: &Case<D>,
+    options: &Options,
+) -> Result<Vec<String>, Failure> {
+    let neighbours = Neighbours::new(case)?;
     let all: Vec<Option<Outcome>> = options
         .sets
         .clone()
         .into_par_iter()
-        .map(|seed| run(&case, &neighbours, options, seed))
+        .map(|seed| run(case, &neighbours, options, seed))
         .collect::<Result<_, _>>()?;
     let outcomes: Vec<Outcome> = all.into_iter().flatten().collect();
     let withheld = options.sets.clone().count() - outcomes.len();
-    for (k, (name, _)) in case.truth.iter().enumerate().filter(|_| !outcomes.is_empty()) {
-        print!("| {} {name} | {:?} ", case.name, outcomes[0].evidence);
-        for which in 0..2 {
-            match which == 0 && options.laplace {
-                true => print!("| – | – | – | – | – "),
-                false => print!("{}", summary(&outcomes, which, k)),
-            }
-        }
+    if outcomes.is_empty() {
+        return Ok(vec![format!("| {} | no interval in {withheld} sets |", case.name)]);
+    }
+    let row = |(k, (name, _)): (usize, &(&str, f64))| {
+        let ways = [0, 1].map(|which| match which == 0 && options.laplace {
+            true => "| – | – | – | – | – ".to_owned(),
+            false => summary(&outcomes, which, k),
+        });
         let of = |o: &Outcome| {
             let [sampled, weighed, chosen] = &o.ensembles;
             let ratio = weighed.width[k] / sampled.width[k];
@@ -251,16 +260,16 @@ fn study<const D: usize>(case: Result<Case<D>, GpError>, options: &Options) -> R
                 outcomes.iter().map(|o| of(o)[which]).filter(|f| f.0).map(|f| f.1).collect();
             format!("{} ({})", found.len(), found.iter().filter(|warned| **warned).count())
         });
-        println!(
-            "| {:.2} | {:.2} | {misses} | {apart} | {withheld} |",
+        format!(
+            "| {} {name} | {:?} {}| {:.2} | {:.2} | {misses} | {apart} | {withheld} |",
+            case.name,
+            outcomes[0].evidence,
+            ways.concat(),
             median(outcomes.iter().map(|o| o.off[k]).collect()) / 0.6745,
             median(outcomes.iter().map(|o| o.fit_seconds).collect()),
-        );
-    }
-    if outcomes.is_empty() {
-        println!("| {} | no interval in {withheld} sets |", case.name);
-    }
-    Ok(())
+        )
+    };
+    Ok(case.truth.iter().enumerate().map(row).collect())
 }
 
 /// Columns of one way of drawing, for the parameter of number `k`.
@@ -280,7 +289,7 @@ fn summary(outcomes: &[Outcome], which: usize, k: usize) -> String {
 }
 
 /// Options of the command line.
-struct Options {
+pub(crate) struct Options {
     sets: std::ops::Range<u64>,
     only: Vec<String>,
     evidence: Evidence,
@@ -288,14 +297,14 @@ struct Options {
     laplace: bool,
 }
 
+impl Options {
+    pub(crate) fn of_sets(sets: std::ops::Range<u64>) -> Self {
+        Self { sets, only: Vec::new(), evidence: Evidence::Auto, points: None, laplace: false }
+    }
+}
+
 fn options() -> Result<Options, Failure> {
-    let mut options = Options {
-        sets: 0..4,
-        only: Vec::new(),
-        evidence: Evidence::Auto,
-        points: None,
-        laplace: false,
-    };
+    let mut options = Options::of_sets(0..4);
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         match (word.as_str(), words.size_hint()) {
