@@ -128,7 +128,7 @@ fn felupe() -> Result {
         .load(Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Theta(1) });
     let sides = ["x_min", "x_max", "y_min", "y_max"];
     let scene = sides.into_iter().fold(scene, |scene, side| scene.support(Support::clamped(side)));
-    let body = scene.lower_averaged()?;
+    let body = scene.averaged().lower()?;
     let theta = [1.0, 0.1];
     let plate = Solver::new(&body)?.solve(&theta, &Options::default())?;
     let locked = scene.lower()?;

@@ -14,7 +14,6 @@ use crate::observables::Quantity;
 use anchor::Anchor;
 use parts::Parts;
 use sinew_energy::Body;
-use sinew_fem::Balance;
 use sinew_fem::ThinWall;
 use sinew_num::dot;
 use std::sync::{Arc, OnceLock, RwLock};
@@ -66,9 +65,9 @@ pub struct Patient<'p> {
 }
 
 impl<'p> Patient<'p> {
-    /// A patient of a body that was lowered on the image, or of a balance of forces, whose pressures may act on surfaces with a loose rim.
-    pub fn of(image: impl Into<Balance<'p>>) -> PatientBuilder<'p> {
-        PatientBuilder::of(image.into())
+    /// A patient of a body that was lowered on the image; its pressures may act on surfaces with a loose rim.
+    pub fn of(image: &'p Body) -> PatientBuilder<'p> {
+        PatientBuilder::of(image)
     }
 
     /// The body on the image.

@@ -1,6 +1,6 @@
 //! A trained emulator of one body: prediction, storage.
 
-use crate::parameters::{check_length, extrapolation, require_finite, require_some};
+use crate::parameters::{check_body, check_length, extrapolation, require_finite};
 use crate::predict::Predictor;
 use crate::predict::regressed::{self, Regressed};
 use crate::predict::taylor::{self, TaylorExpansion};
@@ -123,7 +123,7 @@ impl<'b> Emulator<'b> {
     /// # Errors
     /// A body that cannot be solved at the centre or at another anchor, no anchors or more than 50.
     pub fn taylor_with_anchors(body: &'b Body, anchors: usize, seed: u64) -> Result<Self> {
-        require_some(body)?;
+        check_body(body)?;
         TrainingOptions { anchors, ..TrainingOptions::default() }.check()?;
         let start = Instant::now();
         Ok(Self::of_taylor(body, TaylorExpansion::of(body, anchors, seed, &mut ())?, start))
@@ -237,6 +237,7 @@ impl<'b> Emulator<'b> {
         if let Some((what, stored, found)) = identity::difference(&stored, &identity::of(body)) {
             return Err(Error::OtherBody { folder: folder.into(), what, stored, found });
         }
+        check_body(body)?;
         checksums::require(&sealed, folder, DESCRIPTION, &model)?;
         let part = folder.join(&model);
         let known = kinds.iter().find(|(kind, _)| *kind == model);

@@ -4,6 +4,7 @@ use crate::sample::share_of;
 use crate::{Body, Error, Result, Warning};
 use sinew_coordinates::{ParameterRange, ParameterScaling};
 use sinew_energy::Parameter;
+use sinew_fem::SolveError;
 
 /// Relative slack within which a value counts as inside its range: rounding of a bound that went through a logarithm or
 /// a text file.
@@ -49,8 +50,11 @@ pub fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
     Err(Error::ThetaLength { found, expected, names: names.join(", ") })
 }
 
-/// Requires a parameter to emulate over.
-pub fn require_some(body: &Body) -> Result<()> {
+/// Requires a parameter to emulate over, and a potential by which emulators learn and answers are refined.
+pub fn check_body(body: &Body) -> Result<()> {
+    if !body.has_potential() {
+        return Err(SolveError::NoPotential.into());
+    }
     if !body.parameters.is_empty() {
         return Ok(());
     }

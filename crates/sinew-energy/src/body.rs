@@ -2,8 +2,8 @@
 
 use crate::cavity::Cavity;
 use crate::{
-    Barriers, Frames, Magnitude, Material, Parameter, PressureSurface, ReferenceLoads, Sampling,
-    SceneError, Spring, ThetaError, Units,
+    Barriers, Frames, Magnitude, Material, Parameter, PressureField, PressureSurface,
+    ReferenceLoads, Sampling, SceneError, Spring, ThetaError, Units,
 };
 use sinew_mesh::{AnyMesh, Element};
 use sinew_num::{Mat3, dot};
@@ -61,7 +61,7 @@ pub struct BodyArrays {
     pub shape_gradients: Vec<[f64; 3]>,
     /// Reference volume that each point stands for \[length³\].
     pub volumes: Vec<f64>,
-    /// Quadrature points that share one volume ratio, see [`crate::Scene::lower_averaged`]: all of them in
+    /// Quadrature points that share one volume ratio, see [`crate::Scene::averaged`]: all of them in
     /// patches, or none.
     pub patches: Vec<Vec<usize>>,
     /// Loads per reference volume and area, which `nodal_force` and `springs` sum up.
@@ -72,6 +72,10 @@ pub struct BodyArrays {
     pub springs: Vec<Spring>,
     /// Pressures that have a potential.
     pub pressures: Vec<PressureSurface>,
+    /// True follower pressures on surfaces with a loose rim, which have none, see [`Body::has_potential`].
+    pub followers: Vec<PressureSurface>,
+    /// The field of pressure that makes the body incompressible, if it is.
+    pub pressure_field: Option<PressureField>,
     /// The cavities that pressures act in.
     pub cavities: Vec<Cavity>,
     /// Prescribed displacement of each degree of freedom \[length\], `None` where it is free; `3 × nodes`.
@@ -194,6 +198,12 @@ impl Body {
             }
         }
         h
+    }
+
+    /// Whether equilibria are stationary points of Π(u; θ): no follower pressure on a surface with a loose rim, and no field of
+    /// pressure (a saddle point). Of a body without a potential, [`Body::value`] and its derivatives are those of the part that has one.
+    pub fn has_potential(&self) -> bool {
+        self.followers.is_empty() && self.pressure_field.is_none()
     }
 
     /// Π(u; θ) [stress·length³]; +∞ where a cell is inverted or an energy overflows.
@@ -327,7 +337,12 @@ impl Body {
 
     /// Number of entries of θ that law and loads read.
     pub fn theta_len(&self) -> usize {
-        theta_len(&*self.material, self.pressures.iter().map(|pressure| pressure.magnitude))
+        let surfaces = self.pressures.iter().chain(&self.followers);
+        let ends = surfaces.map(|surface| match surface.magnitude {
+            Magnitude::Fixed(_) => 0,
+            Magnitude::Theta(index) => index + 1,
+        });
+        ends.fold(self.material.parameters().len(), usize::max)
     }
 
     /// Checks that θ has the right length, is finite and gives every parameter a value that makes sense.
@@ -335,7 +350,20 @@ impl Body {
     /// # Errors
     /// The first entry that does not.
     pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
-        check_theta(&*self.material, theta, self.theta_len())
+        let (given, needed, names) = (theta.len(), self.theta_len(), self.material.parameters());
+        if given != needed {
+            return Err(ThetaError::Length { given, needed, names: names.to_vec() });
+        }
+        for (index, &value) in theta.iter().enumerate() {
+            let load = (&"a load", f64::MIN..=f64::MAX);
+            let of_law = |name| (name, self.material.bounds(index));
+            let (&name, bounds) = names.get(index).map_or(load, of_law);
+            if !bounds.contains(&value) {
+                let (least, most) = (*bounds.start(), *bounds.end());
+                return Err(ThetaError::OutOfBounds { index, name, value, least, most });
+            }
+        }
+        Ok(())
     }
 
     /// The middle of the range of every parameter, of its logarithm where it is sampled so.
@@ -386,7 +414,7 @@ impl Body {
         }
         let of_law = self.material.parameters().len();
         parameters.extend(self.0.parameters.split_off(of_law));
-        for pressure in &mut self.0.pressures {
+        for pressure in self.0.pressures.iter_mut().chain(&mut self.0.followers) {
             if let Magnitude::Theta(index) = &mut pressure.magnitude {
                 *index = *index - of_law + needed;
             }
@@ -403,34 +431,4 @@ impl Body {
         softer.0.material = self.material.with_softer_volume(factor)?;
         Some(softer)
     }
-}
-
-/// Number of entries of θ that a law and loads of these sizes read.
-pub(crate) fn theta_len(material: &dyn Material, loads: impl Iterator<Item = Magnitude>) -> usize {
-    let ends = loads.map(|magnitude| match magnitude {
-        Magnitude::Fixed(_) => 0,
-        Magnitude::Theta(index) => index + 1,
-    });
-    ends.fold(material.parameters().len(), usize::max)
-}
-
-/// Checks θ against the bounds of a law and the number of entries that are read.
-pub(crate) fn check_theta(
-    material: &dyn Material,
-    theta: &[f64],
-    needed: usize,
-) -> Result<(), ThetaError> {
-    let (given, names) = (theta.len(), material.parameters());
-    if given != needed {
-        return Err(ThetaError::Length { given, needed, names: names.to_vec() });
-    }
-    for (index, &value) in theta.iter().enumerate() {
-        let load = (&"a load", f64::MIN..=f64::MAX);
-        let (&name, bounds) = names.get(index).map_or(load, |name| (name, material.bounds(index)));
-        if !bounds.contains(&value) {
-            let (least, most) = (*bounds.start(), *bounds.end());
-            return Err(ThetaError::OutOfBounds { index, name, value, least, most });
-        }
-    }
-    Ok(())
 }

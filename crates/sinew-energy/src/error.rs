@@ -128,11 +128,6 @@ pub enum SceneError {
          {given} parameters are given; let them agree"
     )]
     OtherMaterial { found: usize, points: usize, needed: usize, given: usize },
-    /// A body of another mesh in place of that of a balance of forces, or of other parameters than its followers read.
-    #[error(
-        "the balance of forces cannot take a body of another mesh, rule or list of parameters; lower its own scene instead"
-    )]
-    OtherBody,
     /// A number of a load or a support that is not finite.
     #[error("{what} is {value}; give a finite number")]
     NotFinite { what: String, value: f64 },
@@ -227,7 +222,7 @@ pub enum SceneError {
     #[error(
         "the pressure on `{name}` has no potential: the edge between nodes {} and {} of its rim is neither \
          held nor made to slide in one coordinate plane; hold the rim, close the \
-         surface, or solve the force balance (Scene::lower_follower)",
+         surface, or solve the force balance (Scene::loose_rims)",
         edge[0], edge[1]
     )]
     LooseRim { name: String, edge: [usize; 2] },
@@ -235,7 +230,7 @@ pub enum SceneError {
     #[error(
         "the rim of `{name}` slides across {axis} but is not even: it goes from {axis} = {least} to {axis} = {most}, so that {:.2} % \
          of the pressure's force would be lost, where 0.01 % is allowed; move its nodes into one plane, hold the rim, or solve \
-         the force balance (Scene::lower_follower)",
+         the force balance (Scene::loose_rims)",
         100.0 * part
     )]
     UnevenRim { name: String, axis: char, least: f64, most: f64, part: f64 },

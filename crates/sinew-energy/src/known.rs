@@ -1,12 +1,12 @@
 //! Parameters whose values are known, so that θ does not list them.
 
 use crate::mapped::Mapped;
-use crate::{Body, ForceBalance, Magnitude, Parameter, SceneError};
+use crate::{Body, Magnitude, Parameter, SceneError};
 use std::sync::Arc;
 
 impl Body {
     /// Body with known values of some parameters, of its law or its loads: θ lists the others, and emulators learn in those
-    /// alone. A body of a [`ForceBalance`] takes [`ForceBalance::with_known`], as the balance has loads of its own.
+    /// alone.
     ///
     /// ```
     /// use sinew_energy::{Parameter, Scene, Support, laws::{ByYoungPoisson, NeoHookean}};
@@ -31,7 +31,17 @@ impl Body {
     /// A name that is not a parameter or is there twice, or a value that makes no sense.
     pub fn with_known(mut self, known: &[(&str, f64)]) -> Result<Self, SceneError> {
         let held = self.held(known)?;
-        self.hold(&held);
+        let body = &mut self.0;
+        let of_law = &held[..body.material.parameters().len()];
+        if of_law.iter().any(Option::is_some) {
+            body.material = Arc::new(Mapped::known(body.material.clone(), of_law));
+        }
+        let surfaces = body.pressures.iter_mut().chain(&mut body.followers);
+        surfaces.for_each(|surface| surface.magnitude.hold(&held));
+        let known = |(p, value): (&Parameter, &Option<f64>)| Some((p.name.clone(), (*value)?));
+        body.known.extend(body.parameters.iter().zip(&held).filter_map(known));
+        let mut held = held.iter();
+        body.parameters.retain(|_| held.next().is_none_or(Option::is_none));
         Ok(self)
     }
 
@@ -59,32 +69,6 @@ impl Body {
             }
         }
         Ok(held)
-    }
-
-    fn hold(&mut self, held: &[Option<f64>]) {
-        let body = &mut self.0;
-        let of_law = &held[..body.material.parameters().len()];
-        if of_law.iter().any(Option::is_some) {
-            body.material = Arc::new(Mapped::known(body.material.clone(), of_law));
-        }
-        body.pressures.iter_mut().for_each(|pressure| pressure.magnitude.hold(held));
-        let known = |(p, value): (&Parameter, &Option<f64>)| Some((p.name.clone(), (*value)?));
-        body.known.extend(body.parameters.iter().zip(held).filter_map(known));
-        let mut held = held.iter();
-        body.parameters.retain(|_| held.next().is_none_or(Option::is_none));
-    }
-}
-
-impl ForceBalance {
-    /// Balance with known values of some parameters, see [`Body::with_known`].
-    ///
-    /// # Errors
-    /// As [`Body::with_known`].
-    pub fn with_known(mut self, known: &[(&str, f64)]) -> Result<Self, SceneError> {
-        let held = self.body.held(known)?;
-        self.0.body.hold(&held);
-        self.0.followers.iter_mut().for_each(|follower| follower.magnitude.hold(&held));
-        Ok(self)
     }
 }
 

@@ -59,10 +59,10 @@
 //! v^{\mathsf T} K\,w = \int_{\Omega_0}\! \nabla v : \mathbb A : \nabla w\,\mathrm dV, \qquad \Psi\bigl((\bar J/J)^{1/3} F\bigr)
 //! ```
 
-mod balance;
 mod body;
 mod cavity;
 pub mod conformance;
+mod discretisation;
 mod dual;
 mod elements;
 mod error;
@@ -79,6 +79,7 @@ pub mod metrics;
 mod moved;
 mod patches;
 mod pressure;
+mod pressure_field;
 mod reference_loads;
 mod rim;
 mod scaled;
@@ -90,9 +91,9 @@ mod stiffness;
 mod surface;
 mod unit;
 
-pub use balance::{BalanceParts, ForceBalance, PressureField};
 pub use body::{Body, BodyArrays};
 pub use cavity::{Cavity, CavityPart, Lid, SymmetryPlane};
+pub use discretisation::Discretisation;
 pub use elements::{
     FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement,
 };
@@ -105,6 +106,7 @@ pub use material::{Material, at_points};
 pub use moved::Fibres;
 pub use patches::PatchKinematics;
 pub use pressure::{Magnitude, PressureForm};
+pub use pressure_field::PressureField;
 pub use reference_loads::{ReferenceLoads, ReferenceSurface};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};
 pub use solid::{

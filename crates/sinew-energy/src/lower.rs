@@ -6,11 +6,12 @@ mod loads;
 mod overlaps;
 mod supports;
 
-use crate::balance::{BalanceParts, ForceBalance, PressureField};
-use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
+use crate::discretisation::Elements;
+use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
+use crate::patches::patches;
 use crate::{
-    Body, BodyArrays, Law, Load, Magnitude, Material, Parameter, Sampling, Scene, SceneError,
-    Support, Units, at_points,
+    Body, BodyArrays, Law, Load, Magnitude, Material, Parameter, PressureField, Sampling, Scene,
+    SceneError, Support, Units, at_points,
 };
 use geometry::shape_functions;
 use overlaps::check_overlaps;
@@ -33,7 +34,10 @@ where
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower(&self) -> Result<Body, SceneError> {
-        Ok(self.lower_by(Nodes::<N>::QUADRATURE, false)?.into_body())
+        self.lower_by(match self.discretisation.elements {
+            Elements::Mixed => Nodes::<N>::FINE_QUADRATURE,
+            Elements::Displacement | Elements::Averaged { .. } => Nodes::<N>::QUADRATURE,
+        })
     }
 
     /// Lowers as [`Scene::lower`] does, integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
@@ -67,50 +71,27 @@ where
         if !(positive && exact) {
             return Err(SceneError::Quadrature { points: rule.len(), sum, needed });
         }
-        Ok(self.lower_by(rule, false)?.into_body())
+        self.lower_by(rule)
     }
 
-    /// Lowers a scene whose pressures may act on surfaces with a loose rim, so that they have no potential.
-    ///
-    /// # Errors
-    /// The first thing found wrong, with advice.
-    #[doc(alias = "follower load")]
-    pub fn lower_follower(&self) -> Result<ForceBalance, SceneError> {
-        self.lower_by(Nodes::<N>::QUADRATURE, true)
-    }
-
-    /// Lowers to the mixed formulation of Taylor and Hood: quadratic displacement, and a continuous linear
-    /// field of pressure that makes the body incompressible, whatever the law's own bulk modulus.
-    ///
-    /// The law's own volumetric energy stays: it does not change the incompressible solution, and stabilises Newton's
-    /// method. Pressures may act on surfaces with a loose rim.
-    ///
-    /// # Errors
-    /// The first thing found wrong, with advice.
-    #[doc(alias("Taylor-Hood", "mixed formulation"))]
-    pub fn lower_mixed(&self) -> Result<ForceBalance, SceneError>
-    where
-        Nodes<N>: TaylorHoodElement<N>,
-    {
-        let rule = Nodes::<N>::FINE_QUADRATURE;
-        let pressure_field = Some(PressureField::new::<N>(rule, &self.mesh));
-        Ok(ForceBalance(BalanceParts { pressure_field, ..self.lower_by(rule, true)?.0 }))
-    }
-
-    fn lower_by(
-        &self,
-        rule: &[QuadraturePoint],
-        loose_rims: bool,
-    ) -> Result<ForceBalance, SceneError> {
-        let Self { name, units, mesh, parameters, loads, supports, .. } = self;
+    fn lower_by(&self, rule: &[QuadraturePoint]) -> Result<Body, SceneError> {
+        let Self { name, units, mesh, parameters, loads, supports, discretisation, .. } = self;
         if L::PLANE && !matches!(N, 3 | 6) {
             return Err(SceneError::PlaneLaw { law: L::NAME, nodes: N });
         }
         let law_parameters = L::PARAMETERS;
-        let setup = Setup { name, units, mesh, parameters, loads, supports, law_parameters };
-        lowering::<N>()(&setup, rule, loose_rims, self.law.constants(), &|| {
+        let loose_rims = discretisation.loose_rims;
+        let setup =
+            Setup { name, units, mesh, parameters, loads, supports, law_parameters, loose_rims };
+        let mut body = lowering::<N>()(&setup, rule, self.law.constants(), &|| {
             Ok(at_points(self.law.clone(), setup.directions_at(rule, &self.directions)?))
-        })
+        })?;
+        match discretisation.elements {
+            Elements::Displacement => {}
+            Elements::Averaged { cells } => body.0.patches = patches(mesh, rule.len(), cells),
+            Elements::Mixed => body.0.pressure_field = Some(PressureField::new::<N>(rule, mesh)),
+        }
+        Ok(body)
     }
 }
 
@@ -122,10 +103,9 @@ const FLAT: f64 = 1e-6;
 type Lowering<const N: usize> = fn(
     &Setup<'_, N>,
     &[QuadraturePoint],
-    bool,
     Vec<(&'static str, f64)>,
     &dyn Fn() -> Result<Arc<dyn Material>, SceneError>,
-) -> Result<ForceBalance, SceneError>;
+) -> Result<Body, SceneError>;
 
 /// The instance of [`lowered`] that this crate has compiled, so that a crate with scenes of its own need not.
 fn lowering<const N: usize>() -> Lowering<N> {
@@ -144,16 +124,16 @@ struct Setup<'a, const N: usize> {
     loads: &'a [Load],
     supports: &'a [Support],
     law_parameters: &'static [&'static str],
+    loose_rims: bool,
 }
 
-/// The potential under one quadrature rule, with the pressures that have none.
+/// The body under one quadrature rule.
 fn lowered<const N: usize>(
     setup: &Setup<'_, N>,
     rule: &[QuadraturePoint],
-    loose_rims: bool,
     constants: Vec<(&'static str, f64)>,
     material: &dyn Fn() -> Result<Arc<dyn Material>, SceneError>,
-) -> Result<ForceBalance, SceneError>
+) -> Result<Body, SceneError>
 where
     Nodes<N>: FiniteElement<N>,
 {
@@ -179,9 +159,9 @@ where
     let (cells, points) = (setup.mesh.cells.as_flattened(), &setup.mesh.points);
     let nodal_force = setup.nodal_force(&reference_loads, &volumes)?;
     let springs = reference_loads.springs(points);
-    let (pressures, followers) = setup.pressures(&held, loose_rims)?;
+    let (pressures, followers) = setup.pressures(&held)?;
     let cavities = setup.cavities(&held)?;
-    let body = Body(BodyArrays {
+    Ok(Body(BodyArrays {
         name: setup.name.into(),
         units: setup.units.clone(),
         parameters: setup.parameters.to_vec(),
@@ -201,11 +181,12 @@ where
         nodal_force,
         springs,
         pressures,
+        followers,
+        pressure_field: None,
         cavities,
         prescribed: held.prescribed,
         frames: held.frames,
-    });
-    Ok(ForceBalance(BalanceParts { body, followers, pressure_field: None }))
+    }))
 }
 
 impl<const N: usize> Setup<'_, N>

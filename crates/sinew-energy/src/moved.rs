@@ -1,6 +1,6 @@
 //! Bodies with a changed reference configuration.
 
-use crate::{BalanceParts, Body, BodyArrays, ForceBalance, PressureSurface};
+use crate::{Body, BodyArrays, PressureSurface};
 use sinew_num::Mat3;
 use std::sync::Arc;
 
@@ -62,7 +62,9 @@ impl Body {
         };
         let material = carried.unwrap_or_else(|| self.material.clone());
         let cavities = self.cavities.clone();
-        let pressures = self.pressures.iter().map(|surface| surface.placed(motion)).collect();
+        let placed = |surfaces: &[PressureSurface]| {
+            surfaces.iter().map(|surface| surface.placed(motion)).collect()
+        };
         let loads = &self.reference_loads;
         // Field by field: a clone would copy the largest arrays to throw them away.
         Some(Self(BodyArrays {
@@ -84,21 +86,13 @@ impl Body {
             volumes,
             patches: self.patches.clone(),
             reference_loads: loads.clone(),
-            pressures,
+            pressures: placed(&self.pressures),
+            followers: placed(&self.followers),
+            pressure_field: self.pressure_field.clone(),
             cavities,
             prescribed: self.prescribed.clone(),
             frames: self.frames.clone(),
         }))
-    }
-}
-
-impl ForceBalance {
-    /// The balance of [`Body::moved`].
-    pub fn moved(&self, motion: &[f64], fibres: Fibres) -> Option<Self> {
-        let body = self.body.moved(motion, fibres)?;
-        let followers = self.followers.iter().map(|surface| surface.placed(motion)).collect();
-        let pressure_field = self.pressure_field.clone();
-        Some(Self(BalanceParts { body, followers, pressure_field }))
     }
 }
 

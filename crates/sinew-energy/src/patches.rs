@@ -4,59 +4,23 @@
 //! E. A. de Souza Neto et al., Int. J. Solids Struct. 33 (1996) and Int. J. Numer. Meth. Engng 62 (2005).
 //! Unlike theirs this is the derivative of an energy, so the tangent is symmetric.
 
-use crate::elements::{FiniteElement, Nodes};
-use crate::{Body, ForceBalance, Law, Scene, SceneError};
+use crate::Body;
 use sinew_mesh::Mesh;
 use sinew_num::{Mat3, cells_of_nodes};
 
-/// Cells of a patch of linear tetrahedra: enough for less than one volume constraint per node.
-const CELLS_OF_PATCH: usize = 8;
-
-impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
-where
-    Nodes<N>: FiniteElement<N>,
-{
-    /// Lowers to elements without volumetric locking: one averaged volume ratio per hexahedron, or per patch of about
-    /// eight linear tetrahedra.
-    ///
-    /// # Errors
-    /// The first thing found wrong, with advice.
-    #[doc(alias("F-bar", "locking"))]
-    pub fn lower_averaged(&self) -> Result<Body, SceneError> {
-        self.lower_with_patches(CELLS_OF_PATCH)
-    }
-
-    /// Lowers as [`Scene::lower_averaged`] does, with about `cells` tetrahedra per patch.
-    ///
-    /// # Errors
-    /// The first thing found wrong, with advice.
-    pub fn lower_with_patches(&self, cells: usize) -> Result<Body, SceneError> {
-        let mut body = self.lower()?;
-        body.0.patches = self.patches(cells);
-        Ok(body)
-    }
-
-    /// Averaged volume ratios with pressures that may act on surfaces with a loose rim, as [`Scene::lower_follower`].
-    ///
-    /// # Errors
-    /// The first thing found wrong, with advice.
-    pub fn lower_follower_averaged(&self) -> Result<ForceBalance, SceneError> {
-        let mut balance = self.lower_follower()?;
-        balance.0.body.0.patches = self.patches(CELLS_OF_PATCH);
-        Ok(balance)
-    }
-
-    /// Quadrature points of each patch: of a cell with several of them, or of about `cells` with one each.
-    fn patches(&self, cells: usize) -> Vec<Vec<usize>> {
-        let points = Nodes::<N>::QUADRATURE.len();
-        let groups = if points > 1 {
-            (0..self.mesh.cells.len()).map(|cell| vec![cell]).collect()
-        } else {
-            compact_groups(&self.mesh, cells.max(1))
-        };
-        let of_cell = |&cell: &usize| cell * points..(cell + 1) * points;
-        groups.iter().map(|group| group.iter().flat_map(of_cell).collect()).collect()
-    }
+/// Quadrature points of each patch: of a cell with several of them, or of about `cells` with one each.
+pub(crate) fn patches<const N: usize>(
+    mesh: &Mesh<N>,
+    points: usize,
+    cells: usize,
+) -> Vec<Vec<usize>> {
+    let groups = if points > 1 {
+        (0..mesh.cells.len()).map(|cell| vec![cell]).collect()
+    } else {
+        compact_groups(mesh, cells.max(1))
+    };
+    let of_cell = |&cell: &usize| cell * points..(cell + 1) * points;
+    groups.iter().map(|group| group.iter().flat_map(of_cell).collect()).collect()
 }
 
 /// Partition of the cells into connected groups of about `size`, each grown from the cell of least index by

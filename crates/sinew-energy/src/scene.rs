@@ -1,6 +1,6 @@
 //! Scenes: bodies with material, loads and supports by name.
 
-use crate::{Magnitude, PressureForm, Unit};
+use crate::{Discretisation, Magnitude, PressureForm, Unit};
 use sinew_mesh::Mesh;
 use std::ops::RangeInclusive;
 
@@ -30,6 +30,8 @@ pub struct Scene<L, const D: usize, const N: usize = 4> {
     pub loads: Vec<Load>,
     /// Supports.
     pub supports: Vec<Support>,
+    /// Choice of finite elements.
+    pub discretisation: Discretisation,
 }
 
 impl<L, const D: usize, const N: usize> Scene<L, D, N> {
@@ -56,6 +58,7 @@ impl<L, const D: usize, const N: usize> Scene<L, D, N> {
             parameters: Vec::new(),
             loads: Vec::new(),
             supports: Vec::new(),
+            discretisation: Discretisation::default(),
         }
     }
 

@@ -80,13 +80,13 @@ fn elements(criterion: &mut Criterion) {
     let tets = scene(NeoHookean, box_tetrahedra(SIZE, BOXES), []);
     let lowered = |result: Result<_, _>| result.expect("the beam is well formed");
     element(criterion, "linear_tetrahedra", &tets, &lowered(tets.lower()));
-    element(criterion, "linear_tetrahedra_averaged", &tets, &lowered(tets.lower_averaged()));
+    element(criterion, "linear_tetrahedra_averaged", &tets, &lowered(tets.averaged().lower()));
     let quadratic = scene(NeoHookean, tets.mesh.quadratic(), []);
     let body = quadratic.lower().expect("the beam is well formed");
     element(criterion, "quadratic_tetrahedra", &quadratic, &body);
     let hexahedra = scene(NeoHookean, box_hexahedra(SIZE, BOXES), []);
     for (name, body) in
-        [("hexahedra", hexahedra.lower()), ("hexahedra_averaged", hexahedra.lower_averaged())]
+        [("hexahedra", hexahedra.lower()), ("hexahedra_averaged", hexahedra.averaged().lower())]
     {
         element(criterion, name, &hexahedra, &body.expect("the beam is well formed"));
     }

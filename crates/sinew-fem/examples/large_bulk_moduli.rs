@@ -41,7 +41,7 @@ fn ventricle(bulk_modulus: f64, averaged: bool) -> Result<Body, Box<dyn Error>> 
         .parameter(Parameter::linear("p", "kPa", 0.53..=1.33))
         .load(pressure)
         .support(Support::clamped("base"));
-    Ok(if averaged { scene.lower_averaged()? } else { scene.lower()? })
+    Ok(if averaged { scene.averaged().lower()? } else { scene.lower()? })
 }
 
 /// A permutation of places for each parameter, from the lower end of its range to the upper one.
@@ -73,7 +73,7 @@ fn measure(name: &str, body: &Body, thetas: &[Vec<f64>]) -> Result<(), Box<dyn E
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let (averaged, quadratic) = (beam().lower_averaged()?, quadratic_beam()?);
+    let (averaged, quadratic) = (beam().averaged().lower()?, quadratic_beam()?);
     for ratio in [1.0, 1e2, 1e4] {
         let mut sets = thetas(&[[30.0, 200.0]]);
         sets.iter_mut().for_each(|theta| theta.push(ratio * theta[0]));

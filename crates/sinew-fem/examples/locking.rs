@@ -139,7 +139,7 @@ where
     Nodes<N>: FiniteElement<N>,
 {
     let linear = small_deflection(mesh(), |scene| scene.lower(), theta)?;
-    Ok(linear / small_deflection(mesh(), |scene| scene.lower_averaged(), theta)?)
+    Ok(linear / small_deflection(mesh(), |scene| scene.averaged().lower(), theta)?)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -156,11 +156,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         row("linear tets", &tets.mesh, tets.lower(), &theta)?;
         for cells in [4, 8, 12] {
             let name = format!("… averaged over {cells}");
-            row(&name, &tets.mesh, tets.lower_with_patches(cells), &theta)?;
+            row(&name, &tets.mesh, tets.averaged_over(cells).lower(), &theta)?;
         }
         let hexahedra = beam(box_hexahedra(SIZE, boxes));
         row("hexahedra", &hexahedra.mesh, hexahedra.lower(), &theta)?;
-        row("… averaged", &hexahedra.mesh, hexahedra.lower_averaged(), &theta)?;
+        row("… averaged", &hexahedra.mesh, hexahedra.averaged().lower(), &theta)?;
         let quadratic = beam(box_tetrahedra(SIZE, [12, 4, 5]).quadratic());
         row("quadratic tets", &quadratic.mesh, quadratic.lower(), &theta)?;
         // Mixed: the law keeps a mild bulk modulus, the field of pressure brings the rest.
@@ -168,7 +168,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if bulk <= own {
             continue;
         }
-        let body = quadratic.lower_mixed()?.with_compliance(1.0 / (bulk - own))?;
+        let body = quadratic.mixed().lower()?.with_compliance(1.0 / (bulk - own))?;
         let mut solver = Solver::new(&body)?;
         let unknowns = solver.unknowns() + solver.pressures();
         let found = solver.solve(&[75.0, own], &Options::default())?;

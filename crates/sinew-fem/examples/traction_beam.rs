@@ -2,7 +2,7 @@
 //! ranges, and counts: `cargo run -p sinew-fem --example traction_beam -- 300`.
 
 use sinew_energy::laws::{Guccione, HolzapfelOgden};
-use sinew_energy::{ForceBalance, Load, Magnitude, Parameter, Scene, SceneError, Support};
+use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, SceneError, Support};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
@@ -21,7 +21,7 @@ fn pressed() -> Load {
     Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(PRESSURE) }
 }
 
-fn guccione([low, high]: [f64; 2]) -> Result<ForceBalance, SceneError> {
+fn guccione([low, high]: [f64; 2]) -> Result<Body, SceneError> {
     Scene::new(mesh(), Guccione.nearly_incompressible(BULK_MODULUS))
         .directions(vec![Guccione::frame([1.0, 0.0, 0.0]); mesh().cells.len()])
         .parameter(Parameter::linear("C", "kPa", low..=high))
@@ -30,10 +30,11 @@ fn guccione([low, high]: [f64; 2]) -> Result<ForceBalance, SceneError> {
         .parameter(Parameter::linear("b_fs", "1", low..=high))
         .load(pressed())
         .support(Support::clamped("x_min"))
-        .lower_follower()
+        .loose_rims()
+        .lower()
 }
 
-fn holzapfel_ogden([low, high]: [f64; 2]) -> Result<ForceBalance, SceneError> {
+fn holzapfel_ogden([low, high]: [f64; 2]) -> Result<Body, SceneError> {
     Scene::new(mesh(), HolzapfelOgden.nearly_incompressible(BULK_MODULUS))
         .directions(vec![[[1.0, 0.0, 0.0]]; mesh().cells.len()])
         .parameter(Parameter::linear("a", "kPa", low..=high))
@@ -42,7 +43,8 @@ fn holzapfel_ogden([low, high]: [f64; 2]) -> Result<ForceBalance, SceneError> {
         .parameter(Parameter::linear("b_f", "1", low..=high))
         .load(pressed())
         .support(Support::clamped("x_min"))
-        .lower_follower()
+        .loose_rims()
+        .lower()
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -55,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 fn count(
     name: &str,
-    body: &ForceBalance,
+    body: &Body,
     [low, high]: [f64; 2],
     points: usize,
 ) -> Result<(), Box<dyn std::error::Error>> {

@@ -241,7 +241,7 @@ fn outcome(body: &Body, theta: &[f64], thin: &str) -> Outcome {
 
 /// Farthest that a solver of its own comes to from the image [mm].
 fn off(unloaded: &Unloaded, theta: &[f64], options: &Options) -> f64 {
-    let loaded = Solver::new(&unloaded.rest.body).and_then(|mut s| s.solve(theta, options));
+    let loaded = Solver::new(&unloaded.rest).and_then(|mut s| s.solve(theta, options));
     loaded.map_or(f64::NAN, |loaded| {
         let moved = loaded.displacement.iter().zip(&unloaded.motion).map(|(u, w)| u + w);
         moved.fold(0.0, |most: f64, d| most.max(d.abs()))

@@ -43,7 +43,7 @@ pub enum SolveError {
         sinew_energy::listed(theta)
     )]
     CurveEnded { place: f64, theta: Vec<f64>, failure: Box<NotConverged> },
-    /// A balance of forces without a potential, where one is needed.
+    /// A body without a potential, where one is needed.
     #[error(
         "mixed elements and pressures with a loose rim have no potential, which this needs; solve them by Solver::solve, or lower the scene by Scene::lower"
     )]

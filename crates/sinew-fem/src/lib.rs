@@ -37,7 +37,7 @@
 //! - [`Solver::trace`] gives the equilibria at parameters in their order, each from the one before.
 //! - [`FrozenTangent`] lowers the potential energy at many θ by quasi-Newton steps with one factorised stiffness.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
-//! - Solver, sweep and report take a [`Balance`]: a body, or a balance of forces whose equilibria are not minima, such as incompressible bodies by the
+//! - Solver, sweep and report take a body without a potential, too, whose equilibria are not minima, such as incompressible bodies by the
 //!   mixed elements of Taylor and Hood and pressures on surfaces with a loose rim.
 //! - [`Solver::solve_watched`] hands out each iteration, [`print_progress`] prints it, [`IterationSeries`] keeps
 //!   it for ParaView; [`report()`] summarises a solution, [`locking`] estimates the locking of its elements. A solve
@@ -95,10 +95,9 @@ pub use diagnose::locking::{
 };
 pub use diagnose::named::{CellValue, RigidMode};
 pub use diagnose::report::{Reaction, SolutionReport, Warning, report};
-pub use diagnose::stress::{CellStress, Fibre, balance_stresses, cell_stresses};
+pub use diagnose::stress::{CellStress, Fibre, cell_stresses, mixed_stresses};
 pub use error::{Advice, NotConverged, SolveError};
 pub use linear::matrix::Stiffness;
-pub use solve::balance::Balance;
 pub use solve::buckling::SoftestMode;
 pub use solve::continuation::{Curve, CurvePoint};
 pub use solve::converge::Converged;

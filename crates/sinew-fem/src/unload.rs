@@ -23,10 +23,10 @@ pub use unloaded::{Loading, Unloaded};
 
 use crate::elements::check::{check_displacement, check_length};
 use crate::elements::system::System;
-use crate::{Balance, Options, Solution, SolveError};
+use crate::{Options, Solution, SolveError};
 use image::Image;
 use newton::Search;
-use sinew_energy::{Fibres, ForceBalance, ThetaError};
+use sinew_energy::{Body, Fibres, ThetaError};
 use std::time::Instant;
 
 /// Finds the body at rest whose loaded state is an image.
@@ -76,9 +76,8 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// A body whose supports leave a part of it free to move; [`UnloadError::PressureField`].
-    pub fn new(image: impl Into<Balance<'p>>) -> Result<Self, UnloadError> {
-        let image = image.into();
-        if image.pressures() > 0 {
+    pub fn new(image: &'p Body) -> Result<Self, UnloadError> {
+        if image.pressure_field.is_some() {
             return Err(UnloadError::PressureField);
         }
         Ok(Self { search: Search::new(Image::new(System::new(image)?)?) })
@@ -100,7 +99,7 @@ impl<'p> Unload<'p> {
     /// # Errors
     /// The first entry that makes no sense.
     pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
-        self.search.image.system.check_theta(theta)
+        self.search.image.system.body.check_theta(theta)
     }
 
     /// The body at rest for θ, starting from the image itself; under a load that rises step by step where that fails.
@@ -136,7 +135,7 @@ impl<'p> Unload<'p> {
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
         let start = Instant::now();
-        self.search.image.system.check_theta(theta).map_err(SolveError::from)?;
+        self.search.image.system.body.check_theta(theta).map_err(SolveError::from)?;
         check_displacement(self.search.image.system.body, &motion)?;
         let mut iterations = 0;
         if let Some(trial) = self.search.at_once(motion, theta, options, &mut iterations)
@@ -195,7 +194,7 @@ impl<'p> Unload<'p> {
         directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {
         let Unloaded { motion, theta, .. } = unloaded;
-        self.search.image.system.check_theta(theta).map_err(SolveError::from)?;
+        self.search.image.system.body.check_theta(theta).map_err(SolveError::from)?;
         check_displacement(self.search.image.system.body, motion)?;
         check_directions(theta, directions)?;
         self.search.sensitivity(motion, theta, directions)
@@ -205,7 +204,7 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// A cell of the image that is inverted.
-    pub fn image_at_rest(&self) -> Result<ForceBalance, SolveError> {
+    pub fn image_at_rest(&self) -> Result<Body, SolveError> {
         let motion = vec![0.0; self.search.image.system.body.prescribed.len()];
         self.search.image.moved(&motion).ok_or(SolveError::Inadmissible { cell: 0 })
     }
@@ -217,7 +216,7 @@ impl<'p> Unload<'p> {
     /// As for [`crate::Solver::solve_from`].
     pub fn loaded(
         &self,
-        rest: &ForceBalance,
+        rest: &Body,
         near: &[f64],
         theta: &[f64],
         options: &Options,
@@ -233,7 +232,7 @@ impl<'p> Unload<'p> {
     /// A state or directions that do not fit the body, a stiffness that is singular, and derivatives that overflow.
     pub fn loaded_slopes(
         &self,
-        rest: &ForceBalance,
+        rest: &Body,
         state: &Solution,
         theta_directions: &[Vec<f64>],
         rest_directions: &[Vec<f64>],

@@ -5,7 +5,7 @@ use anyhow::Result;
 use sinew_energy::{
     Body, FiniteElement, Law, Load, Nodes, Parameter, Scene, SceneError, Support, TaylorHoodElement,
 };
-use sinew_fem::{Balance, Options, Solution, Solver};
+use sinew_fem::{Options, Solution, Solver};
 use sinew_mesh::{Mesh, boundary_facets};
 use std::time::Instant;
 
@@ -34,10 +34,7 @@ pub(crate) fn with_directions<L: Law<D>, const D: usize, const N: usize>(
 }
 
 /// An equilibrium; the time covers preparation and solve.
-pub(crate) fn equilibrium<'p>(
-    balance: impl Into<Balance<'p>>,
-    theta: &[f64],
-) -> Result<(Solution, Cost)> {
+pub(crate) fn equilibrium<'p>(balance: &'p Body, theta: &[f64]) -> Result<(Solution, Cost)> {
     let start = Instant::now();
     let mut solver = Solver::new(balance)?;
     let solution = solver.solve(theta, &Options::default())?;
@@ -53,7 +50,7 @@ where
     Nodes<N>: FiniteElement<N>,
 {
     match formulation {
-        Formulation::FBar | Formulation::Q1FBar => scene.lower_averaged(),
+        Formulation::FBar | Formulation::Q1FBar => scene.averaged().lower(),
         _ => scene.lower(),
     }
 }
@@ -98,7 +95,7 @@ pub(crate) fn mixed<L: Law<D>, const D: usize, const N: usize>(
 where
     Nodes<N>: TaylorHoodElement<N>,
 {
-    let body = scene.lower_mixed()?.with_compliance(compliance)?;
+    let body = scene.mixed().lower()?.with_compliance(compliance)?;
     let (solution, cost) = equilibrium(&body, theta)?;
     Ok(Found { mesh: scene.mesh, displacement: solution.displacement, cost })
 }

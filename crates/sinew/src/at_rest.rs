@@ -47,7 +47,7 @@ impl Case {
         root.insert("name".into(), name);
         let file = file.map(|file| ("file".to_string(), text(file.file_name())));
         root.insert("mesh".into(), Value::Table(Table::from_iter(file)));
-        let rest = &unloaded.rest.body;
+        let rest = &unloaded.rest;
         let formulation = if rest.patches.is_empty() { "plain" } else { "averaged" };
         root.insert("formulation".into(), Value::String(formulation.into()));
         root.remove("select");
@@ -63,7 +63,7 @@ impl Case {
 
 /// Mesh at rest, with sets and directions, the displacement to the image (`u_to_image`) and the ratio of volumes (`det_f`).
 pub fn mesh_at_rest(image: &Body, unloaded: &Unloaded) -> AnyMesh {
-    let rest = &unloaded.rest.body;
+    let rest = &unloaded.rest;
     let mut mesh = (*rest.mesh).clone();
     let to_image = Field::vectors(unloaded.displacement().as_chunks::<3>().0);
     mesh.point_fields_mut().insert("u_to_image".into(), to_image);

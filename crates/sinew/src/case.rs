@@ -9,9 +9,9 @@ mod factors;
 mod fibres;
 pub mod laws;
 mod loads;
-mod lowered;
 mod mesh;
 mod parameters;
+mod potential;
 mod sanity;
 mod select;
 mod source;
@@ -25,7 +25,6 @@ pub use factors::{Active, Factors};
 pub use fibres::{FibreRule, Fibres};
 pub use laws::Law;
 pub use loads::{FoundationLoad, Load, Pressure, Rim};
-pub use lowered::Lowered;
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
 pub use parameters::Range;
 pub use sanity::{doubtful_displacements, negligible_displacement};
@@ -251,12 +250,12 @@ impl Case {
         self.potential(self.lowered_on(mesh)?)
     }
 
-    /// The body with its potential, or the balance of forces of a case that has none: mixed elements, and pressures whose
-    /// rim moves freely.
+    /// The body, also of a case without a potential ([`Body::has_potential`]): mixed elements, and pressures whose rim moves
+    /// freely. It is solved ([`crate::Solver`]), and nothing is trained on it.
     ///
     /// # Errors
     /// As [`Case::body`], but for a case without a potential.
-    pub fn lowered(&self) -> Result<Lowered, CaseError> {
+    pub fn lowered(&self) -> Result<Body, CaseError> {
         // Names and ranges are checked before the mesh is read.
         let law = self.law.row(&self.source)?;
         self.check_active(law)?;
@@ -269,7 +268,7 @@ impl Case {
     ///
     /// # Errors
     /// As [`Case::lowered`].
-    pub fn lowered_on(&self, mut mesh: sinew_mesh::AnyMesh) -> Result<Lowered, CaseError> {
+    pub fn lowered_on(&self, mut mesh: sinew_mesh::AnyMesh) -> Result<Body, CaseError> {
         self.mesh.check_filled(&mesh, &self.source)?;
         self.lower_selections(&mut mesh)?;
         if let Some(fibres) = &self.fibres {
@@ -286,7 +285,7 @@ impl Case {
         for formulation in [Formulation::Plain, Formulation::Averaged] {
             let lowered = self.lower(mesh.clone(), formulation)?;
             // Values outside the law's bounds are an error of the ranges, which is reported elsewhere.
-            let locking = sinew_fem::locking_over_ranges(lowered.body()).ok().flatten();
+            let locking = sinew_fem::locking_over_ranges(&lowered).ok().flatten();
             if formulation == last || locking.is_none_or(|found| found.expected_share <= MOST_LOST)
             {
                 return Ok(lowered);
@@ -300,7 +299,7 @@ impl Case {
         &self,
         mut mesh: sinew_mesh::AnyMesh,
         formulation: Formulation,
-    ) -> Result<Lowered, CaseError> {
+    ) -> Result<Body, CaseError> {
         let law = self.law.row(&self.source)?;
         self.check_active(law)?;
         let parameters = self.lower_parameters(law)?;
@@ -338,18 +337,17 @@ impl Case {
             active: self.active.contracts(),
             strain: self.law.strain.unwrap_or_default(),
         };
-        let balance = self.law.lower(law, mesh, parts).map_err(|error| self.place(error))?;
-        self.check_rims(&balance)?;
-        self.check_bounds(&balance.body)?;
-        let balance = self.with_factors(balance)?;
+        let body = self.law.lower(law, mesh, parts).map_err(|error| self.place(error))?;
+        self.check_rims(&body)?;
+        self.check_bounds(&body)?;
+        let body = self.with_factors(body)?;
         // In kPa and the law's units by now.
         let known = |p: &sinew_energy::Parameter| {
             self.parameters[&p.name].value.map(|_| (p.name.clone(), p.range[0]))
         };
-        let known: Vec<_> = balance.body.parameters.iter().filter_map(known).collect();
+        let known: Vec<_> = body.parameters.iter().filter_map(known).collect();
         let known: Vec<_> = known.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let balance = balance.with_known(&known).map_err(|error| self.place(error))?;
-        Ok(Lowered::new(balance))
+        body.with_known(&known).map_err(|error| self.place(error))
     }
 
     /// Warnings about a case that can be solved: fibres of opposite sign or by angles in radians, sizes and stiffnesses outside those of
@@ -433,7 +431,8 @@ impl Case {
             _ => &["mesh"],
         };
         let loose = matches!(error, SceneError::LooseRim { .. } | SceneError::UnevenRim { .. });
-        let advice = if loose { format!("; to do so, {}", lowered::LOOSE) } else { String::new() };
+        let advice =
+            if loose { format!("; to do so, {}", potential::LOOSE) } else { String::new() };
         self.source.error(key, format!("{error}{advice}"))
     }
 }

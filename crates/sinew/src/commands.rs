@@ -23,7 +23,7 @@ pub(crate) mod unload;
 use anyhow::{Context, Result};
 use batch::{Answer, Batch, ThetaArguments, Written};
 use clap::Args;
-use sinew::case::{Formulation, Lowered, doubtful_displacements};
+use sinew::case::{Formulation, doubtful_displacements};
 use sinew::{
     Body, Case, CaseError, Emulator, EmulatorError, FrozenStiffness, Simulations, ThetaText,
     theta_in_words,
@@ -117,11 +117,11 @@ impl CaseArguments {
     }
 
     /// [`CaseArguments::open`] for what can do without a potential.
-    pub(crate) fn open_lowered(&self) -> Result<(Case, Lowered, PathBuf)> {
+    pub(crate) fn open_lowered(&self) -> Result<(Case, Body, PathBuf)> {
         let (case, folder) = self.read()?;
-        let lowered = tell_reading(&case, case.lowered())?;
-        tell_doubts(&case, lowered.body());
-        Ok((case, lowered, folder))
+        let body = tell_reading(&case, case.lowered())?;
+        tell_doubts(&case, &body);
+        Ok((case, body, folder))
     }
 
     fn folder(&self, case: &Case) -> PathBuf {

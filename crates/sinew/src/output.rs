@@ -4,10 +4,10 @@ use crate::npz;
 use crate::stresses::{StressField, add_stresses, stress_fields};
 use crate::theta::outside;
 use rayon::prelude::*;
+use sinew_energy::Body;
 pub use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::metrics::volume_ratios;
-use sinew_energy::{Body, ForceBalance};
-use sinew_fem::{CellStress, balance_stresses, cell_stresses};
+use sinew_fem::{CellStress, mixed_stresses};
 use sinew_mesh::{Field, MeshError};
 use sinew_report::format::digits;
 use std::io;
@@ -50,23 +50,14 @@ pub struct Row<'a> {
     pub theta: Vec<f64>,
     /// Displacements node by node \[length\], one by each name of [`Results`]; empty without a displacement.
     pub fields: Vec<&'a [f64]>,
-    /// The balance that the first of them is an equilibrium of, where there is no potential.
-    pub balance: Option<Balanced<'a>>,
+    /// Pressures of mixed elements at [`sinew_energy::PressureField::nodes`] \[stress\], of the first of them; empty without such a field.
+    pub pressure: &'a [f64],
     /// Quality of the displacements, where that was asked for.
     pub quality: Option<Quality>,
     /// Other reasons for mistrust.
     pub warnings: Vec<String>,
     /// Reason of a missing displacement.
     pub failure: Option<String>,
-}
-
-/// Equilibrium of a body without a potential.
-#[derive(Clone, Copy, Debug)]
-pub struct Balanced<'a> {
-    /// Balance of forces of the body.
-    pub balance: &'a ForceBalance,
-    /// Pressures of mixed elements at [`sinew_energy::PressureField::nodes`] \[stress\]; empty without such a field.
-    pub pressure: &'a [f64],
 }
 
 /// Quality of an answer.
@@ -259,14 +250,8 @@ impl Results<'_> {
 
     /// Stress and strain of the cells of a row; `None` where there is no displacement, or one that inverts a cell.
     fn cell_stresses(&self, case: usize) -> Option<Vec<CellStress>> {
-        let Row { theta, fields, balance, .. } = &self.rows[case];
-        let field = fields.first()?;
-        match balance {
-            None => cell_stresses(self.body, field, theta).ok(),
-            Some(Balanced { balance, pressure }) => {
-                balance_stresses(balance, field, pressure, theta).ok()
-            }
-        }
+        let Row { theta, fields, pressure, .. } = &self.rows[case];
+        mixed_stresses(self.body, fields.first()?, pressure, theta).ok()
     }
 
     /// One case on its mesh.
@@ -281,9 +266,7 @@ impl Results<'_> {
             let apart = sinew_energy::metrics::displacement_error(fields[0], field);
             mesh.point_fields_mut().insert(format!("difference_{name}"), Field::scalars(apart));
         }
-        if let Some(Balanced { balance, pressure }) = self.rows[case].balance
-            && let Some(of_nodes) = balance.nodal_pressure(pressure)
-        {
+        if let Some(of_nodes) = self.body.nodal_pressure(self.rows[case].pressure) {
             mesh.point_fields_mut().insert("pressure".into(), Field::scalars(of_nodes));
         }
         if let Some(cells) = self.stresses.then(|| self.cell_stresses(case)).flatten() {
@@ -335,7 +318,7 @@ impl Results<'_> {
         });
         for field in &row.fields {
             cells.extend(mean_and_largest(field).map(|x| x.to_string()));
-            let energy = row.balance.is_none().then(|| body.value(field, &row.theta));
+            let energy = body.has_potential().then(|| body.value(field, &row.theta));
             cells.push(energy.map_or(String::new(), |energy| energy.to_string()));
             cells.extend(body.cavity_volumes(field).iter().map(f64::to_string));
             cells.extend(least_and_largest_ratio(body, field).map(|ratio| ratio.to_string()));

@@ -9,7 +9,7 @@ use crate::segments::Segments;
 use crate::setting::{Entry, Setting};
 use crate::wall::WallCoordinates;
 use sinew_energy::{Body, Fibres};
-use sinew_fem::{Balance, Unload};
+use sinew_fem::Unload;
 use std::sync::{OnceLock, RwLock};
 
 /// Settings of a state by the names of the entries of θ of the body.
@@ -18,7 +18,7 @@ type Settings = Vec<(String, Setting)>;
 /// Collects what a [`Patient`] is made of.
 #[derive(Clone, Debug)]
 pub struct PatientBuilder<'p> {
-    image: Balance<'p>,
+    image: &'p Body,
     parameters: Vec<String>,
     settings: Settings,
     phases: Vec<(String, Settings)>,
@@ -31,7 +31,7 @@ pub struct PatientBuilder<'p> {
 }
 
 impl<'p> PatientBuilder<'p> {
-    pub(super) fn of(image: Balance<'p>) -> Self {
+    pub(super) fn of(image: &'p Body) -> Self {
         Self {
             image,
             parameters: Vec::new(),
@@ -150,7 +150,7 @@ impl<'p> PatientBuilder<'p> {
         let at_rest = self.fibres.is_none().then(|| unload.image_at_rest()).transpose()?;
         let phases = self.phases.into_iter().map(|(name, _)| name).collect();
         let parts = Parts {
-            image: self.image.body(),
+            image: self.image,
             unload,
             at_rest,
             parameters: self.parameters,
@@ -163,13 +163,9 @@ impl<'p> PatientBuilder<'p> {
         Ok(Patient { parts, observables, quantities, start, anchor, focus })
     }
 
-    fn body(&self) -> &'p Body {
-        self.image.body()
-    }
-
     /// Names of the entries of θ of the body.
     fn entry_names(&self) -> Vec<String> {
-        self.body().parameters.iter().map(|parameter| parameter.name.clone()).collect()
+        self.image.parameters.iter().map(|parameter| parameter.name.clone()).collect()
     }
 
     fn check_names(&self) -> Result<(), PatientError> {
@@ -241,7 +237,7 @@ impl<'p> PatientBuilder<'p> {
 
     /// θ of the anchor.
     fn anchor(&self) -> Result<Vec<f64>, PatientError> {
-        let (body, centre) = (self.body(), self.body().centre());
+        let (body, centre) = (self.image, self.image.centre());
         let middle = |name: &String| {
             let of_body = body.parameters.iter().position(|parameter| parameter.name == *name);
             of_body.map_or(1.0, |at| centre[at])
@@ -258,7 +254,7 @@ impl<'p> PatientBuilder<'p> {
     }
 
     fn quantities(&self) -> Result<Vec<Box<dyn Quantity>>, PatientError> {
-        let body = self.body();
+        let body = self.image;
         let quantity = |seen: &Observable| -> Result<Box<dyn Quantity>, PatientError> {
             Ok(match seen {
                 Observable::Volume { cavity, at } => {
@@ -307,7 +303,7 @@ impl<'p> PatientBuilder<'p> {
         segment: &str,
         direction: Direction,
     ) -> Result<Vec<(usize, [f64; 3])>, PatientError> {
-        let body = self.body();
+        let body = self.image;
         let segments = self.segments.ok_or(PatientError::NoSegments)?;
         let (cells, points) = (body.cell_count(), body.points_per_cell);
         let check = |what: &'static str, given: usize| {

@@ -4,7 +4,7 @@ use super::anchor::{Anchor, Solved};
 use super::states::{PatientStates, StateError};
 use crate::setting::Entry;
 use rayon::prelude::*;
-use sinew_energy::{Body, ForceBalance};
+use sinew_energy::Body;
 use sinew_fem::{Options, Solution, Unload, UnloadOptions, Unloaded};
 
 /// Iterations from a predicted body at rest at most. If it is farther off, the search from the image is as fast.
@@ -18,7 +18,7 @@ pub(super) struct Parts<'p> {
     pub image: &'p Body,
     pub unload: Unload<'p>,
     /// The image, where it is at rest.
-    pub at_rest: Option<ForceBalance>,
+    pub at_rest: Option<Body>,
     pub parameters: Vec<String>,
     /// Entries of θ of the body in the image.
     pub image_entries: Vec<Entry>,
@@ -32,7 +32,7 @@ pub(super) struct Parts<'p> {
 
 /// The body at rest with its motion from the image.
 struct Rest {
-    body: ForceBalance,
+    body: Body,
     motion: Vec<f64>,
     found: Option<Unloaded>,
 }

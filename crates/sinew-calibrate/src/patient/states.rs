@@ -1,7 +1,7 @@
 //! All states of a patient at one θ.
 
 use crate::forward::ForwardError;
-use sinew_energy::{ForceBalance, ThetaError};
+use sinew_energy::{Body, ThetaError};
 use sinew_fem::{Solution, SolveError, UnloadError, Unloaded};
 use thiserror::Error;
 
@@ -9,7 +9,7 @@ use thiserror::Error;
 #[derive(Debug)]
 pub struct PatientStates {
     /// The body at rest.
-    pub rest: ForceBalance,
+    pub rest: Body,
     /// Unloading that found it; `None` where the image is at rest.
     pub unloaded: Option<Unloaded>,
     /// The equilibria of the phases; displacements are counted from rest \[length\].

@@ -45,12 +45,12 @@ fn derivatives_are_exact_in_every_formulation() {
     let clamped = || Support::clamped("base");
     let stiff = || NeoHookeanShape.nearly_incompressible(200.0);
     let hexahedra = pressed(shape().hexahedra(), stiff()).support(clamped());
-    check("mean-volume hexahedra", &hexahedra.lower_averaged().unwrap(), &[12.0]);
+    check("mean-volume hexahedra", &hexahedra.averaged().lower().unwrap(), &[12.0]);
     check("hexahedra", &hexahedra.lower().unwrap(), &[12.0]);
     let quadratic = pressed(shape().quadratic_tetrahedra(), NeoHookean).support(clamped());
     check("quadratic tetrahedra", &quadratic.lower().unwrap(), &[12.0, 40.0]);
     let patches = pressed(shape().tetrahedra(), stiff()).support(clamped());
-    check("patches", &patches.lower_averaged().unwrap(), &[12.0]);
+    check("patches", &patches.averaged().lower().unwrap(), &[12.0]);
 }
 
 /// A base that is held by springs alone: the pressure has no potential, and the lid's rim moves.
@@ -59,8 +59,8 @@ fn a_loose_rim_moves_its_lid() {
     let loose = pressed(shape().tetrahedra(), NeoHookean)
         .load(Load::Foundation { facets: "epi".into(), normal: 0.1, tangential: 0.05 })
         .load(Load::Foundation { facets: "base".into(), normal: 0.2, tangential: 0.1 });
-    let balance = loose.lower_follower().unwrap();
-    let patient = seen(Patient::of(&balance), &balance.body).build().unwrap();
+    let balance = loose.loose_rims().lower().unwrap();
+    let patient = seen(Patient::of(&balance), &balance).build().unwrap();
     let found = crate::support::slopes::check("a loose rim", &patient, &[14.0, 40.0]);
     assert!(found.values[0] < found.values[1] && found.values[1] < found.values[2]);
 }

@@ -129,7 +129,7 @@ fn a_vessel_open_at_both_ends_has_the_volume_that_the_solver_has() {
     assert!((seen.values[0] / chords - 1.0).abs() < 1e-10, "{} for {chords}", seen.values[0]);
     let unloaded = sinew_fem::Unload::new(&body).unwrap();
     let unloaded = { unloaded }.solve(&[11.1, 20.0, 0.5], &Default::default()).unwrap();
-    let rest = &unloaded.rest.body;
+    let rest = &unloaded.rest;
     for (pressure, expected) in [(0.5, seen.values[0]), (1.5, seen.values[1])] {
         let mut solver = sinew_fem::Solver::new(rest).unwrap();
         let solution = solver.solve(&[11.1, 20.0, pressure], &Default::default()).unwrap();

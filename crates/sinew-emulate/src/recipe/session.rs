@@ -1,7 +1,7 @@
 //! Shared state of the stages of one training: body, options, observer, folder, simulations, warnings.
 
 use crate::estimate::evaluate::TestSet;
-use crate::parameters::{in_words, require_inside, require_some};
+use crate::parameters::{check_body, in_words, require_inside};
 use crate::recipe::progress::Observer;
 use crate::sample::shared::Shared;
 use crate::sample::simulate::{Simulations, read_simulations, simulate};
@@ -72,7 +72,7 @@ impl<'a, 'b> Session<'a, 'b> {
         observer: &'a mut dyn Observer,
     ) -> Result<Self> {
         options.check()?;
-        require_some(body)?;
+        check_body(body)?;
         if let Some(start) = &options.start {
             check_start(start, body, recipe)?;
         }

@@ -3,7 +3,7 @@
 use super::Train;
 use crate::estimate::evaluate::TestSet;
 use crate::estimate::timing::timed;
-use crate::parameters::require_some;
+use crate::parameters::check_body;
 use crate::predict::Predictor;
 use crate::predict::regressed::Regressed;
 use crate::predict::taylor::{self, TaylorExpansion};
@@ -42,7 +42,7 @@ impl Train for Taylor {
     ) -> Result<Box<dyn Predictor>> {
         let body = session.body;
         let taylor = timed(&mut record.prepare_s, || {
-            require_some(body)?;
+            check_body(body)?;
             let TrainingOptions { anchors, seed, .. } = *session.options;
             TaylorExpansion::of(body, anchors, seed, session.observer)
         })?;

@@ -124,7 +124,6 @@ where
     pub(super) fn pressures(
         &self,
         held: &Held,
-        loose_rims: bool,
     ) -> Result<(Vec<PressureSurface>, Vec<PressureSurface>), SceneError> {
         let (mut pressures, mut followers) = (Vec::new(), Vec::new());
         for (form, name, magnitude) in self.loads.iter().filter_map(Load::pressure) {
@@ -137,7 +136,7 @@ where
             };
             let (origin, has_potential) = match potential_origin {
                 Ok(origin) => (origin, true),
-                Err(_) if loose_rims && form == PressureForm::Follower => {
+                Err(_) if self.loose_rims && form == PressureForm::Follower => {
                     (points[facets[0][0]], false)
                 }
                 Err(error) => return Err(error),

@@ -32,7 +32,7 @@ where
     for support in supports {
         scene = scene.support(support);
     }
-    scene.lower_follower().unwrap().body.clone()
+    scene.loose_rims().lower().unwrap().body.clone()
 }
 
 /// Wall of a sector of a tube about z, from a polygon with corners at `inner` to one twice as large, between the heights that `ends`

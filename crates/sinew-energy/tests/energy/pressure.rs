@@ -193,7 +193,7 @@ fn uneven(part: f64) -> Scene<NeoHookean, 0> {
 fn a_rim_may_be_as_uneven_as_a_file_prints_it_and_misses_no_more_force_than_is_said() {
     for part in [0.0, 1e-7, 6e-6] {
         let body = uneven(part).lower().unwrap();
-        let balance = uneven(part).lower_follower().unwrap();
+        let balance = uneven(part).loose_rims().lower().unwrap();
         // The same pressure without a potential gives the true forces of the deformed surface; single precision prints 6e-6.
         let u = wobble(&body, 0.1);
         let surface = &body.pressures[0];
@@ -225,8 +225,8 @@ fn a_rim_that_is_not_even_is_refused_with_what_it_would_miss() {
     };
     assert_eq!(name, "z_max");
     assert!(least < 3.0 && most > 3.0 && most - least < 0.06, "{least} {most}");
-    assert!(part > 1e-4 && error.to_string().contains("lower_follower"), "{error}");
-    assert_eq!(uneven(0.01).lower_follower().unwrap().followers.len(), 1);
+    assert!(part > 1e-4 && error.to_string().contains("loose_rims"), "{error}");
+    assert_eq!(uneven(0.01).loose_rims().lower().unwrap().followers.len(), 1);
 }
 
 #[test]

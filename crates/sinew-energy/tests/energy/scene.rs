@@ -96,19 +96,21 @@ fn a_body_takes_a_material_that_fits_it_and_a_balance_a_body_of_its_own_mesh() {
     let mut scene = block();
     scene.loads = vec![Load::Pressure { facets: "z_max".into(), magnitude }];
     scene.parameters.push(parameter("p"));
-    let balance = || scene.lower_follower().unwrap();
-    assert!(balance().map(|body| body.stiffened_cells(&[2.0; 72])).is_ok());
-    // Followers read θ[2] as the pressure.
-    let shifted = balance().map(|body| body.with_known(&[("mu", 1.0)]));
-    assert_eq!(shifted.unwrap_err(), SceneError::OtherBody);
-    assert_eq!(balance().map(|_| block().lower()).unwrap_err(), SceneError::OtherBody);
+    let follower = scene.loose_rims().lower().unwrap();
+    assert!(!follower.has_potential() && follower.theta_len() == 3);
+    // Followers read the pressure wherever θ lists it.
+    let magnitude = |body: Body| body.followers[0].magnitude;
+    let known = |name: &str| magnitude(follower.clone().with_known(&[(name, 1.0)]).unwrap());
+    assert_eq!((known("mu"), known("p")), (Magnitude::Theta(1), Magnitude::Fixed(1.0)));
+    let other = follower.clone().with_material(along(72), parameters()).unwrap();
+    assert_eq!(magnitude(other), Magnitude::Theta(4));
 
     let mixed = Scene::new(block().mesh.quadratic(), NeoHookean)
         .parameter(parameter("mu"))
         .parameter(parameter("lambda"))
         .support(Support::clamped("x_min"));
     for (compliance, accepted) in [(0.0, true), (0.1, true), (-1.0, false), (f64::NAN, false)] {
-        let found = mixed.lower_mixed().unwrap().with_compliance(compliance);
+        let found = mixed.clone().mixed().lower().unwrap().with_compliance(compliance);
         assert_eq!(found.is_ok(), accepted, "{compliance}");
     }
 }
@@ -323,7 +325,7 @@ fn a_state_that_only_guards_bound_is_not_within_them() {
     }
     assert_eq!(body.value(&stretched(1e3), &theta), f64::INFINITY);
     // The same where volume ratios are averaged.
-    let averaged = scene.lower_averaged().unwrap().with_barriers(Barriers::default());
+    let averaged = scene.averaged().lower().unwrap().with_barriers(Barriers::default());
     assert!(averaged.is_within_barriers(&stretched(0.2), &theta));
     for by in [3.0, 1e3] {
         assert!(!averaged.is_within_barriers(&stretched(by), &theta), "{by}");

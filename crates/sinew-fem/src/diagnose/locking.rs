@@ -61,7 +61,7 @@ pub struct LockingWarning {
 /// assert!((warning.bulk_to_shear.unwrap() - (100.0 + 2.0 / 3.0)).abs() < 1e-9);
 /// // Measured: 12.5 mm of 47.8 mm, so that 74 % are lost.
 /// assert!((warning.expected_share / 0.74 - 1.0).abs() < 0.25);
-/// eprintln!("{warning}"); // names Scene::lower_averaged() and others
+/// eprintln!("{warning}"); // names Scene::averaged() and others
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -182,12 +182,12 @@ impl fmt::Display for LockingWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.reason())?;
         if self.bulk_to_shear.is_some() {
-            write!(f, "; Scene::lower_averaged() cures the volume")?;
+            write!(f, "; Scene::averaged() cures the volume")?;
         }
         let quadratic = match self.element.corners {
             8 => "quadratic tetrahedra",
             _ => "mesh.quadratic()",
         };
-        write!(f, "; {quadratic} cures both, with Scene::lower_mixed() when nearly incompressible")
+        write!(f, "; {quadratic} cures both, with Scene::mixed() when nearly incompressible")
     }
 }

@@ -13,7 +13,7 @@ use crate::elements::cells::{
     MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
 use crate::elements::check::check_length;
-use crate::{Balance, Solution, SolveError};
+use crate::{Solution, SolveError};
 use forces::Forces;
 
 /// Numbers that tell whether a solution can be trusted; its `Display` is a readable block.
@@ -72,17 +72,13 @@ pub struct SolutionReport {
 ///
 /// # Errors
 /// A solution that is not one of this body: by the length of displacement, pressure or θ.
-pub fn report<'p>(
-    balance: impl Into<Balance<'p>>,
-    solution: &Solution,
-) -> Result<SolutionReport, SolveError> {
-    let balance = balance.into();
+pub fn report(body: &Body, solution: &Solution) -> Result<SolutionReport, SolveError> {
     let Solution { displacement, pressure, theta, .. } = solution;
-    let body = balance.body;
-    balance.check_theta(theta)?;
+    body.check_theta(theta)?;
     check_length(body.prescribed.len(), displacement)?;
-    check_length(balance.pressures(), pressure)?;
-    let forces = Forces::of(balance, solution);
+    let unknowns = body.pressure_field.as_ref().map_or(0, |field| field.unknowns);
+    check_length(unknowns, pressure)?;
+    let forces = Forces::of(body, solution);
     let points = body.points_per_cell;
     let ratios = volume_ratios(body, displacement);
     let stretches = largest_stretches(body, displacement);

@@ -4,7 +4,7 @@ use crate::SolveError;
 use crate::elements::cells::inadmissible;
 use crate::elements::check::{check_displacement, check_length, check_state};
 use nalgebra::{Matrix3, SymmetricEigen};
-use sinew_energy::{Body, ForceBalance, Mat3};
+use sinew_energy::{Body, Mat3};
 
 /// Stress and strain of a cell: means over its quadrature points by volume.
 #[doc(alias = "Cauchy stress")]
@@ -63,36 +63,37 @@ pub struct Fibre {
 /// ```
 ///
 /// # Errors
-/// A displacement or θ of another body, or not finite; an inverted cell.
+/// A displacement or θ of another body, or not finite; an inverted cell; a body with a field of pressure, which
+/// [`mixed_stresses`] takes.
 pub fn cell_stresses(
     body: &Body,
     displacement: &[f64],
     theta: &[f64],
 ) -> Result<Vec<CellStress>, SolveError> {
-    check_state(body.into(), displacement, theta)?;
-    of_cells(body, displacement, theta, |_| 0.0)
+    mixed_stresses(body, displacement, &[], theta)
 }
 
-/// [`cell_stresses`] of a balance of forces, with the pressures of its field \[stress\], which add to the stress of the law.
+/// [`cell_stresses`] of a body with a field of pressure \[stress\], which adds to the stress of the law.
 ///
 /// ```
 /// use sinew_energy::{Parameter, Scene, Support, laws::NeoHookeanShape};
-/// use sinew_fem::balance_stresses;
+/// use sinew_fem::mixed_stresses;
 ///
 /// let mesh = sinew_mesh::box_tetrahedra([10.0, 1.0, 1.0], [4, 1, 1]).quadratic();
-/// let balance = Scene::new(mesh, NeoHookeanShape.nearly_incompressible(1.0))
+/// let body = Scene::new(mesh, NeoHookeanShape.nearly_incompressible(1.0))
 ///     .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
 ///     .support(Support::clamped("x_min"))
-///     .lower_mixed()?;
-/// let pressures = balance.pressure_field.as_ref().map_or(0, |field| field.unknowns);
+///     .mixed()
+///     .lower()?;
+/// let pressures = body.pressure_field.as_ref().map_or(0, |field| field.unknowns);
 /// // Uniaxial tension of an incompressible bar: σ = μ (λ² − 1/λ) along it, and nothing across by the pressure p = −μ (1/λ − tr b/3).
 /// let stretch = 1.1_f64;
 /// let (along, across) = (stretch - 1.0, 1.0 / stretch.sqrt() - 1.0);
 /// let u: Vec<f64> =
-///     balance.body.positions.iter().flat_map(|x| [along * x[0], across * x[1], across * x[2]]).collect();
+///     body.positions.iter().flat_map(|x| [along * x[0], across * x[1], across * x[2]]).collect();
 /// let (mu, trace) = (30.0, stretch * stretch + 2.0 / stretch);
 /// let pressure = vec![-mu * (1.0 / stretch - trace / 3.0); pressures];
-/// for cell in balance_stresses(&balance, &u, &pressure, &[mu])? {
+/// for cell in mixed_stresses(&body, &u, &pressure, &[mu])? {
 ///     assert!((cell.principal_stresses[0] - mu * (stretch * stretch - 1.0 / stretch)).abs() < 1e-12);
 ///     assert!(cell.principal_stresses[2].abs() < 1e-12);
 /// }
@@ -100,18 +101,17 @@ pub fn cell_stresses(
 /// ```
 ///
 /// # Errors
-/// As [`cell_stresses`], and pressures that are not those of the balance.
-pub fn balance_stresses(
-    balance: &ForceBalance,
+/// As [`cell_stresses`], and pressures that are not those of the field.
+pub fn mixed_stresses(
+    body: &Body,
     displacement: &[f64],
     pressure: &[f64],
     theta: &[f64],
 ) -> Result<Vec<CellStress>, SolveError> {
-    balance.check_theta(theta)?;
-    check_displacement(&balance.body, displacement)?;
-    let field = balance.pressure_field.as_ref();
+    check_state(body, displacement, theta)?;
+    let field = body.pressure_field.as_ref();
     check_length(field.map_or(0, |field| field.unknowns), pressure)?;
-    of_cells(&balance.body, displacement, theta, |point| {
+    of_cells(body, displacement, theta, |point| {
         let Some(field) = field else { return 0.0 };
         let (_, unknowns, shape) = field.of_point(point);
         unknowns.iter().zip(shape).map(|(&unknown, n)| n * pressure[unknown]).sum()

@@ -1,7 +1,6 @@
 //! Checks of arguments.
 
 use crate::SolveError;
-use crate::solve::balance::Balance;
 use sinew_energy::Body;
 
 /// Checks that a displacement has one finite entry per degree of freedom.
@@ -11,16 +10,15 @@ pub(crate) fn check_displacement(body: &Body, displacement: &[f64]) -> Result<()
 
 /// Checks the lengths of a displacement and θ, in this order; swapped arguments have an error of their own.
 pub(crate) fn check_state(
-    balance: Balance<'_>,
+    body: &Body,
     displacement: &[f64],
     theta: &[f64],
 ) -> Result<(), SolveError> {
-    let body = balance.body;
     let (entries, parameters) = (body.prescribed.len(), body.theta_len());
     if entries != parameters && displacement.len() == parameters && theta.len() == entries {
         return Err(SolveError::Swapped { entries, parameters });
     }
-    balance.check_theta(theta)?;
+    body.check_theta(theta)?;
     check_displacement(body, displacement)
 }
 

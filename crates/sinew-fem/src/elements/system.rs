@@ -11,9 +11,8 @@ use crate::elements::supports::place;
 use crate::linear::factor::Factor;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::norm;
-use crate::solve::balance::Balance;
 use crate::{LockingWarning, Proportions, SolveError};
-use sinew_energy::{Body, PressureSurface, ThetaError};
+use sinew_energy::{Body, PressureSurface};
 use sinew_num::Mat3;
 use std::sync::{Arc, OnceLock};
 
@@ -45,8 +44,6 @@ pub(crate) struct Residual {
 /// The balance of a body with its derivatives.
 pub(crate) struct System<'p> {
     pub body: &'p Body,
-    /// Balance of forces that the body is a part of.
-    pub balance: Balance<'p>,
     pub sparsity: Arc<Sparsity>,
     pub assembly: Assembly,
     pub factor: Factor,
@@ -59,52 +56,36 @@ pub(crate) struct System<'p> {
 
 impl<'p> System<'p> {
     /// Prepares what is the same for all θ.
-    pub(crate) fn new(balance: Balance<'p>) -> Result<Self, SolveError> {
-        let Balance { body, whole } = balance;
+    pub(crate) fn new(body: &'p Body) -> Result<Self, SolveError> {
         check_supports(body)?;
-        let surfaces = whole.map_or(&[][..], |whole| &whole.followers);
-        let sparsity = Arc::new(Sparsity::new(body, surfaces));
+        let sparsity = Arc::new(Sparsity::new(body));
         let factor = Factor::new(&sparsity)?;
         let assembly = Assembly::new(&sparsity, body.volumes.len(), body.prescribed.len());
-        let field = whole.and_then(|whole| whole.pressure_field.as_ref());
-        let coupling = field.map(|field| Coupling::new(body, field));
-        let followers = Followers::new(surfaces);
+        let coupling = body.pressure_field.as_ref().map(|field| Coupling::new(body, field));
+        let followers = Followers::new(&body.followers);
         let proportions = Arc::default();
-        Ok(Self { body, balance, sparsity, assembly, factor, followers, coupling, proportions })
+        Ok(Self { body, sparsity, assembly, factor, followers, coupling, proportions })
     }
 
     /// Another one of the same body, for another thread; it shares what is prepared.
     pub(crate) fn fresh(&self) -> Result<Self, SolveError> {
         let coupling = self.coupling.as_ref().map(|c| Coupling::new(self.body, c.field));
-        Ok(Self { coupling, ..self.like(self.balance)? })
+        Ok(Self { coupling, ..self.like(self.body)? })
     }
 
     /// System of a body with the same cells and supports but another reference configuration; it shares what is
     /// prepared.
-    pub(crate) fn like<'q>(&self, balance: Balance<'q>) -> Result<System<'q>, SolveError> {
-        let Balance { body, whole } = balance;
-        let surfaces = whole.map_or(&[][..], |whole| &whole.followers);
+    pub(crate) fn like<'q>(&self, body: &'q Body) -> Result<System<'q>, SolveError> {
         let (points, degrees_of_freedom) = (body.volumes.len(), body.prescribed.len());
         Ok(System {
             body,
-            balance,
             sparsity: self.sparsity.clone(),
             assembly: Assembly::new(&self.sparsity, points, degrees_of_freedom),
             factor: self.factor.fresh()?,
-            followers: Followers::new(surfaces),
+            followers: Followers::new(&body.followers),
             coupling: None,
             proportions: self.proportions.clone(),
         })
-    }
-
-    /// Whether the balance is that of a potential's minima: no loose followers and no field of pressure.
-    pub(crate) fn has_potential(&self) -> bool {
-        self.balance.has_potential()
-    }
-
-    /// Checks that θ is one of the body, and of its followers.
-    pub(crate) fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
-        self.balance.check_theta(theta)
     }
 
     /// Elements that are too stiff for the body.
@@ -115,7 +96,7 @@ impl<'p> System<'p> {
 
     /// Number of unknown pressures.
     pub(crate) fn pressures(&self) -> usize {
-        self.balance.pressures()
+        self.body.pressure_field.as_ref().map_or(0, |field| field.unknowns)
     }
 
     /// The reference configuration.
@@ -169,7 +150,7 @@ impl<'p> System<'p> {
         let (displacements, pressures) = from.split_at(free);
         let (forces, volumes) = to.split_at_mut(free);
         self.sparsity.multiply(&self.assembly.matrix, displacements, forces);
-        if self.has_potential() {
+        if self.body.has_potential() {
             return;
         }
         let mut direction = vec![0.0; self.body.prescribed.len()];
@@ -201,7 +182,7 @@ impl<'p> System<'p> {
             State { displacement: &rest.displacement, theta, load_factor: 0.0, pressure: &[] };
         let moved = self.response_to_supports(state, &motion);
         right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
-        let definite = self.has_potential();
+        let definite = self.body.has_potential();
         let (shift, _) = self.factorise(definite).ok_or(SolveError::Singular)?;
         let shift = if definite { 0.0 } else { shift };
         let (change, _) = self.solve(right.iter().map(|r| -r).collect(), shift)?;
@@ -221,7 +202,7 @@ impl<'p> System<'p> {
         let without = |entry: &usize| {
             let mut without = theta.to_vec();
             without[*entry] = 0.0;
-            let admissible = self.body.check_theta(&without[..self.body.theta_len()]).is_ok();
+            let admissible = self.body.check_theta(&without).is_ok();
             theta[*entry] != 0.0 && admissible && stresses(&without) != present
         };
         (0..self.body.law_parameters(theta).len()).filter(without).collect()

@@ -46,8 +46,7 @@ impl Slots {
 }
 
 impl Sparsity {
-    /// The sparsity of a potential; `followers` are pressures beside it.
-    pub(crate) fn new(potential: &Body, followers: &[PressureSurface]) -> Self {
+    pub(crate) fn new(potential: &Body) -> Self {
         let patches = patch_nodes(potential);
         let neighbours = if patches.is_empty() {
             neighbours(potential.nodes, potential.cell_nodes())
@@ -76,7 +75,7 @@ impl Sparsity {
         } else {
             columns.slots(patches.iter().map(|nodes| &nodes[..]))
         };
-        let surfaces = potential.pressures.iter().chain(followers);
+        let surfaces = potential.pressures.iter().chain(&potential.followers);
         let facets = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
         let facets = columns.slots(facets);
         let springs = columns

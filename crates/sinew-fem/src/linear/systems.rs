@@ -40,7 +40,7 @@ impl System<'_> {
         mut right: Vec<f64>,
         shift: f64,
     ) -> Result<(Vec<f64>, LinearOutcome), SolveError> {
-        if self.has_potential() && shift == 0.0 {
+        if self.body.has_potential() && shift == 0.0 {
             self.factor.solve(&mut right);
             return Ok((right, LinearOutcome { iterations: 0, relative_residual: 0.0 }));
         }

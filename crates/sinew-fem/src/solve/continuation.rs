@@ -186,7 +186,7 @@ impl<'s, 'p> Curve<'s, 'p> {
             let near = |found: &Equilibrium| {
                 let (_, theta) = self.path.line.at(found.place);
                 let moved = self.moved(&last, found);
-                moved <= ASTRAY * self.step && self.path.system.check_theta(&theta).is_ok()
+                moved <= ASTRAY * self.step && self.path.system.body.check_theta(&theta).is_ok()
             };
             let Some(found) = found.filter(near) else {
                 self.step *= CUT;

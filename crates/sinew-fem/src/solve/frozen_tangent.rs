@@ -152,7 +152,7 @@ impl<'p> FrozenTangent<'p> {
     /// Requires another body with the same cells between its nodes and as many held directions at each.
     ///
     /// # Errors
-    /// [`SolveError::OtherBody`].
+    /// [`SolveError::OtherBody`], [`SolveError::NoPotential`].
     pub fn suits(&self, body: &Body) -> Result<(), SolveError> {
         self.frames_of(body).map(|_| ())
     }
@@ -178,6 +178,9 @@ impl<'p> FrozenTangent<'p> {
     /// cells or supports differ.
     fn frames_of<'b>(&self, body: &'b Body) -> Result<Cow<'b, Frames>, SolveError> {
         let own = self.system.body;
+        if !body.has_potential() {
+            return Err(SolveError::NoPotential);
+        }
         let refuse = |what| Err(SolveError::OtherBody { what });
         if own.nodes != body.nodes {
             return refuse("nodes");

@@ -58,7 +58,7 @@ impl Path<'_, '_> {
                 continue;
             };
             if found.place <= last.place {
-                let unstable = found.negative_pivots > 0 || !self.system.has_potential();
+                let unstable = found.negative_pivots > 0 || !self.system.body.has_potential();
                 return if unstable { LimitPoint::At(last.place) } else { LimitPoint::Unclear };
             }
             self.push(last.at + self.length_to(&last, &found, scale), &found);

@@ -50,7 +50,7 @@ impl Line {
 
     /// Checks that both ends belong to the body.
     pub(crate) fn check(&self, system: &System<'_>) -> Result<(), SolveError> {
-        self.thetas.iter().try_for_each(|theta| system.check_theta(theta))?;
+        self.thetas.iter().try_for_each(|theta| system.body.check_theta(theta))?;
         let finite = self.load_factors.iter().all(|load| load.is_finite());
         let moves =
             self.load_factors[0] != self.load_factors[1] || self.thetas[0] != self.thetas[1];

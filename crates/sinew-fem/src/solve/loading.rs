@@ -74,7 +74,7 @@ impl Path<'_, '_> {
 
     /// Whether a balance without a potential, at rest, moves too far for an attempt at the whole load.
     fn rolls_up(&mut self, from: &Unknowns) -> bool {
-        let balance = !self.system.has_potential() && *from == self.system.rest();
+        let balance = !self.system.body.has_potential() && *from == self.system.rest();
         balance && self.first_step() < FIRST_GRADIENT / FAR
     }
 

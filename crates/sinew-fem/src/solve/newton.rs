@@ -85,7 +85,7 @@ impl System<'_> {
             let size = self.size(&residual)?.max(gap);
             stalls = if size > 0.5 * least { stalls + 1 } else { 0 };
             least = least.min(size);
-            let floor = STALLED[usize::from(!self.has_potential())];
+            let floor = STALLED[usize::from(!self.body.has_potential())];
             let stalled = stalls >= MOST_STALLS && size <= floor;
             // At least one step: repeated extrapolation drifts away from equilibrium.
             if search.negative_pivots.is_some()
@@ -94,11 +94,11 @@ impl System<'_> {
                 return Some(self.found(search, residual));
             }
             let growth = MOST_GROWTH[usize::from(goal.accuracy >= ROUGH)];
-            if !self.has_potential() && size > growth * least.max(1e-3) {
+            if !self.body.has_potential() && size > growth * least.max(1e-3) {
                 return None;
             }
             let record = history.iterations.last_mut()?;
-            if self.has_potential() && missing.is_none() {
+            if self.body.has_potential() && missing.is_none() {
                 self.descend(&mut search, residual.force, record)?;
                 indefinite = if record.shift > 0.0 { indefinite + 1 } else { 0 };
                 full = if record.shift > 0.0 || record.step < 1.0 { 0 } else { full + 1 };
@@ -129,7 +129,7 @@ impl System<'_> {
     /// Reports an equilibrium with the negative pivots of the true stiffness, without predicted stress.
     fn found(&mut self, search: Search<'_>, residual: Residual) -> Equilibrium {
         let mut negative_pivots = search.negative_pivots.unwrap_or(0);
-        if negative_pivots > 0 && self.has_potential() {
+        if negative_pivots > 0 && self.body.has_potential() {
             self.assemble(&search.at, &search.theta, search.load_factor, None);
             negative_pivots = self.factorise(true).map_or(1, |(_, negative)| negative);
         }
@@ -179,10 +179,10 @@ impl System<'_> {
         let moved = self.response_to_supports(search.state(), &motion);
         residual.values.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
         let free = self.sparsity.unknowns();
-        let (shift, _) = self.factorise(self.has_potential())?;
+        let (shift, _) = self.factorise(self.body.has_potential())?;
         let right = residual.values.iter().map(|r| -r).collect();
         let (change, outcome) =
-            self.solve(right, if self.has_potential() { 0.0 } else { shift }).ok()?;
+            self.solve(right, if self.body.has_potential() { 0.0 } else { shift }).ok()?;
         search.linear_iterations += outcome.iterations;
         self.sparsity.scatter(change[..free].iter().copied(), &mut motion);
         let flat_between = self.passes_flat(&search.theta, &motion, 1.0);

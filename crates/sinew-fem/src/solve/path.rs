@@ -137,7 +137,7 @@ impl<'s, 'p> Path<'s, 'p> {
             let last = target == goal;
             // A rough minimum may lie beyond the limit point; accuracy to rounding errors costs two more iterations a
             // step for nothing.
-            let accuracy = match (last, self.system.has_potential()) {
+            let accuracy = match (last, self.system.body.has_potential()) {
                 (true, _) => self.accuracy(),
                 (false, true) => self.options.accuracy,
                 (false, false) => self.options.accuracy_on_the_way,
@@ -202,7 +202,7 @@ impl<'s, 'p> Path<'s, 'p> {
 
     /// Relative residual of the final equilibria; 0 for minima of a potential, which are solved to rounding errors.
     pub(crate) fn accuracy(&self) -> f64 {
-        let minimised = self.system.has_potential() && matches!(self.along, Along::Place);
+        let minimised = self.system.body.has_potential() && matches!(self.along, Along::Place);
         if minimised { self.options.minimum_accuracy } else { self.options.accuracy }
     }
 

@@ -107,8 +107,7 @@ impl System<'_> {
         // Loads are scaled by the load factor, parameters of the law are not.
         let law = self.body.law_parameters(theta).len();
         direction[law..].iter_mut().for_each(|d| *d *= load_factor);
-        let followers = self.followers.surfaces;
-        let forces = force_change(self.body, followers, displacement, theta, &direction);
+        let forces = force_change(self.body, displacement, theta, &direction);
         let mut rate: Vec<f64> = self.sparsity.gather(&forces).collect();
         rate.resize(rate.len() + self.pressures(), 0.0);
         rate
@@ -126,7 +125,7 @@ impl System<'_> {
             return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
         }
         let (shift, _) = self.factorise(false).ok_or(SolveError::Singular)?;
-        if shift > 0.0 && self.has_potential() { Err(SolveError::Singular) } else { Ok(shift) }
+        if shift > 0.0 && self.body.has_potential() { Err(SolveError::Singular) } else { Ok(shift) }
     }
 
     /// Derivatives that do not overflow where the energy does not yet.
@@ -145,7 +144,6 @@ fn unit(theta: &[f64], index: usize) -> Vec<f64> {
 /// Change of the gradient of Π with θ along `direction`: `∂²Π/∂u∂θ · direction`.
 fn force_change(
     potential: &Body,
-    followers: &[PressureSurface],
     displacement: &[f64],
     theta: &[f64],
     direction: &[f64],
@@ -169,7 +167,7 @@ fn force_change(
     for pressure in potential.pressures.iter().filter(varies) {
         pressure.value_and_add_gradient(displacement, direction, &mut forces);
     }
-    for surface in followers.iter().filter(varies) {
+    for surface in potential.followers.iter().filter(varies) {
         let follower = Followers::new(std::slice::from_ref(surface));
         follower.add_forces(displacement, direction, &mut forces);
     }

@@ -26,7 +26,7 @@ fn iteration_mesh(potential: &Body, progress: &Progress<'_>) -> AnyMesh {
 ///
 /// They show the mesh at rest with the point fields `displacement` \[length\] and `residual_force` (unbalanced at
 /// free degrees of freedom, zero at prescribed ones; \[stress·length²\]) and the cell field `volume_ratio` (the
-/// least J of each cell). Of a balance of forces, give its `body`.
+/// least J of each cell).
 ///
 /// ```no_run
 /// # fn f(potential: &sinew_energy::Body) -> Result<(), Box<dyn std::error::Error>> {

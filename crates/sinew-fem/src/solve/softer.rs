@@ -19,7 +19,7 @@ const DETOUR: usize = 2;
 impl Path<'_, '_> {
     /// The body with a softer volumetric energy, if its law has one and the body a potential.
     pub(crate) fn softer_volume(&self) -> Option<Body> {
-        self.system.has_potential().then(|| self.system.body.with_softer_volume(SOFTER))?
+        self.system.body.has_potential().then(|| self.system.body.with_softer_volume(SOFTER))?
     }
 
     /// The equilibrium under the whole load, reached through bodies with a smaller bulk modulus, and the number of

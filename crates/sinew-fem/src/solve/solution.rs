@@ -63,7 +63,7 @@ impl Solution {
             pressure: found.unknowns.pressure,
             // The sum over all cells in one order, the same as every reader of the potential gets.
             energy: system.assembly.energy,
-            has_potential: system.has_potential(),
+            has_potential: system.body.has_potential(),
             theta: theta.to_vec(),
             load_factor: found.load_factor,
             residual: found.residual.force,

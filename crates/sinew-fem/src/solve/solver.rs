@@ -5,7 +5,6 @@ use crate::elements::predicted::{PredictedStress, is_nearly_incompressible};
 use crate::elements::state::State;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::norm;
-use crate::solve::balance::Balance;
 use crate::solve::path::Path;
 use crate::solve::watch::{Log, Progress, Watch};
 use crate::{LoadSteps, Options, Solution, SolveError};
@@ -20,7 +19,7 @@ const SAME: f64 = 1e-4;
 ///
 /// Sparsity, ordering and symbolic factorisation are prepared once; the memory of the numbers is reused.
 ///
-/// A [`Body`] has a potential, and its stiffness is factorised. A [`sinew_energy::ForceBalance`] may have none: Newton's method then solves the
+/// The stiffness of a body with a potential is factorised. Without one ([`Body::has_potential`]) Newton's method solves the
 /// balance of forces, its linear systems by GMRES. The Cholesky factor of the symmetric part of the stiffness preconditions the displacements,
 /// the mass matrix of the pressures over the local moduli their Schur complement, so that 5–30 iterations do. Methods that need a potential
 /// return [`SolveError::NoPotential`] there.
@@ -41,7 +40,8 @@ const SAME: f64 = 1e-4;
 ///     .parameter(Parameter::log("b_fs", "1", 4.0..=4.0))
 ///     .load(Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.004) })
 ///     .support(Support::clamped("x_min"));
-/// let body = scene.lower_mixed()?;
+/// let scene = scene.mixed();
+/// let body = scene.lower()?;
 /// let solution = Solver::new(&body)?.solve(&[2.0, 8.0, 2.0, 4.0], &Options::default())?;
 /// let corner = scene.mesh.points.iter().position(|&x| x == [10.0, 0.0, 1.0]).unwrap();
 /// let z = 1.0 + solution.displacement[3 * corner + 2];
@@ -59,8 +59,8 @@ impl<'p> Solver<'p> {
     ///
     /// # Errors
     /// A body whose supports leave a part of it free to move.
-    pub fn new(balance: impl Into<Balance<'p>>) -> Result<Self, SolveError> {
-        System::new(balance.into()).map(Self::of)
+    pub fn new(body: &'p Body) -> Result<Self, SolveError> {
+        System::new(body).map(Self::of)
     }
 
     pub(crate) fn of(system: System<'p>) -> Self {
@@ -80,7 +80,7 @@ impl<'p> Solver<'p> {
         Self { watch: Some(watch), ..self }
     }
 
-    /// The body that is solved; of a balance of forces the part with a potential.
+    /// The body that is solved.
     pub fn body(&self) -> &'p Body {
         self.system.body
     }
@@ -102,15 +102,15 @@ impl<'p> Solver<'p> {
 
     /// Checks that there is a potential, and that a displacement and θ are of this body.
     pub(crate) fn check(&self, displacement: &[f64], theta: &[f64]) -> Result<(), SolveError> {
-        if !self.system.has_potential() {
+        if !self.body().has_potential() {
             return Err(SolveError::NoPotential);
         }
-        check_state(self.system.balance, displacement, theta)
+        check_state(self.body(), displacement, theta)
     }
 
     /// The unknowns at a displacement, without pressures, if it is one of this body.
     pub(crate) fn at(&self, displacement: &[f64], theta: &[f64]) -> Result<Unknowns, SolveError> {
-        check_state(self.system.balance, displacement, theta)?;
+        check_state(self.body(), displacement, theta)?;
         Ok(Unknowns { displacement: displacement.to_vec(), ..self.system.rest() })
     }
 
@@ -245,7 +245,7 @@ impl<'p> Solver<'p> {
         mut history: Log<'_>,
     ) -> Result<Solution, SolveError> {
         let start = Instant::now();
-        self.system.check_theta(theta)?;
+        self.system.body.check_theta(theta)?;
         let found = Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
         Ok(Solution::new(&self.system, found, theta, history.take(), start))
     }

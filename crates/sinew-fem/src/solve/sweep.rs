@@ -2,7 +2,7 @@
 
 use crate::solve::frozen_tangent::Potential;
 use crate::solve::order::neighbours;
-use crate::{Balance, LoadSteps, Options, Progress, Solution, SolveError, Solver};
+use crate::{LoadSteps, Options, Progress, Solution, SolveError, Solver};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -88,8 +88,8 @@ impl Sweep {
 /// # Errors
 /// A body that cannot be solved for any θ, see [`Solver::new`]; failures of single samples are in the results.
 #[doc(alias = "parameter study")]
-pub fn sweep<'p>(
-    balance: impl Into<Balance<'p>>,
+pub fn sweep(
+    body: &Body,
     thetas: &[Vec<f64>],
     options: &Options,
     progress: impl Fn() + Sync,
@@ -100,7 +100,7 @@ pub fn sweep<'p>(
         progress();
         ControlFlow::Continue(())
     };
-    resume_sweep(balance, thetas, &[], options, each, |_| ())?;
+    resume_sweep(body, thetas, &[], options, each, |_| ())?;
     let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
     found.sort_by_key(|&(index, _)| index);
     let results = found.into_iter().map(|(_, result)| result).collect();
@@ -124,15 +124,15 @@ pub enum Earlier {
 ///
 /// # Errors
 /// A body that cannot be solved for any θ, see [`Solver::new`].
-pub fn resume_sweep<'p>(
-    balance: impl Into<Balance<'p>>,
+pub fn resume_sweep(
+    body: &Body,
     thetas: &[Vec<f64>],
     earlier: &[Option<Earlier>],
     options: &Options,
     each: impl Fn(usize, Result<Solution, SolveError>) -> ControlFlow<()> + Sync,
     watch: impl Fn(&Progress<'_>) + Sync,
 ) -> Result<(), SolveError> {
-    let solver = Solver::new(balance)?.watched_by(&watch);
+    let solver = Solver::new(body)?.watched_by(&watch);
     let (path, stopped) = (neighbours(thetas), AtomicBool::new(false));
     let solve_chain = |chain: &[usize]| -> Result<(), SolveError> {
         let (mut solver, mut last, mut before) = (solver.fresh()?, None::<Solution>, None);

@@ -68,7 +68,7 @@ impl Solver<'_> {
         options: &Options,
         progress: impl FnMut(),
     ) -> Result<Trace, SolveError> {
-        thetas.iter().try_for_each(|theta| self.system.check_theta(theta))?;
+        thetas.iter().try_for_each(|theta| self.system.body.check_theta(theta))?;
         let (risen, near) = both(options);
         let least = NO_SNAP * extents(&self.system.body.positions).into_iter().fold(0.0, f64::max);
         let Some(first) = thetas.first() else {

@@ -29,7 +29,7 @@ impl Solver<'_> {
         volumes: &[f64],
         options: &Options,
     ) -> Result<Vec<VolumeStep>, SolveError> {
-        self.system.check_theta(theta)?;
+        self.system.body.check_theta(theta)?;
         let controlled = self.controlled()?;
         if volumes.iter().any(|volume| !volume.is_finite()) {
             return Err(SolveError::VolumeControl { problem: "a volume asked for is not finite" });

@@ -13,7 +13,7 @@ pub enum UnloadError {
     Body(#[from] SolveError),
     /// The mixed formulation.
     #[error(
-        "a body with a field of pressure cannot be unloaded; lower it with averaged volume ratios (Scene::lower_averaged) and a large bulk modulus"
+        "a body with a field of pressure cannot be unloaded; lower it with averaged volume ratios (Scene::averaged) and a large bulk modulus"
     )]
     PressureField,
     /// A pressure's potential is counted from the plane that its rim slides in.

@@ -6,7 +6,7 @@ use crate::SolveError;
 use crate::elements::supports::is_moved_rim;
 use crate::elements::system::System;
 use crate::linear::sparsity::patch_nodes_of;
-use sinew_energy::{Fibres, ForceBalance};
+use sinew_energy::{Body, Fibres};
 use std::sync::Arc;
 
 /// The image with what is prepared once.
@@ -39,7 +39,7 @@ impl<'p> Image<'p> {
     }
 
     /// A loaded state of the body at rest as an image of its own.
-    pub(super) fn of_state<'q>(&self, seen: &'q ForceBalance) -> Result<Image<'q>, SolveError> {
+    pub(super) fn of_state<'q>(&self, seen: &'q Body) -> Result<Image<'q>, SolveError> {
         Ok(self.with(self.system_of(seen)?))
     }
 
@@ -51,19 +51,13 @@ impl<'p> Image<'p> {
 
 impl Image<'_> {
     /// The system of a body at rest.
-    pub(super) fn system_of<'q>(&self, rest: &'q ForceBalance) -> Result<System<'q>, SolveError> {
-        self.system.like(match self.system.has_potential() {
-            true => (&rest.body).into(),
-            false => rest.into(),
-        })
+    pub(super) fn system_of<'q>(&self, rest: &'q Body) -> Result<System<'q>, SolveError> {
+        self.system.like(rest)
     }
 
     /// The body at rest; `None` where a cell is inverted.
-    pub(super) fn moved(&self, motion: &[f64]) -> Option<ForceBalance> {
-        match self.system.balance.whole {
-            Some(balance) => balance.moved(motion, self.fibres),
-            None => self.system.body.moved(motion, self.fibres).map(ForceBalance::from),
-        }
+    pub(super) fn moved(&self, motion: &[f64]) -> Option<Body> {
+        self.system.body.moved(motion, self.fibres)
     }
 
     /// Whether the law has directions that move with the tissue.

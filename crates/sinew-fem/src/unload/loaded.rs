@@ -8,21 +8,21 @@ use crate::elements::system::Unknowns;
 use crate::solve::path::Path;
 use crate::solve::watch::Log;
 use crate::{Options, Solution, SolveError};
-use sinew_energy::ForceBalance;
+use sinew_energy::Body;
 use std::time::Instant;
 
 impl Image<'_> {
     /// The equilibrium of a body at rest for θ, from a displacement near it.
     pub(super) fn loaded(
         &self,
-        rest: &ForceBalance,
+        rest: &Body,
         near: &[f64],
         theta: &[f64],
         options: &Options,
     ) -> Result<Solution, SolveError> {
         let start = Instant::now();
         let mut system = self.system_of(rest)?;
-        system.check_theta(theta)?;
+        system.body.check_theta(theta)?;
         check_displacement(system.body, near)?;
         let mut history = Log::default();
         let path = Path::to_load(&mut system, theta, options);
@@ -33,14 +33,14 @@ impl Image<'_> {
     /// Changes of the places of a state along directions in θ and in the positions at rest; see [`super::Unload::loaded_slopes`].
     pub(super) fn loaded_slopes(
         &self,
-        rest: &ForceBalance,
+        rest: &Body,
         state: &Solution,
         theta_directions: &[Vec<f64>],
         rest_directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {
         let Solution { displacement, theta, .. } = state;
         let mut system = self.system_of(rest)?;
-        system.check_theta(theta).map_err(SolveError::from)?;
+        system.body.check_theta(theta).map_err(SolveError::from)?;
         check_displacement(system.body, displacement)?;
         let moved = self.forces_by_rest(rest, state, rest_directions)?;
         let shift = system.factorise_at(&Unknowns::of(displacement), theta, 1.0)?;
@@ -58,14 +58,14 @@ impl Image<'_> {
     /// an image of its own.
     fn forces_by_rest(
         &self,
-        rest: &ForceBalance,
+        rest: &Body,
         state: &Solution,
         directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {
         if directions.is_empty() {
             return Ok(Vec::new());
         }
-        directions.iter().try_for_each(|along| check_displacement(&rest.body, along))?;
+        directions.iter().try_for_each(|along| check_displacement(&rest, along))?;
         let singular = || UnloadError::from(SolveError::Singular);
         let displacement = state.displacement.clone();
         let seen = rest.moved(&displacement, self.fibres).ok_or_else(singular)?;

@@ -216,7 +216,7 @@ impl Image<'_> {
     fn not_found(&self, points: &[(f64, Vec<f64>)], iterations: usize) -> UnloadError {
         let (part, motion) = &points[points.len() - 1];
         let nothing = CellValue { cell: 0, value: f64::NAN };
-        let ratios = self.moved(motion).map(|rest| volume_ratios(self.system.body, &rest.body));
+        let ratios = self.moved(motion).map(|rest| volume_ratios(self.system.body, &rest));
         let [least, largest] = ratios.unwrap_or([nothing; 2]);
         UnloadError::NotFound { part: *part, iterations, least, largest }
     }

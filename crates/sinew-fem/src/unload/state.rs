@@ -5,7 +5,7 @@ use crate::elements::followers::Followers;
 use crate::elements::state::load_gradient;
 use crate::linear::vector::{Norm, norm};
 use rayon::prelude::*;
-use sinew_energy::{Body, ForceBalance};
+use sinew_energy::Body;
 use sinew_num::Mat3;
 
 /// Part of a load and θ: what is continued where the whole load fails.
@@ -20,7 +20,7 @@ pub(super) struct Trial {
     /// Displacement from the image to the body at rest \[length\], `3 × nodes`.
     pub motion: Vec<f64>,
     /// The body at rest.
-    pub rest: ForceBalance,
+    pub rest: Body,
     /// Displacement from the body at rest to the image: minus `motion`.
     pub displacement: Vec<f64>,
     /// Unbalanced forces in the unknowns.
@@ -39,16 +39,16 @@ impl Trial {
         let rest = image.moved(&motion)?;
         let displacement: Vec<f64> = motion.iter().map(|w| -w).collect();
         let loads = loads(&rest, &displacement, level);
-        let mut forces = inner_forces(&rest.body, &displacement, &level.theta)?;
+        let mut forces = inner_forces(&rest, &displacement, &level.theta)?;
         forces.iter_mut().zip(&loads).for_each(|(force, load)| *force += load);
         let sparsity = &image.system.sparsity;
         let residual: Vec<f64> = sparsity.gather(&forces).collect();
         let mut size = Norm::default();
         loads.iter().for_each(|&load| size.add(load));
-        let held = rest.body.prescribed.iter().enumerate().filter(|(_, held)| held.is_some());
-        held.for_each(|(dof, _)| size.add(rest.body.frames.component(dof, &forces)));
+        let held = rest.prescribed.iter().enumerate().filter(|(_, held)| held.is_some());
+        held.for_each(|(dof, _)| size.add(rest.frames.component(dof, &forces)));
         let force = norm(&residual);
-        let ratios = rest.body.volumes.iter().zip(&image.system.body.volumes);
+        let ratios = rest.volumes.iter().zip(&image.system.body.volumes);
         let least = ratios.map(|(rest, image)| rest / image).fold(f64::INFINITY, f64::min);
         let scale = size.value();
         let finite = force.is_finite() && scale.is_finite();
@@ -56,7 +56,7 @@ impl Trial {
     }
 
     /// A body at rest whose image, itself for now, is in balance.
-    pub(super) fn balanced(rest: ForceBalance) -> Self {
+    pub(super) fn balanced(rest: Body) -> Self {
         let (motion, displacement, residual) = (Vec::new(), Vec::new(), Vec::new());
         Self { motion, rest, displacement, residual, force: 0.0, scale: 0.0, least: 1.0 }
     }
@@ -68,8 +68,8 @@ impl Trial {
 }
 
 /// Derivative of the loads' potential, with the sign of a derivative.
-fn loads(rest: &ForceBalance, displacement: &[f64], level: &Level) -> Vec<f64> {
-    let mut loads = load_gradient(&rest.body, displacement, &level.theta);
+fn loads(rest: &Body, displacement: &[f64], level: &Level) -> Vec<f64> {
+    let mut loads = load_gradient(&rest, displacement, &level.theta);
     Followers::new(&rest.followers).add_forces(displacement, &level.theta, &mut loads);
     loads.iter_mut().for_each(|load| *load *= level.factor);
     loads

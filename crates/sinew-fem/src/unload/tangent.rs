@@ -117,7 +117,7 @@ impl Image<'_> {
             }
         }
         let thesis = |p: &&PressureSurface| p.triangles == Some(PressureForm::Thesis);
-        for surface in trial.rest.body.pressures.iter().filter(thesis) {
+        for surface in trial.rest.pressures.iter().filter(thesis) {
             let magnitude = level.factor * surface.magnitude.value(&level.theta);
             for facet in 0..surface.facets() {
                 add(of_thesis_pressure(surface, facet, &trial.displacement, magnitude), None);
@@ -133,7 +133,7 @@ impl Image<'_> {
         cell: usize,
         nodes: &'n [usize],
     ) -> Option<Block<'n>> {
-        let (body, rest) = (self.system.body, &trial.rest.body);
+        let (body, rest) = (self.system.body, &trial.rest);
         let parameters = rest.law_parameters(&level.theta);
         let mut block = Block::new(nodes);
         let local: Vec<_> = (0..nodes.len()).collect();
@@ -179,7 +179,7 @@ impl Image<'_> {
         points: &[usize],
         nodes: &'n [usize],
     ) -> Option<Block<'n>> {
-        let (body, rest) = (self.system.body, &trial.rest.body);
+        let (body, rest) = (self.system.body, &trial.rest);
         let parameters = rest.law_parameters(&level.theta);
         let kinematics = rest.patch_kinematics(points, &trial.displacement)?;
         let mut block = Block::new(nodes);
@@ -257,7 +257,7 @@ fn of_facet<'n>(
     let mut block = Block::new(facet);
     let size = block.size();
     for point in &surface.rule.points {
-        let [s, t] = surface.tangents(facet, point, &trial.rest.body.positions);
+        let [s, t] = surface.tangents(facet, point, &trial.rest.positions);
         let normal = cross(&s, &t);
         let area = dot3(&normal, &normal).sqrt();
         if area == 0.0 {

@@ -4,14 +4,14 @@ use super::image::Image;
 use super::state::Trial;
 use crate::elements::cells::{largest, least, per_cell};
 use crate::{CellValue, LockingWarning};
-use sinew_energy::{Body, Fibres, ForceBalance};
+use sinew_energy::{Body, Fibres};
 use std::time::Instant;
 
 /// A body at rest whose loaded state is the image.
 #[derive(Clone, Debug)]
 pub struct Unloaded {
     /// The body at rest, ready to be solved: with its directions, loads and supports.
-    pub rest: ForceBalance,
+    pub rest: Body,
     /// Displacement from the image to the body at rest, `[w_x, w_y, w_z]` node by node \[length\]; minus the displacement that loading gives.
     pub motion: Vec<f64>,
     /// Parameters of law and loads.
@@ -56,7 +56,7 @@ impl Unloaded {
         loading: Option<Loading>,
         start: Instant,
     ) -> Self {
-        let volume_ratios = volume_ratios(image.system.body, &trial.rest.body);
+        let volume_ratios = volume_ratios(image.system.body, &trial.rest);
         Self {
             motion: trial.motion,
             rest: trial.rest,

@@ -54,7 +54,7 @@ impl Image<'_> {
     }
 
     fn check_crossings(&self, trial: &Trial) -> Result<(), UnloadError> {
-        let rest = &trial.rest.body.mesh;
+        let rest = &trial.rest.mesh;
         if rest.element().dimension != 3 {
             return Ok(());
         }

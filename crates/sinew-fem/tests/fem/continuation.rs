@@ -70,7 +70,7 @@ fn sphere() -> (Scene<NeoHookean, 0, 10>, usize) {
 fn the_pressure_of_a_thick_sphere_rises_to_its_limit_point_and_falls_beyond_as_the_closed_form_says()
  {
     let (scene, pole) = sphere();
-    let body = scene.lower_mixed().unwrap();
+    let body = scene.mixed().lower().unwrap();
     let mut solver = Solver::new(&body).unwrap();
     let line = Line::of_loads(&[1.0, 0.0]);
     let curve = solver.follow(&line, &Options::default()).unwrap().with_longest_step(0.3).unwrap();
@@ -95,7 +95,7 @@ fn the_pressure_of_a_thick_sphere_rises_to_its_limit_point_and_falls_beyond_as_t
 #[test]
 fn a_sphere_that_softens_under_its_pressure_turns_back_at_the_stiffness_of_its_limit_point() {
     let (scene, pole) = sphere();
-    let body = scene.lower_mixed().unwrap();
+    let body = scene.mixed().lower().unwrap();
     let mut solver = Solver::new(&body).unwrap();
     let line = Line::of_theta([&[4.0, 0.0], &[1.0, 0.0]]);
     let curve = solver.follow(&line, &Options::default()).unwrap().with_longest_step(0.3).unwrap();
@@ -251,7 +251,8 @@ fn loose_pressures_in_theta_are_followed() {
         .parameter(Parameter::linear("p", "kPa", 0.0..=1.0))
         .load(Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Theta(2) })
         .support(Support::clamped("x_min"))
-        .lower_follower()
+        .loose_rims()
+        .lower()
         .unwrap();
     let mut solver = Solver::new(&body).unwrap();
     let options = Options::default();

@@ -65,7 +65,7 @@ fn every_iteration_is_handed_out_with_its_state() {
 #[test]
 fn a_balance_is_watched_as_well() {
     let mesh = box_tetrahedra([10.0, 2.0, 2.0], [4, 1, 1]).quadratic();
-    let body = scene(mesh, gravity(1.0)).lower_mixed().unwrap();
+    let body = scene(mesh, gravity(1.0)).mixed().lower().unwrap();
     let mut residuals = Vec::new();
     let solution = Solver::new(&body)
         .unwrap()
@@ -133,7 +133,7 @@ fn reactions_balance_the_weight() {
     assert!(report.largest_stretch.value > 1.0 && report.largest_volume_ratio.value > 1.0);
     assert!(report.imbalance().iter().all(|force| force.abs() < BALANCED * WEIGHT));
     let text = report.to_string();
-    for part in ["reaction", "9.8000e1]", "+0.042 %", "lower_mixed"] {
+    for part in ["reaction", "9.8000e1]", "+0.042 %", "Scene::mixed"] {
         assert!(text.contains(part), "{text}");
     }
 }
@@ -183,7 +183,7 @@ fn hexahedra_and_incompressible_bodies_are_reported() {
     assert_eq!(hexahedra.warnings, []);
 
     let mesh = box_tetrahedra([20.0, 2.0, 2.0], [6, 1, 1]).quadratic();
-    let body = scene(mesh, gravity(1.0)).lower_mixed().unwrap();
+    let body = scene(mesh, gravity(1.0)).mixed().lower().unwrap();
     let solution = Solver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
     let report = report(&body, &solution).unwrap();
     let weight = 80.0 * 9.8e-3;
@@ -198,7 +198,7 @@ fn hexahedra_and_incompressible_bodies_are_reported() {
 fn loose_followers_are_loads() {
     let pressure = Load::Pressure { facets: "x_max".into(), magnitude: Magnitude::Fixed(3.0) };
     let body = scene(box_tetrahedra([4.0, 4.0, 4.0], [2; 3]), vec![pressure]);
-    let body = body.lower_follower().unwrap();
+    let body = body.loose_rims().lower().unwrap();
     assert_eq!(body.followers.len(), 1);
     let solution = Solver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
     let report = report(&body, &solution).unwrap();
@@ -210,9 +210,9 @@ fn loose_followers_are_loads() {
 #[test]
 fn a_state_under_part_of_the_load_balances_that_part() {
     let mesh = || box_tetrahedra([20.0, 2.0, 2.0], [6, 1, 1]).quadratic();
-    let half = scene(mesh(), gravity(0.5)).lower_mixed().unwrap();
+    let half = scene(mesh(), gravity(0.5)).mixed().lower().unwrap();
     let mut solution = Solver::new(&half).unwrap().solve(&THETA, &Options::default()).unwrap();
-    let whole = scene(mesh(), gravity(1.0)).lower_mixed().unwrap();
+    let whole = scene(mesh(), gravity(1.0)).mixed().lower().unwrap();
     solution.load_factor = 0.5;
     let report = report(&whole, &solution).unwrap();
     let weight = 0.5 * 80.0 * 9.8e-3;
@@ -246,12 +246,12 @@ fn locking_is_foreseen_from_material_and_mesh() {
     let ratio = warning.bulk_to_shear.unwrap();
     assert!((ratio - (100.0 + 2.0 / 3.0)).abs() < 1e-9 && ratio > LARGEST_BULK_TO_SHEAR);
     let advice = warning.to_string();
-    for cure in ["Scene::lower_averaged()", "mesh.quadratic()", "Scene::lower_mixed()", "lose 8"] {
+    for cure in ["Scene::averaged()", "mesh.quadratic()", "Scene::mixed()", "lose 8"] {
         assert!(advice.contains(cure), "{advice}");
     }
 
     // Patches cure the volume, not the bending.
-    let averaged = locking(&tets.lower_averaged().unwrap(), &stiff).unwrap().unwrap();
+    let averaged = locking(&tets.averaged().lower().unwrap(), &stiff).unwrap().unwrap();
     assert!(averaged.bulk_to_shear.is_none() && averaged.bending.is_some());
     let quadratic = scene(beam().quadratic(), vec![]).lower().unwrap();
     assert_eq!(locking(&quadratic, &stiff), Ok(None));
@@ -260,7 +260,7 @@ fn locking_is_foreseen_from_material_and_mesh() {
     assert_eq!(locking(&bricks.lower().unwrap(), &THETA), Ok(None));
     let thin = scene(box_hexahedra([100.0, 10.0, 10.0], [20, 2, 2]), vec![]).lower().unwrap();
     assert!(locking(&thin, &THETA).unwrap().is_some_and(|warning| warning.bending.is_some()));
-    assert_eq!(locking(&bricks.lower_averaged().unwrap(), &stiff), Ok(None));
+    assert_eq!(locking(&bricks.averaged().lower().unwrap(), &stiff), Ok(None));
     let fine = scene(box_tetrahedra([100.0, 10.0, 10.0], [60, 12, 12]), vec![]);
     assert_eq!(locking(&fine.lower().unwrap(), &THETA), Ok(None));
     assert!(locking(&plain, &[75.0]).is_err());
@@ -347,7 +347,7 @@ fn a_failed_solve_returns_what_it_found() {
     // A patch that the prescribed motion turns over is named although its energy is infinite.
     let mut turned = scene(beam(), vec![]);
     turned.supports.push(Support::uniform("x_max", [Some(-120.0), None, None]));
-    let turned = turned.lower_averaged().unwrap();
+    let turned = turned.averaged().lower().unwrap();
     let options = Options { iterations: 2, ..Options::default() };
     let failure = failed(Solver::new(&turned).unwrap().solve(&THETA, &options).unwrap_err());
     let last = failure.history.iterations.last().unwrap();
@@ -358,7 +358,7 @@ fn a_failed_solve_returns_what_it_found() {
     let pressed = |pressure: f64| {
         let magnitude = Magnitude::Fixed(pressure);
         let load = Load::Pressure { facets: "z_min".into(), magnitude };
-        scene(beam(), vec![load]).lower_follower().unwrap()
+        scene(beam(), vec![load]).loose_rims().lower().unwrap()
     };
     let body = pressed(PRESSURE);
     let mut solver = Solver::new(&body).unwrap();

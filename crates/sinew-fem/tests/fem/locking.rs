@@ -74,19 +74,19 @@ fn what_the_beam_loses_under_its_weight_is_foreseen() {
         let hexahedra = beam(box_hexahedra(size, cells));
         for (kind, body) in [
             ("linear tetrahedra", tets.lower().unwrap()),
-            ("averaged tetrahedra", tets.lower_averaged().unwrap()),
+            ("averaged tetrahedra", tets.averaged().lower().unwrap()),
         ] {
             check(kind, &body, tip(&tets.mesh, &body, &theta));
         }
         for (kind, body) in [
             ("hexahedra", hexahedra.lower().unwrap()),
-            ("averaged hexahedra", hexahedra.lower_averaged().unwrap()),
+            ("averaged hexahedra", hexahedra.averaged().lower().unwrap()),
         ] {
             check(kind, &body, tip(&hexahedra.mesh, &body, &theta));
         }
         let quadratic = beam(box_tetrahedra(size, cells).quadratic());
         assert_eq!(locking(&quadratic.lower().unwrap(), &theta), Ok(None));
-        assert_eq!(locking(&quadratic.lower_mixed().unwrap().body, &theta), Ok(None));
+        assert_eq!(locking(&quadratic.mixed().lower().unwrap().body, &theta), Ok(None));
     }
 }
 

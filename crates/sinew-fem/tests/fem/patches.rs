@@ -25,7 +25,7 @@ fn beam(mesh: sinew_mesh::TetMesh, weight: f64) -> Scene<NeoHookean, 0> {
 #[test]
 fn forces_and_stiffness_are_derivatives_of_the_energy() {
     let mesh = box_tetrahedra([2.0, 1.0, 1.0], [3, 2, 2]);
-    let body = beam(mesh, 0.0).lower_averaged().unwrap();
+    let body = beam(mesh, 0.0).averaged().lower().unwrap();
     let theta = [1.0, 50.0];
     let size = body.prescribed.len();
     let u: Vec<f64> = (0..size).map(|i| 0.03 * (((i * 7919) % 23) as f64 / 11.0 - 1.0)).collect();
@@ -59,7 +59,7 @@ fn patches_cure_locking() {
     let scene = beam(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), 1.0);
     let tip = scene.mesh.node_sets["x_max"][0];
     let deflection = |averaged: bool, bulk: f64| {
-        let body = if averaged { scene.lower_averaged() } else { scene.lower() }.unwrap();
+        let body = if averaged { scene.averaged().lower() } else { scene.lower() }.unwrap();
         let mut solver = Solver::new(&body).unwrap();
         let solution = solver.solve(&[75.0, bulk], &Options::default()).unwrap();
         assert!(solution.is_stable());
@@ -78,13 +78,16 @@ fn a_follower_on_a_loose_rim_takes_averaged_volume_ratios() {
         let node = mesh.points.iter().position(|&x| x == [4.0, 0.0, 0.0]).unwrap();
         let load = Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.01) };
         let scene = Scene { loads: vec![load], ..beam(mesh, 0.0) };
-        let balance =
-            if averaged { scene.lower_follower_averaged() } else { scene.lower_follower() };
+        let balance = if averaged {
+            scene.loose_rims().averaged().lower()
+        } else {
+            scene.loose_rims().lower()
+        };
         let balance = balance.unwrap();
         let mut solver = Solver::new(&balance).unwrap();
         let solution = solver.solve(&[1.0, 200.0], &Options::default()).unwrap();
         assert!(solution.residual <= 1e-9 * solution.force_scale);
-        assert_eq!(balance.body.patches.is_empty(), !averaged);
+        assert_eq!(balance.patches.is_empty(), !averaged);
         solution.displacement[3 * node + 2]
     };
     // Linear tetrahedra lock at a bulk modulus of 200 times the shear modulus; averaged ones are near to their own finer mesh.
@@ -100,7 +103,7 @@ fn a_held_rim_gives_the_same_averaged_by_balance_and_by_potential() {
     let mesh = box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2]);
     let scene = Scene { loads: vec![load], supports, ..beam(mesh, 0.0) };
     let (balance, body) =
-        (scene.lower_follower_averaged().unwrap(), scene.lower_averaged().unwrap());
+        (scene.loose_rims().averaged().lower().unwrap(), scene.averaged().lower().unwrap());
     let options = Options::default();
     let balanced = Solver::new(&balance).unwrap().solve(&[1.0, 50.0], &options).unwrap();
     let minimum = Solver::new(&body).unwrap().solve(&[1.0, 50.0], &options).unwrap();

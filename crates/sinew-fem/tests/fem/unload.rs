@@ -81,11 +81,11 @@ fn beams_of_every_element_under_gravity() {
     let tets = box_tetrahedra(size, cells);
     let body = beam(tets.clone()).lower().unwrap();
     check("tetrahedra", Unload::new(&body).unwrap(), &SOFT);
-    let body = beam(tets.clone()).lower_averaged().unwrap();
+    let body = beam(tets.clone()).averaged().lower().unwrap();
     check("averaged tetrahedra", Unload::new(&body).unwrap(), &SOFT);
     let body = beam(box_hexahedra(size, cells)).lower().unwrap();
     check("hexahedra", Unload::new(&body).unwrap(), &SOFT);
-    let body = beam(box_hexahedra(size, cells)).lower_averaged().unwrap();
+    let body = beam(box_hexahedra(size, cells)).averaged().lower().unwrap();
     check("averaged hexahedra", Unload::new(&body).unwrap(), &SOFT);
     let body = beam(box_tetrahedra(size, [6, 1, 1]).quadratic()).lower().unwrap();
     check("quadratic tetrahedra", Unload::new(&body).unwrap(), &SOFT);
@@ -122,7 +122,7 @@ fn a_body_at_rest_is_loaded_to_the_volume_of_its_image() {
     for (name, body) in [("octant", octant.lower()), ("vessel", vessel.lower())] {
         let body = body.unwrap();
         let unloaded = check(name, Unload::new(&body).unwrap(), &SOFT);
-        let rest = &unloaded.rest.body;
+        let rest = &unloaded.rest;
         let solution = Solver::new(rest).unwrap().solve(&SOFT, &Options::default()).unwrap();
         let image = body.cavity_volumes(&vec![0.0; 3 * body.nodes])[0];
         let loaded = rest.cavity_volumes(&solution.displacement)[0];
@@ -209,10 +209,10 @@ fn fibres_tension_and_radial_supports_on_every_element() {
     let law = HolzapfelOgden.nearly_incompressible(25.0).with_active(ActiveTension);
     let scene = ventricle_of::<_, 1, 4>(wall().tetrahedra(), law);
     check_both("tetrahedra", &scene.lower().unwrap(), &ACTIVE);
-    check_both("averaged tetrahedra", &scene.lower_averaged().unwrap(), &ACTIVE);
+    check_both("averaged tetrahedra", &scene.averaged().lower().unwrap(), &ACTIVE);
     let scene = ventricle_of::<_, 1, 8>(wall().hexahedra(), law);
     check_both("hexahedra", &scene.lower().unwrap(), &ACTIVE);
-    check_both("averaged hexahedra", &scene.lower_averaged().unwrap(), &ACTIVE);
+    check_both("averaged hexahedra", &scene.averaged().lower().unwrap(), &ACTIVE);
     let scene = ventricle_of::<_, 1, 10>(wall().quadratic_tetrahedra(), law);
     check_both("quadratic tetrahedra", &scene.lower().unwrap(), &ACTIVE);
 }
@@ -232,7 +232,8 @@ fn laws_of_two_and_three_directions() {
     };
     check_both("Holzapfel-Ogden 2009", &body, &names.iter().map(theta).collect::<Vec<_>>());
     let body = ventricle_of::<_, 3, 4>(mesh(), Guccione.nearly_incompressible(25.0))
-        .lower_averaged()
+        .averaged()
+        .lower()
         .unwrap();
     check_both("Guccione", &body, &[1.0, 8.0, 2.0, 4.0, 1.0]);
 }
@@ -246,9 +247,9 @@ fn loose_rims_inclined_supports_plane_bodies_and_the_thesis_pressure() {
         .support(Support::clamped("x_min"))
         .support(Support::roller_on_plane("x_max", [1.0, 0.0, 0.5]));
     let theta = [15.0, 30.0, 1.0];
-    let balance = pressed.lower_follower().unwrap();
+    let balance = pressed.loose_rims().lower().unwrap();
     check("a loose rim", Unload::new(&balance).unwrap(), &theta);
-    let balance = pressed.lower_follower_averaged().unwrap();
+    let balance = pressed.loose_rims().averaged().lower().unwrap();
     check("a loose rim, averaged", Unload::new(&balance).unwrap(), &theta);
     let thesis = parameters(Scene::new(mesh.clone(), NeoHookean))
         .load(Load::ThesisPressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.5) })
@@ -302,9 +303,8 @@ fn a_thick_sphere_comes_to_the_radius_of_the_closed_form() {
     let shear = 20.0;
     let unloaded = Unload::new(&body).unwrap().solve(&[shear], &UnloadOptions::default()).unwrap();
     assert_closes("sphere", &unloaded);
-    let radius = |&node: &usize| {
-        unloaded.rest.body.positions[node].iter().map(|x| x * x).sum::<f64>().sqrt()
-    };
+    let radius =
+        |&node: &usize| unloaded.rest.positions[node].iter().map(|x| x * x).sum::<f64>().sqrt();
     let mean = inner.iter().map(radius).sum::<f64>() / inner.len() as f64;
     let exact = radius_at_rest(radii, shear, 6.0);
     println!("{mean} against {exact}");

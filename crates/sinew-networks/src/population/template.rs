@@ -4,7 +4,7 @@ use super::settings::Start;
 use crate::graph::{topology, topology_of_met};
 use crate::{Error, Result};
 use sinew_emulate::Body;
-use sinew_emulate::parts::{Axis, axes, listed, require_some};
+use sinew_emulate::parts::{Axis, axes, check_body, listed};
 use sinew_fem::{Options, Solver};
 use sinew_graph::Topology;
 
@@ -31,7 +31,7 @@ impl Template {
         let mut graphs: Vec<(Vec<[usize; 2]>, Topology)> = Vec::new();
         let parameters = bodies.first().map(axes).unwrap_or_default();
         for body in bodies {
-            require_some(body)?;
+            check_body(body)?;
             require_axes(&parameters, body)?;
             let edges = body.mesh.edges();
             if graphs.iter().all(|(known, _)| *known != edges) {

@@ -44,7 +44,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     }
     for &meshed in effort.levels(0, QUADRATIC) {
         let ventricle = ventricle(meshed.0, BULK, Nodes::<10>::QUADRATURE)?;
-        let (solution, cost) = equilibrium(&ventricle.lower_follower()?, &THETA)?;
+        let (solution, cost) = equilibrium(&ventricle.loose_rims().lower()?, &THETA)?;
         let (mesh, displacement) = (ventricle.mesh, solution.displacement);
         apexes(rows, Formulation::P2, meshed, &Found { mesh, displacement, cost }, exact)?;
     }

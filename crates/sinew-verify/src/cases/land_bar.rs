@@ -88,8 +88,8 @@ where
     for &meshed in ladder {
         let bar = bar(mesh(meshed.0), BULK);
         let body = match formulation {
-            Formulation::FBar => bar.lower_follower_averaged()?,
-            _ => bar.lower_follower()?,
+            Formulation::FBar => bar.loose_rims().averaged().lower()?,
+            _ => bar.loose_rims().lower()?,
         };
         let (solution, cost) = equilibrium(&body, &THETA)?;
         let (mesh, displacement) = (bar.mesh, solution.displacement);

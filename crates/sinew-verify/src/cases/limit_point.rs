@@ -41,7 +41,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let supports = rollers(&OCTANT);
     let sphere = scene(mesh, NeoHookean, &THETA, inflation(1.0), supports);
     let start = Instant::now();
-    let body = sphere.lower_mixed()?;
+    let body = sphere.mixed().lower()?;
     let mut solver = Solver::new(&body)?;
     let unknowns = solver.unknowns() + solver.pressures();
     let volumes =

@@ -165,7 +165,7 @@ fn solve_mixed(mesh: Mesh<10>) -> Result<([f64; 3], Cost)> {
     add_body_force::<Incompressible, 10>(mesh, THETA, &mut forces);
     add_traction::<Incompressible>(mesh, THETA, &mut forces);
     let loads = vec![Load::NodalForces(forces)];
-    let body = scene(mesh.clone(), NeoHookean, &THETA, loads, held).lower_mixed()?;
+    let body = scene(mesh.clone(), NeoHookean, &THETA, loads, held).mixed().lower()?;
     let (solution, cost) = equilibrium(&body, &THETA)?;
     let [value, slope] = displacement_errors::<Incompressible, 10>(mesh, &solution.displacement);
     let mut at_node = vec![0.0; mesh.points.len()];

@@ -124,10 +124,10 @@ impl Meshes {
 
     fn compare_mixed(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
         let scene = block(&self.tets.quadratic(), state);
-        let body = scene.lower_mixed()?.map(|body| state.material.fill(body))?;
+        let body = state.material.fill(scene.mixed().lower()?)?;
         let theta = &state.material.theta;
         let (solution, cost) = equilibrium(&body, theta)?;
-        let mut piola = mean_stress(&body.body, &solution.displacement, theta);
+        let mut piola = mean_stress(&body, &solution.displacement, theta);
         // The field of pressure adds p cof F, here p J/s along the load with J = 1.
         let loaded = state.loaded()[0];
         piola[loaded][loaded] += solution.pressure[0] / state.stretch;

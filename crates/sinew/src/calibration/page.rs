@@ -51,7 +51,7 @@ pub fn report(
 
 /// The body at rest beside that of the image.
 fn shapes(prepared: &Prepared, unloaded: &Unloaded) -> Option<Block> {
-    let (image, rest) = (&prepared.body, &unloaded.rest.body);
+    let (image, rest) = (&prepared.body, &unloaded.rest);
     let mut surfaces = Surfaces::new(&image.mesh.boundary_triangles().0, &rest.positions).ok()?;
     surfaces.quantity = "distance from the place at rest".into();
     (surfaces.unit, surfaces.length, surfaces.linear) = ("mm".into(), "mm".into(), true);

@@ -5,7 +5,7 @@ use super::supports::add_node_set;
 use super::{Case, CaseError, laws};
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
-use sinew_energy::{Body, ForceBalance};
+use sinew_energy::Body;
 use sinew_mesh::AnyMesh;
 use std::fmt;
 
@@ -151,14 +151,12 @@ impl Case {
     }
 
     /// The body with its field of stiffness, which leaves the tension as it is, and with factors of the tension.
-    pub(super) fn with_factors(&self, balance: ForceBalance) -> Result<ForceBalance, CaseError> {
+    pub(super) fn with_factors(&self, body: Body) -> Result<Body, CaseError> {
         let error = |key: &str, error: sinew_energy::SceneError| {
             self.source.error(&[key], error.to_string())
         };
         let of = |key, positive, factors: Option<&Factors>| {
-            factors
-                .map(|factors| factors.of_cells(key, positive, &balance.body, &self.source))
-                .transpose()
+            factors.map(|factors| factors.of_cells(key, positive, &body, &self.source)).transpose()
         };
         let stiffness = of(STIFFNESS, true, self.stiffness.as_ref())?;
         let tension = of(ACTIVE, false, self.active.factors())?;
@@ -171,16 +169,15 @@ impl Case {
                 Some(tension.iter().zip(stiffness).map(|(c, f)| c / f).collect())
             }
         };
-        let mut balance = balance;
+        let mut body = body;
         if let Some(tension) = tension {
-            let scaled = balance.map(|body| body.with_parameter_field(laws::TENSION, &tension));
-            balance = scaled.map_err(|e| error(ACTIVE, e))?;
+            let scaled = body.with_parameter_field(laws::TENSION, &tension);
+            body = scaled.map_err(|e| error(ACTIVE, e))?;
         }
         if let Some(stiffness) = stiffness {
-            let stiffened = balance.map(|body| body.stiffened_cells(&stiffness));
-            balance = stiffened.map_err(|e| error(STIFFNESS, e))?;
+            body = body.stiffened_cells(&stiffness).map_err(|e| error(STIFFNESS, e))?;
         }
-        Ok(balance)
+        Ok(body)
     }
 }
 

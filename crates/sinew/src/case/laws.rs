@@ -9,8 +9,8 @@ use sinew_energy::laws::{
     HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
 };
 use sinew_energy::{
-    ActiveStress, ForceBalance, Load, NearlyIncompressible, Parameter, Scene, SceneError,
-    ShapeEnergy, Solid, Strain, Support, VolumeEnergy,
+    ActiveStress, Body, Load, NearlyIncompressible, Parameter, Scene, SceneError, ShapeEnergy,
+    Solid, Strain, Support, VolumeEnergy,
 };
 use sinew_mesh::{AnyMesh, Mesh};
 use std::fmt;
@@ -57,7 +57,7 @@ pub struct Row {
     pub directions: usize,
     /// Number of directions that matter. The others may be any perpendicular ones.
     pub needed: usize,
-    lower: fn(f64, AnyMesh, Parts) -> Result<ForceBalance, SceneError>,
+    lower: fn(f64, AnyMesh, Parts) -> Result<Body, SceneError>,
 }
 
 /// Name of the tension that `active = true` adds to θ.
@@ -128,7 +128,7 @@ pub static LAWS: &[Row] = &[
 const fn row<L: sinew_energy::Law<D>, const D: usize>(
     name: &'static str,
     units: &'static [&'static str],
-    lower: fn(f64, AnyMesh, Parts) -> Result<ForceBalance, SceneError>,
+    lower: fn(f64, AnyMesh, Parts) -> Result<Body, SceneError>,
 ) -> Row {
     let (about, parameters) = (L::NAME, L::PARAMETERS);
     Row { name, about, parameters, units, bulk_modulus: false, directions: D, needed: D, lower }
@@ -173,12 +173,7 @@ impl Law {
         }
     }
 
-    pub(super) fn lower(
-        &self,
-        row: &Row,
-        mesh: AnyMesh,
-        parts: Parts,
-    ) -> Result<ForceBalance, SceneError> {
+    pub(super) fn lower(&self, row: &Row, mesh: AnyMesh, parts: Parts) -> Result<Body, SceneError> {
         (row.lower)(self.bulk_modulus.unwrap_or(f64::NAN), mesh, parts)
     }
 }
@@ -210,41 +205,22 @@ pub(super) struct Form {
     pub loose_rims: bool,
 }
 
-/// Lowers a scene with a kind of cell.
-macro_rules! lower_each {
-    ($parts:ident, $law:ident, $mesh:ident: $($kind:ident),*) => {
-        match $mesh {
-            $(AnyMesh::$kind(mesh) => {
-                let Form { averaged, loose_rims, .. } = $parts.form;
-                let scene = $parts.scene(mesh, $law);
-                match (averaged, loose_rims) {
-                    (true, true) => scene.lower_follower_averaged(),
-                    (true, false) => scene.lower_averaged().map(ForceBalance::from),
-                    (false, true) => scene.lower_follower(),
-                    (false, false) => scene.lower().map(ForceBalance::from),
-                }
-            })*
-        }
-    };
-}
-
 impl Parts {
     /// Lowers a law that cannot contract.
     fn lower<L: sinew_energy::Law<D>, const D: usize>(
         self,
         mesh: AnyMesh,
         law: L,
-    ) -> Result<ForceBalance, SceneError> {
+    ) -> Result<Body, SceneError> {
+        let mixed = self.form.mixed;
         match mesh {
-            AnyMesh::QuadraticTetrahedra(mesh) if self.form.mixed => {
-                self.scene(mesh, law).lower_mixed()
-            }
-            AnyMesh::QuadraticTriangles(mesh) if self.form.mixed => {
-                self.scene(mesh, law).lower_mixed()
-            }
-            mesh => {
-                lower_each!(self, law, mesh: Tetrahedra, Triangles, QuadraticTetrahedra, QuadraticTriangles, Hexahedra)
-            }
+            AnyMesh::QuadraticTetrahedra(mesh) if mixed => self.scene(mesh, law).mixed().lower(),
+            AnyMesh::QuadraticTriangles(mesh) if mixed => self.scene(mesh, law).mixed().lower(),
+            AnyMesh::Tetrahedra(mesh) => self.scene(mesh, law).lower(),
+            AnyMesh::Triangles(mesh) => self.scene(mesh, law).lower(),
+            AnyMesh::QuadraticTetrahedra(mesh) => self.scene(mesh, law).lower(),
+            AnyMesh::QuadraticTriangles(mesh) => self.scene(mesh, law).lower(),
+            AnyMesh::Hexahedra(mesh) => self.scene(mesh, law).lower(),
         }
     }
 
@@ -253,7 +229,7 @@ impl Parts {
         self,
         mesh: AnyMesh,
         solid: Solid<M, V>,
-    ) -> Result<ForceBalance, SceneError>
+    ) -> Result<Body, SceneError>
     where
         ActiveTension: ActiveStress<D>,
     {
@@ -269,11 +245,11 @@ impl Parts {
         mesh: Mesh<N>,
         law: L,
     ) -> Scene<L, D, N> {
-        let Self { name, directions, parameters, loads, supports, .. } = self;
+        let Self { name, directions, parameters, loads, supports, form, .. } = self;
         let directions = directions.iter().map(|row| std::array::from_fn(|d| row[d])).collect();
-        Scene { parameters, loads, supports, ..Scene::new(mesh, law) }
-            .named(name)
-            .directions(directions)
+        let scene = Scene { parameters, loads, supports, ..Scene::new(mesh, law) }.named(name);
+        let scene = if form.averaged { scene.averaged() } else { scene };
+        if form.loose_rims { scene.loose_rims() } else { scene }.directions(directions)
     }
 }
 

@@ -2,8 +2,7 @@
 
 use super::{ThetaArguments, refuse};
 use anyhow::{Result, anyhow};
-use sinew::case::Lowered;
-use sinew::output::{Balanced, Results, Row};
+use sinew::output::{Results, Row};
 use sinew::{
     Body, Options, Parameter, Solution, outside, parse_way, range_in_words, theta_in_words,
 };
@@ -33,12 +32,11 @@ impl Way {
     pub(crate) fn follow(
         &self,
         way: &str,
-        lowered: &Lowered,
+        body: &Body,
         theta: &ThetaArguments,
         stresses: bool,
         folder: &Path,
     ) -> Result<()> {
-        let body = lowered.body();
         let (index, ends) = parse_way(way, &body.parameters)?;
         let given = theta.read_but(body, Some(index))?.thetas();
         let [theta] = &given[..] else {
@@ -58,8 +56,8 @@ impl Way {
             }
         }
         tell(&body.parameters[index], ends);
-        let (frames, end) = traced(lowered, &thetas)?;
-        write(lowered, index, &thetas, &frames, stresses, folder)?;
+        let (frames, end) = traced(body, &thetas)?;
+        write(body, index, &thetas, &frames, stresses, folder)?;
         println!("written: {}", folder.display());
         match end {
             None => Ok(()),
@@ -77,7 +75,7 @@ fn tell(parameter: &Parameter, ends: [f64; 2]) {
 }
 
 /// Frames as far as the path goes.
-fn traced(lowered: &Lowered, thetas: &[Vec<f64>]) -> Result<(Vec<Solution>, Option<TraceEnd>)> {
+fn traced(body: &Body, thetas: &[Vec<f64>]) -> Result<(Vec<Solution>, Option<TraceEnd>)> {
     let options = Options::default();
     let mut terminal = Terminal::default();
     let mut counter = Counter::new(&mut terminal, "follow", 0, thetas.len());
@@ -85,26 +83,24 @@ fn traced(lowered: &Lowered, thetas: &[Vec<f64>]) -> Result<(Vec<Solution>, Opti
         // The observer cannot break: an interruption ends the process.
         let _ = counter.step(1, "");
     };
-    let trace = Solver::new(lowered.to_solve())?.trace(thetas, &options, count)?;
+    let trace = Solver::new(body)?.trace(thetas, &options, count)?;
     let frames = trace.solutions;
     counter.finish(&format!("{} frames", frames.len()));
     Ok((frames, trace.end))
 }
 
 fn write(
-    lowered: &Lowered,
+    body: &Body,
     index: usize,
     thetas: &[Vec<f64>],
     frames: &[Solution],
     stresses: bool,
     folder: &Path,
 ) -> Result<()> {
-    let body = lowered.body();
     let mut rows = Vec::with_capacity(frames.len());
     for Solution { theta, displacement, pressure, .. } in frames {
-        let balance = lowered.balance().map(|balance| Balanced { balance, pressure });
         let fields = vec![&displacement[..]];
-        rows.push(Row { theta: theta.clone(), fields, balance, ..Row::default() });
+        rows.push(Row { theta: theta.clone(), fields, pressure, ..Row::default() });
     }
     let unit = &body.parameters[index].unit;
     let loads: Vec<f64> = thetas.iter().map(|theta| unit.shown(theta[index])).collect();

@@ -3,7 +3,7 @@
 use super::{MOST_WARNINGS, Usage, refuse};
 use anyhow::Result;
 use clap::Args;
-use sinew::output::{Balanced, MOST_BYTES, Quality, Results, Row};
+use sinew::output::{MOST_BYTES, Quality, Results, Row};
 use sinew::{Body, admissible, outside, parse_theta_but, read_rows, theta_in_words};
 use std::path::Path;
 
@@ -45,7 +45,7 @@ pub(crate) struct Answer<'a> {
     /// Displacements, one by each name.
     pub fields: Vec<&'a [f64]>,
     /// Force balance of the first of them, for loads without a potential.
-    pub balance: Option<Balanced<'a>>,
+    pub pressure: &'a [f64],
     pub quality: Option<Quality>,
     pub warnings: Vec<String>,
 }
@@ -180,9 +180,9 @@ impl Batch {
                 None => answers.next().unwrap_or_default(),
                 Some(_) => Answer::default(),
             };
-            let Answer { fields, balance, quality, warnings } = answer;
+            let Answer { fields, pressure, quality, warnings } = answer;
             let (theta, failure) = (asked.theta.clone(), asked.failure.clone());
-            Row { theta, fields, balance, quality, warnings, failure }
+            Row { theta, fields, pressure, quality, warnings, failure }
         };
         let rows = self.rows.iter().map(row).collect();
         let names = names.to_vec();

@@ -2,10 +2,9 @@
 
 use super::{solved_by, tell_doubtful};
 use anyhow::{Result, bail};
-use sinew::case::Lowered;
 use sinew::{Options, Simulations};
 use sinew_emulate::{Counter, Failure, Terminal};
-use sinew_energy::ForceBalance;
+use sinew_energy::Body;
 use sinew_fem::sweep;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,23 +28,21 @@ impl Equilibria {
 
 /// Solves with a bar on the terminal.
 pub(crate) fn equilibria(
-    lowered: &Lowered,
+    body: &Body,
     thetas: &[Vec<f64>],
     stage: &str,
     options: &Options,
 ) -> Result<Equilibria> {
-    match lowered {
-        Lowered::Potential(body) => {
-            let simulations = solved_by(body, thetas, stage, None, options)?;
-            Ok(Equilibria { simulations, pressures: Vec::new() })
-        }
-        Lowered::Balance(balance) => balanced(balance, thetas, stage, options),
+    if body.has_potential() {
+        let simulations = solved_by(body, thetas, stage, None, options)?;
+        return Ok(Equilibria { simulations, pressures: Vec::new() });
     }
+    balanced(body, thetas, stage, options)
 }
 
-/// Solves balances of forces.
+/// Solves a body without a potential.
 fn balanced(
-    balance: &ForceBalance,
+    body: &Body,
     thetas: &[Vec<f64>],
     stage: &str,
     options: &Options,
@@ -53,7 +50,7 @@ fn balanced(
     let (start, stop) = (Instant::now(), AtomicBool::new(false));
     let mut terminal = Terminal::default();
     let counter = Mutex::new(Counter::new(&mut terminal, stage, 0, thetas.len()));
-    let swept = sweep(balance, thetas, options, || {
+    let swept = sweep(body, thetas, options, || {
         let mut counter = counter.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if counter.step(1, "").is_break() {
             stop.store(true, Ordering::Relaxed);
@@ -77,7 +74,7 @@ fn balanced(
                 .push(Failure { theta: theta.clone(), reason: error.to_string() }),
         }
     }
-    tell_doubtful(&balance.body, simulations.fields.iter().map(Vec::as_slice));
+    tell_doubtful(body, simulations.fields.iter().map(Vec::as_slice));
     simulations.seconds = start.elapsed().as_secs_f64();
     let counter = counter.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     let failed = match simulations.failures.len() {

@@ -7,7 +7,6 @@ use super::{CaseArguments, MOST_WARNINGS, count, refuse, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use sinew::case::Lowered;
 use sinew::output::{Balanced, Fields, Results, Row};
 use sinew::{Body, Design, Options, Simulations};
 use sinew_emulate::{Shard, merge, simulate_shard, store};
@@ -84,9 +83,8 @@ const SOLVED: [&str; 4] = ["cases.csv", "simulations.json", "under-way", "shards
 
 impl Sample {
     pub(crate) fn run(&self) -> Result<()> {
-        let (_, lowered, folder) = self.case.open_lowered()?;
-        let body = lowered.body();
-        if self.campaign_shards().is_some() && lowered.balance().is_some() {
+        let (_, body, folder) = &self.case.open_lowered()?;
+        if self.campaign_shards().is_some() && !body.has_potential() {
             return refuse(
                 "a body without a potential (mixed elements, or a pressure whose rim moves freely) is solved by one process; leave \
                  --shard and --script out"
@@ -106,9 +104,9 @@ impl Sample {
             return self.write_script(scheduler, body, &folder);
         }
         if self.solve {
-            let found = solutions(&lowered, &thetas, &folder)?;
+            let found = solutions(body, &thetas, &folder)?;
             let (failed, tried) = (found.failures.len(), thetas.len());
-            write(&lowered, found, &folder)?;
+            write(body, found, &folder)?;
             ensure!(
                 failed == 0,
                 "{failed} of {tried} samples have no equilibrium; the others are written"
@@ -120,31 +118,21 @@ impl Sample {
 }
 
 /// Writes equilibria of samples, without pictures.
-fn write(lowered: &Lowered, found: Simulations, folder: &Path) -> Result<()> {
-    let body = lowered.body();
+fn write(body: &Body, found: Simulations, folder: &Path) -> Result<()> {
     let (thetas, fields) = (&found.thetas[..], found.fields);
-    let Some(balance) = lowered.balance() else {
-        return Ok(Fields { body, thetas, found: vec![("solved", fields)] }.write(folder, 0)?);
-    };
-    let balance = Some(Balanced { balance, pressure: &[] });
-    let mut rows = Vec::with_capacity(fields.len());
-    for (theta, field) in thetas.iter().zip(&fields) {
-        rows.push(Row { theta: theta.clone(), fields: vec![field], balance, ..Row::default() });
-    }
-    Results { body, names: vec!["solved"], rows, stresses: false }.write(folder, 0, true)?;
-    Ok(())
+    Ok(Fields { body, thetas, found: vec![("solved", fields)] }.write(folder, 0)?)
 }
 
 /// Equilibria of samples. Those of a body with a potential are stored on the way, so that a killed run goes on.
-fn solutions(lowered: &Lowered, thetas: &[Vec<f64>], folder: &Path) -> Result<Simulations> {
-    let Lowered::Potential(body) = lowered else {
-        let found = equilibria(lowered, thetas, "solve", &Options::default())?.simulations;
-        for failure in found.failures.iter().take(MOST_WARNINGS) {
-            told_failure(lowered.body(), failure);
-        }
-        return Ok(found);
-    };
-    solved(body, thetas, "solve", Some(folder))
+fn solutions(body: &Body, thetas: &[Vec<f64>], folder: &Path) -> Result<Simulations> {
+    if body.has_potential() {
+        return solved(body, thetas, "solve", Some(folder));
+    }
+    let found = equilibria(body, thetas, "solve", &Options::default())?.simulations;
+    for failure in found.failures.iter().take(MOST_WARNINGS) {
+        told_failure(body, failure);
+    }
+    Ok(found)
 }
 
 impl Sample {

@@ -7,8 +7,8 @@ use super::{
 };
 use anyhow::Result;
 use clap::Args;
-use sinew::case::{Formulation, Lowered};
-use sinew::output::{Balanced, displacement_in_words, least_and_largest_ratio};
+use sinew::case::Formulation;
+use sinew::output::{displacement_in_words, least_and_largest_ratio};
 use sinew::{Body, Case, Simulations};
 use sinew_fem::{LoadSteps, LockingWarning, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
@@ -45,11 +45,11 @@ pub(crate) struct Solve {
 
 impl Solve {
     pub(crate) fn run(&self) -> Result<()> {
-        let (case, lowered, folder) = self.case.open_lowered()?;
-        let body = lowered.body();
+        let (case, body, folder) = self.case.open_lowered()?;
+        let body = &body;
         if let Some(way) = self.way.given() {
             let folder = folder.join("solve");
-            return self.way.follow(way, &lowered, &self.theta, self.written.fields, &folder);
+            return self.way.follow(way, body, &self.theta, self.written.fields, &folder);
         }
         if self.check_mesh {
             check_cells(body)?;
@@ -57,29 +57,29 @@ impl Solve {
         let mut batch = self.theta.read(body)?;
         let (thetas, folder) = (batch.thetas(), folder.join("solve"));
         make_folder(&folder)?;
-        warn_of_locking(worst(&lowered, &thetas));
+        warn_of_locking(worst(body, &thetas));
         let load_steps = if self.load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
         let options = Options { load_steps, ..Options::default() };
-        let equilibria = equilibria(&lowered, &thetas, "solve", &options)?;
+        let equilibria = equilibria(body, &thetas, "solve", &options)?;
         let found = &equilibria.simulations;
         close_failures(body, &mut batch, &thetas, found);
         batch.print(body, |place| said(body, &found.fields[place]));
         if self.check_mesh {
             check_mesh(case, body, found)?;
         }
-        let answers = answers(&lowered, &equilibria);
-        batch.write(body, &["solved"], answers, &self.written, &folder)
+        batch.write(body, &["solved"], answers(&equilibria), &self.written, &folder)
     }
 }
 
 /// Equilibria as they are written.
-fn answers<'a>(lowered: &'a Lowered, found: &'a Equilibria) -> Vec<Answer<'a>> {
-    let answer = |(place, field): (usize, &'a Vec<f64>)| {
-        let pressure = found.pressure(place).unwrap_or_default();
-        let balance = lowered.balance().map(|balance| Balanced { balance, pressure });
-        Answer { fields: vec![field], balance, ..Answer::default() }
+fn answers(found: &Equilibria) -> Vec<Answer<'_>> {
+    let fields = found.simulations.fields.iter().enumerate();
+    let answer = |(place, field): (usize, &'_ Vec<f64>)| Answer {
+        fields: vec![field],
+        pressure: found.pressure(place).unwrap_or_default(),
+        ..Answer::default()
     };
-    found.simulations.fields.iter().enumerate().map(answer).collect()
+    fields.map(answer).collect()
 }
 
 /// Closes the rows that have no equilibrium.
@@ -108,14 +108,8 @@ fn said(body: &Body, field: &[f64]) -> String {
 }
 
 /// The θ at which the cells are expected to lose the most.
-fn worst(lowered: &Lowered, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
-    let body = lowered.body();
-    if lowered.balance().is_some_and(|balance| balance.pressure_field.is_some()) {
-        return None;
-    }
-    // A balance has loads of its own, whose parameters follow.
-    let of_body = |theta: &Vec<f64>| locking(body, &theta[..body.theta_len()]).ok().flatten();
-    let found = thetas.iter().filter_map(of_body);
+fn worst(body: &Body, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
+    let found = thetas.iter().filter_map(|theta| locking(body, theta).ok().flatten());
     found.max_by(|a, b| a.expected_share.total_cmp(&b.expected_share))
 }
 
@@ -144,12 +138,11 @@ fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
     let better = case.with_formulation(Formulation::Quadratic).lowered()?;
     let (theta, stage) = (std::slice::from_ref(theta), "solve in quadratic cells");
     let other = equilibria(&better, theta, stage, &Options::default())?.simulations;
-    let better = better.body();
     let Some(field) = other.fields.first() else {
         let why = other.failures.first().map_or("", |failure| &failure.reason);
         anyhow::bail!("--check-mesh: no equilibrium with quadratic elements: {why}");
     };
-    let difference = compare_formulations(body, own, better, field)?;
+    let difference = compare_formulations(body, own, &better, field)?;
     println!("{} against {}: {difference}", body.element().plural, better.element().plural);
     println!("solved in {:.2} s and {:.2} s", found.solve_seconds[0], other.solve_seconds[0]);
     Ok(())

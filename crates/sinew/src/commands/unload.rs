@@ -7,7 +7,7 @@ use sinew::output::displacement_in_words;
 use sinew::stresses::add_stresses;
 use sinew::{Body, Case, mesh_at_rest, theta_in_words};
 use sinew_energy::Fibres;
-use sinew_fem::{Unload, UnloadOptions, Unloaded, balance_stresses};
+use sinew_fem::{Unload, UnloadOptions, Unloaded, mixed_stresses};
 use sinew_mesh::AnyMesh;
 use sinew_report::format::trimmed;
 use std::path::{Path, PathBuf};
@@ -88,7 +88,7 @@ impl UnloadCommand {
 fn said(image: &Body, unloaded: &Unloaded) -> String {
     let unit = &image.units.length;
     let rest = vec![0.0; unloaded.motion.len()];
-    let (before, after) = (image.cavity_volumes(&rest), unloaded.rest.body.cavity_volumes(&rest));
+    let (before, after) = (image.cavity_volumes(&rest), unloaded.rest.cavity_volumes(&rest));
     let volumes = image.cavities.iter().zip(before.iter().zip(&after));
     let volumes: String = volumes
         .map(|(cavity, (loaded, rest))| {
@@ -115,8 +115,8 @@ fn picture(image: &Body, unloaded: &Unloaded, stresses: bool) -> Result<AnyMesh>
         // The case file at rest reads the directions at rest under this name.
         let at_rest = mesh.cell_fields_mut().remove(FIBRE);
         let rest = &unloaded.rest;
-        let cells = balance_stresses(rest, &unloaded.displacement(), &[], &unloaded.theta)?;
-        add_stresses(&mut mesh, &rest.body, &cells);
+        let cells = mixed_stresses(rest, &unloaded.displacement(), &[], &unloaded.theta)?;
+        add_stresses(&mut mesh, rest, &cells);
         let fields = mesh.cell_fields_mut();
         if let Some(at_rest) = at_rest
             && let Some(in_image) = fields.insert(FIBRE.into(), at_rest)
@@ -135,7 +135,7 @@ fn left(file: &Path, unloaded: &Unloaded) -> Option<String> {
     };
     let displacement = unloaded.displacement();
     let mut forces = vec![0.0; displacement.len()];
-    if body.nodes != unloaded.rest.body.nodes {
+    if body.nodes != unloaded.rest.nodes {
         return Some("the body has other nodes".into());
     }
     body.value_and_gradient(&displacement, &unloaded.theta, &mut forces);

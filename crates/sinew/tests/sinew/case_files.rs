@@ -566,8 +566,7 @@ mod scenes {
             assert_eq!(case.name, scene.name);
             assert!(!case.about.is_empty());
             if case.mesh.file.is_none() {
-                let lowered = case.lowered().unwrap();
-                let body = lowered.body();
+                let body = case.lowered().unwrap();
                 let size = scene.name.starts_with("Refined");
                 assert_eq!(body.nodes == 7696, size, "{} has {} nodes", scene.name, body.nodes);
             } else {

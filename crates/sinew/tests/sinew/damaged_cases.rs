@@ -145,8 +145,7 @@ fn read_safely(text: &str) -> bool {
         return false;
     }
     match case.lowered() {
-        Ok(lowered) => {
-            let body = lowered.body();
+        Ok(body) => {
             assert!(body.nodes > 0 && body.volumes.iter().all(|volume| volume.is_finite()));
         }
         Err(error) => assert!(error.to_string().starts_with("damaged.toml"), "{error}"),

@@ -1,7 +1,6 @@
 //! Active stress, fields of stiffness, mixed elements and loose follower pressures in case files, and the benchmarks of
 //! Land et al. (2015), which need all of them.
 
-use sinew::case::Lowered;
 use sinew::{Body, Case, Options, Solver};
 use std::path::Path;
 use std::process::{Command, Output};
@@ -197,8 +196,8 @@ parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0], p = [0.05, 0.2] }
 
 #[test]
 fn bodies_without_a_potential_are_balances_and_refused_elsewhere() {
-    let Lowered::Balance(balance) = case(BENT).lowered().unwrap() else { panic!("a balance") };
-    assert_eq!((balance.followers.len(), balance.body.parameters.len()), (1, 3));
+    let body = case(BENT).lowered().unwrap();
+    assert_eq!((body.followers.len(), body.parameters.len()), (1, 3));
     refusal(BENT, &["line 3", "loads.0.rim", "no potential", "sinew solve", "hold the rim"]);
     let silent = BENT.replace(", rim = \"loose\"", "");
     refusal(&silent, &["loads", "z_min", "hold the rim", "rim = \"loose\""]);
@@ -220,9 +219,8 @@ fn bodies_without_a_potential_are_balances_and_refused_elsewhere() {
 /// Height \[mm\] of a point of a built-in scene, at the middle of its ranges.
 fn height(scene: &str, points: &[[f64; 3]]) -> Vec<f64> {
     let text = sinew::scenes::find(Path::new(scene)).unwrap().text;
-    let Lowered::Balance(balance) = case(text).lowered().unwrap() else { panic!("a balance") };
-    let body = &balance.body;
-    let mut solver = Solver::new(&balance).unwrap();
+    let body = case(text).lowered().unwrap();
+    let mut solver = Solver::new(&body).unwrap();
     let solution = solver.solve(&body.centre(), &Options::default()).unwrap();
     let height = |point: &[f64; 3]| {
         let distance = |x: &[f64; 3]| (0..3).map(|i| (x[i] - point[i]).powi(2)).sum::<f64>();

@@ -55,7 +55,8 @@ pub(crate) fn beating(mesh: TetMesh) -> Body {
         .load(Load::Foundation { facets: "epi".into(), normal: 0.02, tangential: 0.005 })
         .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
         .support(Support::radial("base", [0.0; 3], [0.0, 0.0, 1.0]))
-        .lower_averaged()
+        .averaged()
+        .lower()
         .expect("a body")
 }
 

@@ -67,7 +67,7 @@ where
 {
     let scene = loaded(mesh);
     check(name, &scene.lower().unwrap(), size);
-    check(&format!("{name} averaged"), &scene.lower_averaged().unwrap(), size);
+    check(&format!("{name} averaged"), &scene.averaged().lower().unwrap(), size);
 }
 
 #[test]

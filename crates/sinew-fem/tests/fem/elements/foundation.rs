@@ -87,7 +87,7 @@ fn a_sprung_body_knows_no_axes() {
             Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.3) },
         ];
         let scene = scene(NeoHookean, with_boundary(mesh), loads, vec![]);
-        let body = scene.lower_follower().unwrap();
+        let body = scene.loose_rims().lower().unwrap();
         assert_eq!(body.followers.len(), 1);
         let solution = Solver::new(&body).unwrap().solve(&[1.0, 2.0], &Options::default()).unwrap();
         assert!(solution.residual < 1e-9 * solution.force_scale);

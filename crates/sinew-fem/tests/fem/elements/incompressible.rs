@@ -2,7 +2,7 @@
 
 use crate::elements::scene::{node_at, roller, scene};
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
-use sinew_energy::{ForceBalance, Load, Magnitude, Support};
+use sinew_energy::{Body, Load, Magnitude, Support};
 use sinew_fem::{Options, SolveError, Solver};
 use sinew_mesh::{cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
@@ -32,7 +32,7 @@ fn a_thick_sphere_passes_its_limit_point() {
     let load = Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Fixed(1.0) };
     let planes = [("x_min", 0), ("y_min", 1), ("z_min", 2)].map(|(set, axis)| roller(set, axis));
     let sphere = scene(PLAIN, mesh, vec![load], planes.into());
-    let body = sphere.lower_mixed().unwrap();
+    let body = sphere.mixed().lower().unwrap();
     let volumes = EXACT.map(|(radius, _)| FRAC_PI_6 * (radius.powi(3) - 1.0));
     let mut solver = Solver::new(&body).unwrap();
     let trace = solver.trace_volume(&[1.0, 0.0], &volumes, &Options::default()).unwrap();
@@ -51,7 +51,7 @@ fn a_thick_sphere_passes_its_limit_point() {
 const TUBE: [(f64, f64); 4] =
     [(1.1, 0.131562278444), (1.3, 0.313376398042), (1.5, 0.428228409097), (2.0, 0.574053572307)];
 
-fn tube_of_triangles() -> ForceBalance {
+fn tube_of_triangles() -> Body {
     let mut mesh = rectangle_triangles([1.0; 2], [3, 4]).quadratic();
     mesh.map_points(|[x, y, _]| {
         let (sine, cosine) = (FRAC_PI_2 * y).sin_cos();
@@ -59,7 +59,7 @@ fn tube_of_triangles() -> ForceBalance {
     });
     let load = Load::Pressure { facets: "x_min".into(), magnitude: Magnitude::Fixed(1.0) };
     let supports = vec![roller("y_min", 1), roller("y_max", 0)];
-    scene(PLAIN, mesh, vec![load], supports).lower_mixed().unwrap()
+    scene(PLAIN, mesh, vec![load], supports).mixed().lower().unwrap()
 }
 
 #[test]
@@ -111,7 +111,7 @@ fn a_thick_tube_of_tetrahedra_inflates_as_the_closed_form_says() {
         let magnitude = Magnitude::Fixed(*pressure);
         let load = Load::Pressure { facets: "inner".into(), magnitude };
         let tube = scene(PLAIN, mesh.clone(), vec![load], supports.clone());
-        let body = tube.lower_mixed().unwrap();
+        let body = tube.mixed().lower().unwrap();
         assert_eq!(body.followers.len(), 1);
         let mut solver = Solver::new(&body).unwrap();
         let solution = solver.solve(&[1.0, 0.0], &Options::default()).unwrap();
@@ -132,7 +132,7 @@ fn cooks_membrane_does_not_lock() {
     // All of the bulk modulus is the field's: any in the law would weigh J point by point.
     let law = NeoHookeanShape.nearly_incompressible(1e-6);
     let membrane = scene(law, mesh, vec![load], vec![Support::clamped("x_min")]);
-    let body = membrane.lower_mixed().unwrap().with_compliance(1.0 / BULK).unwrap();
+    let body = membrane.mixed().lower().unwrap().with_compliance(1.0 / BULK).unwrap();
     let solution = Solver::new(&body).unwrap().solve(&[SHEAR], &Options::default()).unwrap();
     let rise = |node: usize| solution.displacement[3 * node + 1];
     // The digits that FEniCS' numbers were written with.

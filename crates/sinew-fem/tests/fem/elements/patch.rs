@@ -91,7 +91,7 @@ fn lowered<L: Law<D>, const D: usize, const N: usize>(
 where
     Nodes<N>: FiniteElement<N>,
 {
-    if averaged { scene.lower_averaged() } else { scene.lower() }.unwrap()
+    if averaged { scene.averaged().lower() } else { scene.lower() }.unwrap()
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn curved_tetrahedra_with_a_field_of_pressure() {
         for f in &IN_SPACE {
             let supports = vec![Support::moved("boundary", &mesh, motion(f))];
             let scene = scene(NeoHookean, mesh.clone(), vec![], supports);
-            let body = scene.lower_mixed().unwrap().with_compliance(COMPLIANCE).unwrap();
+            let body = scene.mixed().lower().unwrap().with_compliance(COMPLIANCE).unwrap();
             let mut solver = Solver::new(&body).unwrap();
             let solution = solver.solve(&[1.0, 2.0], &Options::default()).unwrap();
             let error = distance(&solution.displacement, &homogeneous(&mesh, f));
@@ -167,7 +167,7 @@ fn an_incompressible_bar_stretches_as_rivlin_says() {
     ];
     let far = mesh.node_sets["x_max"].clone();
     let bar = scene(NeoHookeanShape.nearly_incompressible(5.0), mesh, vec![], supports);
-    let body = bar.lower_mixed().unwrap();
+    let body = bar.mixed().lower().unwrap();
     let solution = Solver::new(&body).unwrap().solve(&[2.0], &Options::default()).unwrap();
     let lateral = STRETCH.powf(-0.5) - 1.0;
     let u = |node: usize, i: usize| solution.displacement[3 * node + i];

@@ -2,7 +2,7 @@
 
 use crate::elements::scene::{distance, node_at, roller, scene, with_boundary, wobble};
 use sinew_energy::laws::{LinearElastic, NeoHookean};
-use sinew_energy::{Body, ForceBalance, Law, Load, Magnitude, SceneError, Support};
+use sinew_energy::{Body, Law, Load, Magnitude, SceneError, Support};
 use sinew_fem::{Options, Solution, SolveError, Solver, report};
 use sinew_mesh::{
     HexMesh, Mesh, TruncatedEllipsoid, boundary_facets, box_hexahedra, box_tetrahedra,
@@ -95,7 +95,7 @@ fn a_turned_box_on_inclined_rollers_is_the_turned_solution() {
     let scenes = [STRAIGHT, TURN].map(|turn| block(&turn, tetrahedra(), None));
     let bodies = scenes.each_ref().map(|scene| scene.lower().unwrap());
     compare(&TURN, bodies.each_ref());
-    let bodies = scenes.each_ref().map(|scene| scene.lower_averaged().unwrap());
+    let bodies = scenes.each_ref().map(|scene| scene.averaged().lower().unwrap());
     compare(&TURN, bodies.each_ref());
     let hexahedra = box_hexahedra(extent, [2, 2, 2]);
     let bodies =
@@ -111,7 +111,7 @@ fn a_turned_box_on_inclined_rollers_is_the_turned_solution() {
     compare(&PLANE_TURN, bodies.each_ref());
 }
 
-fn balanced(body: &ForceBalance) -> Vec<f64> {
+fn balanced(body: &Body) -> Vec<f64> {
     Solver::new(body).unwrap().solve(&THETA, &Options::default()).unwrap().displacement
 }
 
@@ -120,9 +120,10 @@ fn a_turned_balance_is_the_turned_solution() {
     let quadratic = box_tetrahedra([1.5, 1.0, 1.2], [1, 1, 2]).quadratic();
     let scenes = [STRAIGHT, TURN].map(|turn| block(&turn, quadratic.clone(), Some("z_max")));
     assert!(matches!(scenes[1].lower(), Err(SceneError::LooseRim { .. })));
-    let [straight, inclined] = scenes.each_ref().map(|s| balanced(&s.lower_follower().unwrap()));
+    let [straight, inclined] =
+        scenes.each_ref().map(|s| balanced(&s.loose_rims().lower().unwrap()));
     assert!(distance(&turned_field(&TURN, &straight), &inclined) < 1e-8);
-    let [straight, inclined] = scenes.each_ref().map(|s| balanced(&s.lower_mixed().unwrap()));
+    let [straight, inclined] = scenes.each_ref().map(|s| balanced(&s.mixed().lower().unwrap()));
     assert!(distance(&turned_field(&TURN, &straight), &inclined) < 1e-8);
 }
 
@@ -186,7 +187,7 @@ fn derivatives_in_the_unknowns_of_inclined_supports() {
     let tetrahedra = with_boundary(box_tetrahedra([1.5, 1.0, 1.2], [2, 2, 1]).distorted(5, 0.3));
     let tetrahedra = block(&TURN, tetrahedra, pressed);
     check_derivatives(&tetrahedra.lower().unwrap());
-    check_derivatives(&tetrahedra.lower_averaged().unwrap());
+    check_derivatives(&tetrahedra.averaged().lower().unwrap());
     let quadratic = with_boundary(box_tetrahedra([1.5, 1.0, 1.2], [1, 1, 1]).quadratic());
     check_derivatives(&block(&TURN, quadratic, pressed).lower().unwrap());
     let triangles = with_boundary(rectangle_triangles([1.5, 1.0], [2, 2]));
@@ -250,7 +251,7 @@ fn pressed_ring<L: Law<0>>(
 ) -> Vec<f64> {
     let magnitude = Magnitude::Fixed(pressure);
     let load = Load::Pressure { facets: "inner".into(), magnitude };
-    let body = scene(law, ring(around), vec![load], supports).lower_follower().unwrap();
+    let body = scene(law, ring(around), vec![load], supports).loose_rims().lower().unwrap();
     let mut solver = Solver::new(&body).unwrap();
     solver.solve(&THETA, &Options::default()).unwrap().displacement
 }
@@ -293,7 +294,7 @@ fn a_ventricle_inflates_on_a_base_that_moves_along_its_radii() {
     let base = Support::radial("base", [0.0; 3], [0.0, 0.0, 1.0]);
     let scene = scene(NeoHookean, mesh, vec![load], vec![base]);
     // The rim slides in the plane of the base, so that the pressure has a potential.
-    let body = scene.lower_averaged().unwrap();
+    let body = scene.averaged().lower().unwrap();
     let mut solver = Solver::new(&body).unwrap();
     let solution = solver.solve(&THETA, &Options::default()).unwrap();
     assert!(solution.is_stable());
@@ -333,7 +334,7 @@ fn a_turned_ventricle_inflates_like_the_upright_one() {
     let inclined = ventricle(&TURN);
     // The plane of its base is not a coordinate plane, for which alone the potential is known.
     assert!(matches!(inclined.lower(), Err(SceneError::LooseRim { .. })));
-    let inclined = balanced(&inclined.lower_follower().unwrap());
+    let inclined = balanced(&inclined.loose_rims().lower().unwrap());
     let error = distance(&turned_field(&TURN, &upright), &inclined);
     assert!(error < 1e-7 * distance(&upright, &vec![0.0; upright.len()]), "{error:e}");
 }

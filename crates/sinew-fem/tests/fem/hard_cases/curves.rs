@@ -14,7 +14,7 @@ const MOST: usize = 60;
 fn a_loose_pressure_is_followed_to_where_a_solve_ends() {
     let load = Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Fixed(0.01) };
     let beam = scene(NeoHookean, box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2]));
-    let body = Scene { loads: vec![load], ..beam }.lower_follower().unwrap();
+    let body = Scene { loads: vec![load], ..beam }.loose_rims().lower().unwrap();
     let mut solver = Solver::new(&body).unwrap();
     let (theta, options) = ([1.0, 1.0], Options::default());
     let solved = solver.solve(&theta, &options).unwrap().displacement;

@@ -3,7 +3,7 @@
 use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{Guccione, HolzapfelOgden, NeoHookean};
-use sinew_energy::{ForceBalance, Load, Magnitude, Scene, Support, ThetaError};
+use sinew_energy::{Body, Load, Magnitude, Scene, Support, ThetaError};
 use sinew_fem::{NotConverged, Options, Solution, SolveError, Solver, sweep};
 use sinew_mesh::{TetMesh, box_tetrahedra, quality};
 
@@ -20,7 +20,7 @@ fn mesh() -> TetMesh {
     box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2])
 }
 
-fn solved(body: &ForceBalance, theta: &[f64], options: &Options) -> Result<Solution, SolveError> {
+fn solved(body: &Body, theta: &[f64], options: &Options) -> Result<Solution, SolveError> {
     let result = Solver::new(body)?.solve(theta, options);
     if let Ok(solution) = &result {
         println!(
@@ -54,7 +54,7 @@ fn not_converged(result: Result<Solution, SolveError>) -> NotConverged {
 
 #[test]
 fn a_vanishing_pressure_on_a_free_rim_is_a_dead_traction() {
-    let body = pressed(1e-7).lower_follower().unwrap();
+    let body = pressed(1e-7).loose_rims().lower().unwrap();
     let follower = solved(&body, &THETA, &Options::default()).unwrap();
     let loads = vec![traction("z_max", [0.0, 0.0, -1e-7])];
     let dead = Scene { loads, ..scene(NeoHookean, mesh()) }.lower().unwrap();
@@ -67,12 +67,12 @@ fn a_vanishing_pressure_on_a_free_rim_is_a_dead_traction() {
 fn a_large_pressure_on_a_free_rim_balances_forces_and_moments() {
     let pressure = 0.02;
     let scene = pressed(pressure);
-    let body = scene.lower_follower().unwrap();
+    let body = scene.loose_rims().lower().unwrap();
     let solution = solved(&body, &THETA, &Options::default()).unwrap();
     let x = |node: usize| -> [f64; 3] {
         std::array::from_fn(|i| scene.mesh.points[node][i] + solution.displacement[3 * node + i])
     };
-    let (internal, _) = gradient_and_energy(&body.body, &solution.displacement, &THETA);
+    let (internal, _) = gradient_and_energy(body, &solution.displacement, &THETA);
     let cross = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] {
         std::array::from_fn(|i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -106,7 +106,8 @@ fn a_large_pressure_on_a_free_rim_balances_forces_and_moments() {
 fn a_held_rim_gives_the_same_by_balance_and_by_potential() {
     let mut scene = pressed(0.3);
     scene.supports = ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped).to_vec();
-    let balance = solved(&scene.lower_follower().unwrap(), &THETA, &Options::default()).unwrap();
+    let balance =
+        solved(&scene.loose_rims().lower().unwrap(), &THETA, &Options::default()).unwrap();
     let potential = scene.lower().unwrap();
     let minimum = solve(&potential, &THETA).unwrap();
     assert_sound(&potential, &minimum);
@@ -119,7 +120,7 @@ fn a_pressure_a_million_times_too_large_is_refused_with_the_largest_that_holds()
     let held = ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped).to_vec();
     for (supports, bearable) in [(vec![Support::clamped("x_min")], 0.02), (held, 0.3)] {
         let body = |pressure: f64| {
-            Scene { supports: supports.clone(), ..pressed(pressure) }.lower_follower().unwrap()
+            Scene { supports: supports.clone(), ..pressed(pressure) }.loose_rims().lower().unwrap()
         };
         let start = std::time::Instant::now();
         let failure = not_converged(solved(&body(1e6 * bearable), &THETA, &Options::default()));
@@ -147,8 +148,8 @@ fn beams_that_roll_up_under_a_loose_pressure_take_few_iterations_all_over_their_
     let ho = with_directions(ho, mesh(), [[1.0, 0.0, 0.0]]);
     let guccione = with_directions(guccione, mesh(), Guccione::frame([1.0, 0.0, 0.0]));
     let bodies = [
-        (Scene { loads: loads(), ..ho }.lower_follower().unwrap(), [0.75, 2.5]),
-        (Scene { loads: loads(), ..guccione }.lower_follower().unwrap(), [1.75, 3.5]),
+        (Scene { loads: loads(), ..ho }.loose_rims().lower().unwrap(), [0.75, 2.5]),
+        (Scene { loads: loads(), ..guccione }.loose_rims().lower().unwrap(), [1.75, 3.5]),
     ];
     for (body, [low, high]) in bodies {
         // Steps of a low-discrepancy sequence (M. Roberts), and the softest corner.
@@ -170,7 +171,7 @@ fn a_balance_goes_on_from_a_solution_nearby_and_knows_where_to() {
     let mut scene = pressed(0.0);
     scene.parameters = parameters(&["mu", "lambda", "p"]);
     scene.loads = vec![Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Theta(2) }];
-    let body = scene.lower_follower().unwrap();
+    let body = scene.loose_rims().lower().unwrap();
     let mut solver = Solver::new(&body).unwrap();
     let (theta, near) = ([1.0, 1.2, 0.012], [1.0 + 1e-4, 1.2, 0.012]);
     let solution = solver.solve(&theta, &Options::default()).unwrap();
@@ -198,21 +199,21 @@ fn a_balance_without_unknowns_is_what_is_prescribed() {
     let mut scene = pressed(0.3);
     scene.mesh.node_sets.insert("all".into(), (0..scene.mesh.points.len()).collect());
     scene.supports = vec![Support::clamped("all")];
-    let body = scene.lower_follower().unwrap();
+    let body = scene.loose_rims().lower().unwrap();
     let solution = solved(&body, &THETA, &Options::default()).unwrap();
     assert!(solution.displacement.iter().all(|&u| u == 0.0));
 }
 
 #[test]
 fn a_balance_without_loads_is_rest() {
-    let body = pressed(0.0).lower_follower().unwrap();
+    let body = pressed(0.0).loose_rims().lower().unwrap();
     let solution = solved(&body, &THETA, &Options::default()).unwrap();
     assert!(solution.displacement.iter().all(|&u| u == 0.0));
 }
 
 #[test]
 fn theta_that_makes_no_sense_is_refused_by_the_balance_too() {
-    let body = pressed(0.1).lower_follower().unwrap();
+    let body = pressed(0.1).loose_rims().lower().unwrap();
     for theta in [&[f64::NAN, 1.0][..], &[1.0, -1.0], &[1.0], &[1.0, f64::INFINITY]] {
         let error = solved(&body, theta, &Options::default()).unwrap_err();
         assert!(matches!(error, SolveError::Theta(_)), "{error}");
@@ -220,7 +221,7 @@ fn theta_that_makes_no_sense_is_refused_by_the_balance_too() {
     let mut scene = pressed(0.1);
     scene.parameters = parameters(&["mu", "lambda", "p"]);
     scene.loads = vec![Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Theta(2) }];
-    let body = scene.lower_follower().unwrap();
+    let body = scene.loose_rims().lower().unwrap();
     let error = solved(&body, &THETA, &Options::default()).unwrap_err();
     let expected = ThetaError::Length { given: 2, needed: 3, names: vec!["mu", "lambda"] };
     assert_eq!(error, SolveError::Theta(expected));
@@ -230,7 +231,7 @@ fn theta_that_makes_no_sense_is_refused_by_the_balance_too() {
 
 #[test]
 fn limits_on_iterations_are_kept_by_the_balance_too() {
-    let body = pressed(0.02).lower_follower().unwrap();
+    let body = pressed(0.02).loose_rims().lower().unwrap();
     for iterations in [0, 1, 3] {
         let options = Options { iterations, ..Options::default() };
         let failure = not_converged(solved(&body, &THETA, &options));
@@ -243,7 +244,7 @@ fn a_free_body_is_refused_by_the_balance_too() {
     let mut scene = pressed(0.1);
     scene.mesh.node_sets.insert("corner".into(), vec![0]);
     scene.supports = vec![Support::clamped("corner")];
-    let body = scene.lower_follower().unwrap();
+    let body = scene.loose_rims().lower().unwrap();
     let error = Solver::new(&body).map(|_| ()).unwrap_err();
     // Held at a corner it turns about it.
     assert!(matches!(error, SolveError::FreeToMove { modes, .. } if modes.len() == 3));
@@ -254,7 +255,7 @@ fn fibres_near_overflow_under_a_loose_pressure_are_solved_or_refused() {
     let law = HolzapfelOgden.nearly_incompressible(100.0);
     let loads = vec![Load::Pressure { facets: "x_max".into(), magnitude: Magnitude::Fixed(-30.0) }];
     let scene = Scene { loads, ..with_directions(law, mesh(), [[1.0, 0.0, 0.0]]) };
-    let body = scene.lower_follower().unwrap();
+    let body = scene.loose_rims().lower().unwrap();
     for b_f in [1.0, 1e2, 1e4] {
         match solved(&body, &[1.0, 1.0, 1.0, b_f], &Options::default()) {
             Ok(solution) => assert!(solution.displacement[3 * 8] > 0.0),
@@ -272,7 +273,7 @@ fn slivers_under_a_loose_pressure_are_solved_as_if_they_were_not_there() {
         scene.mesh.points[node] = [2.0, 0.5, 1.0 - gap];
         let least = quality(&scene.mesh).unwrap().ratio.min;
         assert!(least > 0.0 && least < 10.0 * gap, "{least:e}");
-        solved(&scene.lower_follower().unwrap(), &THETA, &Options::default()).unwrap()
+        solved(&scene.loose_rims().lower().unwrap(), &THETA, &Options::default()).unwrap()
     };
     let (thin, thinner) = (solved_with(1e-6), solved_with(1e-8));
     let tip = 3 * mesh().node_sets["x_max"][0] + 2;
@@ -284,7 +285,7 @@ fn slivers_under_a_loose_pressure_are_solved_as_if_they_were_not_there() {
 
 #[test]
 fn a_sweep_of_loose_followers_finds_what_cold_solves_find_in_fewer_iterations() {
-    let body = pressed(0.05).lower_follower().unwrap();
+    let body = pressed(0.05).loose_rims().lower().unwrap();
     let thetas: Vec<Vec<f64>> =
         (0..12).map(|k| vec![1.0 + 0.05 * f64::from(k), 1.5 - 0.04 * f64::from(k)]).collect();
     let options = Options::default();
@@ -310,7 +311,7 @@ fn known_parameters_leave_every_pressure_its_own() {
         Load::Pressure { facets: facets.into(), magnitude }
     };
     scene.loads = vec![pressure("z_max", 2), pressure("x_min", 3)];
-    let whole = scene.lower_follower().unwrap();
+    let whole = scene.loose_rims().lower().unwrap();
     assert_eq!((whole.followers.len(), whole.body.pressures.len()), (1, 1));
     let expected = solved(&whole, &[1.0, 1.2, 0.012, 0.5], &Options::default()).unwrap();
     for (known, theta) in [

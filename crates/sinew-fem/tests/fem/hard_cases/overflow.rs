@@ -6,9 +6,7 @@
 use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::gradient_and_energy;
 use sinew_energy::laws::{Guccione, HolzapfelOgden};
-use sinew_energy::{
-    Body, ForceBalance, Load, Magnitude, NearlyIncompressible, Scene, Support, SurfaceResponse,
-};
+use sinew_energy::{Body, Load, Magnitude, NearlyIncompressible, Scene, Support, SurfaceResponse};
 use sinew_fem::{Options, Solution, SolveError, Solver, sweep};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -83,9 +81,9 @@ fn sound(potential: &Body, solution: &Solution) -> Result<(), String> {
 }
 
 /// Whether a solution of the balance is one.
-fn sound_balance(body: &ForceBalance, solution: &Solution) -> Result<(), String> {
+fn sound_balance(body: &Body, solution: &Solution) -> Result<(), String> {
     let Solution { displacement, theta, residual, force_scale, load_factor, .. } = solution;
-    let (mut forces, value) = gradient_and_energy(&body.body, displacement, theta);
+    let (mut forces, value) = gradient_and_energy(body, displacement, theta);
     let mut loads = vec![0.0; forces.len()];
     let mut response = SurfaceResponse::default();
     for follower in &body.followers {
@@ -100,7 +98,7 @@ fn sound_balance(body: &ForceBalance, solution: &Solution) -> Result<(), String>
     for (force, load) in forces.iter_mut().zip(&loads) {
         *force += load;
     }
-    let left = unbalanced(&body.body.prescribed, &forces, &loads);
+    let left = unbalanced(&body.prescribed, &forces, &loads);
     let told = residual / force_scale;
     if value.is_finite() && left <= BALANCED && told <= BALANCED && force_scale.is_finite() {
         return Ok(());
@@ -263,13 +261,13 @@ fn sensitivities_near_overflow_keep_the_forces_balanced_or_are_refused() {
     assert!(balanced >= 12, "{balanced}");
 }
 
-fn traction_beam(pressure: f64, bulk_modulus: f64) -> ForceBalance {
+fn traction_beam(pressure: f64, bulk_modulus: f64) -> Body {
     let mesh: TetMesh = box_tetrahedra([100.0, 10.0, 10.0], [10, 3, 3]);
     let magnitude = Magnitude::Fixed(pressure);
     let loads = vec![Load::Pressure { facets: "z_min".into(), magnitude }];
     let law = Guccione.nearly_incompressible(bulk_modulus);
     let frame = Guccione::frame([1.0, 0.0, 0.0]);
-    Scene { loads, ..with_directions(law, mesh, frame) }.lower_follower().unwrap()
+    Scene { loads, ..with_directions(law, mesh, frame) }.loose_rims().lower().unwrap()
 }
 
 #[test]
@@ -299,7 +297,7 @@ fn a_loose_pressure_up_to_overflow_is_in_equilibrium_or_refused() {
             let magnitude = Magnitude::Fixed(sign * 10.0_f64.powi(exponent));
             let loads = vec![Load::Pressure { facets: "x_max".into(), magnitude }];
             let scene = Scene { loads, ..with_directions(HO, mesh.clone(), [FIBRES[0]]) };
-            let body = scene.lower_follower().unwrap();
+            let body = scene.loose_rims().lower().unwrap();
             let mut solver = Solver::new(&body).unwrap();
             for b in [1.0, 100.0] {
                 let result = solver.solve(&exponents(b), &Options::default());
@@ -319,7 +317,7 @@ fn a_traced_volume_up_to_overflow_is_in_equilibrium_or_refused() {
     let walls = ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped);
     let scene = with_directions(HO, mesh, [FIBRES[0]]);
     let scene = Scene { loads: vec![load], supports: walls.to_vec(), ..scene };
-    let body = scene.lower_follower().unwrap();
+    let body = scene.loose_rims().lower().unwrap();
     for b in [1.0, 10.0, 100.0, 300.0] {
         for volume in [0.01, 0.1, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0] {
             let mut solver = Solver::new(&body).unwrap();
@@ -327,16 +325,16 @@ fn a_traced_volume_up_to_overflow_is_in_equilibrium_or_refused() {
             let trace = trace.map(|steps| {
                 let solution = &steps[0].solution;
                 let Solution { displacement, theta, load_factor, .. } = solution;
-                let (mut forces, value) = gradient_and_energy(&body.body, displacement, theta);
+                let (mut forces, value) = gradient_and_energy(body, displacement, theta);
                 let mut loads = vec![0.0; forces.len()];
-                for pressure in &body.body.pressures {
+                for pressure in &body.pressures {
                     pressure.value_and_add_gradient(displacement, theta, &mut loads);
                 }
                 for (force, load) in forces.iter_mut().zip(&mut loads) {
                     *force += (load_factor - 1.0) * *load;
                     *load *= load_factor;
                 }
-                let left = unbalanced(&body.body.prescribed, &forces, &loads);
+                let left = unbalanced(&body.prescribed, &forces, &loads);
                 let sound = value.is_finite() && left <= BALANCED;
                 if sound { Ok(()) } else { Err(format!("{left:.1e} unbalanced of {value:.1e}")) }
             });
