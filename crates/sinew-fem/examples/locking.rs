@@ -156,11 +156,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         row("linear tets", &tets.mesh, tets.lower(), &theta)?;
         for cells in [4, 8, 12] {
             let name = format!("… averaged over {cells}");
-            row(&name, &tets.mesh, tets.averaged_over(cells).lower(), &theta)?;
+            row(&name, &tets.mesh, tets.clone().averaged_over(cells).lower(), &theta)?;
         }
         let hexahedra = beam(box_hexahedra(SIZE, boxes));
         row("hexahedra", &hexahedra.mesh, hexahedra.lower(), &theta)?;
-        row("… averaged", &hexahedra.mesh, hexahedra.averaged().lower(), &theta)?;
+        row("… averaged", &hexahedra.mesh, hexahedra.clone().averaged().lower(), &theta)?;
         let quadratic = beam(box_tetrahedra(SIZE, [12, 4, 5]).quadratic());
         row("quadratic tets", &quadratic.mesh, quadratic.lower(), &theta)?;
         // Mixed: the law keeps a mild bulk modulus, the field of pressure brings the rest.
@@ -168,7 +168,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if bulk <= own {
             continue;
         }
-        let body = quadratic.mixed().lower()?.with_compliance(1.0 / (bulk - own))?;
+        let body = quadratic.clone().mixed().lower()?.with_compliance(1.0 / (bulk - own))?;
         let mut solver = Solver::new(&body)?;
         let unknowns = solver.unknowns() + solver.pressures();
         let found = solver.solve(&[75.0, own], &Options::default())?;

@@ -34,9 +34,9 @@ pub(crate) fn with_directions<L: Law<D>, const D: usize, const N: usize>(
 }
 
 /// An equilibrium; the time covers preparation and solve.
-pub(crate) fn equilibrium<'p>(balance: &'p Body, theta: &[f64]) -> Result<(Solution, Cost)> {
+pub(crate) fn equilibrium(body: &Body, theta: &[f64]) -> Result<(Solution, Cost)> {
     let start = Instant::now();
-    let mut solver = Solver::new(balance)?;
+    let mut solver = Solver::new(body)?;
     let solution = solver.solve(theta, &Options::default())?;
     Ok((solution, Cost::since(start, solver.unknowns() + solver.pressures())))
 }
@@ -50,7 +50,7 @@ where
     Nodes<N>: FiniteElement<N>,
 {
     match formulation {
-        Formulation::FBar | Formulation::Q1FBar => scene.averaged().lower(),
+        Formulation::FBar | Formulation::Q1FBar => scene.clone().averaged().lower(),
         _ => scene.lower(),
     }
 }
@@ -95,7 +95,8 @@ pub(crate) fn mixed<L: Law<D>, const D: usize, const N: usize>(
 where
     Nodes<N>: TaylorHoodElement<N>,
 {
-    let body = scene.mixed().lower()?.with_compliance(compliance)?;
+    let scene = scene.mixed();
+    let body = scene.lower()?.with_compliance(compliance)?;
     let (solution, cost) = equilibrium(&body, theta)?;
     Ok(Found { mesh: scene.mesh, displacement: solution.displacement, cost })
 }

@@ -32,7 +32,7 @@ where
     for support in supports {
         scene = scene.support(support);
     }
-    scene.loose_rims().lower().unwrap().body.clone()
+    scene.loose_rims().lower().unwrap()
 }
 
 /// Wall of a sector of a tube about z, from a polygon with corners at `inner` to one twice as large, between the heights that `ends`

@@ -251,7 +251,7 @@ fn locking_is_foreseen_from_material_and_mesh() {
     }
 
     // Patches cure the volume, not the bending.
-    let averaged = locking(&tets.averaged().lower().unwrap(), &stiff).unwrap().unwrap();
+    let averaged = locking(&tets.clone().averaged().lower().unwrap(), &stiff).unwrap().unwrap();
     assert!(averaged.bulk_to_shear.is_none() && averaged.bending.is_some());
     let quadratic = scene(beam().quadratic(), vec![]).lower().unwrap();
     assert_eq!(locking(&quadratic, &stiff), Ok(None));

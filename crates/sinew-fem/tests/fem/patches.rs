@@ -78,16 +78,12 @@ fn a_follower_on_a_loose_rim_takes_averaged_volume_ratios() {
         let node = mesh.points.iter().position(|&x| x == [4.0, 0.0, 0.0]).unwrap();
         let load = Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.01) };
         let scene = Scene { loads: vec![load], ..beam(mesh, 0.0) };
-        let balance = if averaged {
-            scene.loose_rims().averaged().lower()
-        } else {
-            scene.loose_rims().lower()
-        };
-        let balance = balance.unwrap();
-        let mut solver = Solver::new(&balance).unwrap();
+        let scene = scene.loose_rims();
+        let body = if averaged { scene.averaged().lower() } else { scene.lower() }.unwrap();
+        let mut solver = Solver::new(&body).unwrap();
         let solution = solver.solve(&[1.0, 200.0], &Options::default()).unwrap();
         assert!(solution.residual <= 1e-9 * solution.force_scale);
-        assert_eq!(balance.patches.is_empty(), !averaged);
+        assert_eq!(body.patches.is_empty(), !averaged);
         solution.displacement[3 * node + 2]
     };
     // Linear tetrahedra lock at a bulk modulus of 200 times the shear modulus; averaged ones are near to their own finer mesh.
@@ -102,8 +98,8 @@ fn a_held_rim_gives_the_same_averaged_by_balance_and_by_potential() {
     let supports = ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped).to_vec();
     let mesh = box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2]);
     let scene = Scene { loads: vec![load], supports, ..beam(mesh, 0.0) };
-    let (balance, body) =
-        (scene.loose_rims().averaged().lower().unwrap(), scene.averaged().lower().unwrap());
+    let scene = scene.averaged();
+    let (balance, body) = (scene.clone().loose_rims().lower().unwrap(), scene.lower().unwrap());
     let options = Options::default();
     let balanced = Solver::new(&balance).unwrap().solve(&[1.0, 50.0], &options).unwrap();
     let minimum = Solver::new(&body).unwrap().solve(&[1.0, 50.0], &options).unwrap();

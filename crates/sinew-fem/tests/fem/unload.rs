@@ -247,7 +247,7 @@ fn loose_rims_inclined_supports_plane_bodies_and_the_thesis_pressure() {
         .support(Support::clamped("x_min"))
         .support(Support::roller_on_plane("x_max", [1.0, 0.0, 0.5]));
     let theta = [15.0, 30.0, 1.0];
-    let balance = pressed.loose_rims().lower().unwrap();
+    let balance = pressed.clone().loose_rims().lower().unwrap();
     check("a loose rim", Unload::new(&balance).unwrap(), &theta);
     let balance = pressed.loose_rims().averaged().lower().unwrap();
     check("a loose rim, averaged", Unload::new(&balance).unwrap(), &theta);

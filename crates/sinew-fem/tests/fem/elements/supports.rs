@@ -95,7 +95,7 @@ fn a_turned_box_on_inclined_rollers_is_the_turned_solution() {
     let scenes = [STRAIGHT, TURN].map(|turn| block(&turn, tetrahedra(), None));
     let bodies = scenes.each_ref().map(|scene| scene.lower().unwrap());
     compare(&TURN, bodies.each_ref());
-    let bodies = scenes.each_ref().map(|scene| scene.averaged().lower().unwrap());
+    let bodies = scenes.each_ref().map(|scene| scene.clone().averaged().lower().unwrap());
     compare(&TURN, bodies.each_ref());
     let hexahedra = box_hexahedra(extent, [2, 2, 2]);
     let bodies =
@@ -121,9 +121,9 @@ fn a_turned_balance_is_the_turned_solution() {
     let scenes = [STRAIGHT, TURN].map(|turn| block(&turn, quadratic.clone(), Some("z_max")));
     assert!(matches!(scenes[1].lower(), Err(SceneError::LooseRim { .. })));
     let [straight, inclined] =
-        scenes.each_ref().map(|s| balanced(&s.loose_rims().lower().unwrap()));
+        scenes.each_ref().map(|s| balanced(&s.clone().loose_rims().lower().unwrap()));
     assert!(distance(&turned_field(&TURN, &straight), &inclined) < 1e-8);
-    let [straight, inclined] = scenes.each_ref().map(|s| balanced(&s.mixed().lower().unwrap()));
+    let [straight, inclined] = scenes.each_ref().map(|s| balanced(&s.clone().mixed().lower().unwrap()));
     assert!(distance(&turned_field(&TURN, &straight), &inclined) < 1e-8);
 }
 
