@@ -5,7 +5,7 @@ mod support;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_energy::laws::HolzapfelOgden;
-use sinew_energy::{Barriers, Body, Load, Magnitude, Scene, Support, Units};
+use sinew_energy::{Barriers, Body, Load, Magnitude, Scene, Support};
 use sinew_fem::{Options, Solution, Solver};
 use sinew_gnn::Potential;
 use sinew_mesh::box_tetrahedra;
@@ -80,13 +80,11 @@ fn with_fibres() {
     let (sin, cos) = 30f64.to_radians().sin_cos();
     let scene: Scene<sinew_energy::NearlyIncompressible<HolzapfelOgden>, 1> = Scene {
         name: "muscle strip".into(),
-        units: Units::mm_kpa(),
         directions: vec![[[cos, sin, 0.0]]; mesh.cells.len()],
-        mesh,
-        law: HolzapfelOgden.nearly_incompressible(10.0),
         parameters: ["a", "b", "a_f", "b_f"].map(|name| stiffness(name, [0.1, 10.0])).into(),
         loads: vec![Load::Traction { facets: "x_max".into(), value: [0.2, 0.0, 0.02] }],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(mesh, HolzapfelOgden.nearly_incompressible(10.0))
     };
     check(&scene.lower().unwrap(), &[0.5, 5.0, 3.0, 3.0]);
 }

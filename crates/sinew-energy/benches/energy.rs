@@ -8,7 +8,7 @@ use sinew_energy::laws::{
 };
 use sinew_energy::{
     Barriers, Body, Exact, FiniteElement, Law, Magnitude, Nodes, PressureForm, PressureSurface,
-    Response, Scene, Support, SurfaceResponse, Units, response_by_jets, stress_by_slopes,
+    Response, Scene, Support, SurfaceResponse, response_by_jets, stress_by_slopes,
 };
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use std::hint::black_box;
@@ -29,13 +29,10 @@ fn potential<L: Law<D>, const D: usize>(law: L) -> Body {
     };
     let scene = Scene {
         name: "beam".into(),
-        units: Units::mm_kpa(),
         directions: vec![directions; mesh.cells.len()],
         parameters: L::PARAMETERS.iter().map(parameter).collect(),
-        mesh,
-        law,
-        loads: vec![],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(mesh, law)
     };
     scene.lower().expect("the scene is complete")
 }

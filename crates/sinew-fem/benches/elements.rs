@@ -4,9 +4,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use sinew_energy::laws::{
     Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible, NeoHookean,
 };
-use sinew_energy::{
-    Body, FiniteElement, Law, Load, Nodes, Parameter, Sampling, Scene, Support, Units,
-};
+use sinew_energy::{Body, FiniteElement, Law, Load, Nodes, Parameter, Sampling, Scene, Support};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
 use std::hint::black_box;
@@ -31,13 +29,11 @@ fn scene<L: Law<D>, const D: usize, const N: usize>(
     };
     Scene {
         name: "beam".into(),
-        units: Units::mm_kpa(),
         directions: vec![direction; if D == 0 { 0 } else { mesh.cells.len() }],
-        mesh,
-        law,
         parameters: L::PARAMETERS.iter().map(parameter).collect(),
         loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(mesh, law)
     }
 }
 

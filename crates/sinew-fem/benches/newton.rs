@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, Units};
+use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support};
 use sinew_fem::{Options, Solver, sweep};
 use sinew_mesh::box_tetrahedra;
 use std::hint::black_box;
@@ -20,13 +20,10 @@ fn beam() -> Body {
     };
     let scene = Scene {
         name: "OnceClampedBeam".into(),
-        units: Units::mm_kpa(),
-        mesh: box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]),
-        law: NeoHookean,
-        directions: vec![],
         parameters: vec![stiffness("mu"), stiffness("lambda")],
         loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean)
     };
     scene.lower().expect("the beam is well formed")
 }

@@ -5,7 +5,7 @@
 
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{
-    Body, FiniteElement, Load, Nodes, Parameter, Sampling, Scene, SceneError, Support, Units,
+    Body, FiniteElement, Load, Nodes, Parameter, Sampling, Scene, SceneError, Support,
 };
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
@@ -22,13 +22,10 @@ fn beam<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
     };
     Scene {
         name: "beam".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law: NeoHookean,
-        directions: vec![],
         parameters: vec![modulus("mu"), modulus("lambda")],
         loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(mesh, NeoHookean)
     }
 }
 

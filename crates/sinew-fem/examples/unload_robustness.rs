@@ -201,12 +201,14 @@ fn body(mut mesh: TetMesh, active: bool) -> Result<Body, String> {
     let scene = Scene {
         name: passive.name,
         units: passive.units,
-        law: HolzapfelOgden.nearly_incompressible(BULK_MODULUS).with_active(ActiveTension),
         directions: passive.directions,
         parameters,
         loads: vec![Load::Pressure { facets: "region:1".into(), magnitude }],
         supports: passive.supports,
-        mesh: passive.mesh,
+        ..Scene::new(
+            passive.mesh,
+            HolzapfelOgden.nearly_incompressible(BULK_MODULUS).with_active(ActiveTension),
+        )
     };
     scene.lower().map_err(|e| e.to_string())
 }

@@ -4,7 +4,7 @@
 //! `cargo run -p sinew-fem --example watch_iterations [-- folder]`
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units};
+use sinew_energy::{Load, Parameter, Sampling, Scene, Support};
 use sinew_fem::{IterationSeries, Options, Solver, locking, print_progress, report};
 use sinew_mesh::box_tetrahedra;
 use std::error::Error;
@@ -19,13 +19,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let potential = Scene {
         name: "beam".into(),
-        units: Units::mm_kpa(),
-        mesh: box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]),
-        law: NeoHookean,
-        directions: vec![],
         parameters: vec![modulus("mu"), modulus("lambda")],
         loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean)
     }
     .lower()?;
     let theta = [75.0, 75.0];

@@ -3,7 +3,7 @@
 
 use sinew_coordinates::{Coordinates, Dirichlet, OutputScale, ParameterScaling};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, Units};
+use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support};
 use sinew_fem::{Options, Solution, Solver, sweep};
 use sinew_gnn::{
     Backend, EmulatorConfig, Geometry, Objective, Sample, Scales, Surrogate, Trainer,
@@ -26,13 +26,10 @@ pub(crate) fn stiffness(name: &str, range: [f64; 2]) -> Parameter {
 pub(crate) fn hanging(mesh: TetMesh, weight: f64) -> Scene<NeoHookean, 0> {
     Scene {
         name: "beam".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law: NeoHookean,
-        directions: Vec::new(),
         parameters: vec![stiffness("mu", RANGE), stiffness("lambda", RANGE)],
         loads: vec![Load::BodyForce([0.0, 0.0, -weight])],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(mesh, NeoHookean)
     }
 }
 

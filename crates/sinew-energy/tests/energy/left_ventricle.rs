@@ -3,7 +3,7 @@
 
 use crate::ventricles::{fixture, ventricles};
 use sinew_energy::laws::{Compressible, HolzapfelOgdenCompressible};
-use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Solid, Support, Units};
+use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Solid, Support};
 use sinew_mesh::TetMesh;
 
 type Ventricle = Scene<Solid<HolzapfelOgdenCompressible, Compressible>, 1>;
@@ -20,13 +20,11 @@ fn scene(mesh: TetMesh, load: fn(String, Magnitude) -> Load) -> Ventricle {
     };
     Scene {
         name: "left ventricle".into(),
-        units: Units::mm_kpa(),
-        law: HolzapfelOgdenCompressible::THESIS_KPA,
         directions: fibres.into_iter().map(|fibre| [fibre]).collect(),
         parameters: ["a", "b", "a_f", "b_f", "p"].map(parameter).into(),
         loads: vec![load("region:1".into(), Magnitude::Theta(4))],
         supports: vec![Support::clamped("base")],
-        mesh,
+        ..Scene::new(mesh, HolzapfelOgdenCompressible::THESIS_KPA)
     }
 }
 

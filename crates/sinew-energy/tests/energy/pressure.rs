@@ -3,7 +3,7 @@
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{
     Body, Load, Magnitude, Parameter, PressureForm, PressureSurface, Sampling, Scene, SceneError,
-    Support, SurfaceResponse, Units,
+    Support, SurfaceResponse,
 };
 use sinew_mesh::{boundary_facets, box_tetrahedra};
 use sinew_num::Mat3;
@@ -20,13 +20,10 @@ fn scene(load: Load, supports: Vec<Support>) -> Scene<NeoHookean, 0> {
     };
     Scene {
         name: "block".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law: NeoHookean,
-        directions: vec![],
         parameters: ["mu", "lambda", "p"].map(parameter).into(),
         loads: vec![load],
         supports,
+        ..Scene::new(mesh, NeoHookean)
     }
 }
 

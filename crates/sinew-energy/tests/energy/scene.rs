@@ -3,7 +3,7 @@
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{
     Barriers, Body, Fibres, Load, Magnitude, Parameter, Prescribed, Sampling, Scene, SceneError,
-    Support, ThetaError, Units, at_points, metrics,
+    Support, ThetaError, at_points, metrics,
 };
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
@@ -14,13 +14,9 @@ fn parameter(name: &str) -> Parameter {
 fn block() -> Scene<NeoHookean, 0> {
     Scene {
         name: "block".into(),
-        units: Units::mm_kpa(),
-        mesh: box_tetrahedra([3.0, 2.0, 1.0], [3, 2, 2]),
-        law: NeoHookean,
-        directions: vec![],
         parameters: vec![parameter("mu"), parameter("lambda")],
-        loads: vec![],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(box_tetrahedra([3.0, 2.0, 1.0], [3, 2, 2]), NeoHookean)
     }
 }
 
@@ -260,12 +256,10 @@ fn directions_must_be_unit_vectors() {
     let mut scene = Scene {
         name,
         units,
-        law: HolzapfelOgden.nearly_incompressible(10.0),
         directions: vec![[[1.0, 0.0, 0.0]]; mesh.cells.len()],
-        mesh,
         parameters: ["a", "b", "a_f", "b_f"].map(parameter).into(),
-        loads: vec![],
         supports,
+        ..Scene::new(mesh, HolzapfelOgden.nearly_incompressible(10.0))
     };
     assert!(scene.lower().is_ok());
     for wrong in [[0.0; 3], [2.0, 0.0, 0.0], [f64::NAN, 0.0, 0.0]] {

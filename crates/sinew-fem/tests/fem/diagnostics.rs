@@ -2,7 +2,7 @@
 
 use crate::support::{GRAVITY, gravity, once, parameters, twice};
 use sinew_energy::laws::{ActiveTension, HolzapfelOgden, NeoHookean};
-use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support, SurfaceResponse, Units};
+use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support, SurfaceResponse};
 use sinew_fem::{
     Advice, IterationSeries, LARGEST_BULK_TO_SHEAR, Options, SolutionReport, SolveError, Solver,
     Warning, locking, report,
@@ -20,13 +20,10 @@ const BALANCED: f64 = 1e-8;
 fn scene<const N: usize>(mesh: Mesh<N>, loads: Vec<Load>) -> Scene<NeoHookean, 0, N> {
     Scene {
         name: "diagnostics".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law: NeoHookean,
-        directions: vec![],
         parameters: parameters(&["mu", "lambda"]),
         loads,
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(mesh, NeoHookean)
     }
 }
 

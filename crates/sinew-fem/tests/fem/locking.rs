@@ -2,7 +2,7 @@
 
 use crate::support::parameters;
 use sinew_energy::laws::{ByYoungPoisson, HolzapfelOgden, NeoHookean};
-use sinew_energy::{Body, Law, Load, Magnitude, Nodes, Scene, Support, Units};
+use sinew_energy::{Body, Law, Load, Magnitude, Nodes, Scene, Support};
 use sinew_energy::{FiniteElement, Parameter};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{
@@ -22,13 +22,10 @@ fn scene<L: Law<D>, const D: usize, const N: usize>(
 ) -> Scene<L, D, N> {
     Scene {
         name: "locking".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law,
-        directions: vec![],
         parameters: parameters(L::PARAMETERS),
         loads,
         supports: vec![Support::clamped(held)],
+        ..Scene::new(mesh, law)
     }
 }
 

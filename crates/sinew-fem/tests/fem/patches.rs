@@ -2,7 +2,7 @@
 
 use crate::support::{gravity, parameters};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Magnitude, Scene, Support, Units};
+use sinew_energy::{Load, Magnitude, Scene, Support};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::box_tetrahedra;
 
@@ -12,13 +12,10 @@ const STEP: f64 = 1e-5;
 fn beam(mesh: sinew_mesh::TetMesh, weight: f64) -> Scene<NeoHookean, 0> {
     Scene {
         name: "beam".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law: NeoHookean,
-        directions: vec![],
         parameters: parameters(&["mu", "lambda"]),
         loads: gravity(weight),
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(mesh, NeoHookean)
     }
 }
 

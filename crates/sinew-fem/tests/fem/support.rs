@@ -5,7 +5,7 @@ pub(crate) mod organ;
 pub(crate) mod ventricle;
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Body, Law, Load, Parameter, Sampling, Scene, Support, Units};
+use sinew_energy::{Body, Law, Load, Parameter, Sampling, Scene, Support};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// Gravity on tissue of 1 g/cm³, downwards [kPa/mm].
@@ -30,13 +30,10 @@ pub(crate) fn lower<L: Law<0>>(
 ) -> Body {
     Scene {
         name: "test".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law,
-        directions: vec![],
         parameters: parameters(L::PARAMETERS),
         loads,
         supports,
+        ..Scene::new(mesh, law)
     }
     .lower()
     .expect("the scenes of the tests are well formed")

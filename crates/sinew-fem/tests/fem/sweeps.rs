@@ -2,7 +2,7 @@
 
 use crate::support::{difference, once, twice};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Body, Load, Magnitude, Sampling, Scene, SceneError, Support, Units};
+use sinew_energy::{Body, Load, Magnitude, Sampling, Scene, SceneError, Support};
 use sinew_fem::{Options, Progress, Solution, SolveError, Solver, resume_sweep, sweep};
 use sinew_mesh::box_tetrahedra;
 use std::ops::ControlFlow;
@@ -83,13 +83,10 @@ fn a_failed_sample_is_named_and_the_others_stay() {
 fn plate() -> Body {
     let mut scene = Scene {
         name: "inflated block".into(),
-        units: Units::mm_kpa(),
-        mesh: box_tetrahedra([10.0, 10.0, 4.0], [4, 4, 2]),
-        law: NeoHookean,
-        directions: vec![],
         parameters: crate::support::parameters(&["mu", "lambda", "pressure"]),
         loads: vec![Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Theta(2) }],
         supports: ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped).to_vec(),
+        ..Scene::new(box_tetrahedra([10.0, 10.0, 4.0], [4, 4, 2]), NeoHookean)
     };
     scene.parameters[2].sampling = Sampling::Linear;
     scene.lower().unwrap()

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use sinew_coordinates::*;
-use sinew_energy::{Barriers, Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+use sinew_energy::{Barriers, Load, Parameter, Sampling, Scene, Support, laws::NeoHookean};
 use sinew_gnn::*;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
 use sinew_mesh::Mesh;
@@ -61,13 +61,10 @@ pub(crate) fn beam() -> DataSet {
 pub(crate) fn energy(data: &DataSet) -> Box<dyn Objective> {
     let scene = Scene {
         name: "OnceClampedBeam".into(),
-        units: Units::mm_kpa(),
-        mesh: mesh(),
-        law: NeoHookean,
-        directions: vec![],
         parameters: ["mu", "lambda"].map(stiffness).to_vec(),
         loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(mesh(), NeoHookean)
     };
     let potential = scene.lower().expect("a complete scene").with_barriers(Barriers::default());
     let sample = &data.training[0];

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::common::*;
 use sinew_coordinates::*;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Barriers, Load, Parameter, Sampling, Scene, Support, Units};
+use sinew_energy::{Barriers, Load, Parameter, Sampling, Scene, Support};
 use sinew_gnn::*;
 
 /// Trained stiffnesses [kPa].
@@ -28,13 +28,10 @@ fn cantilever() -> Cantilever {
     };
     let scene = Scene {
         name: "cantilever".to_string(),
-        units: Units::mm_kpa(),
-        mesh,
-        law: NeoHookean,
-        directions: vec![],
         supports: vec![Support::clamped("x_min")],
         loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])],
         parameters: vec![parameter("mu"), parameter("lambda")],
+        ..Scene::new(mesh, NeoHookean)
     };
     let potential = scene.lower().unwrap();
     let body = beam_of(size, [4, 2, 2], vec![7, 3]);

@@ -4,7 +4,7 @@ use crate::common::{devices, relative_difference, small_config, thetas};
 use nalgebra::{DMatrix, DVector};
 use sinew_coordinates::*;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Barriers, Body, Load, Parameter, Sampling, Scene, Stiffness, Support, Units};
+use sinew_energy::{Barriers, Body, Load, Parameter, Sampling, Scene, Stiffness, Support};
 use sinew_gnn::*;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{TetMesh, box_tetrahedra};
@@ -20,13 +20,10 @@ fn scene(mesh: TetMesh, weight: [f64; 3], supports: Vec<Support>) -> Body {
     };
     let scene = Scene {
         name: "beam".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law: NeoHookean,
-        directions: Vec::new(),
         parameters: vec![parameter("mu"), parameter("lambda")],
         loads: vec![Load::BodyForce(weight)],
         supports,
+        ..Scene::new(mesh, NeoHookean)
     };
     scene.lower().unwrap()
 }

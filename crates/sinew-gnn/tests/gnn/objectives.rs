@@ -4,7 +4,7 @@ use crate::common::*;
 use burn::tensor::{Tensor, TensorData};
 use sinew_coordinates::*;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Parameter, Sampling, Scene, Stiffness, Support, Units};
+use sinew_energy::{Parameter, Sampling, Scene, Stiffness, Support};
 use sinew_gnn::*;
 
 /// Displacements in single precision.
@@ -31,13 +31,9 @@ fn stiffness(cells: [usize; 3]) -> Stiffness {
     };
     let scene = Scene {
         name: "beam".into(),
-        units: Units::mm_kpa(),
-        mesh: sinew_mesh::box_tetrahedra([100.0, 10.0, 10.0], cells),
-        law: NeoHookean,
-        directions: Vec::new(),
         parameters: vec![parameter("mu"), parameter("lambda")],
-        loads: vec![],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(sinew_mesh::box_tetrahedra([100.0, 10.0, 10.0], cells), NeoHookean)
     };
     let body = scene.lower().unwrap();
     body.stiffness(&vec![0.0; 3 * body.nodes], &[1.0, 1.0]).unwrap()

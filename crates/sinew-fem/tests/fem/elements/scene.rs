@@ -1,6 +1,6 @@
 //! Scenes of the tests of elements.
 
-use sinew_energy::{Law, Load, Parameter, Sampling, Scene, Support, Units};
+use sinew_energy::{Law, Load, Parameter, Sampling, Scene, Support};
 use sinew_mesh::{Mesh, boundary_facets};
 
 /// A scene without directions; θ is only what the law reads.
@@ -18,13 +18,10 @@ pub(crate) fn scene<L: Law<D>, const D: usize, const N: usize>(
     };
     Scene {
         name: "elements".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law,
-        directions: Vec::new(),
         parameters: L::PARAMETERS.iter().map(parameter).collect(),
         loads,
         supports,
+        ..Scene::new(mesh, law)
     }
 }
 

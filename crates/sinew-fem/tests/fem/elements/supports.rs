@@ -123,7 +123,8 @@ fn a_turned_balance_is_the_turned_solution() {
     let [straight, inclined] =
         scenes.each_ref().map(|s| balanced(&s.clone().loose_rims().lower().unwrap()));
     assert!(distance(&turned_field(&TURN, &straight), &inclined) < 1e-8);
-    let [straight, inclined] = scenes.each_ref().map(|s| balanced(&s.clone().mixed().lower().unwrap()));
+    let [straight, inclined] =
+        scenes.each_ref().map(|s| balanced(&s.clone().mixed().lower().unwrap()));
     assert!(distance(&turned_field(&TURN, &straight), &inclined) < 1e-8);
 }
 

@@ -1,20 +1,16 @@
 //! Scenes that the cases start from.
 
 pub(crate) use crate::support::{gravity, lower, once, parameters, twice};
-use sinew_energy::{Law, Load, Scene, Support, Units};
+use sinew_energy::{Law, Load, Scene, Support};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// A scene without loads, clamped at `x_min`.
 pub(crate) fn scene<L: Law<D>, const D: usize>(law: L, mesh: TetMesh) -> Scene<L, D> {
     Scene {
         name: "hard case".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law,
-        directions: vec![],
         parameters: parameters(L::PARAMETERS),
-        loads: vec![],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(mesh, law)
     }
 }
 

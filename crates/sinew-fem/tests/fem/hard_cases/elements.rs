@@ -3,7 +3,7 @@
 use crate::hard_cases::bodies::parameters;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{ByYoungPoisson, NeoHookean};
-use sinew_energy::{Body, FiniteElement, Law, Load, Nodes, Scene, SceneError, Support, Units};
+use sinew_energy::{Body, FiniteElement, Law, Load, Nodes, Scene, SceneError, Support};
 use sinew_fem::{Options, SolveError, Solver};
 use sinew_mesh::{Defect, Mesh, TriangleMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 use std::f64::consts::PI;
@@ -12,13 +12,9 @@ use std::f64::consts::PI;
 fn scene<L: Law<0>, const N: usize>(law: L, mesh: Mesh<N>) -> Scene<L, 0, N> {
     Scene {
         name: "hard case".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law,
-        directions: vec![],
         parameters: parameters(L::PARAMETERS),
-        loads: vec![],
         supports: vec![Support::clamped("x_min")],
+        ..Scene::new(mesh, law)
     }
 }
 

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each program uses a part")]
 
 use sinew_energy::laws::HolzapfelOgden;
-use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support, Units};
+use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support};
 use sinew_mesh::TetMesh;
 
 /// One millimetre of mercury [kPa].
@@ -31,13 +31,11 @@ pub(crate) fn scene(
     parameters.push(parameter("pressure", [4.0 * MMHG, 10.0 * MMHG]));
     Scene {
         name: "LeftVentricle".into(),
-        units: Units::mm_kpa(),
-        law: HolzapfelOgden.nearly_incompressible(bulk_modulus),
         directions: fibres.into_iter().map(|fibre| [fibre]).collect(),
         parameters,
         loads: vec![Load::Pressure { facets: "region:1".into(), magnitude: Magnitude::Theta(4) }],
         supports: vec![Support::clamped("base")],
-        mesh,
+        ..Scene::new(mesh, HolzapfelOgden.nearly_incompressible(bulk_modulus))
     }
 }
 
