@@ -15,6 +15,7 @@ use crate::elements::cells::{
 use crate::elements::check::check_length;
 use crate::{Solution, SolveError};
 use forces::Forces;
+use sinew_energy::Body;
 
 /// Numbers that tell whether a solution can be trusted; its `Display` is a readable block.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use crate::SolveError;
 use crate::elements::cells::inadmissible;
-use crate::elements::check::{check_displacement, check_length, check_state};
+use crate::elements::check::{check_length, check_state};
 use nalgebra::{Matrix3, SymmetricEigen};
 use sinew_energy::{Body, Mat3};
 

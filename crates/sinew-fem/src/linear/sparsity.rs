@@ -2,7 +2,7 @@
 
 use crate::linear::ordering::fill_reducing_order;
 use faer::sparse::SymbolicSparseColMat;
-use sinew_energy::{Body, Frames, PressureSurface};
+use sinew_energy::{Body, Frames};
 
 /// Marks a degree of freedom that is prescribed, so no unknown.
 const PRESCRIBED: u32 = u32::MAX;

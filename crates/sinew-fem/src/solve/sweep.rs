@@ -4,6 +4,7 @@ use crate::solve::frozen_tangent::Potential;
 use crate::solve::order::neighbours;
 use crate::{LoadSteps, Options, Progress, Solution, SolveError, Solver};
 use rayon::prelude::*;
+use sinew_energy::Body;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
