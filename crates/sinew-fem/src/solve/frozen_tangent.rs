@@ -256,7 +256,7 @@ impl System<'_> {
         enough: f64,
     ) -> Result<Descent, SolveError> {
         let (start, Potential { body, theta, .. }) = (Instant::now(), potential);
-        check_state(body.into(), from, theta)?;
+        check_state(body, from, theta)?;
         let mut first = from.to_vec();
         place(body, 1.0, &mut first);
         let mut at = self.at(first, potential);

@@ -57,7 +57,7 @@ impl Path<'_, '_> {
         history: &mut Log<'_>,
     ) -> Option<Unknowns> {
         let body = self.system.body.with_softer_volume(factor)?;
-        let mut system = System::new((&body).into()).ok()?;
+        let mut system = System::new(&body).ok()?;
         let unknowns = from.unwrap_or_else(|| system.rest());
         let start = Start { unknowns, place: 1.0, stress: None };
         let goal =
@@ -71,7 +71,7 @@ impl Path<'_, '_> {
             return None;
         }
         let body = self.system.body.with_softer_volume(SOFTER)?;
-        let mut system = System::new((&body).into()).ok()?;
+        let mut system = System::new(&body).ok()?;
         let most = history.iterations.len() + self.options.iterations / DETOUR;
         let options = Options { iterations: most.min(self.options.iterations), ..self.options };
         let mut path = Path::from_rest(&mut system, self.line.clone(), &options);

@@ -65,7 +65,7 @@ impl Image<'_> {
         if directions.is_empty() {
             return Ok(Vec::new());
         }
-        directions.iter().try_for_each(|along| check_displacement(&rest, along))?;
+        directions.iter().try_for_each(|along| check_displacement(rest, along))?;
         let singular = || UnloadError::from(SolveError::Singular);
         let displacement = state.displacement.clone();
         let seen = rest.moved(&displacement, self.fibres).ok_or_else(singular)?;

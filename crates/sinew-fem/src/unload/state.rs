@@ -69,7 +69,7 @@ impl Trial {
 
 /// Derivative of the loads' potential, with the sign of a derivative.
 fn loads(rest: &Body, displacement: &[f64], level: &Level) -> Vec<f64> {
-    let mut loads = load_gradient(&rest, displacement, &level.theta);
+    let mut loads = load_gradient(rest, displacement, &level.theta);
     Followers::new(&rest.followers).add_forces(displacement, &level.theta, &mut loads);
     loads.iter_mut().for_each(|load| *load *= level.factor);
     loads
