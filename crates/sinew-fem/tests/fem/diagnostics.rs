@@ -369,7 +369,7 @@ fn a_failed_solve_returns_what_it_found() {
     // The state returned is the equilibrium at its load factor.
     let mut forces = vec![0.0; failure.displacement.len()];
     let part = pressed(PRESSURE * failure.load_factor);
-    part.body.value_and_gradient(&failure.displacement, &THETA, &mut forces);
+    part.value_and_gradient(&failure.displacement, &THETA, &mut forces);
     let (follower, mut response) = (&part.followers[0], SurfaceResponse::default());
     let mut loads = vec![0.0; forces.len()];
     for facet in 0..follower.facets() {
@@ -380,7 +380,7 @@ fn a_failed_solve_returns_what_it_found() {
         }
     }
     forces.iter_mut().zip(&loads).for_each(|(sum, load)| *sum += load);
-    let free = part.body.free_degrees_of_freedom();
+    let free = part.free_degrees_of_freedom();
     let scale = loads.iter().map(|load| load.abs()).sum::<f64>();
     let largest = free.iter().map(|&i| forces[i].abs()).fold(0.0, f64::max);
     assert!(largest < BALANCED * scale, "{largest:e} of {scale:e}");

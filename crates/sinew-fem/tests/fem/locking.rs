@@ -71,13 +71,13 @@ fn what_the_beam_loses_under_its_weight_is_foreseen() {
         let hexahedra = beam(box_hexahedra(size, cells));
         for (kind, body) in [
             ("linear tetrahedra", tets.lower().unwrap()),
-            ("averaged tetrahedra", tets.averaged().lower().unwrap()),
+            ("averaged tetrahedra", tets.clone().averaged().lower().unwrap()),
         ] {
             check(kind, &body, tip(&tets.mesh, &body, &theta));
         }
         for (kind, body) in [
             ("hexahedra", hexahedra.lower().unwrap()),
-            ("averaged hexahedra", hexahedra.averaged().lower().unwrap()),
+            ("averaged hexahedra", hexahedra.clone().averaged().lower().unwrap()),
         ] {
             check(kind, &body, tip(&hexahedra.mesh, &body, &theta));
         }

@@ -56,7 +56,7 @@ fn patches_cure_locking() {
     let scene = beam(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), 1.0);
     let tip = scene.mesh.node_sets["x_max"][0];
     let deflection = |averaged: bool, bulk: f64| {
-        let body = if averaged { scene.averaged().lower() } else { scene.lower() }.unwrap();
+        let body = if averaged { scene.clone().averaged() } else { scene.clone() }.lower().unwrap();
         let mut solver = Solver::new(&body).unwrap();
         let solution = solver.solve(&[75.0, bulk], &Options::default()).unwrap();
         assert!(solution.is_stable());

@@ -31,8 +31,8 @@ fn a_thick_sphere_passes_its_limit_point() {
     let mesh = sphere_octant([1.0, 2.0], [2, 3]).quadratic_tetrahedra();
     let load = Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Fixed(1.0) };
     let planes = [("x_min", 0), ("y_min", 1), ("z_min", 2)].map(|(set, axis)| roller(set, axis));
-    let sphere = scene(PLAIN, mesh, vec![load], planes.into());
-    let body = sphere.mixed().lower().unwrap();
+    let sphere = scene(PLAIN, mesh, vec![load], planes.into()).mixed();
+    let body = sphere.lower().unwrap();
     let volumes = EXACT.map(|(radius, _)| FRAC_PI_6 * (radius.powi(3) - 1.0));
     let mut solver = Solver::new(&body).unwrap();
     let trace = solver.trace_volume(&[1.0, 0.0], &volumes, &Options::default()).unwrap();

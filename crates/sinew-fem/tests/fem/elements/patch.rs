@@ -91,7 +91,7 @@ fn lowered<L: Law<D>, const D: usize, const N: usize>(
 where
     Nodes<N>: FiniteElement<N>,
 {
-    if averaged { scene.averaged().lower() } else { scene.lower() }.unwrap()
+    if averaged { scene.clone().averaged().lower() } else { scene.lower() }.unwrap()
 }
 
 #[test]

@@ -23,8 +23,8 @@ where
     if solid {
         supports.extend([roller("z_min", 2), roller("z_max", 2)]);
     }
-    let strip = scene(NeoHookean, mesh, loads, supports);
-    let body = strip.loose_rims().lower().unwrap();
+    let strip = scene(NeoHookean, mesh, loads, supports).loose_rims();
+    let body = strip.lower().unwrap();
     assert_eq!((body.pressures.len(), body.followers.len()), if solid { (0, 1) } else { (1, 0) });
     let solution = Solver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
     let middle = node_at(&strip.mesh, [2.0, 1.0, 0.0]);

@@ -21,7 +21,8 @@ where
     let load = Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(PRESSURE) };
     let strip = scene(NeoHookean, mesh, vec![load], vec![Support::clamped("x_min")]);
     assert!(strip.lower().is_err(), "a loose rim has no potential");
-    let body = strip.loose_rims().lower().unwrap();
+    let strip = strip.loose_rims();
+    let body = strip.lower().unwrap();
     let mut solver = Solver::new(&body).unwrap();
     let solution = solver.solve(&[5.0, 5.0], &Options::default()).unwrap();
     let u = &solution.displacement;

@@ -72,7 +72,7 @@ fn a_large_pressure_on_a_free_rim_balances_forces_and_moments() {
     let x = |node: usize| -> [f64; 3] {
         std::array::from_fn(|i| scene.mesh.points[node][i] + solution.displacement[3 * node + i])
     };
-    let (internal, _) = gradient_and_energy(body, &solution.displacement, &THETA);
+    let (internal, _) = gradient_and_energy(&body, &solution.displacement, &THETA);
     let cross = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] {
         std::array::from_fn(|i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);

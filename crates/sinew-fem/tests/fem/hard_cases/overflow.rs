@@ -325,7 +325,7 @@ fn a_traced_volume_up_to_overflow_is_in_equilibrium_or_refused() {
             let trace = trace.map(|steps| {
                 let solution = &steps[0].solution;
                 let Solution { displacement, theta, load_factor, .. } = solution;
-                let (mut forces, value) = gradient_and_energy(body, displacement, theta);
+                let (mut forces, value) = gradient_and_energy(&body, displacement, theta);
                 let mut loads = vec![0.0; forces.len()];
                 for pressure in &body.pressures {
                     pressure.value_and_add_gradient(displacement, theta, &mut loads);
