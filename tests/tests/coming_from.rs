@@ -128,10 +128,10 @@ fn felupe() -> Result {
         .load(Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Theta(1) });
     let sides = ["x_min", "x_max", "y_min", "y_max"];
     let scene = sides.into_iter().fold(scene, |scene, side| scene.support(Support::clamped(side)));
+    let locked = scene.lower()?;
     let body = scene.averaged().lower()?;
     let theta = [1.0, 0.1];
     let plate = Solver::new(&body)?.solve(&theta, &Options::default())?;
-    let locked = scene.lower()?;
     let locked = Solver::new(&locked)?.solve(&theta, &Options::default())?;
     let [free, locked] =
         [&plate, &locked].map(|s| s.displacement.iter().fold(0.0, |m, u| u.max(m)));

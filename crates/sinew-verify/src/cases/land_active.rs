@@ -43,8 +43,8 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
         apexes(rows, Formulation::Mixed, meshed, &mixed(ventricle, 0.0, &THETA)?, exact)?;
     }
     for &meshed in effort.levels(0, QUADRATIC) {
-        let ventricle = ventricle(meshed.0, BULK, Nodes::<10>::QUADRATURE)?;
-        let (solution, cost) = equilibrium(&ventricle.loose_rims().lower()?, &THETA)?;
+        let ventricle = ventricle(meshed.0, BULK, Nodes::<10>::QUADRATURE)?.loose_rims();
+        let (solution, cost) = equilibrium(&ventricle.lower()?, &THETA)?;
         let (mesh, displacement) = (ventricle.mesh, solution.displacement);
         apexes(rows, Formulation::P2, meshed, &Found { mesh, displacement, cost }, exact)?;
     }

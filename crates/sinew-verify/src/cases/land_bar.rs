@@ -4,7 +4,7 @@ use super::boxes::{Boxes, boxes};
 use super::homogeneous::FRAME;
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::published;
-use crate::solve::{Found, equilibrium, mixed, scene, with_directions};
+use crate::solve::{Found, equilibrium, lower, mixed, scene, with_directions};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
 use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, Scene, Support};
@@ -86,12 +86,8 @@ where
     Nodes<N>: FiniteElement<N>,
 {
     for &meshed in ladder {
-        let bar = bar(mesh(meshed.0), BULK);
-        let body = match formulation {
-            Formulation::FBar => bar.loose_rims().averaged().lower()?,
-            _ => bar.loose_rims().lower()?,
-        };
-        let (solution, cost) = equilibrium(&body, &THETA)?;
+        let bar = bar(mesh(meshed.0), BULK).loose_rims();
+        let (solution, cost) = equilibrium(&lower(&bar, formulation)?, &THETA)?;
         let (mesh, displacement) = (bar.mesh, solution.displacement);
         push(rows, formulation, meshed, &Found { mesh, displacement, cost })?;
     }

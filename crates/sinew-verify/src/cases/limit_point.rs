@@ -39,9 +39,9 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let closed = ThickSphere { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
     let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
     let supports = rollers(&OCTANT);
-    let sphere = scene(mesh, NeoHookean, &THETA, inflation(1.0), supports);
+    let sphere = scene(mesh, NeoHookean, &THETA, inflation(1.0), supports).mixed();
     let start = Instant::now();
-    let body = sphere.mixed().lower()?;
+    let body = sphere.lower()?;
     let mut solver = Solver::new(&body)?;
     let unknowns = solver.unknowns() + solver.pressures();
     let volumes =

@@ -123,8 +123,8 @@ impl Meshes {
     }
 
     fn compare_mixed(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
-        let scene = block(&self.tets.quadratic(), state);
-        let body = state.material.fill(scene.mixed().lower()?)?;
+        let scene = block(&self.tets.quadratic(), state).mixed();
+        let body = state.material.fill(scene.lower()?)?;
         let theta = &state.material.theta;
         let (solution, cost) = equilibrium(&body, theta)?;
         let mut piola = mean_stress(&body, &solution.displacement, theta);
