@@ -123,7 +123,7 @@ impl Predict {
         });
         let answer = |place: usize| Answer {
             fields: vec![prediction.field(place)],
-            balance: None,
+            pressure: &[],
             quality: estimates.get(place).map(|found| quality(found, unit)),
             warnings: others(&prediction.warnings[place]),
         };
@@ -225,7 +225,7 @@ impl Correct {
         let unit = &body.units.length;
         let answers = corrected.iter().zip(&predicted).map(|(found, before)| Answer {
             fields: vec![&found.displacement, before],
-            balance: None,
+            pressure: &[],
             quality: Some(quality(&found.estimate, unit)),
             warnings: others(&found.warnings),
         });

@@ -7,7 +7,7 @@ use super::{CaseArguments, MOST_WARNINGS, count, refuse, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use sinew::output::{Balanced, Fields, Results, Row};
+use sinew::output::Fields;
 use sinew::{Body, Design, Options, Simulations};
 use sinew_emulate::{Shard, merge, simulate_shard, store};
 use std::num::NonZeroUsize;

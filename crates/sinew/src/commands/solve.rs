@@ -73,13 +73,12 @@ impl Solve {
 
 /// Equilibria as they are written.
 fn answers(found: &Equilibria) -> Vec<Answer<'_>> {
-    let fields = found.simulations.fields.iter().enumerate();
-    let answer = |(place, field): (usize, &'_ Vec<f64>)| Answer {
-        fields: vec![field],
+    let answer = |place: usize| Answer {
+        fields: vec![&found.simulations.fields[place]],
         pressure: found.pressure(place).unwrap_or_default(),
         ..Answer::default()
     };
-    fields.map(answer).collect()
+    (0..found.simulations.fields.len()).map(answer).collect()
 }
 
 /// Closes the rows that have no equilibrium.

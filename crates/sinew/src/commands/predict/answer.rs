@@ -62,7 +62,7 @@ pub(super) fn to(
     );
     let cells = answers.iter().map(|answer| Cells {
         fields: vec![&answer.displacement],
-        balance: None,
+        pressure: &[],
         quality: Some(quality(answer)),
         warnings: others(&answer.warnings),
     });
