@@ -7,7 +7,7 @@ use crate::store::identity::{self, Identity};
 use crate::store::{read_json, read_table, write_json, write_table};
 use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};
-use sinew_fem::{LoadSteps, Options, Solution, resume_sweep};
+use sinew_fem::{LoadSteps, Options, Solution, SolveError, resume_sweep};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -128,7 +128,7 @@ impl Simulations {
 /// holds for the same θ and body is kept.
 ///
 /// # Errors
-/// A body that cannot be solved for any θ, files that cannot be written or hold other samples or those of
+/// A body without a potential, or that cannot be solved for any θ, files that cannot be written or hold other samples or those of
 /// another body, an observer that breaks. Samples without a solution are no error, see [`Simulations::failures`].
 #[doc(alias("snapshots", "training data"))]
 pub fn simulate(
@@ -154,6 +154,10 @@ pub fn simulate_by(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Simulations> {
+    if !body.has_potential() {
+        // Neither its identity nor its files would hold followers and pressures.
+        return Err(SolveError::NoPotential.into());
+    }
     let folder = folder.map(|folder| (folder, identity::of(body)));
     let (mut tried, mut simulations) = match &folder {
         Some((folder, body)) => stored(folder, body, thetas)?,

@@ -2,5 +2,6 @@
 
 mod anchors;
 mod converge;
+mod no_potential;
 mod regression;
 mod to_an_accuracy;
