@@ -34,10 +34,10 @@ pub(crate) fn cargo_aside(arguments: &[&str], environment: &[(&str, &str)]) -> R
 
 /// Builds and runs the program of a study.
 ///
-/// Naming an example beside the program makes cargo resolve features as it does for the tests of the whole
-/// workspace, so that the heavy dependencies are compiled once for both; this one needs nothing that the study does not.
+/// Naming a test beside the program makes cargo resolve features as it does for the tests of the whole
+/// workspace, so that the heavy dependencies are compiled once for both; this one is the smallest.
 pub(crate) fn study(program: &str, task: &str, options: &[String]) -> Result<()> {
-    let mut build = vec!["build", "--workspace", "--bin", program, "--example", "small_ventricle"];
+    let mut build = vec!["build", "--workspace", "--bin", program, "--test", "report"];
     if task == "thesis" {
         // It starts the others.
         for other in ["sinew-study", "sinew-organs", "sinew-populations", "sinew-study-gp"] {
@@ -57,6 +57,18 @@ fn backend(options: &[String]) -> Option<&str> {
     let mut words = options.iter().flat_map(|option| option.split('='));
     words.find(|word| *word == "--backend")?;
     words.next().filter(|backend| *backend != "flex")
+}
+
+/// Runs a measurement: of emulators and patients beside the studies, of the solver beside the benchmarks.
+pub(crate) fn measure(options: &[String]) -> Result<()> {
+    const OF_STUDIES: [&str; 3] = ["anchors", "by-size", "patient-cost"];
+    let options = [&["measure".into()][..], options].concat();
+    match options.get(1) {
+        Some(name) if OF_STUDIES.contains(&name.as_str()) => {
+            study("sinew-coverage", "measure", &options)
+        }
+        _ => verify(&options),
+    }
 }
 
 /// Builds and runs the benchmarks of `sinew-verify`, which needs none of the heavy dependencies of the studies.

@@ -63,6 +63,8 @@ enum Task {
     CoverageEstimates(Options),
     /// Run the benchmarks of the solver, against references that share no code with it
     Verify(Options),
+    /// Repeat a measurement that documents cite; `--help` lists them
+    Measure(Options),
     /// Format, lints, documentation, dependency arrows, circles of imports and tests: what continuous integration runs
     Ci,
     /// Compare the crates' dependencies with the table in docs/architecture.md
@@ -119,6 +121,7 @@ fn main() -> Result<()> {
         Task::Coverage(Options { options }) => command::coverage(&options),
         Task::CoverageEstimates(options) => study("sinew-coverage", "coverage-estimates", options),
         Task::Verify(Options { options }) => command::verify(&options),
+        Task::Measure(Options { options }) => command::measure(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
         Task::Words => words::check(),

@@ -1,6 +1,7 @@
 //! Solves two beams of the thesis under a pressure that follows their loose lower side, at points all over their parameter
-//! ranges, and counts: `cargo run -p sinew-fem --example traction_beam -- 300`.
+//! ranges, and counts.
 
+use anyhow::Result;
 use sinew_energy::laws::{Guccione, HolzapfelOgden};
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, SceneError, Support};
 use sinew_fem::{Options, Solver};
@@ -47,20 +48,15 @@ fn holzapfel_ogden([low, high]: [f64; 2]) -> Result<Body, SceneError> {
         .lower()
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let points = std::env::args().nth(1).map_or(Ok(100), |text| text.parse())?;
+/// Solves both at so many points each.
+pub(super) fn run(points: usize) -> Result<()> {
     let guccione_range = [1.75, 3.5];
     let range = [0.75, 2.5];
     count("Guccione", &guccione(guccione_range)?, guccione_range, points)?;
     count("Holzapfel-Ogden", &holzapfel_ogden(range)?, range, points)
 }
 
-fn count(
-    name: &str,
-    body: &Body,
-    [low, high]: [f64; 2],
-    points: usize,
-) -> Result<(), Box<dyn std::error::Error>> {
+fn count(name: &str, body: &Body, [low, high]: [f64; 2], points: usize) -> Result<()> {
     let mut solver = Solver::new(body)?;
     let (mut iterations, mut steps, mut refused, mut worst) = (vec![], vec![], 0, 0.0_f64);
     let mut seconds = 0.0;

@@ -1,29 +1,32 @@
 //! Errors of Taylor expansions about several solved states, beside regression on as many solves, over uniform parameter sets.
-//!
-//! ```sh
-//! cargo run --release -p sinew --example anchors -- LeftVentricle left_ventricle.vtk 12 1000
-//! ```
-//!
-//! The mesh of a scene that has its own is `-`.
 
+use anyhow::Result;
 use sinew::{Case, Design, Emulator};
 use sinew_emulate::PodRegression;
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{Options, sweep};
-use std::error::Error;
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::Instant;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [case, mesh, anchors, sets] = &arguments[..] else {
-        return Err("usage: anchors CASE MESH ANCHORS SETS, such as IdealVentricle - 12 100".into());
-    };
-    let (anchors, sets): (usize, usize) = (anchors.parse()?, sets.parse()?);
-    let case = Case::read(Path::new(case))?;
-    let case = if mesh == "-" { case } else { case.with_mesh(mesh.into()) };
+/// A case and its mesh, and how many states are solved.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Scene or case file
+    case: PathBuf,
+    /// Mesh; `-` for that of the case
+    mesh: PathBuf,
+    anchors: usize,
+    /// Test cases
+    sets: usize,
+}
+
+/// Prints a line for each method.
+pub(super) fn run(arguments: Arguments) -> Result<()> {
+    let Arguments { case, mesh, anchors, sets } = arguments;
+    let case = Case::read(&case)?;
+    let case = if mesh.as_os_str() == "-" { case } else { case.with_mesh(mesh) };
     let body = case.body()?;
-    let solved = |design: Design, count: usize| -> Result<_, Box<dyn Error>> {
+    let solved = |design: Design, count: usize| -> Result<_> {
         let thetas = design.sample(&body.parameters, count, 77)?;
         let solved = sweep(&body, &thetas, &Options::default(), || ())?;
         let fields: Vec<_> = solved.solutions()?.iter().map(|s| s.displacement.clone()).collect();

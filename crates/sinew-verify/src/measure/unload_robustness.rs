@@ -1,12 +1,10 @@
 //! Unloads random ventricles and, where they are, frames of a real heart, and counts clean answers, typed refusals and wrong answers.
 //!
-//! `cargo run -p sinew-fem --example unload_robustness [SHAPES [FOLDER]]`: so many shapes, 100 unless told, with two layers and with
-//! one, each at a random θ of the box and 4, 8 or 20 mmHg; FOLDER holds the surfaces of biv-me, each frame at 3 θ and 3 pressures, frames of
-//! systole with a tension. A refusal comes with the largest part of the load that has an answer, on this mesh and on a finer one.
+//! Each shape has a random θ of the box and 4, 8 or 20 mmHg, each frame of the heart 3 θ and 3 pressures; frames of
+//! systole have a tension. A refusal comes with the largest part of the load that has an answer, on this mesh and on a finer one.
 
-#[path = "../tests/fem/support/ventricle.rs"]
-mod ventricle;
-
+use super::organ::ventricle::{self, BOX, BULK_MODULUS, MMHG, scene};
+use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -20,7 +18,6 @@ use sinew_mesh::{
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
-use ventricle::{BOX, BULK_MODULUS, MMHG, scene};
 
 const SEED: u64 = 29;
 const PRESSURES: [f64; 3] = [4.0, 8.0, 20.0];
@@ -33,18 +30,17 @@ const TENSION: f64 = 0.5;
 /// Nodes of the walls of a real heart, and of finer ones.
 const NODES: [usize; 2] = [900, 2500];
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut words = std::env::args().skip(1);
-    let shapes: u64 = words.next().map_or(Ok(100), |word| word.parse())?;
+/// Shapes of two layers and of one, and the surfaces of biv-me in a folder.
+pub(super) fn run(shapes: u64, folder: Option<&Path>) -> Result<()> {
     for cells in [[2, 16, 8], [1, 16, 8]] {
         let start = Instant::now();
         let found: Vec<_> = (0..shapes).into_par_iter().map(|index| random(index, cells)).collect();
         let name = format!("{shapes} random ventricles of {} layers", cells[0]);
         tell(&name, &found, start);
     }
-    let Some(folder) = words.next() else { return Ok(()) };
+    let Some(folder) = folder else { return Ok(()) };
     let start = Instant::now();
-    let frames = FRAMES.into_par_iter().map(|frame| (frame, real(Path::new(&folder), frame)));
+    let frames = FRAMES.into_par_iter().map(|frame| (frame, real(folder, frame)));
     let (systole, diastole): (Vec<_>, Vec<_>) =
         frames.collect::<Vec<_>>().into_iter().partition(|(frame, _)| SYSTOLE.contains(frame));
     for (name, frames) in [("diastole", diastole), ("systole, with tension", systole)] {

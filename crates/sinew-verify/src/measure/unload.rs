@@ -1,24 +1,20 @@
 //! Unloads the thesis' left ventricle by Newton's method and by the usual fixed points, and prints error against processor time.
 
-#[path = "../tests/fem/support/ventricle.rs"]
-mod ventricle;
-#[path = "../../../fixtures/organ/ventricles.rs"]
-mod ventricles;
-
+use super::organ::ventricle::{BULK_MODULUS, MMHG, scene, thetas};
+use super::organ::ventricles::ventricles;
+use anyhow::Result;
 use sinew_energy::{Body, Fibres};
 use sinew_fem::{Options, Solver, Unload, UnloadOptions};
-use ventricle::{BULK_MODULUS, MMHG, scene, thetas};
-use ventricles::ventricles;
 
 /// The fixed points end when no node is farther off than this \[mm\], or after so many forward solves.
 const CLOSE: f64 = 1e-4;
 const MOST_SOLVES: usize = 60;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Prints a line for each θ and pressure; fixed points too, if asked for.
+pub(super) fn run(rivals: bool) -> Result<()> {
     let Some((name, mesh)) = ventricles().pop() else { return Ok(()) };
     let body = scene(mesh, BULK_MODULUS).lower()?;
     println!("the {name} ventricle, {} nodes", body.nodes);
-    let rivals = std::env::args().any(|argument| argument == "--rivals");
     for pressure in [4.0, 8.0, 20.0] {
         for theta in thetas(4, pressure * MMHG) {
             println!("{pressure} mmHg, θ = {theta:.3?}");
@@ -59,11 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// X ← X − α (x(X) − x) with α = 1 (M. Sellier, Engng Comput. 28, 2011), or by Aitken's rule (M. K. Rausch et al., 2017).
-fn fixed_point(
-    image: &Body,
-    theta: &[f64],
-    aitken: bool,
-) -> Result<(usize, usize, f64, f64), Box<dyn std::error::Error>> {
+fn fixed_point(image: &Body, theta: &[f64], aitken: bool) -> Result<(usize, usize, f64, f64)> {
     let start = cpu();
     let (mut motion, mut before) = (vec![0.0; 3 * image.nodes], Vec::<f64>::new());
     let (mut systems, mut factor, mut off) = (0, 1.0, f64::INFINITY);

@@ -1,9 +1,9 @@
 //! Processor time of one patient, stage by stage: an ideal left ventricle with made data, calibrated with the default options.
-//! `cargo run -p sinew-calibrate --example patient_cost [LAYERS AROUND ALONG] [rest] [seed=N]`; with `rest` the image is the body at rest.
 
-#[path = "../tests/calibrate/support/heart.rs"]
+#[path = "../../../../../sinew-calibrate/tests/calibrate/support/heart.rs"]
 mod heart;
 
+use anyhow::Result;
 use heart::{MMHG, NAMES, passive, segments, wall};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -13,23 +13,37 @@ use sinew_calibrate::{
 };
 use sinew_mesh::TruncatedEllipsoid;
 use sinew_sample::standard_normals;
+use sinew_study::timing::cpu_seconds;
 
 /// Bounds of θ, and the θ that the data are made with.
 const RANGES: [[f64; 2]; 4] = [[0.1, 0.4], [1.0, 4.0], [1.5, 5.0], [1.0, 4.5]];
 const TRUTH: [f64; 4] = [0.2, 2.0, 2.8, 2.1];
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let numbers: Vec<usize> = words.iter().filter_map(|word| word.parse().ok()).collect();
-    let cells: [usize; 3] = numbers.try_into().unwrap_or([2, 16, 10]);
-    let seed = words.iter().find_map(|word| word.strip_prefix("seed=")?.parse().ok()).unwrap_or(1);
+/// Mesh, data and image.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Cells through the wall, around and along
+    #[arg(default_values_t = [2, 16, 10], num_args = 3)]
+    cells: Vec<usize>,
+    /// The image is the body at rest
+    #[arg(long)]
+    rest: bool,
+    /// Seed of errors and draws
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// Prints the stages and the posterior.
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let &Arguments { ref cells, rest, seed } = arguments;
+    let [layers, around, along] = cells[..] else { anyhow::bail!("cells are three numbers") };
     let mesh = TruncatedEllipsoid { short: [20.0, 30.0], long: [52.0, 62.0], base: 15.0 };
-    let mesh = mesh.wall(cells).tetrahedra();
+    let mesh = mesh.wall([layers, around, along]).tetrahedra();
     let body = passive(mesh.clone(), 25.0).lower()?;
     let wall = wall(&mesh);
     let segments = segments(&wall);
     let mut patient = Patient::of(&body).parameters(NAMES).image([("pressure", 8.0 * MMHG)]);
-    if words.iter().any(|word| word == "rest") {
+    if rest {
         patient = patient.image([("pressure", 0.0)]).image_is_at_rest();
     }
     let patient = patient
@@ -57,17 +71,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let data = exact.iter().zip(noise).enumerate().map(datum).collect();
     let problem = Problem::new(unknowns, data, Vec::new())?;
     println!("{} nodes", body.nodes);
-    let began = cpu();
+    let began = cpu_seconds();
     let mut last = (String::new(), 0, began);
     let told = move |stage: &str, done: usize, of: usize| {
         if stage != last.0 {
-            last = (stage.into(), done, cpu());
+            last = (stage.into(), done, cpu_seconds());
         }
         if done == of && done > last.1 {
             println!(
                 "{stage}: {} solves, {:.2} s of processor time",
                 done - last.1,
-                cpu() - last.2
+                cpu_seconds() - last.2
             );
             last.1 = done;
         }
@@ -80,7 +94,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "{} solves, {:.1} s of processor time, {:.1} s on {} threads; {} rounds, k̂ {:.2}, share {:.2}, accepted {:.3}, R̂ {r_hat:.3}, \
          {bulk:.0} effective draws in the bulk and {tail:.0} in the tails",
         c.solves,
-        cpu() - began,
+        cpu_seconds() - began,
         c.seconds,
         rayon::current_num_threads(),
         c.rounds,
@@ -93,11 +107,4 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{name}: mean {:.4}, standard deviation {:.4}", summary.mean, summary.deviation);
     }
     Ok(())
-}
-
-/// Processor time of the program [s]; 0 where the system does not tell.
-fn cpu() -> f64 {
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = text.rsplit(')').next().unwrap_or_default().split_whitespace();
-    fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
 }

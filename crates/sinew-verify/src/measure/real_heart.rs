@@ -1,45 +1,21 @@
 //! Meshes the left ventricle of a real heart over one beat from its surfaces, and loads it to 8 mmHg.
 
-#[path = "../tests/fem/support/ventricle.rs"]
-mod ventricle;
-
+use super::organ::ventricle::{BULK_MODULUS, MMHG, scene};
+use anyhow::Result;
 use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{
     Chamber, Field, Size, TriangleMesh, TruncatedEllipsoid, WallOptions, extract_surface,
     read_mesh, write_surface,
 };
-use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use ventricle::{BULK_MODULUS, MMHG, scene};
-
-const USAGE: &str = "\
-Usage: real_heart [--pressure MMHG] [NODES ...]
-
-Meshes with about so many nodes each [1500 6000], loaded to the pressure [8] with the middle of the thesis' parameters.
-The surfaces are those of ../shared/meshes/biv-me beside the repository where there are any, else those of an ideal
-ventricle, written to files of the same format and read again.";
 
 /// Endocardium, epicardium and, where there is one, septum.
 type Surfaces3 = (TriangleMesh, TriangleMesh, Option<TriangleMesh>);
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let (mut sizes, mut pressure) = (Vec::new(), 8.0);
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        match (argument.as_str(), argument.parse()) {
-            ("--pressure", _) => pressure = arguments.next().ok_or(USAGE)?.parse()?,
-            (_, Ok(nodes)) => sizes.push(nodes),
-            _ => {
-                println!("{USAGE}");
-                return Ok(());
-            }
-        }
-    }
-    if sizes.is_empty() {
-        sizes = vec![1500, 6000];
-    }
+/// Meshes with about so many nodes each, loaded to a pressure \[mmHg\].
+pub(super) fn run(sizes: &[usize], pressure: f64) -> Result<()> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes/biv-me");
     let hearts = if folder.exists() { measured(&folder)? } else { vec![ideal()?] };
     println!(
@@ -60,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     let mut failed = 0;
     for (name, surfaces) in &hearts {
-        for &nodes in &sizes {
+        for &nodes in sizes {
             if let Err(reason) = row(name, surfaces, nodes, pressure * MMHG) {
                 println!("{name:<6} {nodes:>6} FAILED: {reason}");
                 failed += 1;
@@ -71,12 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn row(
-    name: &str,
-    surfaces: &Surfaces3,
-    nodes: usize,
-    pressure: f64,
-) -> Result<(), Box<dyn Error>> {
+fn row(name: &str, surfaces: &Surfaces3, nodes: usize, pressure: f64) -> Result<()> {
     let (endocardium, epicardium, septum) = surfaces;
     let chamber = Chamber { endocardium, epicardium, septum: septum.as_ref() };
     let start = Instant::now();
@@ -118,7 +89,7 @@ fn row(
 }
 
 /// The frames of a beat in a folder.
-fn measured(folder: &Path) -> Result<Vec<(String, Surfaces3)>, Box<dyn Error>> {
+fn measured(folder: &Path) -> Result<Vec<(String, Surfaces3)>> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)?
         .map(|entry| Ok(entry?.path()))
         .collect::<std::io::Result<_>>()?;
@@ -141,7 +112,7 @@ fn measured(folder: &Path) -> Result<Vec<(String, Surfaces3)>, Box<dyn Error>> {
 }
 
 /// An ideal ventricle of about the same size.
-fn ideal() -> Result<(String, Surfaces3), Box<dyn Error>> {
+fn ideal() -> Result<(String, Surfaces3)> {
     println!("the surfaces of a real heart are absent; an ideal ventricle stands in");
     let wall = TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 15.0 };
     let mesh = wall.wall([1, 64, 40]).tetrahedra();

@@ -1,59 +1,35 @@
 //! Solves the thesis' left ventricle cold, on one core, for its softest corner and Sobol points of its
 //! parameter box, and writes a table.
 
-#[path = "../tests/fem/support/ventricle.rs"]
-mod ventricle;
-#[path = "../../../fixtures/organ/ventricles.rs"]
-mod ventricles;
-
+use super::organ::ventricle::{BULK_MODULUS, MMHG, scene, thetas};
+use super::organ::ventricles::ventricles;
+use anyhow::Result;
 use sinew_fem::{Options, SolveError, Solver};
 use std::io::Write;
-use ventricle::{BULK_MODULUS, MMHG, scene, thetas};
-use ventricles::ventricles;
+use std::path::PathBuf;
 
-const USAGE: &str = "\
-Usage: ventricle_sweep [--points N] [--pressure MMHG] [--bulk KPA] [--csv FILE]
-
-  --points N       Sobol points after the softest corner   [300]
-  --pressure MMHG  cavity pressure                         [10]
-  --bulk KPA       bulk modulus P of the law               [25]
-  --csv FILE       where the table goes                    [ventricle_sweep.csv]
-
-The mesh is ../shared/meshes/left_ventricle.vtk beside the repository where there is one, else the small one of
-fixtures/organ.";
-
-struct Arguments {
+/// The mesh is ../shared/meshes/left_ventricle.vtk beside the repository where there is one, else the small one of fixtures/organ.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Sobol points after the softest corner
+    #[arg(long, default_value_t = 300)]
     points: usize,
+    /// Cavity pressure [mmHg]
+    #[arg(long, default_value_t = 10.0)]
     pressure: f64,
-    bulk_modulus: f64,
-    csv: String,
+    /// Bulk modulus of the law [kPa]
+    #[arg(long, default_value_t = BULK_MODULUS)]
+    bulk: f64,
+    /// Destination of the table
+    #[arg(long, default_value = "ventricle_sweep.csv")]
+    csv: PathBuf,
 }
 
-fn arguments() -> Option<Arguments> {
-    let csv = "ventricle_sweep.csv".into();
-    let mut chosen = Arguments { points: 300, pressure: 10.0, bulk_modulus: BULK_MODULUS, csv };
-    let mut given = std::env::args().skip(1);
-    while let Some(name) = given.next() {
-        let value = given.next()?;
-        match name.as_str() {
-            "--points" => chosen.points = value.parse().ok()?,
-            "--pressure" => chosen.pressure = value.parse().ok()?,
-            "--bulk" => chosen.bulk_modulus = value.parse().ok()?,
-            "--csv" => chosen.csv = value,
-            _ => return None,
-        }
-    }
-    Some(chosen)
-}
-
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let Some(arguments) = arguments() else {
-        println!("{USAGE}");
-        return Ok(());
-    };
+/// Prints a line for each point, and writes the table.
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let Some((name, mesh)) = ventricles().pop() else { return Ok(()) };
     println!("the {name} ventricle");
-    let scene = scene(mesh, arguments.bulk_modulus);
+    let scene = scene(mesh, arguments.bulk);
     let potential = scene.lower()?;
     let volume = |u: &[f64]| potential.cavity_volumes(u)[0] / 1e3;
     println!(
@@ -118,7 +94,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         at(0.5),
         at(0.9),
         at(1.0),
-        arguments.csv
+        arguments.csv.display()
     );
     Ok(())
 }

@@ -1,21 +1,19 @@
 //! Cost of preparation and of an answer by the size of a body, beside a sweep of the solver, with the true errors of the answers.
-//!
-//! `cargo run --example by_size -- BODY SETS ACCURACY SOLVED CELLS...`, such as `ventricle 20 1e-3 20 2,32,16 4,64,34`: a body is
-//! `ventricle` (layers, around, along) or `block` (along x, y, z); SOLVED of the sets, two at least, are solved too, and a sweep of all is
-//! extrapolated. Seconds are of the CPU: set RAYON_NUM_THREADS=1.
 
+use anyhow::Result;
+use clap::ValueEnum;
 use sinew_emulate::{Answers, Design, Emulator};
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support, metrics::mean_and_largest};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{CHAIN, Options, sweep};
 use sinew_mesh::{VentricleShape, box_tetrahedra};
-use std::error::Error;
+use sinew_study::timing::cpu_seconds;
 use std::sync::{Mutex, PoisonError};
 
 const SEED: u64 = 7;
 
-fn ventricle(cells: [usize; 3]) -> Result<Body, Box<dyn Error>> {
+fn ventricle(cells: [usize; 3]) -> Result<Body> {
     let mesh = VentricleShape::new(&[])?.tetrahedra(cells)?;
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY)?;
@@ -32,22 +30,13 @@ fn ventricle(cells: [usize; 3]) -> Result<Body, Box<dyn Error>> {
     Ok(scene.lower()?)
 }
 
-fn block(cells: [usize; 3]) -> Result<Body, Box<dyn Error>> {
+fn block(cells: [usize; 3]) -> Result<Body> {
     let scene = Scene::new(box_tetrahedra([60.0, 30.0, 30.0], cells), NeoHookean)
         .parameter(Parameter::log("mu", "kPa", 1.0..=5.0))
         .parameter(Parameter::log("lambda", "kPa", 1.0..=20.0))
         .load(Load::BodyForce([3e-3, 0.0, -9.8e-3])) // kPa/mm
         .support(Support::clamped("x_min"));
     Ok(scene.lower()?)
-}
-
-/// CPU time of this process so far \[s\], where the system tells it: other programs do not change it.
-fn cpu_s() -> f64 {
-    const TICKS: f64 = 100.0; // per second
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
-    let ticks: Vec<f64> = fields.skip(11).take(2).filter_map(|field| field.parse().ok()).collect();
-    ticks.iter().sum::<f64>() / TICKS
 }
 
 /// Largest resident memory of this process so far \[GB\], where the system tells it.
@@ -58,37 +47,58 @@ fn peak_gb() -> f64 {
     kb.map_or(f64::NAN, |kb| kb / 1e6)
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [kind, sets, accuracy, solved, sizes @ ..] = &arguments[..] else {
-        return Err(
-            "give BODY SETS ACCURACY SOLVED CELLS..., such as ventricle 20 1e-3 20 2,32,16".into(),
-        );
-    };
-    let (sets, accuracy): (usize, f64) = (sets.parse::<usize>()?.max(2), accuracy.parse()?);
-    let solved = solved.parse::<usize>()?.clamp(2, sets);
+#[derive(Clone, Copy, ValueEnum)]
+enum Kind {
+    /// Cells through the wall, around and along
+    Ventricle,
+    /// Cells along x, y and z
+    Block,
+}
+
+/// Seconds are of the CPU: set RAYON_NUM_THREADS=1. Such as `ventricle 20 1e-3 20 2,32,16 4,64,34`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    body: Kind,
+    /// Parameter sets
+    sets: usize,
+    /// Relative error of answers
+    accuracy: f64,
+    /// Sets that are solved too, two at least; a sweep of all is extrapolated
+    solved: usize,
+    /// Cells of each body, such as 2,32,16
+    #[arg(required = true, value_parser = three)]
+    cells: Vec<[usize; 3]>,
+}
+
+fn three(text: &str) -> Result<[usize; 3]> {
+    let parts: Vec<usize> = text.split(',').map(str::parse).collect::<Result<_, _>>()?;
+    parts.try_into().map_err(|_| anyhow::anyhow!("cells are three numbers"))
+}
+
+/// Prints a line for each size.
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let Arguments { body, sets, accuracy, solved, cells } = arguments;
+    let sets = (*sets).max(2);
     println!(
         "nodes, unknowns: prepare; an answer, a solve near another; preparation and all answers beside a sweep; true errors; memory"
     );
-    for cells in sizes {
-        let parts: Vec<usize> = cells.split(',').map(str::parse).collect::<Result<_, _>>()?;
-        let cells: [usize; 3] = parts.try_into().map_err(|_| "cells are three numbers")?;
-        let body = if kind == "block" { block(cells)? } else { ventricle(cells)? };
-        measure(&body, (sets, accuracy, solved))?;
+    for &cells in cells {
+        let body = match body {
+            Kind::Ventricle => ventricle(cells)?,
+            Kind::Block => block(cells)?,
+        };
+        measure(&body, (sets, *accuracy, (*solved).clamp(2, sets)))?;
     }
     Ok(())
 }
 
-fn measure(
-    body: &Body,
-    (sets, accuracy, solved): (usize, f64, usize),
-) -> Result<(), Box<dyn Error>> {
+fn measure(body: &Body, (sets, accuracy, solved): (usize, f64, usize)) -> Result<()> {
     let thetas = Design::LatinHypercube.sample(&body.parameters, sets, SEED)?;
-    let start = cpu_s();
+    let start = cpu_seconds();
     let clock = Mutex::new(Vec::new());
     let solved_one = || {
         let mut clock = clock.lock().unwrap_or_else(PoisonError::into_inner);
-        clock.push(cpu_s() - start);
+        clock.push(cpu_seconds() - start);
         eprintln!("{} nodes: {} of {solved} sets are solved", body.nodes, clock.len());
     };
     let found = sweep(body, &thetas[..solved], &Options::default(), solved_one)?;
@@ -97,13 +107,13 @@ fn measure(
     let (near, chains) = (solved.min(CHAIN), sets.div_ceil(CHAIN));
     let near_s = (clock[near - 1] - clock[0]) / (near - 1) as f64;
     let sweep_s = clock[0] * chains as f64 + near_s * (sets - chains) as f64;
-    let start = cpu_s();
+    let start = cpu_seconds();
     let expansion = Emulator::taylor(body, 1)?;
-    let prepare_s = cpu_s() - start;
+    let prepare_s = cpu_seconds() - start;
     eprintln!("{} nodes: the expansion is prepared", body.nodes);
-    let start = cpu_s();
+    let start = cpu_seconds();
     let answers = Answers::to(body, &thetas, accuracy, Some(&expansion), &mut ())?;
-    let answers_s = cpu_s() - start;
+    let answers_s = cpu_seconds() - start;
     let total_s = prepare_s + answers_s;
     let (mut errors, mut steps, mut missed) = (Vec::new(), 0, 0);
     for answer in answers.answers.iter() {

@@ -1,13 +1,11 @@
 //! Newton iterations from rest by the bulk modulus: beams under gravity and ventricles under pressure.
-//!
-//! `cargo run -p sinew-fem --example large_bulk_moduli`
 
+use anyhow::{Context, Result};
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{VentricleShape, box_tetrahedra};
-use std::error::Error;
 use std::time::Instant;
 
 /// Parameter sets of a body.
@@ -21,13 +19,13 @@ fn beam() -> Scene<NeoHookean, 0> {
         .support(Support::clamped("x_min"))
 }
 
-fn quadratic_beam() -> Result<Body, Box<dyn Error>> {
+fn quadratic_beam() -> Result<Body> {
     let mesh = box_tetrahedra([100.0, 10.0, 10.0], [6, 2, 2]).quadratic();
     let Scene { parameters, loads, supports, .. } = beam();
     Ok(Scene { parameters, loads, supports, ..Scene::new(mesh, NeoHookean) }.lower()?)
 }
 
-fn ventricle(bulk_modulus: f64, averaged: bool) -> Result<Body, Box<dyn Error>> {
+fn ventricle(bulk_modulus: f64, averaged: bool) -> Result<Body> {
     let mesh = VentricleShape::new(&[])?.tetrahedra([2, 16, 8])?;
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY)?;
@@ -54,7 +52,7 @@ fn thetas(ranges: &[[f64; 2]]) -> Vec<Vec<f64>> {
     (0..SETS).map(|set| ranges.iter().enumerate().map(|r| value(set, r)).collect()).collect()
 }
 
-fn measure(name: &str, body: &Body, thetas: &[Vec<f64>]) -> Result<(), Box<dyn Error>> {
+fn measure(name: &str, body: &Body, thetas: &[Vec<f64>]) -> Result<()> {
     let mut solver = Solver::new(body)?;
     let (start, mut counts, mut failed) = (Instant::now(), Vec::new(), 0);
     for theta in thetas {
@@ -64,7 +62,7 @@ fn measure(name: &str, body: &Body, thetas: &[Vec<f64>]) -> Result<(), Box<dyn E
         }
     }
     let mean = counts.iter().sum::<usize>() as f64 / counts.len() as f64;
-    let most = counts.iter().max().ok_or("no set has an equilibrium")?;
+    let most = counts.iter().max().context("no set has an equilibrium")?;
     let seconds = start.elapsed().as_secs_f64() / thetas.len() as f64;
     println!(
         "{name:36} {mean:5.1} iterations, at most {most}, {seconds:.2} s a set, {failed} failed"
@@ -72,7 +70,8 @@ fn measure(name: &str, body: &Body, thetas: &[Vec<f64>]) -> Result<(), Box<dyn E
     Ok(())
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+/// Prints a line for each body.
+pub(super) fn run() -> Result<()> {
     let (averaged, quadratic) = (beam().averaged().lower()?, quadratic_beam()?);
     for ratio in [1.0, 1e2, 1e4] {
         let mut sets = thetas(&[[30.0, 200.0]]);
