@@ -111,8 +111,9 @@ fn equations_are_set_by_one_header() {
 
 #[test]
 fn every_program_of_the_book_is_run() {
-    // Each has a test, which this file takes in.
-    let here = include_str!("book.rs");
+    // Each has a test, which this file takes in, or the tests of the Gaussian processes do.
+    let here = include_str!("book.rs").to_owned()
+        + include_str!("../../crates/sinew-gp/tests/gp/examples.rs");
     let quoted: BTreeSet<_> = chapters()
         .iter()
         .flat_map(|page| quotations(page))
