@@ -2,6 +2,7 @@
 
 pub(crate) mod answers;
 pub(crate) mod correction;
+mod defects;
 pub(crate) mod plan;
 
 use crate::estimate::evaluate::share;
@@ -21,7 +22,7 @@ pub(crate) const MOST_STEPS: usize = 4;
 const FAR: f64 = 1.0 / 3.0;
 
 /// Quasi-Newton steps with a neighbour's stiffness at most. They cost about as much as one Newton step.
-const QUASI_NEWTON: usize = 6;
+const QUASI_NEWTON: usize = 8;
 
 /// Displacement of a body at one parameter set, with a checked estimate of its error.
 #[derive(Clone, Debug, PartialEq)]

@@ -36,8 +36,8 @@ pub enum Warning {
     SeveralEquilibria { stage: String, count: usize, theta: String },
     /// A solve that met an indefinite stiffness.
     #[error(
-        "the solver passed states that are not stable: the body may have other stable equilibria; `sinew solve --load-steps` finds that of \
-         a rising load"
+        "jumped: the solver passed states that are not stable, and the body may have other stable equilibria; `sinew solve --load-steps` \
+         finds that of a rising load"
     )]
     Jumped,
     /// An error larger than was asked for.

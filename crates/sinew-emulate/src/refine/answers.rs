@@ -3,9 +3,9 @@
 
 use crate::parameters::extrapolation;
 use crate::recipe::progress::{Counter, Observer};
+use crate::refine::defects::{Defect, corrected, place};
 use crate::refine::plan::{Centre, FEW, Method, Plan};
-use crate::refine::{Answer, MOST_STEPS, confirmed, converged, is_far};
-use crate::sample::share_of;
+use crate::refine::{Answer, confirmed, converged, is_far};
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
 use sinew_fem::{CHAIN, Options, Solver, neighbours, sweep};
@@ -14,19 +14,11 @@ use std::time::Instant;
 
 /// Answers between two progress reports: several chains of neighbours.
 const AT_ONCE: usize = 100;
-/// Answers that a regression is made of: its time grows with their third power.
-const LEARNED: usize = 50;
-/// Open sets below which solving them takes less time than fitting a regression.
-const FEWEST_OPEN: usize = 10;
-/// Share of the predictions that has to contract. Otherwise the method is given up, since each failure costs Newton steps
-/// beside those of the solve.
-const WORTH_IT: f64 = 0.5;
-
 /// Largest error that quasi-Newton steps are to leave. The length of a linear step tells less of larger ones: a thin strip that rotates had
 /// an error of 2.4e-2 for an estimate of 1.4e-2.
-const LINEAR: f64 = 5e-3;
-/// Sets at the beginning of a chain that end it if none of them contracts: each costs up to [`MOST_STEPS`] Newton steps.
-const GIVEN_UP: usize = 5;
+const LINEAR: f64 = 2e-3;
+/// Residual \[relative to loads and reactions\] at which Newton's method leaves the rest to quasi-Newton steps with its last stiffness.
+const RESIDUAL: f64 = 1e-6;
 
 /// Parameter sets and displacement components from which on a regression of the answers pays. Its fit costs about as much
 /// as a hundred answers of a ventricle with 1500 nodes.
@@ -110,13 +102,8 @@ impl Answers {
             }
             let open = found.open();
             found.confirm(&open, emulator, predictions, accuracy, &mut counter)?;
-            found.learn(emulator, &mut counter)?;
-            if found.open().len() > 2 * AT_ONCE {
-                found.solve(AT_ONCE, &mut counter)?;
-                found.learn(emulator, &mut counter)?;
-            }
         }
-        found.solve(usize::MAX, &mut counter)?;
+        found.solve(&mut counter)?;
         let none = || Err(Error::Unanswered);
         let answers = found.answers.into_iter().map(|answer| answer.unwrap_or_else(none)).collect();
         Ok(Self { plan, answers, seconds: start.elapsed().as_secs_f64() })
@@ -175,6 +162,8 @@ struct Stepping {
 
 /// Predicts the displacement at θ.
 type Predict<'a> = dyn Fn(&Vec<f64>) -> Result<Vec<f64>> + Sync + 'a;
+/// Answers of a chain, and the errors of their predictions.
+type Chained = (Vec<(usize, Result<Answer>)>, Vec<Defect>);
 /// A method and its predictions.
 type Predictions<'a> = (Method, &'a Predict<'a>);
 
@@ -184,8 +173,8 @@ impl Found<'_> {
         (0..self.thetas.len()).filter(|&case| self.answers[case].is_none()).collect()
     }
 
-    /// Answers the sets at which steps from predictions contract; the others stay open. Each chain of neighbours reuses the
-    /// stiffness of its last Newton step. Ends early if too few predictions contract.
+    /// Answers sets by steps from predictions, which the errors at sets before correct. Each chain of neighbours reuses the stiffness of its
+    /// last Newton step.
     fn confirm(
         &mut self,
         cases: &[usize],
@@ -197,102 +186,117 @@ impl Found<'_> {
         let thetas: Vec<_> = cases.iter().map(|&case| self.thetas[case].clone()).collect();
         let ordered: Vec<usize> =
             neighbours(&thetas).into_iter().map(|place| cases[place]).collect();
-        // Few at first: where these do not contract, others would not either.
+        // Few at first: their errors correct the others.
         let (first, rest) = ordered.split_at(CHAIN.min(ordered.len()));
+        let mut known = Vec::new();
         for cases in std::iter::once(first).chain(rest.chunks(AT_ONCE)) {
-            let chain = |cases: &[usize]| self.chain(cases, emulator, predictions, accuracy);
+            let chain =
+                |cases: &[usize]| self.chain(cases, emulator, predictions, (accuracy, &known));
             let found: Vec<_> = cases.par_chunks(CHAIN).map(chain).collect::<Result<_>>()?;
-            let mut count = 0;
-            for (case, answer) in found.into_iter().flatten() {
-                count += usize::from(answer.is_some());
-                self.answers[case] = answer;
+            for (answers, defects) in found {
+                answers.into_iter().for_each(|(case, answer)| self.answers[case] = Some(answer));
+                known.extend(defects);
             }
-            step(counter, count)?;
-            if (count as f64) < WORTH_IT * cases.len() as f64 {
-                break;
-            }
+            known.truncate(MOST_LEARNED);
+            step(counter, cases.len())?;
         }
         Ok(())
     }
 
-    /// Answers to neighbours, one after the other; `None` where steps do not contract.
+    /// Answers to neighbours, one after the other, and the errors of their predictions.
     fn chain(
         &self,
         cases: &[usize],
         emulator: &Emulator<'_>,
         (method, predict): Predictions<'_>,
-        accuracy: f64,
-    ) -> Result<Vec<(usize, Option<Result<Answer>>)>> {
+        (accuracy, known): (f64, &[Defect]),
+    ) -> Result<Chained> {
         emulator.solvers.with(|solver| {
             let descends = emulator.predictor.newton_steps() > 0.0;
             let mut stepping = Stepping { accuracy, descends, held: None, seen: 0 };
-            let mut found = Vec::with_capacity(cases.len());
+            let (mut found, mut own) = (Vec::with_capacity(cases.len()), Vec::new());
             for &case in cases {
-                let fails = |(_, answer): &(usize, Option<_>)| answer.is_none();
-                if found.len() == GIVEN_UP && found.iter().all(fails) {
-                    break;
-                }
                 let (start, theta) = (Instant::now(), &self.thetas[case]);
-                // A failed prediction counts as one that does not contract.
-                let answer = match predict(theta) {
-                    Ok(predicted) => self.stepped(solver, &predicted, theta, &mut stepping)?,
-                    Err(_) => None,
-                };
-                let told = |mut answer: Answer| {
+                let (place, rest) =
+                    (place(self.body, theta), vec![0.0; self.body.prescribed.len()]);
+                // Rest in the place of a failed prediction.
+                let predicted = predict(theta).unwrap_or(rest);
+                let near = corrected(&predicted, &place, known.iter().chain(&own));
+                let mut answer = self.stepped(solver, &near, theta, &mut stepping)?;
+                if let Ok(answer) = &mut answer {
+                    let pairs = answer.displacement.iter().zip(&predicted);
+                    own.push(Defect { place, field: pairs.map(|(u, p)| u - p).collect() });
                     if answer.method != Method::Solver {
                         answer.method = method;
-                        answer.warnings = extrapolation(self.body, theta);
+                        answer.warnings.extend(extrapolation(self.body, theta));
                     }
                     answer.seconds = start.elapsed().as_secs_f64();
-                    answer
-                };
-                found.push((case, answer.map(|answer| answer.map(told))));
+                }
+                found.push((case, answer));
             }
-            Ok(found)
+            Ok((found, own))
         })
     }
 
-    /// Answer by quasi-Newton steps with a neighbour's stiffness, else by Newton steps. If these do not contract and the
-    /// sets are few, the set is solved: from the prediction if it came from a descent, else from rest. With few sets, a far
-    /// prediction goes to the solver at once.
+    /// Answer by quasi-Newton steps with a neighbour's stiffness, else by the solver from where they end, whose last stiffness leaves the rest
+    /// to such steps. With few sets, Newton steps that contract come before, and a far prediction goes to the solver at once.
     fn stepped(
         &self,
         solver: &mut Solver<'_>,
         predicted: &[f64],
         theta: &[f64],
         stepping: &mut Stepping,
-    ) -> Result<Option<Result<Answer>>> {
+    ) -> Result<Result<Answer>> {
         let mut from = predicted.to_vec();
+        let accuracy = stepping.accuracy.min(LINEAR);
         if let Some(held) = &stepping.held {
-            let accuracy = stepping.accuracy.min(LINEAR);
             let near = (accuracy, stepping.seen > 0 && similar(held, theta));
             let (answer, steps) = converged(solver, predicted, theta, near)?;
             if answer.is_within(stepping.accuracy) {
                 stepping.seen =
                     if steps >= CHECKED { TRUSTED } else { stepping.seen.saturating_sub(1) };
-                return Ok(Some(Ok(answer)));
+                return Ok(Ok(answer));
             }
             // Each step lowers the energy.
             from = answer.displacement;
         }
-        let few = self.thetas.len() < FEW;
-        let (mut taken, mut start) = (0, vec![0.0; from.len()]);
-        if !(few && is_far(self.body, &from, theta)) {
-            let within = (stepping.accuracy, if few { 1 } else { MOST_STEPS });
-            let (answer, steps) = confirmed(solver, &from, theta, within)?;
-            stepping.held = answer.as_ref().map(|_| theta.to_vec());
-            (stepping.seen, taken) = (0, steps);
-            if answer.is_some() || !few {
-                return Ok(answer.map(Ok));
-            }
-            // The descent lowered the energy of this body.
-            if stepping.descends {
-                start.copy_from_slice(&from);
+        (stepping.held, stepping.seen) = (None, 0);
+        if self.thetas.len() < FEW {
+            return self.single(solver, &from, theta, stepping);
+        }
+        let options = Options { minimum_accuracy: RESIDUAL, ..Options::default() };
+        let solved = match solver.solve_from(&from, theta, &options) {
+            Ok(solved) => solved,
+            Err(error) => return Ok(Err(error.into())),
+        };
+        if solved.is_stable() {
+            stepping.held = Some(theta.to_vec());
+            let (answer, _) = converged(solver, &solved.displacement, theta, (accuracy, false))?;
+            if answer.is_within(stepping.accuracy) {
+                let Answer { steps, warnings, .. } = solved.into();
+                return Ok(Ok(Answer { steps, warnings, ..answer }));
             }
         }
-        let solved = solver.solve_from(&start, theta, &Options::default()).map(Answer::from);
-        let solved = solved.map(|answer| Answer { steps: answer.steps + taken, ..answer });
-        Ok(Some(solved.map_err(Error::from)))
+        Ok(exact(solver, &solved.displacement, theta, solved.iterations()))
+    }
+
+    /// Answer to one of few sets.
+    fn single(
+        &self,
+        solver: &mut Solver<'_>,
+        from: &[f64],
+        theta: &[f64],
+        stepping: &mut Stepping,
+    ) -> Result<Result<Answer>> {
+        let rest = vec![0.0; from.len()];
+        if is_far(self.body, from, theta) {
+            return Ok(exact(solver, &rest, theta, 0));
+        }
+        let (answer, taken) = confirmed(solver, from, theta, (stepping.accuracy, 1))?;
+        stepping.held = answer.as_ref().map(|_| theta.to_vec());
+        // A descent has lowered the energy of this body.
+        let start = if stepping.descends { from } else { &rest };
+        Ok(answer.map_or_else(|| exact(solver, start, theta, taken), Ok))
     }
 
     /// Regression for many sets. It is fitted to accurate answers at some sets, refitted as their number doubles, and
@@ -312,11 +316,7 @@ impl Found<'_> {
             let next = self.spread(known.len().min(MOST_LEARNED - known.len()));
             let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
             self.confirm(&next, emulator, (Method::Regression, &predict), accuracy, counter)?;
-            let more = self.answered(&next);
-            if (more.len() as f64) < WORTH_IT * next.len() as f64 {
-                break;
-            }
-            known.extend(more);
+            known.extend(self.answered(&next));
             let (thetas, fields) = self.samples(&known);
             let Ok(grown) = regression.refitted(&thetas, &fields) else { break };
             regression = grown;
@@ -353,53 +353,9 @@ impl Found<'_> {
         Ok(PodRegression::fit(&self.body.parameters, &thetas, &fields)?)
     }
 
-    /// Answers open sets by a regression of the answers so far, round by round, until a round answers too few.
-    fn learn(&mut self, emulator: &Emulator<'_>, counter: &mut Counter<'_>) -> Result<()> {
-        while let Some(regression) = self.regression() {
-            let open = self.open().len();
-            let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
-            let cases = self.open();
-            self.confirm(&cases, emulator, (Method::Regression, &predict), self.accuracy, counter)?;
-            if ((open - self.open().len()) as f64) < WORTH_IT * open as f64 {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// Regression of the answers nearest to the open sets; `None` if too few sets are open or answered.
-    fn regression(&self) -> Option<PodRegression> {
-        let place = |case: usize| -> Vec<f64> {
-            let values = self.body.parameters.iter().zip(&self.thetas[case]);
-            values.map(|(parameter, &value)| share_of(parameter, value)).collect()
-        };
-        let open: Vec<Vec<f64>> = self.open().into_iter().map(place).collect();
-        if open.len() < FEWEST_OPEN {
-            return None;
-        }
-        let far = |case: usize| {
-            let at = place(case);
-            let to = |other: &Vec<f64>| at.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum();
-            open.iter().map(to).fold(f64::INFINITY, f64::min)
-        };
-        let answered = (0..self.thetas.len()).filter_map(|case| match &self.answers[case] {
-            Some(Ok(_)) => Some((far(case), case)),
-            _ => None,
-        });
-        let mut near: Vec<_> = answered.filter(|(far, _)| far.is_finite()).collect();
-        if near.len() < LEARNED {
-            return None;
-        }
-        near.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
-        near.truncate(LEARNED);
-        let near: Vec<usize> = near.into_iter().map(|(_, case)| case).collect();
-        self.fitted(&near).ok()
-    }
-
     /// Solves at most so many of the open sets, neighbours one after the other.
-    fn solve(&mut self, most: usize, counter: &mut Counter<'_>) -> Result<()> {
-        let open = self.open();
-        for cases in open[..most.min(open.len())].chunks(AT_ONCE) {
+    fn solve(&mut self, counter: &mut Counter<'_>) -> Result<()> {
+        for cases in self.open().chunks(AT_ONCE) {
             let thetas: Vec<_> = cases.iter().map(|&case| self.thetas[case].clone()).collect();
             let solved = sweep(self.body, &thetas, &Options::default(), || ())?.results;
             for (&case, solution) in cases.iter().zip(solved) {
@@ -409,6 +365,12 @@ impl Found<'_> {
         }
         Ok(())
     }
+}
+
+/// Answer by the solver from a displacement, after so many Newton steps.
+fn exact(solver: &mut Solver<'_>, from: &[f64], theta: &[f64], taken: usize) -> Result<Answer> {
+    let solved = Answer::from(solver.solve_from(from, theta, &Options::default())?);
+    Ok(Answer { steps: solved.steps + taken, ..solved })
 }
 
 /// Whether no parameter differs by more than a factor of two: the stiffness of both is then of the same order.

@@ -1,10 +1,10 @@
 //! Quasi-Newton answers with a neighbour's stiffness against solves.
 
 use sinew_emulate::{Answers, Body, Design};
-use sinew_energy::laws::NeoHookean;
+use sinew_energy::laws::{ByYoungPoisson, NeoHookean};
 use sinew_energy::metrics::displacement_error;
 use sinew_energy::{Load, Parameter, Scene, Support};
-use sinew_fem::{Options, SolveError, Solver, neighbours};
+use sinew_fem::{Options, SolveError, Solver, neighbours, sweep};
 use sinew_mesh::box_tetrahedra;
 
 /// A block whose bulk stiffness spans two decades: what a neighbour's stiffness is wrong in is stiff.
@@ -92,5 +92,62 @@ fn soft_modes_do_not_hide_behind_stiff_ones() {
             without += usize::from(answer.steps == 0);
         }
         assert!(without > 50, "{without} of 250 without a Newton step");
+    }
+}
+
+/// A slab that hangs from two of its sides, and a block whose Poisson's ratio comes near to one half.
+fn slab_and_block() -> [Body; 2] {
+    let slab = Scene::new(box_tetrahedra([60.0, 60.0, 8.0], [6, 6, 2]), NeoHookean)
+        .parameter(Parameter::linear("mu", "kPa", 0.5..=8.0))
+        .parameter(Parameter::linear("lambda", "kPa", 0.5..=40.0))
+        .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
+        .support(Support::clamped("x_min"))
+        .support(Support::clamped("y_min"));
+    let cells = box_tetrahedra([70.0, 45.0, 35.0], [7, 4, 3]);
+    let block = Scene::new(cells, ByYoungPoisson(NeoHookean))
+        .parameter(Parameter::log("E", "kPa", 0.8..=8.0))
+        .parameter(Parameter::linear("nu", "1", 0.25..=0.47))
+        .load(Load::BodyForce([0.0, 3e-3, -9.8e-3]))
+        .support(Support::clamped("x_min"));
+    [slab.lower().unwrap(), block.lower().unwrap()]
+}
+
+/// A cantilever of quadratic cells over two decades of stiffness, and a plate that weak springs hold: much of what its factors miss is soft.
+fn quadratic_and_sprung() -> [Body; 2] {
+    let beam = Scene::new(box_tetrahedra([60.0, 10.0, 8.0], [6, 1, 1]).quadratic(), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 10.0..=100.0))
+        .parameter(Parameter::log("lambda", "kPa", 10.0..=1000.0))
+        .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
+        .support(Support::clamped("x_min"));
+    let springs = Load::Foundation { facets: "z_min".into(), normal: 0.01, tangential: 0.002 };
+    let plate = Scene::new(box_tetrahedra([50.0, 40.0, 10.0], [7, 6, 2]), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 0.5..=10.0))
+        .parameter(Parameter::log("lambda", "kPa", 1.0..=60.0))
+        .load(Load::BodyForce([4e-3, 0.0, -9.8e-3]))
+        .load(springs);
+    [beam.lower().unwrap(), plate.lower().unwrap()]
+}
+
+#[test]
+fn answers_are_within_their_tolerance_and_take_fewer_newton_steps_than_a_sweep() {
+    for (body, seed) in
+        slab_and_block().iter().zip([23, 31]).chain(quadratic_and_sprung().iter().zip([5, 6]))
+    {
+        let thetas = Design::LatinHypercube.sample(&body.parameters, 150, seed).unwrap();
+        let swept = sweep(body, &thetas, &Options::default(), || ()).unwrap();
+        let truths = swept.solutions().unwrap();
+        let solver: usize = truths.iter().map(|truth| truth.iterations()).sum();
+        for accuracy in [2e-2, 1e-2, 1e-3, 1e-4] {
+            let found = Answers::to(body, &thetas, accuracy, None, &mut ()).unwrap();
+            let mut steps = 0;
+            for (truth, answer) in truths.iter().zip(found.answers) {
+                let answer = answer.unwrap();
+                let error = relative(&truth.displacement, &answer.displacement);
+                assert!(answer.is_within(accuracy) && error <= accuracy, "{error:e}");
+                steps += answer.steps;
+            }
+            println!("{accuracy:e}: {steps} Newton steps for {solver}");
+            assert!(2 * steps < solver, "{steps} Newton steps for {solver}");
+        }
     }
 }

@@ -10,7 +10,7 @@ use sinew_energy::metrics::mean_and_largest;
 /// Contraction ratio of the steps that would follow, at least.
 const CONTRACTS: f64 = 0.5;
 /// Least ratio of an estimate to the one before that counts: a single one may be small by chance.
-const LEAST: f64 = 0.25;
+const LEAST: f64 = 0.5;
 /// Steps that are required where none contracted at a neighbour, and steps whose largest ratio counts.
 const SEEN: usize = 2;
 /// Safety factor on the series of steps that would follow: compliant modes contract more slowly than those that

@@ -416,11 +416,11 @@ impl Memory {
     }
 
     /// Two estimates of the error at the state of the last direction: the slope solved by the frozen stiffness, and the quasi-Newton
-    /// direction. The scale of the initial inverse is one at least: a step along stiff directions makes it small, and soft ones
-    /// would count for nothing.
+    /// direction. The scale of the initial inverse is the largest of all pairs, one at least: a step along stiff directions makes it small,
+    /// and soft ones would count for nothing.
     pub(crate) fn estimates(&self) -> [Vec<f64>; 2] {
         let Some(Last { slope, solved, .. }) = &self.last else { return Default::default() };
-        let scale = self.scale().max(1.0);
+        let scale = self.pairs.iter().map(|pair| pair.scale).fold(1.0, f64::max);
         [solved.iter().map(|d| scale * d).collect(), self.applied(slope, solved.clone(), scale)]
     }
 
