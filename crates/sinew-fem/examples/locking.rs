@@ -136,7 +136,7 @@ where
     Nodes<N>: FiniteElement<N>,
 {
     let linear = small_deflection(mesh(), |scene| scene.lower(), theta)?;
-    Ok(linear / small_deflection(mesh(), |scene| scene.averaged().lower(), theta)?)
+    Ok(linear / small_deflection(mesh(), |scene| scene.clone().averaged().lower(), theta)?)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
