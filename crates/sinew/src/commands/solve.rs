@@ -9,7 +9,7 @@ use anyhow::Result;
 use clap::Args;
 use sinew::case::{Formulation, Lowered};
 use sinew::output::{Balanced, displacement_in_words, least_and_largest_ratio};
-use sinew::{Body, Case, Simulations};
+use sinew::{Body, Case, Simulations, Warning};
 use sinew_fem::{LoadSteps, LockingWarning, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
 
@@ -77,7 +77,10 @@ fn answers<'a>(lowered: &'a Lowered, found: &'a Equilibria) -> Vec<Answer<'a>> {
     let answer = |(place, field): (usize, &'a Vec<f64>)| {
         let pressure = found.pressure(place).unwrap_or_default();
         let balance = lowered.balance().map(|balance| Balanced { balance, pressure });
-        Answer { fields: vec![field], balance, ..Answer::default() }
+        let Simulations { thetas, jumped, .. } = &found.simulations;
+        let warnings = jumped.iter().filter(|theta| **theta == thetas[place]);
+        let warnings = warnings.map(|_| Warning::Jumped.to_string()).collect();
+        Answer { fields: vec![field], balance, warnings, ..Answer::default() }
     };
     found.simulations.fields.iter().enumerate().map(answer).collect()
 }
