@@ -58,7 +58,7 @@ pub enum SolveError {
     Line { problem: &'static str },
     /// A body whose cells or supports differ from those of the frozen stiffness.
     #[error(
-        "the frozen stiffness belongs to a body with other {what}; give a body with the same cells and supports"
+        "the frozen stiffness belongs to a body with other {what}; give a body with the same supports, the same numbers of nodes and the same cells, up to their diagonals"
     )]
     OtherBody { what: &'static str },
     /// A displacement at which a cell is inverted, or the energy or a derivative of it overflows.

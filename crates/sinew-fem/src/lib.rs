@@ -74,7 +74,7 @@
 //! K\,\frac{\partial u}{\partial\theta_j} = -\frac{\partial r}{\partial\theta_j}, \qquad K z = \frac{\partial q}{\partial u}, \qquad \frac{\mathrm dq}{\mathrm d\theta_j} = -z\cdot\frac{\partial r}{\partial\theta_j}
 //! ```
 //!
-//! Error of an iterate by [`Solver::converge`], in the mean nodal length, from the longer of two steps and its contraction ratio κ (Deuflhard, *Newton Methods for Nonlinear Problems*, 2.1). The scale γ of the quasi-Newton step is one at least, lest soft modes hide behind stiff ones:
+//! Error of an iterate by [`Solver::converge`], in the mean nodal length, from the longer of two steps and its contraction ratio κ (Deuflhard, *Newton Methods for Nonlinear Problems*, 2.1). The scale γ of the quasi-Newton step is the largest of all steps', one at least, lest soft modes hide behind stiff ones:
 //!
 //! ```math
 //! \|u - u^*\| \lesssim \frac{6}{1-\kappa}\,m, \qquad m = \max\bigl(\|\gamma K_0^{-1} r\|,\ \|H r\|\bigr), \qquad \kappa = \max\bigl(\tfrac12,\ m/m_{\text{before}}\bigr) < 1

@@ -18,7 +18,7 @@ const AT_ONCE: usize = 100;
 /// an error of 2.4e-2 for an estimate of 1.4e-2.
 const LINEAR: f64 = 2e-3;
 /// Residual \[relative to loads and reactions\] at which Newton's method leaves the rest to quasi-Newton steps with its last stiffness.
-const RESIDUAL: f64 = 1e-6;
+const RESIDUAL: f64 = 1e-9;
 
 /// Parameter sets and displacement components from which on a regression of the answers pays. Its fit costs about as much
 /// as a hundred answers of a ventricle with 1500 nodes.

@@ -9,7 +9,7 @@ use sinew_energy::metrics::displacement_error;
 use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{Options, Solver, sweep};
-use sinew_mesh::{VentricleShape, box_tetrahedra};
+use sinew_mesh::{TruncatedEllipsoid, VentricleShape, box_tetrahedra};
 use std::path::Path;
 
 /// A bar that bends far, over a decade of stiffness: the expansion alone is 30 % off at the soft end.
@@ -176,6 +176,62 @@ fn another_body_that_does_not_fit_is_refused() {
     assert!(matches!(refused, Error::Solve(sinew_fem::SolveError::OtherBody { .. })), "{refused}");
     let folder = Path::new("never written");
     assert!(matches!(known.on(&mean).unwrap().save(folder), Err(Error::NotStored { .. })));
+}
+
+/// The wall between two ellipsoids; the shorter diagonals of its surface, along which its cells are cut, change with the axes.
+fn chamber([short, long, thickness]: [f64; 3]) -> Body {
+    let [short, long] = [short, long].map(|inner| [inner, inner + thickness]);
+    let mesh = TruncatedEllipsoid { short, long, base: 0.0 }.wall([1, 16, 8]).tetrahedra();
+    Scene::new(mesh, NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 8.0..=20.0))
+        .parameter(Parameter::log("lambda", "kPa", 8.0..=20.0))
+        .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Fixed(0.8) })
+        .support(Support::clamped("base"))
+        .lower()
+        .unwrap()
+}
+
+#[test]
+fn an_ellipsoid_is_answered_from_one_whose_cells_are_cut_along_other_diagonals() {
+    let known = chamber([22.0, 50.0, 10.0]);
+    let frozen = FrozenStiffness::new(&known).unwrap();
+    let mut other_cells = 0;
+    for axes in [[22.0, 40.0, 10.0], [24.0, 60.0, 9.0], [18.0, 70.0, 12.0], [30.0, 45.0, 10.0]] {
+        let body = chamber(axes);
+        other_cells += usize::from(body.cells != known.cells);
+        let emulator = frozen.on(&body).unwrap();
+        for theta in Design::LatinHypercube.sample(&body.parameters, 5, 3).unwrap() {
+            let answer = emulator.answer(&theta, 1e-3).unwrap();
+            let error = true_error(&body, &theta, &answer.displacement);
+            assert!(answer.is_within(1e-3) && error <= 1e-3, "{axes:?}: {error:e}");
+        }
+    }
+    assert!(other_cells > 0);
+    let renumbered = |mut mesh: sinew_mesh::TetMesh| {
+        let (count, points) = (mesh.points.len(), mesh.points.clone());
+        let other = |node: usize| 7 * node % count; // 60 nodes
+        mesh.cells.iter_mut().flatten().for_each(|node| *node = other(*node));
+        (0..count).for_each(|node| mesh.points[other(node)] = points[node]);
+        mesh.facet_sets.clear();
+        mesh
+    };
+    let scene = |mesh| {
+        Scene::new(mesh, NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 10.0..=100.0))
+            .parameter(Parameter::log("lambda", "kPa", 10.0..=100.0))
+            .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
+            .support(Support::clamped("held"))
+    };
+    let bar = |turn: bool| {
+        let mesh = box_tetrahedra([30.0, 20.0, 10.0], [4, 3, 2]);
+        let mut mesh = if turn { renumbered(mesh) } else { mesh };
+        let held = (0..mesh.points.len()).filter(|&node| mesh.points[node][0] == 0.0).collect();
+        mesh.node_sets.insert("held".into(), held);
+        scene(mesh).lower().unwrap()
+    };
+    // Other numbers of the nodes are another mesh.
+    let (plain, turned) = (bar(false), bar(true));
+    assert!(FrozenStiffness::new(&plain).unwrap().on(&turned).is_err());
 }
 
 /// A predictor that is wrong: the solution of other parameters, times a factor.

@@ -15,7 +15,7 @@ use crate::{SolveError, Solver};
 use sinew_energy::{Body, Frames};
 use sinew_num::Mat3;
 use std::borrow::Cow;
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 use std::time::Instant;
 
 /// Step pairs kept by the L-BFGS update; few steps are taken, so that more pairs would not help.
@@ -149,7 +149,7 @@ impl<'p> FrozenTangent<'p> {
         self.system.relax(potential, from, steps, BALANCED)
     }
 
-    /// Requires another body with the same cells between its nodes and as many held directions at each.
+    /// Requires another body with as many held directions at each node and the same cells, up to the diagonals that linear ones are cut along.
     ///
     /// # Errors
     /// [`SolveError::OtherBody`], [`SolveError::NoPotential`].
@@ -185,7 +185,7 @@ impl<'p> FrozenTangent<'p> {
         if own.nodes != body.nodes {
             return refuse("nodes");
         }
-        if own.cells != body.cells {
+        if own.cells != body.cells && !shares_edges(own, body) {
             return refuse("cells");
         }
         let held = |body: &Body, node: usize| -> [bool; 3] {
@@ -216,6 +216,17 @@ impl<'p> FrozenTangent<'p> {
         }
         Ok(frames)
     }
+}
+
+/// Whether linear cells share half of their edges, as those cut from the same hexahedra along other diagonals do.
+fn shares_edges(own: &Body, other: &Body) -> bool {
+    let edges = |body: &Body| -> HashSet<[usize; 2]> {
+        let pairs = body.cell_nodes().flat_map(|cell| cell.iter().map(move |&a| (a, cell)));
+        pairs.flat_map(|(a, cell)| cell.iter().map(move |&b| [a, b])).collect()
+    };
+    let linear = [own, other].iter().all(|body| body.nodes_per_cell == body.element().corners);
+    let (own, other) = (edges(own), edges(other));
+    linear && 2 * own.intersection(&other).count() >= own.len().max(other.len())
 }
 
 /// Orthonormal basis of `space`, each vector the nearest to that of `to`, in order; `None` where one is nearly

@@ -9,7 +9,7 @@ use anyhow::Result;
 use clap::Args;
 use sinew::case::Formulation;
 use sinew::output::{displacement_in_words, least_and_largest_ratio};
-use sinew::{Body, Case, Simulations};
+use sinew::{Body, Case, Simulations, Warning};
 use sinew_fem::{LoadSteps, LockingWarning, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
 
@@ -73,12 +73,17 @@ impl Solve {
 
 /// Equilibria as they are written.
 fn answers(found: &Equilibria) -> Vec<Answer<'_>> {
-    let answer = |place: usize| Answer {
-        fields: vec![&found.simulations.fields[place]],
-        pressure: found.pressure(place).unwrap_or_default(),
-        ..Answer::default()
+    let Simulations { thetas, fields, jumped, .. } = &found.simulations;
+    let answer = |place: usize| {
+        let jumps = jumped.iter().filter(|theta| **theta == thetas[place]);
+        Answer {
+            fields: vec![&fields[place]],
+            pressure: found.pressure(place).unwrap_or_default(),
+            warnings: jumps.map(|_| Warning::Jumped.to_string()).collect(),
+            ..Answer::default()
+        }
     };
-    (0..found.simulations.fields.len()).map(answer).collect()
+    (0..fields.len()).map(answer).collect()
 }
 
 /// Closes the rows that have no equilibrium.

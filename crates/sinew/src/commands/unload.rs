@@ -1,7 +1,7 @@
 //! Bodies at rest of loaded images.
 
 use super::{CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, refuse, warn_of_locking};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use sinew::output::displacement_in_words;
 use sinew::stresses::add_stresses;
@@ -78,7 +78,7 @@ impl UnloadCommand {
         std::fs::write(&file, text).with_context(|| file.display().to_string())?;
         println!("written: {} and {}", self.output.display(), file.display());
         if let Some(left) = left(&file, &unloaded) {
-            eprintln!("warning: loaded from {}, {left}", file.display());
+            bail!("loaded from {}, {left}", file.display());
         }
         Ok(())
     }
