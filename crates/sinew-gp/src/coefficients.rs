@@ -7,7 +7,7 @@
 use crate::error::{GpError, Result, place};
 use crate::grid::grid;
 use crate::operator::{Operator, Parameter, Term};
-use crate::prior::{Part, Prior};
+use crate::prior::Prior;
 use crate::series::Series;
 
 /// A product of powers of parameters; empty for 1.
@@ -34,14 +34,14 @@ pub(crate) struct PartCoefficients<const D: usize> {
     pub orders: Vec<[usize; D]>,
     /// A of each monomial, at `[order · points + point]`.
     pub arrays: Vec<Vec<f64>>,
-    /// Coordinates of the points axis by axis, as the latent function takes them.
-    pub axes: [Vec<f64>; D],
 }
 
 /// An operator on a prior at points.
 #[derive(Clone, Debug)]
 pub(crate) struct PointCoefficients<const D: usize> {
     pub count: usize,
+    /// Coordinates of the points axis by axis, as latent functions take them.
+    pub axes: [Vec<f64>; D],
     /// Lengths of the domain's axes, in which derivatives are of size one.
     pub extents: [f64; D],
     pub monomials: Vec<Monomial>,
@@ -54,7 +54,7 @@ pub(crate) struct PointCoefficients<const D: usize> {
 pub(crate) fn register(known: &mut Vec<Parameter>, parameter: &Parameter) -> Result<usize> {
     match known.iter().position(|other| other.name() == parameter.name()) {
         Some(position) if known[position] == *parameter => Ok(position),
-        Some(_) => Err(GpError::Problem(format!(
+        Some(_) => Err(GpError::Invalid(format!(
             "parameter {} is declared twice with different bounds; clone one `Parameter`",
             parameter.name()
         ))),
@@ -79,12 +79,9 @@ impl<const D: usize> PointCoefficients<D> {
         let (of_term, of_source) = of_term.split_at(operator.terms().len());
         let (count, degrees) = (points.len(), operator.orders());
         let mut mean = vec![vec![0.0; count]; monomials.len()];
-        let empty = |part: &Part<D>| PartCoefficients {
-            orders: Vec::new(),
-            arrays: vec![Vec::new(); monomials.len()],
-            axes: std::array::from_fn(|d| points.iter().map(|x| prior.seen(part, *x)[d]).collect()),
-        };
-        let mut parts: Vec<PartCoefficients<D>> = prior.parts.iter().map(empty).collect();
+        let axes = std::array::from_fn(|d| points.iter().map(|x| prior.seen(*x)[d]).collect());
+        let arrays = vec![Vec::new(); monomials.len()];
+        let mut parts = vec![PartCoefficients { orders: Vec::new(), arrays }; prior.parts.len()];
         for (index, point) in points.iter().enumerate() {
             let finite = |number: f64, what: &str| match number.is_finite() {
                 true => Ok(number),
@@ -116,7 +113,7 @@ impl<const D: usize> PointCoefficients<D> {
                     for beta in below(alpha, &part.feature.axes) {
                         let rest: [usize; D] = std::array::from_fn(|d| alpha[d] - beta[d]);
                         let binomial: f64 = (0..D).map(|d| choose(alpha[d], beta[d])).product();
-                        for (beta, turned) in prior.turned(part, beta, point) {
+                        for (beta, turned) in prior.turned(beta, point) {
                             let value = factor * binomial * turned * series.derivative(&rest);
                             let row = built.row(beta, count);
                             built.arrays[*monomial][row + index] += finite(value, "feature")?;
@@ -126,7 +123,7 @@ impl<const D: usize> PointCoefficients<D> {
             }
         }
         let parts = parts.into_iter().map(|part| part.without_zeros(count)).collect();
-        Ok(Self { count, extents: prior.domain.extents(), monomials, mean, parts })
+        Ok(Self { count, axes, extents: prior.domain.extents(), monomials, mean, parts })
     }
 
     /// Values of the monomials.
@@ -170,7 +167,7 @@ fn choose(n: usize, k: usize) -> f64 {
 
 fn singular(what: &str, index: usize, whose: &str, point: &[f64]) -> GpError {
     let at = place(point);
-    GpError::Singular(format!(
+    GpError::Invalid(format!(
         "the {what} has no finite value or derivative at point {index} of {whose} {at}; move the point off the corner, or make the formula finite there"
     ))
 }

@@ -91,7 +91,7 @@ impl<const D: usize> Compiled<D> {
     pub(crate) fn operator_sizes(&self, theta: &[f64]) -> Vec<f64> {
         let count = self.values.len().max(1) as f64;
         let size = |leg: &PointCoefficients<D>, part: usize| {
-            let PartCoefficients { orders, arrays, .. } = &leg.parts[part];
+            let PartCoefficients { orders, arrays } = &leg.parts[part];
             let shrink = |orders: &[usize; D]| -> f64 {
                 let each = leg.extents.iter().zip(orders);
                 each.map(|(extent, n)| extent.powi(-(*n as i32))).product()
@@ -178,7 +178,7 @@ fn informative<const D: usize>(
         };
         let residual = value - prescribed;
         if residual.abs() > AGREEMENT * largest(values).max(largest(&built.mean[0])) {
-            return Err(GpError::Data(format!(
+            return Err(GpError::Invalid(format!(
                 "value {index} of observation group {group} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
             )));
         }

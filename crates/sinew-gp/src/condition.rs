@@ -5,9 +5,8 @@ use crate::field::{Field, constant, field};
 use crate::operator::MOST_DERIVATIVES;
 use crate::series::Series;
 
-/// A condition on one face of a box, or one edge of a polygon. Derivatives are taken along the outward normal n
-/// everywhere: at the lower end of an axis ∂u/∂n = −∂u/∂x. On a box, functions do not depend on the coordinate along the
-/// face's axis.
+/// A condition on one face of a box. Derivatives are taken along the outward normal n
+/// everywhere: at the lower end of an axis ∂u/∂n = −∂u/∂x. Functions do not depend on the coordinate along the face's axis.
 ///
 /// ```
 /// use sinew_gp::{Condition, Domain, Problem, Side, constant, field};
@@ -52,7 +51,7 @@ pub enum Condition<const D: usize> {
         /// Right-hand side c.
         data: Field<D>,
     },
-    /// Derivatives along n of orders 0 to 3, each once, as u = u″ = 0 at a simple support. On faces of boxes only.
+    /// Derivatives along n of orders 0 to 3, each once, as u = u″ = 0 at a simple support.
     Derivatives(Vec<(usize, Field<D>)>),
 }
 
@@ -84,15 +83,6 @@ impl<const D: usize> Condition<D> {
         Self::Derivatives(vec![(1, constant(0.0)), (3, constant(0.0))])
     }
 
-    /// Parts of a condition on the slope, whose factor is one: the factor of the value, and the right-hand side.
-    pub(crate) fn spring(&self) -> Option<(Field<D>, &Field<D>)> {
-        match self {
-            Self::Neumann(slope) => Some((Field::zero(), slope)),
-            Self::Robin { value_factor, data, .. } => Some((value_factor.clone(), data)),
-            Self::Dirichlet(_) | Self::Cauchy { .. } | Self::Derivatives(_) => None,
-        }
-    }
-
     /// The derivatives along n that are given, by their order; none where they are mixed.
     pub(crate) fn derivatives(&self) -> Vec<(usize, &Field<D>)> {
         match self {
@@ -121,7 +111,7 @@ impl<const D: usize> Condition<D> {
                     |(a, b): &(f64, f64)| !(a.is_finite() && b.is_finite() && b * first > 0.0);
                 let mut at = places.iter().map(|x| (a.value(*x), b.value(*x)));
                 if let Some((value, slope)) = at.find(odd) {
-                    return Err(GpError::Problem(format!(
+                    return Err(GpError::Invalid(format!(
                         "the Robin condition on {face} has value factor {value} and slope factor {slope}; both must be finite, and the slope's nowhere 0 (use Dirichlet)"
                     )));
                 }
@@ -143,7 +133,7 @@ impl<const D: usize> Condition<D> {
                     None if given.is_empty() => "no order".into(),
                     None => return Ok(self),
                 };
-                Err(GpError::Problem(format!(
+                Err(GpError::Invalid(format!(
                     "the derivatives given on {face} have {wrong}; give orders from 0 to {}, each once",
                     MOST_DERIVATIVES - 1
                 )))

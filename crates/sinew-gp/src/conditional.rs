@@ -56,7 +56,7 @@ struct Query<'a, const D: usize> {
 
 impl<const D: usize> Query<'_, D> {
     fn side(&self, part: usize) -> Side<'_, D> {
-        Side { axes: &self.points.parts[part].axes, coefficients: &self.coefficients[part] }
+        Side { axes: &self.points.axes, coefficients: &self.coefficients[part] }
     }
 
     /// Covariances with one observation after the other.
@@ -197,14 +197,6 @@ impl<const D: usize> Conditional<D> {
     /// As [`Conditional::mean_of`]; and if there are not as many weights as points, or some are not
     /// finite.
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
-        instance!(
-            D,
-            Conditional::predicted_sum,
-            fn(&Conditional<D>, &Functional<D>) -> Result<(f64, f64)>
-        )(self, functional)
-    }
-
-    fn predicted_sum(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
         let weights = &functional.weights;
         check_lengths(functional.points.len(), weights.len())?;
         check_finite("weight", weights.iter().enumerate())?;
@@ -234,37 +226,8 @@ impl<const D: usize> Conditional<D> {
         count: usize,
         seed: u64,
     ) -> Result<Vec<Vec<f64>>> {
-        instance!(
-            D,
-            Conditional::drawn,
-            fn(&Conditional<D>, &Operator<D>, &[[f64; D]], usize, u64) -> Result<Vec<Vec<f64>>>
-        )(self, operator, points, count, seed)
-    }
-
-    fn drawn(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-        count: usize,
-        seed: u64,
-    ) -> Result<Vec<Vec<f64>>> {
         let (mean, covariance) = self.joint(operator, points)?;
-        let size = points.len();
-        let Ok(eigen) = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower) else {
-            return Err(GpError::NotPositiveDefinite { size, jitter: 0.0 });
-        };
-        let (vectors, values) = (eigen.U(), eigen.S().column_vector());
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let draw = |_| {
-            let mut sample = mean.clone();
-            for (mode, z) in standard_normals(size, &mut random).into_iter().enumerate() {
-                // Rounding makes vanishing variances slightly negative.
-                let factor = values[mode].max(0.0).sqrt() * z;
-                sample.iter_mut().zip(vectors.col(mode).iter()).for_each(|(s, v)| *s += factor * v);
-            }
-            sample
-        };
-        Ok((0..count).map(draw).collect())
+        drawn(&mean, &covariance, count, seed)
     }
 
     /// Whether what measured values differ by among themselves is taken for noise.
@@ -340,6 +303,14 @@ impl<const D: usize> Conditional<D> {
 
     /// Posterior mean and covariance of an operator at points.
     fn joint(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)> {
+        instance!(
+            D,
+            Conditional::jointly,
+            fn(&Conditional<D>, &Operator<D>, &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)>
+        )(self, operator, points)
+    }
+
+    fn jointly(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)> {
         let query = self.query(operator, points)?;
         let (mean, whitened) = self.conditioned(&query);
         let mut covariance = whitened.transpose() * &whitened;
@@ -354,4 +325,24 @@ impl<const D: usize> Conditional<D> {
         }
         Ok((mean, covariance))
     }
+}
+
+/// Samples of a normal distribution, by the eigenvectors of its covariance.
+fn drawn(mean: &[f64], covariance: &Mat<f64>, count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
+    let size = mean.len();
+    let Ok(eigen) = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower) else {
+        return Err(GpError::NotPositiveDefinite { size, jitter: 0.0 });
+    };
+    let (vectors, values) = (eigen.U(), eigen.S().column_vector());
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let draw = |_| {
+        let mut sample = mean.to_vec();
+        for (mode, z) in standard_normals(size, &mut random).into_iter().enumerate() {
+            // Rounding makes vanishing variances slightly negative.
+            let factor = values[mode].max(0.0).sqrt() * z;
+            sample.iter_mut().zip(vectors.col(mode).iter()).for_each(|(s, v)| *s += factor * v);
+        }
+        sample
+    };
+    Ok((0..count).map(draw).collect())
 }

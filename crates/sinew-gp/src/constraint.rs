@@ -2,11 +2,8 @@
 
 mod agreement;
 mod corners;
-mod edges;
-mod extension;
 mod feature;
 mod imposed;
-mod meeting;
 #[cfg(test)]
 mod tests;
 mod wedges;
@@ -19,9 +16,8 @@ use crate::problem::Problem;
 use crate::series::Series;
 use crate::structure::{AxisStructure, Lift};
 use corners::check_corners;
-use edges::Edges;
 pub use feature::Feature;
-pub(crate) use imposed::{Imposed, on_edge};
+pub(crate) use imposed::Imposed;
 
 /// Mean and features such that every function m + Σ φ zₚ satisfies all conditions, whatever the zₚ.
 #[derive(Clone, Debug)]
@@ -48,28 +44,20 @@ pub fn constraints<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D
 fn built_in<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>> {
     let structures: [AxisStructure<D>; D] =
         std::array::from_fn(|axis| AxisStructure::new(problem, axis));
-    let edges = Edges::of(problem);
     check_corners(problem, &structures)?;
-    let (start, planes) = match edges {
-        None => (Field::zero(), vec![Feature::everywhere(constant(1.0))]),
-        Some(edges) => {
-            edges.check_corners(problem.domain())?;
-            (edges.mean(), edges.planes(problem.equation()))
-        }
+    let planes = match problem.domain().cross_section().zip(problem.boundary.as_ref()) {
+        Some((polygon, _)) => wedges::planes(polygon, problem.equation()),
+        None => vec![constant(1.0)],
     };
     Ok(Constraints {
-        mean: mean(problem, &structures, start),
+        mean: mean(problem, &structures),
         features: features(problem.domain(), &structures, planes)?,
     })
 }
 
 /// Axis by axis, the part of the conditions that the mean so far misses is added (Algorithm 3).
-fn mean<const D: usize>(
-    problem: &Problem<D>,
-    structures: &[AxisStructure<D>; D],
-    start: Field<D>,
-) -> Field<D> {
-    let mut mean = start;
+fn mean<const D: usize>(problem: &Problem<D>, structures: &[AxisStructure<D>; D]) -> Field<D> {
+    let mut mean = problem.boundary.clone().unwrap_or_else(Field::zero);
     // What misses a condition with a factor that varies is weighed by that factor: there last.
     let (even, uneven): (Vec<usize>, Vec<usize>) =
         (0..D).partition(|axis| !structures[*axis].varies(problem.domain()));
@@ -97,10 +85,10 @@ fn mean<const D: usize>(
 fn features<const D: usize>(
     domain: &Domain<D>,
     structures: &[AxisStructure<D>; D],
-    planes: Vec<Feature<D>>,
+    planes: Vec<Field<D>>,
 ) -> Result<Vec<Feature<D>>> {
     let mut products: Vec<(Feature<D>, bool)> =
-        planes.into_iter().map(|plane| (plane, false)).collect();
+        planes.into_iter().map(|plane| (Feature::everywhere(plane), false)).collect();
     for (axis, structure) in structures.iter().enumerate() {
         let times = |(product, varies): (Feature<D>, bool)| {
             let each = structure.factors.iter();

@@ -175,7 +175,7 @@ impl<const D: usize> Data<D> {
             return Err(no_data());
         };
         if let Some(wrong) = weights.iter().find(|w| !w.is_finite() || **w == 0.0) {
-            return Err(GpError::Data(format!(
+            return Err(GpError::Invalid(format!(
                 "a weighted sum has the weight {wrong}; leave points of no weight out, and give finite ones"
             )));
         }
@@ -214,7 +214,7 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
             let coordinates = points().flatten().map(|c| ("point", c));
             let mut numbers = coordinates.chain([("value", value)]);
             if let Some((what, found)) = numbers.find(|(_, number)| !number.is_finite()) {
-                return Err(GpError::Data(format!(
+                return Err(GpError::Invalid(format!(
                     "{what} number {index} of observation group {number} is {found}; remove it from the data"
                 )));
             }
@@ -222,7 +222,7 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
             let stands_for_many = group.averages.is_some();
             let outside = points().find(|point| !domain.contains_within(**point, 1e-9));
             if let Some(outside) = outside.filter(|_| !stands_for_many) {
-                return Err(GpError::Data(format!(
+                return Err(GpError::Invalid(format!(
                     "point {index} of observation group {number} {} lies outside the domain; check its unit, or remove it",
                     place(outside)
                 )));
@@ -230,12 +230,12 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
         }
         match group.noise {
             Noise::Known(sigma) if !(sigma.is_finite() && sigma > 0.0) => {
-                return Err(GpError::Data(format!(
+                return Err(GpError::Invalid(format!(
                     "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
                 )));
             }
             Noise::StudentT(freedom) if !(freedom.is_finite() && freedom >= 1.0) => {
-                return Err(GpError::Data(format!(
+                return Err(GpError::Invalid(format!(
                     "Student's t with {freedom} degrees of freedom for {}; give 1 or more, as 4",
                     noise_name(index)
                 )));
@@ -249,7 +249,7 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
         return Err(no_data());
     }
     match groups.iter().position(|group| empty(group) && group.noise == Noise::Learned) {
-        Some(index) => Err(GpError::Data(format!(
+        Some(index) => Err(GpError::Invalid(format!(
             "observation group {} has no points, so that its noise cannot be learned; leave it out",
             index + 1
         ))),
@@ -264,7 +264,7 @@ pub(crate) fn noise_name(group: usize) -> String {
 
 /// Empty data: nothing to condition on.
 pub(crate) fn no_data() -> GpError {
-    GpError::Data("the model has no observations; add values or an equation".into())
+    GpError::Invalid("the model has no observations; add values or an equation".into())
 }
 
 /// Refuses numbers that are not finite.
@@ -273,7 +273,7 @@ pub(crate) fn check_finite<'a>(
     mut numbers: impl Iterator<Item = (usize, &'a f64)>,
 ) -> Result<()> {
     match numbers.find(|(_, number)| !number.is_finite()) {
-        Some((index, number)) => Err(GpError::Request(format!(
+        Some((index, number)) => Err(GpError::Invalid(format!(
             "{what} number {index} of the prediction is {number}; give a finite one"
         ))),
         None => Ok(()),
@@ -319,7 +319,7 @@ fn check_contradictions<const D: usize>(
             if difference.abs() > largest * (STEEPEST * distance).max(SAME) {
                 let (first, second) = (first.min(second), first.max(second));
                 let points = [first, second].map(|k| place(&group.points[*k])).join(" and ");
-                return Err(GpError::Data(format!(
+                return Err(GpError::Invalid(format!(
                     "values {first} and {second} of observation group {number} at {points} are noise-free and differ by {:e}, more than neighbours can; keep one, or give them noise",
                     difference.abs()
                 )));

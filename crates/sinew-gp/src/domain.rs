@@ -48,14 +48,13 @@ impl Domain<1> {
 }
 
 impl Domain<2> {
-    /// A simple polygon, convex or not, with its corners in order along the boundary.
+    /// A convex polygon, with its corners in order along the boundary.
     ///
-    /// Conditions hold exactly in notches too. At a corner solutions are rougher than smooth functions times a distance
-    /// (on an L under even load like r^⅔): where the Laplacian leads the equation, further features are as singular. With
-    /// other equations expect errors of tens of per cent about a notch even with a hundred collocation points.
+    /// Values on its boundary are held by [`crate::Problem::boundary`]. Where the Laplacian leads the equation, solutions are rougher
+    /// at corners than functions of a prior (like r^(π/α) at an angle α), about re-entrant ones so much that these are refused.
     ///
     /// # Errors
-    /// If it has fewer than three corners, repeated corners, crossing edges or no area.
+    /// If it has fewer than three corners, repeated or re-entrant ones, or edges that cross.
     pub fn polygon(names: [&str; 2], corners: &[[f64; 2]]) -> Result<Self> {
         let polygon = Polygon::new(corners)?;
         let [x, y] = polygon.extents();
@@ -64,7 +63,7 @@ impl Domain<2> {
 }
 
 impl Domain<3> {
-    /// A simple polygon times an interval: an extrusion, or a plane problem in time.
+    /// A convex polygon times an interval: an extrusion, or a plane problem in time.
     ///
     /// # Errors
     /// As [`Domain::polygon`] and [`Domain::interval`].
@@ -83,18 +82,18 @@ impl<const D: usize> Domain<D> {
     pub fn cuboid(axes: [(&str, [f64; 2]); D]) -> Result<Self> {
         if !(1..=3).contains(&D) {
             let text = format!("a domain of {D} axes; give it one to three");
-            return Err(GpError::Problem(text));
+            return Err(GpError::Invalid(text));
         }
         for (d, (name, [lower, upper])) in axes.iter().enumerate() {
             // Neither end nor their distance may overflow.
             if !((upper - lower).is_finite() && lower < upper) {
-                return Err(GpError::Problem(format!(
+                return Err(GpError::Invalid(format!(
                     "axis {name} runs from {lower} to {upper}; give finite bounds in ascending order"
                 )));
             }
             if axes[..d].iter().any(|(earlier, _)| earlier == name) {
                 let text = format!("two axes are called {name}; name each axis once");
-                return Err(GpError::Problem(text));
+                return Err(GpError::Invalid(text));
             }
         }
         Ok(Self {
@@ -142,7 +141,7 @@ impl<const D: usize> Domain<D> {
     pub(crate) fn axis(&self, name: &str) -> Result<usize> {
         self.names.iter().position(|n| n == name).ok_or_else(|| {
             let axes = self.names.join(", ");
-            GpError::Problem(format!("there is no axis {name}; the domain has {axes}"))
+            GpError::Invalid(format!("there is no axis {name}; the domain has {axes}"))
         })
     }
 
@@ -150,7 +149,7 @@ impl<const D: usize> Domain<D> {
     pub(crate) fn free_axis(&self, name: &str, instead: &str) -> Result<usize> {
         match self.axis(name)? {
             axis if self.polygon.is_some() && axis < 2 => {
-                Err(GpError::Problem(format!("{name} is part of the polygon; use {instead}")))
+                Err(GpError::Invalid(format!("{name} is part of the polygon; use {instead}")))
             }
             axis => Ok(axis),
         }
@@ -201,7 +200,7 @@ impl<const D: usize> Domain<D> {
         let points: Vec<_> = tries.filter(|point| self.contains(*point)).take(count).collect();
         match points.len() == count {
             true => Ok(points),
-            false => Err(GpError::Problem(
+            false => Err(GpError::Invalid(
                 "the domain's polygon has too small a share of its bounding box to sample from; turn it along the axes, or give points of your own"
                     .into(),
             )),
@@ -241,7 +240,7 @@ impl<const D: usize> Domain<D> {
 /// A polygon's property asked of a domain without one.
 pub(crate) fn no_polygon() -> GpError {
     let text = "the domain has no polygon; give conditions face by face with `Problem::condition`";
-    GpError::Problem(text.into())
+    GpError::Invalid(text.into())
 }
 
 #[cfg(test)]
@@ -260,13 +259,13 @@ mod tests {
 
     #[test]
     fn samples_and_grids_lie_inside() {
-        let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 0.5], [0.0, 2.0]];
+        let corners = [[0.0, 0.0], [2.0, 0.0], [1.0, 2.0], [0.0, 1.0]];
         let domain = Domain::prism(["x", "y"], &corners, ("t", [0.0, 3.0])).unwrap();
         assert_eq!(domain.extents(), [2.0, 2.0, 3.0]);
         let points = domain.sample(200, 1).unwrap();
         assert_eq!(points.len(), 200);
         assert!(points.iter().all(|p| domain.contains(*p)));
-        assert!(!domain.contains([1.0, 1.5, 1.0]), "the notch is outside");
+        assert!(!domain.contains([1.8, 1.0, 1.0]), "outside of the polygon, inside of its box");
         assert_eq!(Domain::interval("x", [0.0, 1.0]).unwrap().grid(3), [[0.0], [0.5], [1.0]]);
     }
 }

@@ -9,7 +9,6 @@ use crate::operator::Operator;
 use crate::warning::Warning;
 use rayon::prelude::*;
 use sinew_sample::{quantile, split_seed};
-use statrs::distribution::{ContinuousCDF, Normal};
 use std::sync::Arc;
 
 /// Draws from the posterior of all parameters of a model.
@@ -122,21 +121,10 @@ impl<const D: usize> Ensemble<D> {
         Ok(ends)
     }
 
-    /// Mean of a parameter over the draws, in its own unit.
-    ///
-    /// # Errors
-    /// If no entry has that name, or there are no draws.
-    pub fn mean(&self, name: &str) -> Result<f64> {
-        match &self.parameter(name)?[..] {
-            [] => Err(no_draws()),
-            values => Ok(values.iter().sum::<f64>() / values.len() as f64),
-        }
-    }
-
     /// Median of a parameter over the draws, in its own unit.
     ///
     /// # Errors
-    /// As [`Ensemble::mean`].
+    /// If no entry has that name, or there are no draws.
     pub fn median(&self, name: &str) -> Result<f64> {
         self.quantile(name, 0.5)
     }
@@ -175,26 +163,6 @@ impl<const D: usize> Ensemble<D> {
         self.mixture(|conditional| conditional.predict_operator(operator, points))
     }
 
-    /// Quantiles of an operator applied to u at points, for each share one value a point: of the mixture of the draws' normal
-    /// distributions, skewed where parameters make it so. Shares of 0.025 and 0.975 bound a 95 % band.
-    ///
-    /// # Errors
-    /// As [`Ensemble::predict_operator`]; and if a share does not lie between 0 and 1.
-    pub fn quantiles_of(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-        shares: &[f64],
-    ) -> Result<Vec<Vec<f64>>> {
-        shares.iter().try_for_each(|share| check_share(*share))?;
-        let members = self.members(|conditional| conditional.predict_operator(operator, points))?;
-        let at = |point: usize, share: f64| {
-            let each = members.iter().map(|m| (m.mean[point], m.standard_deviation[point]));
-            quantile_of_mixture(&each.collect::<Vec<_>>(), share)
-        };
-        Ok(shares.iter().map(|s| (0..points.len()).map(|point| at(point, *s)).collect()).collect())
-    }
-
     /// Functions u drawn from the posterior, each by its values at the points and with parameters of its own.
     ///
     /// # Errors
@@ -225,22 +193,16 @@ impl<const D: usize> Ensemble<D> {
         Ok((sum.mean[0], sum.standard_deviation[0]))
     }
 
-    /// Prediction of each draw; one at least.
-    fn members(
-        &self,
-        predict: impl Fn(&Conditional<D>) -> Result<Prediction> + Sync,
-    ) -> Result<Vec<Prediction>> {
-        let of = |draw: &Vec<f64>| predict(&Conditional::new(self.model.clone(), draw)?);
-        let members: Vec<Prediction> = self.draws.par_iter().map(of).collect::<Result<_, _>>()?;
-        if members.is_empty() { Err(no_draws()) } else { Ok(members) }
-    }
-
     /// All draws' predictions as one: the variance within them on average, and that between them.
     fn mixture(
         &self,
         predict: impl Fn(&Conditional<D>) -> Result<Prediction> + Sync,
     ) -> Result<Prediction> {
-        let members = self.members(predict)?;
+        let of = |draw: &Vec<f64>| predict(&Conditional::new(self.model.clone(), draw)?);
+        let members: Vec<Prediction> = self.draws.par_iter().map(of).collect::<Result<_, _>>()?;
+        if members.is_empty() {
+            return Err(no_draws());
+        }
         let values = members[0].mean.len();
         let count = members.len() as f64;
         let average = |of: &dyn Fn(&Prediction) -> f64| members.iter().map(of).sum::<f64>() / count;
@@ -264,36 +226,14 @@ pub(crate) const TRUSTED: f64 = 0.4;
 fn check_share(share: f64) -> Result<()> {
     match (0.0..=1.0).contains(&share) {
         true => Ok(()),
-        false => Err(GpError::Request(format!(
+        false => Err(GpError::Invalid(format!(
             "a level or share of {share}; give a number between 0 and 1, as 0.95"
         ))),
     }
 }
 
 fn no_draws() -> GpError {
-    GpError::Request("the ensemble has no draws; keep at least one".into())
-}
-
-/// Value below which a share of a mixture of normal distributions lies, of means and standard deviations, by bisection.
-fn quantile_of_mixture(members: &[(f64, f64)], share: f64) -> f64 {
-    const WIDE: f64 = 9.0;
-    const HALVINGS: usize = 80;
-    let normal = Normal::standard();
-    let ends = |sign: f64| members.iter().map(move |(m, s)| m + sign * WIDE * s);
-    let mut low = ends(-1.0).fold(f64::INFINITY, f64::min);
-    let mut high = ends(1.0).fold(f64::NEG_INFINITY, f64::max);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        let below = members.iter().map(|(m, s)| match middle - m {
-            distance if *s > 0.0 => normal.cdf(distance / s),
-            distance => f64::from(u8::from(distance >= 0.0)),
-        });
-        match below.sum::<f64>() < share * members.len() as f64 {
-            true => low = middle,
-            false => high = middle,
-        }
-    }
-    0.5 * (low + high)
+    GpError::Invalid("the ensemble has no draws; keep at least one".into())
 }
 
 #[cfg(test)]

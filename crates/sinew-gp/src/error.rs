@@ -5,21 +5,9 @@ use thiserror::Error;
 /// Errors of this crate. Texts say what is wrong, where, and what to do.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum GpError {
-    /// A domain, an equation or boundary conditions that contradict themselves or are not supported.
+    /// A domain, equation, condition, kernel, observation or request that is contradictory, singular or not supported.
     #[error("{0}")]
-    Problem(String),
-    /// A function that is not a covariance, or a kernel that does not suit the equation.
-    #[error("{0}")]
-    Kernel(String),
-    /// Observations that cannot be used.
-    #[error("{0}")]
-    Data(String),
-    /// A request for something that does not exist: a name, a place, a share, a number of parameters.
-    #[error("{0}")]
-    Request(String),
-    /// A formula without a finite value or derivative where one is needed.
-    #[error("{0}")]
-    Singular(String),
+    Invalid(String),
     /// A covariance matrix that stays indefinite.
     #[error(
         "the covariance of {size} observations is not positive definite even with a relative jitter of {jitter:e}; remove duplicate noise-free points or add noise"
@@ -55,16 +43,6 @@ pub enum GpError {
         /// Largest memory allowed \[GB\].
         most: f64,
     },
-    /// No restart of a fit succeeded.
-    #[error(
-        "none of {restarts} restarts reached a finite evidence; narrow the bounds of the parameters or add noise; the last one: {last}"
-    )]
-    NoFit {
-        /// Restarts tried.
-        restarts: usize,
-        /// Error of the last one.
-        last: Box<GpError>,
-    },
 }
 
 /// Result with an error of this crate.
@@ -80,7 +58,7 @@ pub(crate) fn place(coordinates: &[f64]) -> String {
 pub(crate) fn check_lengths(points: usize, values: usize) -> Result<()> {
     match points == values {
         true => Ok(()),
-        false => Err(GpError::Data(format!(
+        false => Err(GpError::Invalid(format!(
             "{points} points but {values} values; give one value for each point"
         ))),
     }

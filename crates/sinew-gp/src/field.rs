@@ -42,12 +42,6 @@ impl<const D: usize> Field<D> {
         self.function.is_none()
     }
 
-    /// Whether it is the same formula, not one that is equal.
-    pub(crate) fn is(&self, other: &Self) -> bool {
-        let formula = |field: &Self| field.function.as_ref().map(|f| Arc::as_ptr(f).cast::<()>());
-        formula(self) == formula(other)
-    }
-
     /// The formula at `x`.
     pub fn at(&self, x: [Series; D]) -> Series {
         let zero = x[0].constant(0.0);

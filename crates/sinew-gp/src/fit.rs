@@ -150,7 +150,6 @@ impl<const D: usize> Model<D> {
     fn climbed_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>> {
         starts.iter().try_for_each(|start| self.check_count(start))?;
         let model = Arc::new(self);
-        let count = starts.len();
         let climb = |start: Vec<f64>| {
             let outcome = model.climb(&start, iterations);
             Restart { outcome, start }
@@ -164,12 +163,15 @@ impl<const D: usize> Model<D> {
             .max_by(|a, b| rank(&restarts[*a]).partial_cmp(&rank(&restarts[*b])).expect("numbers"))
             .ok_or_else(|| {
                 let text = "no starts are given; give one at least, or let `Model::fit` draw some";
-                GpError::Request(text.into())
+                GpError::Invalid(text.into())
             })?;
         // Until more points of an equation everywhere have left the answer as it is.
         let unsettled = model.source.as_ref().map(|_| model.places().len());
         if let Err(last) = &restarts[best].outcome {
-            return Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) });
+            return Err(GpError::Invalid(format!(
+                "none of {} restarts reached a finite evidence; narrow the bounds of the parameters or add noise; the last one: {last}",
+                restarts.len()
+            )));
         }
         let (hold_out, silent, ensemble) = (None, OnceLock::new(), OnceLock::new());
         Ok(Fit { model, restarts, best, unsettled, hold_out, silent, ensemble })

@@ -50,7 +50,7 @@ impl<const D: usize> Functional<D> {
         face: Option<(usize, Side)>,
     ) -> Result<Self> {
         if domain.cross_section().is_some() {
-            return Err(GpError::Request(
+            return Err(GpError::Invalid(
                 "the domain has a polygon; give points and weights of your own for the integral"
                     .into(),
             ));

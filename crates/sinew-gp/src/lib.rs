@@ -96,7 +96,6 @@ mod conditional;
 mod constraint;
 mod data;
 mod domain;
-mod edge;
 mod ensemble;
 mod error;
 mod evidence;

@@ -175,7 +175,7 @@ impl<const D: usize> Model<D> {
         self.parameters.iter().position(|p| p.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
             let known = known.join(", ");
-            GpError::Request(format!("there is no parameter {name}; the model has {known}"))
+            GpError::Invalid(format!("there is no parameter {name}; the model has {known}"))
         })
     }
 
@@ -189,7 +189,7 @@ impl<const D: usize> Model<D> {
         let (found, expected) = (scaled.len(), self.parameters.len());
         match found == expected {
             true => Ok(()),
-            false => Err(GpError::Request(format!(
+            false => Err(GpError::Invalid(format!(
                 "{found} parameters given, the model has {expected}; give one value for each"
             ))),
         }
@@ -201,7 +201,7 @@ impl<const D: usize> Model<D> {
             self.parameters.iter().filter(|p| p.name == parameter.name()).count() > 1
         };
         match self.theta.iter().find(clashes) {
-            Some(clash) => Err(GpError::Problem(format!(
+            Some(clash) => Err(GpError::Invalid(format!(
                 "parameter {} has the name of an amplitude, lengthscale or noise; call it otherwise",
                 clash.name()
             ))),
@@ -217,7 +217,7 @@ impl<const D: usize> Model<D> {
         let representable = |p: &FreeParameter| p.bounds.iter().all(|end| (end * end).is_normal());
         match of_size.map(|(_, p)| p).find(|p| !representable(p)) {
             Some(FreeParameter { name, bounds: [lower, upper], .. }) => {
-                Err(GpError::Data(format!(
+                Err(GpError::Invalid(format!(
                     "by the size of the data {name} is between {lower:e} and {upper:e}, whose squares are not numbers of double precision; give values, conditions and coordinates in a unit in which they are between 1e-140 and 1e140"
                 )))
             }

@@ -60,7 +60,7 @@ impl Parameter {
         if lower.is_finite() && upper.is_finite() && lower < upper {
             Ok(Self { name: name.into(), lower, upper })
         } else {
-            Err(GpError::Problem(format!(
+            Err(GpError::Invalid(format!(
                 "parameter {name} has bounds [{lower}, {upper}]; give finite bounds in ascending order"
             )))
         }
@@ -151,23 +151,6 @@ impl<const D: usize> Operator<D> {
         Derivative::identity().into()
     }
 
-    /// The derivative of some order along a direction.
-    pub(crate) fn along(direction: [f64; D], order: usize) -> Self {
-        let axes = || (0..D).filter(|d| direction[*d] != 0.0);
-        let slope = |term: Term<D>| {
-            axes().map(move |d| Term {
-                scale: term.scale * direction[d],
-                derivative: term.derivative * Derivative::along(d),
-                ..term.clone()
-            })
-        };
-        let mut all = Self::identity();
-        for _ in 0..order {
-            all.terms = all.terms.into_iter().flat_map(slope).collect();
-        }
-        all
-    }
-
     /// Summands of the operator.
     pub fn terms(&self) -> &[Term<D>] {
         &self.terms
@@ -194,7 +177,7 @@ impl<const D: usize> Operator<D> {
     pub(crate) fn check_orders(&self, domain: &Domain<D>) -> Result<()> {
         let mut orders = self.orders().into_iter().zip(domain.names());
         match orders.find(|(order, _)| *order > MOST_DERIVATIVES) {
-            Some((order, axis)) => Err(GpError::Problem(format!(
+            Some((order, axis)) => Err(GpError::Invalid(format!(
                 "derivative of order {order} along {axis}; at most {MOST_DERIVATIVES} is supported; write the equation as one of lower order"
             ))),
             None => Ok(()),

@@ -1,87 +1,76 @@
-//! Simple polygons, and smooth functions that vanish on their edges.
+//! Convex polygons, and functions that vanish on their edges.
 
-use crate::edge::Edge;
-use crate::error::{GpError, Result};
+use crate::error::{GpError, Result, place};
 use crate::grid::grid;
 use crate::series::Series;
 
-/// A simple polygon, with its corners in anticlockwise order.
+/// A convex polygon, with its corners in anticlockwise order.
 #[derive(Clone, Debug)]
 pub struct Polygon {
     corners: Vec<[f64; 2]>,
-    edges: Vec<Edge>,
-    convex: bool,
-    /// Reciprocal of the largest distance found inside, so that features have size one.
+    /// Unit vector to the inside of the edge that starts at each corner.
+    pub(crate) normals: Vec<[f64; 2]>,
+    /// Reciprocal of the product's largest value found inside.
     scale: f64,
 }
 
-/// Twice the signed area of a triangle, positive if anticlockwise.
-fn turn([ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]) -> f64 {
-    (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-}
+/// Sine of the least angle between two edges that meet.
+const LEAST_TURN: f64 = 1e-9;
 
-fn unusable(corners: usize, problem: &str) -> GpError {
-    GpError::Problem(format!("polygon of {corners} vertices: {problem}"))
+/// Cross product of b − a and c − a, positive if the three lie anticlockwise.
+fn cross([ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]) -> f64 {
+    (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 }
 
 impl Polygon {
     /// Creates a polygon from its corners, in either sense of rotation.
     ///
     /// # Errors
-    /// If there are fewer than three, some are not finite or coincide, edges cross, or there is
-    /// no area.
+    /// If there are fewer than three, some are not finite, one is re-entrant, in line with its neighbours or repeated, or edges
+    /// cross.
     pub(crate) fn new(corners: &[[f64; 2]]) -> Result<Self> {
-        let fail = |problem| Err(unusable(corners.len(), problem));
-        if corners.len() < 3 {
+        let count = corners.len();
+        let fail = |problem: &str| {
+            Err(GpError::Invalid(format!("polygon of {count} vertices: {problem}")))
+        };
+        if count < 3 {
             return fail("give at least three");
         }
         if corners.as_flattened().iter().any(|c| !c.is_finite()) {
             return fail("give finite coordinates");
         }
-        let count = corners.len();
-        let area: f64 =
-            (0..count).map(|i| turn([0.0; 2], corners[i], corners[(i + 1) % count])).sum();
+        let area = |corners: &[[f64; 2]]| -> f64 {
+            (0..count).map(|i| cross([0.0; 2], corners[i], corners[(i + 1) % count])).sum()
+        };
         let mut corners = corners.to_vec();
-        if area < 0.0 {
+        if area(&corners) < 0.0 {
             corners.reverse();
         }
-        let edge = |i: usize| (corners[i], corners[(i + 1) % count]);
-        if (0..count).any(|i| edge(i).0 == edge(i).1) {
-            return fail("two corners in a row coincide; give each once");
+        let at = |k: usize| corners[k % count];
+        let length = |k: usize| (at(k + 1)[0] - at(k)[0]).hypot(at(k + 1)[1] - at(k)[1]);
+        let flat = |k: &usize| {
+            let sine = cross(at(*k), at(k + 1), at(k + 2)) / (length(*k) * length(k + 1));
+            // Of a repeated corner it is no number.
+            sine.is_nan() || sine <= LEAST_TURN
+        };
+        if let Some(corner) = (0..count).find(flat) {
+            return fail(&format!(
+                "its corner {} is re-entrant, in line with its neighbours or given twice; leave it out, or take a convex domain around yours and impose the conditions at points by `Data::imposed`",
+                place(&at(corner + 1))
+            ));
         }
-        let crossing = (0..count)
-            .any(|i| (i + 2..count).any(|j| (j + 1) % count != i && cross(edge(i), edge(j))));
-        if crossing || area == 0.0 {
-            return fail(
-                "edges cross or there is no area; give the corners in order along the boundary",
-            );
+        let crossing = |i: usize| (2..count).any(|j| cross(at(i), at(i + 1), at(i + j)) <= 0.0);
+        if (0..count).any(crossing) {
+            return fail("edges cross; give the corners in order along the boundary");
         }
-        let edges: Vec<Edge> =
-            (0..count).map(|i| Edge::new(corners[i], corners[(i + 1) % count])).collect();
-        // Two edges in line count as a notch: each is trimmed to itself.
-        let convex = (0..count).all(|i| {
-            let (before, after) = (&edges[i], &edges[(i + 1) % count]);
-            turn([0.0; 2], before.tangent, after.tangent) > LEAST_TURN
-        });
-        let polygon = Self { corners, edges, convex, scale: 1.0 };
-        let most = polygon.largest(|x, y| polygon.feature(x, y).value());
+        let normal = |k: usize| {
+            let [[ax, ay], [bx, by]] = [at(k), at(k + 1)];
+            [(ay - by) / length(k), (bx - ax) / length(k)]
+        };
+        let normals = (0..count).map(normal).collect();
+        let polygon = Self { corners, normals, scale: 1.0 };
+        let most = polygon.largest(|x, y| polygon.product(x, y).value());
         Ok(Self { scale: 1.0 / most, ..polygon })
-    }
-
-    /// Whether it lies to the left of all its edges and no two are in line.
-    pub(crate) fn is_convex(&self) -> bool {
-        self.convex
-    }
-
-    /// The edges, of which number i starts at corner i.
-    pub(crate) fn edges(&self) -> &[Edge] {
-        &self.edges
-    }
-
-    /// A distance to one edge that vanishes nowhere else in the polygon.
-    pub(crate) fn edge_distance(&self, edge: usize, x: &Series, y: &Series) -> Series {
-        let edge = &self.edges[edge];
-        if self.convex { edge.height(x, y) } else { edge.trimmed_distance(x, y) }
     }
 
     /// Corners in anticlockwise order.
@@ -97,39 +86,31 @@ impl Polygon {
         })
     }
 
-    /// Whether a point lies inside or not farther outside than `margin`.
-    pub(crate) fn contains_within(&self, [x, y]: [f64; 2], margin: f64) -> bool {
-        // Edges that a ray to the right crosses.
-        let ends = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
-        let crossed = |([ax, ay], [bx, by]): &(&[f64; 2], &[f64; 2])| {
-            (*ay > y) != (*by > y) && x < ax + (y - ay) * (bx - ax) / (by - ay)
-        };
-        ends.filter(crossed).count() % 2 == 1
-            || self.edges.iter().any(|edge| edge.distance([x, y]) <= margin)
+    /// Distances from the lines of all edges, positive inside.
+    pub(crate) fn distances(&self, x: &Series, y: &Series) -> impl Iterator<Item = Series> {
+        let edges = self.corners.iter().zip(&self.normals);
+        edges.map(move |([ax, ay], [nx, ny])| (x - *ax) * *nx + (y - *ay) * *ny)
     }
 
-    /// The feature that vanishes on all edges and is positive, at most about one, inside.
-    pub(crate) fn feature(&self, x: &Series, y: &Series) -> Series {
-        let all: Vec<usize> = (0..self.edges.len()).collect();
-        self.feature_of(&all, x, y) * self.scale
+    /// Whether a point lies inside or not farther outside of any edge than `margin`.
+    pub(crate) fn contains_within(&self, point: [f64; 2], margin: f64) -> bool {
+        let [x, y] = Series::plain(point);
+        self.distances(&x, &y).all(|distance| distance.value() >= -margin)
     }
 
-    /// A function that vanishes on some edges only, of any size: Π ωᵢ of a convex polygon, else Π ωᵢ / Σᵢ Πⱼ ωⱼ with j ≠ i, the
-    /// R-equivalence (4.56) of order one without its divisions by zero.
-    pub(crate) fn feature_of(&self, edges: &[usize], x: &Series, y: &Series) -> Series {
-        let distances: Vec<Series> =
-            edges.iter().map(|edge| self.edge_distance(*edge, x, y) / self.size()).collect();
-        let product = distances.iter().fold(x.constant(self.size()), |product, d| product * d);
-        if self.convex {
-            return product;
-        }
-        let others = products_of_others(&distances);
-        let sum = others.iter().fold(x.constant(0.0), |sum, other| sum + other);
-        if sum.value() == 0.0 {
-            // At a corner: the value is zero, derivatives do not exist.
-            return product.squared().sqrt();
-        }
-        product / sum
+    /// The product of the distances, scaled to at most about one: smooth, and positive inside.
+    pub(crate) fn product(&self, x: &Series, y: &Series) -> Series {
+        let size = self.size();
+        let distances = self.distances(x, y).map(|distance| distance / size);
+        distances.fold(x.constant(size), |product, distance| product * distance) * self.scale
+    }
+
+    /// A function of size one that vanishes on all edges and is positive inside, but rises from the edges evenly: the
+    /// R₀-conjunction a + b − √(a² + b²) of the distances from one edge after the other (Rvachev, Sheiko, Shapiro &
+    /// Tsukanov 2001). It has no derivatives at corners.
+    pub(crate) fn conjunction(&self, x: &Series, y: &Series) -> Series {
+        let both = |a: Series, b: Series| &a + &b - (a.squared() + b.squared()).sqrt();
+        self.distances(x, y).reduce(both).expect("three edges at least") / self.size()
     }
 
     /// Largest extent.
@@ -163,34 +144,14 @@ impl Polygon {
     }
 }
 
-/// Sine of the angle between two edges up to which they are in line.
-const LEAST_TURN: f64 = 1e-9;
-
-/// Product of all other numbers, for each.
-pub(crate) fn products_of_others(numbers: &[Series]) -> Vec<Series> {
-    (0..numbers.len())
-        .map(|own| {
-            let others = numbers.iter().enumerate().filter(|(other, _)| *other != own);
-            let start = numbers[own].constant(1.0);
-            others.fold(start, |product, (_, number)| product * number)
-        })
-        .collect()
-}
-
-/// Whether two segments without a common end have a common point.
-fn cross((a, b): ([f64; 2], [f64; 2]), (c, d): ([f64; 2], [f64; 2])) -> bool {
-    turn(a, b, c) * turn(a, b, d) <= 0.0
-        && turn(c, d, a) * turn(c, d, b) <= 0.0
-        && (0..2).all(|k| a[k].min(b[k]) <= c[k].max(d[k]) && c[k].min(d[k]) <= a[k].max(b[k]))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn feature(polygon: &Polygon, point: [f64; 2]) -> f64 {
+    /// Product and conjunction of the distances.
+    fn features(polygon: &Polygon, point: [f64; 2]) -> [f64; 2] {
         let [x, y] = Series::plain(point);
-        polygon.feature(&x, &y).value()
+        [polygon.product(&x, &y), polygon.conjunction(&x, &y)].map(|feature| feature.value())
     }
 
     /// Winding number by angles: an independent test for lying inside.
@@ -206,13 +167,13 @@ mod tests {
     }
 
     #[test]
-    fn the_feature_is_positive_exactly_inside() {
+    fn features_vanish_on_edges_and_are_positive_inside() {
         let shapes: [&[[f64; 2]]; 4] = [
             &[[0.0, 1.0], [-0.95, 0.31], [-0.59, -0.81], [0.59, -0.81], [0.95, 0.31]],
-            // An L, a notch in a notch, and clockwise.
-            &[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]],
-            &[[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [3.0, 1.0], [2.0, 2.0], [1.0, 1.0], [0.0, 3.0]],
-            &[[0.0, 2.0], [1.0, 0.5], [2.0, 2.0], [2.0, 0.0], [0.0, 0.0]],
+            // Slender, small, and clockwise.
+            &[[0.0, 0.0], [5.0, 0.2], [5.1, 0.5], [0.0, 0.3]],
+            &[[0.0, 0.0], [1e-3, 2e-4], [3e-4, 9e-4]],
+            &[[0.0, 2.0], [2.0, 2.0], [2.0, 0.0], [0.0, 0.0]],
         ];
         for corners in shapes {
             check_feature(corners);
@@ -229,27 +190,36 @@ mod tests {
             ];
             let within = inside(corners, point);
             assert_eq!(polygon.contains_within(point, 0.0), within, "{point:?}");
-            if within {
-                let value = feature(&polygon, point);
-                assert!(0.0 < value && value < 1.1, "{point:?} {value}");
-            }
+            let [product, conjunction] = features(&polygon, point);
+            assert_eq!(within, conjunction > 0.0, "{point:?} {conjunction}");
+            assert!(
+                !within || 0.0 < product && product.max(conjunction) < 1.1,
+                "{point:?} {product}"
+            );
         }
         for edge in 0..corners.len() {
-            let value = feature(&polygon, polygon.on_edge(edge, 0.3));
-            assert!(value.abs() < 1e-12, "edge {edge}: {value}");
+            for place in [polygon.on_edge(edge, 0.3), polygon.corners()[edge]] {
+                let values = features(&polygon, place);
+                assert!(values.iter().all(|value| value.abs() < 1e-12), "{place:?}: {values:?}");
+            }
         }
     }
 
     #[test]
     fn unusable_polygons_are_refused() {
-        for corners in [
-            vec![[0.0, 0.0], [1.0, 0.0]],
-            vec![[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]],
-            vec![[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
-            vec![[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]],
-            vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]],
+        let star = |k: usize| 0.8 * std::f64::consts::PI * k as f64;
+        let notched = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        for (corners, problem) in [
+            (vec![[0.0, 0.0], [1.0, 0.0]], "at least three"),
+            (vec![[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]], "finite coordinates"),
+            (notched.to_vec(), "its corner (1, 1) is re-entrant"),
+            (vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0]], "its corner (1, 0)"),
+            (vec![[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]], "its corner (1, 0)"),
+            (vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]], "in line"),
+            ((0..5).map(|k| [star(k).cos(), star(k).sin()]).collect(), "edges cross"),
         ] {
-            assert!(Polygon::new(&corners).is_err(), "{corners:?}");
+            let error = Polygon::new(&corners).unwrap_err().to_string();
+            assert!(error.contains(problem), "{error}");
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Gaussian-process priors for a problem, with or without its boundary conditions.
 
-use crate::constraint::{Constraints, Feature, constraints, on_edge, unconstrained};
+use crate::constraint::{Constraints, Feature, constraints, unconstrained};
 use crate::data::{Data, Group, Noise};
-use crate::domain::{Domain, Side, no_polygon};
+use crate::domain::{Domain, Side};
 use crate::error::{GpError, Result};
 use crate::field::Field;
 use crate::instances::instance;
@@ -92,7 +92,8 @@ impl<const D: usize> Prior<D> {
         kernel.check_smoothness(problem.equation())?;
         check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
-        let part = |feature: Feature<D>| Part { kernel: feature.kernel(kernel).into(), feature };
+        let part =
+            |feature: Feature<D>| Part { kernel: kernel.on_axes(&feature.axes).into(), feature };
         let parts = features.into_iter().map(part).collect();
         Ok(Self { domain, equation, mean, parts, boundary: Vec::new(), stretches: [None; D] })
     }
@@ -116,7 +117,7 @@ impl<const D: usize> Prior<D> {
     pub fn stretched(mut self, axis: &str, side: Side, width: f64) -> Result<Self> {
         let axis = self.domain.free_axis(axis, "one that does not")?;
         if !(width.is_finite() && width > 0.0) {
-            return Err(GpError::Request(format!(
+            return Err(GpError::Invalid(format!(
                 "a stretch of width {width}; give a finite one above 0, in the unit of the axis"
             )));
         }
@@ -130,31 +131,17 @@ impl<const D: usize> Prior<D> {
         self.parts.iter().try_for_each(|part| part.kernel.check_smoothness(operator))
     }
 
-    /// A point as the kernel of a part takes it: along a direction, the position is its first coordinate.
-    pub(crate) fn seen(&self, part: &Part<D>, mut point: [f64; D]) -> [f64; D] {
-        if let Some([tx, ty]) = part.feature.direction {
-            (point[0], point[1]) = (tx * point[0] + ty * point[1], 0.0);
-        }
+    /// A point as kernels take it.
+    pub(crate) fn seen(&self, mut point: [f64; D]) -> [f64; D] {
         for (x, stretch) in point.iter_mut().zip(&self.stretches) {
             *x = stretch.map_or(*x, |stretch| stretch.at(&Series::number(*x)).value());
         }
         point
     }
 
-    /// A derivative of the latent function of a part as a sum of those in these coordinates, with their factors (Faà di Bruno's
-    /// formula).
-    pub(crate) fn turned(
-        &self,
-        part: &Part<D>,
-        mut orders: [usize; D],
-        point: &[f64; D],
-    ) -> Vec<([usize; D], f64)> {
-        let mut factor = 1.0;
-        if let Some([tx, ty]) = part.feature.direction {
-            factor = tx.powi(orders[0] as i32) * ty.powi(orders[1] as i32);
-            (orders[0], orders[1]) = (orders[0] + orders[1], 0);
-        }
-        let mut sum = vec![(orders, factor)];
+    /// A derivative of a latent function as a sum of those in these coordinates, with their factors (Faà di Bruno's formula).
+    pub(crate) fn turned(&self, orders: [usize; D], point: &[f64; D]) -> Vec<([usize; D], f64)> {
+        let mut sum = vec![(orders, 1.0)];
         for (d, stretch) in self.stretches.iter().enumerate().filter(|(d, _)| orders[*d] > 0) {
             let Some(stretch) = stretch else { continue };
             let stretched = stretch.at(&Series::variable(point[d], 0, &[orders[d]]));
@@ -214,7 +201,7 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<()>
     }
     let undefined = |x: &[f64; D]| !mean.value(*x).is_finite();
     match domain.sample(PLACES, 0)?.iter().find(|x| undefined(x)) {
-        Some(x) => Err(GpError::Singular(format!(
+        Some(x) => Err(GpError::Invalid(format!(
             "the conditions' formulas have no finite value at {}; conditions are continued into the domain, so give formulas that are defined all over it",
             crate::error::place(x)
         ))),
@@ -232,35 +219,31 @@ fn pseudo_observations<const D: usize>(
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let faces: Vec<Lift<D>> =
         (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
-    let of_edge = |edge| on_edge(problem, edge).into_iter().map(move |imposed| (edge, imposed));
-    let edges: Vec<_> = (0..problem.edges.len()).flat_map(of_edge).collect();
-    let imposed = faces.iter().map(|lift| &lift.imposed);
-    let imposed = imposed.chain(edges.iter().map(|(_, imposed)| imposed));
-    let all = faces.len() + edges.len();
+    let edges = domain.cross_section().zip(problem.boundary.as_ref());
+    let all = faces.len() + usize::from(edges.is_some());
     let mut data = Data::new();
-    for (number, imposed) in imposed.enumerate() {
-        let share = (points * (number + 1)) / all - (points * number) / all;
-        let mut places = domain.sample(share, random.random())?;
-        let mut jump = None;
-        if let Some(Lift { axis, at, .. }) = faces.get(number) {
-            let moved = |mut point: [f64; D], side: Side| {
-                point[*axis] = domain.end(*axis, side);
-                point
-            };
-            let to = |side: Side| places.iter().map(|point| moved(*point, side)).collect();
-            jump = at.is_none().then(|| (-1.0, to(Side::Lower)));
-            places = to(at.unwrap_or(Side::Upper));
-        } else {
-            let polygon = domain.cross_section().ok_or_else(no_polygon)?;
-            for point in &mut places {
-                let fraction = random.random_range(0.0..1.0);
-                (point[0], point[1]) =
-                    polygon.on_edge(edges[number - faces.len()].0, fraction).into();
-            }
-        }
+    let share = |number: usize| (points * (number + 1)) / all - (points * number) / all;
+    for (number, Lift { axis, at, imposed, .. }) in faces.iter().enumerate() {
+        let places = domain.sample(share(number), random.random())?;
+        let moved = |mut point: [f64; D], side: Side| {
+            point[*axis] = domain.end(*axis, side);
+            point
+        };
+        let to = |side: Side| -> Vec<_> { places.iter().map(|x| moved(*x, side)).collect() };
+        let jump = at.is_none().then(|| (-1.0, to(Side::Lower)));
+        let places = to(at.unwrap_or(Side::Upper));
         let values: Vec<f64> = places.iter().map(|point| imposed.data.value(*point)).collect();
         data = data.imposed(imposed.operator(), &places, &values, Noise::Learned);
         data.groups[number].further.extend(jump);
+    }
+    if let Some((polygon, value)) = edges {
+        let mut places = domain.sample(share(faces.len()), random.random())?;
+        for point in &mut places {
+            let edge = random.random_range(0..polygon.corners().len());
+            (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
+        }
+        let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
+        data = data.imposed(Operator::identity(), &places, &values, Noise::Learned);
     }
     Ok(data.groups)
 }

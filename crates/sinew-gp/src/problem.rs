@@ -13,8 +13,8 @@ pub struct Problem<const D: usize> {
     equation: Operator<D>,
     pub(crate) faces: [[Option<Condition<D>>; 2]; D],
     pub(crate) periodic: [Option<Periodicity>; D],
-    /// Conditions on the polygon's edges; empty without any.
-    pub(crate) edges: Vec<Option<Condition<D>>>,
+    /// Values on the polygon's edges.
+    pub(crate) boundary: Option<Field<D>>,
 }
 
 impl<const D: usize> Problem<D> {
@@ -30,7 +30,7 @@ impl<const D: usize> Problem<D> {
             equation,
             faces: std::array::from_fn(|_| [None, None]),
             periodic: [None; D],
-            edges: Vec::new(),
+            boundary: None,
         })
     }
 
@@ -64,44 +64,34 @@ impl<const D: usize> Problem<D> {
         Ok(self)
     }
 
-    /// Prescribes u on all edges of the polygon, as a function defined on the whole domain. The mean
-    /// is then that function itself, smoother than what [`Problem::edge`] blends from several.
+    /// Prescribes u on all edges of the polygon, as a function defined on the whole domain: the mean is that function itself.
+    ///
+    /// Slopes on edges are imposed at points, without this condition:
+    ///
+    /// ```
+    /// use sinew_gp::{Data, Derivative, Domain, Noise, Problem};
+    ///
+    /// // A membrane held on two sides of a triangle; ∂u/∂n = 0 on the third, its first edge.
+    /// let domain = Domain::polygon(["x", "y"], &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])?;
+    /// let [dx, dy] = domain.derivatives();
+    /// let triangle = domain.cross_section().unwrap();
+    /// let on = |edge: usize| (1..10).map(move |k| triangle.on_edge(edge, f64::from(k) / 10.0));
+    /// let held: Vec<[f64; 2]> = on(1).chain(on(2)).collect();
+    /// let data = Data::new()
+    ///     .imposed(Derivative::identity(), &held, &[0.0; 18], Noise::Exact)
+    ///     .imposed(-1.0 * dy, &on(0).collect::<Vec<_>>(), &[0.0; 9], Noise::Exact);
+    /// let problem = Problem::new(domain.clone(), -(dx * dx) - dy * dy)?;
+    /// # Ok::<(), sinew_gp::GpError>(())
+    /// ```
     ///
     /// # Errors
     /// If the domain has no polygon, or its boundary has values already.
     pub fn boundary(mut self, value: Field<D>) -> Result<Self> {
-        let edges = self.domain.cross_section().ok_or_else(no_polygon)?.corners().len();
-        if !self.edges.is_empty() {
-            return Err(over_determined("the polygon"));
+        self.domain.cross_section().ok_or_else(no_polygon)?;
+        match self.boundary.replace(value) {
+            None => Ok(self),
+            Some(_) => Err(over_determined("the polygon")),
         }
-        self.edges = vec![Some(Condition::Dirichlet(value)); edges];
-        Ok(self)
-    }
-
-    /// Adds a condition on one edge of the polygon. Edge i runs from corner i of
-    /// [`crate::Polygon::corners`] to the next; derivatives are taken along its outward normal.
-    /// Functions are defined on the whole domain and count on the edge.
-    ///
-    /// Conditions hold exactly everywhere but at corners. Operators of second and higher order have no limit at
-    /// a corner, so keep collocation points off it.
-    ///
-    /// # Errors
-    /// If the domain has no polygon or no such edge, the edge has a condition already, a Robin condition has no slope, factors
-    /// that are not finite or one that varies along a third axis, or derivatives of higher order are given.
-    pub fn edge(mut self, edge: usize, condition: Condition<D>) -> Result<Self> {
-        let edges = self.domain.cross_section().ok_or_else(no_polygon)?.corners().len();
-        if edge >= edges {
-            return Err(GpError::Problem(format!(
-                "there is no edge {edge}; the polygon has {edges}, numbered from 0"
-            )));
-        }
-        let face = format!("edge {edge} of the polygon");
-        self.edges.resize(edges, None);
-        if self.edges[edge].is_some() {
-            return Err(over_determined(&face));
-        }
-        self.edges[edge] = Some(self.on_edge(edge, condition, &face)?);
-        Ok(self)
     }
 
     /// The domain.
@@ -119,45 +109,17 @@ impl<const D: usize> Problem<D> {
         equation.check_orders(&self.domain)?;
         Ok(Self { equation, ..self.clone() })
     }
-
-    /// A condition on an edge, or the error of one that it cannot carry.
-    fn on_edge(&self, edge: usize, condition: Condition<D>, face: &str) -> Result<Condition<D>> {
-        if let Condition::Derivatives(_) = condition {
-            return Err(GpError::Problem(format!(
-                "{face} is given derivatives by their order; on edges of polygons use Dirichlet, Neumann, Cauchy or Robin"
-            )));
-        }
-        let mut places = self.domain.sample(FACE_PLACES, 0)?;
-        let polygon = self.domain.cross_section().ok_or_else(no_polygon)?;
-        for (k, place) in places.iter_mut().enumerate() {
-            let fraction = k as f64 / (FACE_PLACES - 1) as f64;
-            (place[0], place[1]) = polygon.on_edge(edge, fraction).into();
-        }
-        let condition = condition.checked(face, &places)?;
-        let Condition::Robin { value_factor, .. } = &condition else { return Ok(condition) };
-        let varies = places.iter().any(|place| {
-            let mut first = *place;
-            first[2..].copy_from_slice(&self.domain.lower()[2..]);
-            value_factor.value(*place) != value_factor.value(first)
-        });
-        match varies {
-            false => Ok(condition),
-            true => Err(GpError::Problem(format!(
-                "the Robin condition on {face} has a factor that varies along the third axis; it may vary along the edge only"
-            ))),
-        }
-    }
 }
 
 /// Edges of a polygon, in place of conditions on its axes.
-const ON_EDGES: &str = "`Problem::boundary` for all of its edges, `Problem::edge` for one";
+const ON_EDGES: &str = "`Problem::boundary` for values on its edges, `Data::imposed` at points of `Polygon::on_edge` for slopes";
 
 /// Places on a face where conditions are looked at.
 const FACE_PLACES: usize = 20;
 
 /// A second condition where there is one already.
 fn over_determined(face: &str) -> GpError {
-    GpError::Problem(format!(
+    GpError::Invalid(format!(
         "{face} has a condition already; give value and slope together as a Cauchy condition"
     ))
 }

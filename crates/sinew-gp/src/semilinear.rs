@@ -360,7 +360,7 @@ fn largest_change(old: &[f64], new: &[f64]) -> f64 {
 /// A nonlinear term that is not finite where u may be, at a point of those given.
 fn singular_term(index: usize, arguments: &[f64]) -> GpError {
     let arguments = place(arguments);
-    GpError::Singular(format!(
+    GpError::Invalid(format!(
         "the nonlinear term has no finite value or derivative near {arguments}, its arguments at point {index}; start from a solution that is better known, or define the term there"
     ))
 }

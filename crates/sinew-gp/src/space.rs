@@ -164,7 +164,7 @@ impl<const D: usize> LogDensity for Space<'_, D> {
 
 /// A density that gives no draws.
 pub(crate) fn not_drawn(error: sinew_sample::SampleError) -> GpError {
-    GpError::Request(format!(
+    GpError::Invalid(format!(
         "the posterior of the parameters gives no draws: {error}; narrow the bounds, or add values"
     ))
 }

@@ -105,7 +105,7 @@ impl<'a, const D: usize> State<'a, D> {
 
     pub(crate) fn side(&self, part: usize, leg: usize) -> Side<'_, D> {
         let leg = &self.legs[leg];
-        Side { axes: &leg.points.parts[part].axes, coefficients: &leg.coefficients[part] }
+        Side { axes: &leg.points.axes, coefficients: &leg.coefficients[part] }
     }
 
     /// Covariance of one part between two legs.

@@ -154,8 +154,7 @@ impl Basis {
     /// Carries what is imposed along the outward normal of a side, or between the ends.
     fn lift<const D: usize>(&self, at: Option<Side>, imposed: Imposed<D>) -> Lift<D> {
         let side = at.unwrap_or(Side::Upper);
-        let outwards = imposed.direction[self.axis].powi(imposed.order as i32);
-        let shape = self.shape_of(side, imposed.order).scaled(outwards);
+        let shape = self.shape_of(side, imposed.order).scaled(imposed.sign());
         Lift { axis: self.axis, ends: self.ends, at, imposed, shape }
     }
 
@@ -219,15 +218,14 @@ impl<const D: usize> AxisStructure<D> {
         };
         let basis = Basis { axis, ends, contacts };
         let mut structure = Self { factors: vec![bubble(axis, ends, contacts)], lifts: Vec::new() };
-        let along = |factor: f64| std::array::from_fn(|d| if d == axis { factor } else { 0.0 });
         for (side, outwards) in Side::BOTH.into_iter().zip([-1.0, 1.0]) {
             let given = conditions[side.index()].iter();
-            let imposed = given.flat_map(|condition| Imposed::of(condition, along(outwards)));
+            let imposed = given.flat_map(|condition| Imposed::of(condition, axis, outwards));
             structure.lifts.extend(imposed.map(|imposed| basis.lift(Some(side), imposed)));
         }
         for order in 0..joined {
-            let (value, data, direction) = (Field::zero(), Field::zero(), along(1.0));
-            let equal = Imposed { value, order, direction, data };
+            let (value, data) = (Field::zero(), Field::zero());
+            let equal = Imposed { value, order, axis, outwards: 1.0, data };
             structure.lifts.push(basis.lift(None, equal));
         }
         let sprung =

@@ -56,5 +56,5 @@ pub fn log_evidence_tensor<const D: usize>(
 }
 
 fn precision() -> GpError {
-    GpError::Request("parameters must be a tensor of double precision; cast it to F64".into())
+    GpError::Invalid("parameters must be a tensor of double precision; cast it to F64".into())
 }

@@ -122,35 +122,3 @@ pub(crate) fn tube() -> Result<Case<1>, GpError> {
     let truth = vec![("D", 0.7)];
     Ok(Case { name: "tube", problem, solution, truth, counts: [25, 25], given })
 }
-
-const NOTCHED: [[f64; 2]; 6] =
-    [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
-
-/// r^⅔ sin ⅔φ about the notch, and a smooth function.
-fn bent([x, y]: &[Series; 2]) -> Series {
-    let half = 0.5_f64.sqrt();
-    let (along, across) = ((x + y - 2.0) * -half, (x - y) * half);
-    let angle = across.atan2(&along);
-    let rough = (along.squared() + across.squared()).powf(1.0 / 3.0) * (angle * (2.0 / 3.0)).cos();
-    rough + (x * 1.5).sin() * y.exp() * 0.3
-}
-
-/// A membrane over an L, its rim given edge by edge.
-pub(crate) fn notch() -> Result<Case<2>, GpError> {
-    let domain = Domain::polygon(["x", "y"], &NOTCHED)?;
-    let [dx, dy] = domain.derivatives();
-    let tension = Parameter::new("T", [0.02, 20.0])?;
-    let problem = Problem::new(domain, -(&tension * dx * dx) - &tension * dy * dy)?;
-    let problem = (0..6).try_fold(problem, |problem, edge| {
-        let [first, second] = [NOTCHED[edge], NOTCHED[(edge + 1) % 6]];
-        let across = usize::from(first[0] != second[0]);
-        let rim = field(move |x: [Series; 2]| {
-            let mut at = x.clone();
-            at[across] = x[across].constant(first[across]);
-            bent(&at)
-        });
-        problem.edge(edge, Condition::Dirichlet(rim))
-    })?;
-    let solution = field(|x: [Series; 2]| bent(&x));
-    Ok(Case { counts: [25, 50], ..two("notch", problem, solution, vec![("T", 0.7)]) })
-}

@@ -21,7 +21,7 @@ pub(super) fn agree(
     if (implied - asked).abs() <= CORNER_TOLERANCE * scale || implied == asked {
         return Ok(());
     }
-    Err(GpError::Problem(format!(
+    Err(GpError::Invalid(format!(
         "conditions conflict at the corner {}: {implied} from one face, {asked} from the other",
         corner()
     )))

@@ -1,7 +1,6 @@
 //! Whether the conditions of faces agree where these meet.
 
 use super::agreement::{agree, diagonal, magnitude};
-use super::imposed::{Imposed, along, on_edge};
 use crate::domain::Domain;
 use crate::error::{GpError, Result};
 use crate::problem::Problem;
@@ -17,7 +16,7 @@ pub(super) fn check_corners<const D: usize>(
         (0..D).filter(|axis| structures[*axis].varies(problem.domain())).collect();
     if let [first, second, ..] = varying[..] {
         let names = problem.domain().names();
-        return Err(GpError::Problem(format!(
+        return Err(GpError::Invalid(format!(
             "factors of Robin conditions vary on faces of both {} and {}; impose those of one axis at points by `Data::imposed`",
             names[first], names[second]
         )));
@@ -35,40 +34,31 @@ pub(super) fn check_corners<const D: usize>(
 
 /// A factor that varies along an edge where a slope of the product is held.
 fn varies(face: &str, along: &str) -> GpError {
-    GpError::Problem(format!(
+    GpError::Invalid(format!(
         "the factor of the Robin condition on {face} varies where it meets {along}, on which a slope is held; give a factor without slope there, or impose one of the two at points by `Data::imposed`"
     ))
 }
 
-/// Sizes of the data of two conditions.
-fn sizes<const D: usize>(domain: &Domain<D>, a: &Imposed<D>, b: &Imposed<D>) -> f64 {
-    magnitude(&a.data, domain) + magnitude(&b.data, domain)
-}
-
-/// The condition of a face against those on the edges of its polygon.
+/// The condition of a face against the values on the edges of its polygon.
 fn check_edges<const D: usize>(problem: &Problem<D>, lift: &Lift<D>) -> Result<()> {
     let (domain, face) = (problem.domain(), &lift.imposed);
-    let Some(polygon) = domain.cross_section() else { return Ok(()) };
+    let (Some(polygon), Some(value)) = (domain.cross_section(), &problem.boundary) else {
+        return Ok(());
+    };
+    let size = magnitude(value, domain) + magnitude(&face.data, domain);
     for (edge, fraction) in
-        (0..polygon.edges().len()).flat_map(|edge| [0.0, 0.29, 0.71].map(|share| (edge, share)))
+        (0..polygon.corners().len()).flat_map(|edge| [0.0, 0.29, 0.71].map(|share| (edge, share)))
     {
         let mut point: [f64; D] =
             std::array::from_fn(|d| 0.5 * (domain.lower()[d] + domain.upper()[d]));
         (point[0], point[1]) = polygon.on_edge(edge, fraction).into();
         point[lift.axis] = lift.end();
         let x = Series::plain(point);
-        for own in on_edge(problem, edge) {
-            let slope = along(&face.value, &own.direction, own.order, &x).value();
-            if own.order > 0 && slope.abs() > 1e-10 {
-                return Err(varies(&lift.face(domain), &format!("edge {edge}")));
-            }
-            let [implied, asked] = [lift.apply(&own.data, &x), own.apply(&face.data, &x)];
-            let corner = || {
-                let face = lift.face(domain);
-                format!("{face}, polygon edge at ({}, {})", point[0], point[1])
-            };
-            agree(corner, [implied.value(), asked.value()], sizes(domain, &own, face))?;
-        }
+        let corner = || {
+            let face = lift.face(domain);
+            format!("{face}, polygon edge at ({}, {})", point[0], point[1])
+        };
+        agree(corner, [lift.apply(value, &x).value(), face.data.value(point)], size)?;
     }
     Ok(())
 }
@@ -87,7 +77,7 @@ fn check_corner<const D: usize>(domain: &Domain<D>, a: &Lift<D>, b: &Lift<D>) ->
         // ∂ along the second axis of the first face's data, against ∂ along the first of the second's.
         let [implied, asked] = [b.apply(&a.imposed.data, &x), a.apply(&b.imposed.data, &x)];
         let corner = || format!("{}, {}", a.face(domain), b.face(domain));
-        let size = sizes(domain, &a.imposed, &b.imposed);
+        let size = magnitude(&a.imposed.data, domain) + magnitude(&b.imposed.data, domain);
         agree(corner, [implied.value(), asked.value()], size)?;
     }
     Ok(())

@@ -15,7 +15,7 @@ use nalgebra::DMatrix;
 /// Covariances that are singular but for rounding, as those of very long lengthscales, pass.
 ///
 /// # Errors
-/// [`GpError::Kernel`] with the first fault found; [`GpError::Problem`] if an axis' ends are not in ascending order.
+/// With the first fault found; and if an axis' ends are not in ascending order.
 pub fn check_kernel<const D: usize>(
     kernel: &dyn Kernel<D>,
     hyperparameters: &[f64],
@@ -188,5 +188,5 @@ impl<const D: usize> Checked<'_, D> {
 }
 
 fn fault(text: String) -> Result<()> {
-    Err(GpError::Kernel(text))
+    Err(GpError::Invalid(text))
 }

@@ -94,7 +94,7 @@ pub fn linear<const D: usize>() -> Formula<D> {
 /// If the period is not finite and above 0.
 pub fn periodic<const D: usize>(axis: usize, period: f64) -> Result<Formula<D>> {
     if !(period.is_finite() && period > 0.0) {
-        return Err(GpError::Kernel(format!(
+        return Err(GpError::Invalid(format!(
             "a periodic kernel of period {period}; give a finite one above 0"
         )));
     }

@@ -32,9 +32,8 @@ impl SquaredExponential {
     }
 }
 
-/// Highest order of a derivative in x − x′, and of one more for gradients: those of two axes come
-/// together along the edge of a polygon.
-const MOST_ORDERS: usize = 4 * crate::operator::MOST_DERIVATIVES + 2;
+/// Orders of derivatives in x − x′, with one more for gradients.
+const MOST_ORDERS: usize = 2 * crate::operator::MOST_DERIVATIVES + 2;
 
 impl<const D: usize> Kernel<D> for SquaredExponential {
     fn name(&self) -> String {

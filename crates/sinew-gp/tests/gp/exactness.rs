@@ -44,24 +44,14 @@ fn plate() -> Problem<2> {
     )
 }
 
-/// A membrane on a pentagon, held, insulated and sprung by turns.
+/// A membrane over a pentagon, with values on its edges.
 fn membrane() -> Problem<2> {
     let corners = [[0.0, 0.0], [2.0, 0.1], [2.3, 1.4], [1.0, 2.0], [-0.4, 1.1]];
     let domain = must(Domain::polygon(["x", "y"], &corners));
     let [dx, dy] = domain.derivatives();
     let theta = must(Parameter::new("theta", [0.1, 10.0]));
-    let spring = || Condition::Robin {
-        value_factor: field(|[x, y]| x * 0.3 + y + 1.0),
-        slope_factor: constant(0.7),
-        data: constant(0.2),
-    };
-    must(
-        Problem::new(domain, &theta * dx * dx + dy * dy)
-            .and_then(|p| p.edge(0, Condition::Dirichlet(constant(0.0))))
-            .and_then(|p| p.edge(1, Condition::Neumann(constant(0.0))))
-            .and_then(|p| p.edge(2, spring()))
-            .and_then(|p| p.edge(3, spring())),
-    )
+    let rim = field(|[x, y]| x * 0.3 + y + 1.0);
+    must(Problem::new(domain, &theta * dx * dx + dy * dy).and_then(|p| p.boundary(rim)))
 }
 
 /// u_t + c u_x = 0 around a ring.
@@ -90,14 +80,7 @@ fn by_series<const D: usize>(
     for (feature, values) in must(constraints(problem)).features.iter().zip(parameters) {
         let (amplitude, rest) = values.split_first().unwrap();
         let numbers: Vec<Series> = rest.iter().map(|v| x[0].constant(*v)).collect();
-        let seen = |x: &[Series; D]| match feature.direction {
-            Some([tx, ty]) => {
-                let along = &x[0] * tx + &x[1] * ty;
-                std::array::from_fn(|d| if d == 0 { along.clone() } else { x[d].clone() })
-            }
-            None => x.clone(),
-        };
-        let latent = feature.kernel(kernel).formula(&numbers, &seen(&x), &seen(&y));
+        let latent = kernel.on_axes(&feature.axes).formula(&numbers, &x, &y);
         let factors = feature.factor.at(x.clone()) * feature.factor.at(y.clone());
         sum = sum + factors * latent * (amplitude * amplitude);
     }
@@ -142,7 +125,7 @@ fn disagreement<const D: usize>(problem: Problem<D>, kernel: &dyn Kernel<D>, the
         .features
         .iter()
         .map(|feature| {
-            let count = 1 + feature.kernel(kernel).hyperparameters().len();
+            let count = 1 + kernel.on_axes(&feature.axes).hyperparameters().len();
             let values = model.parameters()[offset..offset + count]
                 .iter()
                 .zip(&parameters[offset..offset + count])
@@ -178,8 +161,8 @@ fn covariances_equal_nested_jets() {
     assert!(of_two < TOLERANCE, "orders 2 + 2: {of_two:e}");
     let of_four = disagreement(plate(), &SquaredExponential::new(), 0.7);
     assert!(of_four < TOLERANCE, "orders 4 + 4: {of_four:e}");
-    let traces = disagreement(membrane(), &SquaredExponential::new(), 1.3);
-    assert!(traces < TOLERANCE, "traces on edges: {traces:e}");
+    let polygon = disagreement(membrane(), &SquaredExponential::new(), 1.3);
+    assert!(polygon < TOLERANCE, "on a polygon: {polygon:e}");
     let rational = disagreement(plate(), &rational_quadratic(), 0.7);
     assert!(rational < TOLERANCE, "rational quadratic, orders 4 + 4: {rational:e}");
 }

@@ -58,7 +58,7 @@ fn sizes_whose_squares_are_no_numbers_are_refused() -> Result<(), GpError> {
         let data =
             Data::new().values(&places, &[1.0, 3.0, 4.0, 2.0].map(|y| y * size), Noise::Learned);
         let refused = fitted(&problem, data.equation(&[[0.3]], &[0.0], Noise::Exact)).unwrap_err();
-        assert!(matches!(refused, GpError::Data(_)), "{refused}");
+        assert!(matches!(refused, GpError::Invalid(_)), "{refused}");
         assert!(
             refused.to_string().contains("give values, conditions and coordinates"),
             "{refused}"
