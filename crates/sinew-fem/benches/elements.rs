@@ -76,14 +76,20 @@ fn elements(criterion: &mut Criterion) {
     let tets = scene(NeoHookean, box_tetrahedra(SIZE, BOXES), []);
     let lowered = |result: Result<_, _>| result.expect("the beam is well formed");
     element(criterion, "linear_tetrahedra", &tets, &lowered(tets.lower()));
-    element(criterion, "linear_tetrahedra_averaged", &tets, &lowered(tets.averaged().lower()));
+    element(
+        criterion,
+        "linear_tetrahedra_averaged",
+        &tets,
+        &lowered(tets.clone().averaged().lower()),
+    );
     let quadratic = scene(NeoHookean, tets.mesh.quadratic(), []);
     let body = quadratic.lower().expect("the beam is well formed");
     element(criterion, "quadratic_tetrahedra", &quadratic, &body);
     let hexahedra = scene(NeoHookean, box_hexahedra(SIZE, BOXES), []);
-    for (name, body) in
-        [("hexahedra", hexahedra.lower()), ("hexahedra_averaged", hexahedra.averaged().lower())]
-    {
+    for (name, body) in [
+        ("hexahedra", hexahedra.lower()),
+        ("hexahedra_averaged", hexahedra.clone().averaged().lower()),
+    ] {
         element(criterion, name, &hexahedra, &body.expect("the beam is well formed"));
     }
 }
