@@ -76,6 +76,7 @@ mod lower;
 mod mapped;
 mod material;
 pub mod metrics;
+mod mixed;
 mod moved;
 mod patches;
 mod pressure;
