@@ -23,7 +23,7 @@ pub(crate) enum Measurement {
         /// Meshes with about so many nodes each
         #[arg(default_values_t = [1500, 6000])]
         nodes: Vec<usize>,
-        /// Pressure [mmHg]
+        /// Pressure in mmHg
         #[arg(long, default_value_t = 8.0)]
         pressure: f64,
     },

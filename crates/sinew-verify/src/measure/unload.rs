@@ -90,7 +90,7 @@ fn fixed_point(image: &Body, theta: &[f64], aitken: bool) -> Result<(usize, usiz
     Ok((systems, MOST_SOLVES, cpu() - start, off))
 }
 
-/// Processor time of the program [s]; 0 where the system does not tell.
+/// Processor time of the program \[s\]; 0 where the system does not tell.
 fn cpu() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = text.rsplit(')').next().unwrap_or_default().split_whitespace();

@@ -237,7 +237,7 @@ fn outcome(body: &Body, theta: &[f64], thin: &str) -> Outcome {
     }
 }
 
-/// Farthest that a solver of its own comes to from the image [mm].
+/// Farthest that a solver of its own comes to from the image \[mm\].
 fn off(unloaded: &Unloaded, theta: &[f64], options: &Options) -> f64 {
     let loaded = Solver::new(&unloaded.rest).and_then(|mut s| s.solve(theta, options));
     loaded.map_or(f64::NAN, |loaded| {

@@ -14,10 +14,10 @@ pub(crate) struct Arguments {
     /// Sobol points after the softest corner
     #[arg(long, default_value_t = 300)]
     points: usize,
-    /// Cavity pressure [mmHg]
+    /// Cavity pressure in mmHg
     #[arg(long, default_value_t = 10.0)]
     pressure: f64,
-    /// Bulk modulus of the law [kPa]
+    /// Bulk modulus of the law in kPa
     #[arg(long, default_value_t = BULK_MODULUS)]
     bulk: f64,
     /// Destination of the table

@@ -7,7 +7,7 @@ use sinew_energy::{Body, Load, Magnitude, NearlyIncompressible, Parameter, Scene
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_mesh::{TetMesh, TruncatedEllipsoid};
 
-/// One millimetre of mercury [kPa].
+/// One millimetre of mercury \[kPa\].
 pub(crate) const MMHG: f64 = 0.133_322;
 /// Names of the law's parameters and a θ in the middle of their ranges; a and a_f in kPa.
 pub(crate) const NAMES: [&str; 4] = ["a", "b", "a_f", "b_f"];

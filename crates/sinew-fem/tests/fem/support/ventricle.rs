@@ -5,7 +5,7 @@ use sinew_energy::laws::HolzapfelOgden;
 use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support};
 use sinew_mesh::TetMesh;
 
-/// One millimetre of mercury [kPa].
+/// One millimetre of mercury \[kPa\].
 pub(crate) const MMHG: f64 = 0.133_322;
 /// Bulk modulus of the thesis \[kPa\].
 pub(crate) const BULK_MODULUS: f64 = 25.0;
