@@ -50,9 +50,9 @@ use std::time::Instant;
 /// let unloaded = Unload::new(&image)?.solve(&theta, &UnloadOptions::default())?;
 ///
 /// // Loading the body at rest gives the image back; this was checked already.
-/// let loaded = Solver::new(&unloaded.rest.body)?.solve(&theta, &Options::default())?;
+/// let loaded = Solver::new(&unloaded.rest)?.solve(&theta, &Options::default())?;
 /// for (node, x) in image.positions.iter().enumerate() {
-///     let rest = unloaded.rest.body.positions[node];
+///     let rest = unloaded.rest.positions[node];
 ///     let apart = (0..3).map(|i| rest[i] + loaded.displacement[3 * node + i] - x[i]);
 ///     assert!(apart.map(f64::abs).fold(0.0, f64::max) < 1e-9); // mm
 /// }
