@@ -217,10 +217,10 @@ impl Found<'_> {
             let (mut found, mut own) = (Vec::with_capacity(cases.len()), Vec::new());
             for &case in cases {
                 let (start, theta) = (Instant::now(), &self.thetas[case]);
-                let (place, rest) =
-                    (place(self.body, theta), vec![0.0; self.body.prescribed.len()]);
+                let place = place(self.body, theta);
                 // Rest in the place of a failed prediction.
-                let predicted = predict(theta).unwrap_or(rest);
+                let rest = |_| vec![0.0; self.body.prescribed.len()];
+                let predicted = predict(theta).unwrap_or_else(rest);
                 let near = corrected(&predicted, &place, known.iter().chain(&own));
                 let mut answer = self.stepped(solver, &near, theta, &mut stepping)?;
                 if let Ok(answer) = &mut answer {
@@ -353,7 +353,7 @@ impl Found<'_> {
         Ok(PodRegression::fit(&self.body.parameters, &thetas, &fields)?)
     }
 
-    /// Solves at most so many of the open sets, neighbours one after the other.
+    /// Solves the open sets, neighbours one after the other.
     fn solve(&mut self, counter: &mut Counter<'_>) -> Result<()> {
         for cases in self.open().chunks(AT_ONCE) {
             let thetas: Vec<_> = cases.iter().map(|&case| self.thetas[case].clone()).collect();
