@@ -338,7 +338,7 @@ impl NativeCase {
         let body = self.body.clone();
         let fibres = if keep_fibres { Fibres::Kept } else { Fibres::Carried };
         let found = relay::run(py, listener, move |_| {
-            Unload::new(&*body)?.fibres(fibres).solve(&theta, &UnloadOptions::default())
+            Unload::new(&body)?.fibres(fibres).solve(&theta, &UnloadOptions::default())
         })?;
         let found = found.map_err(|error| Kind::Solve.of(py, error))?;
         let rest =
