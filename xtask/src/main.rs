@@ -46,8 +46,7 @@ enum Task {
     /// Train emulators of the thesis' organs and measure them against the finite-element solver, on their own meshes and on
     /// meshes and shapes they were not trained on
     ReproduceOrgans(Options),
-    /// Train one emulator for a population of shapes by energy alone and measure it on unseen shapes, beside
-    /// regression and the solver
+    /// Measure methods on unseen shapes against the solver: a frozen stiffness, Taylor expansions, regression, and the thesis' networks
     ReproducePopulations(Options),
     /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
     /// conditions exactly, beside the figures it prints

@@ -112,9 +112,9 @@ pub use warning::Warning;
 pub mod parts {
     pub use crate::estimate::evaluate::root_mean_square;
     pub use crate::estimate::timing::timed;
-    pub use crate::parameters::{check_body, check_length, not_finite, require_finite, scaling};
+    pub use crate::parameters::{not_finite, require_finite, scaling};
     pub use crate::predict::taylor::{admissible, expand, with_anchors, work};
     pub use crate::recipe::session::{Session, Stream};
     pub use crate::recipe::train_with;
-    pub use crate::store::identity::{Axis, axes, dot, listed};
+    pub use crate::store::identity::dot;
 }

@@ -131,6 +131,6 @@ pub use schedule::Schedule;
 pub use sinew_burn::Activation;
 pub use surrogate::{Scales, Surrogate};
 pub use training::{
-    Budget, Concern, GeometryBatch, HistoryPoint, Observer, Progress, StopReason, StreamTrainer,
-    Trainer, TrainingConfig, TrainingReport,
+    Budget, Concern, HistoryPoint, Observer, Progress, StopReason, Trainer, TrainingConfig,
+    TrainingReport,
 };

@@ -8,11 +8,9 @@ mod config;
 mod diagnosis;
 mod progress;
 mod sampler;
-mod stream;
 mod trainer;
 
 pub use concern::Concern;
 pub use config::{Budget, TrainingConfig};
 pub use progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
-pub use stream::{GeometryBatch, StreamTrainer};
 pub use trainer::Trainer;

@@ -64,37 +64,6 @@ pub(crate) fn at_anchor(body: &Body, topology: &Topology, anchor: &[f64]) -> Res
     Ok(motions.of_energy(ENERGY_SHARE * work(body, &anchor))?)
 }
 
-/// A state near equilibrium at the centre of the parameter range: the multiple of the linear response, or of a `guess`,
-/// with the lowest energy, then Newton steps. Clusters move rigidly, so that rotations do not stretch.
-pub(crate) fn nearby(
-    solver: &mut Solver<'_>,
-    topology: &Topology,
-    guess: Vec<f64>,
-    newton_steps: usize,
-) -> Result<Vec<f64>> {
-    /// Parts that are tried, the first and factor from one to the next: laws that stiffen leave little of the linear response.
-    const PARTS: (f64, f64, i32) = (1.4, 0.75, 20);
-    let body = solver.body();
-    let (centre, rest) = (body.centre(), vec![0.0; 3 * body.nodes]);
-    let response = solver.linear_response(&centre)?;
-    let motions = Motions::about(&rest, &topology.clusters, body, &centre)?
-        .with_expansion(&[response, guess], body)?;
-    let mut best = (f64::INFINITY, rest);
-    let parts = (0..PARTS.2).map(|k| PARTS.0 * PARTS.1.powi(k));
-    for part in parts.flat_map(|part| [[part, 0.0], [0.0, part]]) {
-        let moved = motions.expansion_at(&part, body)?;
-        let energy = body.value(&moved, &centre);
-        if energy < best.0 {
-            best = (energy, moved);
-        }
-    }
-    if newton_steps == 0 || !best.0.is_finite() {
-        return Ok(best.1);
-    }
-    let steps = solver.newton_steps(&best.1, &centre, newton_steps)?;
-    Ok(steps.into_iter().next_back().map_or(best.1, |step| step.displacement))
-}
-
 /// Coordinates in which simulations at `thetas` differ beyond a polynomial in the parameters.
 pub(crate) fn of_simulations(
     body: &Body,

@@ -22,17 +22,6 @@ pub enum Error {
     /// A solve on the way.
     #[error(transparent)]
     Solve(#[from] sinew_fem::SolveError),
-    /// A body of a population that could not be drawn.
-    #[error("body {index} of the population could not be made: {reason}")]
-    #[expect(missing_docs, reason = "the message says what the fields are")]
-    Draw { index: u64, reason: String },
-    /// A body of other parameters than those of the population that was learned.
-    #[error(
-        "the parameters of the population are {population}; those of the body are {body}: give it the same ones, in this order, \
-         with these ranges"
-    )]
-    #[expect(missing_docs, reason = "the message says what the fields are")]
-    OtherParameters { population: String, body: String },
 }
 
 impl From<Error> for sinew_emulate::Error {

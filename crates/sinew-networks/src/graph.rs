@@ -9,7 +9,7 @@ use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_fe
 /// Clusters per cluster of the next layer, up to the whole body (docs/design.md, "Graph").
 const SHRINKAGE: usize = 2;
 
-/// Augmented graph of a body (thesis Algorithm 1). Bodies of one connectivity may share it. `to_one_root` halves the number
+/// Augmented graph of a body (thesis Algorithm 1). `to_one_root` halves the number
 /// of clusters from layer to layer until one covers the whole body.
 ///
 /// # Errors
@@ -23,16 +23,6 @@ pub(crate) fn topology(body: &Body, to_one_root: bool, seed: u64) -> Result<Topo
     Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
 }
 
-/// Graph of an unseen body, up to one root. k-means starts once: ten starts would take longer than everything else.
-///
-/// # Errors
-/// As [`topology`].
-pub(crate) fn topology_of_met(body: &Body, seed: u64) -> Result<Topology> {
-    let config = AugmentationConfig::to_one_root(body.nodes, SHRINKAGE);
-    let config = AugmentationConfig { seed, runs: 1, ..config };
-    Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
-}
-
 /// Augmented graph and features of a body (thesis Algorithm 1): the indicator of the Dirichlet boundary
 /// on the nodes, difference and distance of positions on the edges. `to_one_root` continues the clusters, halving them, up to the whole
 /// body.
@@ -40,21 +30,13 @@ pub(crate) fn topology_of_met(body: &Body, seed: u64) -> Result<Topology> {
 /// # Errors
 /// A mesh that has no valid graph.
 pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<Geometry> {
-    geometry_at(&body.positions, body, topology(body, to_one_root, seed)?)
-}
-
-/// Features of a body on a graph of its connectivity, its nodes at these positions.
-pub(crate) fn geometry_at(
-    positions: &[[f64; 3]],
-    body: &Body,
-    topology: Topology,
-) -> Result<Geometry> {
+    let topology = topology(body, to_one_root, seed)?;
     let nodes = body.nodes;
     let held = body.prescribed.chunks_exact(3).enumerate();
     let held: Vec<usize> =
         held.filter(|(_, row)| row.iter().all(Option::is_some)).map(|(node, _)| node).collect();
     let indicator = FeatureMatrix::indicator(nodes, &held)?;
-    let features = graph_features(&topology, positions, &indicator, 3)?;
+    let features = graph_features(&topology, &body.positions, &indicator, 3)?;
     let (dirichlet, coordinates) = (Dirichlet::of_body(body), Coordinates::Components);
     Ok(Geometry { topology, features, global: Vec::new(), dirichlet, coordinates })
 }

@@ -1,4 +1,4 @@
-//! Graph-network emulators of a body: trained on simulations, on potential energy, or on both, and on populations of bodies.
+//! Graph-network emulators of a body: trained on simulations, on potential energy, or on both.
 //!
 //! A soft bar, emulated by the recipe that does best on held-out simulations, a network among the candidates:
 //!
@@ -23,7 +23,6 @@
 //! - [`Recipe`] names all recipes: networks ([`recipe::DataDriven`], [`recipe::PhysicsInformed`], [`recipe::Hybrid`]), what beats them on
 //!   one geometry ([`recipe::Regression`], the Taylor expansion [`Recipe::Taylor`]), and [`recipe::Auto`], which chooses by errors on
 //!   held-out cases.
-//! - [`Population`]: one network for all bodies of a population; [`PopulationEmulator`] answers for unseen bodies.
 //! - [`load`]: an emulator from its folder, be it a network or not.
 
 mod budget;
@@ -31,13 +30,11 @@ mod coordinates;
 mod error;
 mod graph;
 mod network;
-mod population;
 pub mod recipe;
 
 pub use coordinates::Coordinates;
 pub use error::{Error, Result};
 pub use network::{KINDS, Network};
-pub use population::{Draw, Loss, Population, PopulationEmulator, Start, StreamProgress};
 pub use recipe::{Recipe, train};
 pub use sinew_gnn::Backend;
 

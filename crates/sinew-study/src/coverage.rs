@@ -19,10 +19,7 @@ use sinew_emulate::{
     Budget, Design, Error, Estimate, FrozenStiffness, Prediction, split_seed, store,
 };
 use sinew_fem::Solver;
-use sinew_gnn::Budget as Length;
-use sinew_networks::Population;
 use std::fmt::Write as _;
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 /// Compare error estimates with true errors: bodies × recipes × parameter sets, half of these uniform in the ranges, half at their edges
@@ -174,18 +171,10 @@ fn train<'b>(
     recipe.train(body, &options, &mut ())
 }
 
-/// Bodies of random shape by a frozen stiffness and by a network for the population.
+/// Bodies of random shape by a frozen stiffness.
 fn unseen(options: &Options, shapes: Shapes) -> Result<Vec<Outcome>> {
     let mean = shapes.body(None)?;
     let stiffness = FrozenStiffness::new(&mean)?;
-    let draw = |number: u64| {
-        shapes.body(Some(split_seed(options.seed, number))).map_err(|error| {
-            sinew_networks::Error::Draw { index: number, reason: format!("{error:#}") }
-        })
-    };
-    let mut recipe = Population::default();
-    recipe.training.budget = Length::Steps((options.effort * 2000.0) as usize);
-    let network = recipe.train(&draw, options.seed, &mut |_, _| Ok(ControlFlow::Continue(())))?;
     let mut sums: Vec<Outcome> = Vec::new();
     for number in 0..UNSEEN {
         let body = shapes.body(Some(split_seed(options.seed + 1, number)))?;
@@ -210,10 +199,6 @@ fn unseen(options: &Options, shapes: Shapes) -> Result<Vec<Outcome>> {
             let found = stiffness.descend(&body, &theta, steps)?;
             let fields = found.into_iter().map(|descent| descent.displacement).collect();
             judge(&format!("frozen stiffness, {steps} steps"), fields)?;
-        }
-        if let Ok(met) = network.on(&body) {
-            judge("population", met.predict(&theta)?.fields())?;
-            judge("population, 4 quasi-Newton steps", met.refine(&theta, REFINED)?.fields())?;
         }
     }
     Ok(sums)

@@ -1,5 +1,5 @@
-//! Populations: one emulator for unseen shapes, trained by energy alone, beside regression on simulations of registered
-//! shapes and the solver (thesis, chapter 2): `cargo xtask reproduce-populations`.
+//! Populations: unseen shapes by a frozen stiffness, Taylor expansions, and regression on simulations of registered
+//! shapes, beside the solver; networks of the thesis' chapter 2: `cargo xtask reproduce-populations`.
 //!
 //! `rectangles` and `inflated` are the plane beams and the ventricles of that chapter, networks on simulations (`simulated`, `variant`, `rows`). `stage` draws individuals, `rivals` simulates and regresses, `measure` takes errors raw and corrected, `verdict` compares the errors of the classes, `section` tells it, [`run`] makes the report.
 

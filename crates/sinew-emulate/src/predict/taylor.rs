@@ -49,23 +49,8 @@ impl TaylorExpansion {
     pub(crate) fn about_solved(solver: &mut Solver<'_>, solved: &[f64], seed: u64) -> Result<Self> {
         let body = solver.body();
         let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-        Self::about(solver, &halves(&body.positions), solved, &tried)
-    }
-
-    /// Expansion about a state near to equilibrium at the centre of the parameters' ranges, in the rigid motions of nested
-    /// `clusters`; orders and form are chosen at the parameter sets `tried`.
-    ///
-    /// # Errors
-    /// Clusters that do not belong to the body, a state that inverts a cell.
-    pub fn about(
-        solver: &mut Solver<'_>,
-        clusters: &[Vec<usize>],
-        state: &[f64],
-        tried: &[Vec<f64>],
-    ) -> Result<Self> {
-        let body = solver.body();
-        let motions = Motions::about(state, clusters, body, &body.centre())?;
-        Ok(Self(expand(solver, motions, tried)?.0))
+        let motions = Motions::about(solved, &halves(&body.positions), body, &body.centre())?;
+        Ok(Self(expand(solver, motions, &tried)?.0))
     }
 
     /// Solutions that it goes through.

@@ -8,7 +8,7 @@ use sinew_energy::Body;
 use super::{Batch, Objective};
 use crate::data::{DataSet, Sample};
 use crate::error::{Error, Result};
-use sinew_coordinates::{require_count, require_finite, require_positive};
+use sinew_coordinates::{require_count, require_positive};
 
 /// A total potential energy Π(u; θ) of any dimension and material.
 pub trait Potential: Send + Sync {
@@ -38,9 +38,6 @@ pub trait Potential: Send + Sync {
 pub struct MinimumPotential {
     potentials: Vec<Arc<dyn Potential>>,
     energy: f64,
-    limit: Option<f64>,
-    /// Reference energy and unit of each sample of a batch.
-    references: Option<Arc<[[f64; 2]]>>,
 }
 
 impl MinimumPotential {
@@ -51,31 +48,7 @@ impl MinimumPotential {
     /// An energy that is not positive.
     pub fn new(potentials: Vec<Arc<dyn Potential>>, energy: f64) -> Result<Self> {
         require_positive("the characteristic energy", energy)?;
-        Ok(Self { potentials, energy, limit: None, references: None })
-    }
-
-    /// Takes the logarithm of the energy beyond `limit` times the characteristic energy. A single sample far from
-    /// equilibrium under an exponential law then does not dominate the mean. Minima do not move.
-    ///
-    /// # Errors
-    /// A limit that is not positive.
-    pub fn logarithmic_above(self, limit: f64) -> Result<Self> {
-        require_positive("the limit of an energy", limit)?;
-        Ok(Self { limit: Some(limit), ..self })
-    }
-
-    /// Takes the energy of each sample as `(Π − reference) / unit`, with `[reference, unit]` in the order of the samples of
-    /// a batch, which holds all samples of a [`crate::GeometryBatch`]. If the unit is the energy that can still be gained at a
-    /// sample, samples near equilibrium count as much as those far from it.
-    ///
-    /// # Errors
-    /// A reference that is not finite, a unit that is not positive.
-    pub fn relative_to(self, references: Vec<[f64; 2]>) -> Result<Self> {
-        for [reference, unit] in &references {
-            require_finite("the reference of an energy", &[*reference])?;
-            require_positive("the unit of an energy", *unit)?;
-        }
-        Ok(Self { references: Some(references.into()), ..self })
+        Ok(Self { potentials, energy })
     }
 
     /// Strain energy of a small multiple of `displacement`, scaled back as if the body were
@@ -131,20 +104,7 @@ impl Objective for MinimumPotential {
         let energies = sinew_burn::fused_potential(displacement, move |u, sample, gradient| {
             potential.value_and_gradient(u, &thetas[sample], gradient)
         });
-        let energies = match &self.references {
-            None => energies / self.energy,
-            Some(references) => {
-                require_count("samples of a batch", batch.samples.len(), references.len())?;
-                let column = |k: usize| {
-                    let values: Vec<f32> = references.iter().map(|pair| pair[k] as f32).collect();
-                    Tensor::<1>::from_data(values.as_slice(), &energies.device())
-                };
-                (energies.clone() - column(0)) / column(1)
-            }
-        };
-        let Some(limit) = self.limit else { return Ok(energies.mean()) };
-        let beyond = (energies.clone().clamp_min(limit) / limit).log() * limit;
-        Ok((energies.clamp_max(limit) + beyond).mean())
+        Ok((energies / self.energy).mean())
     }
 
     fn inadmissible(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> usize {

@@ -1,13 +1,11 @@
 //! Stored emulators that were damaged, and answers that are no numbers.
 
 use crate::support::{beam, small_network, steps};
-use nalgebra::DMatrix;
-use sinew_emulate::{Body, Emulator, Error, TrainingOptions, read_simulations, simulate};
+use sinew_emulate::{Body, Emulator, TrainingOptions, read_simulations, simulate};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
-use sinew_gnn::Budget;
+use sinew_networks::Recipe;
 use sinew_networks::recipe::{DataDriven, Regression};
-use sinew_networks::{Population, Recipe, Start};
 use std::path::{Path, PathBuf};
 
 const THETAS: [[f64; 2]; 2] = [[9.0, 14.0], [15.0, 8.5]];
@@ -226,93 +224,8 @@ fn a_body_without_free_parameters_is_refused_in_words() {
     let trained = recipes
         .map(|recipe| recipe.train(&body, &TrainingOptions::default(), &mut ()).err().unwrap());
     let taylor = Emulator::taylor(&body, 1).err().unwrap();
-    let known = body.clone();
-    let draw = move |_: u64| Ok(known.clone());
-    let population = Population::default().prepare(&draw, 1).err().unwrap();
     let told = trained.into_iter().chain([taylor]).map(|error| error.to_string());
-    for told in told.chain([population.to_string()]) {
+    for told in told {
         assert!(told.contains("no free parameters") && told.contains("mu = 10"), "{told}");
     }
-}
-
-/// A beam with these parameters.
-fn beam_of(parameters: Vec<Parameter>) -> Body {
-    let mesh = sinew_mesh::box_tetrahedra([40.0, 8.0, 8.0], [4, 2, 2]);
-    let scene = parameters.into_iter().fold(Scene::new(mesh, NeoHookean), Scene::parameter);
-    let scene = scene.load(Load::BodyForce([0.0, 0.0, -9.8e-3])).support(Support::clamped("x_min"));
-    scene.lower().unwrap()
-}
-
-fn population() -> Population {
-    let mut recipe = Population { start: Start::Equilibrium, ..Population::default() };
-    recipe.network = small_network();
-    recipe.training.budget = Budget::Steps(2);
-    recipe
-}
-
-#[test]
-fn a_population_meets_bodies_with_its_own_parameters_only() {
-    let log = |name: &str, low, high| Parameter::log(name, "kPa", low..=high);
-    let own = || vec![log("mu", 8.0, 16.0), log("lambda", 8.0, 16.0)];
-    let draw = |_: u64| Ok(beam_of(own()));
-    let emulator = population().prepare(&draw, 1).unwrap();
-    let theta = [vec![10.0, 12.0]];
-    assert!(emulator.on(&beam_of(own())).unwrap().predict(&theta).is_ok());
-    let others = [
-        vec![log("mu", 8.0, 16.0), log("lambda", 8.0, 160.0)],
-        vec![log("mu", 8.0, 16.0), Parameter::linear("lambda", "kPa", 8.0..=16.0)],
-    ];
-    for other in others {
-        let body = beam_of(other);
-        for error in [
-            emulator.on(&body).err().unwrap(),
-            emulator.expansion_on(&body, &theta, 1).unwrap_err(),
-        ] {
-            assert!(matches!(error, sinew_networks::Error::OtherParameters { .. }), "{error}");
-            let told = error.to_string();
-            assert!(told.contains("those of the body are") && told.contains("mu from 8"), "{told}");
-        }
-    }
-    let fewer = beam_of(own()).with_known(&[("lambda", 12.0)]).unwrap();
-    let told = emulator.on(&fewer).err().unwrap().to_string();
-    assert!(told.contains("those of the body are mu from 8 to 16 kPa (logarithmic):"), "{told}");
-    assert!(matches!(
-        emulator.expansion_on(&beam_of(own()), &[vec![10.0]], 1),
-        Err(sinew_networks::Error::Emulate(Error::ThetaLength { .. }))
-    ));
-    // Bodies that disagree are no population.
-    let mixed =
-        |number: u64| Ok(if number.is_multiple_of(2) { beam_of(own()) } else { fewer.clone() });
-    assert!(matches!(
-        population().prepare(&mixed, 1),
-        Err(sinew_networks::Error::OtherParameters { .. })
-    ));
-}
-
-#[test]
-fn a_population_of_one_parameter_is_met() {
-    let one = || {
-        beam_of(vec![
-            Parameter::log("mu", "kPa", 8.0..=16.0),
-            Parameter::log("lambda", "kPa", 8.0..=16.0),
-        ])
-        .with_known(&[("lambda", 12.0)])
-        .unwrap()
-    };
-    let draw = |_: u64| Ok(one());
-    let emulator = population().prepare(&draw, 1).unwrap();
-    let body = one();
-    let predicted = emulator.on(&body).unwrap().predict(&[vec![10.0]]).unwrap().displacement;
-    let solved =
-        sinew_fem::Solver::new(&body).unwrap().solve(&[10.0], &Default::default()).unwrap();
-    let [apart, size] = [&predicted, &vec![0.0; predicted.len()]].map(|from| {
-        DMatrix::from_iterator(
-            1,
-            from.len(),
-            from.iter().zip(&solved.displacement).map(|(a, b)| a - b),
-        )
-        .norm()
-    });
-    // Second order about the solution at the centre, and a network that has learned nothing.
-    assert!(apart < 0.1 * size, "{apart} of {size}");
 }

@@ -1,9 +1,8 @@
-//! Recipes that train networks, populations, damaged and resumed runs.
+//! Recipes that train networks, damaged and resumed runs.
 
 mod damage;
 mod devices;
 mod keeping;
-mod population;
 mod recipes;
 mod support;
 mod trust;

@@ -7,19 +7,15 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::Shard;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-/// Train one emulator for a population of shapes by energy alone, and measure it on unseen shapes, against
-/// regression on simulations of registered shapes and against the solver (thesis, chapter 2).
+/// Measure methods on unseen shapes against the solver: a frozen stiffness, Taylor expansions, regression on simulations of registered
+/// shapes, and the networks of the thesis' chapter 2.
 #[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[command(name = "cargo xtask reproduce-populations", version, max_term_width = 110)]
 pub struct Options {
     /// Populations, separated by commas [default: all]
     #[arg(long, value_delimiter = ',', value_parser = keys())]
     pub only: Vec<String>,
-    /// Wall time of the training of each population, such as 6m, in place of the default number of steps
-    #[arg(long, value_parser = humantime::parse_duration, conflicts_with = "quick")]
-    pub budget: Option<Duration>,
     /// Same code on small meshes with few shapes and steps: a check, not a result
     #[arg(long)]
     pub quick: bool,
@@ -35,7 +31,7 @@ pub struct Options {
     #[arg(long)]
     #[serde(default)]
     pub no_rivals: bool,
-    /// Leave out networks: regression, Taylor expansion and frozen stiffness only
+    /// Leave out networks on the ventricles of chapter 2: regressions and the coarse solution only
     #[arg(long)]
     #[serde(default)]
     pub no_networks: bool,

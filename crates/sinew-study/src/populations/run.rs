@@ -1,22 +1,19 @@
 //! The study of populations, from bodies to the report.
 
-use super::measure::{Group, Outcome};
+use super::measure::Group;
 use super::options::{Options, keys};
 use super::rivals::{Rival, coarse, rivals};
 use super::section::{Study, section};
 use super::stage::{INFLATED, Individual, RECTANGLES, SPEED, Stage};
 use super::{inflated, rectangles};
 use crate::program::Growing;
-use crate::timing::cpu_seconds;
 use anyhow::{Context, Result};
 use sinew_emulate::{Emulator, FrozenStiffness};
-use sinew_networks::{Loss, Population, PopulationEmulator, Start};
 use sinew_report::{Report, Section};
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-/// Streams that individuals are drawn from: what is trained on, simulated for rivals, and tested on never meet.
-const STREAMS: [u64; 3] = [11, 23, 47];
+/// Streams that individuals are drawn from: simulated for regressions, and tested on.
+const STREAMS: [u64; 2] = [23, 47];
 
 /// Size of a study of a population.
 struct Size {
@@ -24,10 +21,6 @@ struct Size {
     tests: u64,
     /// Simulations of the rivals.
     simulations: &'static [usize],
-    /// Steps of a training.
-    steps: usize,
-    /// A network is trained by each of these.
-    losses: &'static [Loss],
 }
 
 /// Runs all populations that are asked for and writes the report, anew after each; the path of `report.html`. With a shard only simulates that, and
@@ -85,17 +78,14 @@ impl Options {
     }
 
     fn size(&self, key: &str) -> Size {
-        let of = |tests, simulations, steps, losses| Size { tests, simulations, steps, losses };
-        const ENERGY: &[Loss] = &[Loss::Energy];
-        const ALL: &[Loss] = &[Loss::Energy, Loss::Simulations, Loss::SimulationsByStiffness];
-        match (self.quick, key) {
-            (true, "rings") => of(3, &[8], 6, ALL),
-            (true, _) => of(3, &[8], 6, ENERGY),
-            (_, "rings") => of(200, &[50, 200, 400], 4000, ALL),
-            (_, "beams") => of(200, &[100, 400], 2000, ALL),
-            (_, "infarcts") => of(60, &[300], 1000, ENERGY),
-            _ => of(60, &[100, 300], 1500, ENERGY),
-        }
+        let (tests, simulations): (_, &[usize]) = match (self.quick, key) {
+            (true, _) => (3, &[8]),
+            (_, "rings") => (200, &[50, 200, 400]),
+            (_, "beams") => (200, &[100, 400]),
+            (_, "infarcts") => (60, &[300]),
+            _ => (60, &[100, 300]),
+        };
+        Size { tests, simulations }
     }
 }
 
@@ -120,22 +110,19 @@ fn study(options: &Options, key: &str) -> Result<Study> {
     }
     for &count in size.simulations.iter().filter(|_| !options.no_rivals) {
         for Rival { names: [name, about], cpu_s, predict } in
-            rivals(&stage, options.stream(1), count)?
+            rivals(&stage, options.stream(0), count)?
         {
             study.outcomes.push(groups[0].measure([&name, &about], cpu_s, predict)?);
         }
     }
     expanded(options, &stage, &groups, &mut study)?;
-    for &loss in size.losses.iter().filter(|_| !options.no_networks) {
-        network(options, &stage, &groups, (loss, size.steps), &mut study)?;
-    }
     Ok(study)
 }
 
 /// Individuals of the population, and others: of other meshes, beyond its spread, of a person.
 fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
     let draw = |stage: &Stage, count: u64| {
-        let (stage, stream) = (stage.clone(), options.stream(2));
+        let (stage, stream) = (stage.clone(), options.stream(1));
         (0..count).map(move |index| stage.draw(stream, index))
     };
     let mut groups = vec![Group::new(POPULATION, draw(stage, tests))?];
@@ -158,7 +145,6 @@ fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
     Ok(groups)
 }
 
-/// Methods without a network.
 fn expanded(options: &Options, stage: &Stage, groups: &[Group], study: &mut Study) -> Result<()> {
     let about = "the same body on a mesh of few cells, by moving least squares";
     study.outcomes.push(groups[0].measure(["coarse solution", about], 0.0, |individual| {
@@ -179,6 +165,8 @@ const FROM_ANOTHER: [usize; 2] = [16, 32];
 fn after(emulator: &Emulator<'_>, theta: &[f64], steps: usize) -> Result<Vec<f64>> {
     Ok(emulator.refine(&[theta.to_vec()], steps)?.displacement)
 }
+
+const TAYLOR: &str = "Taylor expansion";
 
 fn refined(method: &str) -> String {
     format!("{method}, {REFINED} quasi-Newton steps")
@@ -202,7 +190,7 @@ fn one_stiffness(stage: &Stage, group: &Group, study: &mut Study) -> Result<()> 
 /// One solve of each body, followed, and refined with its stiffness.
 fn series(options: &Options, group: &Group, study: &mut Study) -> Result<()> {
     let about = "Taylor expansion of second order about one solve";
-    for (name, steps) in [("no network".into(), 0), (refined("no network"), REFINED)] {
+    for (name, steps) in [(TAYLOR.into(), 0), (refined(TAYLOR), REFINED)] {
         study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
             let emulator = Emulator::taylor(&individual.body, options.seed)?;
             after(&emulator, &individual.theta, steps)
@@ -213,63 +201,7 @@ fn series(options: &Options, group: &Group, study: &mut Study) -> Result<()> {
         let start = std::time::Instant::now();
         let emulator = Emulator::taylor(body, options.seed)?;
         let fact = answers(group, (start, &emulator))?;
-        study.facts.push(("answers, no network".into(), fact));
-    }
-    Ok(())
-}
-
-fn network(
-    options: &Options,
-    stage: &Stage,
-    groups: &[Group],
-    (loss, steps): (Loss, usize),
-    study: &mut Study,
-) -> Result<()> {
-    let mut recipe = Population { start: stage.start, loss, ..Population::default() };
-    recipe.training.budget = match options.budget {
-        Some(time) => sinew_gnn::Budget::Seconds(time.as_secs_f64()),
-        None => sinew_gnn::Budget::Steps(steps),
-    };
-    let (name, from) = match loss {
-        Loss::Energy => ("network", "by energy"),
-        Loss::Simulations => ("network, dd", "on simulations of every body, mean nodal distance"),
-        Loss::SimulationsByStiffness => {
-            ("network, hybrid", "on simulations of every body, in the energy norm")
-        }
-    };
-    let start = cpu_seconds();
-    let (mut apart, mut last, mut curve) = (0.0, None, Vec::new());
-    let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
-    let emulator = recipe.train(&draw, options.seed, &mut |progress, emulator| {
-        let now = cpu_seconds();
-        let error = on_the_way(&groups[0], emulator)?;
-        curve.push([now - start - apart, error]);
-        eprintln!(
-            "{name}: {:6} steps, {:.0} CPU-seconds: loss {:+.5}, median error {:.2} %",
-            progress.step,
-            now - start - apart,
-            progress.loss,
-            100.0 * error
-        );
-        apart += cpu_seconds() - now;
-        last = Some(progress);
-        Ok(ControlFlow::Continue(()))
-    })?;
-    study.curves.push((name.into(), curve));
-    let spent = cpu_seconds() - start - apart;
-    let last = last.context("a training that has not begun")?;
-    let fact = format!("{} of the stream left out, for they could not be prepared", last.left_out);
-    study.facts.push((format!("training, {name}"), fact));
-    let start = std::time::Instant::now();
-    let met = emulator.on(&groups[0].individuals[0].body)?;
-    study.facts.push((format!("answers, {name}"), answers(&groups[0], (start, &met))?));
-    let solves = match stage.start {
-        Start::Near { .. } => "one solve in all",
-        Start::Equilibrium => "one solve of each body",
-    };
-    let about = format!("{from}, {} shapes, {solves}", recipe.bodies * last.step);
-    for group in groups {
-        study.outcomes.extend(measured(group, &emulator, [name, &about], spent, stage.start)?);
+        study.facts.push((format!("answers, {TAYLOR}"), fact));
     }
     Ok(())
 }
@@ -295,48 +227,4 @@ fn answers(group: &Group, (start, met): (std::time::Instant, &Emulator<'_>)) -> 
         body.nodes,
         rayon::current_num_threads()
     ))
-}
-
-/// A network on individuals; where it does not start from equilibrium, its state at the centre followed too.
-fn measured(
-    group: &Group,
-    emulator: &PopulationEmulator,
-    [name, about]: [&str; 2],
-    spent: f64,
-    start: Start,
-) -> Result<Vec<Outcome>> {
-    let met = |individual: &Individual, steps: usize| {
-        after(&emulator.on(&individual.body)?, &individual.theta, steps)
-    };
-    let mut outcomes = vec![
-        group.measure([name, about], spent, |individual| met(individual, 0))?,
-        group.measure([&refined(name), about], spent, |individual| met(individual, REFINED))?,
-    ];
-    if start != Start::Equilibrium {
-        let about = format!(
-            "the network's state for the centre of the parameters, {EXPANSION_STEPS} Newton steps there, outputs to second order"
-        );
-        let carried = format!("{name}, carried");
-        outcomes.push(group.measure([&carried, &about], spent, |individual| {
-            let theta = std::slice::from_ref(&individual.theta);
-            Ok(emulator.expansion_on(&individual.body, theta, EXPANSION_STEPS)?.remove(0))
-        })?);
-    }
-    Ok(outcomes)
-}
-
-/// Newton steps from the network's state for the centre of the parameters to one that is followed.
-const EXPANSION_STEPS: usize = 2;
-
-/// Median error on the first individuals.
-fn on_the_way(group: &Group, emulator: &PopulationEmulator) -> sinew_emulate::Result<f64> {
-    const SOME: usize = 20;
-    let mut errors = Vec::new();
-    for (individual, truth) in group.individuals.iter().zip(&group.truths).take(SOME) {
-        let met = emulator.on(&individual.body)?;
-        let found = met.predict(std::slice::from_ref(&individual.theta))?.displacement;
-        errors.push(super::measure::distance(&found, truth));
-    }
-    errors.sort_by(f64::total_cmp);
-    Ok(errors[errors.len() / 2])
 }

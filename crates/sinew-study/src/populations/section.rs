@@ -5,15 +5,13 @@ use super::stage::Stage;
 use super::verdict::{self, Entry};
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use sinew_report::{Block, Cell, Chart, Column, Distribution, Row, Section, Series, Style, Table};
+use sinew_report::{Block, Cell, Column, Distribution, Row, Section, Table};
 
 /// Everything measured on a population.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Study {
     pub facts: Vec<(String, String)>,
     pub outcomes: Vec<Outcome>,
-    /// CPU time \[s\] and median error on some of the individuals during each training.
-    pub curves: Vec<(String, Vec<[f64; 2]>)>,
 }
 
 /// The section of a population, with every seed.
@@ -22,11 +20,6 @@ pub(super) fn section(key: &str, studies: &[Study]) -> Result<Section> {
     let entries = |study: &Study| study.outcomes.iter().filter_map(Entry::of_outcome).collect();
     let entries: Vec<Vec<Entry>> = studies.iter().map(entries).collect();
     let table = table(study)?;
-    let chart = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2]);
-    let curves = study.curves.iter();
-    let chart = curves.fold(chart, |chart, (name, curve)| {
-        chart.with(Series::new(name.clone(), Style::Marked, curve.clone()))
-    });
     let stage = Stage::new(key, true)?;
     let mut blocks = vec![
         Block::Text(stage.about.into()),
@@ -34,8 +27,6 @@ pub(super) fn section(key: &str, studies: &[Study]) -> Result<Section> {
         Block::Table(table),
     ];
     blocks.extend(verdict::blocks(&entries, "%")?);
-    let about = "On twenty individuals of the population.";
-    blocks.push(Block::charts("Error against CPU time", about, [chart]));
     Ok(Section { name: key.into(), title: format!("A population of {key}"), blocks })
 }
 

@@ -8,7 +8,6 @@ use sinew::case::FibreRule;
 use sinew::{Body, Case, Parameter};
 use sinew_emulate::Design;
 use sinew_mesh::{AnyMesh, BeamShape, Field, RingShape, ShapeError, VentricleShape};
-use sinew_networks::Start;
 use std::path::Path;
 
 /// A population of bodies.
@@ -24,10 +23,6 @@ pub(super) struct Stage {
     pub coarse_cells: [usize; 3],
     /// Cells of meshes coarser and finer than those of the population.
     pub other_cells: [[usize; 3]; 2],
-    /// Meshes of the bodies trained on, one after the other.
-    pub training_cells: Vec<[usize; 3]>,
-    /// State of a body that the network starts from.
-    pub start: Start,
     /// Deviation of the shape numbers, in those of the population.
     pub spread: f64,
     /// Infarcts of every body.
@@ -78,21 +73,9 @@ impl Stage {
         (kind, case): (Kind, Case),
         [cells, coarse_cells]: [[usize; 3]; 2],
         other_cells: [[usize; 3]; 2],
-        start: Start,
     ) -> Self {
-        let (training_cells, spread, scars) = (vec![cells], 1.0, 0);
-        Self {
-            about,
-            case,
-            kind,
-            cells,
-            coarse_cells,
-            other_cells,
-            training_cells,
-            start,
-            spread,
-            scars,
-        }
+        let (spread, scars) = (1.0, 0);
+        Self { about, case, kind, cells, coarse_cells, other_cells, spread, scars }
     }
 
     /// The stage of a name, on small meshes for a quick check.
@@ -108,29 +91,19 @@ impl Stage {
                 (Kind::Rings, Case::parse(include_str!("ring.toml"), "ring.toml")?),
                 [sized([12, 2, 0], [32, 4, 0]), [16, 2, 0]],
                 [[24, 3, 0], [44, 6, 0]],
-                Start::Equilibrium,
             ),
             "beams" => Self::of(
                 "Beams of random length, thickness, taper, waves, bend and twist under their own weight",
                 (Kind::Beams, read("OnceClampedBeam")?),
                 [sized([6, 2, 2], [10, 3, 3]), [5, 2, 2]],
                 [[8, 2, 3], [13, 4, 4]],
-                Start::Near { newton_steps: 0 },
             ),
-            "ventricles" => Self {
-                // A network does not know meshes: most of what it learns it learns on coarse ones.
-                training_cells: match quick {
-                    true => vec![[1, 16, 6]],
-                    false => vec![[2, 16, 8], [2, 16, 8], [2, 16, 8], [2, 24, 12]],
-                },
-                ..Self::of(
-                    "Left ventricles of 32 smooth modes with the spread of 1093 hearts, fibres by rule, under the pressure of their cavity",
-                    (Kind::Ventricles, read("IdealVentricle")?),
-                    [sized([1, 16, 6], [2, 32, 16]), [2, 16, 6]],
-                    [[2, 24, 12], [2, 40, 20]],
-                    Start::Equilibrium,
-                )
-            },
+            "ventricles" => Self::of(
+                "Left ventricles of 32 smooth modes with the spread of 1093 hearts, fibres by rule, under the pressure of their cavity",
+                (Kind::Ventricles, read("IdealVentricle")?),
+                [sized([1, 16, 6], [2, 32, 16]), [2, 16, 6]],
+                [[2, 24, 12], [2, 40, 20]],
+            ),
             "infarcts" => Self {
                 about: "The same left ventricles, each with an infarct anywhere: a round scar five to twenty times as stiff, which no mesh knows",
                 scars: 1,
@@ -146,7 +119,7 @@ impl Stage {
         const SPREAD: f64 = 1.048808848170152;
         let about = "Ventricles of random shape, inflated";
         let case = Case::parse(include_str!("inflated/inflated.toml"), "inflated.toml")?;
-        let stage = Self::of(about, (Kind::Inflated, case), cells, cells, Start::Equilibrium);
+        let stage = Self::of(about, (Kind::Inflated, case), cells, cells);
         Ok(Self { spread: SPREAD, ..stage })
     }
 
@@ -266,18 +239,6 @@ impl Stage {
             }
         }
         Ok(None)
-    }
-
-    /// Bodies for a training, from a stream of their own.
-    pub(super) fn body_of_stream(
-        &self,
-        stream: u64,
-        index: u64,
-    ) -> Result<Body, sinew_networks::Error> {
-        let cells = self.training_cells[index as usize % self.training_cells.len()];
-        let draw = Self { cells, ..self.clone() }.draw(stream, index);
-        draw.map(|individual| individual.body)
-            .map_err(|error| sinew_networks::Error::Draw { index, reason: format!("{error:#}") })
     }
 
     fn numbers(&self) -> usize {

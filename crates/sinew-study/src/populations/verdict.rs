@@ -15,7 +15,7 @@ const CLASSES: [(&str, &str); 6] = [
     ("POD + GP", "regression"),
     ("nearest", "regression"),
     ("mean", "regression"),
-    ("no network", "taylor"),
+    ("Taylor expansion", "taylor"),
     ("frozen stiffness", "frozen stiffness"),
     ("coarse solution", "solver on a coarse mesh"),
 ];
@@ -284,13 +284,13 @@ mod tests {
 
     #[test]
     fn equal_medians_win_for_nobody() {
-        let all = [entry("no network", 1.0, 0.5, 0.0), entry("network", 1.0, 0.5, 9.0)];
+        let all = [entry("Taylor expansion", 1.0, 0.5, 0.0), entry("network", 1.0, 0.5, 9.0)];
         let found = of(&all);
         assert!(
             found.winner.is_none() && found.because.contains("equalled by network"),
             "{found:?}"
         );
-        let all = [entry("no network", 1.0, 0.5, 0.0), entry("network", 0.9, 0.5, 9.0)];
+        let all = [entry("Taylor expansion", 1.0, 0.5, 0.0), entry("network", 0.9, 0.5, 9.0)];
         assert_eq!(of(&all).winner, None);
         assert_eq!(of(&all[..1]).winner, None, "nobody to win over");
     }
