@@ -32,25 +32,38 @@ pub(crate) fn cargo_aside(arguments: &[&str], environment: &[(&str, &str)]) -> R
     Ok(())
 }
 
-/// Builds and runs the program of a study.
+/// Builds the program of all studies and runs one.
 ///
 /// Naming a test beside the program makes cargo resolve features as it does for the tests of the whole
 /// workspace, so that the heavy dependencies are compiled once for both; this one is the smallest.
-pub(crate) fn study(program: &str, task: &str, options: &[String]) -> Result<()> {
-    let mut build = vec!["build", "--workspace", "--bin", program, "--test", "report"];
-    if task == "thesis" {
-        // It starts the others.
-        for other in ["sinew-study", "sinew-organs", "sinew-populations", "sinew-study-gp"] {
-            build.extend(["--bin", other]);
-        }
-    }
+pub(crate) fn study(task: &str, options: &[String]) -> Result<()> {
+    let mut build = vec!["build", "--workspace", "--bin", PROGRAM, "--test", "report"];
     // A backend is compiled in by its feature, so that the default build stays small.
-    let features = backend(options).map(|backend| format!("sinew-study/{backend}"));
+    let features = backend(options).map(|backend| format!("{PROGRAM}/{backend}"));
     if let Some(features) = &features {
         build.extend(["--features", features]);
     }
-    start(&build, STUDIES_COLD, program, task, options)
+    eprintln!(
+        "Building {PROGRAM}: about seven minutes on two cores the first time, seconds from then on."
+    );
+    let clock = Instant::now();
+    cargo(&build, &[])?;
+    eprintln!("Built {PROGRAM} in {:.0} s.\n", clock.elapsed().as_secs_f64());
+    let folder = MetadataCommand::new().no_deps().exec()?.target_directory;
+    let program = folder.join("debug").join(format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX));
+    let status = Command::new(&program)
+        .arg(task)
+        .args(options)
+        .status()
+        .with_context(|| format!("{program} could not be started"))?;
+    if !status.success() {
+        bail!("{task} failed with {status}");
+    }
+    Ok(())
 }
+
+/// Crate and program of all studies.
+const PROGRAM: &str = "sinew-studies";
 
 /// The backend among the options of a study that has a feature of its name.
 fn backend(options: &[String]) -> Option<&str> {
@@ -59,59 +72,11 @@ fn backend(options: &[String]) -> Option<&str> {
     words.next().filter(|backend| *backend != "flex")
 }
 
-/// Runs a measurement: of emulators and patients beside the studies, of the solver beside the benchmarks.
-pub(crate) fn measure(options: &[String]) -> Result<()> {
-    const OF_STUDIES: [&str; 3] = ["anchors", "by-size", "patient-cost"];
-    let options = [&["measure".into()][..], options].concat();
-    match options.get(1) {
-        Some(name) if OF_STUDIES.contains(&name.as_str()) => {
-            study("sinew-coverage", "measure", &options)
-        }
-        _ => verify(&options),
-    }
-}
-
-/// Builds and runs the benchmarks of `sinew-verify`, which needs none of the heavy dependencies of the studies.
-pub(crate) fn verify(options: &[String]) -> Result<()> {
-    let build = ["build", "--package", "sinew-verify", "--bin", "verify"];
-    start(&build, VERIFY_COLD, "verify", "verify", options)
-}
-
-/// Runs the example `coverage` of `sinew-gp`, which needs none of the heavy dependencies either.
+/// Runs the example `coverage` of `sinew-gp`, which needs none of the heavy dependencies.
 pub(crate) fn coverage(options: &[String]) -> Result<()> {
     let build = ["run", "--package", "sinew-gp", "--example", "coverage", "--"];
     let options = options.iter().map(String::as_str);
     cargo(&build.into_iter().chain(options).collect::<Vec<_>>(), &[])
-}
-
-/// Time of a first build on two cores (docs/design.md, "Building").
-const STUDIES_COLD: &str = "seven minutes";
-const VERIFY_COLD: &str = "two minutes";
-
-/// Builds a program in view of the reader, and runs it.
-fn start(
-    build: &[&str],
-    cold: &str,
-    program: &str,
-    task: &str,
-    arguments: &[String],
-) -> Result<()> {
-    eprintln!(
-        "Building {program}: about {cold} on two cores the first time, seconds from then on."
-    );
-    let clock = Instant::now();
-    cargo(build, &[])?;
-    eprintln!("Built {program} in {:.0} s.\n", clock.elapsed().as_secs_f64());
-    let folder = MetadataCommand::new().no_deps().exec()?.target_directory;
-    let program = folder.join("debug").join(format!("{program}{}", std::env::consts::EXE_SUFFIX));
-    let status = Command::new(&program)
-        .args(arguments)
-        .status()
-        .with_context(|| format!("{program} could not be started"))?;
-    if !status.success() {
-        bail!("{task} failed with {status}");
-    }
-    Ok(())
 }
 
 /// Benchmarks of every crate, one after the other.

@@ -105,22 +105,18 @@ enum Task {
 }
 
 fn main() -> Result<()> {
-    let study = |program: &str, task: &str, of: Options| command::study(program, task, &of.options);
+    let study = |task: &str, of: Options| command::study(task, &of.options);
     match Arguments::parse().task {
-        Task::ReproduceBeam(options) => study("sinew-study", "reproduce-beam", options),
-        Task::ReproduceOrgans(options) => study("sinew-organs", "reproduce-organs", options),
-        Task::ReproducePopulations(options) => {
-            study("sinew-populations", "reproduce-populations", options)
-        }
-        Task::ReproduceGp(options) => study("sinew-study-gp", "reproduce-gp", options),
-        Task::Thesis(options) => study("sinew-thesis", "thesis", options),
-        Task::ReproduceCalibration(options) => {
-            study("sinew-calibration", "reproduce-calibration", options)
-        }
+        Task::ReproduceBeam(options) => study("reproduce-beam", options),
+        Task::ReproduceOrgans(options) => study("reproduce-organs", options),
+        Task::ReproducePopulations(options) => study("reproduce-populations", options),
+        Task::ReproduceGp(options) => study("reproduce-gp", options),
+        Task::Thesis(options) => study("thesis", options),
+        Task::ReproduceCalibration(options) => study("reproduce-calibration", options),
         Task::Coverage(Options { options }) => command::coverage(&options),
-        Task::CoverageEstimates(options) => study("sinew-coverage", "coverage-estimates", options),
-        Task::Verify(Options { options }) => command::verify(&options),
-        Task::Measure(Options { options }) => command::measure(&options),
+        Task::CoverageEstimates(options) => study("coverage-estimates", options),
+        Task::Verify(options) => study("verify", options),
+        Task::Measure(options) => study("measure", options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
         Task::Words => words::check(),

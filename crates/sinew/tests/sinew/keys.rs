@@ -243,7 +243,7 @@ fn close(value: f64, reference: f64, share: f64) {
 #[test]
 fn problem_1_of_land() {
     let found = height("Land1", &[[10.0, 0.5, 1.0]])[0];
-    // FEniCS on the same mesh; the limit of fine ones (`sinew-verify`, `land-bar`: references and bands).
+    // FEniCS on the same mesh; the limit of fine ones (`cargo xtask verify`, `land-bar`: references and bands).
     close(found, 4.14169, 1e-3);
     close(found, 4.16, 0.006);
 }

@@ -1,0 +1,41 @@
+//! Posteriors of synthetic patients: how often their intervals hold, and how far they are from brute force (`cargo xtask
+//! reproduce-calibration`).
+
+mod coverage;
+mod exactness;
+mod metropolis;
+pub mod options;
+mod patients;
+mod reference;
+mod row;
+
+use crate::program::Growing;
+use anyhow::Result;
+use options::{Options, Part};
+use sinew_report::Section;
+use std::path::PathBuf;
+
+/// Makes a section of the report.
+type Make = fn(&Options) -> Result<Section>;
+
+/// Runs all parts that are asked for and writes the report, anew after each; the path of `report.html`.
+///
+/// # Errors
+/// Patients that cannot be solved, and files that cannot be written. What is done is kept.
+pub fn reproduce(options: &Options) -> Result<PathBuf> {
+    let about = "Posteriors of synthetic patients against truth and brute force.";
+    let names = ["Calibration", about];
+    let size = (options.seed, options.quick);
+    let mut growing = Growing::new(names, size, options, |_| String::new())?;
+    let mut page = options.out.join("report.html");
+    let parts: [(Part, Make); 4] = [
+        (Part::Coverage, coverage::section),
+        (Part::Grid, exactness::grid),
+        (Part::Grid, exactness::rival),
+        (Part::Importance, exactness::importance),
+    ];
+    for (_, section) in parts.into_iter().filter(|(part, _)| options.wants(*part)) {
+        page = growing.add(section(options)?, &options.out)?;
+    }
+    Ok(page)
+}

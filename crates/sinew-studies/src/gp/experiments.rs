@@ -1,0 +1,124 @@
+//! The experiments of §1.7.3 and §4.8, one file for each or for a small family.
+
+mod advection_diffusion;
+mod allen_cahn;
+mod boundary_points;
+mod heat;
+mod helmholtz;
+mod noise;
+mod pinn;
+mod poisson_1;
+mod poisson_2;
+mod rivals;
+mod wave;
+
+use crate::gp::experiment::{Experiment, Scale};
+use anyhow::Result;
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+/// Names of the experiments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Name {
+    /// 1-D Poisson by networks: strong form against energy (§1.7.3, Fig. 1.4)
+    Pinn,
+    /// Few collocation points: process against network (Fig. 4.3)
+    #[value(name = "poisson-1")]
+    Poisson1,
+    /// A pentagon (Fig. 4.4)
+    #[value(name = "poisson-2")]
+    Poisson2,
+    /// Diffusivity in one dimension (Fig. 4.5)
+    #[value(name = "heat-1")]
+    Heat1,
+    /// Diffusivity in two dimensions (Fig. 4.5)
+    #[value(name = "heat-2")]
+    Heat2,
+    /// Speed of waves between free ends, with the traces of all restarts (Figs. 4.8, 4.9)
+    #[value(name = "wave-1")]
+    Wave1,
+    /// Speed of periodic waves, with the traces of all restarts (Figs. 4.8, 4.9)
+    #[value(name = "wave-2")]
+    Wave2,
+    /// Two parameters from few and many data (Fig. 4.10)
+    AdvectionDiffusion,
+    /// Mixed conditions on a square (Fig. 4.11)
+    Helmholtz,
+    /// A thin front of a nonlinear equation, forward and inverse (beyond the thesis)
+    AllenCahn,
+    /// Four problems beside finite differences and least squares (beyond the thesis)
+    Rivals,
+    /// Number of pseudo-observations that a PCGP needs (Fig. 4.6)
+    BoundaryPoints,
+    /// Noise from 0 to 10 % (Fig. 4.7)
+    Noise,
+}
+
+impl Name {
+    /// Experiments of a choice of names, each once and in the order given.
+    pub(crate) fn chosen(only: &[Self]) -> Vec<Self> {
+        let all = if only.is_empty() { Self::value_variants() } else { only };
+        let mut distinct = Vec::new();
+        for name in all {
+            if !distinct.contains(name) {
+                distinct.push(*name);
+            }
+        }
+        distinct
+    }
+
+    /// Name on the command line and in files.
+    pub fn key(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_string())
+    }
+
+    /// The experiment.
+    pub fn experiment(self, scale: Scale) -> Result<Experiment> {
+        Ok(match self {
+            Self::Pinn => pinn::experiment(scale),
+            Self::Poisson1 => poisson_1::experiment(scale)?,
+            Self::Poisson2 => poisson_2::experiment(scale)?,
+            Self::Heat1 => heat::one_dimension(scale)?,
+            Self::Heat2 => heat::two_dimensions(scale)?,
+            Self::Wave1 => wave::free_ends(scale)?,
+            Self::Wave2 => wave::periodic(scale)?,
+            Self::AdvectionDiffusion => advection_diffusion::experiment(scale)?,
+            Self::Helmholtz => helmholtz::experiment(scale)?,
+            Self::AllenCahn => allen_cahn::experiment(scale)?,
+            Self::Rivals => rivals::experiment(scale)?,
+            Self::BoundaryPoints => boundary_points::experiment(scale)?,
+            Self::Noise => noise::experiment(scale)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_cases_are_unique() {
+        for quick in [false, true] {
+            for name in Name::value_variants() {
+                let experiment = name.experiment(Scale { quick }).unwrap();
+                let mut keys: Vec<String> =
+                    experiment.cases.iter().map(|case| case.key()).collect();
+                let count = keys.len();
+                keys.sort();
+                keys.dedup();
+                assert_eq!(keys.len(), count, "{}", name.key());
+            }
+        }
+    }
+
+    #[test]
+    fn choices_expand_once() {
+        assert_eq!(Name::chosen(&[]), Name::value_variants());
+        assert_eq!(
+            Name::chosen(&[Name::Heat1, Name::Pinn, Name::Heat1]),
+            [Name::Heat1, Name::Pinn]
+        );
+        assert_eq!(Name::AdvectionDiffusion.key(), "advection-diffusion");
+    }
+}

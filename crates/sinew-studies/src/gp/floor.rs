@@ -1,0 +1,221 @@
+//! Least squares for θ: with the exact solutions of the equation what noise alone leaves, with those of a solver its rival.
+//!
+//! No method that only knows equation and conditions can be expected to do better on average, however many
+//! collocation points it takes; what does owes it to a prior that prefers the solution at hand.
+
+use crate::gp::experiment::{Case, Scale, Task};
+use crate::gp::inference::Sampling;
+use crate::gp::problems::{Function, Setting};
+use crate::gp::row::{Covered, Method, Run};
+use anyhow::{Result, bail};
+use nalgebra::{DMatrix, DVector};
+use sinew_energy::listed;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::f64::consts::PI;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// The solution of a problem for each θ.
+pub(crate) type Family<const D: usize> = fn(&[f64]) -> Function<D>;
+
+/// The case of least squares on the data of the other methods, that of lines with intervals.
+pub(crate) fn case<const D: usize>(
+    setting: &Setting<D>,
+    (method, family): (Method, Family<D>),
+    sampling: Sampling,
+    scale: Scale,
+) -> Case {
+    let own = setting.clone();
+    let run = move |task: &Task| {
+        let observed = own.observe(sampling, task)?;
+        let start = Instant::now();
+        // Not the truth, which a search does not know.
+        let begin: Vec<f64> = own.truth.iter().map(|truth| 1.3 * truth.value).collect();
+        let found = least_squares(family, begin, &observed.places, &observed.values)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let grid = own.grid(scale);
+        let solution = family(&found.theta);
+        let mean: Vec<f64> = grid.iter().map(|x| solution(*x)).collect();
+        let covered = (method == Method::Lines).then(|| found.covered(&own, family));
+        Ok(Run {
+            err_u: own.error(&grid, &mean),
+            seconds,
+            theta: found.theta,
+            covered,
+            ..Run::default()
+        })
+    };
+    Case::new(setting.named(), method, 0.02, run)
+}
+
+/// Parameters by least squares.
+#[derive(Debug)]
+struct Found {
+    theta: Vec<f64>,
+    covariance: DMatrix<f64>,
+    /// Quantile of Student's t that 95 % lie within.
+    quantile: f64,
+}
+
+/// Derivatives of the solution in θ, a column for each.
+fn slopes<const D: usize>(family: Family<D>, theta: &[f64], places: &[[f64; D]]) -> DMatrix<f64> {
+    let column = |parameter: usize| {
+        let step = STEP * theta[parameter];
+        let moved = |sign: f64| {
+            let mut moved = theta.to_vec();
+            moved[parameter] += sign * step;
+            values(family, &moved, places)
+        };
+        (moved(1.0) - moved(-1.0)) / (2.0 * step)
+    };
+    DMatrix::from_columns(&(0..theta.len()).map(column).collect::<Vec<_>>())
+}
+
+fn values<const D: usize>(family: Family<D>, theta: &[f64], places: &[[f64; D]]) -> DVector<f64> {
+    let solution = family(theta);
+    DVector::from_iterator(places.len(), places.iter().map(|x| solution(*x)))
+}
+
+impl Found {
+    /// Intervals of θ and the band of u against the truth.
+    fn covered<const D: usize>(&self, setting: &Setting<D>, family: Family<D>) -> Covered {
+        let half = |variance: f64| self.quantile * variance.max(0.0).sqrt();
+        let interval = |(k, x): (usize, &f64)| {
+            let half = half(self.covariance[(k, k)]);
+            [x - half, x + half]
+        };
+        let intervals = self.theta.iter().enumerate().map(interval).collect();
+        let inside = setting.inside();
+        let (mean, by) =
+            (values(family, &self.theta, &inside), slopes(family, &self.theta, &inside));
+        let deviation =
+            |k: usize| half((by.row(k) * &self.covariance * by.row(k).transpose())[(0, 0)]);
+        let band = (0..inside.len()).map(|k| (mean[k], deviation(k)));
+        setting.covered(intervals, &inside, band)
+    }
+}
+
+/// Relative step of differences, and of θ where the search ends.
+const STEP: f64 = 1e-5;
+const CONVERGED: f64 = 1e-9;
+const MOST_STEPS: usize = 50;
+
+/// θ by the method of Gauss and Newton from `theta`.
+fn least_squares<const D: usize>(
+    family: Family<D>,
+    theta: Vec<f64>,
+    places: &[[f64; D]],
+    measured: &[f64],
+) -> Result<Found> {
+    let mut theta = DVector::from_vec(theta);
+    let measured = DVector::from_column_slice(measured);
+    for _ in 0..MOST_STEPS {
+        let slopes = slopes(family, theta.as_slice(), places);
+        let residual = &measured - values(family, theta.as_slice(), places);
+        let Some(factor) = (slopes.transpose() * &slopes).cholesky() else { break };
+        let change = factor.solve(&(slopes.transpose() * &residual));
+        theta += &change;
+        if change.component_div(&theta).amax() < CONVERGED {
+            let freedom = (places.len() as f64 - theta.len() as f64).max(1.0);
+            let covariance = factor.inverse() * (residual.norm_squared() / freedom);
+            let quantile = StudentsT::new(0.0, 1.0, freedom)?.inverse_cdf(0.975);
+            return Ok(Found { theta: theta.as_slice().to_vec(), covariance, quantile });
+        }
+    }
+    bail!(
+        "least squares did not converge in {MOST_STEPS} steps: θ = ({})",
+        listed(theta.as_slice())
+    )
+}
+
+/// Heat-BVP-2: one mode that decays.
+pub(crate) fn heat_2(theta: &[f64]) -> Function<3> {
+    let rate = 2.0 * theta[0];
+    Arc::new(move |[x, y, t]| x.sin() * y.sin() * (-rate * t).exp())
+}
+
+/// Wave-BVP-1: two standing waves and a drift.
+pub(crate) fn wave_1(theta: &[f64]) -> Function<2> {
+    let speed = theta[0];
+    Arc::new(move |[x, t]| {
+        let second = (2.0 * speed * t).sin() / (4.0 * speed);
+        0.5 * t + (speed * t).cos() * x.cos() + second * (2.0 * x).cos()
+    })
+}
+
+/// Modes of [`advection_diffusion`]: the last one is 1e-5 of the first at the start and decays at once.
+const MODES: usize = 60;
+
+/// Advection and diffusion by separation: u = e^{ax − a θ₁ t/2} Σ cₙ e^{−θ₂ n² π² t} sin nπx, a = θ₁/2θ₂.
+pub(crate) fn advection_diffusion(theta: &[f64]) -> Function<2> {
+    let (advection, diffusion) = (theta[0], theta[1]);
+    let a = advection / (2.0 * diffusion);
+    let growth = 1.0 - a;
+    // ∫ e^{gx} cos kπx over [0, 1]
+    let cosine = |k: i32| {
+        let wave = f64::from(k) * PI;
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        match growth * growth + wave * wave {
+            0.0 => 1.0,
+            _ if k == 0 => growth.exp_m1() / growth,
+            square => growth * (sign * growth.exp() - 1.0) / square,
+        }
+    };
+    // 2 ∫ e^{gx} sin 2πx sin nπx
+    let coefficient = |n: i32| cosine(n - 2) - cosine(n + 2);
+    let coefficients: Vec<f64> = (1..=MODES as i32).map(coefficient).collect();
+    Arc::new(move |[x, t]| {
+        let modes = coefficients.iter().enumerate().map(|(index, c)| {
+            let wave = (index + 1) as f64 * PI;
+            c * (-diffusion * wave * wave * t).exp() * (wave * x).sin()
+        });
+        (a * x - 0.5 * a * advection * t).exp() * modes.sum::<f64>()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gp::problems;
+
+    #[test]
+    fn families_hold_the_settings_solutions() {
+        fn agree<const D: usize>(setting: &Setting<D>, family: Family<D>) {
+            let truth: Vec<f64> = setting.truth.iter().map(|truth| truth.value).collect();
+            let solution = family(&truth);
+            for x in setting.problem.domain().grid(5) {
+                assert!((solution(x) - (setting.solution)(x)).abs() < 1e-12, "{}", setting.name);
+            }
+        }
+        agree(&problems::heat_2().unwrap(), heat_2);
+        agree(&problems::wave_1().unwrap(), wave_1);
+        agree(&problems::advection_diffusion().unwrap(), advection_diffusion);
+    }
+
+    #[test]
+    fn families_solve_their_equations_for_other_parameters() {
+        const STEP: f64 = 1e-3;
+        let theta = [0.08, 0.02];
+        let u = advection_diffusion(&theta);
+        let (x, t) = (0.37, 0.41);
+        let slope = (u([x + STEP, t]) - u([x - STEP, t])) / (2.0 * STEP);
+        let curvature = (u([x + STEP, t]) - 2.0 * u([x, t]) + u([x - STEP, t])) / (STEP * STEP);
+        let rate = (u([x, t + STEP]) - u([x, t - STEP])) / (2.0 * STEP);
+        // Second differences with this step of a function of size two.
+        assert!((rate + theta[0] * slope - theta[1] * curvature).abs() < 1e-4);
+        for x in [0.2, 0.5, 0.8] {
+            let start = (2.0 * PI * x).sin() * x.exp();
+            assert!((u([x, 0.0]) - start).abs() < 1e-3, "{x}");
+        }
+    }
+
+    #[test]
+    fn exact_values_give_exact_parameters() {
+        let places = [[0.2, 0.3], [0.6, 0.9], [0.8, 0.5]];
+        let u = advection_diffusion(&[0.08, 0.02]);
+        let values = places.map(|x| u(x));
+        let found =
+            least_squares(advection_diffusion, vec![0.05, 0.025], &places, &values).unwrap().theta;
+        assert!((found[0] - 0.08).abs() < 1e-8 && (found[1] - 0.02).abs() < 1e-8, "{found:?}");
+    }
+}

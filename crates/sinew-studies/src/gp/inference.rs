@@ -1,0 +1,356 @@
+//! Inference with a Gaussian process: data, prior, fit, and what came of it.
+
+use crate::gp::draw;
+use crate::gp::experiment::{Case, Purpose, Scale, Task};
+use crate::gp::problems::Setting;
+use crate::gp::row::{Covered, Method, RestartEnd, Run, Truth};
+use anyhow::Result;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sinew_gp::{
+    Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prediction, Prior, SquaredExponential,
+};
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+/// Observations of u and of the right-hand side.
+pub(crate) struct Observed<const D: usize> {
+    /// Places where u is observed.
+    pub places: Vec<[f64; D]>,
+    pub values: Vec<f64>,
+    /// Collocation points.
+    pub collocation: Vec<[f64; D]>,
+    /// Right-hand side of the equation at these points.
+    pub load: Vec<f64>,
+    /// Noise model of values and of loads.
+    pub noise: [Noise; 2],
+}
+
+impl<const D: usize> Observed<D> {
+    /// An equation that holds exactly at some points, and nothing else.
+    pub(crate) fn collocated(collocation: Vec<[f64; D]>, load: Vec<f64>) -> Self {
+        let noise = [Noise::Exact, Noise::Exact];
+        Self { places: Vec::new(), values: Vec::new(), collocation, load, noise }
+    }
+
+    /// Form that the library takes.
+    pub(crate) fn data(&self) -> Data<D> {
+        let data = Data::new();
+        let data = match self.places.is_empty() {
+            true => data,
+            false => data.values(&self.places, &self.values, self.noise[0]),
+        };
+        data.equation(&self.collocation, &self.load, self.noise[1])
+    }
+}
+
+/// Sampling of an inverse problem's data: numbers of values and points, and their errors.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sampling {
+    /// Observations of u at random places.
+    pub values: usize,
+    /// Collocation points at random places.
+    pub collocation: usize,
+    /// Errors of observations.
+    pub error: Error,
+}
+
+/// Standard deviation of observation errors.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Error {
+    /// A share of the standard deviation of u over the domain, on u only; its level is inferred.
+    Relative(f64),
+    /// Equal for u and f, and known.
+    Known(f64),
+}
+
+/// The thesis' 2.5 %.
+pub(crate) const NOISE: Error = Error::Relative(0.025);
+
+impl<const D: usize> Setting<D> {
+    /// Points per axis of the grids that errors are over.
+    fn resolution(scale: Scale) -> usize {
+        scale.pick([200, 40, 14], [50, 15, 7])[D.clamp(1, 3) - 1]
+    }
+
+    /// The grid that errors are over.
+    pub(crate) fn grid(&self, scale: Scale) -> Vec<[f64; D]> {
+        self.problem.domain().grid(Self::resolution(scale))
+    }
+
+    /// Mean |u − û| (4.50).
+    pub(crate) fn error(&self, grid: &[[f64; D]], mean: &[f64]) -> f64 {
+        let sum: f64 = mean.iter().zip(grid).map(|(m, x)| (m - (self.solution)(*x)).abs()).sum();
+        sum / grid.len() as f64
+    }
+
+    /// Standard deviation of u over the domain.
+    fn deviation(&self) -> f64 {
+        let grid = self.problem.domain().grid(Self::resolution(Scale { quick: false }));
+        let values: Vec<f64> = grid.into_iter().map(|x| (self.solution)(x)).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        (values.iter().map(|u| (u - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+    }
+
+    /// Places inside of the domain that bands are judged at.
+    pub(crate) fn inside(&self) -> Vec<[f64; D]> {
+        let domain = self.problem.domain();
+        let within =
+            |x: &[f64; D]| (0..D).all(|d| domain.lower()[d] < x[d] && x[d] < domain.upper()[d]);
+        domain.grid(12).into_iter().filter(within).collect()
+    }
+
+    /// Intervals and a band, by mean and half-width at places, against the truth.
+    pub(crate) fn covered(
+        &self,
+        intervals: Vec<[f64; 2]>,
+        places: &[[f64; D]],
+        band: impl Iterator<Item = (f64, f64)>,
+    ) -> Covered {
+        let of = |([low, high], truth): (&[f64; 2], &Truth)| (*low..=*high).contains(&truth.value);
+        let held =
+            band.zip(places).filter(|((m, half), x)| ((self.solution)(**x) - m).abs() <= *half);
+        Covered {
+            theta: intervals.iter().zip(&self.truth).map(of).collect(),
+            u: held.count() as f64 / places.len() as f64,
+            intervals,
+        }
+    }
+
+    /// Intervals and the band that a fit answers with against the truth.
+    pub(crate) fn judged(&self, fit: &Fit<D>, places: &[[f64; D]]) -> Result<Covered, GpError> {
+        let intervals = self.truth.iter().map(|truth| fit.interval(&truth.name, 0.95));
+        let intervals = intervals.collect::<Result<_, _>>()?;
+        let Prediction { mean, standard_deviation } = fit.predict(places)?;
+        let band = mean.into_iter().zip(standard_deviation).map(|(m, s)| (m, draw::BAND * s));
+        Ok(self.covered(intervals, places, band))
+    }
+
+    /// Noisy observations at random places.
+    pub(crate) fn observe(&self, sampling: Sampling, task: &Task) -> Result<Observed<D>, GpError> {
+        let domain = self.problem.domain();
+        let places = domain.sample(sampling.values, task.seed_for(Purpose::Places))?;
+        let collocation =
+            domain.sample(sampling.collocation, task.seed_for(Purpose::Collocation))?;
+        let mut random = ChaCha8Rng::seed_from_u64(task.seed_for(Purpose::Noise));
+        let (of_u, of_f, noise) = match sampling.error {
+            Error::Relative(share) => {
+                (share * self.deviation(), 0.0, [Noise::Learned, Noise::Exact])
+            }
+            Error::Known(sigma) => (sigma, sigma, [Noise::Known(sigma), Noise::Known(sigma)]),
+        };
+        let mut noisy = |exact: f64, sigma: f64| exact + sigma * standard_normal(&mut random);
+        let values = places.iter().map(|x| noisy((self.solution)(*x), of_u)).collect();
+        let load = collocation.iter().map(|x| noisy((self.load)(*x), of_f)).collect();
+        Ok(Observed { places, values, collocation, load, noise })
+    }
+}
+
+/// A standard normal variate by the method of Box and Muller.
+pub(crate) fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
+    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
+    radius * (TAU * random.random::<f64>()).cos()
+}
+
+/// Treatment of the boundary conditions by a prior.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Approach {
+    /// HCGP
+    Constrained,
+    /// PCGP with this many pseudo-observations
+    Penalised(usize),
+    /// UCGP
+    Unconstrained,
+}
+
+impl Approach {
+    /// Name in tables.
+    pub(crate) fn method(self) -> Method {
+        match self {
+            Self::Constrained => Method::Hcgp,
+            Self::Penalised(_) => Method::Pcgp,
+            Self::Unconstrained => Method::Ucgp,
+        }
+    }
+}
+
+/// Drawing of a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Drawings {
+    None,
+    Posterior,
+    /// Moves of each restart.
+    PosteriorAndTraces,
+}
+
+/// Function that makes a case's observations.
+type Observe<const D: usize> =
+    Box<dyn Fn(&Setting<D>, &Task) -> Result<Observed<D>, GpError> + Send + Sync>;
+
+/// One approach to one problem.
+pub(crate) struct Inference<const D: usize> {
+    pub setting: Setting<D>,
+    pub approach: Approach,
+    pub observe: Observe<D>,
+    /// Random starts of a fit.
+    pub restarts: usize,
+    /// Result for the first data set.
+    pub drawings: Drawings,
+    pub evidence: Evidence,
+    /// Whether the fit adds points and answers with intervals, as it does by default. Rows are named by their number of points
+    /// elsewhere.
+    pub complete: bool,
+    pub scale: Scale,
+}
+
+impl<const D: usize> Inference<D> {
+    /// Inference with data at random places.
+    pub(crate) fn sampled(
+        setting: &Setting<D>,
+        approach: Approach,
+        sampling: Sampling,
+        scale: Scale,
+    ) -> Self {
+        Self::new(setting, approach, scale, move |setting, task| setting.observe(sampling, task))
+    }
+
+    /// Inference with data of any kind.
+    pub(crate) fn new(
+        setting: &Setting<D>,
+        approach: Approach,
+        scale: Scale,
+        observe: impl Fn(&Setting<D>, &Task) -> Result<Observed<D>, GpError> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            setting: setting.clone(),
+            approach,
+            observe: Box::new(observe),
+            restarts: scale.pick(4, 1),
+            drawings: Drawings::Posterior,
+            evidence: Evidence::Auto,
+            complete: false,
+            scale,
+        }
+    }
+
+    /// Inference from ten starts, with a drawing of how each moves (Fig. 4.9).
+    pub(crate) fn traced(self) -> Self {
+        Self { restarts: self.scale.pick(10, 2), drawings: Drawings::PosteriorAndTraces, ..self }
+    }
+
+    /// Inference without drawings.
+    pub(crate) fn undrawn(self) -> Self {
+        Self { drawings: Drawings::None, ..self }
+    }
+
+    /// The case of this inference.
+    pub(crate) fn case(self, cost: f64) -> Case {
+        let setting = self.setting.clone();
+        Case::new(setting.named(), self.approach.method(), cost, move |task| self.run(task))
+    }
+
+    fn prior(&self, task: &Task) -> Result<Prior<D>, GpError> {
+        let (problem, kernel) = (&self.setting.problem, SquaredExponential::new());
+        match self.approach {
+            Approach::Constrained => Prior::constrained(problem, &kernel),
+            Approach::Penalised(points) => {
+                Prior::penalised(problem, &kernel, points, task.seed_for(Purpose::Boundary))
+            }
+            Approach::Unconstrained => Prior::unconstrained(problem, &kernel),
+        }
+    }
+
+    /// A fit to the data of a task.
+    pub(crate) fn fit(&self, observed: &Observed<D>, task: &Task) -> Result<Fit<D>, GpError> {
+        let model = Model::new(self.prior(task)?, observed.data(), self.evidence)?;
+        model.fit(&FitOptions {
+            restarts: self.restarts,
+            iterations: self.scale.pick(FitOptions::default().iterations, 40),
+            seed: task.seed_for(Purpose::Starts),
+            most_points: if self.complete { FitOptions::default().most_points } else { 0 },
+            ..FitOptions::default()
+        })
+    }
+
+    /// Makes data, fits, and measures.
+    pub(crate) fn run(&self, task: &Task) -> Result<Run> {
+        let observed = (self.observe)(&self.setting, task)?;
+        let start = Instant::now();
+        let fit = self.fit(&observed, task)?;
+        let judged = || self.setting.judged(&fit, &self.setting.inside());
+        let covered = self.complete.then(judged).transpose()?;
+        let seconds = start.elapsed().as_secs_f64();
+        let run = self.measured(&fit, &observed, &self.setting.grid(self.scale), task)?;
+        Ok(Run { seconds, covered, restarts: self.ends(&fit)?, ..run })
+    }
+
+    /// Result of a fit, with errors over a grid.
+    pub(crate) fn measured(
+        &self,
+        fit: &Fit<D>,
+        observed: &Observed<D>,
+        grid: &[[f64; D]],
+        task: &Task,
+    ) -> Result<Run, GpError> {
+        let conditional = fit.conditional()?;
+        let err_u = self.setting.error(grid, &conditional.mean(grid)?);
+        let mut figures = Vec::new();
+        if task.draw && self.drawings != Drawings::None {
+            figures.push(draw::posterior(self, &conditional, observed, fit)?);
+        }
+        if task.draw && self.drawings == Drawings::PosteriorAndTraces {
+            figures.push(draw::traces(self, fit));
+        }
+        let ends = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
+        Ok(Run {
+            err_u,
+            theta: self.theta(fit, &fit.outcome().parameters)?,
+            evaluations: Some(ends.map(|outcome| outcome.evaluations).sum()),
+            jitter: Some(fit.outcome().jitter),
+            collapsed: fit.outcome().collapsed,
+            figures,
+            ..Run::default()
+        })
+    }
+
+    /// The equation's parameters in a vector of all, in their own units.
+    pub(crate) fn theta(&self, fit: &Fit<D>, scaled: &[f64]) -> Result<Vec<f64>, GpError> {
+        let model = fit.model();
+        let value = |name: &str| {
+            let position = model.position(name)?;
+            Ok(model.parameters()[position].from_scale(scaled[position]))
+        };
+        self.setting.truth.iter().map(|truth| value(&truth.name)).collect()
+    }
+
+    fn ends(&self, fit: &Fit<D>) -> Result<Vec<RestartEnd>, GpError> {
+        fit.restarts
+            .iter()
+            .filter_map(|restart| restart.outcome.as_ref().ok())
+            .map(|outcome| {
+                Ok(RestartEnd {
+                    evaluations: outcome.evaluations,
+                    log_evidence: outcome.log_evidence,
+                    theta: self.theta(fit, &outcome.parameters)?,
+                    collapsed: outcome.collapsed,
+                })
+            })
+            .collect()
+    }
+}
+
+/// All three approaches on the same data, the PCGP with `boundary` pseudo-observations, with what each costs.
+pub(crate) fn approaches<const D: usize>(
+    setting: &Setting<D>,
+    sampling: Sampling,
+    boundary: usize,
+    costs: [f64; 3],
+    scale: Scale,
+) -> [Case; 3] {
+    let case = |approach, cost| Inference::sampled(setting, approach, sampling, scale).case(cost);
+    [
+        case(Approach::Constrained, costs[0]),
+        case(Approach::Penalised(boundary), costs[1]).at(format!("N_b = {boundary}")),
+        case(Approach::Unconstrained, costs[2]),
+    ]
+}

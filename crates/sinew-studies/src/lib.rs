@@ -1,0 +1,19 @@
+//! Studies: the thesis' experiments, benchmarks of the solver, coverage of error estimates, posteriors of patients.
+//!
+//! Each is a list of scenes and a report: [`beams`] (`cargo xtask reproduce-beam`), [`organs`] (`reproduce-organs`), [`populations`]
+//! (`reproduce-populations`), [`gp`] (`reproduce-gp`), [`calibration`] (`reproduce-calibration`), [`coverage`] (`coverage-estimates`), [`verify`]
+//! (`verify`). [`thesis`] holds all printed figures against their reports. [`program`], [`manifest`] and [`timing`] are what they share. [`measure`]
+//! prints single measurements that documents cite.
+
+pub mod beams;
+pub mod calibration;
+pub mod coverage;
+pub mod gp;
+pub mod manifest;
+pub mod measure;
+pub mod organs;
+pub mod populations;
+pub mod program;
+pub mod thesis;
+pub mod timing;
+pub mod verify;

@@ -1,0 +1,83 @@
+//! Measurements that documents cite.
+
+mod anchors;
+mod bulk_moduli;
+mod by_size;
+mod organ;
+mod patient_cost;
+mod real_heart;
+mod traction_beam;
+mod unload;
+mod unload_robustness;
+mod ventricle_sweep;
+
+use anyhow::Result;
+use clap::Subcommand;
+use std::path::PathBuf;
+
+/// A measurement by name.
+#[derive(Subcommand)]
+pub enum Measurement {
+    /// Errors of Taylor expansions about several solved states, beside regression on as many solves
+    Anchors(anchors::Arguments),
+    /// Newton iterations from rest by the bulk modulus: beams under gravity and ventricles under pressure
+    BulkModuli,
+    /// Cost of preparation and of an answer by the size of a body, beside a sweep of the solver
+    BySize(by_size::Arguments),
+    /// Processor time of one patient, stage by stage
+    PatientCost(patient_cost::Arguments),
+    /// The left ventricle of a real heart over one beat, meshed from its surfaces and loaded; the surfaces of
+    /// ../shared/meshes/biv-me, else those of an ideal ventricle
+    RealHeart {
+        /// Meshes with about so many nodes each
+        #[arg(default_values_t = [1500, 6000])]
+        nodes: Vec<usize>,
+        /// Pressure in mmHg
+        #[arg(long, default_value_t = 8.0)]
+        pressure: f64,
+    },
+    /// Two beams of the thesis under a follower load, at points all over their parameter ranges
+    TractionBeam {
+        /// Points of each beam
+        #[arg(default_value_t = 100)]
+        points: usize,
+    },
+    /// The thesis' left ventricle unloaded: error against processor time
+    Unload {
+        /// Fixed points beside Newton's method
+        #[arg(long)]
+        rivals: bool,
+    },
+    /// Random ventricles and frames of a real heart unloaded: clean answers, typed refusals and wrong answers
+    UnloadRobustness {
+        /// Random ventricles of two layers, and of one
+        #[arg(default_value_t = 100)]
+        shapes: u64,
+        /// Folder with the surfaces of biv-me
+        folder: Option<PathBuf>,
+    },
+    /// The thesis' left ventricle solved from rest at its softest corner and Sobol points
+    VentricleSweep(ventricle_sweep::Arguments),
+}
+
+impl Measurement {
+    /// Prints what it measures.
+    ///
+    /// # Errors
+    /// A body that cannot be made or solved; files that cannot be read.
+    pub fn run(self) -> Result<()> {
+        match self {
+            Self::Anchors(arguments) => anchors::run(arguments),
+            Self::BulkModuli => bulk_moduli::run(),
+            Self::BySize(arguments) => by_size::run(&arguments),
+            Self::PatientCost(arguments) => patient_cost::run(&arguments),
+            Self::RealHeart { nodes, pressure } => real_heart::run(&nodes, pressure),
+            Self::TractionBeam { points } => traction_beam::run(points),
+            Self::Unload { rivals } => unload::run(rivals),
+            Self::UnloadRobustness { shapes, folder } => {
+                unload_robustness::run(shapes, folder.as_deref())
+            }
+            Self::VentricleSweep(arguments) => ventricle_sweep::run(&arguments),
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Shared parts of the study programs: reports, kept results, test cases, trainings, exit.
+
+use crate::manifest;
+use anyhow::{Result, ensure};
+use serde::{Serialize, de::DeserializeOwned};
+use sinew_emulate::{
+    Body, Design, Simulations, Terminal, TestSet, TrainingOptions, simulate, split_seed, store,
+};
+use sinew_energy::{Parameter, Sampling};
+use sinew_report::{Provenance, Report, Section};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Says where the report is, or the folder of what was only simulated, or what went wrong.
+pub fn end(report: Result<PathBuf>) -> ExitCode {
+    match report {
+        Ok(report) => {
+            let what = if report.is_dir() { "simulations" } else { "report" };
+            eprintln!("\n{what}: {}", report.display());
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("\nerror: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Result of an earlier run in a file, where this one goes on; or a new one, written there.
+///
+/// # Errors
+/// Those of making it; a file that cannot be read or written.
+pub fn kept<T: Serialize + DeserializeOwned>(
+    file: &Path,
+    resume: bool,
+    make: impl FnOnce() -> Result<T>,
+) -> Result<T> {
+    // A file that is replaced may be of an earlier form.
+    if resume && let Some(done) = store::read_json(file)? {
+        return Ok(done);
+    }
+    let made = make()?;
+    store::write_json(file, &made)?;
+    Ok(made)
+}
+
+/// A report that is written anew after every section.
+pub struct Growing {
+    /// Sections present.
+    pub report: Report,
+    provenance: Provenance,
+    start: Instant,
+    headline: fn(&Report) -> String,
+}
+
+impl Growing {
+    /// Report of a study, by title and options; its sections say what it holds. A quick check means nothing.
+    ///
+    /// # Errors
+    /// Options that cannot be written down.
+    pub fn new(
+        [title, about]: [&str; 2],
+        (seed, quick): (u64, bool),
+        options: &impl Serialize,
+        headline: fn(&Report) -> String,
+    ) -> Result<Self> {
+        let threads = rayon::current_num_threads();
+        let provenance = manifest::of_this_run(seed, threads, options)?;
+        let about = match quick {
+            true => "A quick check of the code path on small meshes: its errors mean nothing.",
+            false => about,
+        };
+        let report = Report::new(title, about, provenance.clone());
+        Ok(Self { report, provenance, start: Instant::now(), headline })
+    }
+
+    /// Adds a section and writes all there is into a folder; the path of `report.html`.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    pub fn add(&mut self, section: Section, out: &Path) -> Result<PathBuf> {
+        self.report.sections.push(section);
+        self.report.headline = (self.headline)(&self.report);
+        let seconds = self.start.elapsed().as_secs_f64();
+        self.report.provenance = self.provenance.clone().finished(seconds);
+        Ok(self.report.write(out)?)
+    }
+}
+
+/// Test cases uniform in the ranges, as the thesis has them whatever the parameters are trained at, solved or read from where an
+/// interrupted run has left them; and the wall time of all solves \[s\].
+///
+/// # Errors
+/// A body of which no case has an equilibrium; files that cannot be written or read.
+pub fn test_set<'b>(
+    body: &'b Body,
+    cases: usize,
+    seed: u64,
+    folder: &Path,
+) -> Result<(TestSet<'b>, f64)> {
+    /// Seed stream of test cases.
+    const TEST: u64 = 2;
+    let linear = |p: &Parameter| Parameter { sampling: Sampling::Linear, ..p.clone() };
+    let parameters: Vec<_> = body.parameters.iter().map(linear).collect();
+    let thetas = Design::Uniform.sample(&parameters, cases, split_seed(seed, TEST))?;
+    let (folder, stage) = (folder.join("test"), "solve test cases");
+    let solved: Simulations =
+        simulate(body, &thetas, stage, Some(&folder), &mut Terminal::default())?;
+    ensure!(!solved.fields.is_empty(), "no test case has an equilibrium");
+    let seconds = solved.seconds;
+    Ok((TestSet::new(body, solved), seconds))
+}
+
+/// Training options of a recipe in a folder of a run; a quick check has few cases. Recipes beside each other share their
+/// simulations; a run that is not resumed is replaced, as the rest of the study is.
+pub fn training(quick: bool, seed: u64, folder: &Path, resume: bool) -> TrainingOptions {
+    TrainingOptions {
+        seed,
+        held_out: if quick { 4 } else { 20 },
+        evaluations: if quick { 2 } else { 20 },
+        folder: Some(folder.to_path_buf()),
+        shared: folder.parent().map(|run| run.join("simulations")),
+        resume,
+        restart: !resume,
+        ..TrainingOptions::default()
+    }
+}

@@ -1,0 +1,189 @@
+//! The page of all figures, in Markdown.
+
+use super::compare::{Compared, Ours, Runs, Standing, compare};
+use super::counts::in_short;
+use super::printed::{Remark, Table, thesis};
+use super::stored::Stored;
+use anyhow::Result;
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+const HEAD: &str = "# Every printed figure of the thesis
+
+Each row holds a figure that D. Dalton's PhD thesis prints ([README](../README.md#the-thesis-the-crates-the-rest)) and ours beside it. `cargo xtask thesis` runs what
+is missing and writes this page from the reports of the runs. A test holds the page against them. The printed figures are in `crates/sinew-studies/thesis.toml`, what is
+kept of the reports in `docs/thesis`.
+
+A row's name ends with its statistic: 25, 50 and 75 % are quantiles of the errors of all test cases. In chapter 2 errors are of all nodes. In chapter 3 nodes that a support
+holds are left out, where the error is zero; the thesis counts them.
+
+- *Own kind* is the thesis' kind of method: a network trained on simulations or on the energy, a plain network, a constrained Gaussian process.
+- *Best* is the emulator of least error, raw, or after one Newton step where no raw one is enough. *By* names it. A solver is no emulator.
+- *×* is ours over the printed figure, for gains the other way round: below 1 ours is better. Brackets hold the × of a second seed.
+- *✓* is at or below the printed figure, *✗* above it, in the digits that are printed and in two at least.
+- *(GPU)* marks a time of a graphics processor in the thesis: ours is of one thread. *(solver)* marks a time of a solver. Both have neither ✓ nor ✗.
+- *(one case)* marks the error of a single test case in the thesis.
+- *s* is the time before the first answer: CPU time of simulations and training in chapter 2, wall time of them in chapter 3, of a fit in chapter 4.
+- *Not stored* says that the kept report lacks the statistic that the thesis prints, *not run* that no kept run has the method.
+";
+
+/// Writes the page from what is kept of the runs.
+///
+/// # Errors
+/// A table of the thesis that is not well formed.
+pub fn page(runs: &Runs) -> Result<String> {
+    let found = compared(runs)?;
+    let mut text = HEAD.to_string();
+    text += &in_short(&found, runs);
+    text += &self::runs(runs);
+    for chapter in CHAPTERS {
+        let _ = write!(text, "\n## {}\n", chapter_name(chapter));
+        for (table, cells) in found.iter().filter(|(table, _)| table.chapter == chapter) {
+            text += &self::table(table, cells, runs);
+        }
+    }
+    text += &remarks("Contradictions and misprints of the thesis", &thesis().misprint);
+    text += &remarks("Slips of these documents, mended", &thesis().slip);
+    Ok(text)
+}
+
+/// Tables of the thesis with figures of ours.
+pub(super) type Tables = Vec<(&'static Table, Vec<Compared>)>;
+
+/// All tables in the order of the file.
+///
+/// # Errors
+/// A table of the thesis that is not well formed.
+pub(super) fn compared(runs: &Runs) -> Result<Tables> {
+    thesis().table.iter().map(|table| Ok((table, compare(table, runs)?))).collect()
+}
+
+/// Chapters and appendices in the order of the page.
+pub(super) const CHAPTERS: [&str; 6] = ["1", "2", "A", "3", "B", "4"];
+
+pub(super) fn chapter_name(chapter: &str) -> String {
+    let name = if chapter.parse::<u32>().is_ok() { "Chapter" } else { "Appendix" };
+    format!("{name} {chapter}")
+}
+
+/// Commands and costs.
+fn runs(runs: &Runs) -> String {
+    let mut text = "\n## Runs\n\n| run | command | CPU min | seed | finished | revision |\n|---|---|---|---|---|---|\n".to_string();
+    let mut machines = BTreeSet::new();
+    for run in &thesis().run {
+        let Some(Stored { command, cpu_s, report }) = runs.get(&run.name) else {
+            let command = run.command();
+            let _ = writeln!(
+                text,
+                "| {} | `{command}` | not run, about {} | | | |",
+                run.name, run.minutes
+            );
+            continue;
+        };
+        let from = &report.provenance;
+        let minutes = cpu_s.map_or("–".into(), |seconds| plain(seconds / 60.0, 2));
+        let seed = from.seed.map_or(String::new(), |seed| seed.to_string());
+        let resumed = if from.command.contains("--resume") { ", last part" } else { "" };
+        let _ = writeln!(
+            text,
+            "| {} | `{command}` | {minutes} | {seed} | {} | {}{resumed} |",
+            run.name, from.finished, from.revision
+        );
+        machines.insert(&*from.machine);
+    }
+    if !machines.is_empty() {
+        let machines = machines.into_iter().collect::<Vec<_>>().join("; ");
+        let _ = writeln!(
+            text,
+            "\nA revision with `-dirty` had changes that no commit holds; of a run that was interrupted the revision is that of the last part. Machine: {machines}, shared with other programs."
+        );
+    }
+    text
+}
+
+/// One table of the thesis.
+fn table(table: &Table, cells: &[Compared], runs: &Runs) -> String {
+    let dirty = runs.get(&table.run).is_some_and(Stored::is_uncommitted);
+    let tree = if dirty { ", of an uncommitted tree" } else { "" };
+    let about = capital(&table.about);
+    let mut text = format!("\n### {}\n\n{about}. Run `{}`{tree}.", table.place, table.run);
+    if !table.note.is_empty() {
+        let _ = write!(text, " {}", table.note);
+    }
+    text += "\n\n| | thesis | own kind | × | s | best | × | s | by |\n|---|---|---|---|---|---|---|---|---|\n";
+    for Compared { cell, limit, own, best } in cells {
+        let unit = if cell.unit.is_empty() { String::new() } else { format!(" {}", cell.unit) };
+        let scaled = match (limit / cell.limit - 1.0).abs() > 1e-9 {
+            true => format!(" → {}", plain(*limit, cell.digits)),
+            false => String::new(),
+        };
+        let mark = if cell.mark.is_empty() { String::new() } else { format!(" ({})", cell.mark) };
+        let by = best.found.as_ref().map_or("", |found| &found.method);
+        let _ = writeln!(
+            text,
+            "| {} | {}{scaled}{unit}{mark} | {} | {} | {by} |",
+            cell.what,
+            cell.printed,
+            columns(own, cell.digits),
+            columns(best, cell.digits)
+        );
+    }
+    text
+}
+
+/// Value, ratio and cost.
+fn columns(ours: &Ours, digits: usize) -> String {
+    let Some(found) = &ours.found else { return format!("{} | | ", ours.standing.name()) };
+    let mark = match ours.standing {
+        Standing::Met => " ✓",
+        Standing::Missed => " ✗",
+        _ => "",
+    };
+    let before = found.before_s.filter(|seconds| *seconds > 0.0);
+    let before = before.map_or(String::new(), |seconds| plain(seconds, 2));
+    let again: String = ours.again.iter().map(|x| format!(" ({})", plain(*x, 2))).collect();
+    format!("{}{mark} | {}{again} | {before}", plain(found.value, digits), plain(ours.ratio, 2))
+}
+
+fn remarks(title: &str, remarks: &[Remark]) -> String {
+    let lines = remarks.iter().map(|remark| format!("- **{}**: {}\n", remark.place, remark.what));
+    format!("\n## {title}\n\n{}", lines.collect::<String>())
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A number in so many digits, with a power of ten below 0.01 and from 10 000 on: `0.42`, `6.5e-3`.
+pub(super) fn plain(value: f64, digits: usize) -> String {
+    let scientific = format!("{:.*e}", digits - 1, value);
+    let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    match exponent {
+        -2..4 => format!("{value:.*}", (digits as i32 - 1 - exponent).max(0) as usize),
+        _ => scientific,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_are_asked_for() {
+        let all = [(0.4164, 3), (1.48e-5, 2), (78.04, 2), (23.0, 2), (3.3e5, 2), (0.0, 2)];
+        let texts = all.map(|(value, digits)| plain(value, digits));
+        assert_eq!(texts, ["0.416", "1.5e-5", "78", "23", "3.3e5", "0.0"]);
+    }
+
+    #[test]
+    fn a_page_without_runs_has_every_figure_and_says_what_was_not_run() {
+        let text = page(&Runs::new()).unwrap();
+        assert!(
+            text.contains("| **All** | 328 | 0 | 0 | 0 | 0 | 328 | 0 | 0 | 0 | 0 | 0 | 328 | 0 |"),
+            "{text}"
+        );
+        assert!(text.contains("| K = 6, 50 % | 3.47e-2 mm | not run | |  | not run | |  |  |"));
+        assert!(text.contains("`cargo xtask reproduce-populations --only rectangles"));
+    }
+}

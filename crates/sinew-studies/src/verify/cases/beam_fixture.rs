@@ -1,0 +1,119 @@
+//! The two gravity beams against FEniCS and FElupe on the identical mesh.
+
+use crate::verify::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
+use crate::verify::reference::published;
+use crate::verify::solve::{equilibrium, lower, scene};
+use anyhow::{Context, Result, ensure};
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Load, Scene, Support};
+use sinew_mesh::{FieldValues, TetMesh, box_tetrahedra, read_npy};
+use std::path::Path;
+
+/// Relative to the largest displacement; FEniCS itself is good to 4e-14.
+const DISPLACEMENT: Band = Band::below(1e-9);
+/// Relative; FEniCS itself is good to 1.4e-13.
+const ENERGY: Band = Band::below(1e-12);
+/// Relative; the printed energy has nine digits.
+const PRINTED_ENERGY: Band = Band::below(1e-8);
+/// Tissue of 1 g/cm³ \[kPa/mm\].
+pub(super) const GRAVITY: [f64; 3] = [0.0, 0.0, -9.8e-3];
+
+/// Nodal displacements and energies of independent solvers (`fixtures/beam/PROVENANCE.md`).
+pub(super) const CASE: Case = Case {
+    name: "beam-fixture",
+    title: "The thesis' gravity beams on the thesis' meshes, node by node",
+    provenance: "FEniCS 2019.2 (ten θ per beam) and FElupe 11.3 (two), fixtures/beam; the energy of quadratic elements by \
+         FEniCS with quadrature of degree 2.",
+    run,
+};
+
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    for beam in [once([12, 4, 5]), twice()] {
+        compare(rows, effort, &beam, "FEniCS", "")?;
+        compare(rows, effort, &beam, "FElupe", "felupe_")?;
+    }
+    let theta = [75.0, 75.0];
+    let beam = once([12, 4, 5]);
+    let quadratic = scene(beam.mesh.quadratic(), NeoHookean, &theta, beam.loads, beam.supports);
+    let (solution, cost) = equilibrium(&quadratic.lower()?, &theta)?;
+    let label = Label::new(Formulation::P2, "once, FEniCS", "energy [kPa mm³]");
+    let energies = [solution.energy, published::BEAM_ENERGY_DEGREE_2];
+    rows.relative(label, energies, PRINTED_ENERGY, cost)
+}
+
+/// OnceClampedBeam on a grid of boxes.
+pub(super) fn once(cells: [usize; 3]) -> Scene<NeoHookean, 0> {
+    beam("once", box_tetrahedra([100.0, 10.0, 10.0], cells), &["x_min"])
+}
+
+/// TwiceClampedBeam on the thesis' mesh.
+fn twice() -> Scene<NeoHookean, 0> {
+    beam("twice", box_tetrahedra([150.0, 10.0, 2.0], [12, 4, 5]), &["x_min", "x_max"])
+}
+
+fn beam(name: &str, mesh: TetMesh, clamped: &[&str]) -> Scene<NeoHookean, 0> {
+    let supports = clamped.iter().map(|side| Support::clamped(*side)).collect();
+    let scene = scene(mesh, NeoHookean, &[75.0, 75.0], vec![Load::BodyForce(GRAVITY)], supports);
+    Scene { name: name.into(), ..scene }
+}
+
+/// The worst displacement and the worst energy over all θ of one program.
+fn compare(
+    rows: &mut Rows<'_>,
+    effort: Effort,
+    beam: &Scene<NeoHookean, 0>,
+    program: &str,
+    prefix: &str,
+) -> Result<()> {
+    let array = |name: &str| read(&beam.name, &format!("{prefix}{name}"));
+    let potential = lower(beam, Formulation::P1)?;
+    let cells: Vec<_> = potential.cells.iter().map(|&c| c as f64).collect();
+    ensure!(cells == read(&beam.name, "cells.npy")?, "the meshes of {} differ", beam.name);
+    let (thetas, truths, energies) =
+        (array("theta.npy")?, array("displacement.npy")?, array("energy.npy")?);
+    let size = 3 * potential.nodes;
+    ensure!(
+        thetas.len() == 2 * energies.len() && truths.len() == size * energies.len(),
+        "the fixtures of {} do not fit each other",
+        beam.name
+    );
+    let all: Vec<usize> = (0..energies.len()).collect();
+    let (mut displacement, mut energy) = ((0.0, None), (0.0, [0.0; 2], None));
+    for &index in effort.levels(4, &all) {
+        let (solution, cost) = equilibrium(&potential, &thetas[2 * index..2 * index + 2])?;
+        let truth = &truths[size * index..size * (index + 1)];
+        let error = relative_difference(&solution.displacement, truth);
+        if displacement.1.is_none() || error > displacement.0 {
+            displacement = (error, Some(cost));
+        }
+        let pair = [solution.energy, energies[index]];
+        let error = (pair[0] / pair[1] - 1.0).abs();
+        if energy.2.is_none() || error > energy.0 {
+            energy = (error, pair, Some(cost));
+        }
+    }
+    let label = |quantity: &str| {
+        let setup = format!("{}, {program}, worst of {}", beam.name, effort.levels(4, &all).len());
+        Label::new(Formulation::P1, setup, quantity)
+    };
+    let cost = |cost: Option<Cost>| cost.context("the fixture holds no θ");
+    let quantity = label("difference of u over largest u");
+    rows.absolute(quantity, [displacement.0, 0.0], DISPLACEMENT, cost(displacement.1)?)?;
+    rows.relative(label("energy [kPa mm³]"), energy.1, ENERGY, cost(energy.2)?)
+}
+
+fn read(beam: &str, name: &str) -> Result<Vec<f64>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/beam").join(beam);
+    let array = read_npy(folder.join(name)).with_context(|| format!("fixture {beam}/{name}"))?;
+    Ok(match array.values {
+        FieldValues::Float(values) => values,
+        FieldValues::Integer(values) => values.iter().map(|&v| v as f64).collect(),
+    })
+}
+
+/// Largest difference over the largest entry of `truth`.
+fn relative_difference(found: &[f64], truth: &[f64]) -> f64 {
+    let largest = truth.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let off = found.iter().zip(truth).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
+    off / largest
+}

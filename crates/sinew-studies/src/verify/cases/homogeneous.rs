@@ -1,0 +1,135 @@
+//! Shared parts of the homogeneous benchmarks: laws with their independent references, and stresses from reactions.
+
+use crate::verify::reference::Fung;
+use sinew_energy::laws::{
+    Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
+    NeoHookeanShape,
+};
+use sinew_energy::{Body, Law, Parameter, SceneError, Solid, at_points};
+use sinew_mesh::{HexMesh, TetMesh, box_hexahedra, box_tetrahedra};
+use std::sync::Arc;
+
+pub(super) type Matrix = [[f64; 3]; 3];
+
+/// Fibres, sheets and normals along the axes.
+pub(super) const FRAME: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// Distorted cubes of eight boxes.
+pub(super) struct Meshes {
+    pub tets: TetMesh,
+    pub hexes: HexMesh,
+}
+
+impl Meshes {
+    pub(super) fn distorted() -> Self {
+        Self {
+            tets: box_tetrahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
+            hexes: box_hexahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
+        }
+    }
+}
+
+/// A law with parameters, fibres, sheets and normals along the axes.
+pub(super) struct Material {
+    pub name: String,
+    at: Box<dyn Fn(usize) -> Arc<dyn sinew_energy::Material>>,
+    pub theta: Vec<f64>,
+}
+
+impl Material {
+    pub(super) fn new<L: Law<D>, const D: usize>(
+        name: impl Into<String>,
+        law: L,
+        theta: &[f64],
+    ) -> Self {
+        let axes: [_; D] = std::array::from_fn(|direction| FRAME[direction]);
+        let at = move |points| at_points(law.clone(), vec![axes; points]);
+        Self { name: name.into(), at: Box::new(at), theta: theta.to_vec() }
+    }
+
+    /// The body of a scene, whatever its law, made of this material.
+    pub(super) fn fill(&self, body: Body) -> Result<Body, SceneError> {
+        let material = (self.at)(body.volumes.len());
+        let named = material.parameters().iter().zip(&self.theta);
+        let fixed = |(name, &value): (&&str, &f64)| Parameter::linear(*name, "1", value..=value);
+        let parameters = named.map(fixed).collect();
+        body.with_material(material, parameters)
+    }
+}
+
+/// A law with parameters, and the same law in independent code.
+pub(super) struct Exponential {
+    pub material: Material,
+    pub reference: Fung,
+    pub bulk: f64,
+}
+
+fn exponential<L: Law<D>, const D: usize>(
+    name: &str,
+    law: L,
+    theta: &[f64],
+    reference: Fung,
+    bulk: f64,
+) -> Exponential {
+    Exponential { material: Material::new(name, law, theta), reference, bulk }
+}
+
+/// The exponential laws, and the isochoric neo-Hookean one that is their limit.
+pub(super) fn exponentials() -> Vec<Exponential> {
+    // Bulk modulus of the thesis' ventricle \[kPa\].
+    let bulk_modulus = 25.0;
+    // Factors of the thesis.
+    let thesis = [0.18, 2.6, 3.34, 2.73];
+    // Table 1 of Holzapfel & Ogden (2009).
+    let dokos = [0.059, 8.023, 18.472, 16.026, 2.481, 11.120, 0.216, 11.436];
+    // Problem 1 of Land et al. (2015).
+    let land = [2.0, 8.0, 2.0, 4.0];
+    vec![
+        exponential(
+            "isochoric neo-Hookean",
+            NeoHookeanShape.nearly_incompressible(bulk_modulus),
+            &[2.0],
+            Fung::NeoHookean([2.0]),
+            bulk_modulus,
+        ),
+        exponential(
+            "Holzapfel–Ogden",
+            HolzapfelOgden.nearly_incompressible(bulk_modulus),
+            &thesis,
+            Fung::HolzapfelOgden(thesis),
+            bulk_modulus,
+        ),
+        exponential(
+            "variant of the thesis' code",
+            Solid::new(HolzapfelOgdenCompressible, Compressible { kappa: bulk_modulus }),
+            &thesis,
+            Fung::ThesisCode(thesis),
+            bulk_modulus,
+        ),
+        exponential(
+            "Holzapfel–Ogden 2009",
+            HolzapfelOgden2009.nearly_incompressible(bulk_modulus),
+            &dokos,
+            Fung::HolzapfelOgden2009(dokos),
+            bulk_modulus,
+        ),
+        exponential(
+            "Guccione",
+            Guccione.nearly_incompressible(100.0),
+            &land,
+            Fung::Guccione(land),
+            100.0,
+        ),
+    ]
+}
+
+/// Mean first Piola–Kirchhoff stress \[stress\] of a body without body force: `∫P dV = Σ reaction ⊗ X`.
+pub(super) fn mean_stress(potential: &Body, displacement: &[f64], theta: &[f64]) -> Matrix {
+    let mut forces = vec![0.0; displacement.len()];
+    potential.value_and_gradient(displacement, theta, &mut forces);
+    let volume: f64 = potential.volumes.iter().sum();
+    let moment = |i: usize, j: usize| -> f64 {
+        potential.positions.iter().enumerate().map(|(a, x)| forces[3 * a + i] * x[j]).sum()
+    };
+    std::array::from_fn(|i| std::array::from_fn(|j| moment(i, j) / volume))
+}

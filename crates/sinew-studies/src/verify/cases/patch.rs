@@ -1,0 +1,115 @@
+//! Patch tests on distorted meshes.
+
+use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
+use crate::verify::solve::{BOUNDARY, equilibrium, lower, mixed, scene, with_boundary};
+use anyhow::Result;
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{FiniteElement, Nodes, Scene, Support};
+use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
+
+type Matrix = [[f64; 3]; 3];
+
+/// Displacements \[edges of the cube\]: rounding, magnified by the condition of the stiffness.
+const DISPLACEMENT: Band = Band::below(1e-10);
+/// Forces on inner nodes in the exact state, relative to the largest one on the boundary.
+const FORCE: Band = Band::below(1e-12);
+/// A plane deformation and one in space.
+const PLANE: Matrix = [[1.2, 0.3, 0.0], [0.1, 0.9, 0.0], [0.0, 0.0, 1.0]];
+const SPACE: Matrix = [[1.2, 0.3, -0.1], [0.1, 0.9, 0.2], [0.05, -0.15, 1.1]];
+/// μ and λ, compressible and nearly incompressible \[stress\].
+const THETAS: [[f64; 2]; 2] = [[1.0, 1.0], [1.0, 1e3]];
+/// Seed and amplitude of the distortion.
+const DISTORTION: (u64, f64) = (11, 0.25);
+
+/// The boundary of a cube or square follows `x = FX`: so must every inner node, on any mesh.
+pub(super) const CASE: Case = Case {
+    name: "patch",
+    title: "Patch test: distorted meshes follow a homogeneous deformation of their boundary",
+    provenance: "x = FX exactly; the constant stress of a homogeneous deformation is in equilibrium.",
+    run,
+};
+
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let cells = match effort {
+        Effort::Quick => 3,
+        Effort::Full => 5,
+    };
+    let (seed, amplitude) = DISTORTION;
+    let tets = box_tetrahedra([1.0; 3], [cells; 3]).distorted(seed, amplitude);
+    let hexes = box_hexahedra([1.0; 3], [cells; 3]).distorted(seed, amplitude);
+    let triangles = rectangle_triangles([1.0; 2], [cells; 2]).distorted(seed, amplitude);
+    for theta in THETAS {
+        compare(rows, Formulation::P1, &tets, &SPACE, theta)?;
+        compare(rows, Formulation::FBar, &tets, &SPACE, theta)?;
+        compare(rows, Formulation::P2, &tets.quadratic(), &SPACE, theta)?;
+        compare(rows, Formulation::Q1, &hexes, &SPACE, theta)?;
+        compare(rows, Formulation::Q1FBar, &hexes, &SPACE, theta)?;
+        compare(rows, Formulation::P1, &triangles, &PLANE, theta)?;
+        compare(rows, Formulation::P2, &triangles.quadratic(), &PLANE, theta)?;
+        compare_mixed(rows, tets.quadratic(), theta)?;
+    }
+    Ok(())
+}
+
+fn compare<const N: usize>(
+    rows: &mut Rows<'_>,
+    formulation: Formulation,
+    mesh: &Mesh<N>,
+    f: &Matrix,
+    theta: [f64; 2],
+) -> Result<()>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    let (scene, exact) = moved(mesh.clone(), f, theta);
+    let potential = lower(&scene, formulation)?;
+    let (solution, cost) = equilibrium(&potential, &theta)?;
+    let label = |quantity: &str| Label::new(formulation, setup::<N>(theta), quantity);
+    let error = largest_difference(&solution.displacement, &exact);
+    rows.absolute(label("displacement off x = FX"), [error, 0.0], DISPLACEMENT, cost)?;
+
+    let mut forces = vec![0.0; exact.len()];
+    potential.value_and_gradient(&exact, &theta, &mut forces);
+    let largest = |held: bool| {
+        let forces = forces.iter().zip(&potential.prescribed);
+        let chosen = forces.filter(|(_, p)| p.is_some() == held).map(|(force, _)| force.abs());
+        chosen.fold(0.0, f64::max)
+    };
+    let unbalanced = largest(false) / largest(true);
+    rows.absolute(label("unbalanced force at x = FX"), [unbalanced, 0.0], FORCE, cost)
+}
+
+/// A field of pressure with a finite bulk modulus, so that the boundary may change the volume.
+fn compare_mixed(rows: &mut Rows<'_>, mesh: Mesh<10>, theta: [f64; 2]) -> Result<()> {
+    let (scene, exact) = moved(mesh, &SPACE, theta);
+    let found = mixed(scene, 1.0 / theta[1], &theta)?;
+    let label = Label::new(Formulation::Mixed, setup::<10>(theta), "displacement off x = FX");
+    let error = largest_difference(&found.displacement, &exact);
+    rows.absolute(label, [error, 0.0], DISPLACEMENT, found.cost)
+}
+
+fn setup<const N: usize>(theta: [f64; 2]) -> String
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    format!("{}, λ/μ = {}", sinew_mesh::Mesh::<N>::ELEMENT.plural, theta[1] / theta[0])
+}
+
+/// The body with a moved boundary, and the exact displacement.
+fn moved<const N: usize>(
+    mesh: Mesh<N>,
+    f: &Matrix,
+    theta: [f64; 2],
+) -> (Scene<NeoHookean, 0, N>, Vec<f64>) {
+    let motion = |x: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|i| (0..3).map(|j| f[i][j] * x[j]).sum::<f64>() - x[i])
+    };
+    let mesh = with_boundary(mesh);
+    let exact = mesh.points.iter().flat_map(|&x| motion(x)).collect();
+    let supports = vec![Support::moved(BOUNDARY, &mesh, motion)];
+    (scene(mesh, NeoHookean, &theta, vec![], supports), exact)
+}
+
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+}

@@ -1,0 +1,84 @@
+//! Thick sphere from compressible to nearly incompressible.
+
+use super::radial::{OCTANT, RADII, inflation, octant, outward, rollers};
+use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
+use crate::verify::reference::CompressibleSphere;
+use crate::verify::solve::{displaced, scene};
+use anyhow::Result;
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{FiniteElement, Nodes};
+use sinew_mesh::{Mesh, sphere_octant};
+
+const PRESSURE: f64 = 0.4;
+/// λ over μ = 1.
+const LAMES: [f64; 3] = [1.0, 49.0, 4999.0];
+/// Layers and cells along an edge of the cube.
+const MESHES: [[usize; 2]; 3] = [[2, 3], [3, 5], [4, 8]];
+
+/// Known errors of one element for each λ and mesh, and the bands they must stay in.
+type Known = ([[f64; 3]; 3], fn(f64) -> Band);
+
+/// A quarter to both sides: what locks must be seen to lock.
+fn around(error: f64) -> Band {
+    Band::between(0.75 * error, 1.25 * error)
+}
+
+/// Up to a quarter above.
+fn below(error: f64) -> Band {
+    Band::below(1.25 * error)
+}
+
+const LINEAR: Known = ([[0.19, 0.10, 0.058], [0.51, 0.40, 0.35], [0.91, 0.80, 0.73]], around);
+const HEXAHEDRA: Known = ([[0.11, 0.051, 0.029], [0.70, 0.50, 0.36], [1.0, 0.99, 0.99]], around);
+const QUADRATIC: Known =
+    ([[0.0047, 0.0011, 3.5e-4], [0.016, 0.0059, 0.0029], [0.028, 0.011, 0.007]], below);
+const PATCHES: Known = ([[0.12, 0.055, 0.029], [0.13, 0.059, 0.031], [0.14, 0.059, 0.032]], below);
+const HEXAHEDRA_AVERAGED: Known =
+    ([[0.052, 0.023, 0.013], [0.054, 0.024, 0.013], [0.054, 0.024, 0.013]], below);
+
+/// The locking ladder: how elements lose their deflection as λ/μ grows.
+pub(super) const CASE: Case = Case {
+    name: "sphere-locking",
+    title: "Thick sphere at λ/μ = 1, 49 and 4999 under internal follower pressure: the locking ladder",
+    provenance: "Radial equilibrium of thesis eq. (3.1) as a boundary value problem, own shooting by Dormand and Prince to \
+         1e-12. Bands of linear elements state how much they lock.",
+    run,
+};
+
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let meshes = effort.levels(2, &MESHES);
+    let wall = |cells| sphere_octant(RADII, cells);
+    climb(rows, Formulation::P1, meshes, &LINEAR, |c| wall(c).tetrahedra())?;
+    climb(rows, Formulation::FBar, meshes, &PATCHES, |c| wall(c).tetrahedra())?;
+    climb(rows, Formulation::P2, meshes, &QUADRATIC, |c| wall(c).quadratic_tetrahedra())?;
+    climb(rows, Formulation::Q1, meshes, &HEXAHEDRA, |c| wall(c).hexahedra())?;
+    climb(rows, Formulation::Q1FBar, meshes, &HEXAHEDRA_AVERAGED, |c| wall(c).hexahedra())
+}
+
+fn climb<const N: usize>(
+    rows: &mut Rows<'_>,
+    formulation: Formulation,
+    meshes: &[[usize; 2]],
+    (errors, band): &Known,
+    mesh: impl Fn([usize; 2]) -> Mesh<N>,
+) -> Result<()>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    for (lame, errors) in LAMES.into_iter().zip(errors) {
+        let theta = [1.0, lame];
+        let [inner, outer] = RADII;
+        let exact = CompressibleSphere { shear: 1.0, lame, inner, outer }.inflate(PRESSURE)?;
+        for (&cells, &error) in meshes.iter().zip(errors) {
+            let supports = rollers(&OCTANT);
+            let sphere = scene(mesh(cells), NeoHookean, &theta, inflation(PRESSURE), supports);
+            let found = displaced(sphere, formulation, &theta)?;
+            let value = outward(&found.mesh, "inner", &found.displacement, 3);
+            let setup = octant(cells);
+            let quantity = format!("displacement of the inner surface, λ/μ = {lame}");
+            let label = Label::new(formulation, setup, quantity);
+            rows.relative(label, [value, exact.inner], band(error), found.cost)?;
+        }
+    }
+    Ok(())
+}

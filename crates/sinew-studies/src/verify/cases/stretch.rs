@@ -1,0 +1,184 @@
+//! Stretched blocks with free faces, of every law.
+
+use super::homogeneous::{Exponential, Material, Matrix, Meshes, exponentials, mean_stress};
+use crate::verify::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
+use crate::verify::reference::{Biaxial, Fung, equibiaxial_bar, uniaxial_bar};
+use crate::verify::solve::{displacement_at, equilibrium, lower, scene};
+use anyhow::Result;
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{FiniteElement, Nodes, Scene, Support};
+use sinew_mesh::Mesh;
+
+/// Relative: eight digits.
+const EIGHT_DIGITS: Band = Band::below(1e-8);
+/// Loads and stretches of the exponential laws; compression of the fibres switches them off.
+const STATES: [(Biaxial, f64); 5] = [
+    (Biaxial::Along(0), 1.2),
+    (Biaxial::Along(1), 1.2),
+    (Biaxial::InPlane, 1.1),
+    (Biaxial::Along(0), 0.9),
+    (Biaxial::Along(1), 0.85),
+];
+/// λ/μ and stretches of neo-Hookean bars.
+const BARS: [(f64, f64); 5] = [(1.0, 1.5), (10.0, 2.0), (1.0, 0.5), (10.0, 0.5), (1.0, 2.0)];
+
+/// A stretched block with its reference.
+struct State<'a> {
+    material: &'a Material,
+    load: Biaxial,
+    stretch: f64,
+    /// Stretch along the first free axis.
+    lateral: f64,
+    /// First Piola–Kirchhoff stress along the first loaded axis \[kPa\].
+    stress: f64,
+}
+
+impl State<'_> {
+    fn loaded(&self) -> &'static [usize] {
+        match self.load {
+            Biaxial::Along(axis) => &[[0], [1], [2]][axis],
+            Biaxial::InPlane => &[0, 1],
+        }
+    }
+
+    fn free(&self) -> usize {
+        match self.load {
+            Biaxial::Along(axis) => (axis + 1) % 3,
+            Biaxial::InPlane => 2,
+        }
+    }
+
+    fn name(&self) -> String {
+        let load = match self.load {
+            Biaxial::Along(axis) => format!("along {}", ["x", "y", "z"][axis]),
+            Biaxial::InPlane => "in plane".into(),
+        };
+        format!("{}, {load} by {}", self.material.name, self.stretch)
+    }
+}
+
+/// Each law and element stretched along one or two axes, the other faces free: stress and lateral stretch.
+pub(super) const CASE: Case = Case {
+    name: "stretch",
+    title: "Uniaxial and equibiaxial stretch of every law in every element, fibres along x",
+    provenance: "Scalar equations for the lateral stretches at which the free faces bear no stress: own code in \
+         principal stretches, tested against tabulated values; mixed elements against the incompressible limit.",
+    run,
+};
+
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let meshes = Meshes::distorted();
+    meshes.neo_hookean(rows, effort)?;
+    exponentials().iter().try_for_each(|body| meshes.exponential(rows, effort, body))
+}
+
+impl Meshes {
+    fn neo_hookean(&self, rows: &mut Rows<'_>, effort: Effort) -> Result<()> {
+        let body = |lame: f64| {
+            Material::new(format!("neo-Hookean, λ/μ = {lame}"), NeoHookean, &[1.0, lame])
+        };
+        for &(lame, stretch) in effort.levels(2, &BARS) {
+            let (bar, material, load) =
+                (uniaxial_bar(1.0, lame, stretch)?, &body(lame), Biaxial::Along(0));
+            let (lateral, stress) = (bar.across, bar.stress);
+            self.compare(rows, &State { material, load, stretch, lateral, stress })?;
+        }
+        for lame in [1.0, 10.0] {
+            let (stretch, material, load) = (1.3, &body(lame), Biaxial::InPlane);
+            let sheet = equibiaxial_bar(1.0, lame, stretch)?;
+            let (lateral, stress) = (sheet.across, sheet.stress);
+            self.compare(rows, &State { material, load, stretch, lateral, stress })?;
+        }
+        Ok(())
+    }
+
+    fn exponential(&self, rows: &mut Rows<'_>, effort: Effort, body: &Exponential) -> Result<()> {
+        for &(load, stretch) in effort.levels(1, &STATES) {
+            let is_squeezed = load == Biaxial::Along(0) && stretch < 1.0;
+            if is_squeezed && matches!(body.reference, Fung::ThesisCode(_)) {
+                // Fibres that bear compression buckle: the homogeneous state is not a minimum.
+                continue;
+            }
+            let material = &body.material;
+            let mut state = State { material, load, stretch, lateral: 0.0, stress: 0.0 };
+            let (loaded, free) = (state.loaded()[0], state.free());
+            let block = body.reference.nearly_incompressible(body.bulk, load, stretch)?;
+            let volume: f64 = block.stretches.iter().product();
+            state.lateral = block.stretches[free];
+            state.stress = block.stress[loaded] * volume / stretch;
+            self.compare(rows, &state)?;
+            let block = body.reference.incompressible(load, stretch)?;
+            (state.lateral, state.stress) = (block.stretches[free], block.stress[loaded] / stretch);
+            self.compare_mixed(rows, &state)?;
+        }
+        Ok(())
+    }
+
+    fn compare(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
+        displaced(rows, Formulation::P1, &self.tets, state)?;
+        displaced(rows, Formulation::FBar, &self.tets, state)?;
+        displaced(rows, Formulation::P2, &self.tets.quadratic(), state)?;
+        displaced(rows, Formulation::Q1, &self.hexes, state)?;
+        displaced(rows, Formulation::Q1FBar, &self.hexes, state)
+    }
+
+    fn compare_mixed(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
+        let scene = block(&self.tets.quadratic(), state).mixed();
+        let body = state.material.fill(scene.lower()?)?;
+        let theta = &state.material.theta;
+        let (solution, cost) = equilibrium(&body, theta)?;
+        let mut piola = mean_stress(&body, &solution.displacement, theta);
+        // The field of pressure adds p cof F, here p J/s along the load with J = 1.
+        let loaded = state.loaded()[0];
+        piola[loaded][loaded] += solution.pressure[0] / state.stretch;
+        push(rows, Formulation::Mixed, (&scene.mesh, &solution.displacement), &piola, state, cost)
+    }
+}
+
+/// A block on rollers, stretched.
+fn block<const N: usize>(mesh: &Mesh<N>, state: &State<'_>) -> Scene<NeoHookean, 0, N> {
+    let along = |axis: usize, by: f64| std::array::from_fn(|i| (i == axis).then_some(by));
+    let name = |axis: usize, end: &str| format!("{}_{end}", ["x", "y", "z"][axis]);
+    let mut supports: Vec<_> =
+        (0..3).map(|axis| Support::uniform(name(axis, "min"), along(axis, 0.0))).collect();
+    for &axis in state.loaded() {
+        supports.push(Support::uniform(name(axis, "max"), along(axis, state.stretch - 1.0)));
+    }
+    scene(mesh.clone(), NeoHookean, &[1.0; 2], vec![], supports)
+}
+
+fn displaced<const N: usize>(
+    rows: &mut Rows<'_>,
+    formulation: Formulation,
+    mesh: &Mesh<N>,
+    state: &State<'_>,
+) -> Result<()>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    let potential = state.material.fill(lower(&block(mesh, state), formulation)?)?;
+    let theta = &state.material.theta;
+    let (solution, cost) = equilibrium(&potential, theta)?;
+    let piola = mean_stress(&potential, &solution.displacement, theta);
+    push(rows, formulation, (mesh, &solution.displacement), &piola, state, cost)
+}
+
+fn push<const N: usize>(
+    rows: &mut Rows<'_>,
+    formulation: Formulation,
+    (mesh, displacement): (&Mesh<N>, &[f64]),
+    piola: &Matrix,
+    state: &State<'_>,
+    cost: Cost,
+) -> Result<()> {
+    let loaded = state.loaded()[0];
+    let lateral = 1.0 + displacement_at(mesh, displacement, [1.0; 3])[state.free()];
+    for (quantity, value, exact) in [
+        ("first Piola stress [kPa]", piola[loaded][loaded], state.stress),
+        ("lateral stretch", lateral, state.lateral),
+    ] {
+        let label = Label::new(formulation, state.name(), quantity);
+        rows.relative(label, [value, exact], EIGHT_DIGITS, cost)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,149 @@
+//! The report of a run: `report.json` for programs and `report.html` for people.
+
+use crate::verify::case::{Effort, Formulation, Measure, Row};
+use crate::verify::run::Outcome;
+use crate::verify::table;
+use sinew_report::{
+    Block, Cell, Chart, Column, Provenance, Report, ReportError, Section, Series, Style, Table,
+    Verdict, format,
+};
+
+/// The report of a run.
+pub fn report(effort: Effort, cases: &[Outcome]) -> Result<Report, ReportError> {
+    let mut provenance = Provenance::of_this_run("cargo xtask", env!("CARGO_MANIFEST_DIR"));
+    provenance.versions.insert("sinew-studies".into(), env!("CARGO_PKG_VERSION").into());
+    provenance.wall_s = cases.iter().map(|case| case.seconds).sum();
+    let extent = match effort {
+        Effort::Quick => "coarse meshes only",
+        Effort::Full => "everything",
+    };
+    let title = "The solver against references it shares no code with";
+    let mut report = Report::new(title, format!("Extent: {extent}."), provenance);
+    report.headline = table::summary(cases);
+    report.sections.push(overview(cases));
+    for case in cases {
+        report.sections.push(section(case)?);
+    }
+    Ok(report)
+}
+
+/// One line per case: its verdict and the row that is nearest to the upper end of its band.
+fn overview(cases: &[Outcome]) -> Section {
+    let head = ["case", "verdict", "values", "closest to its band's end", "error", "band", "time"];
+    let rows = cases.iter().map(|case| {
+        let used = |row: &&Row| row.error / row.band.most;
+        let closest = case.rows.iter().max_by(|a, b| used(a).total_cmp(&used(b)));
+        let closest = closest.map_or([const { String::new() }; 3], |row| {
+            [table::subject(row), table::error(row.error, row.measure), table::band(row)]
+        });
+        let verdict = if case.passes() { "passes" } else { "fails" };
+        let [subject, error, band] = closest.map(Cell::from);
+        let time = format::seconds(case.seconds);
+        vec![
+            case.name.as_str().into(),
+            verdict.into(),
+            (case.rows.len() as f64).into(),
+            subject,
+            error,
+            band,
+            time.into(),
+        ]
+    });
+    let listing = Block::Listing {
+        title: "All cases".into(),
+        head: head.map(String::from).to_vec(),
+        rows: rows.collect(),
+    };
+    Section { name: "overview".into(), title: "Overview".into(), blocks: vec![listing] }
+}
+
+fn section(case: &Outcome) -> Result<Section, ReportError> {
+    let mut blocks = vec![Block::Text(format!("Reference: {}", case.provenance))];
+    blocks.extend(case.failure.iter().map(|failure| Block::Text(format!("Failed: {failure}"))));
+    blocks.extend(convergence(&case.rows));
+    let mut table = Table::new(
+        [Column::new("error", "")
+            .about("relative to the reference, or in the unit of the quantity where it says so")],
+        [Column::new("time", "s").about("wall time of preparing and solving")],
+        ["value", "reference", "unknowns"].map(|name| Column::new(name, "")),
+    );
+    for row in &case.rows {
+        let band = Verdict {
+            met: row.passes(),
+            limit: row.band.most,
+            text: format!("band {}", table::band(row)),
+        };
+        let error = Cell { verdict: Some(band), ..row.error.into() };
+        let mut setup = row.label.setup.clone();
+        if row.measure == Measure::Absolute {
+            setup.push_str(" (absolute)");
+        }
+        let row = sinew_report::Row::new(row.label.formulation.label(), error, row.cost.seconds)?
+            .on(row.label.quantity.as_str(), setup)
+            .other(row.value)
+            .other(row.reference)
+            .other(row.cost.unknowns as f64);
+        table.push(row)?;
+    }
+    if !table.rows.is_empty() {
+        blocks.push(Block::Table(table));
+    }
+    Ok(Section { name: case.name.clone(), title: case.title.clone(), blocks })
+}
+
+/// Error against unknowns and against time for each quantity that some formulation gave on several meshes.
+fn convergence(rows: &[Row]) -> Vec<Block> {
+    let mut quantities: Vec<&str> = Vec::new();
+    for row in rows {
+        if !quantities.contains(&row.label.quantity.as_str()) {
+            quantities.push(&row.label.quantity);
+        }
+    }
+    let of = |quantity: &str, formulation| {
+        let quantity = quantity.to_string();
+        let chosen = move |row: &&Row| {
+            row.label.quantity == quantity && row.label.formulation == formulation
+        };
+        rows.iter().filter(chosen).collect::<Vec<_>>()
+    };
+    let is_ladder = |rows: Vec<&Row>| {
+        let mut unknowns: Vec<_> = rows.iter().map(|row| row.cost.unknowns).collect();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        unknowns.len() > 1 && unknowns.len() == rows.len()
+    };
+    quantities.retain(|quantity| Formulation::ALL.iter().any(|&f| is_ladder(of(quantity, f))));
+    let block = |quantity: &str| {
+        let chart = |name: &str, abscissa: fn(&Row) -> f64| {
+            let mut chart = Chart::new(format!("Error against {name}"), [name, "error"], [true; 2]);
+            for formulation in Formulation::ALL {
+                let mut rows = of(quantity, formulation);
+                rows.sort_by(|a, b| abscissa(a).total_cmp(&abscissa(b)));
+                let points = rows.iter().map(|row| [abscissa(row), row.error]);
+                let hints = rows.iter().map(|row| hint(row)).collect();
+                let series = Series::new(formulation.label(), Style::Marked, points);
+                if !rows.is_empty() {
+                    chart.series.push(Series { hints, ..series });
+                }
+            }
+            chart
+        };
+        let charts = [
+            chart("unknowns", |row| row.cost.unknowns as f64),
+            chart("seconds", |row| row.cost.seconds),
+        ];
+        Block::charts(quantity, "", charts)
+    };
+    quantities.into_iter().map(block).collect()
+}
+
+fn hint(row: &Row) -> String {
+    format!(
+        "{}: {}, error {}, {} unknowns, {}",
+        table::subject(row),
+        format::trimmed(row.value, 6),
+        table::error(row.error, row.measure),
+        format::count(row.cost.unknowns as u64),
+        format::seconds(row.cost.seconds)
+    )
+}

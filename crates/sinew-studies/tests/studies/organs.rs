@@ -1,0 +1,146 @@
+//! The way from every scene to the report.
+
+use clap::Parser;
+use sinew_report::Report;
+use sinew_studies::organs::options::{Options, keys};
+
+fn options(arguments: &[&str], out: &std::path::Path) -> Options {
+    let fixed = ["organs", "--quick", "--meshes", "nowhere", "--out", out.to_str().unwrap()];
+    Options::try_parse_from(fixed.iter().chain(arguments)).unwrap()
+}
+
+#[test]
+fn a_quick_run_reports_every_scene_and_is_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let only = "twisting-cube,liver,ventricle,ventricle-thesis,traction-guccione,cube-meshes,new-ventricle,learning-rates";
+    let page =
+        sinew_studies::organs::reproduce::reproduce(&options(&["--only", only], folder.path()))
+            .unwrap();
+    let report = Report::read(&folder.path().join("report.json")).unwrap();
+    let names: Vec<_> = report.sections.iter().map(|section| section.name.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "twisting-cube",
+            "liver",
+            "ventricle",
+            "traction-guccione",
+            "cube-meshes",
+            "new-ventricle",
+            "learning-rates"
+        ]
+    );
+    assert!(
+        report.notes.iter().any(|note| note.contains("LeftVentricleThesis was not run")),
+        "{:?}",
+        report.notes
+    );
+    // What stands in for a published organ is said, and is not held against published figures.
+    for (name, of) in [("ventricle", "LeftVentricle"), ("liver", "Liver")] {
+        let section = report.section(name).unwrap();
+        assert!(section.title.contains(&format!("in the place of {of}")), "{}", section.title);
+        assert!(section.tables().all(|table| table.verdicts().next().is_none()));
+    }
+    let figure = |name: &str| {
+        let blocks = report.section(name).unwrap().blocks.iter();
+        let mut figures = blocks.filter_map(|block| match block {
+            sinew_report::Block::Figure(figure) if figure.title == "Errors by region" => {
+                Some(figure)
+            }
+            _ => None,
+        });
+        figures.next()
+    };
+    // Three emulators, two halves of the wall.
+    assert_eq!(figure("ventricle").unwrap().panels.len(), 6);
+    assert!(figure("twisting-cube").is_none());
+    let cube = report.section("twisting-cube").unwrap().tables().next().unwrap();
+    assert_eq!(
+        cube.rows.len(),
+        10,
+        "pi, taylor and regression, raw and after two corrections, and the solver"
+    );
+    // Raw medians are held against what is printed, corrected ones are not.
+    assert_eq!(cube.verdicts().count(), 6);
+    // Corrections come nearer to the solver whatever they begin from.
+    let error = |row: usize| cube.rows[row].errors[0].value.median().unwrap();
+    assert!(
+        error(4) < 0.1 * error(3) && error(5) < 0.1 * error(4),
+        "{} {} {}",
+        error(3),
+        error(4),
+        error(5)
+    );
+    let table = report.section("cube-meshes").unwrap().tables().next().unwrap();
+    let networks: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();
+    assert_eq!(networks, ["from scratch", "pre-trained", "fine-tuned", "from scratch"]);
+    let rates = report.section("learning-rates").unwrap().tables().next().unwrap();
+    assert_eq!(rates.rows.len(), 7, "four rates of the thesis and three of ours");
+
+    // Nothing is done twice.
+    let before =
+        std::fs::metadata(folder.path().join("ventricle/comparison.json")).unwrap().modified();
+    let again = options(&["--only", only, "--resume"], folder.path());
+    assert_eq!(sinew_studies::organs::reproduce::reproduce(&again).unwrap(), page);
+    let after =
+        std::fs::metadata(folder.path().join("ventricle/comparison.json")).unwrap().modified();
+    assert_eq!(before.unwrap(), after.unwrap());
+    let other = Options { seed: 2, ..again };
+    let error = format!("{:#}", sinew_studies::organs::reproduce::reproduce(&other).unwrap_err());
+    assert!(error.contains("other options"), "{error}");
+}
+
+#[test]
+fn names_are_unique() {
+    let mut names: Vec<_> = keys().collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), keys().count());
+}
+
+#[test]
+fn a_map_reaches_beyond_the_trained_box() {
+    let text = r#"
+        law = "neo-hookean"
+        loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]
+        supports = [{ clamped = "x_min" }]
+        mesh.box = { extent = [30.0, 6.0, 6.0], cells = [6, 2, 2] }
+        parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0] }
+    "#;
+    let body = sinew::Case::parse(text, "bar.toml").unwrap().body().unwrap();
+    let recipe = sinew::recipe::Regression { simulations: 12, most: 12, target: 0.0 };
+    let recipe = sinew::Recipe::from(recipe);
+    let emulator = recipe.train(&body, &Default::default(), &mut ()).unwrap();
+    let map =
+        sinew_studies::organs::map::map(&body, &[("regression", &emulator)], Some(5)).unwrap();
+    let text = serde_json::to_string(&map).unwrap();
+    let sinew_report::Block::Figure(figure) = map.block("mm") else { panic!("a figure") };
+    let [sinew_report::Panel::Map(panel)] = &figure.panels[..] else { panic!("one map") };
+    // Half of a range of an octave beyond each end.
+    assert!((panel.ranges[0][0] - (8.0 / 2f64.sqrt()).log10()).abs() < 1e-12);
+    let error = |row: usize, column: usize| panel.rows[row][column].unwrap();
+    assert!(error(2, 2) < error(0, 0) && error(2, 2) < error(4, 4), "{text}");
+}
+
+#[test]
+fn nodes_of_a_ventricle_know_their_place() {
+    use sinew_studies::organs::regions::places;
+    let read = |name: &str| sinew::Case::read(std::path::Path::new(name)).unwrap().body().unwrap();
+    let body = read("IdealVentricle");
+    let places = places(&body).unwrap();
+    let free = body.free_nodes();
+    let nodes = |set: &str| {
+        let facets = body.mesh.facet_sets()[set].iter();
+        facets.flat_map(|&facet| body.mesh.nodes_of_facet(facet)).filter(|node| free.contains(node))
+    };
+    assert!(nodes("endo").all(|node| places[node].depth == 0.0));
+    assert!(nodes("epi").all(|node| places[node].depth == 1.0));
+    // Base at the top, apex at the bottom, and all the way round.
+    for (place, x) in places.iter().zip(&body.positions) {
+        assert!((place.height + x[2] / 74.0).abs() < 1e-9, "{place:?} at {x:?}");
+        assert!((0.0..=1.0).contains(&place.depth) && (0.0..1.0).contains(&place.turn));
+    }
+    let quarter = |k: f64| places.iter().filter(|p| (p.turn * 4.0).floor() == k).count();
+    assert!((0..4).all(|k| quarter(f64::from(k)) > places.len() / 5));
+    assert!(sinew_studies::organs::regions::places(&read("TwistingCube")).is_none());
+}
