@@ -2,7 +2,7 @@
 
 mod support;
 
-use sinew_coordinates::OutputScale;
+use sinew_emulate::coordinates::OutputScale;
 use sinew_energy::{Barriers, metrics::displacement_error};
 use sinew_fem::{Solution, Solver};
 use sinew_gnn::{Budget, DataFit, FixedGeometry, MinimumPotential, Surrogate, TrainingConfig};

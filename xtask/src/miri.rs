@@ -1,10 +1,11 @@
-//! The matrix product of `sinew-burn`, our one module of pointers, interpreted by Miri, which finds reads and writes
+//! The matrix product of `sinew-gnn`, our one module of pointers, interpreted by Miri, which finds reads and writes
 //! outside of what they may touch.
 
 use anyhow::{Context, Result, bail};
 use std::process::Command;
 
-const TESTS: &[&str] = &["test", "--package", "sinew-burn", "--lib", "--", "product::", "pool::"];
+const TESTS: &[&str] =
+    &["test", "--package", "sinew-gnn", "--lib", "--", "fused::product::", "fused::pool::"];
 /// Vector instructions of the interpreted processor; Miri knows no AVX-512.
 const PROCESSORS: &[(&str, &str)] =
     &[("without vector instructions", ""), ("AVX2", "-C target-feature=+avx2,+fma")];

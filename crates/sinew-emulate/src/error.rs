@@ -32,7 +32,7 @@ pub enum Error {
     Network(Box<dyn std::error::Error + Send + Sync>),
     /// Coordinates or scales that do not suit a body.
     #[error(transparent)]
-    Coordinates(#[from] sinew_coordinates::CoordinateError),
+    Coordinates(#[from] crate::coordinates::CoordinateError),
     /// Simulations that no regression can be fitted to.
     #[error(transparent)]
     Regression(#[from] RegressionError),

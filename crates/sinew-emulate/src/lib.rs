@@ -32,7 +32,7 @@
 //! ```
 //!
 //! - [`Design`] samples the box of the parameters; [`simulate()`] solves there, stores, resumes and lists failures.
-//! - [`recipe::Taylor`] and [`recipe::Regression`] make a [`Predictor`] of a body ([`Train`]); networks are in `sinew-networks`.
+//! - [`recipe::Taylor`] and [`recipe::Regression`] make a [`Predictor`] of a body ([`Train`]); networks are in `sinew-gnn`.
 //! - [`Emulator`] predicts, estimates its error by Newton steps that contract ([`Estimate`], checked on held-out cases:
 //!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
 //!   ([`Evaluation`]).

@@ -1,8 +1,8 @@
 //! Parameters of a body as emulators see them.
 
+use crate::coordinates::{ParameterRange, ParameterScaling};
 use crate::sample::share_of;
 use crate::{Body, Error, Result, Warning};
-use sinew_coordinates::{ParameterRange, ParameterScaling};
 use sinew_energy::Parameter;
 use sinew_fem::SolveError;
 

@@ -1,4 +1,4 @@
-//! Emulator of the gravity beam: full forward pass, decoder alone, and a training step on energy
+//! GraphNetwork of the gravity beam: full forward pass, decoder alone, and a training step on energy
 //! or on simulations with Muon or Adam, by number of parameter sets.
 //!
 //! `plain Burn` is the same step without fused operations: what these are worth.

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use burn::tensor::{Device, Tensor, TensorData};
-use sinew_coordinates::ParameterScaling;
+use sinew_emulate::coordinates::ParameterScaling;
 
 /// Standardised parameters `[batch, parameters]`.
 pub(crate) fn parameter_tensor<'a>(
@@ -11,10 +11,10 @@ pub(crate) fn parameter_tensor<'a>(
     device: &Device,
 ) -> Result<Tensor<2>> {
     let rows = thetas.len();
-    let values: Vec<Vec<f64>> = thetas
-        .map(|theta| scaling.standardise(theta))
-        .collect::<std::result::Result<_, sinew_coordinates::CoordinateError>>(
-    )?;
+    let values: Vec<Vec<f64>> =
+        thetas
+            .map(|theta| scaling.standardise(theta))
+            .collect::<std::result::Result<_, sinew_emulate::coordinates::CoordinateError>>()?;
     Ok(matrix(&values.concat(), rows, device))
 }
 

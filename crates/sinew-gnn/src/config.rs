@@ -1,7 +1,7 @@
 //! Sizes of an emulator.
 
+use crate::fused::Activation;
 use serde::{Deserialize, Serialize};
-use sinew_burn::Activation;
 
 use crate::error::{Error, Result};
 
@@ -13,7 +13,7 @@ pub enum Decoding {
     #[default]
     Components,
     /// Three numbers of each real node by one perceptron and six of each virtual node by another, one per layer: for
-    /// [`sinew_coordinates::Coordinates::Motions`].
+    /// [`sinew_emulate::coordinates::Coordinates::Motions`].
     Motions {
         /// Layers of virtual nodes with a perceptron of their own, counted from the whole body down; a graph may have
         /// fewer, or further ones that the last reads too.
@@ -23,12 +23,12 @@ pub enum Decoding {
     },
 }
 
-/// Sizes of an [`Emulator`](crate::Emulator), whose perceptrons have two hidden layers (thesis, Algorithm 2, §2.2.4).
+/// Sizes of an [`GraphNetwork`](crate::GraphNetwork), whose perceptrons have two hidden layers (thesis, Algorithm 2, §2.2.4).
 ///
-/// The first four describe the network, the others its data. [`EmulatorConfig::new`] takes the
+/// The first four describe the network, the others its data. [`GraphNetworkConfig::new`] takes the
 /// latter and sets the former to the thesis' values.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct EmulatorConfig {
+pub struct GraphNetworkConfig {
     /// Width M of node, edge and parameter embeddings.
     pub latent: usize,
     /// Number K of message-passing steps.
@@ -51,7 +51,7 @@ pub struct EmulatorConfig {
     pub decoding: Decoding,
 }
 
-impl EmulatorConfig {
+impl GraphNetworkConfig {
     /// The thesis' network (M = 40, K = 5, two hidden layers of 128, CELU) for `dimensions`
     /// displacement components and `parameters` parameters, without an embedding of the global shape.
     pub fn new(

@@ -1,7 +1,7 @@
 //! Geometries, samples and data sets.
 
 use serde::{Deserialize, Serialize};
-use sinew_coordinates::{Coordinates, Dirichlet, require_count, require_finite};
+use sinew_emulate::coordinates::{Coordinates, Dirichlet, require_count, require_finite};
 use sinew_graph::{GraphFeatures, Topology};
 
 use crate::error::{Error, Result};

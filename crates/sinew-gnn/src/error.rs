@@ -1,6 +1,6 @@
 //! Errors, with the numbers and what to try.
 
-use sinew_coordinates::CoordinateError;
+use sinew_emulate::coordinates::CoordinateError;
 use std::path::PathBuf;
 
 /// Errors of emulators, data sets and training.
@@ -61,9 +61,18 @@ pub enum Error {
     /// Features do not fit the graph.
     #[error(transparent)]
     Graph(#[from] sinew_graph::GraphError),
+    /// A mesh that has no valid graph.
+    #[error("the mesh could not be turned into a graph: {0}")]
+    Mesh(sinew_graph::GraphError),
+    /// Simulations, settings, folders or observers, as in every recipe.
+    #[error(transparent)]
+    Emulate(#[from] sinew_emulate::Error),
+    /// A solve in the course of training.
+    #[error(transparent)]
+    Solve(#[from] sinew_fem::SolveError),
     /// Edges the kernels cannot address.
     #[error("edges of the topology: {0}")]
-    Edges(#[from] sinew_burn::IndexError),
+    Edges(#[from] crate::fused::IndexError),
     /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: std::io::Error },
@@ -76,4 +85,14 @@ pub enum Error {
 }
 
 /// Result with this crate's [`Error`].
-pub type Result<T> = std::result::Result<T, Error>;
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl From<Error> for sinew_emulate::Error {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Emulate(error) => error,
+            Error::Solve(error) => error.into(),
+            other => Self::Network(Box::new(other)),
+        }
+    }
+}

@@ -3,12 +3,12 @@
 use burn::tensor::Tensor;
 
 use crate::arrays::{parameter_tensor, values};
-use crate::emulator::Emulator;
 use crate::error::{Error, Result};
+use crate::graph_network::GraphNetwork;
 use crate::map::OutputMap;
 use crate::surrogate::Surrogate;
 use crate::tensors::GeometryTensors;
-use sinew_coordinates::ParameterScaling;
+use sinew_emulate::coordinates::ParameterScaling;
 
 /// Rows (parameter sets × nodes) decoded at once: their activations of 128 columns fill a few
 /// megabytes, beyond that a batch only costs memory.
@@ -18,7 +18,7 @@ const ROWS_PER_CHUNK: usize = 8192;
 /// the decoders' first layers, are computed once; a prediction is the decoder only.
 #[derive(Debug, Clone)]
 pub struct FixedGeometry {
-    emulator: Emulator,
+    emulator: GraphNetwork,
     parameters: ParameterScaling,
     node_parts: Vec<(usize, Tensor<2>)>,
     global: Option<Tensor<2>>,

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use sinew_burn::{EdgeTopology, GatherPlan};
+use crate::fused::{EdgeTopology, GatherPlan};
 use sinew_graph::Topology;
 
 use crate::error::Result;

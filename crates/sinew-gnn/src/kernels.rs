@@ -1,9 +1,9 @@
 //! The two implementations of the emulator's inner operations.
 
+use crate::fused::{Activation, reference};
 #[cfg(any(feature = "wgpu", feature = "cuda"))]
 use burn::backend::DispatchDevice;
 use burn::tensor::{Device, Tensor};
-use sinew_burn::{Activation, reference};
 
 use crate::graph::Graph;
 
@@ -12,7 +12,7 @@ use crate::graph::Graph;
 pub enum KernelChoice {
     /// Plain Burn operations, the reference of the tests.
     Reference,
-    /// Fused operations of `sinew-burn`.
+    /// Fused operations of [`fused`](crate::fused).
     #[default]
     Fused,
 }
@@ -39,7 +39,7 @@ pub(crate) struct Kernels {
 impl Kernels {
     pub(crate) fn activate<const D: usize>(&self, x: Tensor<D>) -> Tensor<D> {
         match self.choice {
-            KernelChoice::Fused => sinew_burn::activate(x, self.activation),
+            KernelChoice::Fused => crate::fused::activate(x, self.activation),
             KernelChoice::Reference => reference::activate(x, self.activation),
         }
     }
@@ -55,7 +55,7 @@ impl Kernels {
     /// Sum of two tensors of one shape.
     pub(crate) fn sum(&self, a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
         match self.choice {
-            KernelChoice::Fused => sinew_burn::sum(a, b),
+            KernelChoice::Fused => crate::fused::sum(a, b),
             KernelChoice::Reference => a + b,
         }
     }
@@ -63,7 +63,7 @@ impl Kernels {
     /// Received minus sent messages at every node (2.27).
     pub(crate) fn signed_sum(&self, graph: &Graph, messages: Tensor<2>) -> Tensor<2> {
         match self.choice {
-            KernelChoice::Fused => sinew_burn::signed_edge_sum(messages, &graph.edges),
+            KernelChoice::Fused => crate::fused::signed_edge_sum(messages, &graph.edges),
             KernelChoice::Reference => reference::signed_edge_sum(messages, &graph.edges),
         }
     }
@@ -71,7 +71,7 @@ impl Kernels {
     /// Sum of the stored edges received at every node.
     pub(crate) fn received_sum(&self, graph: &Graph, edges: Tensor<2>) -> Tensor<2> {
         match self.choice {
-            KernelChoice::Fused => sinew_burn::received_edge_sum(edges, &graph.edges),
+            KernelChoice::Fused => crate::fused::received_edge_sum(edges, &graph.edges),
             KernelChoice::Reference => reference::received_edge_sum(edges, &graph.edges),
         }
     }

@@ -1,11 +1,37 @@
 //! Graph-network emulators of soft-tissue mechanics, trained on simulations or on potential energy.
 //!
-//! An emulator (thesis, Algorithm 2) passes messages over the augmented graph of a mesh and then
+//! A soft bar, emulated by the recipe of lowest error on held-out simulations, a network among the candidates:
+//!
+//! ```
+//! use sinew_emulate::TrainingOptions;
+//! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+//! use sinew_gnn::Recipe;
+//!
+//! let body = Scene::new(sinew_mesh::box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]), NeoHookean)
+//!     .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
+//!     .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
+//!     .load(Load::BodyForce([0.0, 0.0, -9.8e-3])) // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+//!     .support(Support::clamped("x_min"))
+//!     .lower()?;
+//! let emulator = Recipe::auto().train(&body, &TrainingOptions::default(), &mut ())?;
+//! println!("{}", emulator.record.choice.as_ref().ok_or("auto chooses")?);
+//! let prediction = emulator.predict(&[vec![10.0, 12.0]])?;
+//! assert!(emulator.estimate(&prediction, 0)?.distance.ok_or("an equilibrium is near")?.mean < 1e-3); // mm
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`Recipe`] names all recipes: networks ([`recipe::DataDriven`], [`recipe::PhysicsInformed`], [`recipe::Hybrid`]), regression
+//! ([`recipe::Regression`]), the Taylor expansion ([`Recipe::Taylor`]), and [`recipe::Auto`], which chooses by errors on held-out cases. [`load`] reads an
+//! emulator from its folder.
+//!
+//! # Parts
+//!
+//! A graph network (thesis, Algorithm 2) passes messages over the augmented graph of a mesh and then
 //! decodes, for any parameters θ, the displacement of every node. Here one learns a made-up plane
 //! cantilever whose deflection is inverse to its stiffness:
 //!
 //! ```
-//! use sinew_coordinates::{Coordinates, Dirichlet, OutputScale, ParameterScaling};
+//! use sinew_emulate::coordinates::{Coordinates, Dirichlet, OutputScale, ParameterScaling};
 //! use sinew_gnn::*;
 //! use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
 //!
@@ -40,7 +66,7 @@
 //! let objective = DataFit::new(output.length())?;
 //! let parameters = ParameterScaling::logarithmic(&[0.5], &[2.0])?;
 //! let scales = Scales::over(&data.geometries, parameters, output)?;
-//! let network = EmulatorConfig { width: 16, latent: 8, steps: 2, ..EmulatorConfig::new(2, 1, 3, 1) };
+//! let network = GraphNetworkConfig { width: 16, latent: 8, steps: 2, ..GraphNetworkConfig::new(2, 1, 3, 1) };
 //! let device = Backend::Flex.device()?;
 //! let surrogate = Surrogate::new(&network, &data, scales, 0, &device)?;
 //! let settings = TrainingConfig { learning_rate: 1e-2, budget: Budget::Steps(200), ..Default::default() };
@@ -57,7 +83,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! - [`Emulator`]: the network; [`Surrogate`]: the network with units, supports and geometries;
+//! - [`GraphNetwork`]: the network; [`Surrogate`]: the network with units, supports and geometries;
 //!   [`FixedGeometry`]: a surrogate on one geometry, with derivatives by θ.
 //! - [`Objective`]: what is minimised, the only difference between data-driven ([`DataFit`],
 //!   [`DataFitWithGradient`]) and physics-informed ([`MinimumPotential`]) training.
@@ -93,20 +119,26 @@
 //! All are divided by a characteristic length or energy. Cells that training may invert are kept finite by barriers in Π (`sinew_energy::Barriers`).
 
 mod arrays;
+mod budget;
 mod config;
+mod coordinates;
 mod data;
 mod device;
-mod emulator;
 mod error;
+mod features;
 mod files;
 mod fixed;
+pub mod fused;
 mod graph;
+mod graph_network;
 mod kernels;
 mod map;
+mod network;
 mod objective;
 mod optimiser;
 mod perceptron;
 mod random;
+pub mod recipe;
 mod schedule;
 mod store;
 mod supports;
@@ -114,23 +146,37 @@ mod surrogate;
 mod tensors;
 mod training;
 
-pub use config::{Decoding, EmulatorConfig};
+pub use config::{Decoding, GraphNetworkConfig};
+pub use coordinates::Coordinates;
 pub use data::{DataSet, Geometry, Sample};
 pub use device::Backend;
-pub use emulator::{Embedding, Emulator, Output};
 pub use error::{Error, Result};
 pub use fixed::{FixedGeometry, Prediction, Sensitivity};
+pub use fused::Activation;
 pub use graph::Graph;
+pub use graph_network::{Embedding, GraphNetwork, Output};
 pub use kernels::KernelChoice;
+pub use network::{KINDS, Network};
 pub use objective::{
     Batch, DataFit, DataFitWithGradient, EnergyNormFit, GradientOperator, MinimumPotential,
     Objective, Potential,
 };
 pub use optimiser::{MuonConfig, OptimiserConfig};
+pub use recipe::{Recipe, train};
 pub use schedule::Schedule;
-pub use sinew_burn::Activation;
 pub use surrogate::{Scales, Surrogate};
 pub use training::{
     Budget, Concern, HistoryPoint, Observer, Progress, StopReason, Trainer, TrainingConfig,
     TrainingReport,
 };
+
+use sinew_emulate::{Body, Emulator};
+use std::path::Path;
+
+/// Reads an emulator of `body`, be its predictor a network or not.
+///
+/// # Errors
+/// As [`Emulator::load`].
+pub fn load<'b>(folder: &Path, body: &'b Body) -> sinew_emulate::Result<Emulator<'b>> {
+    Emulator::load_with(folder, body, KINDS)
+}

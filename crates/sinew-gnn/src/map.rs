@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
+use crate::fused::rigid_motions;
 use burn::tensor::{Device, Tensor, TensorData};
-use sinew_burn::rigid_motions;
-use sinew_coordinates::{Anchors, Coordinates, MOST, MotionTree};
+use sinew_emulate::coordinates::{Anchors, Coordinates, MOST, MotionTree};
 
 use crate::arrays::matrix;
 use crate::data::Geometry;
-use crate::emulator::Output;
+use crate::graph_network::Output;
 use crate::supports::Supports;
-use sinew_coordinates::OutputScale;
+use sinew_emulate::coordinates::OutputScale;
 
 /// Map from network outputs to displacements, prescribed ones written over them.
 #[derive(Debug, Clone)]

@@ -65,7 +65,7 @@ fn require_displacements(data: &DataSet) -> Result<()> {
     data.training.iter().chain(&data.validation).try_for_each(|sample| {
         let geometry = data.geometries.get(sample.geometry);
         let degrees_of_freedom = geometry.map_or(0, |body| body.dirichlet.prescribed.len());
-        sinew_coordinates::require_count(
+        sinew_emulate::coordinates::require_count(
             "displacement values of a sample (data-driven training needs a simulation of each)",
             sample.displacement.len(),
             degrees_of_freedom,

@@ -7,14 +7,14 @@ pub use muon::MuonConfig;
 
 use std::collections::BTreeMap;
 
+use crate::fused::AdamRule;
 use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sinew_burn::AdamRule;
 use update::{Moments, apply, collect, squared_norm};
 
-use crate::emulator::Emulator;
+use crate::graph_network::GraphNetwork;
 
 /// Added to the root of Adam's second moment.
 const ADAM_EPSILON: f32 = 1e-8;
@@ -62,7 +62,7 @@ impl Optimiser {
         &mut self,
         config: &OptimiserConfig,
         (learning_rate, limit): (f64, Option<f64>),
-        emulator: &mut Emulator,
+        emulator: &mut GraphNetwork,
         loss: Tensor<1>,
     ) -> [f64; 2] {
         let value: f64 = loss.clone().into_scalar::<f32>().into();
@@ -105,10 +105,10 @@ mod tests {
     use burn::tensor::Device;
 
     use super::*;
-    use crate::EmulatorConfig;
+    use crate::GraphNetworkConfig;
 
     /// Sum of squares of one prediction, far from a minimum.
-    fn loss(emulator: &Emulator) -> Tensor<1> {
+    fn loss(emulator: &GraphNetwork) -> Tensor<1> {
         let device = Device::flex().autodiff();
         let local = Tensor::ones([3, 2 * emulator.config().latent], &device);
         let parameters = Tensor::from_floats([[0.3, -0.8], [1.1, 0.2]], &device);
@@ -118,12 +118,12 @@ mod tests {
 
     #[test]
     fn steps_of_adam_are_those_of_burn_and_a_loss_that_is_not_finite_makes_none() {
-        let mut config = EmulatorConfig::new(2, 1, 3, 2);
+        let mut config = GraphNetworkConfig::new(2, 1, 3, 2);
         (config.latent, config.width, config.steps) = (4, 8, 1);
         let rate = 0.01;
         let mut theirs: ModuleOptimizer = AdamConfig::new().with_epsilon(ADAM_EPSILON).init();
         let (mut ours, rule) = (Optimiser::default(), OptimiserConfig::adam());
-        let start = Emulator::new(&config, 5, &Device::flex()).unwrap().train();
+        let start = GraphNetwork::new(&config, 5, &Device::flex()).unwrap().train();
         let (mut a, mut b) = (start.clone(), start);
         for _ in 0..3 {
             let (loss_a, loss_b) = (loss(&a), loss(&b));
@@ -131,7 +131,7 @@ mod tests {
             let gradients = GradientsParams::from_grads(loss_b.backward(), &b);
             b = theirs.step(rate, b, gradients);
         }
-        let outputs = |emulator: &Emulator| -> Vec<f32> {
+        let outputs = |emulator: &GraphNetwork| -> Vec<f32> {
             let device = Device::flex();
             let local = Tensor::ones([3, 2 * config.latent], &device);
             let parameters = Tensor::from_floats([[0.3, -0.8]], &device);

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use crate::fused::{GatherPlan, Input, LayerNormalisation, PerceptronWeights, reference};
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
-use sinew_burn::{GatherPlan, Input, LayerNormalisation, PerceptronWeights, reference};
 
-use crate::config::EmulatorConfig;
+use crate::config::GraphNetworkConfig;
 use crate::kernels::{KernelChoice, Kernels};
 use crate::random::Initialiser;
 
@@ -66,7 +66,7 @@ impl Normalisation {
     /// [`Normalisation::forward`] by the chosen kernels.
     pub(crate) fn evaluate(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
         match kernels.choice {
-            KernelChoice::Fused => sinew_burn::normalised(x, self.fused()),
+            KernelChoice::Fused => crate::fused::normalised(x, self.fused()),
             KernelChoice::Reference => self.forward(x),
         }
     }
@@ -100,7 +100,7 @@ impl Perceptron {
     /// Perceptron with a normalised output.
     pub(crate) fn normalised(
         source: &mut Initialiser<'_>,
-        config: &EmulatorConfig,
+        config: &GraphNetworkConfig,
         inputs: usize,
     ) -> Self {
         let layers = layers(source, &[inputs, config.width, config.width, config.latent]);
@@ -134,7 +134,7 @@ impl Perceptron {
     ) -> Tensor<2> {
         let weights = self.weights(kernels);
         match kernels.choice {
-            KernelChoice::Fused => sinew_burn::gathered_mlp(inputs, plan, weights),
+            KernelChoice::Fused => crate::fused::gathered_mlp(inputs, plan, weights),
             KernelChoice::Reference => reference::gathered_mlp(inputs, plan, weights),
         }
     }

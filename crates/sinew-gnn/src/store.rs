@@ -6,11 +6,11 @@ use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};
 
-use crate::config::EmulatorConfig;
+use crate::config::GraphNetworkConfig;
 use crate::data::Geometry;
-use crate::emulator::Emulator;
 use crate::error::{Error, Result};
 use crate::files::{open_directory, read_json, replace_directory, write_json};
+use crate::graph_network::GraphNetwork;
 use crate::surrogate::{Scales, Surrogate};
 
 /// Version of the surrogate format.
@@ -21,7 +21,7 @@ const WEIGHTS: &str = "weights.bpk";
 #[derive(Serialize, Deserialize)]
 struct Description {
     version: u32,
-    config: EmulatorConfig,
+    config: GraphNetworkConfig,
     scales: Scales,
     geometries: Vec<Geometry>,
     /// Rows of the embeddings that are weights, layer by layer of every geometry.
@@ -62,22 +62,22 @@ pub(crate) fn read_surrogate(folder: &Path, device: &Device) -> Result<Surrogate
     let path = folder.join(DESCRIPTION);
     check_version(&path, VERSION)?;
     let Description { config, scales, geometries, embedded_nodes, .. } = read_json(&path)?;
-    let emulator = Emulator::new(&config, 0, device)?;
+    let emulator = GraphNetwork::new(&config, 0, device)?;
     let emulator = load_weights(emulator, &embedded_nodes, &folder.join(WEIGHTS))?;
     Surrogate::assemble(emulator, scales, geometries)
 }
 
-pub(crate) fn save_weights(emulator: &Emulator, path: &Path) -> Result<()> {
+pub(crate) fn save_weights(emulator: &GraphNetwork, path: &Path) -> Result<()> {
     let saved = emulator.valid().save_file(path);
     saved.map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
 }
 
 /// The weights in a file, on the device of `emulator`, with embeddings of so many nodes in the layers of every geometry.
 pub(crate) fn load_weights(
-    emulator: Emulator,
+    emulator: GraphNetwork,
     embedded_nodes: &[Vec<usize>],
     path: &Path,
-) -> Result<Emulator> {
+) -> Result<GraphNetwork> {
     let (width, device) = (2 * emulator.config().latent, emulator.device());
     let blank = |rows: &usize| Tensor::zeros([*rows, width], &device);
     let blank = embedded_nodes.iter().map(|layers| layers.iter().map(blank).collect());

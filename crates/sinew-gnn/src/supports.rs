@@ -3,7 +3,7 @@
 use burn::tensor::{Device, Tensor};
 
 use crate::arrays::matrix;
-use sinew_coordinates::Dirichlet;
+use sinew_emulate::coordinates::Dirichlet;
 
 /// Imposes Dirichlet conditions and leaves free directions: `u ↦ Q u + v` with the projector Q of each node.
 #[derive(Debug, Clone)]

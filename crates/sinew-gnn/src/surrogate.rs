@@ -6,18 +6,18 @@ use serde::{Deserialize, Serialize};
 use sinew_graph::{ColumnStatistics, FeatureMatrix, FeatureStatistics};
 
 use crate::arrays::{matrix, parameter_tensor, values};
-use crate::config::{Decoding, EmulatorConfig};
+use crate::config::{Decoding, GraphNetworkConfig};
 use crate::data::{DataSet, Geometry, Sample};
-use crate::emulator::{Embedding, Emulator};
 use crate::error::Result;
 use crate::fixed::{FixedGeometry, Prediction};
 use crate::graph::Graph;
+use crate::graph_network::{Embedding, GraphNetwork};
 use crate::kernels::KernelChoice;
 use crate::map::OutputMap;
 use crate::tensors::GeometryTensors;
-use sinew_coordinates::{Coordinates, all_terms, check_terms};
-use sinew_coordinates::{OutputScale, ParameterScaling};
-use sinew_coordinates::{require_count, require_finite};
+use sinew_emulate::coordinates::{Coordinates, all_terms, check_terms};
+use sinew_emulate::coordinates::{OutputScale, ParameterScaling};
+use sinew_emulate::coordinates::{require_count, require_finite};
 
 /// Everything that turns physical inputs into network inputs and network outputs into displacements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -54,10 +54,10 @@ impl Scales {
     }
 }
 
-/// An [`Emulator`] that takes parameters in their units on named geometries and returns displacements.
+/// An [`GraphNetwork`] that takes parameters in their units on named geometries and returns displacements.
 #[derive(Debug, Clone)]
 pub struct Surrogate {
-    pub(crate) emulator: Emulator,
+    pub(crate) emulator: GraphNetwork,
     pub(crate) scales: Scales,
     pub(crate) geometries: Vec<Geometry>,
     pub(crate) prepared: Vec<GeometryTensors>,
@@ -72,13 +72,13 @@ impl Surrogate {
     /// # Errors
     /// Counts that do not fit each other, a scale that is not positive, or data that are not finite.
     pub fn new(
-        config: &EmulatorConfig,
+        config: &GraphNetworkConfig,
         data: &DataSet,
         scales: Scales,
         seed: u64,
         device: &Device,
     ) -> Result<Self> {
-        let emulator = Emulator::new(config, seed, device)?;
+        let emulator = GraphNetwork::new(config, seed, device)?;
         Self::assemble(emulator, scales, data.geometries.clone())
     }
 
@@ -97,7 +97,7 @@ impl Surrogate {
 
     /// Puts the parts of a surrogate together, checking that they fit.
     pub(crate) fn assemble(
-        emulator: Emulator,
+        emulator: GraphNetwork,
         scales: Scales,
         geometries: Vec<Geometry>,
     ) -> Result<Self> {
@@ -128,7 +128,7 @@ impl Surrogate {
     }
 
     /// The network.
-    pub fn emulator(&self) -> &Emulator {
+    pub fn emulator(&self) -> &GraphNetwork {
         &self.emulator
     }
 
@@ -198,12 +198,12 @@ impl Surrogate {
     }
 
     /// Embeddings of the nodes of all geometries, through `emulator` (this surrogate's, or a copy of it).
-    pub(crate) fn embeddings(&self, emulator: &Emulator) -> Vec<Embedding> {
+    pub(crate) fn embeddings(&self, emulator: &GraphNetwork) -> Vec<Embedding> {
         (0..self.prepared.len()).map(|index| self.embedding(emulator, index)).collect()
     }
 
     /// Embeddings of the nodes of geometry `index`.
-    pub(crate) fn embedding(&self, emulator: &Emulator, index: usize) -> Embedding {
+    pub(crate) fn embedding(&self, emulator: &GraphNetwork, index: usize) -> Embedding {
         let passed = || self.prepared[index].embedding(emulator);
         emulator.embedding(index).unwrap_or_else(passed)
     }

@@ -1,7 +1,7 @@
 //! A geometry as tensors.
 
-use crate::emulator::{Embedding, Emulator};
 use crate::graph::Graph;
+use crate::graph_network::{Embedding, GraphNetwork};
 use crate::map::OutputMap;
 use burn::tensor::Tensor;
 
@@ -22,14 +22,14 @@ pub(crate) struct GeometryTensors {
 
 impl GeometryTensors {
     /// Embeddings of its nodes by message passing.
-    pub(crate) fn embedding(&self, emulator: &Emulator) -> Embedding {
+    pub(crate) fn embedding(&self, emulator: &GraphNetwork) -> Embedding {
         emulator.local_embedding(&self.graph, self.nodes.clone(), self.edges.clone())
     }
 
     /// Displacements at standardised parameters \[length\], from the embeddings of its nodes.
     pub(crate) fn displacement(
         &self,
-        emulator: &Emulator,
+        emulator: &GraphNetwork,
         local: Embedding,
         mut parameters: Tensor<2>,
     ) -> Tensor<3> {

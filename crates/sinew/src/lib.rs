@@ -106,9 +106,9 @@ pub use sinew_energy::{
     Body, Load, Parameter, Sampling, Scene, SceneError, Support, ThetaError, Unit, laws,
 };
 pub use sinew_fem::{FrozenTangent, Line, Options, Solution, SolveError, Solver, sweep};
-pub use sinew_mesh::MeshError;
 #[cfg(feature = "networks")]
-pub use sinew_networks::{Backend, Recipe, load, recipe};
+pub use sinew_gnn::{Backend, Recipe, load, recipe};
+pub use sinew_mesh::MeshError;
 pub use sinew_report::ReportError;
 pub use theta::{
     TableRow, ThetaText, admissible, outside, parse_theta, parse_theta_but, parse_way,

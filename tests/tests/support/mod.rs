@@ -1,12 +1,12 @@
 //! A small beam that bends under its own weight, as scene, as graph and as data set.
 #![allow(dead_code)] // every test program uses its part
 
-use sinew_coordinates::{Coordinates, Dirichlet, OutputScale, ParameterScaling};
+use sinew_emulate::coordinates::{Coordinates, Dirichlet, OutputScale, ParameterScaling};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support};
 use sinew_fem::{Options, Solution, Solver, sweep};
 use sinew_gnn::{
-    Backend, EmulatorConfig, Geometry, Objective, Sample, Scales, Surrogate, Trainer,
+    Backend, Geometry, GraphNetworkConfig, Objective, Sample, Scales, Surrogate, Trainer,
     TrainingConfig,
 };
 use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
@@ -93,11 +93,11 @@ impl Beam {
             validation: Vec::new(),
         };
         let features = &self.geometry.features;
-        let network = EmulatorConfig {
+        let network = GraphNetworkConfig {
             latent: 16,
             width: 32,
             steps: 3,
-            ..EmulatorConfig::new(3, features.nodes.columns, features.edges.columns, 2)
+            ..GraphNetworkConfig::new(3, features.nodes.columns, features.edges.columns, 2)
         };
         let parameters = ParameterScaling::logarithmic(&[RANGE[0]; 2], &[RANGE[1]; 2]).unwrap();
         let scales = Scales::over(&data.geometries, parameters, output).unwrap();

@@ -6,9 +6,9 @@ mod derivatives;
 pub use anchors::with_anchors;
 pub use derivatives::{admissible, expand, work};
 
+use crate::coordinates::{Motions, halves};
 use crate::{Body, Design, Observer, Result, parameters};
 use serde::{Deserialize, Serialize};
-use sinew_coordinates::{Motions, halves};
 use sinew_fem::{Options, Solver};
 
 /// Displacements by the Taylor expansion of second order about one solution: derivatives by the implicit function theorem, second order

@@ -1,7 +1,7 @@
 //! Expansions through several solved states.
 
 use crate::to_an_accuracy::bar;
-use sinew_coordinates::{Motions, halves};
+use sinew_emulate::coordinates::{Motions, halves};
 use sinew_emulate::parts::{expand, scaling, with_anchors};
 use sinew_emulate::{
     Body, Design, Emulator, Error, Train, TrainingOptions, recipe::Regression, recipe::Taylor,

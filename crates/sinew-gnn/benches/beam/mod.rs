@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use sinew_coordinates::*;
+use sinew_emulate::coordinates::*;
 use sinew_energy::{Barriers, Load, Parameter, Sampling, Scene, Support, laws::NeoHookean};
 use sinew_gnn::*;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
@@ -97,7 +97,7 @@ pub(crate) fn trainer(
         ParameterScaling::logarithmic(&[RANGE[0]; 2], &[RANGE[1]; 2]).expect("a range");
     let scales = Scales::over(&data.geometries, parameters, output(data)).expect("one geometry");
     let device = Backend::Flex.device().expect("the default backend");
-    let config = EmulatorConfig::new(3, 1, 4, 2);
+    let config = GraphNetworkConfig::new(3, 1, 4, 2);
     let surrogate = Surrogate::new(&config, data, scales, 0, &device).expect("fitting counts");
     trainer_of(surrogate, data, batch, objective, optimiser)
 }

@@ -5,7 +5,7 @@ use burn::tensor::Tensor;
 use super::{Batch, Objective, SQUARED_NORM_FLOOR, require_displacements, simulated};
 use crate::data::DataSet;
 use crate::error::Result;
-use sinew_coordinates::require_positive;
+use sinew_emulate::coordinates::require_positive;
 
 /// Mean nodal distance between simulated and predicted displacement, `mean ‖u − û‖₂`
 /// (thesis, Equation 3.11), in units of a characteristic length.
@@ -17,7 +17,7 @@ pub struct DataFit {
 
 impl DataFit {
     /// `length` makes distances dimensionless, usually
-    /// [`OutputScale::length`](sinew_coordinates::OutputScale::length) \[length\].
+    /// [`OutputScale::length`](sinew_emulate::coordinates::OutputScale::length) \[length\].
     ///
     /// # Errors
     /// A length that is not positive.

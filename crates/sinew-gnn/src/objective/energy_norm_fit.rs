@@ -8,7 +8,7 @@ use sinew_energy::Stiffness;
 use super::{Batch, Objective, SQUARED_NORM_FLOOR, require_displacements};
 use crate::data::DataSet;
 use crate::error::Result;
-use sinew_coordinates::{require_count, require_positive};
+use sinew_emulate::coordinates::{require_count, require_positive};
 
 /// Energy norm of the error `√((u − û)ᵀ K (u − û))`, relative to the standard deviation of the simulations in the same
 /// norm. [`DataFit`](super::DataFit) weighs all motions equally, so a network learns the stiff ones last, although these
@@ -83,6 +83,6 @@ impl Objective for EnergyNormFit {
             gradient.iter_mut().zip(forces).for_each(|(g, force)| *g = force / (unit * norm));
             norm
         };
-        Ok(sinew_burn::fused_potential(displacement, norm).mean())
+        Ok(crate::fused::fused_potential(displacement, norm).mean())
     }
 }

@@ -5,7 +5,9 @@ use burn::tensor::{Device, Int, Tensor, TensorData};
 use super::{Batch, DataFit, Objective, SQUARED_NORM_FLOOR};
 use crate::data::DataSet;
 use crate::error::Result;
-use sinew_coordinates::{CoordinateError, require_count, require_finite, require_positive};
+use sinew_emulate::coordinates::{
+    CoordinateError, require_count, require_finite, require_positive,
+};
 
 /// Gradients of the shape functions of one geometry's linear simplices, constant per cell.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,7 +8,7 @@ use sinew_energy::Body;
 use super::{Batch, Objective};
 use crate::data::{DataSet, Sample};
 use crate::error::{Error, Result};
-use sinew_coordinates::{require_count, require_positive};
+use sinew_emulate::coordinates::{require_count, require_positive};
 
 /// A total potential energy Π(u; θ) of any dimension and material.
 pub trait Potential: Send + Sync {
@@ -101,7 +101,7 @@ impl Objective for MinimumPotential {
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
         let potential = self.potentials[batch.geometry].clone();
         let thetas: Vec<_> = batch.samples.iter().map(|sample| sample.theta.clone()).collect();
-        let energies = sinew_burn::fused_potential(displacement, move |u, sample, gradient| {
+        let energies = crate::fused::fused_potential(displacement, move |u, sample, gradient| {
             potential.value_and_gradient(u, &thetas[sample], gradient)
         });
         Ok((energies / self.energy).mean())

@@ -1,8 +1,8 @@
 //! Muon: momentum orthogonalised by Newton–Schulz iteration.
 
+use crate::fused::{AdamRule, momentum_direction, orthogonalise};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sinew_burn::{AdamRule, momentum_direction, orthogonalise};
 
 use super::ADAM_EPSILON;
 use super::update::Update;

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use crate::fused::{AdamRule, adam_direction, descend};
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::optim::GradientsParams;
 use burn::tensor::{DType, Tensor, TensorData};
 use serde::{Deserialize, Serialize};
-use sinew_burn::{AdamRule, adam_direction, descend};
 
-use crate::emulator::Emulator;
-use sinew_coordinates::packed;
+use crate::graph_network::GraphNetwork;
+use sinew_emulate::coordinates::packed;
 
 /// First and second moment of one parameter's gradient; a rule that needs none leaves it empty.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -55,14 +55,14 @@ impl Update {
 }
 
 /// Gradients of all parameters that have one.
-pub(super) fn collect(emulator: &Emulator, gradients: GradientsParams) -> Vec<Update> {
+pub(super) fn collect(emulator: &GraphNetwork, gradients: GradientsParams) -> Vec<Update> {
     let mut collector = Collector { gradients, updates: Vec::new(), path: Vec::new() };
     emulator.visit(&mut collector);
     collector.updates
 }
 
 /// Moves the weights by so much along the directions.
-pub(super) fn apply(emulator: Emulator, updates: Vec<Update>, step: f32) -> Emulator {
+pub(super) fn apply(emulator: GraphNetwork, updates: Vec<Update>, step: f32) -> GraphNetwork {
     let directions = updates.into_iter().map(|update| (update.id, update.gradient)).collect();
     emulator.map(&mut Mapper { directions, step })
 }

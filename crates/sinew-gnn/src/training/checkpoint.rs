@@ -15,7 +15,7 @@ use crate::objective::Objective;
 use crate::optimiser::Optimiser;
 use crate::store::{check_version, load_weights, read_surrogate, save_weights, write_surrogate};
 use crate::surrogate::Surrogate;
-use sinew_coordinates::require_count;
+use sinew_emulate::coordinates::require_count;
 
 /// Version of the checkpoint format.
 const VERSION: u32 = 5;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::optimiser::OptimiserConfig;
 use crate::schedule::Schedule;
-use sinew_coordinates::require_positive;
+use sinew_emulate::coordinates::require_positive;
 
 /// Length of the training.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

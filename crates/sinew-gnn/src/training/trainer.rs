@@ -12,14 +12,14 @@ use super::config::TrainingConfig;
 use super::progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
 use super::sampler::Sampler;
 use crate::data::{DataSet, Sample};
-use crate::emulator::{Embedding, Emulator};
 use crate::error::{Error, Result};
+use crate::graph_network::{Embedding, GraphNetwork};
 use crate::kernels::KernelChoice;
 use crate::objective::{Batch, Objective};
 use crate::optimiser::Optimiser;
 use crate::surrogate::Surrogate;
 use crate::tensors::GeometryTensors;
-use sinew_coordinates::require_count;
+use sinew_emulate::coordinates::require_count;
 
 /// Share of the budget from which on losses are judged. About a solution, zero outputs are good, and a good training needs
 /// a third of its steps to beat them.
@@ -32,7 +32,7 @@ const JUDGED_FROM: f64 = 0.5;
 pub struct Trainer {
     pub(super) surrogate: Surrogate,
     /// The network on the device that records gradients.
-    pub(super) emulator: Emulator,
+    pub(super) emulator: GraphNetwork,
     pub(super) optimiser: Optimiser,
     pub(super) sampler: Sampler,
     pub(super) config: TrainingConfig,
@@ -53,7 +53,7 @@ pub(super) struct Best {
     /// The observer's error, or the validation loss.
     pub error: f64,
     pub step: usize,
-    pub emulator: Emulator,
+    pub emulator: GraphNetwork,
     pub optimiser: Optimiser,
 }
 
@@ -207,7 +207,7 @@ impl Trainer {
     /// [`Error::Diverged`] if loss or gradient is not finite (the weights stay as they were), or a
     /// failing objective.
     pub fn step(&mut self) -> Result<Progress> {
-        sinew_burn::on_ready_threads(|| self.step_in_pool())
+        crate::fused::on_ready_threads(|| self.step_in_pool())
     }
 
     fn step_in_pool(&mut self) -> Result<Progress> {

@@ -2,7 +2,7 @@
 #![allow(dead_code)] // every test program uses its part
 
 use burn::tensor::Device;
-use sinew_coordinates::*;
+use sinew_emulate::coordinates::*;
 use sinew_gnn::*;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 
@@ -104,10 +104,10 @@ pub(crate) fn plane_data() -> (Body, DataSet) {
     (body, data)
 }
 
-pub(crate) fn small_config(data: &DataSet, dimensions: usize) -> EmulatorConfig {
+pub(crate) fn small_config(data: &DataSet, dimensions: usize) -> GraphNetworkConfig {
     let features = &data.geometries[0].features;
     let mut config =
-        EmulatorConfig::new(dimensions, features.nodes.columns, features.edges.columns, 2);
+        GraphNetworkConfig::new(dimensions, features.nodes.columns, features.edges.columns, 2);
     config.latent = 8;
     config.width = 16;
     config.steps = 2;
@@ -117,7 +117,7 @@ pub(crate) fn small_config(data: &DataSet, dimensions: usize) -> EmulatorConfig 
 
 pub(crate) fn untrained(
     data: &DataSet,
-    config: &EmulatorConfig,
+    config: &GraphNetworkConfig,
     seed: u64,
     device: &Device,
 ) -> Surrogate {
@@ -135,7 +135,7 @@ pub(crate) fn data_fit(surrogate: &Surrogate) -> Box<dyn Objective> {
 /// Trained for a few steps, so that outputs are not zero.
 pub(crate) fn briefly_trained(
     data: &DataSet,
-    config: &EmulatorConfig,
+    config: &GraphNetworkConfig,
     device: &Device,
 ) -> Surrogate {
     let surrogate = untrained(data, config, 1, device);

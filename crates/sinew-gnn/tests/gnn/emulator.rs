@@ -2,7 +2,7 @@
 
 use crate::common::*;
 use burn::module::Module;
-use sinew_coordinates::*;
+use sinew_emulate::coordinates::*;
 use sinew_gnn::*;
 
 /// Single precision through some fifteen layers.
@@ -11,8 +11,8 @@ const ROUNDING: f64 = 2e-5;
 #[test]
 fn the_beams_network_has_the_thesis_size() {
     // M = 40, K = 5, width 128: the thesis' 3-D beams have about 510 000 parameters.
-    let config = EmulatorConfig::new(3, 1, 4, 2);
-    let emulator = Emulator::new(&config, 0, &devices()[0]).unwrap();
+    let config = GraphNetworkConfig::new(3, 1, 4, 2);
+    let emulator = GraphNetwork::new(&config, 0, &devices()[0]).unwrap();
     assert_eq!(emulator.num_params(), 509_883);
 }
 
@@ -39,7 +39,7 @@ fn one_seed_gives_one_network() {
     let config = small_config(&data, 2);
     for device in devices() {
         let [a, b, c] = [1, 1, 2].map(|seed| {
-            let emulator = Emulator::new(&config, seed, &device).unwrap();
+            let emulator = GraphNetwork::new(&config, seed, &device).unwrap();
             emulator.into_record().into_bytes().unwrap()
         });
         assert!(a == b && a != c);
@@ -100,7 +100,7 @@ fn the_order_of_the_stored_edges_does_not_matter() {
 fn fused_kernels_agree_with_the_reference() {
     let (_, data) = plane_data();
     for activation in [Activation::Celu, Activation::Tanh] {
-        let config = EmulatorConfig { activation, ..small_config(&data, 2) };
+        let config = GraphNetworkConfig { activation, ..small_config(&data, 2) };
         for device in devices() {
             let surrogate = briefly_trained(&data, &config, &device);
             let predict = |choice| {
@@ -152,7 +152,7 @@ fn a_batch_is_its_members_and_extrapolation_is_flagged() {
 fn sensitivities_are_the_derivatives_of_predictions() {
     let (_, data) = plane_data();
     for activation in [Activation::Celu, Activation::Tanh] {
-        let config = EmulatorConfig { activation, ..small_config(&data, 2) };
+        let config = GraphNetworkConfig { activation, ..small_config(&data, 2) };
         for device in devices() {
             let surrogate = briefly_trained(&data, &config, &device);
             let fixed = surrogate.fixed_geometry(&data.geometries[0]).unwrap();
@@ -210,7 +210,7 @@ fn a_stored_surrogate_predicts_the_same() {
 #[test]
 fn misfits_are_refused() {
     let (body, data) = plane_data();
-    let config = EmulatorConfig { node_features: 2, ..small_config(&data, 2) };
+    let config = GraphNetworkConfig { node_features: 2, ..small_config(&data, 2) };
     let parameters = ParameterScaling::logarithmic(&[0.5, 0.5], &[2.0, 2.0]).unwrap();
     let output = OutputScale { mean: vec![0.0; 2], scale: vec![1.0; 2] };
     let scales = Scales::over(&data.geometries, parameters, output).unwrap();

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use sinew_coordinates::*;
+use sinew_emulate::coordinates::*;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Barriers, Load, Parameter, Sampling, Scene, Support};
 use sinew_gnn::*;

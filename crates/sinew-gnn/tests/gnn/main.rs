@@ -1,10 +1,17 @@
-//! Networks: objectives, trainings, hard cases.
+//! Networks and their parts: training, objectives, recipes, damaged and resumed runs, laws over tensors.
 
 mod best;
 mod common;
+mod damage;
+mod devices;
 mod emulator;
 mod hard_cases;
+mod keeping;
+mod laws;
 mod motions;
 mod objectives;
 mod principal;
+mod recipes;
+mod support;
 mod training;
+mod trust;

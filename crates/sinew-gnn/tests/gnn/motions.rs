@@ -2,7 +2,7 @@
 
 use crate::common::{devices, relative_difference, small_config, thetas};
 use nalgebra::{DMatrix, DVector};
-use sinew_coordinates::*;
+use sinew_emulate::coordinates::*;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Barriers, Body, Load, Parameter, Sampling, Scene, Stiffness, Support};
 use sinew_gnn::*;
@@ -109,7 +109,7 @@ impl Beam {
         let scales = Scales::over(&data.geometries, parameters, output).unwrap();
         let layers = self.topology.roots_per_layer.len();
         let decoding = Decoding::Motions { layers, width: 8 };
-        let config = EmulatorConfig { decoding, ..small_config(data, 3) };
+        let config = GraphNetworkConfig { decoding, ..small_config(data, 3) };
         Surrogate::new(&config, data, scales, 1, device).unwrap()
     }
 

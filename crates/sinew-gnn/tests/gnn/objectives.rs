@@ -2,7 +2,7 @@
 
 use crate::common::*;
 use burn::tensor::{Tensor, TensorData};
-use sinew_coordinates::*;
+use sinew_emulate::coordinates::*;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Parameter, Sampling, Scene, Stiffness, Support};
 use sinew_gnn::*;

@@ -1,7 +1,7 @@
 //! The directions in which simulations differ as coordinates of the displacement.
 
 use crate::common::*;
-use sinew_coordinates::*;
+use sinew_emulate::coordinates::*;
 use sinew_gnn::*;
 
 /// Directions that mix all degrees of freedom, about displacements that follow two parameters.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::common::*;
 use burn::tensor::{Device, Tensor, TensorData};
-use sinew_coordinates::*;
+use sinew_emulate::coordinates::*;
 use sinew_gnn::*;
 use sinew_graph::FeatureMatrix;
 

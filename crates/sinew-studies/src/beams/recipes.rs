@@ -4,8 +4,8 @@ use crate::beams::options::{BeamOptions, Method};
 use crate::program;
 use sinew_emulate::{Budget, TrainingOptions};
 use sinew_gnn::TrainingConfig;
-use sinew_networks::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
-use sinew_networks::{Coordinates, Network, Recipe};
+use sinew_gnn::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
+use sinew_gnn::{Coordinates, Network, Recipe};
 use std::path::Path;
 
 /// Numbers of simulations.

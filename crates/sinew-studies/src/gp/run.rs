@@ -6,13 +6,13 @@ use crate::gp::options::Options;
 use crate::gp::report::section;
 use crate::gp::row::{Row, Run};
 use crate::gp::workers;
+use crate::timing::WallClock;
+use crate::{manifest, program};
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{Counter, Terminal, store};
 use sinew_report::{Report, Section};
-use crate::timing::WallClock;
-use crate::{manifest, program};
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -38,8 +38,7 @@ struct Beginning {
 /// Whatever keeps the report from being made: options that contradict an interrupted run, problems that cannot
 /// be set up, files that cannot be written. A fit that fails is told in the report.
 pub fn reproduce_gp(options: &Options) -> Result<PathBuf> {
-    let provenance =
-        manifest::of_this_run(options.seed, options.threads(), options)?;
+    let provenance = manifest::of_this_run(options.seed, options.threads(), options)?;
     let (clock, earlier_revision) = begin(options, &provenance.revision)?;
     store::write_json(&options.out.join("manifest.json"), &provenance)?;
     let scale = Scale { quick: options.quick };

@@ -1,5 +1,6 @@
 //! Cost of preparation and of an answer by the size of a body, beside a sweep of the solver, with the true errors of the answers.
 
+use crate::timing::cpu_seconds;
 use anyhow::Result;
 use clap::ValueEnum;
 use sinew_emulate::{Answers, Design, Emulator};
@@ -8,7 +9,6 @@ use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support, metrics::me
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{CHAIN, Options, sweep};
 use sinew_mesh::{VentricleShape, box_tetrahedra};
-use crate::timing::cpu_seconds;
 use std::sync::{Mutex, PoisonError};
 
 const SEED: u64 = 7;

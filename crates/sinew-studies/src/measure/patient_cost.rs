@@ -1,8 +1,9 @@
 //! Processor time of one patient, stage by stage: an ideal left ventricle with made data, calibrated with the default options.
 
-#[path = "../../../../../sinew-calibrate/tests/calibrate/support/heart.rs"]
+#[path = "../../../sinew-calibrate/tests/calibrate/support/heart.rs"]
 mod heart;
 
+use crate::timing::cpu_seconds;
 use anyhow::Result;
 use heart::{MMHG, NAMES, passive, segments, wall};
 use rand::SeedableRng;
@@ -13,7 +14,6 @@ use sinew_calibrate::{
 };
 use sinew_mesh::TruncatedEllipsoid;
 use sinew_sample::standard_normals;
-use crate::timing::cpu_seconds;
 
 /// Bounds of θ, and the θ that the data are made with.
 const RANGES: [[f64; 2]; 4] = [[0.1, 0.4], [1.0, 4.0], [1.5, 5.0], [1.0, 4.5]];

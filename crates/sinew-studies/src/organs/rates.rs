@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use sinew::recipe::{PhysicsInformed, TrainingConfig};
 use sinew::{Body, Case};
 use sinew_emulate::{CurvePoint, store};
-use sinew_networks::{Coordinates, Network};
+use sinew_gnn::{Coordinates, Network};
 use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
 use std::path::Path;
 

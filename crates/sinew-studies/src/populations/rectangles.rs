@@ -13,7 +13,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use sinew::Parameter;
-use sinew_coordinates::{Coordinates, Dirichlet};
+use sinew_emulate::coordinates::{Coordinates, Dirichlet};
 use sinew_fem::{Options as SolverOptions, Solver};
 use sinew_gnn::{Geometry, Surrogate};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};

@@ -11,9 +11,9 @@ use nalgebra::DMatrix;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sinew::{Body, Parameter, Sampling};
-use sinew_coordinates::{OutputScale, ParameterRange, ParameterScaling};
 use sinew_emulate::PodRegression;
-use sinew_gnn::{Backend, DataSet, EmulatorConfig, Geometry, Sample, Scales, Surrogate};
+use sinew_emulate::coordinates::{OutputScale, ParameterRange, ParameterScaling};
+use sinew_gnn::{Backend, DataSet, Geometry, GraphNetworkConfig, Sample, Scales, Surrogate};
 use sinew_graph::Topology;
 use sinew_report::{Chart, Series, Style};
 use std::time::Instant;
@@ -198,12 +198,12 @@ impl<B: Simulated> Compared<'_, B> {
         };
         let ranges: Vec<_> = self.unseen[0].body().parameters.iter().map(scaled).collect();
         let ranges: Vec<_> = ranges.iter().map(ParameterRange::from).collect();
-        let sizes = EmulatorConfig {
+        let sizes = GraphNetworkConfig {
             latent: variant.latent,
             steps: variant.steps,
             activation: variant.activation,
             global_features: geometry.global.len(),
-            ..EmulatorConfig::new(dimensions, nodes, edges, ranges.len())
+            ..GraphNetworkConfig::new(dimensions, nodes, edges, ranges.len())
         };
         let fields = data.training.iter().map(|sample| &sample.displacement[..]);
         let output = OutputScale::standardising(dimensions, fields)?;

@@ -151,7 +151,8 @@ impl Options {
         }
         let program = std::env::current_exe()?;
         let before = cpu_seconds_of_children();
-        let status = Command::new(&program).arg(&run.task).args(arguments).arg("--out").arg(&out).status();
+        let status =
+            Command::new(&program).arg(&run.task).args(arguments).arg("--out").arg(&out).status();
         let status = status.with_context(|| program.display().to_string())?;
         let spent = cpu_seconds_of_children() - before + earlier.unwrap_or(0.0);
         store::write_json(&cost, &spent)?;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use sinew_emulate::recipe::Regression;
 use sinew_emulate::{Body, Budget, Design, Emulator, Error, Observer, TrainingOptions};
 #[cfg(feature = "networks")]
-use sinew_networks::{
+use sinew_gnn::{
     Network, Recipe,
     recipe::{Auto, DataDriven, Hybrid, PhysicsInformed},
 };

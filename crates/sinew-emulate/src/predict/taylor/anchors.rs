@@ -1,10 +1,10 @@
 //! Further solved states of an expansion, one after the other where its error is largest.
 
+use crate::coordinates::{Anchor, Motions};
 use crate::parameters::{self, in_words};
 use crate::predict::taylor::derivatives::{first_order, second_order};
 use crate::recipe::progress::{Counter, Observer};
 use crate::{Body, Design, Error, Result};
-use sinew_coordinates::{Anchor, Motions};
 use sinew_fem::{Options, Solver};
 use std::ops::ControlFlow;
 

@@ -1,8 +1,8 @@
 //! First and second derivatives of a solution in the parameters, as an expansion of motions.
 
+use crate::coordinates::Motions;
 use crate::{Body, Result, parameters};
 use rayon::prelude::*;
-use sinew_coordinates::Motions;
 use sinew_energy::Barriers;
 use sinew_fem::{SolveError, Solver};
 

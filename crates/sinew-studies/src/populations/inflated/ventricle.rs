@@ -11,7 +11,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew::{Body, Parameter};
-use sinew_coordinates::{Coordinates, Dirichlet};
+use sinew_emulate::coordinates::{Coordinates, Dirichlet};
 use sinew_emulate::{Design, Shard, split_seed, store};
 use sinew_energy::BodyArrays;
 use sinew_fem::{Options as SolverOptions, Solver, coarse_displacement};

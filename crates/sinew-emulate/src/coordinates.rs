@@ -1,0 +1,56 @@
+//! Coordinates of a body's displacement, and scales of its parameters: what an emulator of any kind predicts, in plain numbers.
+//!
+//! Clusters of nodes as rigid bodies, with a Taylor expansion of second order in the parameters about one solution:
+//!
+//! ```
+//! use sinew_emulate::coordinates::{Motions, halves};
+//! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+//!
+//! let mesh = sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 2]);
+//! let beam = Scene::new(mesh, NeoHookean)
+//!     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+//!     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+//!     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
+//!     .support(Support::clamped("x_min"))
+//!     .lower()?;
+//! let rest = vec![0.0; 3 * beam.nodes];
+//! // The tip sinks by 1 mm with the first standardised parameter.
+//! let sinks: Vec<f64> = beam.positions.iter().flat_map(|x| [0.0, 0.0, -(x[0] / 30.0).powi(2)]).collect();
+//! let level = vec![0.0; 3 * beam.nodes];
+//! let motions = Motions::about(&rest, &halves(&beam.positions), &beam, &beam.centre())?;
+//! let motions = motions.with_expansion(&[sinks.clone(), level], &beam)?;
+//! let moved = motions.expansion_at(&[1e-3, 0.0], &beam)?;
+//! assert!(moved.iter().zip(&sinks).all(|(u, sink)| (u - 1e-3 * sink).abs() < 1e-6));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! - [`Motions`]: outputs at every scale by the stiffness of a body; [`MotionTree`] composes them.
+//! - [`PrincipalDirections`]: the directions in which simulations differ.
+//! - [`Dirichlet`]: what supports prescribe, written over a prediction.
+//! - [`ParameterScaling`], [`OutputScale`]: standardised parameters and displacements.
+
+mod anchors;
+mod blend;
+mod clusters;
+mod coordinates;
+mod dirichlet;
+mod error;
+mod motions;
+pub mod packed;
+mod polynomial;
+mod principal;
+mod scaling;
+mod split;
+mod tree;
+mod turning;
+
+pub use anchors::Anchors;
+pub use clusters::halves;
+pub use coordinates::Coordinates;
+pub use dirichlet::Dirichlet;
+pub use error::{CoordinateError, require_count, require_finite, require_positive};
+pub use motions::{Anchor, Motions};
+pub use polynomial::{MOST, all_terms, check_terms};
+pub use principal::PrincipalDirections;
+pub use scaling::{OutputScale, ParameterRange, ParameterScale, ParameterScaling};
+pub use tree::MotionTree;

@@ -1,0 +1,324 @@
+//! Interpolation between solved states with their derivatives.
+
+use crate::coordinates::error::{CoordinateError, Result, require_count, require_finite};
+use crate::coordinates::packed;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
+use serde::{Deserialize, Serialize};
+
+/// Field over the parameters with given values, first and second derivatives at some places (anchors): interpolation by a Gaussian kernel
+/// (gradient-enhanced kriging; Rasmussen & Williams 9.4).
+///
+/// The kernel is `exp(−½ ‖z − z′‖²)` of `z = B x`. Directions in which the interpolated fields curve more are longer: `Bᵀ B = C / (s² λ)`
+/// with the Gram matrix C of their second derivatives, its largest eigenvalue λ, and a length s by the evidence.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Packed", into = "Packed")]
+pub struct Anchors {
+    /// Places z.
+    places: Vec<DVector<f64>>,
+    /// B, from standardised parameters to z.
+    map: DMatrix<f64>,
+    /// Inverse of the covariances of values and derivatives by z, anchor by anchor.
+    inverse: DMatrix<f64>,
+    /// Inverse times these values and derivatives: weights of the covariances with them, a row for each.
+    weights: DMatrix<f64>,
+}
+
+/// Variance on the diagonal relative to that of a value: rounding errors of states and of their derivatives by differences.
+const NUGGET: f64 = 1e-10;
+/// Least eigenvalue of C \[relative to the largest\]: nothing is that much straighter in one direction than in another.
+const STRAIGHTEST: f64 = 1e-3;
+/// Lengths s that are tried, in deviations of the parameters.
+const LENGTHS: [f64; 7] = [0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6];
+/// Length where the fields tell none, as those of a single anchor.
+const LENGTH: f64 = 2.0;
+
+impl Anchors {
+    /// Anchors at standardised parameters, from fields that are given there: at each the value, the first derivatives and those by each two of
+    /// the parameters. `curvature` is C.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, anchors that coincide.
+    pub(crate) fn through(
+        at: &[Vec<f64>],
+        fields: &[Vec<Vec<f64>>],
+        curvature: &DMatrix<f64>,
+    ) -> Result<Self> {
+        if (1..at.len()).any(|i| at[..i].contains(&at[i])) {
+            return Err(CoordinateError::None("two anchors are at the same parameters"));
+        }
+        let [root, back] = roots(curvature)?;
+        let orders = orders(root.ncols());
+        let fields: Vec<Vec<f64>> = fields.iter().flat_map(|given| turned(given, &back)).collect();
+        fields.iter().try_for_each(|field| require_finite("states of anchors", field))?;
+        let matrix = DMatrix::from_fn(fields.len(), fields[0].len(), |i, j| fields[i][j]);
+        let products = &matrix * matrix.transpose();
+        let factor = |row: usize, length: f64| {
+            length.powi(orders[row % orders.len()].iter().sum::<usize>() as i32)
+        };
+        let mut best: Option<(f64, Self)> = None;
+        for length in LENGTHS {
+            let places = at.iter().map(|x| &root * DVector::from_column_slice(x) / length);
+            let given = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+                factor(i, length) * matrix[(i, j)]
+            });
+            let (places, map) = (places.collect::<Vec<_>>(), &root / length);
+            let Some(factored) = factored(&places, root.ncols()) else { continue };
+            let spread: f64 = factored.l_dirty().diagonal().iter().map(|l| 2.0 * l.ln()).sum();
+            let (inverse, weights) = (factored.inverse(), factored.solve(&given));
+            let scaled = DMatrix::from_fn(fields.len(), fields.len(), |i, j| {
+                factor(i, length) * factor(j, length) * products[(i, j)]
+            });
+            let fit = inverse.component_mul(&scaled).sum();
+            let scale: f64 = (0..fields.len()).map(|row| 2.0 * factor(row, length).ln()).sum();
+            let evidence = fields.len() as f64 * fit.ln() + spread - scale;
+            // Fields of zero tell no length.
+            let evidence = if evidence.is_finite() { evidence } else { (length - LENGTH).abs() };
+            if best.as_ref().is_none_or(|(least, _)| evidence < *least) {
+                best = Some((evidence, Self { places, map, inverse, weights }));
+            }
+        }
+        Ok(best.ok_or(CoordinateError::None("anchors coincide"))?.1)
+    }
+
+    /// Standardised parameters of the anchors.
+    pub fn parameters(&self) -> Vec<Vec<f64>> {
+        let solver = self.map.clone().lu();
+        let back = |place: &DVector<f64>| solver.solve(place).map(|x| x.as_slice().to_vec());
+        self.places.iter().filter_map(back).collect()
+    }
+
+    /// Number of the anchors.
+    pub fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Length of the field.
+    pub fn length(&self) -> usize {
+        self.weights.ncols()
+    }
+
+    /// Fields \[length\] at rows of standardised parameters, one after the other, or their changes along a direction for each row.
+    ///
+    /// # Errors
+    /// Other parameters than those of the anchors, or none.
+    pub fn at_parameters(&self, rows: &[f64], along: Option<&[f64]>) -> Result<Vec<f64>> {
+        let count = self.map.ncols();
+        if rows.is_empty() {
+            return Err(CoordinateError::None("anchors need parameters"));
+        }
+        require_count("entries of directions", along.unwrap_or(rows).len(), rows.len())?;
+        let rows = rows.chunks(count.max(1)).enumerate().map(|(row, x)| {
+            self.covariances(x, along.map(|along| &along[row * count..(row + 1) * count]))
+        });
+        let covariances = DMatrix::from_columns(&rows.collect::<Result<Vec<_>>>()?);
+        Ok(self.weights.tr_mul(&covariances).as_slice().to_vec())
+    }
+
+    /// Variance of the interpolation at standardised parameters, relative to that far from all anchors: zero at them.
+    ///
+    /// # Errors
+    /// As [`Anchors::at_parameters`].
+    pub fn variance(&self, x: &[f64]) -> Result<f64> {
+        let covariances = self.covariances(x, None)?;
+        Ok((1.0 - covariances.dot(&(&self.inverse * &covariances))).max(0.0))
+    }
+
+    fn covariances(&self, x: &[f64], along: Option<&[f64]>) -> Result<DVector<f64>> {
+        let count = self.map.ncols();
+        require_count("parameters of anchors", x.len(), count)?;
+        let orders = orders(count);
+        let z = &self.map * DVector::from_column_slice(x);
+        let none = vec![0; count];
+        let rows = self.places.iter().flat_map(|place| {
+            let between = &z - place;
+            let (orders, none, map) = (&orders, &none, &self.map);
+            (0..orders.len()).map(move |row| match along {
+                None => covariance(&between, none, &orders[row]),
+                Some(along) => {
+                    let direction = map * DVector::from_column_slice(along);
+                    let by = |p: usize| covariance(&between, &orders[1 + p], &orders[row]);
+                    (0..count).map(|p| direction[p] * by(p)).sum()
+                }
+            })
+        });
+        Ok(DVector::from_iterator(self.inverse.nrows(), rows))
+    }
+}
+
+/// Factor of the covariances of values and derivatives at some places; `None` where these are singular.
+fn factored(places: &[DVector<f64>], parameters: usize) -> Option<Cholesky<f64, Dyn>> {
+    let orders = orders(parameters);
+    let rows = orders.len();
+    let entry = |i: usize, j: usize| {
+        let between = &places[i / rows] - &places[j / rows];
+        let nugget = if i == j { NUGGET } else { 0.0 };
+        covariance(&between, &orders[i % rows], &orders[j % rows]) + nugget
+    };
+    let count = places.len() * rows;
+    Cholesky::new(DMatrix::from_fn(count, count, entry))
+}
+
+/// Orders in each parameter of the value, the first derivatives, and those by two parameters: those with the first, with the second and so on.
+fn orders(parameters: usize) -> Vec<Vec<usize>> {
+    let count = |by: &[usize], p: usize| by.iter().filter(|&&q| q == p).count();
+    let pairs = (0..parameters).flat_map(|p| (p..parameters).map(move |q| vec![p, q]));
+    let all = std::iter::once(vec![]).chain((0..parameters).map(|p| vec![p])).chain(pairs);
+    all.map(|by: Vec<usize>| (0..parameters).map(|p| count(&by, p)).collect()).collect()
+}
+
+/// Covariance of two derivatives so far from each other: products of Hermite polynomials and the kernel.
+fn covariance(between: &DVector<f64>, a: &[usize], b: &[usize]) -> f64 {
+    let sign = if a.iter().sum::<usize>() % 2 == 1 { -1.0 } else { 1.0 };
+    let parts = between.iter().zip(a.iter().zip(b));
+    let product: f64 = parts.map(|(r, (a, b))| hermite(a + b, *r)).product();
+    sign * product * (-0.5 * between.norm_squared()).exp()
+}
+
+/// Hermite polynomials of probability theory, `H_(n+1)(r) = r H_n(r) − n H_(n−1)(r)`.
+fn hermite(order: usize, r: f64) -> f64 {
+    let next = |(before, now): (f64, f64), n: usize| (now, r * now - n as f64 * before);
+    (0..order).fold((0.0, 1.0), next).1
+}
+
+/// A root of the curvature relative to its largest eigenvalue, `Rᵀ R`, and its inverse; of the unit matrix where nothing curves.
+fn roots(curvature: &DMatrix<f64>) -> Result<[DMatrix<f64>; 2]> {
+    require_finite("second derivatives at anchors", curvature.as_slice())?;
+    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(curvature.clone());
+    let largest = eigenvalues.max();
+    let part = |value: f64| if largest > 0.0 { (value / largest).max(STRAIGHTEST) } else { 1.0 };
+    let root = eigenvalues.map(|value| part(value).sqrt());
+    let back = &eigenvectors * DMatrix::from_diagonal(&root.map(|value| 1.0 / value));
+    Ok([DMatrix::from_diagonal(&root) * eigenvectors.transpose(), back])
+}
+
+/// Value and derivatives by z from those by x, with `x = back z`.
+fn turned(given: &[Vec<f64>], back: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let count = back.nrows();
+    let second = |p: usize, q: usize| {
+        let (p, q) = (p.min(q), p.max(q));
+        &given[1 + count + p * count - p * (p + 1) / 2 + q]
+    };
+    let sum = |parts: &mut dyn Iterator<Item = (f64, &Vec<f64>)>| {
+        let mut sum = vec![0.0; given[0].len()];
+        parts.for_each(|(part, field)| {
+            sum.iter_mut().zip(field).for_each(|(sum, value)| *sum += part * value);
+        });
+        sum
+    };
+    let mut all = vec![given[0].clone()];
+    for i in 0..count {
+        all.push(sum(&mut (0..count).map(|p| (back[(p, i)], &given[1 + p]))));
+    }
+    for i in 0..count {
+        for j in i..count {
+            let pairs = (0..count * count).map(|pq| (pq / count, pq % count));
+            all.push(sum(&mut pairs.map(|(p, q)| (back[(p, i)] * back[(q, j)], second(p, q)))));
+        }
+    }
+    all
+}
+
+/// Stored form of anchors: numbers as bytes, so that they come back the same.
+#[derive(Clone, Serialize, Deserialize)]
+struct Packed {
+    parameters: usize,
+    anchors: usize,
+    length: usize,
+    places: String,
+    map: String,
+    weights: String,
+}
+
+impl From<Anchors> for Packed {
+    fn from(Anchors { places, map, weights, .. }: Anchors) -> Self {
+        let all: Vec<f64> = places.iter().flat_map(|place| place.iter().copied()).collect();
+        Self {
+            parameters: map.ncols(),
+            anchors: places.len(),
+            length: weights.ncols(),
+            places: packed::doubles(&all),
+            map: packed::doubles(map.as_slice()),
+            weights: packed::doubles(weights.as_slice()),
+        }
+    }
+}
+
+impl TryFrom<Packed> for Anchors {
+    type Error = String;
+
+    fn try_from(stored: Packed) -> std::result::Result<Self, String> {
+        let (count, anchors) = (stored.parameters, stored.anchors);
+        let places = packed::read_doubles(&stored.places, anchors * count)?;
+        let map = packed::read_doubles(&stored.map, count * count)?;
+        let chunks = places.chunks(count.max(1));
+        let places: Vec<_> = chunks.map(DVector::from_column_slice).collect();
+        let factored = factored(&places, count).ok_or("anchors of the outputs coincide")?;
+        let (map, inverse) = (DMatrix::from_vec(count, count, map), factored.inverse());
+        let weights = packed::read_doubles(&stored.weights, inverse.nrows() * stored.length)?;
+        let weights = DMatrix::from_vec(inverse.nrows(), stored.length, weights);
+        Ok(Self { places, map, inverse, weights })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A field of two components, with its derivatives up to second order by differences of exact first ones.
+    fn given([x, y]: [f64; 2]) -> Vec<Vec<f64>> {
+        let (e, s) = ((0.5 * x - 0.3 * y).exp(), (0.4 * x + 0.7 * y).sin());
+        let c = (0.4 * x + 0.7 * y).cos();
+        vec![
+            vec![e, s],
+            vec![0.5 * e, 0.4 * c],
+            vec![-0.3 * e, 0.7 * c],
+            vec![0.25 * e, -0.16 * s],
+            vec![-0.15 * e, -0.28 * s],
+            vec![0.09 * e, -0.49 * s],
+        ]
+    }
+
+    fn at(anchors: &Anchors, x: [f64; 2], along: Option<&[f64]>) -> [f64; 2] {
+        anchors.at_parameters(&x, along).unwrap().try_into().unwrap()
+    }
+
+    #[test]
+    fn values_and_derivatives_are_met_at_every_anchor_and_nearly_between() {
+        let places = [[0.0, 0.0], [1.2, -1.0], [-1.4, 0.7], [0.6, 1.5]];
+        let all: Vec<_> = places.iter().map(|&place| given(place)).collect();
+        let curvature = DMatrix::from_row_slice(2, 2, &[2.0, 0.5, 0.5, 1.0]);
+        let thetas: Vec<Vec<f64>> = places.iter().map(|place| place.to_vec()).collect();
+        let anchors = Anchors::through(&thetas, &all, &curvature).unwrap();
+        for (place, given) in places.iter().zip(&all) {
+            let found = at(&anchors, *place, None);
+            let slopes = [[1.0, 0.0], [0.0, 1.0]].map(|p| at(&anchors, *place, Some(&p)));
+            for i in 0..2 {
+                // The nugget times weights of millions: the fields are smooth over the length.
+                assert!((found[i] - given[0][i]).abs() < 1e-3, "{found:?} {given:?}");
+                assert!((slopes[0][i] - given[1][i]).abs() < 1e-2, "{slopes:?} {given:?}");
+                assert!((slopes[1][i] - given[2][i]).abs() < 1e-2, "{slopes:?} {given:?}");
+            }
+            assert!(anchors.variance(place).unwrap() < 1e-4);
+        }
+        let between = [0.4, -0.3];
+        let (found, truth) = (at(&anchors, between, None), given(between));
+        assert!((0..2).all(|i| (found[i] - truth[0][i]).abs() < 2e-3), "{found:?} {truth:?}");
+        assert!(anchors.variance(&[40.0, 40.0]).unwrap() > 0.9);
+        // Stored ones are the same to the bit.
+        let text = serde_json::to_string(&anchors).unwrap();
+        assert_eq!(serde_json::from_str::<Anchors>(&text).unwrap(), anchors);
+        let fewer = text.replace("\"anchors\":4", "\"anchors\":3");
+        assert!(fewer != text && serde_json::from_str::<Anchors>(&fewer).is_err());
+    }
+
+    #[test]
+    fn anchors_that_coincide_or_are_not_finite_are_refused() {
+        let curvature = DMatrix::identity(2, 2);
+        let twice = vec![vec![0.1, 0.2]; 2];
+        let all = vec![given([0.1, 0.2]); 2];
+        let error = Anchors::through(&twice, &all, &curvature).unwrap_err();
+        assert!(error.to_string().contains("same parameters"), "{error}");
+        let lost = vec![vec![vec![f64::NAN; 2]; 6]];
+        assert!(Anchors::through(&twice[..1], &lost, &curvature).is_err());
+    }
+}

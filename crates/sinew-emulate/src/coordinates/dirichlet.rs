@@ -1,0 +1,125 @@
+//! Displacements that supports prescribe.
+
+use crate::coordinates::error::{CoordinateError, Result};
+use serde::{Deserialize, Serialize};
+use sinew_energy::Body;
+use std::collections::BTreeMap;
+
+/// Prescribed displacements, written over a predicted one (hard enforcement, thesis §3.2.3).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Dirichlet {
+    /// Value of every degree of freedom, node by node, `None` where it is free \[length\].
+    pub prescribed: Vec<Option<f64>>,
+    /// Orthonormal axes, one per row, of the nodes in space whose degrees of freedom are along directions of their own.
+    #[serde(default)]
+    pub axes: BTreeMap<usize, [[f64; 3]; 3]>,
+}
+
+impl Dirichlet {
+    /// Holds all components of `nodes` at zero.
+    ///
+    /// # Errors
+    /// [`CoordinateError::Count`] if a node does not exist.
+    pub fn clamped(real_nodes: usize, dimensions: usize, nodes: &[usize]) -> Result<Self> {
+        let mut prescribed = vec![None; real_nodes * dimensions];
+        for &node in nodes {
+            if node >= real_nodes {
+                return Err(CoordinateError::Count {
+                    what: "clamped node index",
+                    found: node,
+                    expected: real_nodes,
+                });
+            }
+            prescribed[node * dimensions..(node + 1) * dimensions].fill(Some(0.0));
+        }
+        Ok(Self { prescribed, axes: BTreeMap::new() })
+    }
+
+    /// Dirichlet conditions of a body's supports.
+    pub fn of_body(body: &Body) -> Self {
+        let frame = |node| body.frames.get(node).map(|axes| (node, axes.0));
+        let axes = body.frames.nodes().filter_map(frame).collect();
+        Self { prescribed: body.prescribed.clone(), axes }
+    }
+
+    /// Component `i` of the direction of a node's degree of freedom `k`.
+    fn axis(&self, node: usize, k: usize, i: usize) -> f64 {
+        self.axes.get(&node).map_or(f64::from(u8::from(i == k)), |axes| axes[k][i])
+    }
+
+    /// Projectors onto the free directions of every node: matrices over its components, row by row.
+    pub fn projectors(&self, dimensions: usize) -> Vec<f64> {
+        let mut table = Vec::with_capacity(self.prescribed.len() * dimensions);
+        for (node, prescribed) in self.prescribed.chunks(dimensions).enumerate() {
+            for (i, j) in (0..dimensions).flat_map(|i| (0..dimensions).map(move |j| (i, j))) {
+                let free = prescribed.iter().enumerate().filter(|(_, value)| value.is_none());
+                table.push(free.map(|(k, _)| self.axis(node, k, i) * self.axis(node, k, j)).sum());
+            }
+        }
+        table
+    }
+
+    /// Prescribed displacement of every node, zero where it is free.
+    pub fn held(&self, dimensions: usize) -> Vec<f64> {
+        let nodes = self.prescribed.chunks(dimensions).enumerate();
+        let of_node = |(node, prescribed): (usize, &[Option<f64>])| -> Vec<f64> {
+            let component = |i| {
+                let held = prescribed.iter().enumerate();
+                held.filter_map(|(k, value)| Some((*value)? * self.axis(node, k, i))).sum()
+            };
+            (0..dimensions).map(component).collect()
+        };
+        nodes.flat_map(of_node).collect()
+    }
+
+    /// A displacement in space with what supports prescribe in place of its own.
+    pub fn write_over(&self, displacement: &[f64]) -> Vec<f64> {
+        let projectors = self.projectors(3);
+        let rows = projectors.chunks_exact(3).zip(self.held(3)).enumerate();
+        let entry = |(at, (row, held)): (usize, (&[f64], f64))| {
+            let node = &displacement[at / 3 * 3..at / 3 * 3 + 3];
+            held + row.iter().zip(node).map(|(q, u)| q * u).sum::<f64>()
+        };
+        rows.map(entry).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_energy::laws::NeoHookean;
+    use sinew_energy::{Parameter, Scene, Support};
+    use sinew_mesh::box_tetrahedra;
+
+    #[test]
+    fn supports_leave_what_they_do_not_hold() {
+        let lowered = |support| {
+            let scene = Scene::new(box_tetrahedra([1.0; 3], [1; 3]), NeoHookean)
+                .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+                .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+                .support(Support::clamped("x_min"));
+            scene.support(support).lower().unwrap()
+        };
+        let close = |found: &[f64], expected: &[f64]| {
+            let pairs = found.iter().zip(expected);
+            assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
+        };
+        // Held by 0.5 along (3, 0, 4) / 5, and free across it.
+        let body = lowered(Support::along("x_max", [3.0, 0.0, 4.0], 0.5));
+        let dirichlet = Dirichlet::of_body(&body);
+        assert_eq!(dirichlet.axes.len(), 4);
+        let node = *dirichlet.axes.keys().next().unwrap();
+        let projector = &dirichlet.projectors(3)[9 * node..9 * node + 9];
+        close(projector, &[0.64, 0.0, -0.48, 0.0, 1.0, 0.0, -0.48, 0.0, 0.36]);
+        close(&dirichlet.held(3)[3 * node..3 * node + 3], &[0.3, 0.0, 0.4]);
+        // Along an axis no frame is needed.
+        let body = lowered(Support::along("x_max", [0.0, 2.0, 0.0], 0.5));
+        let dirichlet = Dirichlet::of_body(&body);
+        assert!(dirichlet.axes.is_empty());
+        close(
+            &dirichlet.projectors(3)[9 * node..9 * node + 9],
+            &[1., 0., 0., 0., 0., 0., 0., 0., 1.],
+        );
+        close(&dirichlet.held(3)[3 * node..3 * node + 3], &[0.0, 0.5, 0.0]);
+    }
+}

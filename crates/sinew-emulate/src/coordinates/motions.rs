@@ -1,0 +1,300 @@
+//! Rigid motions of a body's clusters as the coordinates of its displacement.
+
+mod costs;
+mod stored;
+
+use costs::{Costs, inverse_root};
+pub(crate) use costs::{of_eigenvalues, rigid_motions};
+use std::sync::Arc;
+use stored::Packed;
+
+use crate::coordinates::anchors::Anchors;
+use crate::coordinates::clusters;
+use crate::coordinates::tree::MotionTree;
+use serde::{Deserialize, Serialize};
+use sinew_energy::{Body, Stiffness};
+
+use crate::coordinates::dirichlet::Dirichlet;
+use crate::coordinates::error::{CoordinateError, Result, require_count, require_finite, require_positive};
+use crate::coordinates::polynomial::{all_terms, check_terms, terms, with_amplitude};
+
+/// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
+/// displacement, `u = T_root ∘ … ∘ T_parent(X + d) − X`.
+///
+/// The motions of slender bodies differ in energy by a factor of a million. A network in plain displacements learns the
+/// soft ones last. Here every motion is scaled by its own energy, `S_k = c (P_kᵀ K P_k)^(−½)` with the stiffness K and the
+/// rigid motions `P_k` of the cluster's free nodes. In this multilevel frame the Hessian of the energy is well conditioned.
+/// The motions are finite and composed, so that this also holds when the body rotates. Memory and time are proportional to
+/// the body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Packed", into = "Packed")]
+pub struct Motions {
+    /// Displacement of zero outputs, at every real node \[length\].
+    origin: Arc<[f64]>,
+    unknowns: usize,
+    tree: Arc<MotionTree>,
+    /// Taylor coefficients of the outputs of clusters, then of nodes, per unit of each standardised parameter and of each
+    /// product of two; empty without a Taylor expansion.
+    slopes: Arc<[Vec<f64>]>,
+    /// Logarithm of the amplitude per unit of each of these terms; none where outputs follow without one.
+    rates: Arc<[f64]>,
+    /// Further solved states, whose displacements are added.
+    anchors: Option<Arc<Anchors>>,
+}
+
+/// A solved state that displacements are to go through.
+#[derive(Clone, Debug)]
+pub struct Anchor {
+    /// Standardised parameters of the state.
+    pub at: Vec<f64>,
+    /// Taylor polynomial there, node by node \[length\]: the displacement, and its changes with each parameter and each product of two.
+    pub changes: Vec<Vec<f64>>,
+}
+
+impl Motions {
+    /// Motions about a displacement of a body \[length\], that of zero outputs, with the stiffness there at θ. The nested
+    /// clusters are those of [`halves`](crate::coordinates::halves) or of a graph's virtual nodes. A unit output costs an energy of ½; see
+    /// [`Motions::of_energy`].
+    ///
+    /// # Errors
+    /// Clusters or a displacement that do not belong to the body, cells that the displacement inverts, no
+    /// clusters, a body that no motion costs energy.
+    pub fn about(
+        displacement: &[f64],
+        clusters: &[Vec<usize>],
+        body: &Body,
+        theta: &[f64],
+    ) -> Result<Self> {
+        let counts = clusters::counts(clusters, body.nodes)?;
+        let [node_parents, above @ ..] = clusters else {
+            return Err(CoordinateError::None("outputs at every scale need clusters"));
+        };
+        let stiffness = stiffness(body, displacement, theta)?;
+        let dirichlet = Dirichlet::of_body(body);
+        let (u, _) = displacement.as_chunks::<3>();
+        let places: Vec<[f64; 3]> = body
+            .positions
+            .iter()
+            .zip(u)
+            .map(|(x, u)| std::array::from_fn(|i| x[i] + u[i]))
+            .collect();
+        let mut centres = Vec::new();
+        let mut cluster_parents = Vec::new();
+        let mut leaves = places.clone();
+        for (layer, &count) in clusters.iter().zip(&counts) {
+            leaves = clusters::centres(&leaves, layer, count);
+            centres.extend_from_slice(&leaves);
+        }
+        for (layer, count) in above.iter().zip(&counts) {
+            let first = cluster_parents.len() + count;
+            cluster_parents.extend(layer.iter().map(|cluster| Some(first + cluster)));
+        }
+        cluster_parents.resize(centres.len(), None);
+        let table = dirichlet.projectors(3);
+        let (rows, _) = table.as_chunks::<3>();
+        let (free, _) = rows.as_chunks::<3>();
+        let costs = Costs { stiffness: &stiffness, free, places: &places };
+        let node_scales = (0..body.nodes).map(|node| inverse_root(costs.of_node(node)));
+        let mut tree = MotionTree {
+            node_scales: node_scales.collect(),
+            cluster_parents,
+            cluster_scales: Vec::with_capacity(centres.len()),
+            node_parents: node_parents.clone(),
+            centres,
+            positions: places.clone(),
+        };
+        costs.scale_clusters(&mut tree, &counts);
+        let largest =
+            tree.node_scales.as_flattened().as_flattened().iter().fold(0f64, |m, s| m.max(s.abs()));
+        require_positive("the displacement of a unit output", largest)?;
+        let unknowns = dirichlet.prescribed.iter().filter(|value| value.is_none()).count();
+        Ok(Self {
+            origin: displacement.into(),
+            unknowns,
+            tree: tree.into(),
+            slopes: Arc::new([]),
+            rates: Arc::new([]),
+            anchors: None,
+        })
+    }
+
+    /// Outputs with a Taylor expansion in the parameters; a network adds the remainder. `changes` are the derivatives of
+    /// the displacement in the standardised parameters, node by node \[length\], optionally followed by the coefficients of
+    /// the products `p_i p_j`, `j ≥ i`.
+    ///
+    /// The outputs of a change are not unique. From the whole body down, every cluster takes as much of it as it can, and
+    /// the nodes take the rest.
+    ///
+    /// # Errors
+    /// Another body than the motions', or changes that do not belong to it.
+    #[doc(alias = "following")]
+    pub fn with_expansion(mut self, changes: &[Vec<f64>], body: &Body) -> Result<Self> {
+        self.slopes = self.outputs_of(changes, &Dirichlet::of_body(body))?.into();
+        (self.rates, self.anchors) = (Arc::new([]), None);
+        Ok(self)
+    }
+
+    /// [`Motions::with_expansion`] to second order, multiplied by an amplitude: `u = a (u₀ + v)` for small rotations, with the
+    /// displacement u₀ of zero outputs. The logarithm of a and the remainder v, perpendicular to u₀, are polynomials of
+    /// second order, with 1/20 ≤ a ≤ 20. If displacements fall like an inverse stiffness over decades, they stay positive
+    /// multiples of each other. No polynomial has this property. Both forms agree to second order.
+    ///
+    /// # Errors
+    /// As [`Motions::with_expansion`]; changes of first order alone, or a displacement of zero.
+    pub fn with_amplitude(
+        mut self,
+        changes: &[Vec<f64>],
+        parameters: usize,
+        body: &Body,
+    ) -> Result<Self> {
+        require_count("changes to second order", changes.len(), all_terms(parameters))?;
+        let dot = |change: &[f64]| -> f64 {
+            self.origin.iter().zip(change).map(|(u, change)| u * change).sum()
+        };
+        let size = dot(&self.origin);
+        require_positive("the displacement that an amplitude multiplies", size)?;
+        let parts: Vec<f64> = changes.iter().map(|change| dot(change) / size).collect();
+        let rest: Vec<f64> = self.origin.iter().map(|u| -u).collect();
+        let all: Vec<Vec<f64>> = changes.iter().cloned().chain([rest]).collect();
+        let mut slopes = self.outputs_of(&all, &Dirichlet::of_body(body))?;
+        let mut rates = parts.clone();
+        let rest = slopes.len() - 1;
+        // First order of v, then the remainder of second order.
+        for k in 0..rest {
+            add(&mut slopes, k, rest, parts[k]);
+        }
+        let mut k = parameters;
+        for i in 0..parameters {
+            for j in i..parameters {
+                let half = if i == j { 0.5 } else { 1.0 };
+                rates[k] -= half * parts[i] * parts[j];
+                add(&mut slopes, k, j, -half * parts[i]);
+                add(&mut slopes, k, i, -half * parts[j]);
+                k += 1;
+            }
+        }
+        (self.slopes, self.rates) = (slopes.into(), rates.into());
+        Ok(self)
+    }
+
+    /// Outputs whose Taylor terms are damped: the first `count` changes by one factor, the others by the second.
+    pub fn damped(mut self, [first, others]: [f64; 2], count: usize) -> Self {
+        let part = |k: usize| if k < count { first } else { others };
+        let rest = self.rates.len();
+        let slopes = self.slopes.iter().enumerate().map(|(k, slope)| {
+            // The last term, after those of an amplitude, leads to rest.
+            let part = if rest > 0 && k == rest { 1.0 } else { part(k) };
+            slope.iter().map(|y| part * y).collect()
+        });
+        self.slopes = slopes.collect();
+        self.rates = self.rates.iter().enumerate().map(|(k, rate)| part(k) * rate).collect();
+        self
+    }
+
+    /// Displacement of a body at standardised parameters without a network, node by node \[length\].
+    ///
+    /// # Errors
+    /// Another body than the motions', other parameters than the expansion has.
+    #[doc(alias = "followed")]
+    pub fn expansion_at(&self, parameters: &[f64], body: &Body) -> Result<Vec<f64>> {
+        require_count("nodes of the body", body.nodes, self.tree.positions.len())?;
+        let mut moved = self.expanded(parameters)?;
+        if let Some(anchors) = &self.anchors {
+            let added = anchors.at_parameters(parameters, None)?;
+            moved.iter_mut().zip(added).for_each(|(u, added)| *u += added);
+        }
+        Ok(Dirichlet::of_body(body).write_over(&moved))
+    }
+
+    /// Displacement of the Taylor expansion alone, node by node \[length\].
+    pub(crate) fn expanded(&self, parameters: &[f64]) -> Result<Vec<f64>> {
+        check_terms(self.slopes.len() - usize::from(!self.rates.is_empty()), parameters.len())?;
+        let mut terms = with_amplitude(terms(parameters), &self.rates);
+        terms.truncate(self.slopes.len());
+        let clusters = 6 * self.tree.centres.len();
+        let mut outputs = vec![0.0; clusters + self.origin.len()];
+        for (slope, term) in self.slopes.iter().zip(terms) {
+            outputs.iter_mut().zip(slope).for_each(|(y, slope)| *y += term * slope);
+        }
+        let moved = self.tree.moved(&outputs[..clusters], &outputs[clusters..]);
+        Ok(moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect())
+    }
+
+    /// Motions that pass through further solved states.
+    pub(crate) fn with_anchors(self, anchors: Anchors) -> Self {
+        Self { anchors: Some(anchors.into()), ..self }
+    }
+
+    /// The slopes as features of nodes, then of clusters, one row each: six columns for each change that outputs follow, of
+    /// which nodes fill three. In units of outputs, they mean the same on every body.
+    pub fn features(&self) -> Vec<f64> {
+        let (clusters, nodes) = (self.tree.centres.len(), self.tree.node_parents.len());
+        let row = |node: usize| {
+            self.slopes.iter().flat_map(move |slope| -> [f64; 6] {
+                let (of_clusters, of_nodes) = slope.split_at(6 * clusters);
+                match node.checked_sub(nodes) {
+                    Some(cluster) => std::array::from_fn(|i| of_clusters[6 * cluster + i]),
+                    None => {
+                        std::array::from_fn(|i| if i < 3 { of_nodes[3 * node + i] } else { 0.0 })
+                    }
+                }
+            })
+        };
+        (0..nodes + clusters).flat_map(row).collect()
+    }
+
+    /// Taylor coefficients of [`Motions::with_expansion`]: outputs of clusters, six each, and then of nodes, three each.
+    pub fn slopes(&self) -> &[Vec<f64>] {
+        &self.slopes
+    }
+
+    /// Logarithm of the amplitude per unit of each term, see [`Motions::with_amplitude`]; none where outputs follow without one.
+    pub fn rates(&self) -> &[f64] {
+        &self.rates
+    }
+
+    /// Further solved states that displacements go through, see [`Motions::through`]; none where there is one alone.
+    pub fn anchors(&self) -> Option<&Arc<Anchors>> {
+        self.anchors.as_ref()
+    }
+
+    /// Outputs scaled so that unit outputs of all nodes together cost this `energy`.
+    ///
+    /// # Errors
+    /// An energy that is not positive.
+    pub fn of_energy(mut self, energy: f64) -> Result<Self> {
+        require_positive("the energy of outputs of one", energy)?;
+        let size = (2.0 * energy / self.unknowns as f64).sqrt();
+        let tree = Arc::make_mut(&mut self.tree);
+        let of_nodes = tree.node_scales.as_flattened_mut().as_flattened_mut();
+        let of_clusters = tree.cluster_scales.as_flattened_mut().as_flattened_mut();
+        of_nodes.iter_mut().chain(of_clusters).for_each(|entry| *entry *= size);
+        let slopes = self.slopes.iter().map(|slope| slope.iter().map(|y| y / size).collect());
+        self.slopes = slopes.collect();
+        Ok(self)
+    }
+
+    /// Displacement of zero outputs, node by node \[length\].
+    pub fn origin(&self) -> &[f64] {
+        &self.origin
+    }
+
+    /// The clusters, with their scales.
+    pub fn tree(&self) -> &Arc<MotionTree> {
+        &self.tree
+    }
+}
+
+/// Adds a part of one row to another.
+fn add(rows: &mut [Vec<f64>], to: usize, from: usize, part: f64) {
+    let other = rows[from].clone();
+    rows[to].iter_mut().zip(other).for_each(|(y, other)| *y += part * other);
+}
+
+/// The stiffness of a body at a displacement.
+fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffness> {
+    require_count("displacement values", displacement.len(), 3 * body.nodes)?;
+    require_finite("a displacement", displacement)?;
+    body.check_theta(theta)?;
+    body.stiffness(displacement, theta).ok_or(CoordinateError::NoStiffness)
+}

@@ -1,0 +1,121 @@
+//! A polynomial in the parameters through simulations.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::coordinates::error::{CoordinateError, Result, require_count};
+
+/// Terms of a polynomial: the parameters, and then their products `p_i p_j` with `j ≥ i`, those with the first, with the second and so
+/// on.
+pub(crate) fn terms(parameters: &[f64]) -> Vec<f64> {
+    let products = (0..parameters.len())
+        .flat_map(|i| parameters[i..].iter().map(move |other| parameters[i] * other));
+    parameters.iter().copied().chain(products).collect()
+}
+
+/// The logarithm of an amplitude is at most about this: displacements between a twentieth and twenty times those at the centre.
+pub const MOST: f64 = 3.0;
+
+/// The terms times an amplitude `a = exp(s)`, `s = MOST tanh(Σ rateₖ termₖ / MOST)`, and after them `1 − a`; without rates the terms alone.
+pub(crate) fn with_amplitude(mut terms: Vec<f64>, rates: &[f64]) -> Vec<f64> {
+    if !rates.is_empty() {
+        let sum: f64 = rates.iter().zip(&terms).map(|(rate, term)| rate * term).sum();
+        let amplitude = (MOST * (sum / MOST).tanh()).exp();
+        terms.iter_mut().for_each(|term| *term *= amplitude);
+        terms.push(1.0 - amplitude);
+    }
+    terms
+}
+
+/// Number of terms up to second order.
+pub fn all_terms(parameters: usize) -> usize {
+    parameters + parameters * (parameters + 1) / 2
+}
+
+/// Requires no terms, those of first order in so many parameters, or those of second order.
+pub fn check_terms(found: usize, parameters: usize) -> Result<()> {
+    match found {
+        0 => Ok(()),
+        all if all == all_terms(parameters) => Ok(()),
+        _ => require_count("parameters of the expansion", found, parameters),
+    }
+}
+
+/// Least squares through values at parameters.
+pub(crate) struct Polynomial {
+    pub constant: DVector<f64>,
+    /// Coefficients of the terms, as many as the order has.
+    pub terms: Vec<DVector<f64>>,
+    /// Residuals of the values, a row for each of them.
+    pub residual: DMatrix<f64>,
+}
+
+impl Polynomial {
+    /// Polynomial of the order, zero, one or two, that predicts each row of `values` best from all others.
+    pub(crate) fn fit(values: &DMatrix<f64>, parameters: &[Vec<f64>]) -> Result<Self> {
+        let count = parameters.first().map_or(0, Vec::len);
+        let rows: Vec<Vec<f64>> = parameters.iter().map(|p| terms(p)).collect();
+        let mut orders = vec![0, count, all_terms(count)];
+        orders.dedup();
+        let mut best: Option<(f64, Self)> = None;
+        for order in orders {
+            // A value for each coefficient, and one to judge them by.
+            if order + 1 >= values.nrows() {
+                continue;
+            }
+            let Some((missed, found)) = Self::of_order(values, &rows, order) else { continue };
+            if best.as_ref().is_none_or(|(least, _)| missed < *least) {
+                best = Some((missed, found));
+            }
+        }
+        let best = best.ok_or(CoordinateError::None(crate::coordinates::principal::NO_DIRECTIONS))?;
+        Ok(best.1)
+    }
+
+    /// Leave-one-out sum of squares and the polynomial; `None` if the parameters do not determine all terms.
+    fn of_order(values: &DMatrix<f64>, rows: &[Vec<f64>], order: usize) -> Option<(f64, Self)> {
+        let entry = |i: usize, j: usize| if j == 0 { 1.0 } else { rows[i][j - 1] };
+        let (basis, triangle) = DMatrix::from_fn(rows.len(), order + 1, entry).qr().unpack();
+        let projected = basis.tr_mul(values);
+        let coefficients = triangle.solve_upper_triangular(&projected)?;
+        let residual = values - &basis * &projected;
+        let missed = residual.row_iter().zip(basis.row_iter()).map(|(missed, basis)| {
+            let own = 1.0 - basis.norm_squared();
+            missed.norm_squared() / (own * own)
+        });
+        let missed: f64 = missed.sum();
+        let column = |row: usize| coefficients.row(row).transpose();
+        let terms = (1..=order).map(column).collect();
+        missed.is_finite().then(|| (missed, Self { constant: column(0), terms, residual }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(values: impl Fn(f64, f64) -> f64, parameters: &[Vec<f64>]) -> Polynomial {
+        let values = DMatrix::from_fn(parameters.len(), 1, |i, _| {
+            values(parameters[i][0], parameters[i][1])
+        });
+        Polynomial::fit(&values, parameters).unwrap()
+    }
+
+    #[test]
+    fn the_order_is_that_of_the_values() {
+        let parameters: Vec<Vec<f64>> =
+            (0..12).map(|i| vec![(1.3 * i as f64).sin(), (2.1 * i as f64).cos()]).collect();
+        let square = at(|p, q| 2.0 + p - 3.0 * q + 0.5 * p * p - p * q + 4.0 * q * q, &parameters);
+        let found: Vec<f64> = square.terms.iter().map(|term| term[0]).collect();
+        for (found, expected) in found.iter().zip([1.0, -3.0, 0.5, -1.0, 4.0]) {
+            assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+        }
+        assert!((square.constant[0] - 2.0).abs() < 1e-11 && square.residual.amax() < 1e-11);
+        // Noise has no order: more terms foretell it worse.
+        let noise = |p: f64, q: f64| (1e3 * (p + 2.0 * q)).sin();
+        assert_eq!(at(noise, &parameters).terms.len(), 0);
+        // Too few values for second order, and parameters that do not differ for any.
+        assert_eq!(at(|p, q| p - q, &parameters[..5]).terms.len(), 2);
+        let same = vec![vec![0.3, 0.4]; 6];
+        assert_eq!(at(|p, _| p, &same).terms.len(), 0);
+    }
+}

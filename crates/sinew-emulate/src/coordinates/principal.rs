@@ -1,0 +1,261 @@
+//! The directions in which simulations differ.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use crate::coordinates::error::{CoordinateError, Result, require_count, require_finite};
+use crate::coordinates::packed;
+use crate::coordinates::polynomial::Polynomial;
+
+/// Displacements as `u = origin + U (s/s₁)^p s₁ Uᵀ · output` with the principal directions U and deviations s of simulations:
+/// simulated displacements vary in few directions, and nothing else is predicted, strains included.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Packed", into = "Packed")]
+pub struct PrincipalDirections {
+    origin: Arc<[f64]>,
+    /// Applied to a row of outputs one after the other, each from the right.
+    factors: Vec<Factor>,
+    /// Outputs per unit of each standardised parameter, and of each product of two; none where outputs are the network's alone.
+    slopes: Arc<[Vec<f64>]>,
+}
+
+/// A matrix, row by row.
+#[derive(Debug, Clone, PartialEq)]
+struct Factor {
+    columns: usize,
+    entries: Arc<[f32]>,
+}
+
+impl Factor {
+    fn new(columns: usize, entries: impl Iterator<Item = f64>) -> Self {
+        Self { columns, entries: entries.map(|entry| entry as f32).collect() }
+    }
+}
+
+/// Directions in which simulations vary less than this part of the largest variation are left out: single
+/// precision holds no more.
+const SMALLEST_DEVIATION: f64 = 1e-7;
+/// Accuracy and sweeps of the singular values: nalgebra's default accuracy, and a bound that no matrix reaches.
+const DECOMPOSITION: (f64, usize) = (5.0 * f64::EPSILON, 10_000);
+pub(crate) const NO_DIRECTIONS: &str = "directions need two simulations that differ";
+
+/// Left singular vectors and singular values.
+fn decomposed(matrix: DMatrix<f64>) -> Result<(DMatrix<f64>, DVector<f64>)> {
+    let (accuracy, sweeps) = DECOMPOSITION;
+    let found = matrix.try_svd(true, false, accuracy, sweeps);
+    let found = found.and_then(|found| Some((found.u?, found.singular_values)));
+    found.ok_or(CoordinateError::None(NO_DIRECTIONS))
+}
+
+impl PrincipalDirections {
+    /// Coordinates about simulated displacements, with the map `U (s/s₁)^p s₁ Uᵀ` of their principal directions U and deviations s, the
+    /// largest being s₁ \[length\]. A power p of one is the root of the covariance: outputs of size one then spread as the
+    /// simulations do. Smaller powers let the network see the small deviations larger.
+    ///
+    /// U and s are those of the residuals of a polynomial in the standardised parameters. Its order, zero (the mean) to
+    /// two, has the lowest leave-one-out error. A network learns the residuals.
+    ///
+    /// # Errors
+    /// Fewer than two fields, of different lengths, not finite, or all the same; parameters that do not belong to the fields.
+    #[doc(alias = "following")]
+    pub fn about_trend<'a>(
+        fields: impl IntoIterator<Item = &'a [f64]>,
+        parameters: &[Vec<f64>],
+        power: f64,
+    ) -> Result<Self> {
+        let fields: Vec<&[f64]> = fields.into_iter().collect();
+        let (count, size) = (fields.len(), fields.first().map_or(0, |field| field.len()));
+        if count < 2 || size == 0 {
+            return Err(CoordinateError::None(NO_DIRECTIONS));
+        }
+        for field in &fields {
+            require_count("values of a simulated displacement", field.len(), size)?;
+            require_finite("a simulated displacement", field)?;
+        }
+        require_count("parameters of simulations", parameters.len(), count)?;
+        let width = parameters[0].len();
+        for parameters in parameters {
+            require_count("parameters of a simulation", parameters.len(), width)?;
+            require_finite("parameters of a simulation", parameters)?;
+        }
+        let mean: Vec<f64> = (0..size)
+            .map(|i| fields.iter().map(|field| field[i]).sum::<f64>() / count as f64)
+            .collect();
+        let spread = DMatrix::from_fn(size, count, |i, j| fields[j][i] - mean[i]);
+        let (modes, deviations) = decomposed(spread.clone())?;
+        if deviations[0] == 0.0 {
+            return Err(CoordinateError::None(NO_DIRECTIONS));
+        }
+        // All that follows happens in the space of the simulations.
+        let floor = SMALLEST_DEVIATION * deviations[0];
+        let kept = deviations.iter().take_while(|&&deviation| deviation > floor).count();
+        let modes = modes.columns(0, kept).into_owned();
+        let polynomial = Polynomial::fit(&modes.tr_mul(&spread).transpose(), parameters)?;
+        let (turn, left) = decomposed(polynomial.residual.transpose())?;
+        let start = &modes * &polynomial.constant;
+        let modes = modes * &turn;
+        let root = (count as f64).sqrt();
+        let largest = left[0].max(floor) / root;
+        let scales = left.map(|s| largest * (s.max(floor) / root / largest).powf(power));
+        let down = (0..size).flat_map(|i| (0..kept).map(move |j| (i, j)));
+        let up = (0..kept).flat_map(|j| (0..size).map(move |i| (i, j)));
+        let factors = vec![
+            Factor::new(kept, down.map(|(i, j)| modes[(i, j)] * scales[j])),
+            Factor::new(size, up.map(|(i, j)| modes[(i, j)])),
+        ];
+        let output = |term: &DVector<f64>| -> Vec<f64> {
+            let components = turn.tr_mul(term).component_div(&scales);
+            (&modes * components).iter().copied().collect()
+        };
+        let origin = mean.iter().zip(start.iter()).map(|(mean, start)| mean + start).collect();
+        Self::from_parts(origin, factors, polynomial.terms.iter().map(output).collect())
+    }
+
+    fn from_parts(origin: Vec<f64>, factors: Vec<Factor>, slopes: Vec<Vec<f64>>) -> Result<Self> {
+        require_finite("the origin of the outputs", &origin)?;
+        for slope in &slopes {
+            require_count("outputs per unit of a parameter", slope.len(), origin.len())?;
+            require_finite("outputs per unit of a parameter", slope)?;
+        }
+        let mut size = origin.len();
+        for factor in &factors {
+            require_finite("the output map", &factor.entries)?;
+            require_count(
+                "entries of the output map",
+                factor.entries.len(),
+                size * factor.columns,
+            )?;
+            size = factor.columns;
+        }
+        require_count("columns of the output map", size, origin.len())?;
+        Ok(Self { origin: origin.into(), factors, slopes: slopes.into() })
+    }
+
+    /// Displacement of a zero output \[length\].
+    pub fn origin(&self) -> &[f64] {
+        &self.origin
+    }
+
+    /// Outputs per unit of each standardised parameter, and then of each product of two; none where outputs do not follow.
+    pub fn slopes(&self) -> &[Vec<f64>] {
+        &self.slopes
+    }
+
+    /// The map's matrices, to be applied from the right one after the other: entries row by row, and columns.
+    pub fn matrices(&self) -> impl Iterator<Item = (&[f32], usize)> {
+        self.factors.iter().map(|factor| (&*factor.entries, factor.columns))
+    }
+}
+
+/// Stored form of a basis: little-endian bytes of the matrices in base64.
+#[derive(Serialize, Deserialize)]
+struct Packed {
+    origin: Vec<f64>,
+    factors: Vec<PackedFactor>,
+    #[serde(default)]
+    slopes: Vec<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct PackedFactor {
+    columns: usize,
+    entries: String,
+}
+
+impl From<PrincipalDirections> for Packed {
+    fn from(basis: PrincipalDirections) -> Self {
+        let pack = |factor: &Factor| PackedFactor {
+            columns: factor.columns,
+            entries: packed::singles(&factor.entries),
+        };
+        Self {
+            origin: basis.origin.to_vec(),
+            factors: basis.factors.iter().map(pack).collect(),
+            slopes: basis.slopes.iter().map(|slope| packed::doubles(slope)).collect(),
+        }
+    }
+}
+
+impl TryFrom<Packed> for PrincipalDirections {
+    type Error = String;
+
+    fn try_from(packed: Packed) -> std::result::Result<Self, String> {
+        let unpack = |factor: PackedFactor| {
+            let entries = packed::read_singles(&factor.entries)?.into();
+            Ok::<_, String>(Factor { columns: factor.columns, entries })
+        };
+        let factors =
+            packed.factors.into_iter().map(unpack).collect::<std::result::Result<_, _>>()?;
+        let slopes = packed.slopes.iter();
+        let slopes = slopes.map(|slope| packed::read_doubles(slope, packed.origin.len()));
+        let slopes = slopes.collect::<std::result::Result<_, _>>()?;
+        Self::from_parts(packed.origin, factors, slopes).map_err(|error| error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mapped(basis: &PrincipalDirections, output: &[f32]) -> Vec<f64> {
+        let apply = |row: Vec<f64>, (entries, columns): (&[f32], usize)| -> Vec<f64> {
+            let column = |j: usize| {
+                let entries = entries.iter().skip(j).step_by(columns);
+                row.iter().zip(entries).map(|(x, &entry)| x * f64::from(entry)).sum()
+            };
+            (0..columns).map(column).collect()
+        };
+        let row = output.iter().map(|&x| f64::from(x)).collect();
+        let increments = basis.matrices().fold(row, apply);
+        increments.iter().zip(basis.origin()).map(|(du, u)| u + du).collect()
+    }
+
+    /// Directions of simulations without parameters.
+    fn about_mean(fields: &[Vec<f64>], power: f64) -> Result<PrincipalDirections> {
+        let parameters = vec![Vec::new(); fields.len()];
+        PrincipalDirections::about_trend(fields.iter().map(Vec::as_slice), &parameters, power)
+    }
+
+    #[test]
+    fn a_basis_survives_storage_bit_for_bit() {
+        let fields = [vec![0.0, 1.0, 2.0], vec![0.5, 0.1, -1.0], vec![1.0, 1.0, 1.0]];
+        let basis = about_mean(&fields, 1.0).unwrap();
+        let text = serde_json::to_string(&basis).unwrap();
+        assert_eq!(serde_json::from_str::<PrincipalDirections>(&text).unwrap(), basis);
+        let cut = text.replacen("\"columns\":3", "\"columns\":2", 1);
+        assert!(serde_json::from_str::<PrincipalDirections>(&cut).is_err());
+    }
+
+    #[test]
+    fn principal_outputs_spread_as_the_simulations_do() {
+        // Along e = (3, 0, 4)/5 with deviation 10, along y with deviation 0.1.
+        let at = |a: f64, b: f64| vec![1.0 + 6.0 * a, 2.0 + 0.1 * b, 3.0 + 8.0 * a];
+        let fields = [at(1.0, 1.0), at(1.0, -1.0), at(-1.0, 1.0), at(-1.0, -1.0)];
+        let basis = about_mean(&fields, 1.0).unwrap();
+        assert_eq!(basis.factors.iter().map(|factor| factor.columns).min(), Some(2));
+        for (found, expected) in basis.origin().iter().zip([1.0, 2.0, 3.0]) {
+            assert!((found - expected).abs() < 1e-12);
+        }
+        let found = mapped(&basis, &[0.6, 1.0, 0.8]);
+        for (found, expected) in found.iter().zip([7.0, 2.1, 11.0]) {
+            assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+        }
+        // What no simulation does is not predicted.
+        let found = mapped(&basis, &[0.8, 0.0, -0.6]);
+        assert!((found[0] - 1.0).abs() < 1e-5 && (found[2] - 3.0).abs() < 1e-5);
+        // A smaller power widens the small deviations: √(0.1 / 10) · 10.
+        let wide = about_mean(&fields, 0.5).unwrap();
+        assert!((mapped(&wide, &[0.0, 1.0, 0.0])[1] - 3.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn simulations_that_do_not_differ_span_nothing() {
+        let same = [vec![1.0, 2.0], vec![1.0, 2.0]];
+        assert!(about_mean(&same, 1.0).is_err());
+        assert!(about_mean(&[vec![1.0, 2.0]], 1.0).is_err());
+        assert!(about_mean(&[vec![1.0, f64::NAN], vec![1.0, 2.0]], 1.0).is_err());
+        assert!(about_mean(&[], 1.0).is_err());
+    }
+}

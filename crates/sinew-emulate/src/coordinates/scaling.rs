@@ -1,0 +1,366 @@
+//! Normalisation of parameters and displacements.
+
+use serde::{Deserialize, Serialize};
+use sinew_energy::{Parameter, Sampling};
+
+use crate::coordinates::error::{CoordinateError, Result, require_count, require_finite, require_positive};
+
+/// Scale on which a parameter enters the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ParameterScale {
+    /// Unchanged.
+    Linear,
+    /// Logarithmic, for stiffnesses that range over orders of magnitude.
+    Log,
+}
+
+/// One parameter's trained range.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ParameterRange {
+    /// Smallest trained value [unit of the parameter].
+    pub lower: f64,
+    /// Largest trained value [unit of the parameter].
+    pub upper: f64,
+    /// Scale on which the range is uniform.
+    pub scale: ParameterScale,
+}
+
+impl From<&Parameter> for ParameterRange {
+    /// The range that a parameter is sampled from, on its scale.
+    fn from(parameter: &Parameter) -> Self {
+        let [lower, upper] = parameter.range;
+        let scale = match parameter.sampling {
+            Sampling::Log => ParameterScale::Log,
+            Sampling::Linear => ParameterScale::Linear,
+        };
+        Self { lower, upper, scale }
+    }
+}
+
+/// Maps parameters θ to network inputs of zero mean and unit variance over the box of their ranges.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<ParameterRange>", into = "Vec<ParameterRange>")]
+pub struct ParameterScaling {
+    ranges: Vec<ParameterRange>,
+}
+
+/// Relative slack within which a parameter counts as inside its range: rounding of a bound that
+/// went through a logarithm or a text file.
+const RANGE_SLACK: f64 = 1e-9;
+
+impl ParameterScaling {
+    /// Scaling by the ranges of the parameters, in their order in θ.
+    ///
+    /// # Errors
+    /// An empty or not finite range, or a log scale with a bound that is not positive.
+    pub fn new(ranges: Vec<ParameterRange>) -> Result<Self> {
+        for (parameter, &ParameterRange { lower, upper, scale }) in ranges.iter().enumerate() {
+            require_finite("parameter range", &[lower, upper])?;
+            if scale == ParameterScale::Log && lower <= 0.0 {
+                return Err(CoordinateError::LogOfNonPositive { parameter, value: lower });
+            }
+            if lower >= upper {
+                return Err(CoordinateError::EmptyRange { parameter, lower, upper });
+            }
+        }
+        Ok(Self { ranges })
+    }
+
+    /// Every parameter on the log scale between `lower` and `upper`.
+    ///
+    /// # Errors
+    /// As [`ParameterScaling::new`].
+    pub fn logarithmic(lower: &[f64], upper: &[f64]) -> Result<Self> {
+        require_count("upper bounds of the parameters", upper.len(), lower.len())?;
+        let range = |(&lower, &upper)| ParameterRange { lower, upper, scale: ParameterScale::Log };
+        Self::new(lower.iter().zip(upper).map(range).collect())
+    }
+
+    /// The ranges, in the order of θ.
+    pub fn ranges(&self) -> &[ParameterRange] {
+        &self.ranges
+    }
+
+    /// Network inputs of one parameter set.
+    ///
+    /// # Errors
+    /// A wrong number of parameters, one that is not finite, or one that is not positive on a log scale.
+    pub fn standardise(&self, theta: &[f64]) -> Result<Vec<f64>> {
+        require_count("parameters", theta.len(), self.ranges.len())?;
+        require_finite("parameters", theta)?;
+        let scaled =
+            theta.iter().zip(&self.ranges).enumerate().map(|(parameter, (&value, range))| {
+                if range.scale == ParameterScale::Log && value <= 0.0 {
+                    return Err(CoordinateError::LogOfNonPositive { parameter, value });
+                }
+                let (centre, deviation) = range.centre_and_deviation();
+                Ok((range.scale.of(value) - centre) / deviation)
+            });
+        scaled.collect()
+    }
+
+    /// The parameters of some network inputs.
+    ///
+    /// # Errors
+    /// A wrong number of inputs.
+    pub fn unstandardise(&self, inputs: &[f64]) -> Result<Vec<f64>> {
+        require_count("standardised parameters", inputs.len(), self.ranges.len())?;
+        let value = |(input, range): (&f64, &ParameterRange)| {
+            let (centre, deviation) = range.centre_and_deviation();
+            let scaled = centre + deviation * input;
+            match range.scale {
+                ParameterScale::Linear => scaled,
+                ParameterScale::Log => scaled.exp(),
+            }
+        };
+        Ok(inputs.iter().zip(&self.ranges).map(value).collect())
+    }
+
+    /// Requires that the parameters of a sample lie in their ranges.
+    ///
+    /// # Errors
+    /// As [`ParameterScaling::standardise`], and the first parameter outside.
+    pub fn require_inside(&self, sample: usize, theta: &[f64]) -> Result<()> {
+        self.standardise(theta)?;
+        let outside = theta.iter().zip(&self.ranges).position(|(&v, range)| !range.contains(v));
+        outside.map_or(Ok(()), |parameter| {
+            let ParameterRange { lower, upper, .. } = self.ranges[parameter];
+            Err(CoordinateError::OutsideRange {
+                sample,
+                parameter,
+                value: theta[parameter],
+                lower,
+                upper,
+            })
+        })
+    }
+
+    /// Derivative of every network input with respect to its parameter, at `theta`.
+    pub fn slopes(&self, theta: &[f64]) -> Vec<f64> {
+        let slope = |(&value, range): (&f64, &ParameterRange)| {
+            let deviation = range.centre_and_deviation().1;
+            match range.scale {
+                ParameterScale::Linear => 1.0 / deviation,
+                ParameterScale::Log => 1.0 / (value * deviation),
+            }
+        };
+        theta.iter().zip(&self.ranges).map(slope).collect()
+    }
+
+    /// Whether every parameter lies in its trained range.
+    pub fn contains(&self, theta: &[f64]) -> bool {
+        theta.iter().zip(&self.ranges).all(|(&value, range)| range.contains(value))
+    }
+}
+
+impl TryFrom<Vec<ParameterRange>> for ParameterScaling {
+    type Error = CoordinateError;
+
+    fn try_from(ranges: Vec<ParameterRange>) -> Result<Self> {
+        Self::new(ranges)
+    }
+}
+
+impl From<ParameterScaling> for Vec<ParameterRange> {
+    fn from(scaling: ParameterScaling) -> Self {
+        scaling.ranges
+    }
+}
+
+impl ParameterScale {
+    fn of(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Log => value.ln(),
+        }
+    }
+}
+
+impl ParameterRange {
+    fn contains(&self, value: f64) -> bool {
+        let slack = RANGE_SLACK * (self.upper - self.lower);
+        (self.lower - slack..=self.upper + slack).contains(&value)
+    }
+
+    /// Mean and standard deviation of the uniform distribution over the range.
+    fn centre_and_deviation(&self) -> (f64, f64) {
+        let (lower, upper) = (self.scale.of(self.lower), self.scale.of(self.upper));
+        (0.5 * (lower + upper), (upper - lower) / 12f64.sqrt())
+    }
+}
+
+/// Maps network outputs to displacements, `u = mean + scale · output`: per component, or per
+/// degree of freedom.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OutputScale {
+    /// Displacement of a zero output, for every component or, node by node, every degree of freedom \[length\].
+    pub mean: Vec<f64>,
+    /// Displacement of a unit output, as many as means \[length\].
+    pub scale: Vec<f64>,
+}
+
+/// Smallest scale of a component relative to the largest. A component that hardly moves, as in a plane problem, would
+/// otherwise be fitted to its noise.
+const SMALLEST_RELATIVE_SCALE: f64 = 1e-3;
+
+impl OutputScale {
+    /// Mean and standard deviation per component of training displacements, each flattened node by node; with as many `dimensions`
+    /// as a displacement has numbers per degree of freedom, so that a network learns only how each node departs from its mean.
+    ///
+    /// # Errors
+    /// No displacement, a length that is no multiple of `dimensions`, or values that are not finite.
+    pub fn standardising<'a>(
+        dimensions: usize,
+        displacements: impl IntoIterator<Item = &'a [f64]>,
+    ) -> Result<Self> {
+        Self::from_statistics(dimensions, displacements, |values| {
+            mean_and_deviation(values.iter().copied())
+        })
+    }
+
+    /// Zero mean and the root mean square per component, for instance of one linear solve: what is
+    /// known before physics-informed training.
+    ///
+    /// # Errors
+    /// As [`OutputScale::standardising`].
+    pub fn root_mean_square<'a>(
+        dimensions: usize,
+        displacements: impl IntoIterator<Item = &'a [f64]>,
+    ) -> Result<Self> {
+        Self::from_statistics(dimensions, displacements, |values| {
+            let square =
+                values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64;
+            (0.0, square.sqrt())
+        })
+    }
+
+    fn from_statistics<'a>(
+        dimensions: usize,
+        displacements: impl IntoIterator<Item = &'a [f64]>,
+        statistics: impl Fn(&[f64]) -> (f64, f64),
+    ) -> Result<Self> {
+        if dimensions == 0 {
+            return Err(CoordinateError::Scale {
+                what: "the scale of no displacement",
+                value: 0.0,
+            });
+        }
+        let mut components = vec![Vec::new(); dimensions];
+        for displacement in displacements {
+            require_count(
+                "displacement values beyond whole nodes",
+                displacement.len() % dimensions,
+                0,
+            )?;
+            require_finite("displacements", displacement)?;
+            for row in displacement.chunks_exact(dimensions) {
+                components
+                    .iter_mut()
+                    .zip(row)
+                    .for_each(|(component, value)| component.push(*value));
+            }
+        }
+        let (mean, scale): (Vec<f64>, Vec<f64>) = components.iter().map(|c| statistics(c)).unzip();
+        let largest = scale.iter().copied().fold(0.0, f64::max);
+        require_positive("the scale of the displacements", largest)?;
+        let scale = scale.into_iter().map(|s| s.max(SMALLEST_RELATIVE_SCALE * largest)).collect();
+        Ok(Self { mean, scale })
+    }
+
+    /// Requires a mean and a positive scale for every component or every degree of freedom.
+    ///
+    /// # Errors
+    /// A wrong count or a scale that is not positive.
+    pub fn check(&self, dimensions: usize, degrees_of_freedom: usize) -> Result<()> {
+        if self.scale.len() != dimensions {
+            require_count("output scales", self.scale.len(), degrees_of_freedom)?;
+        }
+        require_count("output means", self.mean.len(), self.scale.len())?;
+        require_finite("output means", &self.mean)?;
+        self.scale
+            .iter()
+            .try_for_each(|&scale| require_positive("the scale of a displacement component", scale))
+    }
+
+    /// Length by which nodal distances are made dimensionless: root mean square of the scales \[length\].
+    pub fn length(&self) -> f64 {
+        let square = self.scale.iter().map(|scale| scale * scale).sum::<f64>();
+        (square / self.scale.len().max(1) as f64).sqrt()
+    }
+}
+
+fn mean_and_deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let count = values.clone().count().max(1) as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    let variance = values.map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+    (mean, variance.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_box_maps_to_unit_variance() {
+        let scaling = ParameterScaling::logarithmic(&[50.0], &[100.0]).unwrap();
+        let bound = 3f64.sqrt(); // a uniform distribution of unit variance ends at ±√3
+        assert!((scaling.standardise(&[50.0]).unwrap()[0] + bound).abs() < 1e-12);
+        assert!((scaling.standardise(&[100.0]).unwrap()[0] - bound).abs() < 1e-12);
+        assert!(scaling.standardise(&[5000f64.sqrt()]).unwrap()[0].abs() < 1e-12);
+        assert!(scaling.contains(&[100.0]) && !scaling.contains(&[100.1]));
+        assert!((scaling.unstandardise(&[-bound]).unwrap()[0] - 50.0).abs() < 1e-9);
+        assert!(scaling.unstandardise(&[]).is_err());
+    }
+
+    #[test]
+    fn slopes_are_the_derivative() {
+        let linear = ParameterRange { lower: -1.0, upper: 3.0, scale: ParameterScale::Linear };
+        let log = ParameterRange { lower: 0.1, upper: 10.0, scale: ParameterScale::Log };
+        let scaling = ParameterScaling::new(vec![linear, log]).unwrap();
+        let (theta, step) = ([0.4, 1.7], 1e-6);
+        let slopes = scaling.slopes(&theta);
+        for parameter in 0..2 {
+            let mut ahead = theta;
+            ahead[parameter] += step;
+            let change = scaling.standardise(&ahead).unwrap()[parameter]
+                - scaling.standardise(&theta).unwrap()[parameter];
+            assert!((change / step - slopes[parameter]).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn bad_parameters_are_named() {
+        assert!(matches!(
+            ParameterScaling::logarithmic(&[0.0], &[1.0]),
+            Err(CoordinateError::LogOfNonPositive { parameter: 0, .. })
+        ));
+        assert!(matches!(
+            ParameterScaling::logarithmic(&[1.0, 2.0], &[2.0, 2.0]),
+            Err(CoordinateError::EmptyRange { parameter: 1, .. })
+        ));
+        let scaling = ParameterScaling::logarithmic(&[1.0], &[2.0]).unwrap();
+        assert!(matches!(scaling.standardise(&[f64::NAN]), Err(CoordinateError::NotFinite { .. })));
+        assert!(matches!(scaling.standardise(&[1.0, 1.0]), Err(CoordinateError::Count { .. })));
+    }
+
+    #[test]
+    fn a_resting_component_gets_a_share_of_the_largest_scale() {
+        let displacement = [0.0, 3.0, 0.0, -3.0];
+        let scale = OutputScale::root_mean_square(2, [&displacement[..]]).unwrap();
+        assert_eq!(scale.scale, [3e-3, 3.0]);
+        assert!(matches!(OutputScale::standardising(2, []), Err(CoordinateError::Scale { .. })));
+        assert!(matches!(OutputScale::standardising(0, []), Err(CoordinateError::Scale { .. })));
+    }
+
+    #[test]
+    fn every_node_has_its_own_mean() {
+        let (first, second) = ([0.0, 3.0, 0.0, 9.0], [0.0, 5.0, 0.0, 7.0]);
+        let scale = OutputScale::standardising(4, [&first[..], &second[..]]).unwrap();
+        assert_eq!(scale.mean, [0.0, 4.0, 0.0, 8.0]);
+        assert_eq!(scale.scale, [1e-3, 1.0, 1e-3, 1.0]);
+        assert!(scale.check(2, 4).is_ok() && scale.check(2, 6).is_err());
+        let uneven = OutputScale::standardising(4, [&first[..], &second[..2]]);
+        assert!(matches!(uneven, Err(CoordinateError::Count { .. })));
+    }
+}

@@ -1,0 +1,264 @@
+//! Rigid motions of nested clusters, composed from the whole body down to its nodes.
+
+use crate::coordinates::turning::{Number, Rotation, product};
+use sinew_num::{Mat3, Slope};
+
+/// A body whose nodes belong to clusters, which belong to larger clusters, and so on up to one or several roots.
+///
+/// Each cluster k moves rigidly within its parent, `T_k(x) = X_k + t_k + exp([ω_k]) (x − X_k)`, and a node takes the
+/// motions of all clusters that it belongs to after its own displacement: `u = T_root ∘ … ∘ T_parent(X + d) − X`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionTree {
+    /// Cluster of every node.
+    pub node_parents: Vec<usize>,
+    /// Cluster that every cluster belongs to: a later one, or none for a root.
+    pub cluster_parents: Vec<Option<usize>>,
+    /// Places X of the nodes at rest \[length\].
+    pub positions: Vec<[f64; 3]>,
+    /// Centres X_k of the clusters \[length\].
+    pub centres: Vec<[f64; 3]>,
+    /// Matrices from a node's output to its displacement d within its cluster \[length\].
+    pub node_scales: Vec<[[f64; 3]; 3]>,
+    /// Matrices from a cluster's output to its translation t \[length\] and rotation vector ω \[rad\].
+    pub cluster_scales: Vec<[[f64; 6]; 6]>,
+}
+
+/// A cluster's own motion, and that of the clusters it belongs to and its own together: `x ↦ x + a + E (x − X)`.
+struct Motion<S> {
+    translation: [S; 3],
+    turn: Rotation<S>,
+    /// a: displacement of the centre \[length\].
+    shift: [S; 3],
+    /// E: rotation less the identity.
+    rotation: Mat3<S>,
+}
+
+impl MotionTree {
+    /// Numbers of outputs of all clusters and of all nodes.
+    pub fn lengths(&self) -> (usize, usize) {
+        (6 * self.cluster_parents.len(), 3 * self.node_parents.len())
+    }
+
+    /// Motions of all clusters, parents before children.
+    fn cluster_motions<S: Number>(&self, outputs: &[S]) -> Vec<Motion<S>> {
+        let count = self.cluster_parents.len();
+        let mut motions: Vec<Motion<S>> = Vec::with_capacity(count);
+        // Stored from the root on: cluster k is at `count − 1 − k`.
+        for cluster in (0..count).rev() {
+            let [t, w] = self.own_motion(cluster, &outputs[6 * cluster..6 * cluster + 6]);
+            let turn = Rotation::new(w);
+            let own =
+                Motion { shift: t.clone(), rotation: turn.less_identity(), translation: t, turn };
+            motions.push(match self.cluster_parents[cluster] {
+                None => own,
+                Some(parent) => {
+                    let above = &motions[count - 1 - parent];
+                    let place = self.place(self.centres[cluster], parent, &own.translation);
+                    let moved = above.rotation.apply(&place);
+                    let rotated = product(&above.rotation, &own.rotation);
+                    Motion {
+                        shift: std::array::from_fn(|i| {
+                            own.translation[i].clone() + above.shift[i].clone() + moved[i].clone()
+                        }),
+                        rotation: Mat3::from_fn(|i, j| {
+                            above.rotation.at(i, j) + own.rotation.at(i, j) + rotated.at(i, j)
+                        }),
+                        ..own
+                    }
+                }
+            });
+        }
+        motions.reverse();
+        motions
+    }
+
+    /// Translation and rotation vector of a cluster.
+    fn own_motion<S: Number>(&self, cluster: usize, output: &[S]) -> [[S; 3]; 2] {
+        let scaled = scale(&self.cluster_scales[cluster], output);
+        let [a, b, c, d, e, f] = scaled;
+        [[a, b, c], [d, e, f]]
+    }
+
+    /// `x + own − X_parent`.
+    fn place<S: Number>(&self, x: [f64; 3], parent: usize, own: &[S; 3]) -> [S; 3] {
+        let centre = self.centres[parent];
+        std::array::from_fn(|i| own[i].clone() + (x[i] - centre[i]))
+    }
+
+    fn displacement<S: Number>(&self, motions: &[Motion<S>], outputs: &[S]) -> Vec<S> {
+        let rows = outputs.chunks_exact(3).enumerate();
+        let displaced = rows.flat_map(|(node, output)| {
+            let parent = self.node_parents[node];
+            let own = scale(&self.node_scales[node], output);
+            let place = self.place(self.positions[node], parent, &own);
+            let motion = &motions[parent];
+            let moved = motion.rotation.apply(&place);
+            let sum = own.into_iter().zip(motion.shift.clone()).zip(moved);
+            sum.map(|((own, shift), moved)| own + shift + moved)
+        });
+        displaced.collect()
+    }
+
+    /// Displacements of outputs of clusters and nodes, node by node \[length\].
+    pub fn moved(&self, clusters: &[f64], nodes: &[f64]) -> Vec<f64> {
+        self.displacement(&self.cluster_motions(clusters), nodes)
+    }
+
+    /// Derivatives of the displacements along changes of the outputs, by forward mode: samples of outputs of clusters and nodes, and
+    /// directions times samples of changes, the samples fastest.
+    pub fn tangent(
+        &self,
+        (clusters, nodes): (&[f32], &[f32]),
+        (cluster_change, node_change): (&[f32], &[f32]),
+    ) -> Vec<f64> {
+        let (of_clusters, of_nodes) = self.lengths();
+        let samples = nodes.len() / of_nodes.max(1);
+        let dual = |values: &[f32], changes: &[f32]| -> Vec<Slope<1>> {
+            let pairs = values.iter().zip(changes);
+            pairs.map(|(v, c)| Slope { value: f64::from(*v), gradient: [f64::from(*c)] }).collect()
+        };
+        let changes =
+            cluster_change.chunks_exact(of_clusters).zip(node_change.chunks_exact(of_nodes));
+        let tangents = changes.enumerate().flat_map(|(row, (cluster_change, node_change))| {
+            let part = |values: &'_ [f32], length| {
+                let first = (row % samples) * length;
+                values[first..first + length].to_vec()
+            };
+            let clusters = dual(&part(clusters, of_clusters), cluster_change);
+            let nodes = dual(&part(nodes, of_nodes), node_change);
+            let displacement = self.displacement(&self.cluster_motions(&clusters), &nodes);
+            displacement.into_iter().map(|u| u.gradient[0]).collect::<Vec<_>>()
+        });
+        tangents.collect()
+    }
+
+    /// Pulls the gradient of a displacement back to outputs of clusters and nodes, where they are.
+    pub fn pull_back(
+        &self,
+        (clusters, nodes): (&[f64], &[f64]),
+        cotangent: &[f64],
+        (to_clusters, to_nodes): (&mut [f64], &mut [f64]),
+    ) {
+        let motions = self.cluster_motions(clusters);
+        let mut shifts = vec![[0.0; 3]; motions.len()];
+        let mut rotations = vec![Mat3::ZERO; motions.len()];
+        let rows = cotangent.chunks_exact(3).zip(nodes.chunks_exact(3));
+        for (node, ((cotangent, output), to)) in rows.zip(to_nodes.chunks_exact_mut(3)).enumerate()
+        {
+            let force = [cotangent[0], cotangent[1], cotangent[2]];
+            let (parent, scales) = (self.node_parents[node], &self.node_scales[node]);
+            let place = self.place(self.positions[node], parent, &scale(scales, output));
+            let own = turned_back(&motions[parent].rotation, &force);
+            add(&force, &place, &mut shifts[parent], &mut rotations[parent]);
+            to.copy_from_slice(&scale_back(scales, &own));
+        }
+        // Children come before their parents.
+        for (cluster, to) in to_clusters.chunks_exact_mut(6).enumerate() {
+            let (force, moment) = (shifts[cluster], rotations[cluster]);
+            let Motion { translation, turn, .. } = &motions[cluster];
+            let (force_within, moment_within) = match self.cluster_parents[cluster] {
+                None => (force, moment),
+                Some(parent) => {
+                    let above = &motions[parent].rotation;
+                    let place = self.place(self.centres[cluster], parent, translation);
+                    add(&force, &place, &mut shifts[parent], &mut rotations[parent]);
+                    let back = product(&moment, &transposed(&turn.less_identity()));
+                    let sum = &mut rotations[parent];
+                    *sum = Mat3::from_fn(|i, j| sum[i][j] + moment[i][j] + back[i][j]);
+                    let within = product(&transposed(above), &moment);
+                    let within = Mat3::from_fn(|i, j| moment[i][j] + within[i][j]);
+                    (turned_back(above, &force), within)
+                }
+            };
+            let turned = turn.pull_back(&moment_within);
+            let [a, b, c] = force_within;
+            let [d, e, f] = turned;
+            to.copy_from_slice(&scale_back(&self.cluster_scales[cluster], &[a, b, c, d, e, f]));
+        }
+    }
+}
+
+fn scale<S: Number, const N: usize>(scales: &[[f64; N]; N], output: &[S]) -> [S; N] {
+    std::array::from_fn(|i| {
+        let terms = (0..N).map(|j| output[j].clone() * scales[i][j]);
+        terms.reduce(|sum, term| sum + term).expect("scales have entries")
+    })
+}
+
+fn scale_back<const N: usize>(scales: &[[f64; N]; N], force: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|j| (0..N).map(|i| scales[i][j] * force[i]).sum())
+}
+
+/// `(I + E)ᵀ f`.
+fn turned_back(rotation: &Mat3<f64>, force: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|j| force[j] + (0..3).map(|i| rotation[i][j] * force[i]).sum::<f64>())
+}
+
+fn transposed(m: &Mat3<f64>) -> Mat3<f64> {
+    Mat3::from_fn(|i, j| m[j][i])
+}
+
+/// Adds a force at a place to the gradients by a motion's shift and rotation.
+fn add(force: &[f64; 3], place: &[f64; 3], shift: &mut [f64; 3], rotation: &mut Mat3<f64>) {
+    for i in 0..3 {
+        shift[i] += force[i];
+        for j in 0..3 {
+            rotation.0[i][j] += force[i] * place[j];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NODES: usize = 5;
+    const CLUSTERS: usize = 4;
+
+    fn wave(seed: f64) -> f64 {
+        (seed * 1.7).sin()
+    }
+
+    fn mixing<const N: usize>(seed: f64) -> [[f64; N]; N] {
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                f64::from(u8::from(i == j)) + 0.2 * wave(seed + (3 * i + j) as f64)
+            })
+        })
+    }
+
+    #[test]
+    fn tangents_are_derivatives() {
+        // Five nodes in two clusters, these in one, and that beside a lonely root.
+        let point = |seed: usize| std::array::from_fn(|i| 7.0 * wave((3 * seed + i) as f64));
+        let tree = MotionTree {
+            node_parents: vec![0, 0, 1, 1, 3],
+            cluster_parents: vec![Some(2), Some(2), None, None],
+            positions: (0..NODES).map(point).collect(),
+            centres: (10..10 + CLUSTERS).map(point).collect(),
+            node_scales: (0..NODES).map(|n| mixing(n as f64)).collect(),
+            cluster_scales: (0..CLUSTERS).map(|c| mixing(10.0 + c as f64)).collect(),
+        };
+        let values = |count: usize, seed: f64| -> Vec<f32> {
+            (0..count).map(|i| wave(seed + 2.3 * i as f64) as f32).collect()
+        };
+        let at = (values(2 * 6 * CLUSTERS, 3.0), values(2 * 3 * NODES, 4.0));
+        let along = (values(4 * 6 * CLUSTERS, 5.0), values(4 * 3 * NODES, 6.0));
+        let moved = |sample: usize, row: usize, step: f64| {
+            let shift = |at: &[f32], along: &[f32], length: usize| -> Vec<f64> {
+                let (at, along) = (&at[sample * length..], &along[row * length..]);
+                (0..length).map(|i| f64::from(at[i]) + step * f64::from(along[i])).collect()
+            };
+            let clusters = shift(&at.0, &along.0, 6 * CLUSTERS);
+            tree.moved(&clusters, &shift(&at.1, &along.1, 3 * NODES))
+        };
+        let found = tree.tangent((&at.0, &at.1), (&along.0, &along.1));
+        const STEP: f64 = 1e-6;
+        for (row, found) in found.chunks_exact(3 * NODES).enumerate() {
+            let (ahead, behind) = (moved(row % 2, row, STEP), moved(row % 2, row, -STEP));
+            for ((a, b), found) in ahead.iter().zip(&behind).zip(found) {
+                assert!(((a - b) / (2.0 * STEP) - found).abs() < 1e-7, "{found}");
+            }
+        }
+    }
+}

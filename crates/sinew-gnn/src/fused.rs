@@ -1,0 +1,77 @@
+//! Burn tensors as numbers of a mechanical formula, and fused autodiff operations.
+//!
+//! A graph-network emulator spends its time in small perceptrons on gathered rows. Here each is
+//! one operation of Burn's autodiff graph, tiled for the cache and vectorised:
+//!
+//! ```
+//! use burn::tensor::{Device, Tensor};
+//! use sinew_gnn::fused::{Activation, EdgeTopology, activate, signed_edge_sum};
+//!
+//! // A path of three nodes; each edge carries one message.
+//! let topology = EdgeTopology::new(3, &[0, 1], &[1, 2])?;
+//! let device = Device::flex().autodiff();
+//! let messages = Tensor::<2>::from_floats([[1.0], [-2.0]], &device).require_grad();
+//!
+//! let sums = signed_edge_sum(activate(messages.clone(), Activation::Celu), &topology);
+//! assert_eq!(sums.dims(), [3, 1]);
+//! let gradient = messages.grad(&sums.powi_scalar(2).sum().backward()).unwrap();
+//! assert_eq!(gradient.dims(), [2, 1]);
+//! # Ok::<(), sinew_gnn::fused::IndexError>(())
+//! ```
+//!
+//! - [`gathered_mlp`]: a perceptron on gathered rows;
+//! - [`signed_edge_sum`], [`received_edge_sum`]: messages to nodes;
+//! - [`activate`]: activations of all numbers;
+//! - [`sum`], [`normalised`]: of two tensors, of rows;
+//! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser, in place;
+//! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
+//! - [`Lanes`]: a tensor as the number type of a formula;
+//! - [`rigid_motions`]: motions of nested clusters, composed;
+//! - [`fused_potential`]: an energy from outside of Burn whose backward pass is its residual.
+//!
+//! Every operation has its double in plain tensors in [`mod@reference`], which it agrees with to
+//! single-precision rounding, and which stands in for it in other precisions. All are
+//! deterministic, whatever the number of threads.
+
+// The ndarray backend is deprecated upstream; it is wired up here as long as Burn has it.
+#![cfg_attr(feature = "ndarray", allow(deprecated))]
+
+mod activation;
+mod combine;
+mod edges;
+mod elementwise;
+mod error;
+mod host;
+mod index;
+mod lanes;
+mod mlp;
+mod mlp_backward;
+mod mlp_kernel;
+mod moments;
+mod motions;
+mod normalise;
+mod orthogonalise;
+mod perceptron;
+mod pool;
+mod potential;
+mod product;
+pub mod reference;
+mod rows;
+mod simd;
+#[cfg(test)]
+mod testing;
+
+pub use activation::Activation;
+pub use combine::{normalised, sum};
+pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
+pub use elementwise::activate;
+pub use error::IndexError;
+pub use index::GatherPlan;
+pub use lanes::Lanes;
+pub use mlp::gathered_mlp;
+pub use moments::{AdamRule, adam_direction, descend, momentum_direction};
+pub use motions::rigid_motions;
+pub use orthogonalise::orthogonalise;
+pub use perceptron::{Input, LayerNormalisation, PerceptronWeights};
+pub use potential::fused_potential;
+pub use sinew_num::on_ready_threads;

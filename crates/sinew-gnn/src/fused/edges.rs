@@ -1,0 +1,215 @@
+//! Sums of edge messages at the nodes of a graph.
+
+use crate::fused::error::IndexError;
+use crate::fused::host::{HostOperation, HostTensor, apply};
+use crate::fused::index::{Gather, GatherPlan, Inverse, check};
+use crate::fused::reference;
+use crate::fused::rows::add_up;
+use burn::tensor::{DType, Tensor};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Edges treated by one task; small graphs are not worth more.
+const EDGES_PER_TASK: usize = 64;
+
+/// Directed edges of a graph, with the lists of edges that each node receives and sends.
+///
+/// Built once per graph and shared by every operation on it.
+#[derive(Debug)]
+pub struct EdgeTopology {
+    nodes: usize,
+    senders: Vec<u32>,
+    receivers: Vec<u32>,
+    received: Inverse,
+    sent: Inverse,
+}
+
+impl EdgeTopology {
+    /// Edge `i` goes from node `senders[i]` to node `receivers[i]`, both below `nodes`.
+    pub fn new(
+        nodes: usize,
+        senders: &[usize],
+        receivers: &[usize],
+    ) -> Result<Arc<Self>, IndexError> {
+        if senders.len() != receivers.len() {
+            return Err(IndexError::UnpairedEdges {
+                senders: senders.len(),
+                receivers: receivers.len(),
+            });
+        }
+        let (senders, receivers) = (check(senders, nodes)?, check(receivers, nodes)?);
+        let (received, sent) = (Inverse::new(&receivers, nodes), Inverse::new(&senders, nodes));
+        Ok(Arc::new(Self { nodes, senders, receivers, received, sent }))
+    }
+
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.nodes
+    }
+
+    /// Number of edges.
+    pub(crate) fn edges(&self) -> usize {
+        self.senders.len()
+    }
+
+    /// Sending node of every edge.
+    pub fn senders(&self) -> &[u32] {
+        &self.senders
+    }
+
+    /// Receiving node of every edge.
+    pub fn receivers(&self) -> &[u32] {
+        &self.receivers
+    }
+
+    pub(crate) fn received(&self) -> &Inverse {
+        &self.received
+    }
+
+    pub(crate) fn sent(&self) -> &Inverse {
+        &self.sent
+    }
+}
+
+impl GatherPlan {
+    /// One row per edge, from three sources: a row per edge, and two sources of a row per node,
+    /// read at the receiving and at the sending node.
+    pub fn edges(topology: &EdgeTopology) -> Arc<Self> {
+        let receiver = Gather::Indexed {
+            index: topology.receivers().to_vec(),
+            inverse: topology.received().clone(),
+        };
+        let sender = Gather::Indexed {
+            index: topology.senders().to_vec(),
+            inverse: topology.sent().clone(),
+        };
+        let (edges, nodes) = (topology.edges(), topology.nodes());
+        Arc::new(Self {
+            rows: edges,
+            sources: vec![Gather::Identity, receiver, sender],
+            source_rows: vec![edges, nodes, nodes],
+        })
+    }
+}
+
+/// Per node, the sum of the messages it receives minus the sum of those it sends:
+/// `[edges, k]` to `[nodes, k]` (thesis, Algorithm 2).
+///
+/// # Panics
+/// When `messages` has not one row per edge.
+pub fn signed_edge_sum(messages: Tensor<2>, topology: &Arc<EdgeTopology>) -> Tensor<2> {
+    sum(messages, topology, true)
+}
+
+/// Per node, the sum of the messages it receives: `[edges, k]` to `[nodes, k]`.
+///
+/// # Panics
+/// When `messages` has not one row per edge.
+pub fn received_edge_sum(messages: Tensor<2>, topology: &Arc<EdgeTopology>) -> Tensor<2> {
+    sum(messages, topology, false)
+}
+
+fn sum(messages: Tensor<2>, topology: &Arc<EdgeTopology>, signed: bool) -> Tensor<2> {
+    let [edges, width] = messages.dims();
+    assert_eq!(edges, topology.edges(), "messages must have one row per edge");
+    if messages.dtype() != DType::F32 || width == 0 {
+        return match signed {
+            true => reference::signed_edge_sum(messages, topology),
+            false => reference::received_edge_sum(messages, topology),
+        };
+    }
+    apply(EdgeSum { topology: topology.clone(), signed }, vec![messages.into_dispatch()])
+}
+
+#[derive(Clone, Debug)]
+struct EdgeSum {
+    topology: Arc<EdgeTopology>,
+    /// Whether sent messages count, negatively.
+    signed: bool,
+}
+
+impl HostOperation for EdgeSum {
+    type Saved = usize;
+
+    fn forward(&self, inputs: &[HostTensor], _tracked: bool) -> (HostTensor, Option<usize>) {
+        let (messages, width) = (inputs[0].values(), inputs[0].last_dimension());
+        let mut sums = vec![0.0; self.topology.nodes * width];
+        add_up(messages, &self.topology.received, 1.0, width, &mut sums);
+        if self.signed {
+            add_up(messages, &self.topology.sent, -1.0, width, &mut sums);
+        }
+        (HostTensor::new(sums, [self.topology.nodes, width]), Some(width))
+    }
+
+    fn backward(&self, width: usize, cotangent: &[f32], _needed: &[bool]) -> Vec<Option<Vec<f32>>> {
+        let mut gradient = vec![0.0; self.topology.edges() * width];
+        gradient.par_chunks_mut(EDGES_PER_TASK * width).enumerate().for_each(
+            |(task, gradients)| {
+                for (offset, gradient) in gradients.chunks_exact_mut(width).enumerate() {
+                    let edge = task * EDGES_PER_TASK + offset;
+                    gradient.copy_from_slice(row(cotangent, self.topology.receivers[edge], width));
+                    if self.signed {
+                        subtract(gradient, row(cotangent, self.topology.senders[edge], width));
+                    }
+                }
+            },
+        );
+        vec![Some(gradient)]
+    }
+}
+
+fn row(values: &[f32], index: u32, width: usize) -> &[f32] {
+    &values[index as usize * width..][..width]
+}
+
+fn subtract(sum: &mut [f32], values: &[f32]) {
+    for (sum, value) in sum.iter_mut().zip(values) {
+        *sum -= value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EdgeTopology, received_edge_sum, signed_edge_sum};
+    use crate::fused::error::IndexError;
+    use crate::fused::reference;
+    use crate::fused::testing::{Comparison, device, random};
+
+    fn topology() -> std::sync::Arc<EdgeTopology> {
+        // Node 4 has no edge; node 0 has a loop; edges 1 and 2 are parallel.
+        EdgeTopology::new(5, &[0, 1, 1, 2, 3, 0], &[1, 2, 2, 0, 1, 0]).unwrap()
+    }
+
+    #[test]
+    fn both_sums_agree_with_plain_tensors() {
+        let (topology, device) = (topology(), device());
+        for width in [1, 7, 40] {
+            let messages = random([6, width], 1, &device);
+            let comparison = Comparison::of([messages]);
+            comparison.assert_close(
+                |x| signed_edge_sum(x[0].clone(), &topology),
+                |x| reference::signed_edge_sum(x[0].clone(), &topology),
+            );
+            comparison.assert_close(
+                |x| received_edge_sum(x[0].clone(), &topology),
+                |x| reference::received_edge_sum(x[0].clone(), &topology),
+            );
+        }
+    }
+
+    #[test]
+    fn signed_sums_vanish_in_total() {
+        let messages = random([6, 3], 2, &device());
+        let total =
+            signed_edge_sum(messages, &topology()).sum_dim(0).abs().max().into_scalar::<f32>();
+        assert!(total < 1e-6, "what one end receives the other sends: {total}");
+    }
+
+    #[test]
+    fn wrong_indices_are_refused_with_numbers() {
+        let wrong = EdgeTopology::new(2, &[0, 2], &[1, 0]).unwrap_err();
+        assert_eq!(wrong, IndexError::OutOfRange { position: 1, index: 2, count: 2 });
+        let wrong = EdgeTopology::new(2, &[0], &[1, 0]).unwrap_err();
+        assert_eq!(wrong, IndexError::UnpairedEdges { senders: 1, receivers: 2 });
+    }
+}

@@ -1,0 +1,88 @@
+//! Activations of whole tensors.
+
+use crate::fused::activation::{self, Activation};
+use crate::fused::host::{HostOperation, HostTensor, apply};
+use crate::fused::reference;
+use burn::tensor::{DType, Tensor};
+use rayon::prelude::*;
+
+/// Numbers treated by one task.
+const NUMBERS_PER_TASK: usize = 1 << 15;
+
+/// `activation` of every number of a tensor as one operation; the derivative comes from the output.
+///
+/// ```
+/// use burn::tensor::{Device, Tensor};
+/// use sinew_gnn::fused::{Activation, activate};
+///
+/// let x = Tensor::<1>::from_floats([-1.0, 0.0, 2.0], &Device::flex());
+/// let y = activate(x, Activation::Celu).into_data().try_to_vec::<f32>().unwrap();
+/// assert!((y[0] - (-1.0_f32).exp_m1()).abs() < 1e-7);
+/// assert_eq!(y[1..], [0.0, 2.0]);
+/// ```
+pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<D> {
+    match x.dtype() {
+        DType::F32 => apply(Elementwise(activation), vec![x.into_dispatch()]),
+        _ => reference::activate(x, activation),
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Elementwise(Activation);
+
+impl HostOperation for Elementwise {
+    /// The output.
+    type Saved = HostTensor;
+
+    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<HostTensor>) {
+        let mut output = inputs[0].values().to_vec();
+        output.par_chunks_mut(NUMBERS_PER_TASK).for_each(|x| activation::activate(self.0, x));
+        let output = HostTensor::new(output, inputs[0].shape());
+        (output.clone(), tracked.then_some(output))
+    }
+
+    fn backward(
+        &self,
+        output: HostTensor,
+        cotangent: &[f32],
+        _needed: &[bool],
+    ) -> Vec<Option<Vec<f32>>> {
+        let mut gradient = vec![0.0; cotangent.len()];
+        gradient
+            .par_chunks_mut(NUMBERS_PER_TASK)
+            .zip(output.values().par_chunks(NUMBERS_PER_TASK))
+            .zip(cotangent.par_chunks(NUMBERS_PER_TASK))
+            .for_each(|((gradient, value), cotangent)| {
+                activation::pull_back(self.0, value, cotangent, gradient);
+            });
+        vec![Some(gradient)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::activate;
+    use crate::fused::testing::{Comparison, device, random};
+    use crate::fused::{Activation, reference};
+
+    #[test]
+    fn agrees_with_plain_tensors() {
+        let device = device();
+        for activation in [Activation::Celu, Activation::Tanh] {
+            for shape in [[1, 1], [3, 257], [300, 128]] {
+                Comparison::of([random(shape, 3, &device) * 3.0]).assert_close(
+                    |x| activate(x[0].clone(), activation),
+                    |x| reference::activate(x[0].clone(), activation),
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn large_inputs_have_finite_slopes() {
+        let x = random([2, 3], 4, &device()).mul_scalar(0.0).add_scalar(200.0).require_grad();
+        let gradients = activate(x.clone(), Activation::Celu).sum().backward();
+        let slope = x.grad(&gradients).unwrap().into_data().try_to_vec::<f32>().unwrap();
+        assert_eq!(slope, [1.0; 6]);
+    }
+}

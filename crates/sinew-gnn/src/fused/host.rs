@@ -1,0 +1,209 @@
+//! The one bridge between Burn and plain Rust: differentiable operations on host memory.
+//!
+//! An operation implements [`HostOperation`] over slices; [`apply`] makes it a node of Burn's
+//! autodiff graph on every backend. On Flex the slices are the tensors' own memory.
+
+use crate::fused::pool::keep_freed_memory;
+use burn::backend::autodiff::checkpoint::base::Checkpointer;
+use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
+use burn::backend::autodiff::grads::Gradients;
+use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
+use burn::backend::flex::FlexTensor;
+use burn::backend::tensor::FloatTensor;
+use burn::backend::{
+    Autodiff, Backend, Dispatch, DispatchTensor, Flex, TensorMetadata, backend_extension, read_sync,
+};
+use burn::tensor::{Shape, Tensor, TensorData};
+use std::any::Any;
+use std::fmt::Debug;
+
+/// A contiguous single-precision tensor in host memory; clones share it.
+#[derive(Clone, Debug)]
+pub(crate) struct HostTensor(FlexTensor);
+
+impl HostTensor {
+    pub(crate) fn new(values: Vec<f32>, shape: impl Into<Shape>) -> Self {
+        Self(FlexTensor::from_data(TensorData::new(values, shape)))
+    }
+
+    pub(crate) fn values(&self) -> &[f32] {
+        self.0.as_slice().expect("built contiguous and of single precision")
+    }
+
+    pub(crate) fn shape(&self) -> Shape {
+        self.0.shape()
+    }
+
+    /// Length of the fastest axis.
+    pub(crate) fn last_dimension(&self) -> usize {
+        self.shape().as_slice().last().copied().unwrap_or(1)
+    }
+
+    /// Shares the memory of Flex tensors, reads back others.
+    fn read<B: Backend>(tensor: FloatTensor<B>) -> Self {
+        let tensor: Box<dyn Any> = Box::new(tensor);
+        match tensor.downcast::<FlexTensor>() {
+            Ok(tensor) => Self(tensor.to_contiguous()),
+            Err(tensor) => {
+                let tensor =
+                    tensor.downcast::<FloatTensor<B>>().expect("the type it was boxed with");
+                let data =
+                    read_sync(B::float_into_data(*tensor)).expect("tensors can be read back");
+                Self(FlexTensor::from_data(data))
+            }
+        }
+    }
+
+    fn write<B: Backend>(self, device: &B::Device) -> FloatTensor<B> {
+        let tensor: Box<dyn Any> = Box::new(self.0);
+        match tensor.downcast::<FloatTensor<B>>() {
+            Ok(tensor) => *tensor,
+            Err(tensor) => {
+                let tensor = tensor.downcast::<FlexTensor>().expect("the type it was boxed with");
+                B::float_from_data(tensor.into_data(), device)
+            }
+        }
+    }
+}
+
+/// A differentiable function of host tensors with one output.
+pub(crate) trait HostOperation: Clone + Debug + Send + Sync + 'static {
+    /// Tensors that the backward pass needs.
+    type Saved: Clone + Debug + Send + 'static;
+
+    /// The output, and when `tracked` what the backward pass needs.
+    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>);
+
+    /// Gradients of the inputs, from that of the output; those not `needed` may be left out.
+    fn backward(
+        &self,
+        saved: Self::Saved,
+        cotangent: &[f32],
+        needed: &[bool],
+    ) -> Vec<Option<Vec<f32>>>;
+}
+
+/// Evaluates `operation` on single-precision `inputs` and records it for differentiation.
+///
+/// # Panics
+/// For numbers of inputs that no operation has, see the table below.
+pub(crate) fn apply<O: HostOperation, const D: usize>(
+    operation: O,
+    inputs: Vec<DispatchTensor>,
+) -> Tensor<D> {
+    Tensor::from_dispatch(dispatch(operation, inputs))
+}
+
+fn forward<B: Backend, O: HostOperation, const N: usize>(
+    inputs: [FloatTensor<B>; N],
+    operation: &O,
+    tracked: bool,
+) -> (FloatTensor<B>, HostTensor, Option<O::Saved>) {
+    keep_freed_memory();
+    let device = inputs[0].device();
+    let inputs = inputs.map(HostTensor::read::<B>);
+    let (output, saved) = operation.forward(&inputs, tracked);
+    (output.clone().write::<B>(&device), output, saved)
+}
+
+/// State of a backward step: the operation's own, and the shapes of the gradients.
+#[derive(Clone, Debug)]
+struct Kept<O: HostOperation, const N: usize> {
+    operation: O,
+    saved: O::Saved,
+    shapes: [Shape; N],
+}
+
+#[derive(Debug)]
+struct HostBackward<O>(std::marker::PhantomData<fn() -> O>);
+
+impl<B: Backend, O: HostOperation, const N: usize> Backward<B, N> for HostBackward<O> {
+    type State = Kept<O, N>;
+
+    fn backward(self, ops: Ops<Self::State, N>, gradients: &mut Gradients, _: &mut Checkpointer) {
+        let cotangent = gradients.consume::<B>(&ops.node);
+        let device = cotangent.device();
+        let cotangent = HostTensor::read::<B>(cotangent);
+        let Kept { operation, saved, shapes } = ops.state;
+        let needed = ops.parents.each_ref().map(Option::is_some);
+        let results = operation.backward(saved, cotangent.values(), &needed);
+        for ((parent, result), shape) in ops.parents.iter().zip(results).zip(shapes) {
+            if let (Some(parent), Some(values)) = (parent, result) {
+                let gradient = HostTensor::new(values, shape).write::<B>(&device);
+                gradients.register::<B>(parent.id, gradient);
+            }
+        }
+    }
+}
+
+fn differentiable<B: Backend, C: CheckpointStrategy, O: HostOperation, const N: usize>(
+    inputs: [FloatTensor<Autodiff<B, C>>; N],
+    operation: O,
+) -> FloatTensor<Autodiff<B, C>> {
+    let nodes = inputs.each_ref().map(|input| input.node());
+    let shapes = inputs.each_ref().map(|input| input.shape());
+    let primitives = inputs.map(|input| input.into_primitive());
+    match Backward::<B, N>::prepare::<C>(HostBackward::<O>(std::marker::PhantomData), nodes)
+        .compute_bound()
+        .stateful()
+    {
+        OpsKind::Tracked(step) => {
+            let (output, _, saved) = forward::<B, O, N>(primitives, &operation, true);
+            let saved = saved.expect("a tracked operation saves its state");
+            step.finish(Kept { operation, saved, shapes }, output)
+        }
+        OpsKind::UnTracked(step) => {
+            step.finish(forward::<B, O, N>(primitives, &operation, false).0)
+        }
+    }
+}
+
+/// Burn routes operations of a fixed number of tensors; one method for each number in use.
+macro_rules! operations {
+    ($($name:ident($count:literal: $($input:ident),+);)+) => {
+        /// Host operations by their number of inputs.
+        #[backend_extension(Autodiff, Flex, NdArray: cfg(feature = "ndarray"), Cube: cfg(any(feature = "wgpu", feature = "cuda")))]
+        pub(crate) trait HostBackend: Backend {
+            $(#[allow(clippy::too_many_arguments)]
+            fn $name<O: HostOperation>($($input: FloatTensor<Self>),+, operation: O) -> FloatTensor<Self> {
+                forward::<Self, O, $count>([$($input),+], &operation, false).0
+            })+
+        }
+
+        impl HostBackend for Flex {}
+
+        #[cfg(feature = "ndarray")]
+        impl HostBackend for burn::backend::NdArray {}
+
+        #[cfg(any(feature = "wgpu", feature = "cuda"))]
+        impl HostBackend for burn::backend::Cube {}
+
+        impl<B: Backend, C: CheckpointStrategy> HostBackend for Autodiff<B, C> {
+            $(fn $name<O: HostOperation>($($input: FloatTensor<Self>),+, operation: O) -> FloatTensor<Self> {
+                differentiable::<B, C, O, $count>([$($input),+], operation)
+            })+
+        }
+
+        fn dispatch<O: HostOperation>(operation: O, inputs: Vec<DispatchTensor>) -> DispatchTensor {
+            match inputs.len() {
+                $($count => {
+                    let [$($input),+]: [DispatchTensor; $count] =
+                        inputs.try_into().expect("the length that was matched");
+                    Dispatch::$name($($input),+, operation)
+                })+
+                other => panic!("no host operation takes {other} tensors"),
+            }
+        }
+    };
+}
+
+operations! {
+    of_one(1: a);
+    of_two(2: a, b);
+    of_three(3: a, b, c);
+    of_seven(7: a, b, c, d, e, f, g);
+    of_eight(8: a, b, c, d, e, f, g, h);
+    of_nine(9: a, b, c, d, e, f, g, h, i);
+    of_ten(10: a, b, c, d, e, f, g, h, i, j);
+    of_eleven(11: a, b, c, d, e, f, g, h, i, j, k);
+}

@@ -1,0 +1,170 @@
+//! Row indices, their inverses, and plans that say which source rows meet in which row.
+
+use crate::fused::error::IndexError;
+use std::sync::Arc;
+
+/// Checks that all of `indices` are below `count` and shortens them.
+pub(crate) fn check(indices: &[usize], count: usize) -> Result<Vec<u32>, IndexError> {
+    let most = indices.len().max(count);
+    u32::try_from(most).map_err(|_| IndexError::TooMany(most))?;
+    let narrow = |(position, &index): (usize, &usize)| match index < count {
+        true => Ok(index as u32),
+        false => Err(IndexError::OutOfRange { position, index, count }),
+    };
+    indices.iter().enumerate().map(narrow).collect()
+}
+
+/// Entries that refer to each target, in ascending order (compressed rows).
+#[derive(Clone, Debug)]
+pub(crate) struct Inverse {
+    starts: Vec<u32>,
+    entries: Vec<u32>,
+}
+
+impl Inverse {
+    pub(crate) fn new(indices: &[u32], targets: usize) -> Self {
+        let mut starts = vec![0; targets + 1];
+        for &index in indices {
+            starts[index as usize + 1] += 1;
+        }
+        for target in 0..targets {
+            starts[target + 1] += starts[target];
+        }
+        let mut next = starts.clone();
+        let mut entries = vec![0; indices.len()];
+        for (entry, &index) in indices.iter().enumerate() {
+            entries[next[index as usize] as usize] = entry as u32;
+            next[index as usize] += 1;
+        }
+        Self { starts, entries }
+    }
+
+    pub(crate) fn targets(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Entries that refer to `target`.
+    pub(crate) fn of(&self, target: usize) -> &[u32] {
+        &self.entries[self.starts[target] as usize..self.starts[target + 1] as usize]
+    }
+}
+
+/// Row of the source that each row of the result reads.
+#[derive(Clone, Debug)]
+pub(crate) enum Gather {
+    /// Row `r` reads row `r`.
+    Identity,
+    /// Row `r` reads row `r mod period`, as in a source repeated as a whole.
+    Cyclic { period: usize },
+    /// Row `r` reads row `r / times`, as in a source whose rows are each repeated.
+    Repeated { times: usize },
+    /// Row `r` reads row `index[r]`.
+    Indexed { index: Vec<u32>, inverse: Inverse },
+}
+
+/// Says, for several sources, which of their rows meet in which row of a result.
+///
+/// Row `r` of the result is the sum over the sources of the row that each assigns to `r`. Built
+/// once per graph (or per batch size) and shared.
+#[derive(Clone, Debug)]
+pub struct GatherPlan {
+    pub(crate) rows: usize,
+    pub(crate) sources: Vec<Gather>,
+    pub(crate) source_rows: Vec<usize>,
+}
+
+impl GatherPlan {
+    /// `sources` sources of `rows` rows each, read row by row.
+    pub fn identity(rows: usize, sources: usize) -> Arc<Self> {
+        let source_rows = vec![rows; sources];
+        Arc::new(Self { rows, sources: vec![Gather::Identity; sources], source_rows })
+    }
+
+    /// Every pair of an outer and an inner row, the outer slower: row `b · inner + i` reads row
+    /// `i` of the first source and row `b` of the second.
+    pub fn outer(outer: usize, inner: usize) -> Arc<Self> {
+        let inner_gather = match outer {
+            1 => Gather::Identity,
+            _ => Gather::Cyclic { period: inner },
+        };
+        Arc::new(Self {
+            rows: outer * inner,
+            sources: vec![inner_gather, Gather::Repeated { times: inner }],
+            source_rows: vec![inner, outer],
+        })
+    }
+
+    /// This plan with one more source, of a single row that every row reads.
+    pub fn and_shared(&self) -> Arc<Self> {
+        let Self { rows, mut sources, mut source_rows } = self.clone();
+        sources.push(Gather::Repeated { times: rows.max(1) });
+        source_rows.push(1);
+        Arc::new(Self { rows, sources, source_rows })
+    }
+
+    /// Row `r` reads row `index[r]` of a source of `count` rows.
+    #[cfg(test)]
+    pub(crate) fn indexed(index: &[usize], count: usize) -> Result<Arc<Self>, IndexError> {
+        let index = check(index, count)?;
+        let (rows, inverse) = (index.len(), Inverse::new(&index, count));
+        let sources = vec![Gather::Indexed { index, inverse }];
+        Ok(Arc::new(Self { rows, sources, source_rows: vec![count] }))
+    }
+
+    /// Rows of the result.
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Rows that each source must have.
+    pub(crate) fn source_rows(&self) -> &[usize] {
+        &self.source_rows
+    }
+
+    pub(crate) fn sources(&self) -> &[Gather] {
+        &self.sources
+    }
+}
+
+impl Gather {
+    /// Row of the source that `row` reads.
+    #[inline(always)]
+    pub(crate) fn source(&self, row: usize) -> usize {
+        match self {
+            Self::Identity => row,
+            Self::Cyclic { period } => row % period,
+            Self::Repeated { times } => row / times,
+            Self::Indexed { index, .. } => index[row] as usize,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Gather, GatherPlan, Inverse};
+    use crate::fused::error::IndexError;
+
+    #[test]
+    fn inverse_lists_every_entry_once_in_order() {
+        let inverse = Inverse::new(&[2, 0, 2, 2], 4);
+        assert_eq!(inverse.of(0), [1]);
+        assert!(inverse.of(1).is_empty());
+        assert_eq!(inverse.of(2), [0, 2, 3]);
+        assert!(inverse.of(3).is_empty());
+    }
+
+    #[test]
+    fn outer_plan_pairs_every_row() {
+        let plan = GatherPlan::outer(2, 3);
+        let read = |source: &Gather| (0..6).map(|row| source.source(row)).collect::<Vec<_>>();
+        assert_eq!(read(&plan.sources()[0]), [0, 1, 2, 0, 1, 2]);
+        assert_eq!(read(&plan.sources()[1]), [0, 0, 0, 1, 1, 1]);
+        assert_eq!(plan.source_rows(), [3, 2]);
+    }
+
+    #[test]
+    fn rows_that_do_not_exist_are_refused() {
+        let outside = GatherPlan::indexed(&[0, 2], 2).unwrap_err();
+        assert_eq!(outside, IndexError::OutOfRange { position: 1, index: 2, count: 2 });
+    }
+}

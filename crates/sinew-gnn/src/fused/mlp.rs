@@ -1,0 +1,238 @@
+//! The fused perceptron as an operation of Burn.
+
+use crate::fused::activation::Activation;
+use crate::fused::host::{HostOperation, HostTensor, apply};
+use crate::fused::index::GatherPlan;
+use crate::fused::mlp_backward::backward;
+use crate::fused::mlp_kernel::{Activations, Keep, Parameters, Source, forward};
+use crate::fused::normalise::Normalisation;
+use crate::fused::perceptron::{Input, LayerNormalisation, PerceptronWeights};
+use crate::fused::reference;
+use burn::tensor::{DType, Tensor};
+use std::sync::Arc;
+
+/// Hidden activations of an evaluation are kept for the backward pass up to this many bytes, and
+/// computed again beyond it, so that memory stays bounded.
+const KEPT_BYTES: usize = 64 << 20;
+
+/// Evaluates a perceptron on gathered rows as one operation: row `r` of the result, `[rows, m]`,
+/// is that of the input whose part `k` is row `index_k(r)` of `inputs[k]`, with the indices of
+/// `plan`.
+///
+/// A part that serves several rows meets the first weight once per row of its own: edges
+/// ([`GatherPlan::edges`]) concatenate their features with those of receiver and sender, a
+/// batched decoder ([`GatherPlan::outer`]) those of a node and of a parameter set, and
+/// [`GatherPlan::identity`] covers the rest. [`reference::gathered_mlp`] is the same in plain
+/// tensors; it is used for anything but single precision.
+///
+/// Gradients do not depend on the number of threads.
+///
+/// ```
+/// use burn::tensor::{Device, Tensor};
+/// use sinew_gnn::fused::{Activation, GatherPlan, Input, PerceptronWeights, gathered_mlp};
+///
+/// let device = Device::flex();
+/// let weights = PerceptronWeights {
+///     activation: Activation::Celu,
+///     first_weight: Tensor::from_floats([[1.0, 0.0], [0.0, 1.0]], &device),
+///     first_bias: Tensor::zeros([2], &device),
+///     second_weight: Tensor::from_floats([[1.0, 0.0], [0.0, 1.0]], &device),
+///     second_bias: Tensor::zeros([2], &device),
+///     third_weight: Tensor::from_floats([[1.0], [1.0]], &device),
+///     third_bias: Tensor::zeros([1], &device),
+///     normalisation: None,
+/// };
+/// // Two nodes and three parameters: six rows.
+/// let features = |values, first_row| Input::Features { values, first_row };
+/// let nodes = features(Tensor::from_floats([[1.0], [2.0]], &device), 0);
+/// let parameters = features(Tensor::from_floats([[1.0], [2.0], [3.0]], &device), 1);
+/// let y = gathered_mlp(vec![nodes, parameters], &GatherPlan::outer(3, 2), weights);
+/// assert_eq!(y.into_data().try_to_vec::<f32>().unwrap(), [2.0, 3.0, 3.0, 4.0, 4.0, 5.0]);
+/// ```
+///
+/// # Panics
+/// When the shapes of inputs, plan and weights disagree, or for more than three inputs.
+pub fn gathered_mlp(
+    inputs: Vec<Input>,
+    plan: &Arc<GatherPlan>,
+    weights: PerceptronWeights,
+) -> Tensor<2> {
+    evaluate(inputs, plan, weights, KEPT_BYTES)
+}
+
+fn evaluate(
+    inputs: Vec<Input>,
+    plan: &Arc<GatherPlan>,
+    weights: PerceptronWeights,
+    kept_bytes: usize,
+) -> Tensor<2> {
+    check_shapes(&inputs, plan, &weights);
+    let single = |tensor: &Tensor<2>| tensor.dtype() == DType::F32;
+    let all_single = inputs.iter().all(|input| single(input.tensor()));
+    if !all_single || !single(&weights.second_weight) || weights.widths().contains(&0) {
+        return reference::gathered_mlp(inputs, plan, weights);
+    }
+    let operation = GatheredMlp {
+        plan: plan.clone(),
+        activation: weights.activation,
+        first_rows: inputs.iter().map(Input::first_row).collect(),
+        epsilon: weights.normalisation.as_ref().map(|normalisation| normalisation.epsilon as f32),
+        kept_bytes,
+    };
+    let mut tensors: Vec<_> =
+        inputs.iter().map(|input| input.tensor().clone().into_dispatch()).collect();
+    tensors.extend([
+        weights.first_weight.into_dispatch(),
+        weights.first_bias.into_dispatch(),
+        weights.second_weight.into_dispatch(),
+        weights.second_bias.into_dispatch(),
+        weights.third_weight.into_dispatch(),
+        weights.third_bias.into_dispatch(),
+    ]);
+    if let Some(LayerNormalisation { gain, offset, .. }) = weights.normalisation {
+        tensors.extend([gain.into_dispatch(), offset.into_dispatch()]);
+    }
+    apply(operation, tensors)
+}
+
+impl Input {
+    /// Rows of its tensor.
+    pub fn rows(&self) -> usize {
+        self.tensor().dims()[0]
+    }
+
+    fn tensor(&self) -> &Tensor<2> {
+        match self {
+            Self::Features { values, .. } | Self::Product(values) => values,
+        }
+    }
+
+    /// First row of the first weight that multiplies it; none for a product formed before.
+    pub(crate) fn first_row(&self) -> Option<usize> {
+        match self {
+            Self::Features { first_row, .. } => Some(*first_row),
+            Self::Product(_) => None,
+        }
+    }
+}
+
+impl PerceptronWeights {
+    fn widths(&self) -> [usize; 3] {
+        [self.first_bias.dims()[0], self.second_bias.dims()[0], self.third_bias.dims()[0]]
+    }
+}
+
+fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights) {
+    let [first, second, outputs] = weights.widths();
+    let [meeting, width] = weights.first_weight.dims();
+    assert_eq!(width, first, "first weight against its bias");
+    assert_eq!(inputs.len(), plan.source_rows().len(), "the plan's number of sources");
+    for (input, rows) in inputs.iter().zip(plan.source_rows()) {
+        let [found, columns] = input.tensor().dims();
+        assert_eq!(found, *rows, "rows of an input against the plan");
+        match input.first_row() {
+            Some(row) => assert!(row + columns <= meeting, "an input beyond the first weight"),
+            None => assert_eq!(columns, first, "a product against the first bias"),
+        }
+    }
+    assert_eq!(weights.second_weight.dims(), [first, second], "second weight against the biases");
+    assert_eq!(weights.third_weight.dims(), [second, outputs], "third weight against the biases");
+    if let Some(LayerNormalisation { gain, offset, .. }) = &weights.normalisation {
+        assert_eq!(
+            [gain.dims()[0], offset.dims()[0]],
+            [outputs; 2],
+            "gain and offset against the output"
+        );
+    }
+}
+
+#[derive(Clone, Debug)]
+struct GatheredMlp {
+    plan: Arc<GatherPlan>,
+    activation: Activation,
+    /// Per input, see [`Input::first_row`].
+    first_rows: Vec<Option<usize>>,
+    /// Epsilon of the normalisation, if there is one.
+    epsilon: Option<f32>,
+    /// See [`KEPT_BYTES`].
+    kept_bytes: usize,
+}
+
+/// Tensors of the backward pass: inputs, parameters and activations.
+#[derive(Clone, Debug)]
+struct Saved {
+    tensors: Vec<HostTensor>,
+    activations: Arc<Activations>,
+}
+
+impl GatheredMlp {
+    fn sources<'a>(&'a self, tensors: &'a [HostTensor]) -> Vec<Source<'a>> {
+        let gathers = self.plan.sources().iter().zip(&self.first_rows);
+        tensors
+            .iter()
+            .zip(gathers)
+            .map(|(tensor, (gather, &first_row))| Source {
+                values: tensor.values(),
+                width: tensor.last_dimension(),
+                gather,
+                first_row,
+            })
+            .collect()
+    }
+
+    /// Parameters among the tensors, after the inputs.
+    fn parameters<'a>(&self, tensors: &'a [HostTensor]) -> Parameters<'a> {
+        let tensors = &tensors[self.first_rows.len()..];
+        Parameters {
+            activation: self.activation,
+            first_weight: tensors[0].values(),
+            first_bias: tensors[1].values(),
+            second_weight: tensors[2].values(),
+            second_bias: tensors[3].values(),
+            third_weight: tensors[4].values(),
+            third_bias: tensors[5].values(),
+            normalisation: self.epsilon.map(|epsilon| Normalisation {
+                gain: tensors[6].values(),
+                offset: tensors[7].values(),
+                epsilon,
+            }),
+        }
+    }
+
+    /// The first layer is cheap to repeat where nothing is multiplied in tiles.
+    fn keep(&self, sources: &[Source<'_>], parameters: &Parameters<'_>) -> Keep {
+        let [first, second, _] = parameters.widths();
+        let in_tiles = sources.iter().any(Source::is_multiplied_in_tiles);
+        let width = if in_tiles { first + second } else { second };
+        let second = self.plan.rows() * width * size_of::<f32>() <= self.kept_bytes;
+        Keep { first: second && in_tiles, second }
+    }
+}
+
+impl HostOperation for GatheredMlp {
+    type Saved = Saved;
+
+    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Saved>) {
+        let (sources, parameters) = (self.sources(inputs), self.parameters(inputs));
+        let keep = match tracked {
+            true => self.keep(&sources, &parameters),
+            false => Keep { first: false, second: false },
+        };
+        let (output, activations) = forward(&self.plan, &sources, &parameters, keep);
+        let output = HostTensor::new(output, [self.plan.rows(), parameters.third_bias.len()]);
+        let saved =
+            tracked.then(|| Saved { tensors: inputs.to_vec(), activations: Arc::new(activations) });
+        (output, saved)
+    }
+
+    fn backward(&self, saved: Saved, cotangent: &[f32], needed: &[bool]) -> Vec<Option<Vec<f32>>> {
+        let (sources, parameters) = (self.sources(&saved.tensors), self.parameters(&saved.tensors));
+        let needed = &needed[..sources.len()];
+        let gradients =
+            backward(&self.plan, &sources, &parameters, &saved.activations, cotangent, needed);
+        gradients.inputs.into_iter().chain(gradients.parameters.into_iter().map(Some)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

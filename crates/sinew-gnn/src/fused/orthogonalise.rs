@@ -1,0 +1,144 @@
+//! The Newton–Schulz iteration of the Muon optimiser.
+
+use crate::fused::pool::Buffer;
+use crate::fused::product::{Panels, Start, gram, multiply};
+use crate::fused::simd::vectorised;
+
+/// Iterations; five bring singular values from 10⁻² to near one.
+const ITERATIONS: usize = 5;
+/// Coefficients of `σ ↦ a σ + b σ³ + c σ⁵`, which has the steepest slope at zero among those
+/// that map [0, 1] near one (Jordan et al., Muon, 2024).
+const COEFFICIENTS: [f32; 3] = [3.4445, -4.775, 2.0315];
+/// Norm below which a matrix counts as zero and is left small.
+const SMALLEST_NORM: f64 = 1e-7;
+
+/// Replaces a matrix `U S Vᵀ`, whose rows have `columns` numbers, by nearly `U Vᵀ`, with singular values between about 0.7 and 1.2:
+/// the update direction of Muon. Zero stays zero.
+///
+/// ```
+/// let mut update = vec![3.0, 0.0, 0.0, -1e-1];
+/// sinew_gnn::fused::orthogonalise(&mut update, 2);
+/// assert!((0.65..1.3).contains(&update[0]) && (-1.3..-0.65).contains(&update[3]));
+/// ```
+pub fn orthogonalise(matrix: &mut Vec<f32>, columns: usize) {
+    if !matrix.is_empty() {
+        iterate(matrix, matrix.len() / columns, columns);
+    }
+}
+
+/// One Newton–Schulz step. One Newton–Schulz step. With X tall, `A = Xᵀ X` and `X ← X (a I + b A + c A²)`; a wide X is transposed before and after.
+fn iterate(values: &mut Vec<f32>, rows: usize, columns: usize) {
+    let norm = values.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+    // Not `max`, which would hide a NaN.
+    let scale = if norm < SMALLEST_NORM { SMALLEST_NORM } else { norm }.recip();
+    for x in values.iter_mut() {
+        *x = (f64::from(*x) * scale) as f32;
+    }
+    if rows < columns {
+        *values = transposed(values, columns);
+    }
+    let size = rows.min(columns);
+    let (mut first, mut square) = (Buffer::take(size * size), Buffer::take(size * size));
+    let mut next = vec![0.0; values.len()];
+    for _ in 0..ITERATIONS {
+        gram(values, size, &mut first);
+        // Symmetric, hence its own Gram matrix is its square.
+        gram(&first, size, &mut square);
+        polynomial(size, &first, &mut square);
+        multiply(values, &Panels::new(&square, size), Start::Zero, &mut next);
+        std::mem::swap(values, &mut next);
+    }
+    if rows < columns {
+        *values = transposed(values, rows);
+    }
+}
+
+vectorised! {
+    /// `square = a I + b gram + c square`.
+    fn polynomial<FUSED>(size: usize, gram: &[f32], square: &mut [f32]) {
+        let [a, b, c] = COEFFICIENTS;
+        for (x, g) in square.iter_mut().zip(gram) {
+            *x = c * *x + b * g;
+        }
+        for x in square.iter_mut().step_by(size + 1) {
+            *x += a;
+        }
+    }
+}
+
+/// Transpose of a matrix with rows of `columns` numbers.
+pub(crate) fn transposed(matrix: &[f32], columns: usize) -> Vec<f32> {
+    let rows = matrix.len() / columns.max(1);
+    let mut result = Vec::with_capacity(matrix.len());
+    for column in 0..columns {
+        result.extend((0..rows).map(|row| matrix[row * columns + column]));
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::fused::testing::random;
+    use burn::optim::{MuonConfig, Optimizer};
+    use burn::tensor::{Device, Tensor, TensorData};
+
+    const SHAPES: [[usize; 2]; 5] = [[128, 128], [120, 128], [128, 40], [3, 70], [1, 1]];
+
+    fn updates() -> Vec<Tensor<2>> {
+        SHAPES.iter().zip(1..).map(|(shape, seed)| random(*shape, seed, &Device::flex())).collect()
+    }
+
+    fn numbers(x: Tensor<2>) -> Vec<f32> {
+        x.into_data().try_to_vec().unwrap()
+    }
+
+    fn orthogonalised(update: Tensor<2>) -> Tensor<2> {
+        let (dims, device) = (update.dims(), update.device());
+        let mut values = numbers(update);
+        super::orthogonalise(&mut values, dims[1]);
+        Tensor::from_data(TensorData::new(values, dims), &device)
+    }
+
+    #[test]
+    fn agrees_with_the_optimiser_of_burn() {
+        for update in updates() {
+            let ours = orthogonalised(update.clone());
+            let [rows, columns] = update.dims();
+            let start = Tensor::zeros([rows, columns], &update.device());
+            let (moved, _) = MuonConfig::new().build().step::<2>(1.0, start, update, None);
+            // Burn scales the step by √max(1, rows / columns) and subtracts it.
+            let scale = -(rows as f32 / columns as f32).max(1.0).sqrt();
+            for (ours, theirs) in numbers(ours).iter().zip(numbers(moved)) {
+                assert!(
+                    (ours * scale - theirs).abs() < 2e-5,
+                    "{rows}x{columns}: {ours} vs {}",
+                    theirs / scale
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn singular_values_are_near_one() {
+        // Rows of a wide matrix of random numbers: σ² are the Rayleigh quotients of X Xᵀ, sampled.
+        for x in updates().into_iter().map(orthogonalised) {
+            let [rows, columns] = x.dims();
+            let x = if rows <= columns { x } else { x.transpose() };
+            let probe = random([8, x.dims()[0]], 9, &x.device());
+            let images = numbers(probe.clone().matmul(x).powi_scalar(2).sum_dim(1));
+            for (image, length) in images.iter().zip(numbers(probe.powi_scalar(2).sum_dim(1))) {
+                let singular = (image / length).sqrt();
+                assert!((0.6..1.3).contains(&singular), "{rows}x{columns}: {singular}");
+            }
+        }
+    }
+
+    #[test]
+    fn zero_stays_zero_and_not_a_number_stays_visible() {
+        let device = Device::flex();
+        let zero = Tensor::<2>::zeros([4, 6], &device);
+        assert_eq!(numbers(orthogonalised(zero.clone())), [0.0; 24]);
+        let broken = orthogonalised(zero.slice_fill([1..2, 1..2], f32::NAN));
+        assert!(numbers(broken).iter().any(|x| x.is_nan()));
+    }
+}

@@ -1,0 +1,51 @@
+//! A perceptron and what it is fed.
+
+use crate::fused::activation::Activation;
+use burn::tensor::Tensor;
+
+/// Weights of a perceptron with two hidden layers,
+/// `x ↦ N(f(f(x W₁ + b₁) W₂ + b₂) W₃ + b₃)` with N the normalisation, if any.
+#[derive(Clone, Debug)]
+pub struct PerceptronWeights {
+    /// Activation f of both hidden layers.
+    pub activation: Activation,
+    /// W₁, `[inputs, h]`.
+    pub first_weight: Tensor<2>,
+    /// b₁, `[h]`.
+    pub first_bias: Tensor<1>,
+    /// W₂, `[h, h']`.
+    pub second_weight: Tensor<2>,
+    /// b₂, `[h']`.
+    pub second_bias: Tensor<1>,
+    /// W₃, `[h', m]`.
+    pub third_weight: Tensor<2>,
+    /// b₃, `[m]`.
+    pub third_bias: Tensor<1>,
+    /// Layer normalisation of the output.
+    pub normalisation: Option<LayerNormalisation>,
+}
+
+/// Normalisation of every row to mean zero and variance one, then `gain · x + offset`.
+#[derive(Clone, Debug)]
+pub struct LayerNormalisation {
+    /// `[m]`.
+    pub gain: Tensor<1>,
+    /// `[m]`.
+    pub offset: Tensor<1>,
+    /// Added to the variance.
+    pub epsilon: f64,
+}
+
+/// One part of a perceptron's input.
+#[derive(Clone, Debug)]
+pub enum Input {
+    /// Numbers that the first weight multiplies.
+    Features {
+        /// `[rows, d]`.
+        values: Tensor<2>,
+        /// First of the rows of W₁ that multiply them.
+        first_row: usize,
+    },
+    /// Products with the first weight formed before, `[rows, h]`.
+    Product(Tensor<2>),
+}

@@ -1,0 +1,163 @@
+//! A potential energy computed outside of Burn as one differentiable operation.
+
+use crate::fused::host::{HostOperation, HostTensor, apply};
+use burn::tensor::{DType, Tensor};
+use rayon::prelude::*;
+use std::fmt;
+use std::sync::Arc;
+
+/// Energies `[samples]` of displacement fields `[samples, nodes, dimensions]`; the backward pass
+/// is the nodal residual, computed along with the energy.
+///
+/// `potential(displacement, sample, gradient)` is the energy of the field `displacement` of a sample, whose gradient (the nodal
+/// residual) it writes over `gradient`. Both hold one row per node, and all rows follow one another. Outside its domain (an
+/// inverted element) the energy is +∞ and the gradient unspecified.
+///
+/// Inside everything is double precision; samples are spread over threads. An infinite or
+/// undefined energy is returned as such, and its gradient is not a number: check the energies
+/// before stepping.
+///
+/// ```
+/// use burn::tensor::{Device, Tensor};
+/// use sinew_gnn::fused::fused_potential;
+///
+/// // Springs of a stiffness per sample between every node and its place of rest.
+/// let springs = |displacement: &[f64], sample: usize, gradient: &mut [f64]| {
+///     let stiffness = [2.0, 4.0][sample];
+///     gradient.iter_mut().zip(displacement).for_each(|(g, u)| *g = stiffness * u);
+///     0.5 * stiffness * displacement.iter().map(|u| u * u).sum::<f64>()
+/// };
+/// let u = Tensor::<3>::ones([2, 1, 3], &Device::flex().autodiff()).require_grad();
+/// let energy = fused_potential(u.clone(), springs);
+/// assert_eq!(energy.to_data().try_to_vec::<f32>().unwrap(), [3.0, 6.0]);
+/// let residual = u.grad(&energy.sum().backward()).unwrap();
+/// assert_eq!(residual.into_data().try_to_vec::<f32>().unwrap(), [2.0, 2.0, 2.0, 4.0, 4.0, 4.0]);
+/// ```
+pub fn fused_potential(
+    displacement: Tensor<3>,
+    potential: impl Fn(&[f64], usize, &mut [f64]) -> f64 + Send + Sync + 'static,
+) -> Tensor<1> {
+    let dtype = displacement.dtype();
+    let single = if dtype == DType::F32 { displacement } else { displacement.cast(DType::F32) };
+    let energy = apply(Potential(Arc::new(potential)), vec![single.into_dispatch()]);
+    if dtype == DType::F32 { energy } else { energy.cast(dtype) }
+}
+
+/// Energy of a sample's field, and its gradient.
+type Energy = dyn Fn(&[f64], usize, &mut [f64]) -> f64 + Send + Sync;
+
+#[derive(Clone)]
+struct Potential(Arc<Energy>);
+
+impl fmt::Debug for Potential {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Potential")
+    }
+}
+
+impl HostOperation for Potential {
+    /// Gradients of all samples.
+    type Saved = Arc<Vec<f32>>;
+
+    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
+        let samples = inputs[0].shape()[0];
+        let displacement: Vec<f64> = inputs[0].values().iter().map(|u| f64::from(*u)).collect();
+        let size = displacement.len() / samples.max(1);
+        let mut gradient = vec![0.0; displacement.len()];
+        // An empty field still has an energy, hence no chunks of size zero.
+        let energy: Vec<f32> = if size == 0 {
+            (0..samples).map(|sample| (self.0)(&[], sample, &mut []) as f32).collect()
+        } else {
+            gradient
+                .par_chunks_mut(size)
+                .zip(displacement.par_chunks(size))
+                .enumerate()
+                .map(|(sample, (gradient, field))| self.sample(field, sample, gradient) as f32)
+                .collect()
+        };
+        let saved = tracked.then(|| Arc::new(gradient.iter().map(|g| *g as f32).collect()));
+        (HostTensor::new(energy, [samples]), saved)
+    }
+
+    fn backward(
+        &self,
+        saved: Self::Saved,
+        cotangent: &[f32],
+        _needed: &[bool],
+    ) -> Vec<Option<Vec<f32>>> {
+        let mut gradient = Arc::unwrap_or_clone(saved);
+        let size = gradient.len() / cotangent.len().max(1);
+        for (gradient, cotangent) in gradient.chunks_mut(size.max(1)).zip(cotangent) {
+            for g in gradient {
+                *g *= cotangent;
+            }
+        }
+        vec![Some(gradient)]
+    }
+}
+
+impl Potential {
+    fn sample(&self, displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64 {
+        let energy = (self.0)(displacement, sample, gradient);
+        if !energy.is_finite() {
+            gradient.fill(f64::NAN);
+        }
+        energy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fused_potential;
+    use crate::fused::testing::{Comparison, device, random};
+    use burn::tensor::Tensor;
+
+    /// `Σ k e^u − k u` with `k = 1 + sample`; infinite where some u exceeds 5.
+    fn exponential(displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64 {
+        let k = 1.0 + sample as f64;
+        for (g, u) in gradient.iter_mut().zip(displacement) {
+            *g = k * u.exp_m1();
+        }
+        match displacement.iter().any(|u| *u > 5.0) {
+            true => f64::INFINITY,
+            false => displacement.iter().map(|u| k * (u.exp() - u)).sum(),
+        }
+    }
+
+    #[test]
+    fn agrees_with_plain_tensors() {
+        let device = device();
+        for samples in [1, 4] {
+            let stiffness =
+                Tensor::<1>::from_floats([1.0, 2.0, 3.0, 4.0], &device).narrow(0, 0, samples);
+            Comparison::of([random([samples, 30], 5, &device)]).assert_close(
+                |x| {
+                    fused_potential(x[0].clone().reshape([samples, 10, 3]), exponential).unsqueeze()
+                },
+                |x| {
+                    let per_sample: Tensor<1> =
+                        (x[0].clone().exp() - x[0].clone()).sum_dim(1).squeeze_dim(1);
+                    let stiffness = stiffness.clone().cast(per_sample.dtype());
+                    (per_sample * stiffness).unsqueeze()
+                },
+            );
+        }
+    }
+
+    #[test]
+    fn energies_outside_the_domain_stay_visible() {
+        let u = Tensor::<3>::from_floats([[[0.0]], [[6.0]]], &device()).require_grad();
+        let energy = fused_potential(u.clone(), exponential);
+        assert_eq!(energy.to_data().try_to_vec::<f32>().unwrap(), [1.0, f32::INFINITY]);
+        let residual =
+            u.grad(&energy.sum().backward()).unwrap().into_data().try_to_vec::<f32>().unwrap();
+        assert_eq!(residual[0], 0.0);
+        assert!(residual[1].is_nan());
+    }
+
+    #[test]
+    fn no_samples_have_no_energy() {
+        let u = Tensor::<3>::zeros([0, 4, 3], &device());
+        assert_eq!(fused_potential(u, exponential).dims(), [0]);
+    }
+}

@@ -1,0 +1,97 @@
+//! The fused operations in plain Burn operations: slower, for every backend and precision, and
+//! the oracle of the tests.
+
+use crate::fused::index::Gather;
+use crate::fused::{
+    Activation, EdgeTopology, GatherPlan, Input, LayerNormalisation, PerceptronWeights,
+};
+use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor, TensorData};
+use std::sync::Arc;
+
+/// `activation` of every number.
+pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<D> {
+    match activation {
+        // Unlike `burn::tensor::activation::celu`, whose slope is 0 · ∞ where eˣ overflows.
+        Activation::Celu => {
+            let positive = x.clone().greater_scalar(0.0);
+            let curved = x.clone().mask_fill(positive.clone(), 0.0).exp() - 1.0;
+            curved.mask_where(positive, x)
+        }
+        Activation::Tanh => x.tanh(),
+    }
+}
+
+/// Per node, the sum of received messages minus the sum of sent ones.
+pub fn signed_edge_sum(messages: Tensor<2>, topology: &EdgeTopology) -> Tensor<2> {
+    let received = received_edge_sum(messages.clone(), topology);
+    received - sum_at(messages, topology.senders(), topology.nodes())
+}
+
+/// Per node, the sum of received messages.
+pub fn received_edge_sum(messages: Tensor<2>, topology: &EdgeTopology) -> Tensor<2> {
+    sum_at(messages, topology.receivers(), topology.nodes())
+}
+
+fn sum_at(messages: Tensor<2>, targets: &[u32], count: usize) -> Tensor<2> {
+    let device = messages.device();
+    let zeros = Tensor::zeros([count, messages.dims()[1]], (&device, messages.dtype()));
+    let targets = indices(targets.iter().map(|target| i64::from(*target)), &device);
+    zeros.select_assign(0, targets, messages, IndexingUpdateOp::Add)
+}
+
+fn indices(values: impl Iterator<Item = i64>, device: &Device) -> Tensor<1, Int> {
+    let values: Vec<i64> = values.collect();
+    let count = values.len();
+    Tensor::from_data(TensorData::new(values, [count]), device)
+}
+
+/// A perceptron on gathered rows; see [`crate::fused::gathered_mlp`].
+pub fn gathered_mlp(
+    inputs: Vec<Input>,
+    plan: &Arc<GatherPlan>,
+    weights: PerceptronWeights,
+) -> Tensor<2> {
+    let mut first = weights.first_bias.unsqueeze::<2>();
+    for (number, input) in inputs.into_iter().enumerate() {
+        let product = match input {
+            Input::Product(product) => product,
+            Input::Features { values, first_row } => {
+                let rows = first_row..first_row + values.dims()[1];
+                values.matmul(weights.first_weight.clone().slice_dim(0, rows))
+            }
+        };
+        first = first + gathered(product, plan, number);
+    }
+    let hidden = activate(first, weights.activation);
+    let second = hidden.matmul(weights.second_weight) + weights.second_bias.unsqueeze();
+    let hidden = activate(second, weights.activation);
+    let output = hidden.matmul(weights.third_weight) + weights.third_bias.unsqueeze();
+    match weights.normalisation {
+        Some(normalisation) => normalised(output, normalisation),
+        None => output,
+    }
+}
+
+/// The rows of source `number` that the rows of a plan's result read.
+fn gathered(source: Tensor<2>, plan: &GatherPlan, number: usize) -> Tensor<2> {
+    match plan.sources()[number] {
+        Gather::Identity => source,
+        Gather::Cyclic { period } => source.repeat_dim(0, plan.rows() / period.max(1)),
+        Gather::Repeated { times } => {
+            let [rows, width] = source.dims();
+            source.unsqueeze_dim::<3>(1).repeat_dim(1, times).reshape([rows * times, width])
+        }
+        Gather::Indexed { ref index, .. } => {
+            let index = indices(index.iter().map(|row| i64::from(*row)), &source.device());
+            source.select(0, index)
+        }
+    }
+}
+
+/// Rows of mean zero and variance one, times gain plus offset.
+pub fn normalised(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> {
+    let deviation = x.clone() - x.mean_dim(1);
+    let variance = (deviation.clone() * deviation.clone()).mean_dim(1);
+    let normal = deviation / (variance + normalisation.epsilon).sqrt();
+    normal * normalisation.gain.unsqueeze() + normalisation.offset.unsqueeze()
+}

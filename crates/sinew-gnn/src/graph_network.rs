@@ -1,0 +1,333 @@
+//! The network of thesis Algorithm 2.
+
+use crate::fused::{GatherPlan, Input};
+use burn::module::{Module, Param, ParamId};
+use burn::tensor::{Device, Tensor};
+
+use crate::config::{Decoding, GraphNetworkConfig};
+use crate::error::Result;
+use crate::graph::Graph;
+use crate::kernels::{KernelChoice, Kernels};
+use crate::perceptron::{Normalisation, Perceptron};
+use crate::random::Initialiser;
+
+/// Outputs of a network, decoded from the embeddings of nodes, or a change of them.
+#[derive(Debug, Clone)]
+pub struct Output {
+    /// `[batch, real nodes, D]`.
+    pub nodes: Tensor<3>,
+    /// `[batch, virtual nodes, 6]`, where they are decoded.
+    pub clusters: Option<Tensor<3>>,
+    /// Displacement that is added to that of the outputs, `[batch, real nodes, D]`: that of anchors, where there are some.
+    pub added: Option<Tensor<3>>,
+}
+
+/// Embeddings of the nodes of a geometry that are decoded, `[nodes, 2 M]`, layer by layer.
+pub type Embedding = Vec<Tensor<2>>;
+
+/// DeepGraphEmulator, thesis Algorithm 2: encode nodes and edges, pass messages, decode each
+/// displacement component from the embeddings of parameters, global shape and node.
+///
+/// Node embeddings sum the stored edges a node *receives*, not those of all its neighbours.
+/// Inputs are standardised and outputs are standardised displacements; [`crate::Surrogate`]
+/// adds units, supports and parameter scales.
+#[doc(alias("MeshGraphNet", "GNN", "message passing"))]
+#[derive(Module, Debug)]
+pub struct GraphNetwork {
+    node_encoder: Perceptron,
+    edge_encoder: Perceptron,
+    edge_updates: Vec<Perceptron>,
+    node_updates: Vec<Perceptron>,
+    local_normalisation: Normalisation,
+    parameter_encoder: Perceptron,
+    decoders: Vec<Perceptron>,
+    /// Embeddings of the geometries trained on, layer by layer, where they are weights of their own.
+    embeddings: Vec<Vec<Param<Tensor<2>>>>,
+    #[module(skip)]
+    config: GraphNetworkConfig,
+    #[module(skip)]
+    kernels: Kernels,
+}
+
+/// Numbers of a rigid motion in space.
+const MOTION: usize = 6;
+
+impl GraphNetwork {
+    /// Untrained weights drawn from `seed`; the same seed gives the same weights on every
+    /// device. Its first predictions are zero.
+    ///
+    /// # Errors
+    /// [`crate::Error::Configuration`] if a size is zero.
+    pub fn new(config: &GraphNetworkConfig, seed: u64, device: &Device) -> Result<Self> {
+        config.check()?;
+        let source = &mut Initialiser::new(seed, device);
+        let latent = config.latent;
+        let mut normalised = |inputs| Perceptron::normalised(source, config, inputs);
+        let node_encoder = normalised(config.node_features);
+        let edge_encoder = normalised(config.edge_features);
+        let edge_updates = (0..config.steps).map(|_| normalised(3 * latent)).collect();
+        let node_updates = (0..config.steps).map(|_| normalised(2 * latent)).collect();
+        let parameter_encoder = normalised(config.parameters);
+        let local_normalisation = Normalisation::new(source, 2 * latent);
+        let inputs = 3 * latent + config.global_features;
+        let mut decoder = |width, outputs| Perceptron::decoder(source, [inputs, width, outputs]);
+        let decoders = match config.decoding {
+            Decoding::Components => {
+                (0..config.dimensions).map(|_| decoder(config.width, 1)).collect()
+            }
+            Decoding::Motions { layers, width } => {
+                let of_nodes = decoder(config.width, config.dimensions);
+                let of_clusters = (0..layers).map(|_| decoder(width, MOTION));
+                std::iter::once(of_nodes).chain(of_clusters).collect()
+            }
+        };
+        let kernels = Kernels { choice: KernelChoice::on(device), activation: config.activation };
+        Ok(Self {
+            node_encoder,
+            edge_encoder,
+            edge_updates,
+            node_updates,
+            local_normalisation,
+            parameter_encoder,
+            decoders,
+            embeddings: Vec::new(),
+            config: config.clone(),
+            kernels,
+        })
+    }
+
+    /// Sizes of this network.
+    pub(crate) fn config(&self) -> &GraphNetworkConfig {
+        &self.config
+    }
+
+    /// Network of the same weights with other kernels.
+    pub(crate) fn with_kernels(mut self, choice: KernelChoice) -> Self {
+        self.kernels.choice = choice;
+        self
+    }
+
+    /// Network whose embeddings of each geometry no longer come from message passing, but are weights to
+    /// be trained themselves.
+    pub(crate) fn with_embeddings(mut self, embeddings: Vec<Embedding>) -> Self {
+        /// Beyond the identities of all other parameters.
+        const FIRST_ID: u64 = 1 << 32;
+        let mut ids = FIRST_ID..;
+        let mut weight = |layer: Tensor<2>| {
+            let id = ids.next().expect("more identities than memory");
+            Param::initialized(ParamId::from(id), layer).set_require_grad(true)
+        };
+        let weights = |layers: Embedding| layers.into_iter().map(&mut weight).collect();
+        self.embeddings = embeddings.into_iter().map(weights).collect();
+        self
+    }
+
+    /// The embeddings of a geometry that are weights; `None` where they come from message passing.
+    pub(crate) fn embedding(&self, geometry: usize) -> Option<Embedding> {
+        Some(self.embeddings.get(geometry)?.iter().map(Param::val).collect())
+    }
+
+    /// Device of the weights.
+    pub(crate) fn device(&self) -> Device {
+        self.decoders[0].layers[0].bias.device()
+    }
+
+    /// Rows of the embeddings that are weights, layer by layer of every geometry.
+    pub(crate) fn embedded_nodes(&self) -> Vec<Vec<usize>> {
+        let geometries = self.embeddings.iter();
+        geometries.map(|layers| layers.iter().map(|layer| layer.dims()[0]).collect()).collect()
+    }
+
+    /// Steps 1 to 3 of the algorithm: embeddings `z_local` of the nodes that are decoded, `[nodes, 2 M]`, layer by
+    /// layer: the real nodes, and where virtual ones are decoded these.
+    ///
+    /// `nodes` and `edges` hold standardised features, one row per node (virtual ones included)
+    /// and per stored edge.
+    pub fn local_embedding(&self, graph: &Graph, nodes: Tensor<2>, edges: Tensor<2>) -> Embedding {
+        let aligned = GatherPlan::identity(nodes.dims()[0], 2);
+        let mut nodes = self.node_encoder.forward(nodes, &self.kernels);
+        let mut edges = self.edge_encoder.forward(edges, &self.kernels);
+        let latent = self.config.latent;
+        for (edge_update, node_update) in self.edge_updates.iter().zip(&self.node_updates) {
+            let messages = self.messages(edge_update, graph, nodes.clone(), edges.clone());
+            let sums = self.kernels.signed_sum(graph, messages.clone());
+            let inputs = vec![features(nodes.clone(), 0), features(sums, latent)];
+            let update = node_update.evaluate(inputs, &aligned, &self.kernels);
+            nodes = self.kernels.sum(nodes, update);
+            edges = self.kernels.sum(edges, messages);
+        }
+        let local = Tensor::cat(vec![nodes, self.kernels.received_sum(graph, edges)], 1);
+        let layers = match self.config.decoding {
+            Decoding::Components => &graph.layers[..1],
+            Decoding::Motions { .. } => &graph.layers[..],
+        };
+        let decoded = local.slice_dim(0, 0..layers[layers.len() - 1].end);
+        let decoded = self.local_normalisation.evaluate(decoded, &self.kernels);
+        layers.iter().map(|rows| decoded.clone().slice_dim(0, rows.clone())).collect()
+    }
+
+    /// Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
+    fn messages(
+        &self,
+        update: &Perceptron,
+        graph: &Graph,
+        nodes: Tensor<2>,
+        edges: Tensor<2>,
+    ) -> Tensor<2> {
+        let latent = self.config.latent;
+        let inputs =
+            vec![features(edges, 0), features(nodes.clone(), latent), features(nodes, 2 * latent)];
+        update.evaluate(inputs, &graph.plan, &self.kernels)
+    }
+
+    /// Parts that are decoded: the index of a decoder, and the embeddings that it reads.
+    ///
+    /// Layers of virtual nodes are counted from the whole body down: the same decoder reads the largest clusters of every
+    /// graph. Layers beyond the network's decoders are read by the last of them.
+    fn decoded(&self, local: Embedding) -> Vec<(usize, Tensor<2>)> {
+        match self.config.decoding {
+            Decoding::Components => {
+                (0..self.decoders.len()).map(|d| (d, local[0].clone())).collect()
+            }
+            Decoding::Motions { layers, .. } => {
+                let finest = local.len() - 1;
+                let decoder = |layer: usize| match layer {
+                    0 => 0,
+                    layer => (layer + layers).saturating_sub(finest).max(1),
+                };
+                (0..local.len()).map(decoder).zip(local).collect()
+            }
+        }
+    }
+
+    /// Part of the decoders' first layers that depends on the nodes only: the index of a decoder and `[nodes it reads,
+    /// width]` each.
+    pub(crate) fn decoder_node_part(&self, local: Embedding) -> Vec<(usize, Tensor<2>)> {
+        let start = self.config.latent + self.config.global_features;
+        let parts = self.decoded(local).into_iter();
+        parts.map(|(d, local)| (d, self.decoders[d].layers[0].partial(local, start))).collect()
+    }
+
+    /// Step 4 for a batch of parameter sets on one geometry.
+    ///
+    /// * `local`: from [`GraphNetwork::local_embedding`].
+    /// * `global`: `[1, global features]`, standardised; `None` exactly where there are none.
+    /// * `parameters`: `[batch, parameters]`, standardised.
+    pub(crate) fn decode(
+        &self,
+        local: Embedding,
+        global: Option<Tensor<2>>,
+        parameters: Tensor<2>,
+    ) -> Output {
+        let start = self.config.latent + self.config.global_features;
+        let decoded = self.decoded(local).into_iter();
+        self.decode_nodes(decoded.map(|(d, local)| (d, features(local, start))), global, parameters)
+    }
+
+    /// [`GraphNetwork::decode`] with the nodes' part of the first layer already formed.
+    pub(crate) fn decode_from(
+        &self,
+        node_parts: &[(usize, Tensor<2>)],
+        global: Option<Tensor<2>>,
+        parameters: Tensor<2>,
+    ) -> Output {
+        let nodes = node_parts.iter().cloned().map(|(d, part)| (d, Input::Product(part)));
+        self.decode_nodes(nodes, global, parameters)
+    }
+
+    /// [`GraphNetwork::decode`] from inputs of nodes, each with the index of its decoder.
+    fn decode_nodes(
+        &self,
+        nodes: impl Iterator<Item = (usize, Input)>,
+        global: Option<Tensor<2>>,
+        parameters: Tensor<2>,
+    ) -> Output {
+        let (batch, latent) = (parameters.dims()[0], self.config.latent);
+        let embedding = self.parameter_encoder.forward(parameters, &self.kernels);
+        let parts = nodes.map(|(decoder, nodes)| {
+            let (decoder, count) = (&self.decoders[decoder], nodes.rows());
+            // All pairs of nodes and parameter sets, each with the one row of the global shape.
+            let (mut plan, mut inputs) =
+                (GatherPlan::outer(batch, count), vec![nodes, features(embedding.clone(), 0)]);
+            if let Some(global) = global.clone() {
+                plan = plan.and_shared();
+                inputs.push(features(global, latent));
+            }
+            let rows = decoder.evaluate(inputs, &plan, &self.kernels);
+            let outputs = rows.dims()[1];
+            rows.reshape([batch, count, outputs])
+        });
+        self.gathered(parts.collect())
+    }
+
+    /// The outputs of all decoders, in their order.
+    fn gathered(&self, mut parts: Vec<Tensor<3>>) -> Output {
+        match self.config.decoding {
+            Decoding::Components => {
+                Output { nodes: Tensor::cat(parts, 2), clusters: None, added: None }
+            }
+            Decoding::Motions { .. } => {
+                let nodes = parts.remove(0);
+                let clusters = (!parts.is_empty()).then(|| Tensor::cat(parts, 1));
+                Output { nodes, clusters, added: None }
+            }
+        }
+    }
+
+    /// Prediction, and its derivatives with respect to the standardised parameters in forward mode, those of all
+    /// sets by the first parameter before those by the second.
+    pub(crate) fn decode_with_tangents(
+        &self,
+        node_parts: &[(usize, Tensor<2>)],
+        global: Option<Tensor<2>>,
+        parameters: Tensor<2>,
+    ) -> (Output, Output) {
+        let [batch, count] = parameters.dims();
+        let encoder = &self.parameter_encoder;
+        let first = encoder.layers[0].forward(parameters);
+        // Row p·batch + b of the tangent: derivative of set b in parameter p.
+        let width = self.config.width;
+        let tangent = encoder.layers[0].weight.val().reshape([count, 1, width]);
+        let tangent = tangent.expand([count, batch, width]).reshape([count * batch, width]);
+        let (embedding, tangent) = encoder.continue_with_tangent(first, tangent, &self.kernels);
+        let mut values = Vec::with_capacity(node_parts.len());
+        let mut tangents = Vec::with_capacity(node_parts.len());
+        for (decoder, node_part) in node_parts {
+            let (decoder, [nodes, width]) = (&self.decoders[*decoder], node_part.dims());
+            let shared = decoder_shared_part(decoder, embedding.clone(), global.clone());
+            let pairs = node_part.clone().unsqueeze_dim::<3>(0) + shared.unsqueeze_dim::<3>(1);
+            let first =
+                pairs.reshape([batch * nodes, width]) + decoder.layers[0].bias.val().unsqueeze();
+            let tangent =
+                decoder.layers[0].partial(tangent.clone(), 0).reshape([count * batch, 1, width]);
+            let tangent = tangent
+                .expand([count * batch, nodes, width])
+                .reshape([count * batch * nodes, width]);
+            let (value, tangent) = decoder.continue_with_tangent(first, tangent, &self.kernels);
+            let outputs = value.dims()[1];
+            values.push(value.reshape([batch, nodes, outputs]));
+            tangents.push(tangent.reshape([count * batch, nodes, outputs]));
+        }
+        (self.gathered(values), self.gathered(tangents))
+    }
+}
+
+/// A part of a perceptron's input that meets the rows of its first weight from `first_row` on.
+fn features(values: Tensor<2>, first_row: usize) -> Input {
+    Input::Features { values, first_row }
+}
+
+/// Part of a decoder's first layer shared by all nodes: `[batch, width]`.
+fn decoder_shared_part(
+    decoder: &Perceptron,
+    embedding: Tensor<2>,
+    global: Option<Tensor<2>>,
+) -> Tensor<2> {
+    let first = &decoder.layers[0];
+    let latent = embedding.dims()[1];
+    let shared = first.partial(embedding, 0);
+    match global {
+        Some(global) => shared + first.partial(global, latent),
+        None => shared,
+    }
+}

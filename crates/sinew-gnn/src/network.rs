@@ -1,0 +1,360 @@
+//! Training one network, with progress, curves and resumption.
+
+mod course;
+
+use crate::budget::scale;
+use crate::config::{Decoding, GraphNetworkConfig};
+use crate::coordinates::{self, Coordinates};
+use crate::data::{DataSet, Geometry, Sample};
+use crate::device::Backend;
+use crate::error::{Error, Result};
+use crate::features;
+use crate::fixed::FixedGeometry;
+use crate::objective::Objective;
+use crate::surrogate::{Scales, Surrogate};
+use crate::training::{Trainer, TrainingConfig};
+use course::Course;
+use serde::{Deserialize, Serialize};
+use sinew_emulate::coordinates::Coordinates as Meaning;
+use sinew_emulate::coordinates::{Motions, OutputScale};
+use sinew_emulate::parts::{Session, expand, not_finite, scaling, timed, with_anchors};
+use sinew_emulate::{
+    Body, Load, Predictor, Record, Simulations, TestSet, TrainingOptions, share_of,
+};
+use sinew_fem::{Options, Solver};
+use std::path::Path;
+
+/// Sizes of a network. The default has half of the thesis' width: where embeddings are weights of their own, more steps
+/// of narrower perceptrons are worth more (docs/design.md).
+#[doc(alias("MeshGraphNet", "GNN"))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Network {
+    /// Width of the embeddings of nodes, edges and parameters.
+    pub latent: usize,
+    /// Width of the hidden layers.
+    pub width: usize,
+    /// Width of the hidden layers that read the motions of clusters.
+    pub cluster_width: usize,
+    /// Message-passing steps.
+    pub message_passing_steps: usize,
+}
+
+impl Default for Network {
+    fn default() -> Self {
+        Self { latent: 40, width: 64, cluster_width: 32, message_passing_steps: 5 }
+    }
+}
+
+impl Network {
+    /// The thesis' sizes (§2.2.4).
+    pub fn thesis() -> Self {
+        Self { width: 128, ..Self::default() }
+    }
+
+    /// A network of these sizes for a geometry and so many parameters.
+    pub(crate) fn on(&self, geometry: &Geometry, parameters: usize) -> GraphNetworkConfig {
+        let Geometry { features, topology, coordinates, .. } = geometry;
+        let Self { latent, width, cluster_width, message_passing_steps: steps } = *self;
+        let decoding = match coordinates {
+            Meaning::Motions(_) => {
+                Decoding::Motions { layers: topology.roots_per_layer.len(), width: cluster_width }
+            }
+            _ => Decoding::Components,
+        };
+        let (nodes, edges) = (features.nodes.columns, features.edges.columns);
+        let sizes = GraphNetworkConfig::new(3, nodes, edges, parameters);
+        GraphNetworkConfig { latent, width, steps, decoding, ..sizes }
+    }
+}
+
+/// A trained network on its geometry.
+#[derive(Debug)]
+pub(crate) struct TrainedNetwork {
+    pub surrogate: Surrogate,
+    pub geometry: Geometry,
+    /// Message passing done once.
+    pub fixed: FixedGeometry,
+}
+
+impl TrainedNetwork {
+    pub(crate) fn new(surrogate: Surrogate, geometry: Geometry) -> Result<Self> {
+        let fixed = surrogate.fixed_geometry(&geometry)?;
+        Ok(Self { surrogate, geometry, fixed })
+    }
+
+    fn load(folder: &Path) -> Result<Self> {
+        let surrogate = Surrogate::load(folder, &Backend::default().device()?)?;
+        let geometry = surrogate.geometries()[0].clone();
+        Self::new(surrogate, geometry)
+    }
+}
+
+/// Kind of the predictors that are networks.
+const KIND: &str = "network";
+
+/// Kinds of predictors that [`Emulator::load_with`](sinew_emulate::Emulator::load_with) reads beside those that it knows.
+pub const KINDS: &[(&str, &Load)] = &[(KIND, &load)];
+
+fn load(folder: &Path, _: &Body) -> sinew_emulate::Result<Box<dyn Predictor>> {
+    Ok(Box::new(TrainedNetwork::load(folder)?))
+}
+
+/// Displacements of a prediction.
+fn displacement(
+    body: &Body,
+    thetas: &[Vec<f64>],
+    predicted: crate::error::Result<crate::fixed::Prediction>,
+) -> sinew_emulate::Result<Vec<f64>> {
+    match predicted {
+        Ok(predicted) => Ok(predicted.displacement),
+        Err(crate::error::Error::PredictionNotFinite { sample }) => {
+            Err(not_finite(body, &thetas[sample]))
+        }
+        Err(other) => Err(other.into()),
+    }
+}
+
+impl Predictor for TrainedNetwork {
+    fn kind(&self) -> &'static str {
+        KIND
+    }
+
+    fn predict(&self, body: &Body, thetas: &[Vec<f64>]) -> sinew_emulate::Result<Vec<f64>> {
+        displacement(body, thetas, self.fixed.predict(thetas))
+    }
+
+    fn predict_in_full(&self, body: &Body, thetas: &[Vec<f64>]) -> sinew_emulate::Result<Vec<f64>> {
+        displacement(body, thetas, self.surrogate.predict_unseen(&self.geometry, thetas))
+    }
+
+    /// Exact, in forward mode through the decoders.
+    fn sensitivity(&self, _: &Body, theta: &[f64]) -> sinew_emulate::Result<Vec<Vec<f64>>> {
+        let found = self.fixed.sensitivity(&[theta.to_vec()])?.derivative;
+        let length = found.len() / theta.len();
+        Ok(found.chunks(length).map(<[f64]>::to_vec).collect())
+    }
+
+    fn save(&self, folder: &Path) -> sinew_emulate::Result<()> {
+        Ok(self.surrogate.save(folder)?)
+    }
+}
+
+/// Training data of a network.
+pub(crate) struct TrainingData<'a> {
+    pub thetas: &'a [Vec<f64>],
+    /// Simulated displacements at the parameters; `None` for training without any.
+    pub fields: Option<&'a [Vec<f64>]>,
+    /// Displacement of the linearised body at the centre of the ranges, where there are no simulations \[length\].
+    pub linear_response: &'a [f64],
+    /// Energy of that response.
+    pub energy: f64,
+    pub held_out: &'a TestSet<'a>,
+}
+
+/// Plan of a network's training.
+pub(crate) struct Plan<'a> {
+    /// Short name of the recipe.
+    pub recipe: &'static str,
+    pub network: Network,
+    pub coordinates: &'a Coordinates,
+    pub training: &'a TrainingConfig,
+    /// The one place where recipes differ.
+    pub objective: &'a dyn Fn(&DataSet) -> Result<Box<dyn Objective>>,
+}
+
+/// Learning rate of fine-tuning [relative to training from scratch]: a high rate destroys the earlier training.
+const RATE_OF_START: f64 = 0.5;
+
+/// Trains by `plan`; an interrupted run goes on from its last checkpoint.
+pub(crate) fn train(
+    session: &mut Session<'_, '_>,
+    training_data: &TrainingData<'_>,
+    plan: &Plan<'_>,
+    record: &mut Record,
+) -> Result<TrainedNetwork> {
+    let body = session.body;
+    let mut prepare_s = 0.0;
+    let mut geometry = timed(&mut prepare_s, || {
+        features::geometry(body, plan.coordinates.are_motions(), session.options.seed)
+    })?;
+    let (training, validation) = (training_data.samples(), Vec::new());
+    let mut data = DataSet { geometries: Vec::new(), training, validation };
+    let (starts, anchors) = (session.options.start.is_some(), session.options.anchors);
+    // Further anchors stand about a solved state.
+    let solves = starts || anchors > 1;
+    let (coordinates, training) = stages(session, plan, solves);
+    let (mut course, mut earlier) = (Course::new(session)?, None);
+    let topology = geometry.topology.clone();
+    let at_rest = || coordinates::at_rest(body, &topology, training_data.energy);
+    let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
+    let expanded = |session: &mut Session<'_, '_>, geometry: &mut Geometry, anchor: &[f64]| {
+        expanded(geometry, session, training_data, at_anchor(anchor)?)
+    };
+    geometry.coordinates = match &coordinates {
+        Coordinates::Components => Meaning::Components,
+        Coordinates::Simulations => {
+            let fields = training_data.fields.unwrap_or_default();
+            Meaning::Principal(timed(&mut prepare_s, || {
+                coordinates::of_simulations(body, training_data.thetas, fields)
+            })?)
+        }
+        Coordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
+        // Fine-tuning has no first training that predicts a state of this body, and further anchors stand about a solved one: one solve gives it.
+        Coordinates::MotionsAfter(_) | Coordinates::MotionsOfSimulation
+            if anchors > 1 || starts && matches!(coordinates, Coordinates::MotionsAfter(_)) =>
+        {
+            let centre = body.centre();
+            let solved =
+                timed(&mut prepare_s, || Solver::new(body)?.solve(&centre, &Options::default()))?;
+            session.simulations += if anchors > 1 { anchors } else { 0 };
+            timed(&mut prepare_s, || expanded(session, &mut geometry, &solved.displacement))?
+        }
+        Coordinates::MotionsOfSimulation => {
+            let anchor = coordinates::nearer(body, training_data.central_simulation(body))?;
+            timed(&mut prepare_s, || expanded(session, &mut geometry, &anchor))?
+        }
+        Coordinates::MotionsAfter(first) => {
+            geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);
+            data.geometries = vec![geometry.clone()];
+            let surrogate = course.stage(session, "anchor", &data, training_data, plan, first)?;
+            let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
+            earlier = course.kept.map(|kept| (surrogate, kept));
+            let anchor = coordinates::nearer(body, &anchor)?;
+            timed(&mut prepare_s, || expanded(session, &mut geometry, &anchor))?
+        }
+    };
+    data.geometries = vec![geometry.clone()];
+    let last = course.stage(session, "train", &data, training_data, plan, &training)?;
+    let surrogate = course.better(earlier, last);
+    (record.steps, record.train_s) = course.before;
+    record.prepare_s += prepare_s;
+    (record.history, record.kept) = (course.curve, course.kept);
+    let geometry = surrogate.geometries()[0].clone();
+    TrainedNetwork::new(surrogate, geometry)
+}
+
+/// Taylor expansion of the motions in the parameters, through further anchors where there are some, their derivatives among the features of the geometry.
+fn expanded(
+    geometry: &mut Geometry,
+    session: &mut Session<'_, '_>,
+    training_data: &TrainingData<'_>,
+    motions: Motions,
+) -> Result<Meaning> {
+    /// Parameter sets that orders are tried at.
+    const TRIED: usize = 32;
+    let tried = &training_data.thetas[..training_data.thetas.len().min(TRIED)];
+    let mut solver = Solver::new(session.body)?;
+    let (motions, first) = expand(&mut solver, motions, tried)?;
+    features::add_features(geometry, &first)?;
+    let TrainingOptions { anchors, seed, .. } = *session.options;
+    let motions = with_anchors(&mut solver, motions, anchors, seed, session.observer)?;
+    Ok(Meaning::Motions(motions))
+}
+
+/// The coordinates, with the short training that they may need, and the training, within the session's budget.
+fn stages(
+    session: &Session<'_, '_>,
+    plan: &Plan<'_>,
+    solves: bool,
+) -> (Coordinates, TrainingConfig) {
+    let (mut coordinates, mut training) = (plan.coordinates.clone(), plan.training.clone());
+    if session.options.start.is_some() {
+        training.learning_rate *= RATE_OF_START;
+    }
+    let mut stages = vec![&mut training];
+    if let (Coordinates::MotionsAfter(first), false) = (&mut coordinates, solves) {
+        stages.push(first);
+    }
+    for stage in &mut stages {
+        stage.seed = session.options.seed;
+        stage.evaluations = stage.evaluations.min(session.options.evaluations).max(1);
+    }
+    scale(&mut stages, session.options.budget, session.simulate_s);
+    (coordinates, training)
+}
+
+impl<'a> TrainingData<'a> {
+    pub(crate) fn of(simulations: &'a Simulations, held_out: &'a TestSet<'a>) -> Self {
+        let Simulations { thetas, fields, .. } = simulations;
+        Self { thetas, fields: Some(fields), linear_response: &[], energy: 0.0, held_out }
+    }
+
+    /// Sizes of displacements, from simulations where there are any.
+    pub(crate) fn output_scale(&self) -> Result<OutputScale> {
+        Ok(match self.fields {
+            Some(fields) => OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?,
+            None => OutputScale::root_mean_square(3, [self.linear_response])?,
+        })
+    }
+
+    fn samples(&self) -> Vec<Sample> {
+        let sample = |(index, theta): (usize, &Vec<f64>)| Sample {
+            geometry: 0,
+            theta: theta.clone(),
+            displacement: self.fields.map(|fields| fields[index].clone()).unwrap_or_default(),
+        };
+        self.thetas.iter().enumerate().map(sample).collect()
+    }
+
+    /// The simulation whose parameters are nearest to the centre of the ranges, on the scales of their sampling.
+    pub(crate) fn central_simulation(&self, body: &Body) -> &[f64] {
+        let distance = |theta: &[f64]| -> f64 {
+            let shares = body.parameters.iter().zip(theta).map(|(p, &value)| share_of(p, value));
+            shares.map(|share| (share - 0.5).powi(2)).sum()
+        };
+        let pairs = self.thetas.iter().zip(self.fields.unwrap_or_default());
+        let nearest = pairs.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));
+        nearest.map_or(&[], |(_, field)| field)
+    }
+}
+
+/// A new trainer, one that starts from what another run has learned, or the one of the checkpoint.
+fn trainer(
+    session: &Session<'_, '_>,
+    checkpoint: Option<&Path>,
+    data: &DataSet,
+    training_data: &TrainingData<'_>,
+    plan: &Plan<'_>,
+    config: &TrainingConfig,
+) -> Result<Trainer> {
+    let device = backend(session)?.device()?;
+    let objective = (plan.objective)(data)?;
+    if let Some(folder) = checkpoint.filter(|folder| session.options.resume && folder.exists()) {
+        return Ok(Trainer::resume(folder, data.clone(), objective, &device)?);
+    }
+    let surrogate = match &session.options.start {
+        Some(folder) => learned(folder, backend(session)?)?.transferred_to(data)?,
+        None => untrained(session, data, training_data, plan, config.seed)?,
+    };
+    let trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
+    Ok(match checkpoint {
+        Some(folder) => trainer.with_checkpoints(folder),
+        None => trainer,
+    })
+}
+
+/// The backend that is asked for.
+fn backend(session: &Session<'_, '_>) -> Result<Backend> {
+    let parsed = session.options.backend.parse();
+    parsed.map_err(|reason: String| sinew_emulate::Error::Network(reason.into()).into())
+}
+
+/// Network of a finished run.
+fn learned(run: &Path, backend: Backend) -> Result<Surrogate> {
+    Ok(Surrogate::load(&run.join("emulator/network"), &backend.device()?)?)
+}
+
+fn untrained(
+    session: &Session<'_, '_>,
+    data: &DataSet,
+    training_data: &TrainingData<'_>,
+    plan: &Plan<'_>,
+    seed: u64,
+) -> Result<Surrogate> {
+    let device = backend(session)?.device()?;
+    let sizes = plan.network.on(&data.geometries[0], session.body.parameters.len());
+    let inputs = scaling(session.body)?;
+    let scales = Scales::over(&data.geometries, inputs, training_data.output_scale()?)?;
+    Ok(Surrogate::new(&sizes, data, scales, seed, &device)?)
+}

@@ -1,0 +1,192 @@
+//! All recipes, those of networks included: one file each; adding one adds a file, a variant and a line of `predictor`.
+
+mod auto;
+mod data_driven;
+mod hybrid;
+mod physics_informed;
+
+pub use crate::optimiser::OptimiserConfig;
+pub use crate::schedule::Schedule;
+pub use crate::training::TrainingConfig;
+pub use auto::Auto;
+pub use data_driven::DataDriven;
+pub use hybrid::Hybrid;
+pub use physics_informed::PhysicsInformed;
+pub use sinew_emulate::recipe::{Regression, Taylor};
+
+use crate::budget::cost;
+use crate::coordinates::Coordinates;
+use crate::network::{KINDS, Network};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sinew_emulate::parts::{Session, train_with};
+use sinew_emulate::{Body, Emulator, Observer, Predictor, Record, TestSet, Train, TrainingOptions};
+
+/// Recipe of an emulator. [`Recipe::auto`] decides by numbers; every recipe's own settings have defaults that were
+/// measured (docs/design.md, docs/emulators.md).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "recipe", rename_all = "kebab-case")]
+pub enum Recipe {
+    /// A network on simulated displacements, thesis (3.11).
+    DataDriven(DataDriven),
+    /// A network by minimum potential energy, thesis (3.12): no simulation enters.
+    PhysicsInformed(PhysicsInformed),
+    /// A network on simulated displacements whose errors are weighed by the body's stiffness.
+    Hybrid(Hybrid),
+    /// Taylor expansion of second order about the solution at the centre of the parameters' ranges: nothing is trained.
+    Taylor,
+    /// Decomposition of few simulations and a Gaussian process: the best of a fixed geometry with few parameters.
+    Regression(Regression),
+    /// The one that does best on the held-out cases.
+    Auto(Auto),
+}
+
+impl Recipe {
+    /// Chooses by errors on the held-out cases, and says why ([`Record::choice`]).
+    pub fn auto() -> Self {
+        Self::Auto(Auto::default())
+    }
+
+    /// Short name for files and tables.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::DataDriven(_) => "dd",
+            Self::PhysicsInformed(_) => "pi",
+            Self::Hybrid(_) => "hybrid",
+            Self::Taylor => "taylor",
+            Self::Regression(_) => "regression",
+            Self::Auto(_) => "auto",
+        }
+    }
+
+    /// Outputs, sizes and training of its network, where it is one.
+    pub(crate) fn network(&self) -> Option<(&Coordinates, Network, &TrainingConfig)> {
+        match self {
+            Self::DataDriven(DataDriven { coordinates, network, training, .. })
+            | Self::PhysicsInformed(PhysicsInformed { coordinates, network, training, .. })
+            | Self::Hybrid(Hybrid { coordinates, network, training, .. }) => {
+                Some((coordinates, *network, training))
+            }
+            Self::Taylor | Self::Regression(_) | Self::Auto(_) => None,
+        }
+    }
+
+    /// Trains an emulator of a body and checks its error estimate, see [`sinew_emulate::train`].
+    ///
+    /// # Errors
+    /// As [`sinew_emulate::train`].
+    pub fn train<'b>(
+        &self,
+        body: &'b Body,
+        options: &TrainingOptions,
+        observer: &mut dyn Observer,
+    ) -> sinew_emulate::Result<Emulator<'b>> {
+        train(self, body, options, observer)
+    }
+
+    /// Cost of the recipe's own training steps, in decoded parameter sets: what a budget is shared by between recipes. Zero
+    /// for a regression.
+    pub fn cost(&self) -> f64 {
+        match (self, self.network()) {
+            (Self::Auto(recipe), _) => recipe.rivals.iter().map(Self::cost).sum(),
+            (_, Some((Coordinates::MotionsAfter(first), _, training))) => {
+                cost(first) + cost(training)
+            }
+            (_, Some((_, _, training))) => cost(training),
+            (_, None) => 0.0,
+        }
+    }
+}
+
+impl Train for Recipe {
+    fn key(&self) -> &'static str {
+        Self::key(self)
+    }
+
+    fn settings(&self) -> Value {
+        serde_json::to_value(self).expect("settings are numbers and names")
+    }
+
+    fn about(&self, record: &Record) -> String {
+        match self {
+            Self::DataDriven(recipe) => {
+                let and = if recipe.gradient_weight > 0.0 { " and their gradients" } else { "" };
+                format!("network on {} simulations{and}", record.simulations)
+            }
+            Self::Hybrid(_) => format!(
+                "network on {} simulations, in the energy norm about one of them",
+                record.simulations
+            ),
+            Self::PhysicsInformed(_) if record.simulations > 0 => {
+                format!("network by minimum potential energy about {} solutions", record.simulations)
+            }
+            Self::PhysicsInformed(_) => {
+                "network by minimum potential energy, without simulations; a few linear solves give its scales and Taylor polynomial"
+                    .into()
+            }
+            Self::Taylor => Taylor.about(record),
+            Self::Regression(regression) => regression.about(record),
+            Self::Auto(recipe) => recipe.regression.about(record),
+        }
+    }
+
+    fn check(&self) -> sinew_emulate::Result<()> {
+        match self {
+            Self::Regression(regression) | Self::Auto(Auto { regression, .. }) => {
+                regression.check()
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn has_anchors(&self) -> bool {
+        matches!(self, Self::Taylor | Self::PhysicsInformed(_) | Self::Hybrid(_))
+    }
+
+    fn network(&self) -> Option<Value> {
+        let (_, network, _) = Self::network(self)?;
+        serde_json::to_value(network).ok()
+    }
+
+    fn predictor(
+        &self,
+        session: &mut Session<'_, '_>,
+        held_out: &TestSet<'_>,
+        record: &mut Record,
+    ) -> sinew_emulate::Result<Box<dyn Predictor>> {
+        match self {
+            Self::DataDriven(recipe) => recipe.model(session, held_out, record),
+            Self::PhysicsInformed(recipe) => recipe.model(session, held_out, record),
+            Self::Hybrid(recipe) => recipe.model(session, held_out, record),
+            Self::Taylor => return Taylor.predictor(session, held_out, record),
+            Self::Regression(recipe) => return recipe.predictor(session, held_out, record),
+            Self::Auto(recipe) => return recipe.predictor(session, held_out, record),
+        }
+        .map(|network| Box::new(network) as Box<dyn Predictor>)
+        .map_err(Into::into)
+    }
+}
+
+/// Trains as [`Recipe::train`] does, by any recipe: a finished run may have left a network.
+///
+/// # Errors
+/// As [`sinew_emulate::train`].
+pub fn train<'b>(
+    recipe: &dyn Train,
+    body: &'b Body,
+    options: &TrainingOptions,
+    observer: &mut dyn Observer,
+) -> sinew_emulate::Result<Emulator<'b>> {
+    train_with(recipe, body, options, observer, KINDS)
+}
+
+macro_rules! from_recipe {
+    ($($name:ident),*) => {$(
+        impl From<$name> for Recipe {
+            fn from(recipe: $name) -> Self {
+                Self::$name(recipe)
+            }
+        }
+    )*};
+}
+from_recipe!(DataDriven, PhysicsInformed, Hybrid, Regression, Auto);

@@ -1,0 +1,105 @@
+//! A network by minimum potential energy.
+
+use crate::coordinates::{self, Coordinates};
+use crate::data::DataSet;
+use crate::error::Result;
+use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
+use crate::objective::{MinimumPotential, Objective};
+use crate::training::{Budget, TrainingConfig};
+use serde::{Deserialize, Serialize};
+use sinew_emulate::parts::{Session, Stream, timed};
+use sinew_emulate::{Record, TestSet, Warning};
+use sinew_energy::Barriers;
+use sinew_fem::{SolveError, Solver};
+use std::sync::Arc;
+
+/// Mean potential energy, thesis (3.12): no simulation enters. One linear solve sets the scale of displacement and
+/// energy; about the state that a first training predicts, some more make the outputs follow the parameters to second order
+/// before the network learns what is beyond.
+#[doc(alias("PINN", "deep energy method"))]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PhysicsInformed {
+    /// Parameter sets to train at.
+    pub parameter_sets: usize,
+    /// Coordinates of the outputs.
+    pub coordinates: Coordinates,
+    /// Sizes of the network.
+    pub network: Network,
+    /// Optimiser, schedule, batch, steps.
+    pub training: TrainingConfig,
+}
+
+impl Default for PhysicsInformed {
+    fn default() -> Self {
+        let config = |steps, embedding_share, evaluations| TrainingConfig {
+            batch: 8,
+            learning_rate: 8e-3,
+            budget: Budget::Steps(steps),
+            embedding_share,
+            evaluations,
+            ..TrainingConfig::default()
+        };
+        Self {
+            parameter_sets: 1000,
+            coordinates: Coordinates::MotionsAfter(config(400, 0.05, 5)),
+            network: Network::default(),
+            training: config(2000, 0.02, 20),
+        }
+    }
+}
+
+impl PhysicsInformed {
+    pub(crate) fn model(
+        &self,
+        session: &mut Session<'_, '_>,
+        held_out: &TestSet<'_>,
+        record: &mut Record,
+    ) -> Result<TrainedNetwork> {
+        let (body, centre) = (session.body, session.body.centre());
+        let thetas =
+            session.thetas(session.options.design, self.parameter_sets, Stream::Training)?;
+        let linear_response =
+            timed(&mut record.prepare_s, || Solver::new(body)?.linear_response(&centre))?;
+        let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
+        let energy =
+            MinimumPotential::energy_of_linear_response(&*potential, &linear_response, &centre)?;
+        let objective = |_: &DataSet| -> Result<Box<dyn Objective>> {
+            Ok(Box::new(MinimumPotential::new(vec![potential.clone()], energy)?))
+        };
+        let training_data = TrainingData {
+            thetas: &thetas,
+            fields: None,
+            linear_response: &linear_response,
+            energy,
+            held_out,
+        };
+        let plan = Plan {
+            recipe: "pi",
+            network: self.network,
+            coordinates: &self.coordinates,
+            training: &self.training,
+            objective: &objective,
+        };
+        let network = train(session, &training_data, &plan, record)?;
+        let predicted = network.fixed.predict(std::slice::from_ref(&centre))?.displacement;
+        judge_equilibrium(session, &predicted)?;
+        Ok(network)
+    }
+}
+
+/// Warns if the prediction is far from equilibrium: without simulations this is the only check of a training.
+fn judge_equilibrium(session: &mut Session<'_, '_>, predicted: &[f64]) -> Result<()> {
+    /// Gain of a Newton step \[relative to the loads' work\], about the relative error of the energy.
+    const FAR: f64 = 1e-2;
+    match coordinates::excess(session.body, predicted) {
+        Ok(excess) if excess > FAR => session.warn(Warning::FarFromEquilibrium { excess }),
+        Ok(_) => {}
+        Err(crate::error::Error::Solve(SolveError::Inadmissible { .. })) => {
+            let of = "for the centre of the parameter range".into();
+            session.warn(Warning::Inverted { of });
+        }
+        Err(other) => return Err(other),
+    }
+    Ok(())
+}

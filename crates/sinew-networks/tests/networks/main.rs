@@ -1,8 +1,0 @@
-//! Recipes that train networks, damaged and resumed runs.
-
-mod damage;
-mod devices;
-mod keeping;
-mod recipes;
-mod support;
-mod trust;
