@@ -5,13 +5,20 @@ mod support;
 use sinew_emulate::coordinates::OutputScale;
 use sinew_energy::{Barriers, metrics::displacement_error};
 use sinew_fem::{Solution, Solver};
-use sinew_gnn::{Budget, DataFit, FixedGeometry, MinimumPotential, Surrogate, TrainingConfig};
+use sinew_gnn::{
+    DataFit, FixedGeometry, MinimumPotential, Surrogate, TrainingBudget, TrainingConfig,
+};
 use std::sync::Arc;
 use support::{Beam, centre, grid, norm};
 
 /// Settings that train in a second.
 fn settings(steps: usize) -> TrainingConfig {
-    TrainingConfig { budget: Budget::Steps(steps), seed: 1, evaluations: 1, ..Default::default() }
+    TrainingConfig {
+        budget: TrainingBudget::Steps(steps),
+        seed: 1,
+        evaluations: 1,
+        ..Default::default()
+    }
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -31,8 +31,8 @@
 
 mod anchors;
 mod blend;
+mod choice;
 mod clusters;
-mod coordinates;
 mod dirichlet;
 mod error;
 mod motions;
@@ -45,8 +45,8 @@ mod tree;
 mod turning;
 
 pub use anchors::Anchors;
+pub use choice::Coordinates;
 pub use clusters::halves;
-pub use coordinates::Coordinates;
 pub use dirichlet::Dirichlet;
 pub use error::{CoordinateError, require_count, require_finite, require_positive};
 pub use motions::{Anchor, Motions};

@@ -66,6 +66,7 @@
 //! e \approx \|\hat u - u^+\|, \qquad \|\Delta u_{k+1}\| \le \tfrac14\,\|\Delta u_k\| \ \text{ in the energy norm and in the mean nodal distance}
 //! ```
 
+pub mod coordinates;
 mod emulator;
 mod error;
 mod estimate;

@@ -41,7 +41,7 @@ pub(crate) fn in_words(body: &Body, theta: &[f64]) -> String {
 }
 
 /// Requires one value per parameter.
-pub fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
+pub(crate) fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
     let (found, expected) = (theta.len(), body.parameters.len());
     if found == expected {
         return Ok(());
@@ -51,7 +51,7 @@ pub fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
 }
 
 /// Requires a parameter to emulate over, and a potential by which emulators learn and answers are refined.
-pub fn check_body(body: &Body) -> Result<()> {
+pub(crate) fn check_body(body: &Body) -> Result<()> {
     if !body.has_potential() {
         return Err(SolveError::NoPotential.into());
     }

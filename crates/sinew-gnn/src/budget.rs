@@ -1,6 +1,6 @@
 //! A budget, shared by the stages of a training.
 
-use crate::training::{Budget as Length, TrainingConfig};
+use crate::training::{TrainingBudget as Length, TrainingConfig};
 use sinew_emulate::Budget;
 
 /// Scales the stages of a training to a budget. `spent` is the time that simulations took \[s\].

@@ -22,7 +22,7 @@ use sinew_graph::Topology;
 /// Coordinates of a network's outputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Coordinates {
+pub enum OutputCoordinates {
     /// Displacements, one scale per component (thesis).
     Components,
     /// The directions in which the simulations differ.
@@ -31,12 +31,12 @@ pub enum Coordinates {
     Motions,
     /// Rigid motions about a simulation near the centre of the parameter range.
     MotionsOfSimulation,
-    /// Rigid motions about the prediction of a first, short training in [`Coordinates::Motions`] for the centre, so without
+    /// Rigid motions about the prediction of a first, short training in [`OutputCoordinates::Motions`] for the centre, so without
     /// simulations.
     MotionsAfter(TrainingConfig),
 }
 
-impl Coordinates {
+impl OutputCoordinates {
     /// Whether virtual nodes are read too, which then form clusters up to the whole body.
     pub(crate) fn are_motions(&self) -> bool {
         !matches!(self, Self::Components | Self::Simulations)

@@ -1,4 +1,4 @@
-//! Prediction on one geometry, whose message passing is done once.
+//! NetworkPrediction on one geometry, whose message passing is done once.
 
 use burn::tensor::Tensor;
 
@@ -27,7 +27,7 @@ pub struct FixedGeometry {
 
 /// Displacements for a batch of parameter sets.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Prediction {
+pub struct NetworkPrediction {
     /// Displacements, parameter set by set, node by node \[length\].
     pub displacement: Vec<f64>,
     /// Whether each parameter set lies outside the trained ranges, so that the prediction extrapolates.
@@ -35,7 +35,7 @@ pub struct Prediction {
     degrees_of_freedom: usize,
 }
 
-impl Prediction {
+impl NetworkPrediction {
     /// Displacement of one parameter set, node by node \[length\].
     ///
     /// # Panics
@@ -49,7 +49,7 @@ impl Prediction {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivity {
     /// The displacements.
-    pub prediction: Prediction,
+    pub prediction: NetworkPrediction,
     /// `∂û/∂θ_p`, parameter by parameter, then as the displacements [length per unit of the parameter].
     pub derivative: Vec<f64>,
 }
@@ -77,7 +77,7 @@ impl FixedGeometry {
     ///
     /// # Errors
     /// Parameters of a wrong number, not finite, or not positive on a log scale; a prediction that is not finite.
-    pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
+    pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<NetworkPrediction> {
         let mut displacement = Vec::with_capacity(thetas.len() * self.degrees_of_freedom());
         for chunk in thetas.chunks(self.sets_per_chunk(1)) {
             let inputs = self.inputs(chunk)?;
@@ -133,13 +133,13 @@ impl FixedGeometry {
         parameter_tensor(&self.parameters, thetas, &self.emulator.device())
     }
 
-    fn prediction(&self, thetas: &[Vec<f64>], displacement: Vec<f64>) -> Result<Prediction> {
+    fn prediction(&self, thetas: &[Vec<f64>], displacement: Vec<f64>) -> Result<NetworkPrediction> {
         let degrees_of_freedom = self.degrees_of_freedom();
         if let Some(index) = displacement.iter().position(|value| !value.is_finite()) {
             return Err(Error::PredictionNotFinite { sample: index / degrees_of_freedom });
         }
         let extrapolated = thetas.iter().map(|theta| !self.parameters.contains(theta)).collect();
-        Ok(Prediction { displacement, extrapolated, degrees_of_freedom })
+        Ok(NetworkPrediction { displacement, extrapolated, degrees_of_freedom })
     }
 
     fn degrees_of_freedom(&self) -> usize {

@@ -274,7 +274,7 @@ impl GraphNetwork {
         }
     }
 
-    /// Prediction, and its derivatives with respect to the standardised parameters in forward mode, those of all
+    /// NetworkPrediction, and its derivatives with respect to the standardised parameters in forward mode, those of all
     /// sets by the first parameter before those by the second.
     pub(crate) fn decode_with_tangents(
         &self,

@@ -69,7 +69,7 @@
 //! let network = GraphNetworkConfig { width: 16, latent: 8, steps: 2, ..GraphNetworkConfig::new(2, 1, 3, 1) };
 //! let device = Backend::Flex.device()?;
 //! let surrogate = Surrogate::new(&network, &data, scales, 0, &device)?;
-//! let settings = TrainingConfig { learning_rate: 1e-2, budget: Budget::Steps(200), ..Default::default() };
+//! let settings = TrainingConfig { learning_rate: 1e-2, budget: TrainingBudget::Steps(200), ..Default::default() };
 //! let mut trainer = Trainer::new(surrogate, data, Box::new(objective), settings)?;
 //! trainer.run(&mut ())?;
 //!
@@ -147,11 +147,11 @@ mod tensors;
 mod training;
 
 pub use config::{Decoding, GraphNetworkConfig};
-pub use coordinates::Coordinates;
+pub use coordinates::OutputCoordinates;
 pub use data::{DataSet, Geometry, Sample};
 pub use device::Backend;
 pub use error::{Error, Result};
-pub use fixed::{FixedGeometry, Prediction, Sensitivity};
+pub use fixed::{FixedGeometry, NetworkPrediction, Sensitivity};
 pub use fused::Activation;
 pub use graph::Graph;
 pub use graph_network::{Embedding, GraphNetwork, Output};
@@ -166,8 +166,8 @@ pub use recipe::{Recipe, train};
 pub use schedule::Schedule;
 pub use surrogate::{Scales, Surrogate};
 pub use training::{
-    Budget, Concern, HistoryPoint, Observer, Progress, StopReason, Trainer, TrainingConfig,
-    TrainingReport,
+    Concern, HistoryPoint, StopReason, Trainer, TrainingBudget, TrainingConfig, TrainingObserver,
+    TrainingProgress, TrainingReport,
 };
 
 use sinew_emulate::{Body, Emulator};

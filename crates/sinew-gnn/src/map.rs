@@ -262,6 +262,27 @@ impl OutputMap {
         }
     }
 
+    /// Map on the device of an automatically differentiated network.
+    pub(crate) fn lifted(&self) -> Self {
+        Self {
+            origin: Tensor::from_inner(self.origin.clone()),
+            rule: match &self.rule {
+                Rule::Scale(scale) => Rule::Scale(Tensor::from_inner(scale.clone())),
+                Rule::Matrices(all) => {
+                    Rule::Matrices(all.iter().cloned().map(Tensor::from_inner).collect())
+                }
+                Rule::Motions(tree) => Rule::Motions(tree.clone()),
+            },
+            supports: self.supports.lifted(),
+            slopes: self.slopes.as_ref().map(|slopes| Slopes {
+                clusters: Tensor::from_inner(slopes.clusters.clone()),
+                nodes: Tensor::from_inner(slopes.nodes.clone()),
+                rates: slopes.rates.clone().map(Tensor::from_inner),
+            }),
+            anchors: self.anchors.clone(),
+        }
+    }
+
     /// Nodes and components of a displacement.
     pub(crate) fn dims(&self) -> [usize; 2] {
         self.supports.dims()

@@ -4,10 +4,10 @@ mod course;
 
 use crate::budget::scale;
 use crate::config::{Decoding, GraphNetworkConfig};
-use crate::coordinates::{self, Coordinates};
+use crate::coordinates::{self, OutputCoordinates};
 use crate::data::{DataSet, Geometry, Sample};
 use crate::device::Backend;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::features;
 use crate::fixed::FixedGeometry;
 use crate::objective::Objective;
@@ -104,7 +104,7 @@ fn load(folder: &Path, _: &Body) -> sinew_emulate::Result<Box<dyn Predictor>> {
 fn displacement(
     body: &Body,
     thetas: &[Vec<f64>],
-    predicted: crate::error::Result<crate::fixed::Prediction>,
+    predicted: crate::error::Result<crate::fixed::NetworkPrediction>,
 ) -> sinew_emulate::Result<Vec<f64>> {
     match predicted {
         Ok(predicted) => Ok(predicted.displacement),
@@ -157,7 +157,7 @@ pub(crate) struct Plan<'a> {
     /// Short name of the recipe.
     pub recipe: &'static str,
     pub network: Network,
-    pub coordinates: &'a Coordinates,
+    pub coordinates: &'a OutputCoordinates,
     pub training: &'a TrainingConfig,
     /// The one place where recipes differ.
     pub objective: &'a dyn Fn(&DataSet) -> Result<Box<dyn Objective>>,
@@ -192,17 +192,18 @@ pub(crate) fn train(
         expanded(geometry, session, training_data, at_anchor(anchor)?)
     };
     geometry.coordinates = match &coordinates {
-        Coordinates::Components => Meaning::Components,
-        Coordinates::Simulations => {
+        OutputCoordinates::Components => Meaning::Components,
+        OutputCoordinates::Simulations => {
             let fields = training_data.fields.unwrap_or_default();
             Meaning::Principal(timed(&mut prepare_s, || {
                 coordinates::of_simulations(body, training_data.thetas, fields)
             })?)
         }
-        Coordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
+        OutputCoordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
         // Fine-tuning has no first training that predicts a state of this body, and further anchors stand about a solved one: one solve gives it.
-        Coordinates::MotionsAfter(_) | Coordinates::MotionsOfSimulation
-            if anchors > 1 || starts && matches!(coordinates, Coordinates::MotionsAfter(_)) =>
+        OutputCoordinates::MotionsAfter(_) | OutputCoordinates::MotionsOfSimulation
+            if anchors > 1
+                || starts && matches!(coordinates, OutputCoordinates::MotionsAfter(_)) =>
         {
             let centre = body.centre();
             let solved =
@@ -210,11 +211,11 @@ pub(crate) fn train(
             session.simulations += if anchors > 1 { anchors } else { 0 };
             timed(&mut prepare_s, || expanded(session, &mut geometry, &solved.displacement))?
         }
-        Coordinates::MotionsOfSimulation => {
+        OutputCoordinates::MotionsOfSimulation => {
             let anchor = coordinates::nearer(body, training_data.central_simulation(body))?;
             timed(&mut prepare_s, || expanded(session, &mut geometry, &anchor))?
         }
-        Coordinates::MotionsAfter(first) => {
+        OutputCoordinates::MotionsAfter(first) => {
             geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);
             data.geometries = vec![geometry.clone()];
             let surrogate = course.stage(session, "anchor", &data, training_data, plan, first)?;
@@ -257,13 +258,13 @@ fn stages(
     session: &Session<'_, '_>,
     plan: &Plan<'_>,
     solves: bool,
-) -> (Coordinates, TrainingConfig) {
+) -> (OutputCoordinates, TrainingConfig) {
     let (mut coordinates, mut training) = (plan.coordinates.clone(), plan.training.clone());
     if session.options.start.is_some() {
         training.learning_rate *= RATE_OF_START;
     }
     let mut stages = vec![&mut training];
-    if let (Coordinates::MotionsAfter(first), false) = (&mut coordinates, solves) {
+    if let (OutputCoordinates::MotionsAfter(first), false) = (&mut coordinates, solves) {
         stages.push(first);
     }
     for stage in &mut stages {
@@ -321,7 +322,7 @@ fn trainer(
     let device = backend(session)?.device()?;
     let objective = (plan.objective)(data)?;
     if let Some(folder) = checkpoint.filter(|folder| session.options.resume && folder.exists()) {
-        return Ok(Trainer::resume(folder, data.clone(), objective, &device)?);
+        return Trainer::resume(folder, data.clone(), objective, &device);
     }
     let surrogate = match &session.options.start {
         Some(folder) => learned(folder, backend(session)?)?.transferred_to(data)?,
@@ -342,7 +343,7 @@ fn backend(session: &Session<'_, '_>) -> Result<Backend> {
 
 /// Network of a finished run.
 fn learned(run: &Path, backend: Backend) -> Result<Surrogate> {
-    Ok(Surrogate::load(&run.join("emulator/network"), &backend.device()?)?)
+    Surrogate::load(&run.join("emulator/network"), &backend.device()?)
 }
 
 fn untrained(
@@ -356,5 +357,5 @@ fn untrained(
     let sizes = plan.network.on(&data.geometries[0], session.body.parameters.len());
     let inputs = scaling(session.body)?;
     let scales = Scales::over(&data.geometries, inputs, training_data.output_scale()?)?;
-    Ok(Surrogate::new(&sizes, data, scales, seed, &device)?)
+    Surrogate::new(&sizes, data, scales, seed, &device)
 }

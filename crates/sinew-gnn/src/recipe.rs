@@ -15,7 +15,7 @@ pub use physics_informed::PhysicsInformed;
 pub use sinew_emulate::recipe::{Regression, Taylor};
 
 use crate::budget::cost;
-use crate::coordinates::Coordinates;
+use crate::coordinates::OutputCoordinates;
 use crate::network::{KINDS, Network};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -60,7 +60,7 @@ impl Recipe {
     }
 
     /// Outputs, sizes and training of its network, where it is one.
-    pub(crate) fn network(&self) -> Option<(&Coordinates, Network, &TrainingConfig)> {
+    pub(crate) fn network(&self) -> Option<(&OutputCoordinates, Network, &TrainingConfig)> {
         match self {
             Self::DataDriven(DataDriven { coordinates, network, training, .. })
             | Self::PhysicsInformed(PhysicsInformed { coordinates, network, training, .. })
@@ -89,7 +89,7 @@ impl Recipe {
     pub fn cost(&self) -> f64 {
         match (self, self.network()) {
             (Self::Auto(recipe), _) => recipe.rivals.iter().map(Self::cost).sum(),
-            (_, Some((Coordinates::MotionsAfter(first), _, training))) => {
+            (_, Some((OutputCoordinates::MotionsAfter(first), _, training))) => {
                 cost(first) + cost(training)
             }
             (_, Some((_, _, training))) => cost(training),

@@ -46,6 +46,13 @@ impl Supports {
         terms.reduce(|sum, term| sum + term).unwrap_or(change)
     }
 
+    pub(crate) fn lifted(&self) -> Self {
+        Self {
+            projectors: self.projectors.iter().cloned().map(Tensor::from_inner).collect(),
+            held: Tensor::from_inner(self.held.clone()),
+        }
+    }
+
     /// Nodes and components.
     pub(crate) fn dims(&self) -> [usize; 2] {
         let [_, nodes, dimensions] = self.held.dims();

@@ -9,7 +9,7 @@ use crate::arrays::{matrix, parameter_tensor, values};
 use crate::config::{Decoding, GraphNetworkConfig};
 use crate::data::{DataSet, Geometry, Sample};
 use crate::error::Result;
-use crate::fixed::{FixedGeometry, Prediction};
+use crate::fixed::{FixedGeometry, NetworkPrediction};
 use crate::graph::Graph;
 use crate::graph_network::{Embedding, GraphNetwork};
 use crate::kernels::KernelChoice;
@@ -163,12 +163,12 @@ impl Surrogate {
         self.geometries.iter().position(same)
     }
 
-    /// Prediction for a batch of parameter sets on one geometry: all steps of Algorithm 2, or the decoders alone where the
+    /// NetworkPrediction for a batch of parameter sets on one geometry: all steps of Algorithm 2, or the decoders alone where the
     /// geometry was trained on and its embeddings are weights.
     ///
     /// # Errors
     /// As [`Surrogate::fixed_geometry`] and [`FixedGeometry::predict`].
-    pub fn predict(&self, geometry: &Geometry, thetas: &[Vec<f64>]) -> Result<Prediction> {
+    pub fn predict(&self, geometry: &Geometry, thetas: &[Vec<f64>]) -> Result<NetworkPrediction> {
         self.fixed_geometry(geometry)?.predict(thetas)
     }
 
@@ -176,7 +176,11 @@ impl Surrogate {
     ///
     /// # Errors
     /// As [`Surrogate::predict`].
-    pub fn predict_unseen(&self, geometry: &Geometry, thetas: &[Vec<f64>]) -> Result<Prediction> {
+    pub fn predict_unseen(
+        &self,
+        geometry: &Geometry,
+        thetas: &[Vec<f64>],
+    ) -> Result<NetworkPrediction> {
         FixedGeometry::new(self, None, &self.prepare(geometry)?).predict(thetas)
     }
 

@@ -39,4 +39,15 @@ impl GeometryTensors {
         let output = emulator.decode(local, self.global.clone(), parameters.clone());
         self.output.displacement(self.output.complete(output, parameters))
     }
+
+    /// Tensors on the device of an automatically differentiated network.
+    pub(crate) fn lifted(&self) -> Self {
+        Self {
+            graph: self.graph.clone(),
+            nodes: Tensor::from_inner(self.nodes.clone()),
+            edges: Tensor::from_inner(self.edges.clone()),
+            global: self.global.clone().map(Tensor::from_inner),
+            output: self.output.lifted(),
+        }
+    }
 }

@@ -11,6 +11,6 @@ mod sampler;
 mod trainer;
 
 pub use concern::Concern;
-pub use config::{Budget, TrainingConfig};
-pub use progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
+pub use config::{TrainingBudget, TrainingConfig};
+pub use progress::{HistoryPoint, StopReason, TrainingObserver, TrainingProgress, TrainingReport};
 pub use trainer::Trainer;

@@ -15,7 +15,9 @@ use serde::{Deserialize, Serialize};
 use sinew_energy::{Body, Stiffness};
 
 use crate::coordinates::dirichlet::Dirichlet;
-use crate::coordinates::error::{CoordinateError, Result, require_count, require_finite, require_positive};
+use crate::coordinates::error::{
+    CoordinateError, Result, require_count, require_finite, require_positive,
+};
 use crate::coordinates::polynomial::{all_terms, check_terms, terms, with_amplitude};
 
 /// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own

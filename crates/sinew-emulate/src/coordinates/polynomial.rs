@@ -67,7 +67,8 @@ impl Polynomial {
                 best = Some((missed, found));
             }
         }
-        let best = best.ok_or(CoordinateError::None(crate::coordinates::principal::NO_DIRECTIONS))?;
+        let best =
+            best.ok_or(CoordinateError::None(crate::coordinates::principal::NO_DIRECTIONS))?;
         Ok(best.1)
     }
 

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
 
-use crate::coordinates::error::{CoordinateError, Result, require_count, require_finite, require_positive};
+use crate::coordinates::error::{
+    CoordinateError, Result, require_count, require_finite, require_positive,
+};
 
 /// Scale on which a parameter enters the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -28,7 +28,7 @@ pub(crate) struct Identity {
 
 /// Name, range, unit and scale of a parameter. If one of them differs, the input of an emulator differs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Axis {
+pub(crate) struct Axis {
     name: String,
     range: [f64; 2],
     unit: String,
@@ -36,7 +36,7 @@ pub struct Axis {
 }
 
 /// Parameters of a body, in the order of θ.
-pub fn axes(body: &Body) -> Vec<Axis> {
+pub(crate) fn axes(body: &Body) -> Vec<Axis> {
     let axis = |p: &Parameter| Axis {
         name: p.name.clone(),
         range: p.range,
@@ -121,7 +121,7 @@ pub(crate) fn difference(
 }
 
 /// Parameters in words.
-pub fn listed(parameters: &[Axis]) -> String {
+pub(crate) fn listed(parameters: &[Axis]) -> String {
     let one = |Axis { name, range: [low, high], unit, logarithmic }: &Axis| {
         let scale = if *logarithmic { "logarithmic" } else { "linear" };
         format!("{name} from {low} to {high} {unit} ({scale})")

@@ -114,7 +114,7 @@ pub(crate) fn trainer_of(
         batch,
         optimiser,
         learning_rate: 1e-6,
-        budget: Budget::Steps(100_000),
+        budget: TrainingBudget::Steps(100_000),
         ..TrainingConfig::default()
     };
     Trainer::new(surrogate, data.clone(), objective, settings).expect("fitting data")

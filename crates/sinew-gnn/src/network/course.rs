@@ -133,7 +133,7 @@ impl Watch<'_> {
                 point.measure(&held_out.cases(&fields)?)
             }
             Err(crate::error::Error::PredictionNotFinite { .. }) => f64::INFINITY,
-            Err(other) => return Err(other.into()),
+            Err(other) => return Err(other),
         };
         // A run that was killed after its last checkpoint repeats some evaluations.
         self.course.curve.retain(|earlier| earlier.step < step);
@@ -145,8 +145,8 @@ impl Watch<'_> {
     }
 }
 
-impl crate::training::Observer for Watch<'_> {
-    fn progress(&mut self, progress: &crate::training::Progress) -> ControlFlow<()> {
+impl crate::training::TrainingObserver for Watch<'_> {
+    fn progress(&mut self, progress: &crate::training::TrainingProgress) -> ControlFlow<()> {
         if self.failure.is_some() {
             return ControlFlow::Break(());
         }

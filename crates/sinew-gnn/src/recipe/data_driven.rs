@@ -1,11 +1,11 @@
 //! A network on simulated displacements.
 
-use crate::coordinates::Coordinates;
+use crate::coordinates::OutputCoordinates;
 use crate::data::DataSet;
 use crate::error::Result;
 use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
 use crate::objective::{DataFit, DataFitWithGradient, GradientOperator, Objective};
-use crate::training::{Budget, TrainingConfig};
+use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::parts::Session;
 use sinew_emulate::{Body, Record, TestSet};
@@ -21,7 +21,7 @@ pub struct DataDriven {
     /// Weight of the distance between deformation gradients, thesis (B.1); 0 leaves them out.
     pub gradient_weight: f64,
     /// Coordinates of the outputs.
-    pub coordinates: Coordinates,
+    pub coordinates: OutputCoordinates,
     /// Sizes of the network.
     pub network: Network,
     /// Optimiser, schedule, batch, steps.
@@ -32,14 +32,14 @@ impl Default for DataDriven {
     fn default() -> Self {
         let training = TrainingConfig {
             batch: 8,
-            budget: Budget::Steps(2000),
+            budget: TrainingBudget::Steps(2000),
             embedding_share: 0.04,
             ..TrainingConfig::default()
         };
         Self {
             simulations: 200,
             gradient_weight: 0.0,
-            coordinates: Coordinates::Simulations,
+            coordinates: OutputCoordinates::Simulations,
             network: Network::default(),
             training,
         }

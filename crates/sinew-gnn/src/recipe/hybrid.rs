@@ -1,11 +1,11 @@
 //! A network on simulated displacements, errors weighed by the stiffness.
 
-use crate::coordinates::Coordinates;
+use crate::coordinates::OutputCoordinates;
 use crate::data::DataSet;
 use crate::error::Result;
 use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
 use crate::objective::{EnergyNormFit, Objective};
-use crate::training::{Budget, TrainingConfig};
+use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::parts::{Session, admissible};
 use sinew_emulate::{Record, TestSet};
@@ -17,7 +17,7 @@ pub struct Hybrid {
     /// Simulations to learn from.
     pub simulations: usize,
     /// Coordinates of the outputs.
-    pub coordinates: Coordinates,
+    pub coordinates: OutputCoordinates,
     /// Sizes of the network.
     pub network: Network,
     /// Optimiser, schedule, batch, steps.
@@ -29,13 +29,13 @@ impl Default for Hybrid {
         let training = TrainingConfig {
             batch: 8,
             learning_rate: 8e-3,
-            budget: Budget::Steps(2000),
+            budget: TrainingBudget::Steps(2000),
             embedding_share: 0.02,
             ..TrainingConfig::default()
         };
         Self {
             simulations: 200,
-            coordinates: Coordinates::MotionsOfSimulation,
+            coordinates: OutputCoordinates::MotionsOfSimulation,
             network: Network::default(),
             training,
         }

@@ -1,11 +1,11 @@
 //! A network by minimum potential energy.
 
-use crate::coordinates::{self, Coordinates};
+use crate::coordinates::{self, OutputCoordinates};
 use crate::data::DataSet;
 use crate::error::Result;
 use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
 use crate::objective::{MinimumPotential, Objective};
-use crate::training::{Budget, TrainingConfig};
+use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::parts::{Session, Stream, timed};
 use sinew_emulate::{Record, TestSet, Warning};
@@ -23,7 +23,7 @@ pub struct PhysicsInformed {
     /// Parameter sets to train at.
     pub parameter_sets: usize,
     /// Coordinates of the outputs.
-    pub coordinates: Coordinates,
+    pub coordinates: OutputCoordinates,
     /// Sizes of the network.
     pub network: Network,
     /// Optimiser, schedule, batch, steps.
@@ -35,14 +35,14 @@ impl Default for PhysicsInformed {
         let config = |steps, embedding_share, evaluations| TrainingConfig {
             batch: 8,
             learning_rate: 8e-3,
-            budget: Budget::Steps(steps),
+            budget: TrainingBudget::Steps(steps),
             embedding_share,
             evaluations,
             ..TrainingConfig::default()
         };
         Self {
             parameter_sets: 1000,
-            coordinates: Coordinates::MotionsAfter(config(400, 0.05, 5)),
+            coordinates: OutputCoordinates::MotionsAfter(config(400, 0.05, 5)),
             network: Network::default(),
             training: config(2000, 0.02, 20),
         }

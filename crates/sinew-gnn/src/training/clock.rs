@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::config::Budget;
+use super::config::TrainingBudget;
 
 /// Steps made and seconds spent on them.
 ///
@@ -24,23 +24,23 @@ const PROBE_STEP: usize = 2;
 
 impl Clock {
     /// Share of the budget that is spent, from 0 to 1.
-    pub(super) fn share(&self, budget: Budget) -> f64 {
+    pub(super) fn share(&self, budget: TrainingBudget) -> f64 {
         let share = match budget {
-            Budget::Steps(steps) => self.step as f64 / steps as f64,
-            Budget::Seconds(seconds) => self.seconds / seconds,
+            TrainingBudget::Steps(steps) => self.step as f64 / steps as f64,
+            TrainingBudget::Seconds(seconds) => self.seconds / seconds,
         };
         share.min(1.0)
     }
 
     /// Whether the next step measures the cost of a step without message passing.
-    pub(super) fn is_probing(&self, budget: Budget, embedding_share: f64) -> bool {
+    pub(super) fn is_probing(&self, budget: TrainingBudget, embedding_share: f64) -> bool {
         let mixed = embedding_share > 0.0 && embedding_share < 1.0;
         let due = self.rest.is_none() && self.step == PROBE_STEP;
-        mixed && matches!(budget, Budget::Seconds(_)) && due
+        mixed && matches!(budget, TrainingBudget::Seconds(_)) && due
     }
 
     /// Whether `embedding_share` of the steps are made.
-    pub(super) fn is_time_to_rest(&self, budget: Budget, embedding_share: f64) -> bool {
+    pub(super) fn is_time_to_rest(&self, budget: TrainingBudget, embedding_share: f64) -> bool {
         self.step as f64 >= embedding_share * self.total_steps(budget, embedding_share)
     }
 
@@ -51,10 +51,10 @@ impl Clock {
     }
 
     /// Steps of the whole run; under a time budget estimated from the pace so far, and at least one more.
-    pub(super) fn total_steps(&self, budget: Budget, embedding_share: f64) -> f64 {
+    pub(super) fn total_steps(&self, budget: TrainingBudget, embedding_share: f64) -> f64 {
         let seconds = match budget {
-            Budget::Steps(steps) => return steps as f64,
-            Budget::Seconds(seconds) => seconds,
+            TrainingBudget::Steps(steps) => return steps as f64,
+            TrainingBudget::Seconds(seconds) => seconds,
         };
         let [whole, resting] = self.costs();
         let total = match self.rest {
@@ -66,11 +66,11 @@ impl Clock {
     }
 
     /// Seconds until the budget is spent, at the pace so far.
-    pub(super) fn remaining_seconds(&self, budget: Budget, embedding_share: f64) -> f64 {
+    pub(super) fn remaining_seconds(&self, budget: TrainingBudget, embedding_share: f64) -> f64 {
         match budget {
-            Budget::Seconds(seconds) => (seconds - self.seconds).max(0.0),
-            Budget::Steps(_) if self.step == 0 => f64::INFINITY,
-            Budget::Steps(steps) => {
+            TrainingBudget::Seconds(seconds) => (seconds - self.seconds).max(0.0),
+            TrainingBudget::Steps(_) if self.step == 0 => f64::INFINITY,
+            TrainingBudget::Steps(steps) => {
                 let [whole, resting] = self.costs();
                 let all = steps as f64;
                 let left = all - self.step as f64;
@@ -104,20 +104,20 @@ mod tests {
     #[test]
     fn a_time_budget_estimates_its_steps() {
         let clock = Clock { step: 10, seconds: 2.0, ..Clock::default() };
-        assert_eq!(clock.total_steps(Budget::Seconds(20.0), 1.0), 100.0);
-        assert_eq!(clock.share(Budget::Seconds(20.0)), 0.1);
-        assert_eq!(clock.remaining_seconds(Budget::Steps(20), 1.0), 2.0);
-        assert_eq!(Clock::default().total_steps(Budget::Steps(5), 1.0), 5.0);
-        assert_eq!(clock.total_steps(Budget::Steps(10), 1.0), 10.0);
+        assert_eq!(clock.total_steps(TrainingBudget::Seconds(20.0), 1.0), 100.0);
+        assert_eq!(clock.share(TrainingBudget::Seconds(20.0)), 0.1);
+        assert_eq!(clock.remaining_seconds(TrainingBudget::Steps(20), 1.0), 2.0);
+        assert_eq!(Clock::default().total_steps(TrainingBudget::Steps(5), 1.0), 5.0);
+        assert_eq!(clock.total_steps(TrainingBudget::Steps(10), 1.0), 10.0);
         // Before the first step the pace is unknown: the warm-up takes its longest.
-        let start = Clock::default().total_steps(Budget::Seconds(1.0), 1.0);
+        let start = Clock::default().total_steps(TrainingBudget::Seconds(1.0), 1.0);
         assert!(crate::Schedule::WarmupCosine.factor(0, start) <= 1.0);
     }
 
     /// Steps of a second, then of a quarter.
     #[test]
     fn shares_of_a_time_budget_are_shares_of_the_steps() {
-        let (budget, share) = (Budget::Seconds(40.0), 0.25);
+        let (budget, share) = (TrainingBudget::Seconds(40.0), 0.25);
         let mut clock = Clock::default();
         let mut estimates = Vec::new();
         while clock.share(budget) < 1.0 {

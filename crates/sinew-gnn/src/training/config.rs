@@ -10,7 +10,7 @@ use sinew_emulate::coordinates::require_positive;
 /// Length of the training.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Budget {
+pub enum TrainingBudget {
     /// A number of steps: repeatable, and resumed exactly.
     Steps(usize),
     /// Seconds of training, evaluations not counted; schedules follow the steps that will have been made then.
@@ -28,7 +28,7 @@ pub struct TrainingConfig {
     /// Development of the learning rate.
     pub schedule: Schedule,
     /// Length of the training.
-    pub budget: Budget,
+    pub budget: TrainingBudget,
     /// Parameter sets per step, all of one geometry; they share one message-passing pass.
     pub batch: usize,
     /// Largest Euclidean norm of all gradients together; larger ones are scaled down to it.
@@ -57,7 +57,7 @@ impl Default for TrainingConfig {
             optimiser: OptimiserConfig::default(),
             learning_rate: 4e-3,
             schedule: Schedule::default(),
-            budget: Budget::Steps(4000),
+            budget: TrainingBudget::Steps(4000),
             batch: 8,
             gradient_norm_limit: Some(1.0),
             embedding_share: 1.0,
@@ -76,7 +76,7 @@ impl TrainingConfig {
             optimiser: OptimiserConfig::adam(),
             learning_rate: 1e-4,
             schedule: Schedule::Constant,
-            budget: Budget::Steps(5000 * 200),
+            budget: TrainingBudget::Steps(5000 * 200),
             batch: 1,
             gradient_norm_limit: None,
             evaluations: 500,
@@ -93,9 +93,11 @@ impl TrainingConfig {
             return Err(Error::Configuration { what: "batch", value: 0 });
         }
         match self.budget {
-            Budget::Steps(0) => return Err(Error::NothingToTrain("the budget is zero steps")),
-            Budget::Steps(_) => {}
-            Budget::Seconds(seconds) => require_positive("the budget in seconds", seconds)?,
+            TrainingBudget::Steps(0) => {
+                return Err(Error::NothingToTrain("the budget is zero steps"));
+            }
+            TrainingBudget::Steps(_) => {}
+            TrainingBudget::Seconds(seconds) => require_positive("the budget in seconds", seconds)?,
         }
         if let Some(limit) = self.gradient_norm_limit {
             require_positive("the limit of the gradient norm", limit)?;

@@ -1,4 +1,4 @@
-//! Progress and report of a run.
+//! TrainingProgress and report of a run.
 
 use std::ops::ControlFlow;
 
@@ -9,7 +9,7 @@ use crate::surrogate::Surrogate;
 
 /// State of a run after a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
+pub struct TrainingProgress {
     /// Steps made.
     pub step: usize,
     /// Steps of the whole run, estimated under a time budget.
@@ -29,9 +29,9 @@ pub struct Progress {
 }
 
 /// Receives the progress of a run. `()` ignores it.
-pub trait Observer {
+pub trait TrainingObserver {
     /// Called after every step; breaking ends the run after a last evaluation and checkpoint.
-    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+    fn progress(&mut self, progress: &TrainingProgress) -> ControlFlow<()> {
         let _ = progress;
         ControlFlow::Continue(())
     }
@@ -52,7 +52,7 @@ pub trait Observer {
     }
 }
 
-impl Observer for () {}
+impl TrainingObserver for () {}
 
 /// One evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -74,7 +74,7 @@ pub struct HistoryPoint {
 #[serde(rename_all = "kebab-case")]
 pub enum StopReason {
     /// The budget is spent.
-    Budget,
+    TrainingBudget,
     /// The validation loss no longer improved.
     EarlyStop,
     /// The observer asked to stop.

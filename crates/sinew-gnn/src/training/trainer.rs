@@ -9,7 +9,9 @@ use burn::tensor::Tensor;
 use super::clock::Clock;
 use super::concern::Thoroughness;
 use super::config::TrainingConfig;
-use super::progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
+use super::progress::{
+    HistoryPoint, StopReason, TrainingObserver, TrainingProgress, TrainingReport,
+};
 use super::sampler::Sampler;
 use crate::data::{DataSet, Sample};
 use crate::error::{Error, Result};
@@ -146,10 +148,10 @@ impl Trainer {
     ///
     /// # Errors
     /// [`Error::Diverged`], an objective or a checkpoint that fails.
-    pub fn run(&mut self, observer: &mut dyn Observer) -> Result<TrainingReport> {
+    pub fn run(&mut self, observer: &mut dyn TrainingObserver) -> Result<TrainingReport> {
         let stop = loop {
             if self.progress.clock.share(self.config.budget) >= 1.0 {
-                break StopReason::Budget;
+                break StopReason::TrainingBudget;
             }
             let progress = match self.step() {
                 Err(error) if self.survives(&error) => continue,
@@ -206,11 +208,11 @@ impl Trainer {
     /// # Errors
     /// [`Error::Diverged`] if loss or gradient is not finite (the weights stay as they were), or a
     /// failing objective.
-    pub fn step(&mut self) -> Result<Progress> {
+    pub fn step(&mut self) -> Result<TrainingProgress> {
         crate::fused::on_ready_threads(|| self.step_in_pool())
     }
 
-    fn step_in_pool(&mut self) -> Result<Progress> {
+    fn step_in_pool(&mut self) -> Result<TrainingProgress> {
         let start = Instant::now();
         let clock = self.progress.clock;
         let (budget, share) = (self.config.budget, self.config.embedding_share);
@@ -276,10 +278,10 @@ impl Trainer {
         self.surrogate.embeddings(&self.emulator.valid()).into_iter().map(lift).collect()
     }
 
-    fn report(&self, loss: f64, gradient_norm: f64, learning_rate: f64) -> Progress {
+    fn report(&self, loss: f64, gradient_norm: f64, learning_rate: f64) -> TrainingProgress {
         let clock = self.progress.clock;
         let TrainingConfig { budget, embedding_share, .. } = self.config;
-        Progress {
+        TrainingProgress {
             step: clock.step,
             steps: clock.total_steps(budget, embedding_share).round() as usize,
             share: clock.share(budget),
@@ -291,7 +293,7 @@ impl Trainer {
         }
     }
 
-    /// Prediction of the latest weights for a batch, without gradients. Batches of one geometry that follow each other share its
+    /// NetworkPrediction of the latest weights for a batch, without gradients. Batches of one geometry that follow each other share its
     /// message passing.
     pub(super) fn predictions(&self) -> impl FnMut(&Batch<'_>) -> Result<Tensor<3>> + '_ {
         let emulator = &self.surrogate.emulator;
@@ -336,7 +338,7 @@ impl Trainer {
     }
 
     /// Validation, observer and checkpoint; whether the error decides about the best weights.
-    fn evaluate(&mut self, observer: &mut dyn Observer, decides: bool) -> Result<()> {
+    fn evaluate(&mut self, observer: &mut dyn TrainingObserver, decides: bool) -> Result<()> {
         self.surrogate.emulator = self.emulator.valid();
         let batches = self.batches(&self.data.validation);
         let validation = (!batches.is_empty())

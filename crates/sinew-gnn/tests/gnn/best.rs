@@ -15,7 +15,7 @@ fn config((embedding_share, frozen_encoder): (f64, bool)) -> TrainingConfig {
         learning_rate: 1e-2,
         embedding_share,
         frozen_encoder,
-        budget: Budget::Steps(120),
+        budget: TrainingBudget::Steps(120),
         batch: 3,
         evaluations: 40,
         ..TrainingConfig::default()
@@ -71,8 +71,8 @@ impl<'a> Judge<'a> {
     }
 }
 
-impl Observer for Judge<'_> {
-    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+impl TrainingObserver for Judge<'_> {
+    fn progress(&mut self, progress: &TrainingProgress) -> ControlFlow<()> {
         self.losses.push(progress.loss);
         if progress.step == self.stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }

@@ -141,7 +141,7 @@ pub(crate) fn briefly_trained(
     let surrogate = untrained(data, config, 1, device);
     let objective = data_fit(&surrogate);
     let settings = TrainingConfig {
-        budget: Budget::Steps(8),
+        budget: TrainingBudget::Steps(8),
         batch: 3,
         evaluations: 1,
         ..TrainingConfig::default()

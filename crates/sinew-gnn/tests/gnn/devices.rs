@@ -3,7 +3,7 @@
 use crate::support::{beam, small_network, steps};
 use sinew_emulate::{Budget, TrainingOptions};
 use sinew_gnn::recipe::PhysicsInformed;
-use sinew_gnn::{Backend, Coordinates, Network, Recipe};
+use sinew_gnn::{Backend, Network, OutputCoordinates, Recipe};
 use std::io::Write;
 
 /// Trains with the same seed on the processor and on every other device. Rounding differs, so that the trainings drift apart;
@@ -15,7 +15,7 @@ fn a_training_goes_the_same_way_on_every_device() {
     let defaults = PhysicsInformed::default();
     let recipe = Recipe::from(PhysicsInformed {
         parameter_sets: 16,
-        coordinates: Coordinates::Motions,
+        coordinates: OutputCoordinates::Motions,
         network: Network { message_passing_steps: 2, ..small_network() },
         training: steps(&defaults.training, 12),
     });

@@ -77,7 +77,7 @@ impl Cantilever {
 
 fn config(steps: usize, learning_rate: f64) -> TrainingConfig {
     TrainingConfig {
-        budget: Budget::Steps(steps),
+        budget: TrainingBudget::Steps(steps),
         batch: 4,
         evaluations: 8,
         learning_rate,
@@ -90,7 +90,7 @@ struct Listener {
     concerns: Vec<Concern>,
 }
 
-impl Observer for Listener {
+impl TrainingObserver for Listener {
     fn concern(&mut self, concern: &Concern) {
         self.concerns.push(*concern);
     }

@@ -3,7 +3,7 @@
 use crate::support::{beam, small_network, steps};
 use sinew_emulate::{Emulator, Error, Observer, Progress, TrainingOptions, simulate};
 use sinew_gnn::recipe::{Auto, DataDriven, Hybrid, PhysicsInformed, Regression};
-use sinew_gnn::{Coordinates, Recipe};
+use sinew_gnn::{OutputCoordinates, Recipe};
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -45,8 +45,10 @@ fn the_network_that_is_stored_is_the_best_of_its_curve() {
 fn the_network_of_an_earlier_stage_is_kept_where_it_is_the_best() {
     let body = beam(1.0);
     let base = PhysicsInformed::default();
-    let Coordinates::MotionsAfter(first) = &base.coordinates else { panic!("another default") };
-    let coordinates = Coordinates::MotionsAfter(steps(first, 100));
+    let OutputCoordinates::MotionsAfter(first) = &base.coordinates else {
+        panic!("another default")
+    };
+    let coordinates = OutputCoordinates::MotionsAfter(steps(first, 100));
     let mut training = steps(&base.training, 40);
     training.learning_rate = 1e3;
     let recipe = PhysicsInformed { network: small_network(), coordinates, training, ..base };

@@ -118,7 +118,7 @@ impl Beam {
         let potential = self.body.clone().with_barriers(Barriers::default());
         let objective = MinimumPotential::new(vec![std::sync::Arc::new(potential)], self.energy());
         let settings = TrainingConfig {
-            budget: Budget::Steps(steps),
+            budget: TrainingBudget::Steps(steps),
             batch: 4,
             learning_rate: 1e-2,
             evaluations: 1,
@@ -304,7 +304,7 @@ fn bodies_of_different_graphs_train_together_and_a_network_goes_on_to_others() {
     let potentials = beams.iter().map(potential).collect();
     let objective = MinimumPotential::new(potentials, beams[0].energy()).unwrap();
     let settings = TrainingConfig {
-        budget: Budget::Steps(400),
+        budget: TrainingBudget::Steps(400),
         batch: 4,
         learning_rate: 1e-2,
         evaluations: 1,
@@ -325,7 +325,7 @@ fn bodies_of_different_graphs_train_together_and_a_network_goes_on_to_others() {
     let data = finer.data();
     let left_after = |surrogate: Surrogate| {
         let objective = MinimumPotential::new(vec![potential(&finer)], finer.energy()).unwrap();
-        let settings = TrainingConfig { budget: Budget::Steps(60), ..settings.clone() };
+        let settings = TrainingConfig { budget: TrainingBudget::Steps(60), ..settings.clone() };
         let mut trainer =
             Trainer::new(surrogate, data.clone(), Box::new(objective), settings).unwrap();
         trainer.run(&mut ()).unwrap();

@@ -6,7 +6,7 @@ use sinew_emulate::{
 };
 use sinew_fem::{Options, Solver};
 use sinew_gnn::recipe::{Auto, DataDriven, Hybrid, PhysicsInformed, Regression};
-use sinew_gnn::{Coordinates, Recipe};
+use sinew_gnn::{OutputCoordinates, Recipe};
 
 /// Errors over cases that the emulator has not seen, neither in training nor in calibration.
 fn errors(emulator: &Emulator<'_>) -> Errors {
@@ -138,8 +138,10 @@ fn a_network_learns_from_simulations() {
 fn a_network_learns_from_the_energy_alone() {
     let body = beam(1.0);
     let base = PhysicsInformed::default();
-    let Coordinates::MotionsAfter(first) = &base.coordinates else { panic!("another default") };
-    let coordinates = Coordinates::MotionsAfter(steps(first, 400));
+    let OutputCoordinates::MotionsAfter(first) = &base.coordinates else {
+        panic!("another default")
+    };
+    let coordinates = OutputCoordinates::MotionsAfter(steps(first, 400));
     let training = steps(&base.training, 600);
     let recipe = PhysicsInformed { network: small_network(), coordinates, training, ..base };
     let emulator = Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
@@ -205,8 +207,10 @@ impl Observer for Ear {
 fn a_training_that_learned_nothing_says_so() {
     let body = beam(1.0);
     let base = PhysicsInformed::default();
-    let Coordinates::MotionsAfter(first) = &base.coordinates else { panic!("another default") };
-    let coordinates = Coordinates::MotionsAfter(steps(first, 2));
+    let OutputCoordinates::MotionsAfter(first) = &base.coordinates else {
+        panic!("another default")
+    };
+    let coordinates = OutputCoordinates::MotionsAfter(steps(first, 2));
     let training = steps(&base.training, 2);
     let recipe = PhysicsInformed { network: small_network(), coordinates, training, ..base };
     let mut ear = Ear::default();

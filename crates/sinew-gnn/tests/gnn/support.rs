@@ -5,7 +5,7 @@ use sinew_emulate::Body;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Parameter, Scene, Support};
 use sinew_gnn::Network;
-use sinew_gnn::{Budget, TrainingConfig};
+use sinew_gnn::{TrainingBudget, TrainingConfig};
 use sinew_mesh::box_tetrahedra;
 
 /// Weight of a density of 1 g/cm³ at g = 9.8 m/s² [kPa/mm].
@@ -31,5 +31,5 @@ pub(crate) fn small_network() -> Network {
 }
 
 pub(crate) fn steps(config: &TrainingConfig, steps: usize) -> TrainingConfig {
-    TrainingConfig { budget: Budget::Steps(steps), ..config.clone() }
+    TrainingConfig { budget: TrainingBudget::Steps(steps), ..config.clone() }
 }

@@ -11,7 +11,7 @@ use sinew_graph::FeatureMatrix;
 
 fn settings(steps: usize) -> TrainingConfig {
     TrainingConfig {
-        budget: Budget::Steps(steps),
+        budget: TrainingBudget::Steps(steps),
         batch: 3,
         evaluations: 4,
         learning_rate: 1e-2,
@@ -61,7 +61,7 @@ fn every_optimiser_lowers_the_loss_on_every_backend() {
             let (first, last) = (report.history[0], report.history[3]);
             assert!(last.validation < first.validation, "{optimiser:?}: {:?}", report.history);
             assert!(last.loss < 0.3, "{optimiser:?}: {:?}", report.history);
-            assert_eq!((report.steps, report.stop), (80, StopReason::Budget));
+            assert_eq!((report.steps, report.stop), (80, StopReason::TrainingBudget));
         }
     }
 }
@@ -117,8 +117,8 @@ struct StopAfter {
     losses: Vec<f64>,
 }
 
-impl Observer for StopAfter {
-    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+impl TrainingObserver for StopAfter {
+    fn progress(&mut self, progress: &TrainingProgress) -> ControlFlow<()> {
         self.losses.push(progress.loss);
         if progress.step == self.steps { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
@@ -392,7 +392,8 @@ fn training_stops_early_and_keeps_the_best_weights() {
 #[test]
 fn a_time_budget_ends_in_time() {
     let (_, data) = plane_data();
-    let config = TrainingConfig { budget: Budget::Seconds(1.5), evaluations: 3, ..settings(1) };
+    let config =
+        TrainingConfig { budget: TrainingBudget::Seconds(1.5), evaluations: 3, ..settings(1) };
     let mut trainer = trainer(&data, &devices()[0], config);
     let report = trainer.run(&mut ()).unwrap();
     assert_eq!(report.history.len(), 3);

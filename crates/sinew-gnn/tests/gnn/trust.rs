@@ -9,7 +9,7 @@ use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::Solver;
 use sinew_gnn::recipe::{DataDriven, Hybrid, Regression};
-use sinew_gnn::{Coordinates, Recipe};
+use sinew_gnn::{OutputCoordinates, Recipe};
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -89,7 +89,7 @@ fn predictions_are_refined_with_one_stiffness() {
 fn a_correction_from_far_away_says_so() {
     let body = beam(1.0);
     let Recipe::DataDriven(base) = quick_network(1) else { unreachable!("it is data-driven") };
-    let recipe = Recipe::from(DataDriven { coordinates: Coordinates::Components, ..base });
+    let recipe = Recipe::from(DataDriven { coordinates: OutputCoordinates::Components, ..base });
     let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     // An untrained emulator without a Taylor polynomial is too far away for a step, at least at the ends of the ranges.
     let corrected = emulator.correct(&[8.0, 8.0], 1).unwrap();

@@ -5,7 +5,7 @@ use crate::program;
 use sinew_emulate::{Budget, TrainingOptions};
 use sinew_gnn::TrainingConfig;
 use sinew_gnn::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
-use sinew_gnn::{Coordinates, Network, Recipe};
+use sinew_gnn::{Network, OutputCoordinates, Recipe};
 use std::path::Path;
 
 /// Numbers of simulations.
@@ -39,7 +39,7 @@ pub(crate) fn recipes(options: &BeamOptions) -> Vec<(&'static str, Recipe)> {
 
 fn recipe(options: &BeamOptions, method: Method) -> Recipe {
     let simulations = Samples::of(options).training;
-    let thesis = options.full.then(|| (Coordinates::Components, TrainingConfig::thesis()));
+    let thesis = options.full.then(|| (OutputCoordinates::Components, TrainingConfig::thesis()));
     let network = if options.full { Network::thesis() } else { Network::default() };
     match method {
         Method::Dd | Method::Fdd => {
@@ -123,8 +123,11 @@ mod tests {
     fn the_full_schedule_is_the_thesis() {
         let options = options(&["--full"]);
         let Recipe::PhysicsInformed(pi) = recipe(&options, Method::Pi) else { panic!("pi") };
-        assert_eq!((&pi.coordinates, pi.network), (&Coordinates::Components, Network::thesis()));
-        assert_eq!(pi.training.budget, sinew_gnn::Budget::Steps(1_000_000));
+        assert_eq!(
+            (&pi.coordinates, pi.network),
+            (&OutputCoordinates::Components, Network::thesis())
+        );
+        assert_eq!(pi.training.budget, sinew_gnn::TrainingBudget::Steps(1_000_000));
         assert_eq!((pi.training.learning_rate, pi.training.embedding_share), (1e-4, 1.0));
         assert_eq!(budget(&options, &pi.into()), Budget::Effort(1.0));
     }

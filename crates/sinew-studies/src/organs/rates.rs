@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use sinew::recipe::{PhysicsInformed, TrainingConfig};
 use sinew::{Body, Case};
 use sinew_emulate::{CurvePoint, store};
-use sinew_gnn::{Coordinates, Network};
+use sinew_gnn::{Network, OutputCoordinates};
 use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
 use std::path::Path;
 
@@ -56,7 +56,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
 fn rules() -> impl Iterator<Item = (String, PhysicsInformed)> {
     let thesis = THESIS.map(|rate| {
         let training = TrainingConfig { learning_rate: rate, ..TrainingConfig::thesis() };
-        let coordinates = Coordinates::Components;
+        let coordinates = OutputCoordinates::Components;
         let network = Network::thesis();
         let recipe = PhysicsInformed { parameter_sets: 200, coordinates, network, training };
         (format!("thesis, {rate:.0e}"), recipe)
@@ -64,7 +64,7 @@ fn rules() -> impl Iterator<Item = (String, PhysicsInformed)> {
     let ours = OURS.map(|rate| {
         let mut recipe = PhysicsInformed::default();
         recipe.training.learning_rate = rate;
-        if let Coordinates::MotionsAfter(first) = &mut recipe.coordinates {
+        if let OutputCoordinates::MotionsAfter(first) = &mut recipe.coordinates {
             first.learning_rate = rate;
         }
         (format!("ours, {rate:.1e}"), recipe)

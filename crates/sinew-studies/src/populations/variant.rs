@@ -2,7 +2,7 @@
 
 use super::options::Options;
 use anyhow::Result;
-use sinew_gnn::{Activation, Budget, DataFit, DataSet, Surrogate, Trainer, TrainingConfig};
+use sinew_gnn::{Activation, DataFit, DataSet, Surrogate, Trainer, TrainingBudget, TrainingConfig};
 
 /// Input of a method.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +99,7 @@ pub(super) fn train(
     let config = TrainingConfig {
         learning_rate: pace.rate,
         batch: pace.batch,
-        budget: Budget::Steps(if options.quick { 12 } else { pace.steps }),
+        budget: TrainingBudget::Steps(if options.quick { 12 } else { pace.steps }),
         evaluations: if options.quick { 2 } else { 20 },
         embedding_share: pace.embedding_share,
         frozen_encoder: pace.frozen_encoder,

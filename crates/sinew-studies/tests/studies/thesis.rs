@@ -174,8 +174,8 @@ fn a_quick_run_has_figures_of_its_own_and_leaves_the_page() {
     let before = std::fs::read(PAGE).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let run = |more: &[&str]| {
-        let mut program = Command::new(env!("CARGO_BIN_EXE_sinew-thesis"));
-        program.args(more).arg("--out").arg(folder.path()).output().unwrap()
+        let mut program = Command::new(env!("CARGO_BIN_EXE_sinew-studies"));
+        program.arg("thesis").args(more).arg("--out").arg(folder.path()).output().unwrap()
     };
     let done = run(&["--quick", "--only", "beams"]);
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
