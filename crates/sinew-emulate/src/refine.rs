@@ -30,7 +30,7 @@ pub struct Answer {
     /// Displacement, node by node \[length\].
     pub displacement: Vec<f64>,
     /// Estimated error: mean nodal distance from the equilibrium, relative to the mean nodal displacement. For a solve it
-    /// is the residual, relative to loads and reactions.
+    /// is the length of the Newton step that would follow.
     pub error: f64,
     /// Newton steps, each with a factorisation; 0 if quasi-Newton steps with a neighbour's stiffness were enough.
     pub steps: usize,
@@ -128,7 +128,10 @@ impl Answer {
 impl From<Solution> for Answer {
     fn from(solution: Solution) -> Self {
         Self {
-            error: share(solution.residual, solution.force_scale),
+            error: share(
+                solution.iteration_error.unwrap_or(f64::INFINITY),
+                mean_and_largest(&solution.displacement)[0],
+            ),
             steps: solution.iterations(),
             method: Method::Solver,
             seconds: solution.seconds,

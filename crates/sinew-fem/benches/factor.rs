@@ -36,6 +36,7 @@ fn rest(potential: &Body) -> Solution {
         displacement: vec![0.0; 3 * potential.nodes],
         pressure: Vec::new(),
         has_potential: true,
+        iteration_error: Some(0.0),
         volume_residual: 0.0,
         linear_iterations: 0,
         energy: 0.0,

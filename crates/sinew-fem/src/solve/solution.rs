@@ -3,6 +3,7 @@
 use crate::elements::system::System;
 use crate::solve::search::Equilibrium;
 use crate::{History, LockingWarning};
+use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;
 
 /// An equilibrium of a body.
@@ -24,6 +25,8 @@ pub struct Solution {
     pub load_factor: f64,
     /// Norm of the unbalanced nodal forces \[stress·length²\].
     pub residual: f64,
+    /// Error that the iteration leaves: mean nodal length of the Newton step that would follow \[length\]; `None` without a potential.
+    pub iteration_error: Option<f64>,
     /// Norm of the residual of the volume constraint \[length³\].
     pub volume_residual: f64,
     /// Norm of the loads and reactions \[stress·length²\], to compare the residual with.
@@ -58,6 +61,11 @@ impl Solution {
         history: History,
         start: Instant,
     ) -> Self {
+        let iteration_error = system.body.has_potential().then(|| {
+            let mut next = vec![0.0; found.unknowns.displacement.len()];
+            system.add_newton_step(&system.assembly.gradient, &mut next);
+            mean_and_largest(&next)[0]
+        });
         Self {
             displacement: found.unknowns.displacement,
             pressure: found.unknowns.pressure,
@@ -67,6 +75,7 @@ impl Solution {
             theta: theta.to_vec(),
             load_factor: found.load_factor,
             residual: found.residual.force,
+            iteration_error,
             volume_residual: found.residual.volume,
             force_scale: found.force_scale,
             least_volume_ratio: found.least_volume_ratio,

@@ -39,6 +39,28 @@ fn assert_true_or_absent(body: &Body, guess: &[f64], theta: &[f64]) -> Option<f6
     }
 }
 
+/// The error that an iteration leaves, of a solve that ends early, beside the distance to one that goes on.
+#[test]
+fn the_error_of_an_iteration_that_ends_early_is_known() {
+    let gravity = Load::BodyForce([0.0, 0.0, -9.8e-3]); // kPa/mm
+    let beam = scene(NeoHookean, box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 2]));
+    let body = beam.load(gravity).lower().unwrap();
+    let theta = [20.0, 40.0];
+    let solved = |minimum_accuracy: f64| {
+        let options = Options { minimum_accuracy, ..Options::default() };
+        Solver::new(&body).unwrap().solve(&theta, &options).unwrap()
+    };
+    let exact = solved(Options::default().minimum_accuracy);
+    for minimum_accuracy in [1e-2, 1e-5] {
+        let early = solved(minimum_accuracy);
+        let error = mean(&early.displacement, &exact.displacement);
+        let estimate = early.iteration_error.unwrap();
+        println!("{minimum_accuracy:e}: error {error:.2e}, estimate {estimate:.2e}");
+        assert!(early.residual > exact.residual && (estimate / error - 1.0).abs() < 0.1);
+    }
+    assert!(exact.iteration_error.unwrap() < 1e-10, "{:?}", exact.iteration_error); // mm
+}
+
 /// An exponential law that is stretched too far: each Newton step is short there, although the error is large.
 #[test]
 fn a_short_newton_step_in_a_stiffening_law_is_no_small_error() {
