@@ -2,12 +2,12 @@
 
 use crate::command::{cargo, cargo_aside};
 use crate::steps::Steps;
-use crate::{arrows, circles, licences, readme, wheel, words};
+use crate::{arrows, circles, licences, readme, walks, wheel, words};
 use anyhow::{Context, Result};
 use cargo_metadata::MetadataCommand;
 use std::path::Path;
 
-/// Format, dependency arrows, circles of imports, words, READMEs, licences, tests with lints, checks of examples, benchmarks, documentation and a
+/// Format, dependency arrows, circles of imports, walks, words, READMEs, licences, tests with lints, checks of examples, benchmarks, documentation and a
 /// build without networks, campaigns, tests of the Python package; then a table of the seconds of each step, which `ci.md` in the target folder keeps.
 /// The wheel, which is a release build of its own, is made by `cargo xtask wheel`.
 pub(crate) fn run() -> Result<()> {
@@ -23,6 +23,7 @@ fn all(steps: &mut Steps) -> Result<()> {
     steps.take("rules of the text", || {
         arrows::check()?;
         circles::check()?;
+        walks::check()?;
         words::check()?;
         readme::check()?;
         licences::check()

@@ -12,11 +12,12 @@ pub(crate) struct Import {
     pub(crate) path: Vec<String>,
 }
 
-/// Imports, paths and defined names of a file, those of its tests left out.
+/// Imports, paths, words of its code and defined names of a file, those of its tests left out.
 #[derive(Debug, Default)]
 pub(crate) struct File {
     pub(crate) imports: Vec<Import>,
     pub(crate) paths: Vec<Vec<String>>,
+    pub(crate) words: BTreeSet<String>,
     pub(crate) defined: BTreeSet<String>,
 }
 
@@ -62,6 +63,7 @@ fn walk(tokens: &[TokenTree], file: &mut File) {
                 }
                 // The scope of `pub(crate) use` is a group of its own.
                 public = word == "pub";
+                file.words.extend(path.iter().cloned());
                 if path.len() > 1 {
                     file.paths.push(path);
                 }

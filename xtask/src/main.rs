@@ -16,6 +16,7 @@ mod page;
 mod readme;
 mod steps;
 mod viewer;
+mod walks;
 mod wheel;
 mod words;
 
@@ -64,7 +65,7 @@ enum Task {
     Verify(Options),
     /// Repeat a measurement that documents cite; `--help` lists them
     Measure(Options),
-    /// Format, lints, documentation, dependency arrows, circles of imports and tests: what continuous integration runs
+    /// Format, lints, documentation, dependency arrows, circles of imports, walks and tests: what continuous integration runs
     Ci,
     /// Compare the crates' dependencies with the table in docs/architecture.md
     Arrows,
@@ -72,6 +73,8 @@ enum Task {
     Words,
     /// Find circles of imports of more than two files inside a crate
     Circles,
+    /// Follow the walks of docs/architecture.md through the code: every room exists and is named by the one before
+    Walks,
     /// Build the Python wheel into target/wheel/dist and run its README in a clean virtual environment; skipped with a word where Python or its
     /// packages are missing
     Wheel {
@@ -121,6 +124,7 @@ fn main() -> Result<()> {
         Task::Arrows => arrows::check(),
         Task::Words => words::check(),
         Task::Circles => circles::check(),
+        Task::Walks => walks::check(),
         Task::Wheel { test: false } => wheel::run(),
         Task::Wheel { test: true } => wheel::test(&[]),
         Task::Campaigns => command::campaigns(),
