@@ -15,13 +15,13 @@ const ITERATIONS: usize = 8;
 const ACCURACY: f64 = 1e-7;
 /// Largest distance to the next equilibrium \[relative to the step\]; one farther off is on another branch.
 const ASTRAY: f64 = 1.25;
-/// A step after a failure and after a success, as a multiple of the one before.
-const CHANGES: [f64; 2] = [0.5, 2.0];
+/// A step after a failure, as a multiple of the one before.
+const CUT: f64 = 0.5;
 
 impl Path<'_, '_> {
     /// Continues by arc length until the load falls or passes the refused one; true if the path can continue from the
-    /// last equilibrium.
-    pub(crate) fn around(&mut self, history: &mut Log<'_>) -> bool {
+    /// last equilibrium. The first step raises the load by `most` at most, along the secant.
+    pub(crate) fn around(&mut self, most: f64, history: &mut Log<'_>) -> bool {
         let [.., before, last] = &self.points[..] else { return false };
         let apart = |a: &Point, b: &Point| norm(&self.way(&a.unknowns, &b.unknowns, 1.0));
         let scale = apart(before, last) / (last.place - before.place);
@@ -35,7 +35,8 @@ impl Path<'_, '_> {
             length += (apart(&pair[0], &pair[1]) / scale).hypot(pair[1].place - pair[0].place);
             lengths.push(length);
         }
-        let step = length - lengths[lengths.len() - 2];
+        let last_step = length - lengths[lengths.len() - 2];
+        let step = last_step * (most / (last.place - before.place)).min(1.0);
         self.points.iter_mut().zip(lengths).for_each(|(point, at)| point.at = at);
         let start = self.reached().place;
         let per_load = std::mem::replace(&mut self.options.iterations_per_load, ITERATIONS);
@@ -50,11 +51,11 @@ impl Path<'_, '_> {
     fn turn(&mut self, mut step: f64, scale: f64, history: &mut Log<'_>) -> LimitPoint {
         for _ in 0..MOST {
             let last = self.reached().clone();
-            let guess = self.extrapolated(last.at + step);
+            let (guess, before) = (self.extrapolated(last.at + step), history.iterations.len());
             let found = self.equilibrium(guess, ACCURACY, history);
             let near = |found: &Equilibrium| self.length_to(&last, found, scale) <= ASTRAY * step;
             let Some(found) = found.filter(near) else {
-                step *= CHANGES[0];
+                step *= CUT;
                 continue;
             };
             if found.place <= last.place {
@@ -66,7 +67,8 @@ impl Path<'_, '_> {
             if self.outlook.refused.is_none() {
                 return LimitPoint::Unknown;
             }
-            step *= CHANGES[1];
+            let left = history.iterations[before..].iter().map(|iteration| iteration.residual);
+            step *= self.growth(&found, left);
         }
         LimitPoint::Unclear
     }

@@ -16,6 +16,8 @@ pub(crate) struct Outlook {
     /// Places on the line with displacements \[length\], ascending, all on one branch.
     points: Vec<(f64, Vec<f64>)>,
     pub refused: Option<f64>,
+    /// Whether a load was refused since the last equilibrium.
+    failed: bool,
     /// States found by arc-length continuation.
     pub turn: LimitPoint,
     /// Whether the body has snapped from one branch to another on the way.
@@ -38,6 +40,7 @@ impl Outlook {
         Self {
             points: vec![(0.0, rest.to_vec())],
             refused: None,
+            failed: false,
             turn: LimitPoint::Unknown,
             jumped: false,
         }
@@ -53,6 +56,7 @@ impl Outlook {
     }
 
     fn add(&mut self, place: f64, displacement: &[f64]) {
+        self.failed = false;
         self.points.push((place, displacement.to_vec()));
         self.points.drain(..self.points.len().saturating_sub(POINTS));
         if self.refused.is_some_and(|refused| refused <= place) {
@@ -66,6 +70,7 @@ impl Outlook {
 
     pub(crate) fn refuse(&mut self, place: f64) {
         self.refused = Some(self.refused.map_or(place, |refused| refused.min(place)));
+        self.failed = true;
     }
 
     /// Place of the foreseen limit point: the maximum of the parabola of places over displacement.
@@ -82,13 +87,13 @@ impl Outlook {
         bends.then(|| c + slope.max(0.0).powi(2) / (-4.0 * curvature))
     }
 
-    /// Whether a foreseen limit point is near and not yet examined.
+    /// Whether a limit point not yet examined is near: foreseen, or before a load that was refused.
     pub(crate) fn is_near(&self) -> bool {
-        let (Some(_), Some((reached, _))) = (self.refused, self.points.last()) else {
+        let (Some(_), [_, .., (reached, _)]) = (self.refused, &self.points[..]) else {
             return false;
         };
-        self.turn == LimitPoint::Unknown
-            && self.limit().is_some_and(|limit| *reached >= NEAR * limit)
+        let foreseen = self.limit().is_some_and(|limit| *reached >= NEAR * limit);
+        self.turn == LimitPoint::Unknown && (foreseen || self.failed)
     }
 
     /// Place of the next equilibrium on the way to `goal`, in place of `target` after a failure.
@@ -117,8 +122,7 @@ mod tests {
 
     /// Displacements of two nodes whose place is `1 − (1 − q)²` along a straight way, with its top at 1.
     fn outlook(places: [f64; 3]) -> Outlook {
-        let mut outlook =
-            Outlook { points: Vec::new(), refused: None, turn: LimitPoint::Unknown, jumped: false };
+        let mut outlook = Outlook { points: Vec::new(), ..Outlook::from(&[]) };
         for place in places {
             let way = 1.0 - f64::sqrt(1.0 - place);
             outlook.add(place, &[3.0 * way, -4.0 * way, 0.0]);

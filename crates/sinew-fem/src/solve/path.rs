@@ -126,7 +126,9 @@ impl<'s, 'p> Path<'s, 'p> {
             let reached = self.reached().at;
             let last = (goal - reached).abs() <= step.abs() * (1.0 + 1e-9);
             let wanted = if last { goal } else { reached + step };
-            if matches!(self.along, Along::Place) && self.outlook.is_near() && self.around(history)
+            if matches!(self.along, Along::Place)
+                && self.outlook.is_near()
+                && self.around(step.abs(), history)
             {
                 continue;
             }
