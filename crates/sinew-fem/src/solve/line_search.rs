@@ -4,7 +4,7 @@ use crate::elements::cell::{is_short, volume_ratios_along};
 use crate::elements::predicted::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::system::System;
-use crate::solve::search::{Search, Watch};
+use crate::solve::search::{Search, Watchdog};
 use sinew_energy::Body;
 use sinew_num::Mat3;
 
@@ -47,10 +47,10 @@ impl Search<'_> {
         let left = std::mem::replace(&mut self.at.displacement, trial);
         if !lowered {
             self.rises += 1;
-            self.watch.get_or_insert(Watch { displacement: left, energy });
-        } else if self.watch.as_ref().is_some_and(|watch| reached < watch.energy) {
+            self.watchdog.get_or_insert(Watchdog { displacement: left, energy });
+        } else if self.watchdog.as_ref().is_some_and(|watch| reached < watch.energy) {
             self.rises = 0;
-            self.watch = None;
+            self.watchdog = None;
         }
     }
 }
@@ -110,7 +110,7 @@ impl System<'_> {
                 search.predicted = predicted.or_else(|| self.predicted(direction, length));
                 return Some(length);
             }
-            if let Some(watch) = search.watch.take() {
+            if let Some(watch) = search.watchdog.take() {
                 // The next step must lower the energy.
                 search.rises = MOST_RISES;
                 search.at.displacement = watch.displacement;

@@ -62,7 +62,7 @@ impl System<'_> {
             theta,
             at: start.unknowns,
             predicted: start.stress,
-            watch: None,
+            watchdog: None,
             rises: 0,
             negative_pivots: None,
             linear_iterations: 0,

@@ -48,7 +48,7 @@ pub(crate) struct Equilibrium {
 }
 
 /// A point that the search may return to.
-pub(crate) struct Watch {
+pub(crate) struct Watchdog {
     pub displacement: Vec<f64>,
     pub energy: f64,
 }
@@ -62,7 +62,7 @@ pub(crate) struct Search<'a> {
     pub theta: Vec<f64>,
     pub at: Unknowns,
     pub predicted: Option<PredictedStress>,
-    pub watch: Option<Watch>,
+    pub watchdog: Option<Watchdog>,
     /// Steps that have raised the energy since it was lowest.
     pub rises: usize,
     pub negative_pivots: Option<usize>,
