@@ -4,16 +4,14 @@
 //! `cargo run -p sinew-fem --example locking [-- --fine | --thresholds]`
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{
-    Body, FiniteElement, Load, Nodes, Parameter, Sampling, Scene, SceneError, Support,
-};
+use sinew_energy::{Body, Load, Parameter, Sampling, Scene, SceneError, Support};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
 use std::error::Error;
 
 const SIZE: [f64; 3] = [100.0, 10.0, 10.0];
 
-fn beam<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
+fn beam(mesh: impl Into<AnyMesh>) -> Scene {
     let modulus = |name: &str| Parameter {
         name: name.into(),
         unit: "kPa".into(),
@@ -76,20 +74,20 @@ fn tip<const N: usize>(mesh: &Mesh<N>, displacement: &[f64]) -> f64 {
 }
 
 /// Deflection of the lower edge's end of a box under a part of its weight so small that it hardly rotates.
-fn small_deflection<const N: usize>(
-    mesh: Mesh<N>,
-    lower: Lower<N>,
+fn small_deflection(
+    mesh: impl Into<AnyMesh>,
+    lower: Lower,
     theta: &[f64],
 ) -> Result<f64, Box<dyn Error>> {
     let mut scene = beam(mesh);
     scene.loads = vec![Load::BodyForce([0.0, 0.0, -9.8e-8])];
-    let length = scene.mesh.points.iter().map(|x| x[0]).fold(0.0, f64::max);
-    let end = scene.mesh.points.iter().position(|x| *x == [length, 0.0, 0.0]).unwrap_or(0);
+    let length = scene.mesh.points().iter().map(|x| x[0]).fold(0.0, f64::max);
+    let end = scene.mesh.points().iter().position(|x| *x == [length, 0.0, 0.0]).unwrap_or(0);
     let found = Solver::new(&lower(&scene)?)?.solve(theta, &Options::default())?;
     Ok(found.displacement[3 * end + 2])
 }
 
-type Lower<const N: usize> = fn(&Scene<NeoHookean, 0, N>) -> Result<Body, SceneError>;
+type Lower = fn(&Scene) -> Result<Body, SceneError>;
 
 /// The part of the deflection that linear elements reach: over K/mu against the same with averaged volume
 /// ratios, over slenderness and number of cubes across against quadratic tetrahedra.
@@ -128,13 +126,10 @@ fn thresholds() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn linear_over_averaged<const N: usize>(
-    mesh: impl Fn() -> Mesh<N>,
+fn linear_over_averaged<M: Into<AnyMesh>>(
+    mesh: impl Fn() -> M,
     theta: &[f64],
-) -> Result<f64, Box<dyn Error>>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+) -> Result<f64, Box<dyn Error>> {
     let linear = small_deflection(mesh(), |scene| scene.lower(), theta)?;
     Ok(linear / small_deflection(mesh(), |scene| scene.clone().averaged().lower(), theta)?)
 }

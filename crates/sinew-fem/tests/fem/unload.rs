@@ -9,7 +9,8 @@ use sinew_energy::laws::{
 use sinew_energy::{Body, Fibres, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::{Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
 use sinew_mesh::{
-    Mesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, rectangle_triangles, sphere_octant,
+    AnyMesh, Mesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, rectangle_triangles,
+    sphere_octant,
 };
 
 /// Nodes return to their image to this \[mm\], in bodies of some 10 to 100 mm.
@@ -61,13 +62,13 @@ fn check(name: &str, mut unload: Unload<'_>, theta: &[f64]) -> Unloaded {
     unloaded
 }
 
-fn parameters<L: Law<D>, const D: usize, const N: usize>(scene: Scene<L, D, N>) -> Scene<L, D, N> {
-    L::PARAMETERS
-        .iter()
-        .fold(scene, |scene, name| scene.parameter(Parameter::linear(*name, "kPa", 0.0..=1e3)))
+fn parameters(scene: Scene) -> Scene {
+    let names = scene.material.parameters().to_vec();
+    let named = |name| Parameter::linear(name, "kPa", 0.0..=1e3);
+    names.into_iter().map(named).fold(scene, Scene::parameter)
 }
 
-fn beam<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
+fn beam(mesh: impl Into<AnyMesh>) -> Scene {
     parameters(Scene::new(mesh, NeoHookean))
         .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
         .support(Support::clamped("x_min"))
@@ -180,13 +181,13 @@ fn frames<const N: usize>(mesh: &Mesh<N>) -> Vec<[[f64; 3]; 3]> {
 }
 
 /// A ventricle under pressure whose base moves along its radius only.
-fn ventricle_of<L: Law<D>, const D: usize, const N: usize>(
-    mesh: Mesh<N>,
-    law: L,
-) -> Scene<L, D, N> {
+fn ventricle_of<L: Law<D>, const D: usize, const N: usize>(mesh: Mesh<N>, law: L) -> Scene
+where
+    AnyMesh: From<Mesh<N>>,
+{
     let directions = frames(&mesh).iter().map(|frame| std::array::from_fn(|d| frame[d])).collect();
     let index = L::PARAMETERS.len();
-    parameters(Scene::new(mesh, law).directions(directions))
+    parameters(Scene::new(mesh, law.along(directions)))
         .parameter(Parameter::linear("pressure", "kPa", 0.0..=3.0))
         .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(index) })
         .support(Support::radial("base", [0.0; 3], [0.0, 0.0, 1.0]))
