@@ -12,7 +12,7 @@ use crate::patches::patches;
 use crate::{Body, BodyArrays, Load, Magnitude, PressureField, Sampling, Scene, SceneError};
 use geometry::{places, shape_functions};
 use overlaps::check_overlaps;
-use sinew_mesh::{AnyMesh, Facet, Mesh, boundary_facets};
+use sinew_mesh::{Facet, Mesh, boundary_facets, with_cells};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 pub(crate) use supports::Held;
@@ -21,26 +21,13 @@ pub(crate) use supports::Held;
 /// digits.
 const QUADRATURE_TOLERANCE: f64 = 1e-9;
 
-/// Calls a function with a scene, its mesh as the type that it has, and further arguments.
-macro_rules! with_mesh {
-    ($scene:expr, $lower:ident($($argument:expr),*)) => {
-        match &$scene.mesh {
-            AnyMesh::Tetrahedra(mesh) => $lower($scene, mesh, $($argument),*),
-            AnyMesh::Triangles(mesh) => $lower($scene, mesh, $($argument),*),
-            AnyMesh::QuadraticTetrahedra(mesh) => $lower($scene, mesh, $($argument),*),
-            AnyMesh::QuadraticTriangles(mesh) => $lower($scene, mesh, $($argument),*),
-            AnyMesh::Hexahedra(mesh) => $lower($scene, mesh, $($argument),*),
-        }
-    };
-}
-
 impl Scene {
     /// Checks the scene and lowers it to plain arrays.
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower(&self) -> Result<Body, SceneError> {
-        with_mesh!(self, lowered(None))
+        with_cells!(&self.mesh, mesh => lowered(self, mesh, None))
     }
 
     /// Lowers as [`Scene::lower`] does, integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
@@ -66,12 +53,12 @@ impl Scene {
     /// # Errors
     /// As for [`Scene::lower`], and [`SceneError::Quadrature`].
     pub fn lower_with(&self, rule: &[QuadraturePoint]) -> Result<Body, SceneError> {
-        with_mesh!(self, lowered(Some(rule)))
+        with_cells!(&self.mesh, mesh => lowered(self, mesh, Some(rule)))
     }
 
     /// Places of the quadrature points of [`Scene::lower`] \[length\], cell by cell: one row of directions may be given for each.
     pub fn quadrature_points(&self) -> Vec<[f64; 3]> {
-        with_mesh!(self, places())
+        with_cells!(&self.mesh, mesh => places(self, mesh))
     }
 }
 
