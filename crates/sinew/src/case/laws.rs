@@ -24,20 +24,7 @@ pub struct Law {
     /// Penalty on changes of volume \[kPa\], for laws that have one.
     pub bulk_modulus: Option<f64>,
     /// Strain measure of its shape energy; the isochoric one by default.
-    #[serde(default, deserialize_with = "strain")]
     pub strain: Option<Strain>,
-}
-
-/// [`Strain`] as files name it.
-#[derive(Deserialize)]
-#[serde(remote = "Strain", rename_all = "kebab-case")]
-enum StrainName {
-    Isochoric,
-    Whole,
-}
-
-fn strain<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Strain>, D::Error> {
-    StrainName::deserialize(deserializer).map(Some)
 }
 
 /// A law that a case file can name.
