@@ -5,7 +5,7 @@ use sinew_energy::laws::{LinearElastic, NeoHookean};
 use sinew_energy::{Body, Law, Load, Magnitude, SceneError, Support};
 use sinew_fem::{Options, Solution, SolveError, Solver, report};
 use sinew_mesh::{
-    AnyMesh, HexMesh, Mesh, TruncatedEllipsoid, boundary_facets, box_hexahedra, box_tetrahedra,
+    AnyMesh, HexMesh, TruncatedEllipsoid, boundary_facets, box_hexahedra, box_tetrahedra,
     rectangle_triangles,
 };
 use std::f64::consts::TAU;
@@ -32,15 +32,13 @@ fn turned_field(turn: &[[f64; 3]; 3], field: &[f64]) -> Vec<f64> {
 
 /// A box in another position, on rollers, stretched along its y axis, under dead loads, a spring and whatever
 /// `pressed` says; each load is along its axes.
-fn block<const N: usize>(
+fn block(
     turn: &[[f64; 3]; 3],
-    mut mesh: Mesh<N>,
+    mesh: impl Into<AnyMesh>,
     pressed: Option<&str>,
-) -> sinew_energy::Scene
-where
-    AnyMesh: From<Mesh<N>>,
-{
-    mesh.points.iter_mut().for_each(|x| *x = turned(turn, *x));
+) -> sinew_energy::Scene {
+    let mut mesh = mesh.into();
+    mesh.map_points(|x| turned(turn, x));
     let along = |v: [f64; 3]| turned(turn, v);
     let mut loads = vec![
         Load::BodyForce(along([0.05, 0.02, 0.0])),
@@ -54,7 +52,7 @@ where
         Support::roller_on_plane("y_min", along([0.0, -0.5, 0.0])),
         Support::along("y_max", along([0.0, 2.0, 0.0]), 0.3),
     ];
-    if Mesh::<N>::ELEMENT.dimension == 3 {
+    if mesh.element().dimension == 3 {
         supports.push(Support::roller_on_plane("z_min", along([0.0, 0.0, 1.0])));
     }
     scene(NeoHookean, mesh, loads, supports)
