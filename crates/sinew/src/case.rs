@@ -318,12 +318,14 @@ impl Case {
         self.prepare_factors(&mut mesh)?;
         let material = self.law.material(law, self.active.contracts());
         let scene = Scene { parameters, loads, supports, ..Scene::new(mesh, material) };
-        let mut scene = match formulation {
+        let scene = match formulation {
             Formulation::Averaged => scene.averaged(),
             Formulation::Mixed => scene.mixed(),
-            _ if self.allows_loose_rims(formulation) => scene.loose_rims(),
             _ => scene,
         };
+        // One load that says so lets all pass, for `check_rims` to name those that do not say so.
+        let loose = self.loads.iter().any(|load| load.rim.is_some());
+        let mut scene = if loose { scene.loose_rims() } else { scene };
         scene.name.clone_from(&self.name);
         scene.material = scene.material.with_directions(self.directions(law, &scene)?);
         let body = scene.lower().map_err(|error| self.place(error))?;
