@@ -4,7 +4,7 @@ use crate::elements::scene::{distance, node_at, roller, scene, with_boundary};
 use sinew_energy::laws::{LinearElastic, NeoHookean};
 use sinew_energy::{Load, Magnitude};
 use sinew_fem::{Options, Solver};
-use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
+use sinew_mesh::{AnyMesh, QuadraticTetMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 /// A bar of length 2 pulled at one end and held by springs at the other: `u = t/k + t x/E`, exactly, as long
 /// as it does not contract (λ = 0, so E = 2μ).
@@ -77,7 +77,7 @@ fn a_sprung_body_knows_no_axes() {
     let turned = |x: [f64; 3]| -> [f64; 3] {
         std::array::from_fn(|i| (0..3).map(|j| TURN[i][j] * x[j]).sum())
     };
-    let solve = |mesh: Mesh<10>, force: [f64; 3]| {
+    let solve = |mesh: QuadraticTetMesh, force: [f64; 3]| {
         let loads = vec![
             Load::BodyForce(force),
             Load::Foundation { facets: "boundary".into(), normal: 0.5, tangential: 0.1 },
