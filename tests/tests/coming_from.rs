@@ -83,7 +83,7 @@ impl Law<0> for MyLaw {
 }
 
 /// Moduli of both parameters of a compressible neo-Hookean body.
-fn moduli<L, const D: usize, const N: usize>(scene: Scene<L, D, N>) -> Scene<L, D, N> {
+fn moduli(scene: Scene) -> Scene {
     scene.parameter(Parameter::log("mu", "kPa", 50.0..=100.0)).parameter(Parameter::log(
         "lambda",
         "kPa",
@@ -107,7 +107,7 @@ fn felupe() -> Result {
     let stresses = cell_stresses(&body, &solution.displacement, &theta)?;
     let mut forces = vec![0.0; 3 * body.nodes];
     body.value_and_gradient(&solution.displacement, &theta, &mut forces);
-    let plate = &scene.mesh.node_sets["x_max"];
+    let plate = &scene.mesh.node_sets()["x_max"];
     let force: f64 = plate.iter().map(|node| forces[3 * node]).sum();
     // Force is Cauchy stress times current area, J / λ₁ of the unit square.
     let area = stresses[0].volume_ratio / 1.2;
@@ -157,7 +157,7 @@ fn jax_fem() -> Result {
     let near = solver.solve_from(&solution.displacement, &[60.6, 80.0], &Options::default())?;
 
     // Derivatives of the deflection of the tip by both moduli.
-    let tip = 3 * scene.mesh.node_sets["x_max"][0] + 2;
+    let tip = 3 * scene.mesh.node_sets()["x_max"][0] + 2;
     let columns = solver.sensitivity(&solution)?;
     let mut slope = vec![0.0; 3 * body.nodes];
     slope[tip] = 1.0;

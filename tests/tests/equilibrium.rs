@@ -5,7 +5,7 @@ mod support;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_energy::laws::HolzapfelOgden;
-use sinew_energy::{Barriers, Body, Load, Magnitude, Scene, Support};
+use sinew_energy::{Barriers, Body, Law, Load, Magnitude, Scene, Support};
 use sinew_fem::{Options, Solution, Solver};
 use sinew_gnn::Potential;
 use sinew_mesh::box_tetrahedra;
@@ -78,13 +78,14 @@ fn under_follower_pressure() {
 fn with_fibres() {
     let mesh = box_tetrahedra([8.0, 2.0, 2.0], [8, 2, 2]);
     let (sin, cos) = 30f64.to_radians().sin_cos();
-    let scene: Scene<sinew_energy::NearlyIncompressible<HolzapfelOgden>, 1> = Scene {
+    let fibres = vec![[[cos, sin, 0.0]]; mesh.cells.len()];
+    let tissue = HolzapfelOgden.nearly_incompressible(10.0).along(fibres);
+    let scene = Scene {
         name: "muscle strip".into(),
-        directions: vec![[[cos, sin, 0.0]]; mesh.cells.len()],
         parameters: ["a", "b", "a_f", "b_f"].map(|name| stiffness(name, [0.1, 10.0])).into(),
         loads: vec![Load::Traction { facets: "x_max".into(), value: [0.2, 0.0, 0.02] }],
         supports: vec![Support::clamped("x_min")],
-        ..Scene::new(mesh, HolzapfelOgden.nearly_incompressible(10.0))
+        ..Scene::new(mesh, tissue)
     };
     check(&scene.lower().unwrap(), &[0.5, 5.0, 3.0, 3.0]);
 }

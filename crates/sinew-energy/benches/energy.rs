@@ -20,7 +20,7 @@ fn beam() -> TetMesh {
 fn potential<L: Law<D>, const D: usize>(law: L) -> Body {
     let mesh = beam();
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let directions = std::array::from_fn(|d| axes[d]);
+    let directions = vec![std::array::from_fn(|d| axes[d]); mesh.cells.len()];
     let parameter = |name: &&str| sinew_energy::Parameter {
         name: name.to_string(),
         unit: "kPa".into(),
@@ -29,10 +29,9 @@ fn potential<L: Law<D>, const D: usize>(law: L) -> Body {
     };
     let scene = Scene {
         name: "beam".into(),
-        directions: vec![directions; mesh.cells.len()],
         parameters: L::PARAMETERS.iter().map(parameter).collect(),
         supports: vec![Support::clamped("x_min")],
-        ..Scene::new(mesh, law)
+        ..Scene::new(mesh, law.along(directions))
     };
     scene.lower().expect("the scene is complete")
 }

@@ -7,7 +7,6 @@ mod tetrahedra;
 mod triangles;
 
 pub use facet::{FacetPoint, FacetRule};
-use sinew_mesh::{AnyMesh, Mesh};
 
 /// The element with `N` nodes: 4 and 10 are tetrahedra, 8 are hexahedra, 3 and 6 are triangles.
 ///
@@ -49,14 +48,7 @@ pub trait FiniteElement<const N: usize> {
     fn corner_shape(at: [f64; 3]) -> Vec<f64> {
         Self::shape(at).to_vec()
     }
-    /// A mesh of these elements without its type.
-    fn any(mesh: Mesh<N>) -> AnyMesh;
 }
-
-/// Elements whose mid-edge nodes enrich a linear simplex: those of Taylor and Hood.
-pub trait TaylorHoodElement<const N: usize>: FiniteElement<N> {}
-impl TaylorHoodElement<10> for Nodes<10> {}
-impl TaylorHoodElement<6> for Nodes<6> {}
 
 const fn point(at: [f64; 3], weight: f64) -> QuadraturePoint {
     QuadraturePoint { at, weight }

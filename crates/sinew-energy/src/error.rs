@@ -139,6 +139,11 @@ pub enum SceneError {
         "{law} is a law of triangles, but the mesh is made of cells with {nodes} nodes; take the law of the solid"
     )]
     PlaneLaw { law: &'static str, nodes: usize },
+    /// Mixed elements of linear cells.
+    #[error(
+        "mixed elements have quadratic tetrahedra or triangles, but the mesh is made of {cells}; make it quadratic (sinew_mesh::Mesh::quadratic)"
+    )]
+    LinearMixed { cells: &'static str },
     /// Triangles that are not in one plane.
     #[error(
         "node {node} lies {height:e} above node 0 along z, but triangles are a plane section in the x-y plane; flatten the mesh, \
@@ -183,14 +188,14 @@ pub enum SceneError {
          those of the law first",
         listed(names)
     )]
-    ParameterCount { given: usize, names: &'static [&'static str], loads: usize },
+    ParameterCount { given: usize, names: Vec<&'static str>, loads: usize },
     /// The first parameters are not those of the law in its order.
     #[error(
         "the law reads {} in this order, but the scene lists {}; list the law's parameters first, in its order and by its names",
         listed(names),
         listed(given)
     )]
-    ParameterNames { given: Vec<String>, names: &'static [&'static str] },
+    ParameterNames { given: Vec<String>, names: Vec<&'static str> },
     /// Two parameters of one name.
     #[error(
         "the scene lists two parameters `{name}`; law and loads read entries of theta of their own: rename one"

@@ -1,10 +1,12 @@
 //! Strain-energy laws.
 
 use crate::dual::Dual;
-use crate::{Exact, Guard};
+use crate::material::AtPoints;
+use crate::{Exact, Guard, Material};
 use sinew_num::{Jet, Mat3, Scalar, Slope};
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 /// Positive numbers whose squares neither vanish nor overflow: solvers take norms of forces.
 pub(crate) const POSITIVE: RangeInclusive<f64> = 1e-100..=1e100;
@@ -64,6 +66,23 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
     /// Names and values of the constants that the law holds itself; they must be positive and finite.
     fn constants(&self) -> Vec<(&'static str, f64)> {
         Vec::new()
+    }
+
+    /// The material of the law with its unit directions, told apart by their number in this order: one row per quadrature point of a
+    /// [`crate::Body`]; one row per cell, quadrature point or node of a [`crate::Scene`].
+    ///
+    /// A point beyond the rows is outside the law's domain, where the energy is +∞; the solver tells it as an error.
+    ///
+    /// ```
+    /// use sinew_energy::{Law, laws::NeoHookean};
+    /// use sinew_num::Mat3;
+    ///
+    /// let material = NeoHookean.along(vec![]);
+    /// assert_eq!(material.parameters(), ["mu", "lambda"]);
+    /// assert_eq!(material.energy(0, &[1.0, 2.0], &Mat3::ZERO, None), 0.0);
+    /// ```
+    fn along(self, directions: Vec<[[f64; 3]; D]>) -> Arc<dyn Material> {
+        Arc::new(AtPoints::new(self, directions))
     }
 
     /// Law with its volumetric response times a factor, if that is a constant of the law: solvers start nearly

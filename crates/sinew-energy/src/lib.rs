@@ -95,15 +95,13 @@ mod unit;
 pub use body::{Body, BodyArrays};
 pub use cavity::{Cavity, CavityPart, Lid, SymmetryPlane};
 pub use discretisation::Discretisation;
-pub use elements::{
-    FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement,
-};
+pub use elements::{FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint};
 pub use error::{SceneError, ThetaError, listed, requirement};
 pub use frames::Frames;
 pub use guard::{Barriers, Exact, Guard};
 pub use invariants::{InvariantLaw, Invariants};
 pub use law::{Law, Response, response_by_jets, stress_by_slopes};
-pub use material::{Material, at_points};
+pub use material::{IntoMaterial, LawFacts, Material};
 pub use moved::Fibres;
 pub use patches::PatchKinematics;
 pub use pressure::{Magnitude, PressureForm};

@@ -9,14 +9,10 @@ mod supports;
 use crate::discretisation::Elements;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::patches::patches;
-use crate::{
-    Body, BodyArrays, Law, Load, Magnitude, Material, Parameter, PressureField, Sampling, Scene,
-    SceneError, Support, Units, at_points,
-};
-use geometry::shape_functions;
+use crate::{Body, BodyArrays, Load, Magnitude, PressureField, Sampling, Scene, SceneError};
+use geometry::{places, shape_functions};
 use overlaps::check_overlaps;
-use sinew_mesh::{Facet, Mesh, boundary_facets};
-use std::any::Any;
+use sinew_mesh::{Facet, Mesh, boundary_facets, with_cells};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 pub(crate) use supports::Held;
@@ -25,19 +21,13 @@ pub(crate) use supports::Held;
 /// digits.
 const QUADRATURE_TOLERANCE: f64 = 1e-9;
 
-impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+impl Scene {
     /// Checks the scene and lowers it to plain arrays.
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower(&self) -> Result<Body, SceneError> {
-        self.lower_by(match self.discretisation.elements {
-            Elements::Mixed => Nodes::<N>::FINE_QUADRATURE,
-            Elements::Displacement | Elements::Averaged { .. } => Nodes::<N>::QUADRATURE,
-        })
+        with_cells!(&self.mesh, mesh => lowered(self, mesh, None))
     }
 
     /// Lowers as [`Scene::lower`] does, integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
@@ -63,35 +53,12 @@ where
     /// # Errors
     /// As for [`Scene::lower`], and [`SceneError::Quadrature`].
     pub fn lower_with(&self, rule: &[QuadraturePoint]) -> Result<Body, SceneError> {
-        let measure = |rule: &[QuadraturePoint]| rule.iter().map(|p| p.weight).sum::<f64>();
-        let (sum, needed) = (measure(rule), measure(Nodes::<N>::QUADRATURE));
-        let positive = rule.iter().all(|p| p.weight > 0.0 && p.at.iter().all(|x| x.is_finite()));
-        // Written so that a NaN is an error as well.
-        let exact = (sum - needed).abs() <= QUADRATURE_TOLERANCE * needed;
-        if !(positive && exact) {
-            return Err(SceneError::Quadrature { points: rule.len(), sum, needed });
-        }
-        self.lower_by(rule)
+        with_cells!(&self.mesh, mesh => lowered(self, mesh, Some(rule)))
     }
 
-    fn lower_by(&self, rule: &[QuadraturePoint]) -> Result<Body, SceneError> {
-        let Self { name, units, mesh, parameters, loads, supports, discretisation, .. } = self;
-        if L::PLANE && !matches!(N, 3 | 6) {
-            return Err(SceneError::PlaneLaw { law: L::NAME, nodes: N });
-        }
-        let law_parameters = L::PARAMETERS;
-        let loose_rims = discretisation.loose_rims;
-        let setup =
-            Setup { name, units, mesh, parameters, loads, supports, law_parameters, loose_rims };
-        let mut body = lowering::<N>()(&setup, rule, self.law.constants(), &|| {
-            Ok(at_points(self.law.clone(), setup.directions_at(rule, &self.directions)?))
-        })?;
-        match discretisation.elements {
-            Elements::Displacement => {}
-            Elements::Averaged { cells } => body.0.patches = patches(mesh, rule.len(), cells),
-            Elements::Mixed => body.0.pressure_field = Some(PressureField::new::<N>(rule, mesh)),
-        }
-        Ok(body)
+    /// Places of the quadrature points of [`Scene::lower`] \[length\], cell by cell: one row of directions may be given for each.
+    pub fn quadrature_points(&self) -> Vec<[f64; 3]> {
+        with_cells!(&self.mesh, mesh => places(self, mesh))
     }
 }
 
@@ -99,90 +66,86 @@ where
 /// Rounding of coordinates to single precision is allowed too.
 const FLAT: f64 = 1e-6;
 
-/// Lowering of scenes of cells with `N` nodes.
-type Lowering<const N: usize> = fn(
-    &Setup<'_, N>,
-    &[QuadraturePoint],
-    Vec<(&'static str, f64)>,
-    &dyn Fn() -> Result<Arc<dyn Material>, SceneError>,
-) -> Result<Body, SceneError>;
-
-/// The instance of [`lowered`] that this crate has compiled, so that a crate with scenes of its own need not.
-fn lowering<const N: usize>() -> Lowering<N> {
-    static LINEAR: (Lowering<3>, Lowering<4>, Lowering<8>) = (lowered, lowered, lowered);
-    static QUADRATIC: (Lowering<6>, Lowering<10>) = (lowered, lowered);
-    let all: [&dyn Any; 5] = [&LINEAR.0, &LINEAR.1, &LINEAR.2, &QUADRATIC.0, &QUADRATIC.1];
-    *all.into_iter().find_map(|lowering| lowering.downcast_ref()).expect("a finite element")
-}
-
-/// A scene without its law, so that all laws are lowered by the same code.
+/// A scene with the type of its mesh, and the quadrature rule.
 struct Setup<'a, const N: usize> {
-    name: &'a str,
-    units: &'a Units,
+    scene: &'a Scene,
     mesh: &'a Mesh<N>,
-    parameters: &'a [Parameter],
-    loads: &'a [Load],
-    supports: &'a [Support],
-    law_parameters: &'static [&'static str],
-    loose_rims: bool,
+    rule: &'a [QuadraturePoint],
 }
 
-/// The body under one quadrature rule.
+/// The rule that a scene is integrated with.
+fn own_rule<const N: usize>(scene: &Scene) -> &'static [QuadraturePoint]
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    match scene.discretisation.elements {
+        Elements::Mixed => Nodes::<N>::FINE_QUADRATURE,
+        Elements::Displacement | Elements::Averaged { .. } => Nodes::<N>::QUADRATURE,
+    }
+}
+
+/// The body under the scene's own quadrature rule, or the given one.
 fn lowered<const N: usize>(
-    setup: &Setup<'_, N>,
-    rule: &[QuadraturePoint],
-    constants: Vec<(&'static str, f64)>,
-    material: &dyn Fn() -> Result<Arc<dyn Material>, SceneError>,
+    scene: &Scene,
+    mesh: &Mesh<N>,
+    rule: Option<&[QuadraturePoint]>,
 ) -> Result<Body, SceneError>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    setup.mesh.check()?;
-    if setup.mesh.cells.is_empty() {
+    let setup = Setup { scene, mesh, rule: rule.unwrap_or(own_rule::<N>(scene)) };
+    let (rule, law, points) = (setup.rule, scene.material.law(), &mesh.points);
+    setup.check_elements()?;
+    mesh.check()?;
+    if mesh.cells.is_empty() {
         return Err(SceneError::EmptyMesh);
     }
     // Written so that a NaN is an error as well.
     let positive = |value: f64| value > 0.0 && value.is_finite();
-    if let Some((name, value)) = constants.into_iter().find(|c| !positive(c.1)) {
+    if let Some((name, value)) = law.constants.into_iter().find(|c| !positive(c.1)) {
         return Err(SceneError::Constant { name, value });
     }
     setup.check_parameters()?;
     if Mesh::<N>::ELEMENT.dimension == 2 {
         setup.check_plane()?;
     }
-    let (shape_gradients, volumes) = shape_functions(setup.mesh, rule)?;
-    check_overlaps(setup.mesh)?;
-    let material = material()?;
+    let (shape_gradients, volumes) = shape_functions(mesh, rule)?;
+    check_overlaps(mesh)?;
+    let material = setup.material()?;
     let held = setup.held()?;
     setup.check_loads_on_boundary()?;
-    let reference_loads = setup.reference_loads(rule)?;
-    let (cells, points) = (setup.mesh.cells.as_flattened(), &setup.mesh.points);
+    let reference_loads = setup.reference_loads()?;
     let nodal_force = setup.nodal_force(&reference_loads, &volumes)?;
     let springs = reference_loads.springs(points);
     let (pressures, followers) = setup.pressures(&held)?;
     let cavities = setup.cavities(&held)?;
+    let (patches, pressure_field) = match scene.discretisation.elements {
+        Elements::Displacement => (Vec::new(), None),
+        Elements::Averaged { cells } => (patches(mesh, rule.len(), cells), None),
+        Elements::Mixed => (Vec::new(), Some(PressureField::new::<N>(rule, mesh))),
+    };
     Ok(Body(BodyArrays {
-        name: setup.name.into(),
-        units: setup.units.clone(),
-        parameters: setup.parameters.to_vec(),
+        name: scene.name.clone(),
+        units: scene.units.clone(),
+        parameters: scene.parameters.clone(),
         known: Vec::new(),
-        mesh: Arc::new(Nodes::<N>::any(setup.mesh.clone())),
+        mesh: Arc::new(scene.mesh.clone()),
         material,
         barriers: None,
-        nodes: setup.mesh.points.len(),
+        nodes: points.len(),
         positions: points.clone(),
         nodes_per_cell: N,
-        cells: cells.to_vec(),
+        cells: mesh.cells.as_flattened().to_vec(),
         points_per_cell: rule.len(),
         shape_gradients: shape_gradients.into_flattened(),
         volumes,
-        patches: Vec::new(),
+        patches,
         reference_loads,
         nodal_force,
         springs,
         pressures,
         followers,
-        pressure_field: None,
+        pressure_field,
         cavities,
         prescribed: held.prescribed,
         frames: held.frames,
@@ -193,10 +156,33 @@ impl<const N: usize> Setup<'_, N>
 where
     Nodes<N>: FiniteElement<N>,
 {
+    /// Checks the law against the cells, the cells against the formulation, and the rule.
+    fn check_elements(&self) -> Result<(), SceneError> {
+        let (law, element) = (self.scene.material.law(), Mesh::<N>::ELEMENT);
+        if law.is_plane && element.dimension != 2 {
+            return Err(SceneError::PlaneLaw { law: law.name, nodes: N });
+        }
+        if self.scene.discretisation.elements == Elements::Mixed && !element.is_quadratic() {
+            return Err(SceneError::LinearMixed { cells: element.plural });
+        }
+        let measure = |rule: &[QuadraturePoint]| rule.iter().map(|p| p.weight).sum::<f64>();
+        let (sum, needed) = (measure(self.rule), measure(Nodes::<N>::QUADRATURE));
+        let is_positive =
+            |p: &QuadraturePoint| p.weight > 0.0 && p.at.iter().all(|x| x.is_finite());
+        // Written so that a NaN is an error as well.
+        let exact = (sum - needed).abs() <= QUADRATURE_TOLERANCE * needed;
+        match exact && self.rule.iter().all(is_positive) {
+            true => Ok(()),
+            false => Err(SceneError::Quadrature { points: self.rule.len(), sum, needed }),
+        }
+    }
+
     fn check_parameters(&self) -> Result<(), SceneError> {
-        let (first, count) = (self.law_parameters.len(), self.parameters.len());
+        let parameters = &self.scene.parameters;
+        let names = self.scene.material.parameters();
+        let (first, count) = (names.len(), parameters.len());
         let mut loads = 0;
-        for (_, _, magnitude) in self.loads.iter().filter_map(Load::pressure) {
+        for (_, _, magnitude) in self.scene.loads.iter().filter_map(Load::pressure) {
             match magnitude {
                 Magnitude::Fixed(value) => finite(value, || "a pressure".into())?,
                 Magnitude::Theta(index) if (first..count).contains(&index) => {
@@ -208,11 +194,11 @@ where
             }
         }
         if count != first + loads {
-            let names = self.law_parameters;
+            let names = names.to_vec();
             return Err(SceneError::ParameterCount { given: count, names, loads });
         }
         self.check_parameter_names()?;
-        for parameter in self.parameters {
+        for parameter in parameters {
             let [least, most] = parameter.range;
             let ordered = least.is_finite() && most.is_finite() && least <= most;
             if !ordered || (parameter.sampling == Sampling::Log && least <= 0.0) {
@@ -225,14 +211,15 @@ where
 
     /// Checks that the law's parameters come first, in its order and by its names.
     fn check_parameter_names(&self) -> Result<(), SceneError> {
-        let given = self.parameters.iter().map(|p| p.name.as_str());
+        let given = self.scene.parameters.iter().map(|p| p.name.as_str());
         let mut seen = HashSet::new();
         if let Some(name) = given.clone().find(|&name| !seen.insert(name)) {
             return Err(SceneError::ParameterTwice { name: name.into() });
         }
-        let names = self.law_parameters;
+        let names = self.scene.material.parameters();
         if given.clone().zip(names).any(|(given, name)| given != *name) {
             let given = given.take(names.len()).map(String::from).collect();
+            let names = names.to_vec();
             return Err(SceneError::ParameterNames { given, names });
         }
         Ok(())
@@ -251,7 +238,7 @@ where
         if let Some(node) = points.iter().position(|x| height(x).abs() > most) {
             return Err(SceneError::NotFlat { node, height: height(&points[node]) });
         }
-        for load in self.loads {
+        for load in &self.scene.loads {
             match load {
                 Load::BodyForce([.., across]) if *across != 0.0 => {
                     return refuse("a body force along z".into(), *across);
@@ -273,7 +260,7 @@ where
     /// Checks that loads act on the surface. On a facet between two cells, the outward normal would depend on the cell
     /// that the set names.
     fn check_loads_on_boundary(&self) -> Result<(), SceneError> {
-        let sets = self.loads.iter().filter_map(Load::facets);
+        let sets = self.scene.loads.iter().filter_map(Load::facets);
         let loaded = sets.map(|name| Ok((name, self.facets(name)?)));
         let loaded = loaded.collect::<Result<Vec<_>, SceneError>>()?;
         if loaded.is_empty() {

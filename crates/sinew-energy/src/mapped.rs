@@ -1,6 +1,6 @@
 //! A material whose parameters are read from fewer entries of θ, or times a factor.
 
-use crate::{Barriers, Material, Response};
+use crate::{Barriers, LawFacts, Material, Response};
 use sinew_num::Mat3;
 use smallvec::SmallVec;
 use std::ops::RangeInclusive;
@@ -56,8 +56,8 @@ impl Mapped {
 }
 
 impl Material for Mapped {
-    fn name(&self) -> &'static str {
-        self.material.name()
+    fn law(&self) -> LawFacts {
+        self.material.law()
     }
 
     fn parameters(&self) -> &[&'static str] {
@@ -108,8 +108,8 @@ impl Material for Mapped {
         self.with(self.material.stiffened(factors))
     }
 
-    fn carried(&self, maps: &[Mat3<f64>]) -> Option<Arc<dyn Material>> {
-        Some(self.with(self.material.carried(maps)?))
+    fn with_directions(&self, directions: Vec<[f64; 3]>) -> Arc<dyn Material> {
+        self.with(self.material.with_directions(directions))
     }
 
     fn stress_rate(

@@ -1,6 +1,5 @@
 //! A law at the quadrature points of a body, whatever the law is.
 
-use crate::lower::geometry::orthonormal;
 use crate::{Barriers, Exact, Law, Response};
 use sinew_num::Mat3;
 use std::fmt::Debug;
@@ -10,11 +9,12 @@ use std::sync::Arc;
 /// A strain-energy law with its material directions at every quadrature point of a body: what a [`crate::Body`]
 /// is made of, without the law's type.
 ///
-/// Every [`Law`] is one by [`at_points`]. Parameters are those of the law, in the order of
-/// [`Material::parameters`]; H = ∂u/∂X is the displacement gradient at the point.
+/// Every [`Law`] is one by [`Law::along`]. Parameters are those of the law, in the order of
+/// [`Material::parameters`]; H = ∂u/∂X is the displacement gradient at the point. In a [`crate::Scene`] the rows of directions may
+/// be those of cells or nodes instead, which [`crate::Scene::lower`] brings to the points.
 pub trait Material: Debug + Send + Sync {
-    /// Name of the law, with its source.
-    fn name(&self) -> &'static str;
+    /// Facts about the law.
+    fn law(&self) -> LawFacts;
     /// Names of the law's parameters, which come first in θ.
     fn parameters(&self) -> &[&'static str];
     /// Values of a parameter that make sense.
@@ -45,9 +45,8 @@ pub trait Material: Debug + Send + Sync {
     fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>>;
     /// The material with its energy multiplied by a factor at each point.
     fn stiffened(&self, factors: Vec<f64>) -> Arc<dyn Material>;
-    /// The material whose directions go with maps f of their points: d becomes f d / |f d|, those after the first orthonormal to the
-    /// ones before. `None` where there are no directions.
-    fn carried(&self, maps: &[Mat3<f64>]) -> Option<Arc<dyn Material>>;
+    /// The material with other unit directions, those of a point one after the other, point by point.
+    fn with_directions(&self, directions: Vec<[f64; 3]>) -> Arc<dyn Material>;
     /// Change of the stress with the parameters along `rates`, one per parameter: `∂²Ψ/∂H∂θ · rates`.
     fn stress_rate(
         &self,
@@ -58,9 +57,44 @@ pub trait Material: Debug + Send + Sync {
     ) -> Mat3<f64>;
 }
 
+/// Facts about the law of a [`Material`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct LawFacts {
+    /// Name of the law, with its source.
+    pub name: &'static str,
+    /// Number of material directions that it reads; none for an isotropic law.
+    pub directions: usize,
+    /// Whether the law is one of plane bodies, see [`Law::PLANE`].
+    pub is_plane: bool,
+    /// Names and values of the constants that the law holds itself.
+    pub constants: Vec<(&'static str, f64)>,
+}
+
+/// Material of a [`crate::Scene`]: an isotropic law as it is, or any law with its directions ([`Law::along`]).
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not an isotropic law",
+    note = "a law with fibres becomes a material by `law.along(directions)`"
+)]
+pub trait IntoMaterial {
+    /// The material.
+    fn into_material(self) -> Arc<dyn Material>;
+}
+
+impl<L: Law<0>> IntoMaterial for L {
+    fn into_material(self) -> Arc<dyn Material> {
+        self.along(Vec::new())
+    }
+}
+
+impl IntoMaterial for Arc<dyn Material> {
+    fn into_material(self) -> Arc<dyn Material> {
+        self
+    }
+}
+
 /// A law with one row of directions per quadrature point.
 #[derive(Debug)]
-struct AtPoints<L, const D: usize> {
+pub(crate) struct AtPoints<L, const D: usize> {
     law: L,
     /// Takes no storage for isotropic laws.
     directions: Vec<[[f64; 3]; D]>,
@@ -68,23 +102,10 @@ struct AtPoints<L, const D: usize> {
     factors: Vec<f64>,
 }
 
-/// The material of a law with its directions, one row per quadrature point; an isotropic law reads none.
-///
-/// A point beyond the rows is outside the law's domain, where the energy is +∞; the solver tells it as an error.
-///
-/// ```
-/// use sinew_energy::{at_points, laws::NeoHookean};
-/// use sinew_num::Mat3;
-///
-/// let material = at_points(NeoHookean, vec![]);
-/// assert_eq!(material.parameters(), ["mu", "lambda"]);
-/// assert_eq!(material.energy(0, &[1.0, 2.0], &Mat3::ZERO, None), 0.0);
-/// ```
-pub fn at_points<L: Law<D>, const D: usize>(
-    law: L,
-    directions: Vec<[[f64; 3]; D]>,
-) -> Arc<dyn Material> {
-    Arc::new(AtPoints { law, directions, factors: Vec::new() })
+impl<L, const D: usize> AtPoints<L, D> {
+    pub(crate) fn new(law: L, directions: Vec<[[f64; 3]; D]>) -> Self {
+        Self { law, directions, factors: Vec::new() }
+    }
 }
 
 impl<L: Law<D>, const D: usize> AtPoints<L, D> {
@@ -102,8 +123,13 @@ impl<L: Law<D>, const D: usize> AtPoints<L, D> {
 }
 
 impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
-    fn name(&self) -> &'static str {
-        L::NAME
+    fn law(&self) -> LawFacts {
+        LawFacts {
+            name: L::NAME,
+            directions: D,
+            is_plane: L::PLANE,
+            constants: self.law.constants(),
+        }
     }
 
     fn parameters(&self) -> &[&'static str] {
@@ -179,14 +205,11 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         Arc::new(Self { law, directions, factors })
     }
 
-    fn carried(&self, maps: &[Mat3<f64>]) -> Option<Arc<dyn Material>> {
-        if D == 0 {
-            return None;
-        }
-        let rows = self.directions.iter().zip(maps);
-        let directions = rows.map(|(row, map)| orthonormal(row.map(|d| map.apply(&d))).0).collect();
+    fn with_directions(&self, directions: Vec<[f64; 3]>) -> Arc<dyn Material> {
+        let rows = directions.chunks_exact(D.max(1));
+        let directions = rows.map(|row| std::array::from_fn(|d| row[d])).collect();
         let (law, factors) = (self.law.clone(), self.factors.clone());
-        Some(Arc::new(Self { law, directions, factors }))
+        Arc::new(Self { law, directions, factors })
     }
 
     fn stress_rate(

@@ -1,6 +1,7 @@
 //! Bodies with a changed reference configuration.
 
-use crate::{Body, BodyArrays, PressureSurface};
+use crate::lower::geometry::orthonormalise;
+use crate::{Body, BodyArrays, Material, PressureSurface};
 use sinew_num::Mat3;
 use std::sync::Arc;
 
@@ -56,11 +57,10 @@ impl Body {
         }
         let mut mesh = (*self.mesh).clone();
         mesh.place_points(&positions);
-        let carried = match fibres {
-            Fibres::Carried => self.material.carried(&maps),
-            Fibres::Kept => None,
+        let material = match fibres {
+            Fibres::Carried => carried(&self.material, &maps),
+            Fibres::Kept => self.material.clone(),
         };
-        let material = carried.unwrap_or_else(|| self.material.clone());
         let cavities = self.cavities.clone();
         let placed = |surfaces: &[PressureSurface]| {
             surfaces.iter().map(|surface| surface.placed(motion)).collect()
@@ -94,6 +94,21 @@ impl Body {
             frames: self.frames.clone(),
         }))
     }
+}
+
+/// The material whose directions go with maps f of their points: d becomes f d / |f d|, those after the first orthonormal to the
+/// ones before.
+fn carried(material: &Arc<dyn Material>, maps: &[Mat3<f64>]) -> Arc<dyn Material> {
+    let count = material.law().directions;
+    if count == 0 {
+        return material.clone();
+    }
+    let mut directions = Vec::with_capacity(count * maps.len());
+    for (point, map) in maps.iter().enumerate() {
+        directions.extend(material.directions(point).iter().map(|d| map.apply(d)));
+        orthonormalise(&mut directions[count * point..]);
+    }
+    material.with_directions(directions)
 }
 
 impl PressureSurface {

@@ -9,12 +9,12 @@ impl Body {
     /// Body whose law reads one of its parameters times one factor per cell; θ keeps its value where the factor is one.
     ///
     /// ```
-    /// use sinew_energy::{Parameter, Scene, Support, laws::{ActiveTension, HolzapfelOgden}};
+    /// use sinew_energy::{Law, Parameter, Scene, Support, laws::{ActiveTension, HolzapfelOgden}};
     /// use sinew_mesh::box_tetrahedra;
     ///
     /// let law = HolzapfelOgden.nearly_incompressible(25.0).with_active(ActiveTension);
-    /// let mut scene = Scene::new(box_tetrahedra([10.0, 1.0, 1.0], [10, 1, 1]), law)
-    ///     .directions(vec![[[1.0, 0.0, 0.0]]; 60])
+    /// let muscle = law.along(vec![[[1.0, 0.0, 0.0]]; 60]);
+    /// let mut scene = Scene::new(box_tetrahedra([10.0, 1.0, 1.0], [10, 1, 1]), muscle)
     ///     .support(Support::clamped("x_min"));
     /// for name in ["a", "b", "a_f", "b_f", "T_a"] {
     ///     scene = scene.parameter(Parameter::log(name, "1", 1.0..=2.0));

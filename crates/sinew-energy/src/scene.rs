@@ -1,10 +1,10 @@
 //! Scenes: bodies with material, loads and supports by name.
 
 use crate::discretisation::{Discretisation, Elements};
-use crate::elements::{Nodes, TaylorHoodElement};
-use crate::{Magnitude, PressureForm, Unit};
-use sinew_mesh::Mesh;
+use crate::{IntoMaterial, Magnitude, Material, PressureForm, Unit};
+use sinew_mesh::{AnyMesh, Mesh};
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 /// Cells of a patch of linear tetrahedra: enough for less than one volume constraint per node.
 const CELLS_OF_PATCH: usize = 8;
@@ -14,21 +14,19 @@ const CELLS_OF_PATCH: usize = 8;
 /// [`Scene::lower`] turns it into the plain arrays of a [`crate::Body`]. θ lists the
 /// parameters of the law in the order of [`crate::Law::PARAMETERS`] and by these names, then those of the loads, whose names are free.
 ///
-/// The number `N` of nodes of a cell chooses the element, see [`crate::Nodes`]: 4 are linear tetrahedra.
+/// The cells of the mesh choose the element, see [`crate::Nodes`].
 /// Triangles (3 or 6 nodes) are a slice of unit thickness in plane strain.
 #[derive(Clone, Debug)]
-pub struct Scene<L, const D: usize, const N: usize = 4> {
+pub struct Scene {
     /// Name of the scene, for reports.
     pub name: String,
     /// Units of all numbers of the scene.
     pub units: Units,
     /// The reference configuration, with the named sets that loads and supports refer to.
-    pub mesh: Mesh<N>,
-    /// Strain-energy law.
-    pub law: L,
-    /// Unit material directions, one row per cell, per quadrature point or per node, told apart by their
-    /// number in this order; empty for an isotropic law (`D = 0`).
-    pub directions: Vec<[[f64; 3]; D]>,
+    pub mesh: AnyMesh,
+    /// Strain-energy law with its unit material directions, one row per cell, per quadrature point or per node
+    /// ([`crate::Law::along`]).
+    pub material: Arc<dyn Material>,
     /// Names, units and ranges of θ.
     pub parameters: Vec<Parameter>,
     /// Loads.
@@ -39,7 +37,7 @@ pub struct Scene<L, const D: usize, const N: usize = 4> {
     pub discretisation: Discretisation,
 }
 
-impl<L, const D: usize, const N: usize> Scene<L, D, N> {
+impl Scene {
     /// A scene in millimetres and kilopascals without parameters, loads and supports, to be added by the calls below.
     ///
     /// ```
@@ -53,13 +51,20 @@ impl<L, const D: usize, const N: usize> Scene<L, D, N> {
     /// assert_eq!(beam.lower()?.theta_len(), 2);
     /// # Ok::<(), sinew_energy::SceneError>(())
     /// ```
-    pub fn new(mesh: Mesh<N>, law: L) -> Self {
+    ///
+    /// A law with fibres is given with them, `law.along(fibres)`; by itself it does not compile:
+    ///
+    /// ```compile_fail,E0277
+    /// # use sinew_energy::{Scene, laws::HolzapfelOgden};
+    /// let mesh = sinew_mesh::box_tetrahedra([1.0; 3], [1; 3]);
+    /// Scene::new(mesh, HolzapfelOgden.nearly_incompressible(25.0));
+    /// ```
+    pub fn new(mesh: impl Into<AnyMesh>, material: impl IntoMaterial) -> Self {
         Self {
             name: "body".into(),
             units: Units::mm_kpa(),
-            mesh,
-            law,
-            directions: Vec::new(),
+            mesh: mesh.into(),
+            material: material.into_material(),
             parameters: Vec::new(),
             loads: Vec::new(),
             supports: Vec::new(),
@@ -70,11 +75,6 @@ impl<L, const D: usize, const N: usize> Scene<L, D, N> {
     /// Names the scene.
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
-    }
-
-    /// Sets the material directions, see [`Scene::directions`].
-    pub fn directions(self, directions: Vec<[[f64; 3]; D]>) -> Self {
-        Self { directions, ..self }
     }
 
     /// Adds an entry of θ.
@@ -108,7 +108,7 @@ impl<L, const D: usize, const N: usize> Scene<L, D, N> {
         self
     }
 
-    /// Mixed elements of Taylor and Hood: quadratic displacement, and a continuous linear
+    /// Mixed elements of Taylor and Hood, in a quadratic mesh: quadratic displacement, and a continuous linear
     /// field of pressure that makes the body incompressible, whatever the law's own bulk modulus.
     ///
     /// The law's own volumetric energy stays: it does not change the incompressible solution, and stabilises Newton's
@@ -127,10 +127,7 @@ impl<L, const D: usize, const N: usize> Scene<L, D, N> {
     /// # Ok::<(), sinew_energy::SceneError>(())
     /// ```
     #[doc(alias("Taylor-Hood", "mixed formulation"))]
-    pub fn mixed(mut self) -> Self
-    where
-        Nodes<N>: TaylorHoodElement<N>,
-    {
+    pub fn mixed(mut self) -> Self {
         self.discretisation = Discretisation { elements: Elements::Mixed, loose_rims: true };
         self
     }
@@ -200,6 +197,7 @@ impl Parameter {
 
 /// Distribution of a parameter's samples over its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Sampling {
     /// Uniform in the logarithm.
     Log,

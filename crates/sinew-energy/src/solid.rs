@@ -72,6 +72,7 @@ impl<const D: usize> ActiveStress<D> for Passive {
 
 /// Strain that resists changes of shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Strain {
     /// C̄ = J^(−2/3) C, without the change of volume, thesis eq. (3.4).
     #[default]

@@ -4,9 +4,9 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use sinew_energy::laws::{
     Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible, NeoHookean,
 };
-use sinew_energy::{Body, FiniteElement, Law, Load, Nodes, Parameter, Sampling, Scene, Support};
+use sinew_energy::{Body, IntoMaterial, Law, Load, Parameter, Sampling, Scene, Support};
 use sinew_fem::{Options, Solver};
-use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
+use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra};
 use std::hint::black_box;
 
 /// Deflection of the middle of the free end \[mm\] at μ = λ = 75 kPa: Richardson's limit of quadratic elements
@@ -16,47 +16,37 @@ const THETA: [f64; 2] = [75.0, 75.0];
 const SIZE: [f64; 3] = [100.0, 10.0, 10.0];
 const BOXES: [usize; 3] = [12, 4, 5];
 
-fn scene<L: Law<D>, const D: usize, const N: usize>(
-    law: L,
-    mesh: Mesh<N>,
-    direction: [[f64; 3]; D],
-) -> Scene<L, D, N> {
+fn scene(material: impl IntoMaterial, mesh: impl Into<AnyMesh>) -> Scene {
     let parameter = |&name: &&str| Parameter {
         name: name.into(),
         unit: "kPa".into(),
         range: [1.0, 100.0],
         sampling: Sampling::Log,
     };
+    let scene = Scene::new(mesh, material);
     Scene {
         name: "beam".into(),
-        directions: vec![direction; if D == 0 { 0 } else { mesh.cells.len() }],
-        parameters: L::PARAMETERS.iter().map(parameter).collect(),
+        parameters: scene.material.parameters().iter().map(parameter).collect(),
         loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])],
         supports: vec![Support::clamped("x_min")],
-        ..Scene::new(mesh, law)
+        ..scene
     }
 }
 
 /// Deflection of the centre line at the free end, from the corners of the cross-section.
-fn tip<const N: usize>(mesh: &Mesh<N>, displacement: &[f64]) -> f64 {
+fn tip(mesh: &AnyMesh, displacement: &[f64]) -> f64 {
     let corner =
         |x: &[f64; 3]| x[0] == SIZE[0] && [1, 2].iter().all(|&i| x[i] == 0.0 || x[i] == SIZE[i]);
-    let corners: Vec<_> = (0..mesh.points.len()).filter(|&n| corner(&mesh.points[n])).collect();
+    let points = mesh.points();
+    let corners: Vec<_> = (0..points.len()).filter(|&n| corner(&points[n])).collect();
     corners.iter().map(|n| displacement[3 * n + 2]).sum::<f64>() / corners.len() as f64
 }
 
-fn element<const N: usize>(
-    criterion: &mut Criterion,
-    name: &str,
-    scene: &Scene<NeoHookean, 0, N>,
-    body: &Body,
-) where
-    Nodes<N>: FiniteElement<N>,
-{
+fn element(criterion: &mut Criterion, name: &str, body: &Body) {
     let mut solver = Solver::new(body).expect("the beam is held");
     let options = Options::default();
     let solution = solver.solve(&THETA, &options).expect("the beam has an equilibrium");
-    let deflection = tip(&scene.mesh, &solution.displacement);
+    let deflection = tip(&body.mesh, &solution.displacement);
     println!(
         "{name}: {} unknowns, tip off by {:.2} %, {} iterations",
         solver.unknowns(),
@@ -73,24 +63,19 @@ fn element<const N: usize>(
 }
 
 fn elements(criterion: &mut Criterion) {
-    let tets = scene(NeoHookean, box_tetrahedra(SIZE, BOXES), []);
+    let tetrahedra = box_tetrahedra(SIZE, BOXES);
+    let tets = scene(NeoHookean, tetrahedra.clone());
     let lowered = |result: Result<_, _>| result.expect("the beam is well formed");
-    element(criterion, "linear_tetrahedra", &tets, &lowered(tets.lower()));
-    element(
-        criterion,
-        "linear_tetrahedra_averaged",
-        &tets,
-        &lowered(tets.clone().averaged().lower()),
-    );
-    let quadratic = scene(NeoHookean, tets.mesh.quadratic(), []);
-    let body = quadratic.lower().expect("the beam is well formed");
-    element(criterion, "quadratic_tetrahedra", &quadratic, &body);
-    let hexahedra = scene(NeoHookean, box_hexahedra(SIZE, BOXES), []);
+    element(criterion, "linear_tetrahedra", &lowered(tets.lower()));
+    element(criterion, "linear_tetrahedra_averaged", &lowered(tets.averaged().lower()));
+    let quadratic = scene(NeoHookean, tetrahedra.quadratic());
+    element(criterion, "quadratic_tetrahedra", &lowered(quadratic.lower()));
+    let hexahedra = scene(NeoHookean, box_hexahedra(SIZE, BOXES));
     for (name, body) in [
         ("hexahedra", hexahedra.lower()),
         ("hexahedra_averaged", hexahedra.clone().averaged().lower()),
     ] {
-        element(criterion, name, &hexahedra, &body.expect("the beam is well formed"));
+        element(criterion, name, &lowered(body));
     }
 }
 
@@ -101,11 +86,13 @@ fn law<L: Law<D>, const D: usize>(
     direction: [[f64; 3]; D],
     theta: &[f64],
 ) {
-    let scene = scene(law, box_tetrahedra(SIZE, BOXES), direction);
+    let mesh = box_tetrahedra(SIZE, BOXES);
+    let directions = vec![direction; mesh.cells.len()];
+    let scene = scene(law.along(directions), mesh);
     let body = scene.lower().expect("the beam is well formed");
     let mut solver = Solver::new(&body).expect("the beam is held");
     let rest = vec![0.0; body.prescribed.len()];
-    let pull: Vec<_> = scene.mesh.points.iter().flat_map(|x| [1e-3 * x[0], 0.0, 0.0]).collect();
+    let pull: Vec<_> = scene.mesh.points().iter().flat_map(|x| [1e-3 * x[0], 0.0, 0.0]).collect();
     criterion.bench_function(&format!("assemble/{name}"), |b| {
         b.iter(|| solver.stiffness_times(black_box(&pull), theta, &rest))
     });

@@ -4,16 +4,14 @@
 //! `cargo run -p sinew-fem --example locking [-- --fine | --thresholds]`
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{
-    Body, FiniteElement, Load, Nodes, Parameter, Sampling, Scene, SceneError, Support,
-};
+use sinew_energy::{Body, Load, Parameter, Sampling, Scene, SceneError, Support};
 use sinew_fem::{Options, Solver};
-use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
+use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra};
 use std::error::Error;
 
 const SIZE: [f64; 3] = [100.0, 10.0, 10.0];
 
-fn beam<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
+fn beam(mesh: impl Into<AnyMesh>) -> Scene {
     let modulus = |name: &str| Parameter {
         name: name.into(),
         unit: "kPa".into(),
@@ -30,12 +28,7 @@ fn beam<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
 }
 
 /// One line of the table: the deflection of the lower edge's end and what it took.
-fn row<const N: usize>(
-    element: &str,
-    mesh: &Mesh<N>,
-    body: Result<Body, SceneError>,
-    theta: &[f64],
-) -> Result<(), Box<dyn Error>> {
+fn row(element: &str, body: Result<Body, SceneError>, theta: &[f64]) -> Result<(), Box<dyn Error>> {
     let body = body?;
     let mut solver = Solver::new(&body)?;
     let unknowns = solver.unknowns();
@@ -45,7 +38,7 @@ fn row<const N: usize>(
             print_row(
                 element,
                 unknowns,
-                tip(mesh, &found.displacement),
+                tip(&body, &found.displacement),
                 iterations,
                 steps,
                 found.seconds,
@@ -70,26 +63,26 @@ fn print_row(
     println!("  {element:<22} {unknowns:>7} {tip:>9.3} {iterations:>6} {steps:>6} {seconds:>9.3}");
 }
 
-fn tip<const N: usize>(mesh: &Mesh<N>, displacement: &[f64]) -> f64 {
-    let end = mesh.points.iter().position(|x| *x == [SIZE[0], 0.0, 0.0]).unwrap_or(0);
+fn tip(body: &Body, displacement: &[f64]) -> f64 {
+    let end = body.positions.iter().position(|x| *x == [SIZE[0], 0.0, 0.0]).unwrap_or(0);
     displacement[3 * end + 2]
 }
 
 /// Deflection of the lower edge's end of a box under a part of its weight so small that it hardly rotates.
-fn small_deflection<const N: usize>(
-    mesh: Mesh<N>,
-    lower: Lower<N>,
+fn small_deflection(
+    mesh: impl Into<AnyMesh>,
+    lower: Lower,
     theta: &[f64],
 ) -> Result<f64, Box<dyn Error>> {
     let mut scene = beam(mesh);
     scene.loads = vec![Load::BodyForce([0.0, 0.0, -9.8e-8])];
-    let length = scene.mesh.points.iter().map(|x| x[0]).fold(0.0, f64::max);
-    let end = scene.mesh.points.iter().position(|x| *x == [length, 0.0, 0.0]).unwrap_or(0);
+    let length = scene.mesh.points().iter().map(|x| x[0]).fold(0.0, f64::max);
+    let end = scene.mesh.points().iter().position(|x| *x == [length, 0.0, 0.0]).unwrap_or(0);
     let found = Solver::new(&lower(&scene)?)?.solve(theta, &Options::default())?;
     Ok(found.displacement[3 * end + 2])
 }
 
-type Lower<const N: usize> = fn(&Scene<NeoHookean, 0, N>) -> Result<Body, SceneError>;
+type Lower = fn(&Scene) -> Result<Body, SceneError>;
 
 /// The part of the deflection that linear elements reach: over K/mu against the same with averaged volume
 /// ratios, over slenderness and number of cubes across against quadratic tetrahedra.
@@ -128,13 +121,10 @@ fn thresholds() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn linear_over_averaged<const N: usize>(
-    mesh: impl Fn() -> Mesh<N>,
+fn linear_over_averaged<M: Into<AnyMesh>>(
+    mesh: impl Fn() -> M,
     theta: &[f64],
-) -> Result<f64, Box<dyn Error>>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+) -> Result<f64, Box<dyn Error>> {
     let linear = small_deflection(mesh(), |scene| scene.lower(), theta)?;
     Ok(linear / small_deflection(mesh(), |scene| scene.clone().averaged().lower(), theta)?)
 }
@@ -150,16 +140,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("mu = 75 kPa, lambda = {bulk:e} kPa");
         println!("  element               unknowns   tip mm  iter.  steps   seconds");
         let tets = beam(box_tetrahedra(SIZE, boxes));
-        row("linear tets", &tets.mesh, tets.lower(), &theta)?;
+        row("linear tets", tets.lower(), &theta)?;
         for cells in [4, 8, 12] {
             let name = format!("… averaged over {cells}");
-            row(&name, &tets.mesh, tets.clone().averaged_over(cells).lower(), &theta)?;
+            row(&name, tets.clone().averaged_over(cells).lower(), &theta)?;
         }
         let hexahedra = beam(box_hexahedra(SIZE, boxes));
-        row("hexahedra", &hexahedra.mesh, hexahedra.lower(), &theta)?;
-        row("… averaged", &hexahedra.mesh, hexahedra.clone().averaged().lower(), &theta)?;
+        row("hexahedra", hexahedra.lower(), &theta)?;
+        row("… averaged", hexahedra.clone().averaged().lower(), &theta)?;
         let quadratic = beam(box_tetrahedra(SIZE, [12, 4, 5]).quadratic());
-        row("quadratic tets", &quadratic.mesh, quadratic.lower(), &theta)?;
+        row("quadratic tets", quadratic.lower(), &theta)?;
         // Mixed: the law keeps a mild bulk modulus, the field of pressure brings the rest.
         let own = f64::min(bulk, 750.0);
         if bulk <= own {
@@ -169,7 +159,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut solver = Solver::new(&body)?;
         let unknowns = solver.unknowns() + solver.pressures();
         let found = solver.solve(&[75.0, own], &Options::default())?;
-        let deflection = tip(&quadratic.mesh, &found.displacement);
+        let deflection = tip(&body, &found.displacement);
         let (iterations, steps) = (found.history.iterations.len(), found.load_steps);
         print_row("quadratic, mixed", unknowns, deflection, iterations, steps, found.seconds);
     }

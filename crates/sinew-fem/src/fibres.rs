@@ -22,7 +22,7 @@
 //! let wall = VentricleCoordinates::new(&mesh, &surfaces)?;
 //! let frames = wall.cell_frames(&FibreRule::SIXTY, Depth::Thickness);
 //!
-//! // The directions of a Scene whose law reads fibres.
+//! // The directions that a law reads: `law.along(directions)` is the material of a Scene.
 //! let directions: Vec<[[f64; 3]; 1]> = frames.iter().map(|&[fibre, _, _]| [fibre]).collect();
 //! assert_eq!(directions.len(), mesh.cells.len());
 //!

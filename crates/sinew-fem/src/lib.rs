@@ -17,7 +17,7 @@
 //! let solution = solver.solve(&[75.0, 75.0], &Options::default())?;
 //! println!("{}", report(&potential, &solution)?); // forces, energies, reactions, poor cells, locking
 //!
-//! let tip = scene.mesh.node_sets["x_max"][0];
+//! let tip = scene.mesh.node_sets()["x_max"][0];
 //! assert!((solution.displacement[3 * tip + 2] + 36.081).abs() < 1e-3); // mm, downwards
 //! assert!((solution.energy + 766.970_681).abs() < 1e-6); // FEniCS on the same mesh [kPa mm³]
 //! assert!(solution.is_stable() && solution.iterations() < 10);

@@ -29,20 +29,26 @@ pub enum AnyMesh {
     Hexahedra(HexMesh),
 }
 
-/// Evaluates an expression on the mesh, whatever its cells are.
-macro_rules! each {
+/// Evaluates an expression on a mesh as the type that it has, whatever its cells are.
+///
+/// ```
+/// use sinew_mesh::{AnyMesh, box_hexahedra, with_cells};
+///
+/// let mesh = AnyMesh::from(box_hexahedra([1.0; 3], [2, 1, 1]));
+/// assert_eq!(with_cells!(&mesh, mesh => mesh.cells[0].len()), 8);
+/// ```
+#[macro_export]
+macro_rules! with_cells {
     ($mesh:expr, $inner:ident => $body:expr) => {
         match $mesh {
-            AnyMesh::Tetrahedra($inner) => $body,
-            AnyMesh::Triangles($inner) => $body,
-            AnyMesh::QuadraticTetrahedra($inner) => $body,
-            AnyMesh::QuadraticTriangles($inner) => $body,
-            AnyMesh::Hexahedra($inner) => $body,
+            $crate::AnyMesh::Tetrahedra($inner) => $body,
+            $crate::AnyMesh::Triangles($inner) => $body,
+            $crate::AnyMesh::QuadraticTetrahedra($inner) => $body,
+            $crate::AnyMesh::QuadraticTriangles($inner) => $body,
+            $crate::AnyMesh::Hexahedra($inner) => $body,
         }
     };
 }
-
-pub(crate) use each;
 
 impl AnyMesh {
     /// Shape of a cell.
@@ -50,42 +56,42 @@ impl AnyMesh {
         fn of<const N: usize>(_: &Mesh<N>) -> &'static Element {
             Mesh::<N>::ELEMENT
         }
-        each!(self, mesh => of(mesh))
+        with_cells!(self, mesh => of(mesh))
     }
 
     /// Node positions [length unit of the scene].
     pub fn points(&self) -> &[[f64; 3]] {
-        each!(self, mesh => &mesh.points)
+        with_cells!(self, mesh => &mesh.points)
     }
 
     /// Nodes of the cells, one cell after the other.
     pub fn cells(&self) -> &[usize] {
-        each!(self, mesh => mesh.cells.as_flattened())
+        with_cells!(self, mesh => mesh.cells.as_flattened())
     }
 
     /// Number of cells.
     pub fn cell_count(&self) -> usize {
-        each!(self, mesh => mesh.cells.len())
+        with_cells!(self, mesh => mesh.cells.len())
     }
 
     /// Named sets of nodes, ascending.
     pub fn node_sets(&self) -> &BTreeMap<String, Vec<usize>> {
-        each!(self, mesh => &mesh.node_sets)
+        with_cells!(self, mesh => &mesh.node_sets)
     }
 
     /// Named sets of nodes, to add to.
     pub fn node_sets_mut(&mut self) -> &mut BTreeMap<String, Vec<usize>> {
-        each!(self, mesh => &mut mesh.node_sets)
+        with_cells!(self, mesh => &mut mesh.node_sets)
     }
 
     /// Named sets of facets.
     pub fn facet_sets(&self) -> &BTreeMap<String, Vec<Facet>> {
-        each!(self, mesh => &mesh.facet_sets)
+        with_cells!(self, mesh => &mesh.facet_sets)
     }
 
     /// Named sets of facets, to add to.
     pub fn facet_sets_mut(&mut self) -> &mut BTreeMap<String, Vec<Facet>> {
-        each!(self, mesh => &mut mesh.facet_sets)
+        with_cells!(self, mesh => &mut mesh.facet_sets)
     }
 
     /// The nodes at which a scalar point field is not zero, see [`Mesh::nodes_where_nonzero`].
@@ -93,27 +99,27 @@ impl AnyMesh {
     /// # Errors
     /// As [`Mesh::nodes_where_nonzero`].
     pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Defect> {
-        each!(self, mesh => mesh.nodes_where_nonzero(field))
+        with_cells!(self, mesh => mesh.nodes_where_nonzero(field))
     }
 
     /// Named fields with one row per node.
     pub fn point_fields(&self) -> &BTreeMap<String, Field> {
-        each!(self, mesh => &mesh.point_fields)
+        with_cells!(self, mesh => &mesh.point_fields)
     }
 
     /// Named fields with one row per node, to add to.
     pub fn point_fields_mut(&mut self) -> &mut BTreeMap<String, Field> {
-        each!(self, mesh => &mut mesh.point_fields)
+        with_cells!(self, mesh => &mut mesh.point_fields)
     }
 
     /// Named fields with one row per cell.
     pub fn cell_fields(&self) -> &BTreeMap<String, Field> {
-        each!(self, mesh => &mesh.cell_fields)
+        with_cells!(self, mesh => &mesh.cell_fields)
     }
 
     /// Named fields with one row per cell, to add to.
     pub fn cell_fields_mut(&mut self) -> &mut BTreeMap<String, Field> {
-        each!(self, mesh => &mut mesh.cell_fields)
+        with_cells!(self, mesh => &mut mesh.cell_fields)
     }
 
     /// Whether the mesh is sound, see [`Mesh::check`].
@@ -121,22 +127,22 @@ impl AnyMesh {
     /// # Errors
     /// The first defect.
     pub fn check(&self) -> Result<(), Defect> {
-        each!(self, mesh => mesh.check())
+        with_cells!(self, mesh => mesh.check())
     }
 
     /// The unique undirected edges, see [`crate::edges`].
     pub fn edges(&self) -> Vec<[usize; 2]> {
-        each!(self, mesh => crate::edges(mesh))
+        with_cells!(self, mesh => crate::edges(mesh))
     }
 
     /// The facets that belong to one cell only, see [`crate::boundary_facets`].
     pub fn boundary_facets(&self) -> Vec<Facet> {
-        each!(self, mesh => crate::boundary_facets(mesh))
+        with_cells!(self, mesh => crate::boundary_facets(mesh))
     }
 
     /// Nodes of a facet, counterclockwise seen from outside.
     pub fn nodes_of_facet(&self, facet: Facet) -> Vec<usize> {
-        each!(self, mesh => mesh.nodes_of_facet(facet).collect())
+        with_cells!(self, mesh => mesh.nodes_of_facet(facet).collect())
     }
 
     /// Triangles between the corners of the boundary's facets, counterclockwise seen from outside, and the cell of each; none of
@@ -152,7 +158,7 @@ impl AnyMesh {
 
     /// Moves every node.
     pub fn map_points(&mut self, place: impl Fn([f64; 3]) -> [f64; 3]) {
-        each!(self, mesh => mesh.points.iter_mut().for_each(|x| *x = place(*x)));
+        with_cells!(self, mesh => mesh.points.iter_mut().for_each(|x| *x = place(*x)));
     }
 
     /// Puts the nodes at other places, one row per node.
@@ -160,7 +166,7 @@ impl AnyMesh {
     /// # Panics
     /// If there are not as many places as nodes.
     pub fn place_points(&mut self, places: &[[f64; 3]]) {
-        each!(self, mesh => mesh.points.copy_from_slice(places));
+        with_cells!(self, mesh => mesh.points.copy_from_slice(places));
     }
 
     /// Writes a VTU file, see [`crate::to_vtu`].
@@ -180,7 +186,7 @@ impl AnyMesh {
         path: impl AsRef<Path>,
         numbers: &[(String, f64)],
     ) -> Result<(), MeshError> {
-        each!(self, mesh => crate::io::write_vtu_with(path, mesh, numbers))
+        with_cells!(self, mesh => crate::io::write_vtu_with(path, mesh, numbers))
     }
 }
 

@@ -207,6 +207,6 @@ impl AnyMesh {
         name: &str,
         selection: &Selection,
     ) -> Result<Selected, SelectionError> {
-        crate::any::each!(self, mesh => mesh.select(name, selection))
+        crate::with_cells!(self, mesh => mesh.select(name, selection))
     }
 }

@@ -3,7 +3,9 @@
 //! `cargo run -p sinew --example book_population`
 
 use sinew::laws::HolzapfelOgden;
-use sinew::{Body, Emulator, FrozenStiffness, Load, Options, Parameter, Scene, Solver, Support};
+use sinew::{
+    Body, Emulator, FrozenStiffness, Law, Load, Options, Parameter, Scene, Solver, Support,
+};
 use sinew_energy::Magnitude;
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_mesh::VentricleShape;
@@ -19,16 +21,16 @@ fn ventricle(numbers: &[f64]) -> Result<Body, Box<dyn Error>> {
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY)?;
     let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
-    let scene =
-        Scene::new(mesh, HolzapfelOgden.nearly_incompressible(25.0)) // K [kPa]
-            .directions(frames.iter().map(|&[fibre, _sheet, _normal]| [fibre]).collect())
-            .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
-            .parameter(Parameter::log("b", "1", 1.0..=4.2))
-            .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))
-            .parameter(Parameter::log("b_f", "1", 1.0..=4.46))
-            .parameter(Parameter::linear("p", "kPa", 4.0 * MMHG..=10.0 * MMHG))
-            .load(pressure)
-            .support(Support::clamped("base"));
+    let fibres = frames.iter().map(|&[fibre, _sheet, _normal]| [fibre]).collect();
+    let law = HolzapfelOgden.nearly_incompressible(25.0); // K [kPa]
+    let scene = Scene::new(mesh, law.along(fibres))
+        .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
+        .parameter(Parameter::log("b", "1", 1.0..=4.2))
+        .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))
+        .parameter(Parameter::log("b_f", "1", 1.0..=4.46))
+        .parameter(Parameter::linear("p", "kPa", 4.0 * MMHG..=10.0 * MMHG))
+        .load(pressure)
+        .support(Support::clamped("base"));
     Ok(scene.lower()?)
 }
 

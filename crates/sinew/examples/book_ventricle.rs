@@ -3,7 +3,7 @@
 //! `cargo run -p sinew --example book_ventricle`
 
 use sinew::laws::HolzapfelOgden;
-use sinew::{Load, Options, Parameter, Scene, Solver, Support};
+use sinew::{Law, Load, Options, Parameter, Scene, Solver, Support};
 use sinew_energy::Magnitude;
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_mesh::TruncatedEllipsoid;
@@ -25,8 +25,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // A law that reads one direction, and the pressure of the cavity as the fifth entry of θ.
     let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
-    let scene = Scene::new(mesh, HolzapfelOgden.nearly_incompressible(25.0)) // K [kPa]
-        .directions(fibres)
+    let law = HolzapfelOgden.nearly_incompressible(25.0); // K [kPa]
+    let scene = Scene::new(mesh, law.along(fibres))
         .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
         .parameter(Parameter::log("b", "1", 1.0..=4.2))
         .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))

@@ -38,7 +38,7 @@ pub(crate) use units::{LENGTH, STRESS, VOLUME, number_and_unit, stress};
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
-use sinew_energy::{Body, Magnitude, SceneError};
+use sinew_energy::{Body, Magnitude, Scene, SceneError};
 use source::Source;
 pub(crate) use source::advise;
 use std::collections::BTreeMap;
@@ -316,28 +316,19 @@ impl Case {
         let loads = self.lower_loads(&mesh, law)?;
         let supports = self.lower_supports(&mut mesh)?;
         self.prepare_factors(&mut mesh)?;
-        let form = laws::Form {
-            averaged: formulation == Formulation::Averaged,
-            mixed: formulation == Formulation::Mixed,
-            loose_rims: self.allows_loose_rims(formulation),
+        let material = self.law.material(law, self.active.contracts());
+        let scene = Scene { parameters, loads, supports, ..Scene::new(mesh, material) };
+        let scene = match formulation {
+            Formulation::Averaged => scene.averaged(),
+            Formulation::Mixed => scene.mixed(),
+            _ => scene,
         };
-        let directions = match self.fibres.as_ref().and_then(|fibres| fibres.ellipsoid) {
-            Some(rule) if law.directions > 0 => {
-                rule.directions(law, (&self.mesh, &mesh, form.mixed), &self.source)?
-            }
-            _ => fibres::directions(self.fibres.as_ref(), law, &mesh, &self.source)?,
-        };
-        let parts = laws::Parts {
-            name: self.name.clone(),
-            directions,
-            parameters,
-            loads,
-            supports,
-            form,
-            active: self.active.contracts(),
-            strain: self.law.strain.unwrap_or_default(),
-        };
-        let body = self.law.lower(law, mesh, parts).map_err(|error| self.place(error))?;
+        // One load that says so lets all pass, for `check_rims` to name those that do not say so.
+        let loose = self.loads.iter().any(|load| load.rim.is_some());
+        let mut scene = if loose { scene.loose_rims() } else { scene };
+        scene.name.clone_from(&self.name);
+        scene.material = scene.material.with_directions(self.directions(law, &scene)?);
+        let body = scene.lower().map_err(|error| self.place(error))?;
         self.check_rims(&body)?;
         self.check_bounds(&body)?;
         let body = self.with_factors(body)?;
@@ -348,6 +339,16 @@ impl Case {
         let known: Vec<_> = body.parameters.iter().filter_map(known).collect();
         let known: Vec<_> = known.iter().map(|(name, value)| (name.as_str(), *value)).collect();
         body.with_known(&known).map_err(|error| self.place(error))
+    }
+
+    /// Unit directions, as many as the law reads, of cells, nodes or quadrature points.
+    fn directions(&self, law: &laws::Row, scene: &Scene) -> Result<Vec<[f64; 3]>, CaseError> {
+        match self.fibres.as_ref().and_then(|fibres| fibres.ellipsoid) {
+            Some(rule) if law.directions > 0 => {
+                rule.directions(law, &self.mesh, scene, &self.source)
+            }
+            _ => fibres::directions(self.fibres.as_ref(), law, &scene.mesh, &self.source),
+        }
     }
 
     /// Warnings about a case that can be solved: fibres of opposite sign or by angles in radians, sizes and stiffnesses outside those of

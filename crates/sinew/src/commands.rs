@@ -3,7 +3,6 @@
 mod along;
 mod batch;
 pub(crate) mod calibrate;
-mod equilibria;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 pub(crate) mod mesh;

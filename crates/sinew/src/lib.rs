@@ -103,7 +103,7 @@ pub use sinew_emulate::{
     simulate,
 };
 pub use sinew_energy::{
-    Body, Load, Parameter, Sampling, Scene, SceneError, Support, ThetaError, Unit, laws,
+    Body, Law, Load, Parameter, Sampling, Scene, SceneError, Support, ThetaError, Unit, laws,
 };
 pub use sinew_fem::{FrozenTangent, Line, Options, Solution, SolveError, Solver, sweep};
 #[cfg(feature = "networks")]

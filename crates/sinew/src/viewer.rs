@@ -208,7 +208,7 @@ fn facts(emulator: &Emulator<'_>, motion: &Motion) -> Vec<(String, String)> {
     let percent = |share: f64| format!("{} %", digits(100.0 * share, 2));
     let mut facts = vec![
         fact("mesh", format!("{} nodes, {} cells", body.nodes, body.cell_count())),
-        fact("law", body.material.name().to_string()),
+        fact("law", body.material.law().name.to_string()),
         fact("emulator", record.about.clone()),
     ];
     if let Some(errors) = &record.held_out {

@@ -23,7 +23,7 @@ pub(crate) fn stiffness(name: &str, range: [f64; 2]) -> Parameter {
 }
 
 /// A mesh clamped at `x_min` under a vertical body force [kPa/mm].
-pub(crate) fn hanging(mesh: TetMesh, weight: f64) -> Scene<NeoHookean, 0> {
+pub(crate) fn hanging(mesh: TetMesh, weight: f64) -> Scene {
     Scene {
         name: "beam".into(),
         parameters: vec![stiffness("mu", RANGE), stiffness("lambda", RANGE)],
@@ -41,16 +41,17 @@ pub(crate) struct Beam {
 
 impl Beam {
     pub(crate) fn new() -> Self {
-        let scene = hanging(mesh(), GRAVITY);
-        let potential = scene.lower().expect("the beam is held and loaded");
+        let mesh = mesh();
+        let potential =
+            hanging(mesh.clone(), GRAVITY).lower().expect("the beam is held and loaded");
         let nodes = potential.nodes;
         let config = AugmentationConfig::for_nodes(nodes);
-        let edges = sinew_mesh::edges(&scene.mesh);
+        let edges = sinew_mesh::edges(&mesh);
         let topology =
-            augment(&scene.mesh.points, &edges, &config).expect("a beam is one connected graph");
-        let indicator = FeatureMatrix::indicator(nodes, &scene.mesh.node_sets["x_min"]).unwrap();
+            augment(&mesh.points, &edges, &config).expect("a beam is one connected graph");
+        let indicator = FeatureMatrix::indicator(nodes, &mesh.node_sets["x_min"]).unwrap();
         let geometry = Geometry {
-            features: graph_features(&topology, &scene.mesh.points, &indicator, 3).unwrap(),
+            features: graph_features(&topology, &mesh.points, &indicator, 3).unwrap(),
             global: Vec::new(),
             dirichlet: Dirichlet::of_body(&potential),
             coordinates: Coordinates::Components,

@@ -3,17 +3,14 @@
 use crate::support::heart::MMHG;
 use sinew_calibrate::{At, Observable, Patient, PatientBuilder, Segments};
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
-use sinew_energy::{Body, FiniteElement, Law, Load, Magnitude, Nodes, Parameter, Scene, Support};
-use sinew_mesh::{Field, Mesh, TruncatedEllipsoid, Wall};
+use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
+use sinew_mesh::{AnyMesh, Field, TruncatedEllipsoid, Wall};
 
 fn shape() -> Wall {
     TruncatedEllipsoid { short: [20.0, 30.0], long: [52.0, 62.0], base: 15.0 }.wall([1, 8, 4])
 }
 
-fn pressed<L: Law<0>, const N: usize>(mesh: Mesh<N>, law: L) -> Scene<L, 0, N>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+fn pressed<L: Law<0>>(mesh: impl Into<AnyMesh>, law: L) -> Scene {
     let mut scene = Scene::new(mesh, law);
     for &name in L::PARAMETERS {
         scene = scene.parameter(Parameter::log(name, "kPa", 5.0..=200.0));
@@ -73,7 +70,7 @@ fn hexahedra_have_strains_in_segments_of_a_field() {
     let segments = Segments::by_field(&mesh.clone().into(), "half").unwrap();
     let law = sinew_energy::laws::HolzapfelOgden.nearly_incompressible(25.0);
     let fibres = vec![[[0.6, 0.8, 0.0]]; mesh.cells.len()];
-    let mut scene = Scene::new(mesh, law).directions(fibres);
+    let mut scene = Scene::new(mesh, law.along(fibres));
     for (name, unit) in [("a", "kPa"), ("b", "1"), ("a_f", "kPa"), ("b_f", "1")] {
         scene = scene.parameter(Parameter::log(name, unit, 0.1..=5.0));
     }

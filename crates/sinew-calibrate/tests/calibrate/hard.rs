@@ -1,11 +1,12 @@
 //! Hard cases of patients: each ends in the answer that it should, or in an error that says what is wrong.
 
-use crate::support::heart::{MMHG, NAMES, THETA, mesh, passive, segments, wall};
+use crate::support::heart::{MMHG, NAMES, THETA, fibres, mesh, passive, segments, wall};
 use sinew_calibrate::{
     Direction, Forward, ForwardError, Observable, Patient, PatientBuilder, PatientError, Segments,
     Setting, StateError, WallCoordinates,
 };
-use sinew_energy::{Body, Scene, SceneError};
+use sinew_energy::laws::HolzapfelOgden;
+use sinew_energy::{Body, Law, Scene, SceneError};
 use sinew_fem::UnloadError;
 use sinew_fem::fibres::Surfaces;
 use sinew_mesh::{AnyMesh, Field, TruncatedEllipsoid};
@@ -112,7 +113,9 @@ fn a_cell_that_is_folded_in_the_image_is_named() {
     let middle = |i: usize| (mesh.points[b][i] + mesh.points[c][i] + mesh.points[d][i]) / 3.0;
     mesh.points[a] = std::array::from_fn(|i| 2.0 * middle(i) - mesh.points[a][i]);
     let fibres = vec![[[1.0, 0.0, 0.0]]; mesh.cells.len()];
-    let folded = Scene { mesh, directions: fibres, ..passive(crate::support::heart::mesh(), 25.0) };
+    let material = HolzapfelOgden.nearly_incompressible(25.0).along(fibres);
+    let whole = passive(crate::support::heart::mesh(), 25.0);
+    let folded = Scene { mesh: mesh.into(), material, ..whole };
     assert!(matches!(folded.lower(), Err(SceneError::InvertedCell { .. })));
 }
 
@@ -120,12 +123,10 @@ fn a_cell_that_is_folded_in_the_image_is_named() {
 #[test]
 fn signs_of_fibres_change_nothing() {
     let scene = passive(mesh(), 25.0);
-    let mut mixed = scene.clone();
-    for (cell, [fibre]) in mixed.directions.iter_mut().enumerate() {
-        if cell % 3 == 0 {
-            *fibre = fibre.map(|x| -x);
-        }
-    }
+    let mut mixed = fibres(&mesh());
+    mixed.iter_mut().step_by(3).flatten().flatten().for_each(|x| *x = -*x);
+    let material = HolzapfelOgden.nearly_incompressible(25.0).along(mixed);
+    let mixed = Scene { material, ..scene.clone() };
     let wall = wall(&mesh());
     let segments = segments(&wall);
     let seen = [scene, mixed].map(|scene| {

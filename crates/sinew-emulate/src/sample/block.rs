@@ -155,10 +155,14 @@ impl<'a> Block<'a> {
         let mut order: Vec<usize> = (0..self.found.thetas.len()).collect();
         order.sort_by_key(|&row| place(&self.found.thetas[row]));
         self.found.failures.sort_by_key(|failure| place(&failure.theta));
-        let Simulations { thetas, mut fields, failures, solve_seconds, seconds, .. } = self.found;
+        let Simulations {
+            thetas, mut fields, mut pressures, failures, solve_seconds, seconds, ..
+        } = self.found;
+        let pressure = |&row: &usize| pressures.get_mut(row).map(std::mem::take);
         Ok(Simulations {
             thetas: order.iter().map(|&row| thetas[row].clone()).collect(),
             fields: order.iter().map(|&row| std::mem::take(&mut fields[row])).collect(),
+            pressures: order.iter().filter_map(pressure).collect(),
             solve_seconds: order.iter().map(|&row| solve_seconds[row]).collect(),
             failures,
             branched,

@@ -26,6 +26,8 @@ pub struct Simulations {
     pub thetas: Vec<Vec<f64>>,
     /// Displacements, sample by sample, node by node \[length\].
     pub fields: Vec<Vec<f64>>,
+    /// Fields of pressure of mixed elements, sample by sample \[stress\]; none for other bodies. Not stored.
+    pub pressures: Vec<Vec<f64>>,
     /// Samples that have no solution.
     pub failures: Vec<Failure>,
     /// Parameters at which a rising load leads to another stable equilibrium than the solution. At most [`MOST_COMPARED`]
@@ -86,6 +88,7 @@ impl Simulations {
         let share = count.min(self.fields.len()) as f64 / self.fields.len().max(1) as f64;
         self.thetas.truncate(count);
         self.fields.truncate(count);
+        self.pressures.truncate(count);
         self.solve_seconds.truncate(count);
         self.seconds *= share;
     }
@@ -94,6 +97,7 @@ impl Simulations {
     pub(crate) fn push(&mut self, theta: Vec<f64>, solution: Solution) {
         self.thetas.push(theta);
         self.fields.push(solution.displacement);
+        self.pressures.extend(Some(solution.pressure).filter(|field| !field.is_empty()));
         self.solve_seconds.push(solution.seconds);
     }
 
@@ -101,6 +105,7 @@ impl Simulations {
     pub(crate) fn extend(&mut self, more: Self) {
         self.thetas.extend(more.thetas);
         self.fields.extend(more.fields);
+        self.pressures.extend(more.pressures);
         self.failures.extend(more.failures);
         self.branched.extend(more.branched);
         self.jumped.extend(more.jumped);
@@ -128,7 +133,7 @@ impl Simulations {
 /// holds for the same θ and body is kept.
 ///
 /// # Errors
-/// A body without a potential, or that cannot be solved for any θ, files that cannot be written or hold other samples or those of
+/// A body that cannot be solved for any θ, a folder for one without a potential, files that cannot be written or hold other samples or those of
 /// another body, an observer that breaks. Samples without a solution are no error, see [`Simulations::failures`].
 #[doc(alias("snapshots", "training data"))]
 pub fn simulate(
@@ -154,7 +159,7 @@ pub fn simulate_by(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Simulations> {
-    if !body.has_potential() {
+    if folder.is_some() && !body.has_potential() {
         // Neither its identity nor its files would hold followers and pressures.
         return Err(SolveError::NoPotential.into());
     }
@@ -218,7 +223,8 @@ fn solved(
     resume_sweep(body, thetas, &earlier, options, each, watch)?;
     let (block, _, outcome) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
     outcome?;
-    block.close(body, options.load_steps == LoadSteps::WhenNeeded)
+    let compare = body.has_potential() && options.load_steps == LoadSteps::WhenNeeded;
+    block.close(body, compare)
 }
 
 const THETAS: &str = "theta.npy";

@@ -25,7 +25,11 @@ fn a_pressure_with_a_loose_rim_is_refused_by_every_door() {
     refused(Emulator::taylor(&body, 1).map(drop));
     refused(FrozenStiffness::new(&body).map(drop));
     refused(FrozenStiffness::new(&held).unwrap().on(&body).map(drop));
-    refused(simulate(&body, &[body.centre()], "solve", None, &mut ()).map(drop));
+    // It is solved, but not stored.
+    let folder = tempfile::tempdir().unwrap();
+    let simulated = |folder| simulate(&body, &[body.centre()], "solve", folder, &mut ());
+    refused(simulated(Some(folder.path())).map(drop));
+    assert_eq!(simulated(None).unwrap().fields.len(), 1);
     let options = TrainingOptions::default();
     refused(Regression::default().train(&body, &options, &mut ()).map(drop));
     refused(Taylor.train(&body, &options, &mut ()).map(drop));

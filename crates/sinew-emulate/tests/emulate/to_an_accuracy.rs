@@ -6,7 +6,7 @@ use sinew_emulate::{
 };
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::metrics::displacement_error;
-use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
+use sinew_energy::{Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{Options, Solver, sweep};
 use sinew_mesh::{TruncatedEllipsoid, VentricleShape, box_tetrahedra};
@@ -29,8 +29,9 @@ fn ventricle(numbers: &[f64]) -> Body {
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY).unwrap();
     let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
-    let scene = Scene::new(mesh, HolzapfelOgden.nearly_incompressible(25.0)) // K [kPa]
-        .directions(frames.iter().map(|&[fibre, _, _]| [fibre]).collect())
+    let law = HolzapfelOgden.nearly_incompressible(25.0); // K [kPa]
+    let fibres = frames.iter().map(|&[fibre, _, _]| [fibre]).collect();
+    let scene = Scene::new(mesh, law.along(fibres))
         .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
         .parameter(Parameter::log("b", "1", 1.0..=4.2))
         .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))

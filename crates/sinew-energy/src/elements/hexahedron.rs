@@ -1,7 +1,6 @@
 //! Trilinear hexahedra on \[−1, 1\]³.
 
 use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
-use sinew_mesh::{AnyMesh, Mesh};
 
 /// Corners in the order of VTK.
 const CORNERS: [[f64; 3]; 8] = [
@@ -45,9 +44,5 @@ impl FiniteElement<8> for Nodes<8> {
 
     fn facet_rule() -> FacetRule {
         FacetRule::quadrilateral()
-    }
-
-    fn any(mesh: Mesh<8>) -> AnyMesh {
-        mesh.into()
     }
 }

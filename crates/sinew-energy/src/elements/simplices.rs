@@ -20,10 +20,6 @@ macro_rules! simplices {
             fn facet_rule() -> FacetRule {
                 FacetRule::$facets()
             }
-
-            fn any(mesh: Mesh<$corners>) -> AnyMesh {
-                mesh.into()
-            }
         }
 
         impl FiniteElement<$nodes> for Nodes<$nodes> {
@@ -57,10 +53,6 @@ macro_rules! simplices {
 
             fn corner_shape(at: [f64; 3]) -> Vec<f64> {
                 barycentric(at).to_vec()
-            }
-
-            fn any(mesh: Mesh<$nodes>) -> AnyMesh {
-                mesh.into()
             }
         }
     };

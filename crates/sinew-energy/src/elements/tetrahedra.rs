@@ -2,7 +2,6 @@
 
 use super::simplices::simplices;
 use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
-use sinew_mesh::{AnyMesh, Mesh};
 
 /// Edges in the order of VTK's quadratic tetrahedron.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];

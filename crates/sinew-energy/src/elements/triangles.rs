@@ -2,7 +2,6 @@
 
 use super::simplices::simplices;
 use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
-use sinew_mesh::{AnyMesh, Mesh};
 
 const EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 const SLOPES: [[f64; 3]; 3] = [[-1.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];

@@ -1,103 +1,92 @@
 //! Material directions at the quadrature points.
 
 use super::Setup;
-use super::geometry::orthonormal;
-use crate::SceneError;
-use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
+use super::geometry::{DIRECTION_TOLERANCE, orthonormalise};
+use crate::elements::{FiniteElement, Nodes};
+use crate::{Material, SceneError};
 use sinew_num::dot3;
-
-/// Largest error of the length of a unit vector and of the product of perpendicular ones: directions in files may have
-/// single precision.
-const DIRECTION_TOLERANCE: f64 = 1e-5;
+use std::sync::Arc;
 
 impl<const N: usize> Setup<'_, N>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    /// Orthonormal directions at each quadrature point, from one row per cell, point or node that is so to the digits of
-    /// a file.
-    pub(super) fn directions_at<const D: usize>(
-        &self,
-        rule: &[QuadraturePoint],
-        rows: &[[[f64; 3]; D]],
-    ) -> Result<Vec<[[f64; 3]; D]>, SceneError> {
-        let (cells, given) = (self.mesh.cells.len(), rows.len());
-        let points = cells * rule.len();
-        if D == 0 {
-            return Ok(Vec::new());
+    /// The material with orthonormal directions at each quadrature point, from one row per cell, point or node that is so to the
+    /// digits of a file.
+    pub(super) fn material(&self) -> Result<Arc<dyn Material>, SceneError> {
+        let material = &self.scene.material;
+        let needed = material.law().directions;
+        if needed == 0 {
+            return Ok(material.clone());
         }
-        let nodes = self.mesh.points.len();
+        let (cells, nodes) = (self.mesh.cells.len(), self.mesh.points.len());
+        let (points, given) = (cells * self.rule.len(), material.points().unwrap_or(0));
         if ![cells, points, nodes].contains(&given) {
-            return Err(SceneError::DirectionCount { needed: D, cells, given, points, nodes });
+            return Err(SceneError::DirectionCount { needed, cells, given, points, nodes });
         }
-        check_directions(rows)?;
-        let rows = rows.iter().enumerate().map(|(row, sum)| checked(row, *sum));
-        let rows: Vec<_> = rows.collect::<Result<_, _>>()?;
-        if given == points {
-            return Ok(rows);
+        let mut rows = Vec::with_capacity(needed * given);
+        for row in 0..given {
+            check_directions(row, material.directions(row))?;
+            rows.extend_from_slice(material.directions(row));
+            orthonormalise(&mut rows[needed * row..]);
         }
-        if given == cells {
-            return Ok(rows.iter().flat_map(|row| vec![*row; rule.len()]).collect());
-        }
-        let shapes: Vec<_> = rule.iter().map(|point| Nodes::<N>::shape(point.at)).collect();
-        let mut directions = Vec::with_capacity(points);
+        Ok(material.with_directions(match given {
+            _ if given == points => rows,
+            _ if given == cells => {
+                rows.chunks_exact(needed).flat_map(|row| row.repeat(self.rule.len())).collect()
+            }
+            _ => self.interpolated(&rows, needed)?,
+        }))
+    }
+
+    /// Directions of nodes at the quadrature points.
+    fn interpolated(&self, rows: &[[f64; 3]], needed: usize) -> Result<Vec<[f64; 3]>, SceneError> {
+        let shapes: Vec<_> = self.rule.iter().map(|point| Nodes::<N>::shape(point.at)).collect();
+        let mut directions = Vec::with_capacity(needed * self.mesh.cells.len() * shapes.len());
         for (cell, nodes) in self.mesh.cells.iter().enumerate() {
-            let nodal = nodes.map(|node| rows[node]);
             for shape in &shapes {
-                directions.push(checked(cell, interpolate(&nodal, shape))?);
+                let start = directions.len();
+                for direction in 0..needed {
+                    let nodal = nodes.map(|node| rows[needed * node + direction]);
+                    directions.push(interpolate(&nodal, shape));
+                }
+                if let Some((direction, length)) = orthonormalise(&mut directions[start..]) {
+                    return Err(SceneError::NotUnit { cell, direction, length });
+                }
             }
         }
         Ok(directions)
     }
 }
 
-fn check_directions<const D: usize>(rows: &[[[f64; 3]; D]]) -> Result<(), SceneError> {
-    for (cell, directions) in rows.iter().enumerate() {
-        for (direction, d) in directions.iter().enumerate() {
-            let length = dot3(d, d).sqrt();
-            // Written so that a NaN is an error as well.
-            let unit = (length - 1.0).abs() <= DIRECTION_TOLERANCE;
-            if !unit {
-                return Err(SceneError::NotUnit { cell, direction, length });
-            }
-            for other in 0..direction {
-                let product = dot3(d, &directions[other]);
-                if product.abs() > DIRECTION_TOLERANCE {
-                    let pair = [other, direction];
-                    return Err(SceneError::NotPerpendicular { cell, pair, product });
-                }
+fn check_directions(cell: usize, directions: &[[f64; 3]]) -> Result<(), SceneError> {
+    for (direction, d) in directions.iter().enumerate() {
+        let length = dot3(d, d).sqrt();
+        // Written so that a NaN is an error as well.
+        let unit = (length - 1.0).abs() <= DIRECTION_TOLERANCE;
+        if !unit {
+            return Err(SceneError::NotUnit { cell, direction, length });
+        }
+        for other in 0..direction {
+            let product = dot3(d, &directions[other]);
+            if product.abs() > DIRECTION_TOLERANCE {
+                return Err(SceneError::NotPerpendicular {
+                    cell,
+                    pair: [other, direction],
+                    product,
+                });
             }
         }
     }
     Ok(())
 }
 
-/// Nodal directions interpolated at a point. A direction has no sense, so each is given the sign of the first node's.
-fn interpolate<const D: usize, const N: usize>(
-    nodal: &[[[f64; 3]; D]; N],
-    shape: &[f64; N],
-) -> [[f64; 3]; D] {
-    std::array::from_fn(|direction| {
-        let mut sum = [0.0; 3];
-        for (row, weight) in nodal.iter().zip(shape) {
-            let d = &row[direction];
-            let sign = if dot3(d, &nodal[0][direction]) < 0.0 { -1.0 } else { 1.0 };
-            (0..3).for_each(|i| sum[i] += sign * weight * d[i]);
-        }
-        sum
-    })
-}
-
-/// Directions made orthonormal in their order; exact ones stay as they are.
-fn checked<const D: usize>(
-    cell: usize,
-    directions: [[f64; 3]; D],
-) -> Result<[[f64; 3]; D], SceneError> {
-    let (directions, lengths) = orthonormal(directions);
-    // Written so that a NaN is an error as well.
-    let unit = |length: &f64| *length > DIRECTION_TOLERANCE;
-    match lengths.iter().position(|length| !unit(length)) {
-        None => Ok(directions),
-        Some(at) => Err(SceneError::NotUnit { cell, direction: at, length: lengths[at] }),
+/// A nodal direction interpolated at a point. A direction has no sense, so each is given the sign of the first node's.
+fn interpolate<const N: usize>(nodal: &[[f64; 3]; N], shape: &[f64; N]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for (d, weight) in nodal.iter().zip(shape) {
+        let sign = if dot3(d, &nodal[0]) < 0.0 { -1.0 } else { 1.0 };
+        (0..3).for_each(|i| sum[i] += sign * weight * d[i]);
     }
+    sum
 }

@@ -1,7 +1,8 @@
 //! Shape functions at the quadrature points of a mesh.
 
-use crate::SceneError;
+use super::own_rule;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
+use crate::{Scene, SceneError};
 use sinew_mesh::Mesh;
 use sinew_num::{cross, dot3};
 
@@ -66,17 +67,41 @@ where
     (gradients, determinant)
 }
 
-/// Vectors made orthonormal in their order, and the lengths of their parts perpendicular to those before.
-pub(crate) fn orthonormal<const D: usize>(mut vectors: [[f64; 3]; D]) -> ([[f64; 3]; D], [f64; D]) {
-    let mut lengths = [0.0; D];
-    for at in 0..D {
+/// Places of the quadrature points of a scene, cell by cell.
+pub(super) fn places<const N: usize>(scene: &Scene, mesh: &Mesh<N>) -> Vec<[f64; 3]>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    let rule = own_rule::<N>(scene).iter();
+    let shapes: Vec<[f64; N]> = rule.map(|point| Nodes::<N>::shape(point.at)).collect();
+    let place = |cell: &[usize; N], shape: &[f64; N]| -> [f64; 3] {
+        std::array::from_fn(|i| {
+            cell.iter().zip(shape).map(|(&node, n)| n * mesh.points[node][i]).sum()
+        })
+    };
+    mesh.cells.iter().flat_map(|cell| shapes.iter().map(|shape| place(cell, shape))).collect()
+}
+
+/// Largest error of the length of a unit vector and of the product of perpendicular ones: directions in files may have
+/// single precision.
+pub(super) const DIRECTION_TOLERANCE: f64 = 1e-5;
+
+/// Makes vectors orthonormal in their order: number and length of the first whose part across those before it is too short.
+pub(crate) fn orthonormalise(vectors: &mut [[f64; 3]]) -> Option<(usize, f64)> {
+    let mut short = None;
+    for at in 0..vectors.len() {
         let mut vector = vectors[at];
         for other in &vectors[..at] {
             let along = dot3(&vector, other);
             (0..3).for_each(|i| vector[i] -= along * other[i]);
         }
-        lengths[at] = dot3(&vector, &vector).sqrt();
-        vectors[at] = vector.map(|x| x / lengths[at]);
+        let length = dot3(&vector, &vector).sqrt();
+        vectors[at] = vector.map(|x| x / length);
+        // Written so that a NaN is short as well.
+        let long = length > DIRECTION_TOLERANCE;
+        if !long {
+            short = short.or(Some((at, length)));
+        }
     }
-    (vectors, lengths)
+    short
 }

@@ -2,7 +2,7 @@
 
 use super::{Held, Setup, finite};
 use crate::cavity::{Cavity, FLAT, Surroundings, sorted};
-use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
+use crate::elements::{FiniteElement, Nodes};
 use crate::rim::rim_origin;
 use crate::{Load, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError};
 use sinew_mesh::{boundary_facets, extents};
@@ -14,13 +14,10 @@ where
     Nodes<N>: FiniteElement<N>,
 {
     /// Loads and springs per reference volume and area, and forces on nodes.
-    pub(super) fn reference_loads(
-        &self,
-        rule: &[QuadraturePoint],
-    ) -> Result<ReferenceLoads, SceneError> {
-        let shapes = rule.iter().map(|p| Nodes::<N>::shape(p.at).to_vec()).collect();
+    pub(super) fn reference_loads(&self) -> Result<ReferenceLoads, SceneError> {
+        let shapes = self.rule.iter().map(|p| Nodes::<N>::shape(p.at).to_vec()).collect();
         let mut loads = ReferenceLoads { shapes, ..ReferenceLoads::default() };
-        for load in self.loads {
+        for load in &self.scene.loads {
             match load {
                 Load::BodyForce(density) => {
                     density.iter().try_for_each(|&b| finite(b, || "a body force".into()))?;
@@ -90,7 +87,7 @@ where
     /// The cavities that pressures act in, in three dimensions.
     pub(super) fn cavities(&self, held: &Held) -> Result<Vec<Cavity>, SceneError> {
         let solid = sinew_mesh::Mesh::<N>::ELEMENT.dimension == 3;
-        let names = self.loads.iter().filter_map(Load::pressure).map(|(_, name, _)| name);
+        let names = self.scene.loads.iter().filter_map(Load::pressure).map(|(_, name, _)| name);
         let mut seen = HashSet::new();
         let names = names.filter(|name| solid && seen.insert(*name));
         names.filter_map(|name| self.cavity(name, held).transpose()).collect()
@@ -126,7 +123,7 @@ where
         held: &Held,
     ) -> Result<(Vec<PressureSurface>, Vec<PressureSurface>), SceneError> {
         let (mut pressures, mut followers) = (Vec::new(), Vec::new());
-        for (form, name, magnitude) in self.loads.iter().filter_map(Load::pressure) {
+        for (form, name, magnitude) in self.scene.loads.iter().filter_map(Load::pressure) {
             let (points, facets) = (&self.mesh.points, self.facet_nodes(name)?);
             let rule = Nodes::<N>::facet_rule();
             let potential_origin = match form {
@@ -136,7 +133,9 @@ where
             };
             let (origin, has_potential) = match potential_origin {
                 Ok(origin) => (origin, true),
-                Err(_) if self.loose_rims && form == PressureForm::Follower => {
+                Err(_)
+                    if self.scene.discretisation.loose_rims && form == PressureForm::Follower =>
+                {
                     (points[facets[0][0]], false)
                 }
                 Err(error) => return Err(error),

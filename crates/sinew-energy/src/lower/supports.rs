@@ -84,14 +84,15 @@ impl<const N: usize> Setup<'_, N> {
         if Mesh::<N>::ELEMENT.dimension == 2 {
             held.prescribed.iter_mut().skip(2).step_by(3).for_each(|u| *u = Some(0.0));
         }
-        for support in self.supports {
+        for support in &self.scene.supports {
             self.hold_components(support, &mut held.prescribed)?;
         }
-        for support in self.supports {
+        for support in &self.scene.supports {
             self.hold_directions(support, &mut held)?;
         }
         // Springs may hold what supports do not; the solver checks the rigid motions.
-        let foundation = self.loads.iter().any(|load| matches!(load, Load::Foundation { .. }));
+        let foundation =
+            self.scene.loads.iter().any(|load| matches!(load, Load::Foundation { .. }));
         let holds = |axis: usize| {
             let dofs = (0..held.prescribed.len()).filter(|&dof| held.prescribed[dof].is_some());
             dofs.map(|dof| held.frames.axis(dof)).any(|along| along[axis].abs() > SAME_DIRECTION)
@@ -183,7 +184,8 @@ impl<const N: usize> Setup<'_, N> {
                 let nodes = self.mesh.node_sets.get(&other.nodes);
                 !std::ptr::eq(*other, support) && nodes.is_some_and(|set| set.contains(&node))
             };
-            let others = self.supports.iter().filter(holds).map(|s| s.nodes.clone()).collect();
+            let others =
+                self.scene.supports.iter().filter(holds).map(|s| s.nodes.clone()).collect();
             let name = support.nodes.clone();
             SceneError::Conflict { node, name, others, direction, first, second }
         })

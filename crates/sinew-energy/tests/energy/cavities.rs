@@ -1,11 +1,9 @@
 //! Volumes of cavities against closed forms, rigid motions and differences.
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{
-    Body, FiniteElement, Load, Magnitude, Nodes, Parameter, Prescribed, Scene, Support,
-};
+use sinew_energy::{Body, Load, Magnitude, Parameter, Prescribed, Scene, Support};
 use sinew_mesh::{
-    Biventricle, HexMesh, Mesh, TetMesh, TruncatedEllipsoid, boundary_facets, box_tetrahedra,
+    AnyMesh, Biventricle, HexMesh, TetMesh, TruncatedEllipsoid, boundary_facets, box_tetrahedra,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -17,10 +15,7 @@ const RIGID: f64 = 1e-12;
 const DIFFERENCE: f64 = 1e-6;
 
 /// A body under pressures in cavities, held by springs where supports do not hold it.
-fn body<const N: usize>(mesh: Mesh<N>, cavities: &[&str], supports: Vec<Support>) -> Body
-where
-    Nodes<N>: FiniteElement<N>,
-{
+fn body(mesh: impl Into<AnyMesh>, cavities: &[&str], supports: Vec<Support>) -> Body {
     let mut scene = Scene::new(mesh, NeoHookean)
         .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
         .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0));

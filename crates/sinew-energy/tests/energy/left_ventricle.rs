@@ -2,14 +2,12 @@
 //! follower load.
 
 use crate::ventricles::{fixture, ventricles};
-use sinew_energy::laws::{Compressible, HolzapfelOgdenCompressible};
-use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Solid, Support};
-use sinew_mesh::TetMesh;
-
-type Ventricle = Scene<Solid<HolzapfelOgdenCompressible, Compressible>, 1>;
+use sinew_energy::laws::HolzapfelOgdenCompressible;
+use sinew_energy::{Law, Load, Magnitude, Parameter, Sampling, Scene, Support};
+use sinew_mesh::{AnyMesh, TetMesh};
 
 /// θ = (a, b, a_f, b_f, pressure).
-fn scene(mesh: TetMesh, load: fn(String, Magnitude) -> Load) -> Ventricle {
+fn scene(mesh: TetMesh, load: fn(String, Magnitude) -> Load) -> Scene {
     // Files hold unit vectors to nine digits; the scene and the independent program make them units.
     let fibres = mesh.cell_fields["fibre"].to_vectors::<3>().expect("three components");
     let parameter = |name: &str| Parameter {
@@ -18,20 +16,20 @@ fn scene(mesh: TetMesh, load: fn(String, Magnitude) -> Load) -> Ventricle {
         range: [0.1, 5.2],
         sampling: Sampling::Log,
     };
+    let fibres = fibres.into_iter().map(|fibre| [fibre]).collect();
     Scene {
         name: "left ventricle".into(),
-        directions: fibres.into_iter().map(|fibre| [fibre]).collect(),
         parameters: ["a", "b", "a_f", "b_f", "p"].map(parameter).into(),
         loads: vec![load("region:1".into(), Magnitude::Theta(4))],
         supports: vec![Support::clamped("base")],
-        ..Scene::new(mesh, HolzapfelOgdenCompressible::THESIS_KPA)
+        ..Scene::new(mesh, HolzapfelOgdenCompressible::THESIS_KPA.along(fibres))
     }
 }
 
 /// A displacement that vanishes where the mesh is clamped.
-fn motion(mesh: &TetMesh, at: impl Fn(&[f64; 3]) -> [f64; 3]) -> Vec<f64> {
-    let mut u: Vec<_> = mesh.points.iter().map(at).collect();
-    mesh.node_sets["base"].iter().for_each(|&node| u[node] = [0.0; 3]);
+fn motion(mesh: &AnyMesh, at: impl Fn(&[f64; 3]) -> [f64; 3]) -> Vec<f64> {
+    let mut u: Vec<_> = mesh.points().iter().map(at).collect();
+    mesh.node_sets()["base"].iter().for_each(|&node| u[node] = [0.0; 3]);
     u.into_flattened()
 }
 
@@ -72,7 +70,7 @@ fn cavity_pressure_inflates_a_ventricle() {
     }
 }
 
-fn inflates(name: &str, scene: &Ventricle) {
+fn inflates(name: &str, scene: &Scene) {
     // The rim of the endocardium lies on the clamped base, or this would be refused.
     let potential = scene.lower().expect("the ventricle is a scene");
     let theta = [0.18, 2.6, 3.34, 2.73, 1.0];

@@ -8,7 +8,7 @@ use sinew_energy::{
 use sinew_mesh::{boundary_facets, box_tetrahedra};
 use sinew_num::Mat3;
 
-fn scene(load: Load, supports: Vec<Support>) -> Scene<NeoHookean, 0> {
+fn scene(load: Load, supports: Vec<Support>) -> Scene {
     let mut mesh = box_tetrahedra([3.0, 2.0, 1.0], [4, 3, 2]);
     let all = boundary_facets(&mesh);
     mesh.facet_sets.insert("all".into(), all);
@@ -75,7 +75,7 @@ fn follower_energy_is_pressure_times_change_of_volume() {
         let u = wobble(&potential, size);
         let volume = |u: &[f64]| {
             let place = |&node: &usize| -> [f64; 3] {
-                std::array::from_fn(|i| scene.mesh.points[node][i] + u[3 * node + i])
+                std::array::from_fn(|i| scene.mesh.points()[node][i] + u[3 * node + i])
             };
             let cones = triangles(load)
                 .iter()
@@ -95,7 +95,7 @@ fn follower_gradient_is_pressure_along_the_deformed_normals() {
     let load = &potential.pressures[0];
     let u = wobble(&potential, 0.1);
     let place = |node: usize| -> [f64; 3] {
-        std::array::from_fn(|i| scene.mesh.points[node][i] + u[3 * node + i])
+        std::array::from_fn(|i| scene.mesh.points()[node][i] + u[3 * node + i])
     };
     // Each node carries a third of p n da of its facets.
     let mut expected = vec![0.0; u.len()];
@@ -153,7 +153,7 @@ fn the_stand_in_is_right_at_rest_only() {
         scene(stand_in("all"), clamped()).lower().unwrap(),
     );
     let [true_load, thesis] = [&true_load.pressures[0], &thesis.pressures[0]].map(Clone::clone);
-    let nodes = scene(follower("all"), clamped()).mesh.points;
+    let nodes = scene(follower("all"), clamped()).mesh.points().to_vec();
     let rest = vec![0.0; 3 * nodes.len()];
     let both = |u: &[f64]| [gradient(&true_load, u, &THETA), gradient(&thesis, u, &THETA)];
     let [a, b] = both(&rest);
@@ -170,7 +170,7 @@ fn the_stand_in_is_right_at_rest_only() {
 }
 
 /// A tube whose ends slide across x, its rim there uneven by a part of its size.
-fn uneven(part: f64) -> Scene<NeoHookean, 0> {
+fn uneven(part: f64) -> Scene {
     let roller = |set: &str| Support::uniform(set, [Some(0.0), None, None]);
     let supports = vec![
         Support::clamped("x_min"),
@@ -180,9 +180,11 @@ fn uneven(part: f64) -> Scene<NeoHookean, 0> {
     ];
     let mut scene = scene(follower("z_max"), supports);
     let scatter = |node: usize| ((node * 7919 + 13) % 101) as f64 / 50.0 - 1.0;
-    for node in scene.mesh.node_sets["x_max"].clone() {
-        scene.mesh.points[node][0] += part * 3.0 * scatter(node);
+    let mut points = scene.mesh.points().to_vec();
+    for &node in &scene.mesh.node_sets()["x_max"] {
+        points[node][0] += part * 3.0 * scatter(node);
     }
+    scene.mesh.place_points(&points);
     scene
 }
 

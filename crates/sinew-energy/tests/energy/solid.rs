@@ -1,9 +1,7 @@
 //! Solids of three parts.
 
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean, NeoHookeanShape};
-use sinew_energy::{
-    ActiveStress, Body, Exact, Invariants, Law, Parameter, Scene, Support, at_points,
-};
+use sinew_energy::{ActiveStress, Body, Exact, Invariants, Law, Parameter, Scene, Support};
 use sinew_num::{Mat3, Scalar};
 
 /// Holds no value, and yet is a stress.
@@ -30,7 +28,7 @@ fn an_active_stress_without_values_of_its_own_counts() {
 #[test]
 fn a_point_without_directions_is_outside_the_domain() {
     let law = HolzapfelOgden.nearly_incompressible(25.0);
-    let (material, theta) = (at_points(law, vec![[[1.0, 0.0, 0.0]]; 2]), [0.2, 2.0, 3.0, 2.0]);
+    let (material, theta) = (law.along(vec![[[1.0, 0.0, 0.0]]; 2]), [0.2, 2.0, 3.0, 2.0]);
     let energy = |point| material.energy(point, &theta, &Mat3::ZERO, None);
     assert_eq!((energy(1), energy(2)), (0.0, f64::INFINITY));
     assert_eq!(material.stress(2, &theta, &Mat3::ZERO, None), (f64::INFINITY, Mat3::ZERO));

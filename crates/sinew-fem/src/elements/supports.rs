@@ -127,13 +127,13 @@ mod tests {
             .support(Support::clamped("x_min"))
             .support(Support::along("x_max", [3.0, 0.0, 4.0], 2.0));
         let potential = scene.lower().unwrap();
-        let node = scene.mesh.node_sets["x_max"][0];
+        let node = scene.mesh.node_sets()["x_max"][0];
         let close = |a: [f64; 3], b: [f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() < 1e-14);
         let vector = [1.0, 2.0, -3.0];
         // (0.6, 0, 0.8) · vector = −1.8.
         assert!(close(part(&potential, node, &vector, true), [-1.08, 0.0, -1.44]));
         assert!(close(part(&potential, node, &vector, false), [2.08, 2.0, -1.56]));
-        let clamped = scene.mesh.node_sets["x_min"][0];
+        let clamped = scene.mesh.node_sets()["x_min"][0];
         assert_eq!(part(&potential, clamped, &vector, true), vector);
 
         let mut u = vec![0.5; potential.prescribed.len()];

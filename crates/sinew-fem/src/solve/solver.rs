@@ -25,15 +25,14 @@ const SAME: f64 = 1e-4;
 /// return [`SolveError::NoPotential`] there.
 ///
 /// ```
-/// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::Guccione};
+/// use sinew_energy::{Law, Load, Magnitude, Parameter, Scene, Support, laws::Guccione};
 /// use sinew_fem::{Options, Solver};
 /// use sinew_mesh::box_tetrahedra;
 ///
 /// // Problem 1 of Land et al. (2015) on a coarse mesh: a beam under pressure from below.
 /// let mesh = box_tetrahedra([10.0, 1.0, 1.0], [10, 1, 1]).quadratic();
 /// let law = Guccione.nearly_incompressible(3.0); // the field of pressure brings the rest
-/// let scene = Scene::new(mesh, law)
-///     .directions(vec![Guccione::frame([1.0, 0.0, 0.0]); 60])
+/// let scene = Scene::new(mesh, law.along(vec![Guccione::frame([1.0, 0.0, 0.0]); 60]))
 ///     .parameter(Parameter::log("C", "kPa", 2.0..=2.0))
 ///     .parameter(Parameter::log("b_f", "1", 8.0..=8.0))
 ///     .parameter(Parameter::log("b_t", "1", 2.0..=2.0))
@@ -43,7 +42,7 @@ const SAME: f64 = 1e-4;
 /// let scene = scene.mixed();
 /// let body = scene.lower()?;
 /// let solution = Solver::new(&body)?.solve(&[2.0, 8.0, 2.0, 4.0], &Options::default())?;
-/// let corner = scene.mesh.points.iter().position(|&x| x == [10.0, 0.0, 1.0]).unwrap();
+/// let corner = scene.mesh.points().iter().position(|&x| x == [10.0, 0.0, 1.0]).unwrap();
 /// let z = 1.0 + solution.displacement[3 * corner + 2];
 /// assert!((z - 4.05).abs() < 0.1, "{z}"); // mm; 4.16 on fine meshes
 /// # Ok::<(), Box<dyn std::error::Error>>(())

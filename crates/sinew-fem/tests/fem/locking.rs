@@ -2,34 +2,34 @@
 
 use crate::support::parameters;
 use sinew_energy::laws::{ByYoungPoisson, HolzapfelOgden, NeoHookean};
-use sinew_energy::{Body, Law, Load, Magnitude, Nodes, Scene, Support};
-use sinew_energy::{FiniteElement, Parameter};
+use sinew_energy::{Body, IntoMaterial, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{
     FormulationDifference, Options, Solver, compare_formulations, locking, locking_over_ranges,
 };
-use sinew_mesh::{Mesh, TetMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
+use sinew_mesh::{AnyMesh, TetMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
 
 /// Factor by which a foreseen share may differ from the measured one.
 const FACTOR: f64 = 2.0;
 const MU: f64 = 75.0;
 
-fn scene<L: Law<D>, const D: usize, const N: usize>(
-    law: L,
-    mesh: Mesh<N>,
+fn scene(
+    material: impl IntoMaterial,
+    mesh: impl Into<AnyMesh>,
     loads: Vec<Load>,
     held: &str,
-) -> Scene<L, D, N> {
+) -> Scene {
+    let scene = Scene::new(mesh, material);
     Scene {
         name: "locking".into(),
-        parameters: parameters(L::PARAMETERS),
+        parameters: parameters(scene.material.parameters()),
         loads,
         supports: vec![Support::clamped(held)],
-        ..Scene::new(mesh, law)
+        ..scene
     }
 }
 
-fn beam<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
+fn beam(mesh: impl Into<AnyMesh>) -> Scene {
     scene(NeoHookean, mesh, vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], "x_min")
 }
 
@@ -49,8 +49,8 @@ fn solved(body: &Body, theta: &[f64]) -> Vec<f64> {
 }
 
 /// Deflection of the lower edge's end of the beam.
-fn tip<const N: usize>(mesh: &Mesh<N>, body: &Body, theta: &[f64]) -> f64 {
-    let end = mesh.points.iter().position(|x| *x == [100.0, 0.0, 0.0]).unwrap();
+fn tip(body: &Body, theta: &[f64]) -> f64 {
+    let end = body.positions.iter().position(|x| *x == [100.0, 0.0, 0.0]).unwrap();
     solved(body, theta)[3 * end + 2]
 }
 
@@ -73,13 +73,13 @@ fn what_the_beam_loses_under_its_weight_is_foreseen() {
             ("linear tetrahedra", tets.lower().unwrap()),
             ("averaged tetrahedra", tets.clone().averaged().lower().unwrap()),
         ] {
-            check(kind, &body, tip(&tets.mesh, &body, &theta));
+            check(kind, &body, tip(&body, &theta));
         }
         for (kind, body) in [
             ("hexahedra", hexahedra.lower().unwrap()),
             ("averaged hexahedra", hexahedra.clone().averaged().lower().unwrap()),
         ] {
-            check(kind, &body, tip(&hexahedra.mesh, &body, &theta));
+            check(kind, &body, tip(&body, &theta));
         }
         let quadratic = beam(box_tetrahedra(size, cells).quadratic());
         assert_eq!(locking(&quadratic.lower().unwrap(), &theta), Ok(None));
@@ -152,12 +152,10 @@ fn what_a_ventricle_loses_is_foreseen() {
     let names = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let fibres = by_rule(&mesh, &names, &FibreRule::SIXTY).unwrap();
     let law = HolzapfelOgden.nearly_incompressible(25.0);
-    let with = |directions| move |scene: Scene<_, 1, 4>| Scene { directions, ..scene };
     let linear: Vec<_> = fibres.iter().map(|frame| [frame[0]]).collect();
     let quadratic: Vec<_> = linear.iter().flat_map(|fibre| [*fibre; 4]).collect();
-    let mut own = with(linear)(scene(law, mesh.clone(), pressure(4), "base"));
-    let mut better = scene(law, mesh.quadratic(), pressure(4), "base");
-    better.directions = quadratic;
+    let mut own = scene(law.along(linear), mesh.clone(), pressure(4), "base");
+    let mut better = scene(law.along(quadratic), mesh.quadratic(), pressure(4), "base");
     own.parameters.push(parameters(&["p"]).remove(0));
     better.parameters = own.parameters.clone();
     let bodies = [own.lower().unwrap(), better.lower().unwrap()];
@@ -207,13 +205,11 @@ fn a_range_is_judged_by_its_worst_corner() {
 
 #[test]
 fn other_meshes_of_the_same_body_are_compared_at_its_nodes() {
-    fn tilted<const N: usize>(mesh: Mesh<N>) -> (Body, Vec<f64>)
-    where
-        Nodes<N>: FiniteElement<N>,
-    {
+    fn tilted(mesh: impl Into<AnyMesh>) -> (Body, Vec<f64>) {
+        let body = beam(mesh).lower().unwrap();
         let field = |x: &[f64; 3]| [0.1 * x[1], 0.2 * x[0] - x[2], 0.3];
-        let field = mesh.points.iter().flat_map(field).collect();
-        (beam(mesh).lower().unwrap(), field)
+        let field = body.positions.iter().flat_map(field).collect();
+        (body, field)
     }
     let size = [6.0, 2.0, 2.0];
     let (body, field) = tilted(box_tetrahedra(size, [3, 1, 1]));

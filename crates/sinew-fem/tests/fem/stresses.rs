@@ -2,9 +2,9 @@
 
 use crate::support::{once, twice};
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean, NeoHookeanShape};
-use sinew_energy::{Body, FiniteElement, Law, Nodes, Parameter, Scene, Support};
+use sinew_energy::{Body, Law, Parameter, Scene, Support};
 use sinew_fem::{CellStress, Options, Solver, cell_stresses};
-use sinew_mesh::{FieldValues, Mesh, box_hexahedra, box_tetrahedra};
+use sinew_mesh::{AnyMesh, FieldValues, box_hexahedra, box_tetrahedra};
 use std::path::Path;
 
 /// Tolerance against closed forms [relative to the largest value].
@@ -13,17 +13,15 @@ const CLOSED: f64 = 1e-10;
 const FELUPE: f64 = 1e-8;
 
 /// A body of one law that nothing acts on.
-fn block<L: Law<D>, const D: usize, const N: usize>(
-    mesh: Mesh<N>,
+fn block<L: Law<D>, const D: usize>(
+    mesh: impl Into<AnyMesh>,
     law: L,
     directions: [[f64; 3]; D],
     held: &[(&str, usize)],
-) -> Body
-where
-    Nodes<N>: FiniteElement<N>,
-{
-    let directions = vec![directions; if D > 0 { mesh.cells.len() } else { 0 }];
-    let mut scene = Scene::new(mesh, law).directions(directions);
+) -> Body {
+    let mesh = mesh.into();
+    let directions = vec![directions; mesh.cell_count()];
+    let mut scene = Scene::new(mesh, law.along(directions));
     for name in L::PARAMETERS {
         scene = scene.parameter(Parameter::log(*name, "kPa", 0.01..=100.0));
     }

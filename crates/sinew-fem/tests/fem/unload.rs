@@ -9,7 +9,7 @@ use sinew_energy::laws::{
 use sinew_energy::{Body, Fibres, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::{Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
 use sinew_mesh::{
-    Mesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, rectangle_triangles, sphere_octant,
+    AnyMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, rectangle_triangles, sphere_octant,
 };
 
 /// Nodes return to their image to this \[mm\], in bodies of some 10 to 100 mm.
@@ -61,13 +61,13 @@ fn check(name: &str, mut unload: Unload<'_>, theta: &[f64]) -> Unloaded {
     unloaded
 }
 
-fn parameters<L: Law<D>, const D: usize, const N: usize>(scene: Scene<L, D, N>) -> Scene<L, D, N> {
-    L::PARAMETERS
-        .iter()
-        .fold(scene, |scene, name| scene.parameter(Parameter::linear(*name, "kPa", 0.0..=1e3)))
+fn parameters(scene: Scene) -> Scene {
+    let names = scene.material.parameters().to_vec();
+    let named = |name| Parameter::linear(name, "kPa", 0.0..=1e3);
+    names.into_iter().map(named).fold(scene, Scene::parameter)
 }
 
-fn beam<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
+fn beam(mesh: impl Into<AnyMesh>) -> Scene {
     parameters(Scene::new(mesh, NeoHookean))
         .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
         .support(Support::clamped("x_min"))
@@ -161,9 +161,10 @@ fn is_branch(error: &UnloadError) -> bool {
 }
 
 /// Unit vectors around the z axis, rising by an angle that turns through the wall, with the sheet normal to them.
-fn frames<const N: usize>(mesh: &Mesh<N>) -> Vec<[[f64; 3]; 3]> {
-    let frame = |nodes: &[usize; N]| {
-        let at = |i: usize| nodes.iter().map(|&node| mesh.points[node][i]).sum::<f64>() / N as f64;
+fn frames(mesh: &AnyMesh) -> Vec<[[f64; 3]; 3]> {
+    let (points, count) = (mesh.points(), mesh.element().nodes.len());
+    let frame = |nodes: &[usize]| {
+        let at = |i: usize| nodes.iter().map(|&node| points[node][i]).sum::<f64>() / count as f64;
         let [x, y] = [at(0), at(1)];
         let radius = x.hypot(y).max(1e-9);
         let (around, across) = ([-y / radius, x / radius, 0.0], [x / radius, y / radius, 0.0]);
@@ -176,17 +177,15 @@ fn frames<const N: usize>(mesh: &Mesh<N>) -> Vec<[[f64; 3]; 3]> {
         ];
         [fibre, across, normal]
     };
-    mesh.cells.iter().map(frame).collect()
+    mesh.cells().chunks_exact(count).map(frame).collect()
 }
 
 /// A ventricle under pressure whose base moves along its radius only.
-fn ventricle_of<L: Law<D>, const D: usize, const N: usize>(
-    mesh: Mesh<N>,
-    law: L,
-) -> Scene<L, D, N> {
+fn ventricle_of<L: Law<D>, const D: usize>(mesh: impl Into<AnyMesh>, law: L) -> Scene {
+    let mesh = mesh.into();
     let directions = frames(&mesh).iter().map(|frame| std::array::from_fn(|d| frame[d])).collect();
     let index = L::PARAMETERS.len();
-    parameters(Scene::new(mesh, law).directions(directions))
+    parameters(Scene::new(mesh, law.along(directions)))
         .parameter(Parameter::linear("pressure", "kPa", 0.0..=3.0))
         .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(index) })
         .support(Support::radial("base", [0.0; 3], [0.0, 0.0, 1.0]))
@@ -207,22 +206,21 @@ const ACTIVE: [f64; 6] = [0.5, 4.0, 2.0, 4.0, 1.5, 1.0];
 fn fibres_tension_and_radial_supports_on_every_element() {
     let wall = || TruncatedEllipsoid::LAND.wall([1, 8, 4]);
     let law = HolzapfelOgden.nearly_incompressible(25.0).with_active(ActiveTension);
-    let scene = ventricle_of::<_, 1, 4>(wall().tetrahedra(), law);
+    let scene = ventricle_of(wall().tetrahedra(), law);
     check_both("tetrahedra", &scene.lower().unwrap(), &ACTIVE);
     check_both("averaged tetrahedra", &scene.averaged().lower().unwrap(), &ACTIVE);
-    let scene = ventricle_of::<_, 1, 8>(wall().hexahedra(), law);
+    let scene = ventricle_of(wall().hexahedra(), law);
     check_both("hexahedra", &scene.lower().unwrap(), &ACTIVE);
     check_both("averaged hexahedra", &scene.averaged().lower().unwrap(), &ACTIVE);
-    let scene = ventricle_of::<_, 1, 10>(wall().quadratic_tetrahedra(), law);
+    let scene = ventricle_of(wall().quadratic_tetrahedra(), law);
     check_both("quadratic tetrahedra", &scene.lower().unwrap(), &ACTIVE);
 }
 
 #[test]
 fn laws_of_two_and_three_directions() {
     let mesh = || TruncatedEllipsoid::LAND.wall([1, 8, 4]).tetrahedra();
-    let body = ventricle_of::<_, 2, 4>(mesh(), HolzapfelOgden2009.nearly_incompressible(25.0))
-        .lower()
-        .unwrap();
+    let body =
+        ventricle_of(mesh(), HolzapfelOgden2009.nearly_incompressible(25.0)).lower().unwrap();
     let names: Vec<_> = body.parameters.iter().map(|p| p.name.clone()).collect();
     println!("{names:?}");
     let theta = |name: &String| match name.as_str() {
@@ -231,10 +229,8 @@ fn laws_of_two_and_three_directions() {
         _ => 4.0,
     };
     check_both("Holzapfel-Ogden 2009", &body, &names.iter().map(theta).collect::<Vec<_>>());
-    let body = ventricle_of::<_, 3, 4>(mesh(), Guccione.nearly_incompressible(25.0))
-        .averaged()
-        .lower()
-        .unwrap();
+    let body =
+        ventricle_of(mesh(), Guccione.nearly_incompressible(25.0)).averaged().lower().unwrap();
     check_both("Guccione", &body, &[1.0, 8.0, 2.0, 4.0, 1.0]);
 }
 

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
-use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support};
+use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{VentricleShape, box_tetrahedra};
@@ -11,7 +11,7 @@ use std::time::Instant;
 /// Parameter sets of a body.
 const SETS: usize = 8;
 
-fn beam() -> Scene<NeoHookean, 0> {
+fn beam() -> Scene {
     Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean)
         .parameter(Parameter::log("mu", "kPa", 30.0..=200.0))
         .parameter(Parameter::log("lambda", "kPa", 30.0..=2e6))
@@ -30,8 +30,9 @@ fn ventricle(bulk_modulus: f64, averaged: bool) -> Result<Body> {
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY)?;
     let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
-    let scene = Scene::new(mesh, HolzapfelOgden.nearly_incompressible(bulk_modulus)) // kPa
-        .directions(frames.iter().map(|&[fibre, _, _]| [fibre]).collect())
+    let law = HolzapfelOgden.nearly_incompressible(bulk_modulus); // kPa
+    let fibres = frames.iter().map(|&[fibre, _, _]| [fibre]).collect();
+    let scene = Scene::new(mesh, law.along(fibres))
         .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
         .parameter(Parameter::log("b", "1", 1.0..=4.2))
         .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))

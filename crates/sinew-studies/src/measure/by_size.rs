@@ -5,7 +5,9 @@ use anyhow::Result;
 use clap::ValueEnum;
 use sinew_emulate::{Answers, Design, Emulator};
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
-use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support, metrics::mean_and_largest};
+use sinew_energy::{
+    Body, Law, Load, Magnitude, Parameter, Scene, Support, metrics::mean_and_largest,
+};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{CHAIN, Options, sweep};
 use sinew_mesh::{VentricleShape, box_tetrahedra};
@@ -18,8 +20,9 @@ fn ventricle(cells: [usize; 3]) -> Result<Body> {
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY)?;
     let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
-    let scene = Scene::new(mesh, HolzapfelOgden.nearly_incompressible(25.0)) // K [kPa]
-        .directions(frames.iter().map(|&[fibre, _, _]| [fibre]).collect())
+    let law = HolzapfelOgden.nearly_incompressible(25.0); // K [kPa]
+    let fibres = frames.iter().map(|&[fibre, _, _]| [fibre]).collect();
+    let scene = Scene::new(mesh, law.along(fibres))
         .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
         .parameter(Parameter::log("b", "1", 1.0..=4.2))
         .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))

@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use sinew_energy::laws::{Guccione, HolzapfelOgden};
-use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, SceneError, Support};
+use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, SceneError, Support};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
@@ -23,8 +23,8 @@ fn pressed() -> Load {
 }
 
 fn guccione([low, high]: [f64; 2]) -> Result<Body, SceneError> {
-    Scene::new(mesh(), Guccione.nearly_incompressible(BULK_MODULUS))
-        .directions(vec![Guccione::frame([1.0, 0.0, 0.0]); mesh().cells.len()])
+    let frames = vec![Guccione::frame([1.0, 0.0, 0.0]); mesh().cells.len()];
+    Scene::new(mesh(), Guccione.nearly_incompressible(BULK_MODULUS).along(frames))
         .parameter(Parameter::linear("C", "kPa", low..=high))
         .parameter(Parameter::linear("b_f", "1", low..=high))
         .parameter(Parameter::linear("b_t", "1", low..=high))
@@ -36,8 +36,8 @@ fn guccione([low, high]: [f64; 2]) -> Result<Body, SceneError> {
 }
 
 fn holzapfel_ogden([low, high]: [f64; 2]) -> Result<Body, SceneError> {
-    Scene::new(mesh(), HolzapfelOgden.nearly_incompressible(BULK_MODULUS))
-        .directions(vec![[[1.0, 0.0, 0.0]]; mesh().cells.len()])
+    let fibres = vec![[[1.0, 0.0, 0.0]]; mesh().cells.len()];
+    Scene::new(mesh(), HolzapfelOgden.nearly_incompressible(BULK_MODULUS).along(fibres))
         .parameter(Parameter::linear("a", "kPa", low..=high))
         .parameter(Parameter::linear("b", "1", low..=high))
         .parameter(Parameter::linear("a_f", "kPa", low..=high))

@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew_energy::laws::{ActiveTension, HolzapfelOgden};
-use sinew_energy::{Body, Load, Magnitude, Parameter, Scene};
+use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_fem::{LoadSteps, Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
 use sinew_mesh::{
@@ -187,6 +187,8 @@ fn body(mut mesh: TetMesh, active: bool) -> Result<Body, String> {
     let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY).map_err(|e| e.to_string())?;
     let fibres: Vec<_> = frames.iter().map(|[fibre, _, _]| *fibre).collect();
     mesh.cell_fields.insert("fibre".into(), Field::vectors(&fibres));
+    let muscle = HolzapfelOgden.nearly_incompressible(BULK_MODULUS).with_active(ActiveTension);
+    let muscle = muscle.along(fibres.into_iter().map(|fibre| [fibre]).collect());
     let passive = scene(mesh, BULK_MODULUS);
     if !active {
         return passive.lower().map_err(|e| e.to_string());
@@ -197,14 +199,10 @@ fn body(mut mesh: TetMesh, active: bool) -> Result<Body, String> {
     let scene = Scene {
         name: passive.name,
         units: passive.units,
-        directions: passive.directions,
         parameters,
         loads: vec![Load::Pressure { facets: "region:1".into(), magnitude }],
         supports: passive.supports,
-        ..Scene::new(
-            passive.mesh,
-            HolzapfelOgden.nearly_incompressible(BULK_MODULUS).with_active(ActiveTension),
-        )
+        ..Scene::new(passive.mesh, muscle)
     };
     scene.lower().map_err(|e| e.to_string())
 }

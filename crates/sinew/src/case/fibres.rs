@@ -174,13 +174,13 @@ fn write(rows: &[[[f64; 3]; 3]], mesh: &mut AnyMesh) {
     }
 }
 
-/// Unit directions per cell or node, as many as the law reads.
+/// Unit directions per cell or node, as many as the law reads, one after the other.
 pub(super) fn directions(
     fibres: Option<&Fibres>,
     law: &Row,
     mesh: &AnyMesh,
     source: &Source,
-) -> Result<Vec<Vec<[f64; 3]>>, CaseError> {
+) -> Result<Vec<[f64; 3]>, CaseError> {
     if law.directions == 0 {
         return Ok(Vec::new());
     }
@@ -222,14 +222,14 @@ pub(super) fn directions(
             "fibres and sheets must both be fields of cells, or both of nodes".into(),
         ));
     }
-    let row = |index: usize| {
+    let mut directions = Vec::with_capacity(law.directions * columns[0].len());
+    for index in 0..columns[0].len() {
         let given: Vec<_> = columns.iter().map(|column| column[index]).collect();
-        match completed(&given) {
-            Ok(frame) => Ok(frame[..law.directions].to_vec()),
-            Err(reason) => Err(error("field", format!("row {index}: {reason}"))),
-        }
-    };
-    (0..columns[0].len()).map(row).collect()
+        let frame = completed(&given);
+        let frame = frame.map_err(|reason| error("field", format!("row {index}: {reason}")))?;
+        directions.extend_from_slice(&frame[..law.directions]);
+    }
+    Ok(directions)
 }
 
 const NO_DIRECTION: &str = "a direction without length, or along the one before; give three finite numbers, one of them not 0";

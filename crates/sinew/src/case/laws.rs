@@ -9,11 +9,11 @@ use sinew_energy::laws::{
     HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
 };
 use sinew_energy::{
-    ActiveStress, Body, Load, NearlyIncompressible, Parameter, Scene, SceneError, ShapeEnergy,
-    Solid, Strain, Support, VolumeEnergy,
+    ActiveStress, Law as _, Material, NearlyIncompressible, ShapeEnergy, Solid, Strain,
+    VolumeEnergy,
 };
-use sinew_mesh::{AnyMesh, Mesh};
 use std::fmt;
+use std::sync::Arc;
 
 /// A law by name, with its constants.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -24,20 +24,7 @@ pub struct Law {
     /// Penalty on changes of volume \[kPa\], for laws that have one.
     pub bulk_modulus: Option<f64>,
     /// Strain measure of its shape energy; the isochoric one by default.
-    #[serde(default, deserialize_with = "strain")]
     pub strain: Option<Strain>,
-}
-
-/// [`Strain`] as files name it.
-#[derive(Deserialize)]
-#[serde(remote = "Strain", rename_all = "kebab-case")]
-enum StrainName {
-    Isochoric,
-    Whole,
-}
-
-fn strain<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Strain>, D::Error> {
-    StrainName::deserialize(deserializer).map(Some)
 }
 
 /// A law that a case file can name.
@@ -57,7 +44,7 @@ pub struct Row {
     pub directions: usize,
     /// Number of directions that matter. The others may be any perpendicular ones.
     pub needed: usize,
-    lower: fn(f64, AnyMesh, Parts) -> Result<Body, SceneError>,
+    material: fn(Constants) -> Arc<dyn Material>,
 }
 
 /// Name of the tension that `active = true` adds to θ.
@@ -68,70 +55,55 @@ const NUMBER: &str = "1";
 
 /// All laws.
 pub static LAWS: &[Row] = &[
-    row::<NeoHookean, 0>("neo-hookean", &[STRESS, STRESS], |_, mesh, parts| {
-        parts.lower(mesh, NeoHookean)
+    row::<NeoHookean, 0>("neo-hookean", &[STRESS, STRESS], |_| NeoHookean.along(vec![])),
+    row::<ByYoungPoisson<NeoHookean>, 0>("neo-hookean-young", &[STRESS, NUMBER], |_| {
+        ByYoungPoisson(NeoHookean).along(vec![])
     }),
-    row::<ByYoungPoisson<NeoHookean>, 0>(
-        "neo-hookean-young",
-        &[STRESS, NUMBER],
-        |_, mesh, parts| parts.lower(mesh, ByYoungPoisson(NeoHookean)),
-    ),
-    row::<NearlyIncompressible<NeoHookeanShape>, 0>(
-        "neo-hookean-isochoric",
-        &[STRESS],
-        |bulk_modulus, mesh, parts| {
-            parts.lower(mesh, NeoHookeanShape.nearly_incompressible(bulk_modulus))
-        },
-    )
+    row::<NearlyIncompressible<NeoHookeanShape>, 0>("neo-hookean-isochoric", &[STRESS], |own| {
+        NeoHookeanShape.nearly_incompressible(own.bulk_modulus).along(vec![])
+    })
     .with_bulk_modulus(),
     row::<NearlyIncompressible<HolzapfelOgden>, 1>(
         "holzapfel-ogden",
         &[STRESS, NUMBER, STRESS, NUMBER],
-        |bulk_modulus, mesh, parts| {
-            parts.lower_solid(mesh, HolzapfelOgden.nearly_incompressible(bulk_modulus))
-        },
+        |own| own.solid(HolzapfelOgden.nearly_incompressible(own.bulk_modulus)),
     )
     .with_bulk_modulus(),
     row::<Solid<HolzapfelOgdenCompressible, Compressible>, 1>(
         "holzapfel-ogden-thesis",
         &[STRESS, NUMBER, STRESS, NUMBER],
-        |kappa, mesh, parts| {
-            parts.lower_solid(mesh, Solid::new(HolzapfelOgdenCompressible, Compressible { kappa }))
+        |own| {
+            let kappa = own.bulk_modulus;
+            own.solid(Solid::new(HolzapfelOgdenCompressible, Compressible { kappa }))
         },
     )
     .with_bulk_modulus(),
     row::<NearlyIncompressible<HolzapfelOgden2009>, 2>(
         "holzapfel-ogden-orthotropic",
         &[STRESS, NUMBER, STRESS, NUMBER, STRESS, NUMBER, STRESS, NUMBER],
-        |bulk_modulus, mesh, parts| {
-            parts.lower_solid(mesh, HolzapfelOgden2009.nearly_incompressible(bulk_modulus))
-        },
+        |own| own.solid(HolzapfelOgden2009.nearly_incompressible(own.bulk_modulus)),
     )
     .with_bulk_modulus(),
     row::<NearlyIncompressible<Guccione>, 3>(
         "guccione",
         &[STRESS, NUMBER, NUMBER, NUMBER],
-        |bulk_modulus, mesh, parts| {
-            parts.lower_solid(mesh, Guccione.nearly_incompressible(bulk_modulus))
-        },
+        |own| own.solid(Guccione.nearly_incompressible(own.bulk_modulus)),
     )
     .with_bulk_modulus()
     .about_one_axis(),
-    row::<LinearElastic, 0>("linear-elastic", &[STRESS, STRESS], |_, mesh, parts| {
-        parts.lower(mesh, LinearElastic)
-    }),
-    row::<PlaneStress, 0>("linear-elastic-plane-stress", &[STRESS, STRESS], |_, mesh, parts| {
-        parts.lower(mesh, PlaneStress(LinearElastic))
+    row::<LinearElastic, 0>("linear-elastic", &[STRESS, STRESS], |_| LinearElastic.along(vec![])),
+    row::<PlaneStress, 0>("linear-elastic-plane-stress", &[STRESS, STRESS], |_| {
+        PlaneStress(LinearElastic).along(vec![])
     }),
 ];
 
 const fn row<L: sinew_energy::Law<D>, const D: usize>(
     name: &'static str,
     units: &'static [&'static str],
-    lower: fn(f64, AnyMesh, Parts) -> Result<Body, SceneError>,
+    material: fn(Constants) -> Arc<dyn Material>,
 ) -> Row {
     let (about, parameters) = (L::NAME, L::PARAMETERS);
-    Row { name, about, parameters, units, bulk_modulus: false, directions: D, needed: D, lower }
+    Row { name, about, parameters, units, bulk_modulus: false, directions: D, needed: D, material }
 }
 
 impl Row {
@@ -173,83 +145,37 @@ impl Law {
         }
     }
 
-    pub(super) fn lower(&self, row: &Row, mesh: AnyMesh, parts: Parts) -> Result<Body, SceneError> {
-        (row.lower)(self.bulk_modulus.unwrap_or(f64::NAN), mesh, parts)
+    /// The material, whose directions are still to be given.
+    pub(super) fn material(&self, row: &Row, active: bool) -> Arc<dyn Material> {
+        let bulk_modulus = self.bulk_modulus.unwrap_or(f64::NAN);
+        (row.material)(Constants { bulk_modulus, strain: self.strain.unwrap_or_default(), active })
     }
 }
 
-/// A scene without its mesh and law.
-pub(super) struct Parts {
-    pub name: String,
-    /// Directions per row, as many as the law reads.
-    pub directions: Vec<Vec<[f64; 3]>>,
-    pub parameters: Vec<Parameter>,
-    pub loads: Vec<Load>,
-    pub supports: Vec<Support>,
-    /// Options of the lowering.
-    pub form: Form,
-    /// Whether it contracts along its fibres.
-    pub active: bool,
+/// Constants of a law.
+#[derive(Clone, Copy)]
+struct Constants {
+    bulk_modulus: f64,
     /// Strain that solids resist.
-    pub strain: Strain,
+    strain: Strain,
+    /// Whether it contracts along its fibres.
+    active: bool,
 }
 
-/// Options of the lowering of a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Form {
-    /// One mean volume ratio per hexahedron or patch.
-    pub averaged: bool,
-    /// A field of pressure; the cells are quadratic.
-    pub mixed: bool,
-    /// Whether pressures may have a loose rim.
-    pub loose_rims: bool,
-}
-
-impl Parts {
-    /// Lowers a law that cannot contract.
-    fn lower<L: sinew_energy::Law<D>, const D: usize>(
+impl Constants {
+    /// A solid of three parts.
+    fn solid<M: ShapeEnergy<D>, V: VolumeEnergy, const D: usize>(
         self,
-        mesh: AnyMesh,
-        law: L,
-    ) -> Result<Body, SceneError> {
-        let mixed = self.form.mixed;
-        match mesh {
-            AnyMesh::QuadraticTetrahedra(mesh) if mixed => self.scene(mesh, law).mixed().lower(),
-            AnyMesh::QuadraticTriangles(mesh) if mixed => self.scene(mesh, law).mixed().lower(),
-            AnyMesh::Tetrahedra(mesh) => self.scene(mesh, law).lower(),
-            AnyMesh::Triangles(mesh) => self.scene(mesh, law).lower(),
-            AnyMesh::QuadraticTetrahedra(mesh) => self.scene(mesh, law).lower(),
-            AnyMesh::QuadraticTriangles(mesh) => self.scene(mesh, law).lower(),
-            AnyMesh::Hexahedra(mesh) => self.scene(mesh, law).lower(),
-        }
-    }
-
-    /// Lowers a solid of three parts.
-    fn lower_solid<M: ShapeEnergy<D>, V: VolumeEnergy, const D: usize>(
-        self,
-        mesh: AnyMesh,
         solid: Solid<M, V>,
-    ) -> Result<Body, SceneError>
+    ) -> Arc<dyn Material>
     where
         ActiveTension: ActiveStress<D>,
     {
         let solid = Solid { strain: self.strain, ..solid };
         match self.active {
-            true => self.lower(mesh, solid.with_active(ActiveTension)),
-            false => self.lower(mesh, solid),
+            true => solid.with_active(ActiveTension).along(vec![]),
+            false => solid.along(vec![]),
         }
-    }
-
-    fn scene<L: sinew_energy::Law<D>, const D: usize, const N: usize>(
-        self,
-        mesh: Mesh<N>,
-        law: L,
-    ) -> Scene<L, D, N> {
-        let Self { name, directions, parameters, loads, supports, form, .. } = self;
-        let directions = directions.iter().map(|row| std::array::from_fn(|d| row[d])).collect();
-        let scene = Scene { parameters, loads, supports, ..Scene::new(mesh, law) }.named(name);
-        let scene = if form.averaged { scene.averaged() } else { scene };
-        if form.loose_rims { scene.loose_rims() } else { scene }.directions(directions)
     }
 }
 

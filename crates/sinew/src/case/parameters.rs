@@ -23,20 +23,7 @@ pub struct Range {
     /// Unit of them; by default the law's.
     pub unit: Option<String>,
     /// Distribution of samples; uniform in the logarithm by default.
-    #[serde(default, deserialize_with = "spread")]
     pub sampling: Option<Sampling>,
-}
-
-/// [`Sampling`] as files name it.
-#[derive(Deserialize)]
-#[serde(remote = "Sampling", rename_all = "kebab-case")]
-enum Spread {
-    Log,
-    Linear,
-}
-
-fn spread<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Sampling>, D::Error> {
-    Spread::deserialize(deserializer).map(Some)
 }
 
 impl Case {

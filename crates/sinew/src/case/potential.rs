@@ -1,6 +1,6 @@
 //! Cases without a potential: mixed elements, and pressures whose rim moves freely.
 
-use super::{Case, CaseError, Formulation};
+use super::{Case, CaseError};
 use sinew_energy::Body;
 
 impl Case {
@@ -42,11 +42,6 @@ impl Case {
             }
         }
         Ok(())
-    }
-
-    /// Whether pressures without a potential are let through to [`Case::check_rims`].
-    pub(super) fn allows_loose_rims(&self, formulation: Formulation) -> bool {
-        formulation == Formulation::Mixed || self.loads.iter().any(|load| load.rim.is_some())
     }
 }
 

@@ -113,8 +113,8 @@ fn arrays(body: &Body, path: &std::path::Path) -> std::io::Result<()> {
     let cells: Vec<f64> = body.cells.iter().map(|&node| node as f64).collect();
     let prescribed: Vec<f64> =
         body.prescribed.iter().map(|value| value.unwrap_or(f64::NAN)).collect();
-    let count = body.material.points().map_or(0, |_| body.material.directions(0).len());
-    let directions: Vec<f64> = (0..if count == 0 { 0 } else { points })
+    let count = body.material.law().directions;
+    let directions: Vec<f64> = (0..points)
         .flat_map(|point| body.material.directions(point).as_flattened().to_vec())
         .collect();
     npz::write(
@@ -148,7 +148,7 @@ fn description(body: &Body) -> serde_json::Value {
     json!({
         "name": body.name,
         "units": { "length": body.units.length, "stress": body.units.stress },
-        "law": body.material.name(),
+        "law": body.material.law().name,
         "known": body.known.iter().cloned().collect::<std::collections::BTreeMap<_, _>>(),
         "parameters": body.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "nodes": body.nodes, "cells": body.cell_count(), "nodes_per_cell": body.nodes_per_cell,

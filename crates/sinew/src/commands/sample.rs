@@ -1,14 +1,13 @@
 //! Parameters drawn from their ranges.
 
-use super::equilibria::equilibria;
 use super::script::{Scheduler, Script, quoted};
 use super::stop::Stoppable;
-use super::{CaseArguments, MOST_WARNINGS, count, refuse, solved, told_failure};
+use super::{CaseArguments, count, refuse, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use sinew::output::Fields;
-use sinew::{Body, Design, Options, Simulations};
+use sinew::{Body, Design, Simulations};
 use sinew_emulate::{Shard, merge, simulate_shard, store};
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -104,7 +103,9 @@ impl Sample {
             return self.write_script(scheduler, body, &folder);
         }
         if self.solve {
-            let found = solutions(body, &thetas, &folder)?;
+            // Those of a body with a potential are stored on the way, so that a killed run goes on.
+            let kept = body.has_potential().then_some(folder.as_path());
+            let found = solved(body, &thetas, "solve", kept)?;
             let (failed, tried) = (found.failures.len(), thetas.len());
             write(body, found, &folder)?;
             ensure!(
@@ -121,18 +122,6 @@ impl Sample {
 fn write(body: &Body, found: Simulations, folder: &Path) -> Result<()> {
     let (thetas, fields) = (&found.thetas[..], found.fields);
     Ok(Fields { body, thetas, found: vec![("solved", fields)] }.write(folder, 0)?)
-}
-
-/// Equilibria of samples. Those of a body with a potential are stored on the way, so that a killed run goes on.
-fn solutions(body: &Body, thetas: &[Vec<f64>], folder: &Path) -> Result<Simulations> {
-    if body.has_potential() {
-        return solved(body, thetas, "solve", Some(folder));
-    }
-    let found = equilibria(body, thetas, "solve", &Options::default())?.simulations;
-    for failure in found.failures.iter().take(MOST_WARNINGS) {
-        told_failure(body, failure);
-    }
-    Ok(found)
 }
 
 impl Sample {

@@ -1,9 +1,9 @@
 //! Equilibria.
 
 use super::along::Way;
-use super::equilibria::{Equilibria, equilibria};
 use super::{
-    Answer, Batch, CaseArguments, ThetaArguments, Written, make_folder, refuse, warn_of_locking,
+    Answer, Batch, CaseArguments, ThetaArguments, Written, make_folder, refuse, solved_by,
+    warn_of_locking,
 };
 use anyhow::Result;
 use clap::Args;
@@ -60,25 +60,24 @@ impl Solve {
         warn_of_locking(worst(body, &thetas));
         let load_steps = if self.load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
         let options = Options { load_steps, ..Options::default() };
-        let equilibria = equilibria(body, &thetas, "solve", &options)?;
-        let found = &equilibria.simulations;
+        let found = &solved_by(body, &thetas, "solve", None, &options)?;
         close_failures(body, &mut batch, &thetas, found);
         batch.print(body, |place| said(body, &found.fields[place]));
         if self.check_mesh {
             check_mesh(case, body, found)?;
         }
-        batch.write(body, &["solved"], answers(&equilibria), &self.written, &folder)
+        batch.write(body, &["solved"], answers(found), &self.written, &folder)
     }
 }
 
 /// Equilibria as they are written.
-fn answers(found: &Equilibria) -> Vec<Answer<'_>> {
-    let Simulations { thetas, fields, jumped, .. } = &found.simulations;
+fn answers(found: &Simulations) -> Vec<Answer<'_>> {
+    let Simulations { thetas, fields, pressures, jumped, .. } = found;
     let answer = |place: usize| {
         let jumps = jumped.iter().filter(|theta| **theta == thetas[place]);
         Answer {
             fields: vec![&fields[place]],
-            pressure: found.pressure(place).unwrap_or_default(),
+            pressure: pressures.get(place).map_or(&[], Vec::as_slice),
             warnings: jumps.map(|_| Warning::Jumped.to_string()).collect(),
             ..Answer::default()
         }
@@ -141,7 +140,7 @@ fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
     };
     let better = case.with_formulation(Formulation::Quadratic).lowered()?;
     let (theta, stage) = (std::slice::from_ref(theta), "solve in quadratic cells");
-    let other = equilibria(&better, theta, stage, &Options::default())?.simulations;
+    let other = solved_by(&better, theta, stage, None, &Options::default())?;
     let Some(field) = other.fields.first() else {
         let why = other.failures.first().map_or("", |failure| &failure.reason);
         anyhow::bail!("--check-mesh: no equilibrium with quadratic elements: {why}");

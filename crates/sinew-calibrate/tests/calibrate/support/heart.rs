@@ -3,7 +3,7 @@
 
 use sinew_calibrate::{Segments, WallCoordinates};
 use sinew_energy::laws::{ActiveTension, HolzapfelOgden};
-use sinew_energy::{Body, Load, Magnitude, NearlyIncompressible, Parameter, Scene, Support};
+use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
 use sinew_mesh::{TetMesh, TruncatedEllipsoid};
 
@@ -22,15 +22,16 @@ pub(crate) fn mesh() -> TetMesh {
         .tetrahedra()
 }
 
+/// Fibres of the cells.
+pub(crate) fn fibres(mesh: &TetMesh) -> Vec<[[f64; 3]; 1]> {
+    let frames = by_rule(mesh, &SURFACES, &FibreRule::SIXTY).expect("a ventricle");
+    frames.into_iter().map(|[fibre, _, _]| [fibre]).collect()
+}
+
 /// θ = (a, b, a_f, b_f, pressure).
-pub(crate) fn passive(
-    mesh: TetMesh,
-    bulk_modulus: f64,
-) -> Scene<NearlyIncompressible<HolzapfelOgden>, 1> {
-    let fibres = by_rule(&mesh, &SURFACES, &FibreRule::SIXTY).expect("a ventricle");
-    let fibres = fibres.into_iter().map(|[fibre, _, _]| [fibre]).collect();
-    Scene::new(mesh, HolzapfelOgden.nearly_incompressible(bulk_modulus))
-        .directions(fibres)
+pub(crate) fn passive(mesh: TetMesh, bulk_modulus: f64) -> Scene {
+    let tissue = HolzapfelOgden.nearly_incompressible(bulk_modulus).along(fibres(&mesh));
+    Scene::new(mesh, tissue)
         .parameter(Parameter::log("a", "kPa", 0.1..=0.4))
         .parameter(Parameter::log("b", "1", 1.0..=4.0))
         .parameter(Parameter::log("a_f", "kPa", 1.5..=5.0))
@@ -42,13 +43,13 @@ pub(crate) fn passive(
 
 /// θ = (a, b, a_f, b_f, T_a, pressure), on springs all around and with a base that may widen.
 pub(crate) fn beating(mesh: TetMesh) -> Body {
-    let scene = passive(mesh, 25.0);
-    let parameters = scene.parameters.clone();
+    let law = HolzapfelOgden.nearly_incompressible(25.0).with_active(ActiveTension);
+    let muscle = law.along(fibres(&mesh));
+    let Scene { parameters, mesh, .. } = passive(mesh, 25.0);
     let mut all = parameters[..4].to_vec();
     all.push(Parameter::linear("T_a", "kPa", 0.0..=60.0));
     all.push(parameters[4].clone());
-    let law = HolzapfelOgden.nearly_incompressible(25.0).with_active(ActiveTension);
-    let mut beating = Scene::new(scene.mesh, law).directions(scene.directions);
+    let mut beating = Scene::new(mesh, muscle);
     beating.parameters = all;
     beating
         .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(5) })

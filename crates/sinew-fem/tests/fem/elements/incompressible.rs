@@ -36,7 +36,7 @@ fn a_thick_sphere_passes_its_limit_point() {
     let volumes = EXACT.map(|(radius, _)| FRAC_PI_6 * (radius.powi(3) - 1.0));
     let mut solver = Solver::new(&body).unwrap();
     let trace = solver.trace_volume(&[1.0, 0.0], &volumes, &Options::default()).unwrap();
-    let pole = node_at(&sphere.mesh, [1.0, 0.0, 0.0]);
+    let pole = node_at(sphere.mesh.points(), [1.0, 0.0, 0.0]);
     for ((radius, pressure), step) in EXACT.into_iter().zip(&trace) {
         let found = step.solution.load_factor;
         assert!((found / pressure - 1.0).abs() < CLOSE, "a = {radius}: {found} {pressure}");
@@ -104,7 +104,7 @@ fn growths_of_steps_that_make_no_sense_end_in_a_trace_or_a_typed_failure() {
 #[test]
 fn a_thick_tube_of_tetrahedra_inflates_as_the_closed_form_says() {
     let mesh = cylinder_quarter([1.0, 2.0], 0.3, [2, 3, 1]).quadratic_tetrahedra();
-    let inside = node_at(&mesh, [1.0, 0.0, 0.0]);
+    let inside = node_at(&mesh.points, [1.0, 0.0, 0.0]);
     let planes = [("x_min", 0), ("y_min", 1), ("z_min", 2), ("z_max", 2)];
     let supports: Vec<_> = planes.map(|(set, axis)| roller(set, axis)).into();
     for (radius, pressure) in &TUBE[..3] {
@@ -127,7 +127,8 @@ fn cooks_membrane_does_not_lock() {
     const SHEAR: f64 = 80.1938;
     const BULK: f64 = 400_942.0;
     let mesh = cook_membrane(16).quadratic();
-    let [corner, middle] = [[48.0, 60.0, 0.0], [48.0, 52.0, 0.0]].map(|at| node_at(&mesh, at));
+    let [corner, middle] =
+        [[48.0, 60.0, 0.0], [48.0, 52.0, 0.0]].map(|at| node_at(&mesh.points, at));
     let load = Load::Traction { facets: "x_max".into(), value: [0.0, 6.25, 0.0] };
     // All of the bulk modulus is the field's: any in the law would weigh J point by point.
     let law = NeoHookeanShape.nearly_incompressible(1e-6);

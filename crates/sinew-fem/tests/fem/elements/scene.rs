@@ -1,35 +1,41 @@
 //! Scenes of the tests of elements.
 
-use sinew_energy::{Law, Load, Parameter, Sampling, Scene, Support};
-use sinew_mesh::{Mesh, boundary_facets};
+use sinew_energy::{IntoMaterial, Load, Parameter, Sampling, Scene, Support};
+use sinew_mesh::{AnyMesh, Facet};
 
-/// A scene without directions; θ is only what the law reads.
-pub(crate) fn scene<L: Law<D>, const D: usize, const N: usize>(
-    law: L,
-    mesh: Mesh<N>,
+/// A scene whose θ is only what the law reads.
+pub(crate) fn scene(
+    material: impl IntoMaterial,
+    mesh: impl Into<AnyMesh>,
     loads: Vec<Load>,
     supports: Vec<Support>,
-) -> Scene<L, D, N> {
+) -> Scene {
     let parameter = |name: &&str| Parameter {
         name: name.to_string(),
         unit: "1".into(),
         range: [1.0, 2.0],
         sampling: Sampling::Log,
     };
+    let scene = Scene::new(mesh, material);
     Scene {
         name: "elements".into(),
-        parameters: L::PARAMETERS.iter().map(parameter).collect(),
+        parameters: scene.material.parameters().iter().map(parameter).collect(),
         loads,
         supports,
-        ..Scene::new(mesh, law)
+        ..scene
     }
 }
 
 /// The mesh with its whole boundary as the sets `boundary` of nodes and of facets.
-pub(crate) fn with_boundary<const N: usize>(mut mesh: Mesh<N>) -> Mesh<N> {
-    let facets = boundary_facets(&mesh);
-    mesh.node_sets.insert("boundary".into(), mesh.nodes_of_facets(&facets));
-    mesh.facet_sets.insert("boundary".into(), facets);
+pub(crate) fn with_boundary(mesh: impl Into<AnyMesh>) -> AnyMesh {
+    let mut mesh = mesh.into();
+    let facets = mesh.boundary_facets();
+    let mut nodes: Vec<_> =
+        facets.iter().flat_map(|&facet: &Facet| mesh.nodes_of_facet(facet)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    mesh.node_sets_mut().insert("boundary".into(), nodes);
+    mesh.facet_sets_mut().insert("boundary".into(), facets);
     mesh
 }
 
@@ -39,9 +45,9 @@ pub(crate) fn roller(nodes: &str, axis: usize) -> Support {
 }
 
 /// The node at a position.
-pub(crate) fn node_at<const N: usize>(mesh: &Mesh<N>, at: [f64; 3]) -> usize {
+pub(crate) fn node_at(points: &[[f64; 3]], at: [f64; 3]) -> usize {
     let away = |x: &[f64; 3]| (0..3).map(|i| (x[i] - at[i]).abs()).fold(0.0, f64::max);
-    mesh.points.iter().position(|x| away(x) < 1e-9).expect("a node of the mesh")
+    points.iter().position(|x| away(x) < 1e-9).expect("a node of the mesh")
 }
 
 /// Numbers between −size and size that follow no pattern of the mesh.

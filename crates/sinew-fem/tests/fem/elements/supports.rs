@@ -5,7 +5,7 @@ use sinew_energy::laws::{LinearElastic, NeoHookean};
 use sinew_energy::{Body, Law, Load, Magnitude, SceneError, Support};
 use sinew_fem::{Options, Solution, SolveError, Solver, report};
 use sinew_mesh::{
-    HexMesh, Mesh, TruncatedEllipsoid, boundary_facets, box_hexahedra, box_tetrahedra,
+    AnyMesh, HexMesh, TruncatedEllipsoid, boundary_facets, box_hexahedra, box_tetrahedra,
     rectangle_triangles,
 };
 use std::f64::consts::TAU;
@@ -32,12 +32,13 @@ fn turned_field(turn: &[[f64; 3]; 3], field: &[f64]) -> Vec<f64> {
 
 /// A box in another position, on rollers, stretched along its y axis, under dead loads, a spring and whatever
 /// `pressed` says; each load is along its axes.
-fn block<const N: usize>(
+fn block(
     turn: &[[f64; 3]; 3],
-    mut mesh: Mesh<N>,
+    mesh: impl Into<AnyMesh>,
     pressed: Option<&str>,
-) -> sinew_energy::Scene<NeoHookean, 0, N> {
-    mesh.points.iter_mut().for_each(|x| *x = turned(turn, *x));
+) -> sinew_energy::Scene {
+    let mut mesh = mesh.into();
+    mesh.map_points(|x| turned(turn, x));
     let along = |v: [f64; 3]| turned(turn, v);
     let mut loads = vec![
         Load::BodyForce(along([0.05, 0.02, 0.0])),
@@ -51,7 +52,7 @@ fn block<const N: usize>(
         Support::roller_on_plane("y_min", along([0.0, -0.5, 0.0])),
         Support::along("y_max", along([0.0, 2.0, 0.0]), 0.3),
     ];
-    if Mesh::<N>::ELEMENT.dimension == 3 {
+    if mesh.element().dimension == 3 {
         supports.push(Support::roller_on_plane("z_min", along([0.0, 0.0, 1.0])));
     }
     scene(NeoHookean, mesh, loads, supports)
@@ -301,14 +302,14 @@ fn a_ventricle_inflates_on_a_base_that_moves_along_its_radii() {
     assert!(solution.is_stable());
     let u = &solution.displacement;
     let largest = distance(u, &vec![0.0; u.len()]);
-    for &node in &scene.mesh.node_sets["base"] {
-        let [x, y, _] = scene.mesh.points[node];
+    for &node in &scene.mesh.node_sets()["base"] {
+        let [x, y, _] = scene.mesh.points()[node];
         let (radius, [u, v, w]) = (x.hypot(y), [0, 1, 2].map(|i| u[3 * node + i]));
         let [out, around] = [(x * u + y * v) / radius, (x * v - y * u) / radius];
         assert!(out > 0.05 * largest, "node {node} moves out: {out}");
         assert!(around.abs().max(w.abs()) < 1e-14 * largest, "node {node}: {around:e} {w:e}");
     }
-    let apex = scene.mesh.node_sets["apex_endo"][0];
+    let apex = scene.mesh.node_sets()["apex_endo"][0];
     assert!(u[3 * apex + 2] < -0.2, "the apex moves down: {}", u[3 * apex + 2]);
 
     let report = report(&body, &solution).unwrap();
@@ -359,7 +360,7 @@ fn a_hinged_part_is_held_by_a_roller_against_its_turn_only() {
         .collect();
     mesh.cells.extend(first.cells.iter().map(|cell| cell.map(|node| second[node])));
     assert_eq!(mesh.points.len(), 14);
-    let corner = node_at(&mesh, [2.0, 2.0, 0.0]);
+    let corner = node_at(&mesh.points, [2.0, 2.0, 0.0]);
     mesh.node_sets.insert("corner".into(), vec![corner]);
     let outcome = |normal: [f64; 3]| {
         let roller = Support::roller_on_plane("corner", normal);
@@ -399,7 +400,7 @@ fn supports_that_hold_too_little_or_contradict_each_other_are_refused() {
     // The edge between the planes is held by both; a third support moves it along one of them.
     let moved = Support::along("edge", turned(&TURN, [0.6, 0.8, 0.0]), 0.5);
     let mut edge = mesh();
-    let node = node_at(&edge, turned(&TURN, [0.0, 0.0, 0.6]));
+    let node = node_at(&edge.points, turned(&TURN, [0.0, 0.0, 0.6]));
     edge.node_sets.insert("edge".into(), vec![node]);
     let supports = [two, vec![moved]].concat();
     let error = scene(NeoHookean, edge, vec![], supports).lower().unwrap_err();

@@ -3,7 +3,9 @@
 use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
-use sinew_energy::{Body, Load, Magnitude, Parameter, Prescribed, Scene, Support};
+use sinew_energy::{
+    Body, IntoMaterial, Law, Load, Magnitude, Parameter, Prescribed, Scene, Support,
+};
 use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
 use sinew_fem::{
     Advice, CurvePoint, Line, LoadSteps, NotConverged, Options, Solution, SolveError, Solver, sweep,
@@ -21,11 +23,8 @@ fn ventricle() -> TetMesh {
     shape.wall([2, 16, 8]).tetrahedra()
 }
 
-fn scene_of<L: sinew_energy::Law<D>, const D: usize>(
-    law: L,
-    names: &[(&str, [f64; 2])],
-) -> Scene<L, D> {
-    let scene = Scene::new(ventricle(), law)
+fn scene_of(material: impl IntoMaterial, names: &[(&str, [f64; 2])]) -> Scene {
+    let scene = Scene::new(ventricle(), material)
         .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(names.len()) })
         .support(Support::clamped("base"));
     let named = names.iter().fold(scene, |scene, (name, range)| {
@@ -40,8 +39,9 @@ fn fibrous() -> Body {
     let wall = VentricleCoordinates::new(&ventricle(), &surfaces).unwrap();
     let frames = wall.cell_frames(&FibreRule::SIXTY, Depth::Thickness);
     let names = [("a", [0.1, 0.26]), ("b", [1.0, 4.2]), ("a_f", [1.5, 5.18]), ("b_f", [1.0, 4.46])];
-    let scene = scene_of(HolzapfelOgden.nearly_incompressible(25.0), &names);
-    scene.directions(frames.iter().map(|[fibre, ..]| [*fibre]).collect()).lower().unwrap()
+    let fibres = frames.iter().map(|[fibre, ..]| [*fibre]).collect();
+    let law = HolzapfelOgden.nearly_incompressible(25.0);
+    scene_of(law.along(fibres), &names).lower().unwrap()
 }
 
 fn rubber() -> Body {

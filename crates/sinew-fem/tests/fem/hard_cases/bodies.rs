@@ -1,16 +1,17 @@
 //! Scenes that the cases start from.
 
 pub(crate) use crate::support::{gravity, lower, once, parameters, twice};
-use sinew_energy::{Law, Load, Scene, Support};
-use sinew_mesh::{TetMesh, box_tetrahedra};
+use sinew_energy::{IntoMaterial, Law, Load, Scene, Support};
+use sinew_mesh::{AnyMesh, TetMesh, box_tetrahedra};
 
 /// A scene without loads, clamped at `x_min`.
-pub(crate) fn scene<L: Law<D>, const D: usize>(law: L, mesh: TetMesh) -> Scene<L, D> {
+pub(crate) fn scene(material: impl IntoMaterial, mesh: impl Into<AnyMesh>) -> Scene {
+    let scene = Scene::new(mesh, material);
     Scene {
         name: "hard case".into(),
-        parameters: parameters(L::PARAMETERS),
+        parameters: parameters(scene.material.parameters()),
         supports: vec![Support::clamped("x_min")],
-        ..Scene::new(mesh, law)
+        ..scene
     }
 }
 
@@ -19,9 +20,9 @@ pub(crate) fn with_directions<L: Law<D>, const D: usize>(
     law: L,
     mesh: TetMesh,
     directions: [[f64; 3]; D],
-) -> Scene<L, D> {
+) -> Scene {
     let directions = vec![directions; mesh.cells.len()];
-    Scene { directions, ..scene(law, mesh) }
+    scene(law.along(directions), mesh)
 }
 
 /// A cube of edge 1 with `cells` grid cells along each edge.

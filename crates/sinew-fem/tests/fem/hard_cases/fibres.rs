@@ -3,7 +3,7 @@
 use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{Guccione, HolzapfelOgden};
-use sinew_energy::{Prescribed, Scene, SceneError, Support};
+use sinew_energy::{Law, Prescribed, Scene, SceneError, Support};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 const HO: sinew_energy::NearlyIncompressible<HolzapfelOgden> =
@@ -13,9 +13,9 @@ const SOFT: [f64; 4] = [1.0, 2.0, 5.0, 3.0];
 /// Error of lowering a block whose cell 4 has this fibre.
 #[track_caller]
 fn refused_fibre(fibre: [f64; 3]) -> SceneError {
-    let mut scene = with_directions(HO, cube(1), [[0.0, 0.0, 1.0]]);
-    scene.directions[4] = [fibre];
-    let error = scene.lower().unwrap_err();
+    let mut fibres = vec![[[0.0, 0.0, 1.0]]; 6];
+    fibres[4] = [fibre];
+    let error = scene(HO.along(fibres), cube(1)).lower().unwrap_err();
     println!("{error}");
     error
 }
@@ -45,23 +45,20 @@ fn a_fibre_that_is_no_number_or_infinite_is_refused() {
 
 #[test]
 fn missing_fibres_are_refused_with_both_counts() {
-    let mut scene = scene(HO, cube(1));
-    let expected =
-        |given| SceneError::DirectionCount { needed: 1, cells: 6, points: 6, nodes: 8, given };
-    assert_eq!(scene.lower().unwrap_err(), expected(0));
-    scene.directions = vec![[[1.0, 0.0, 0.0]]; 5];
-    assert_eq!(scene.lower().unwrap_err(), expected(5));
+    for given in [0, 5] {
+        let scene = scene(HO.along(vec![[[1.0, 0.0, 0.0]]; given]), cube(1));
+        let expected =
+            SceneError::DirectionCount { needed: 1, cells: 6, points: 6, nodes: 8, given };
+        assert_eq!(scene.lower().unwrap_err(), expected);
+    }
 }
 
 #[test]
 fn a_frame_that_is_not_perpendicular_is_refused_with_the_product() {
-    let mut scene = with_directions(
-        Guccione.nearly_incompressible(50.0),
-        cube(1),
-        Guccione::frame([1.0, 0.0, 0.0]),
-    );
-    scene.directions[2][1] = [0.6, 0.8, 0.0];
-    let error = scene.lower().unwrap_err();
+    let mut frames = vec![Guccione::frame([1.0, 0.0, 0.0]); 6];
+    frames[2][1] = [0.6, 0.8, 0.0];
+    let law = Guccione.nearly_incompressible(50.0);
+    let error = scene(law.along(frames), cube(1)).lower().unwrap_err();
     let SceneError::NotPerpendicular { cell: 2, pair: [0, 1], product } = error else {
         panic!("{error}");
     };
@@ -72,10 +69,9 @@ fn a_frame_that_is_not_perpendicular_is_refused_with_the_product() {
 fn fibres_that_are_squeezed_leave_the_load_to_the_matrix() {
     // Half of the cells have fibres along the load, half across: compression switches the first off.
     let mesh = box_tetrahedra([1.0, 1.0, 2.0], [2, 2, 4]);
-    let mut scene = with_directions(HO, mesh, [[0.0, 0.0, 1.0]]);
-    for cell in (0..scene.directions.len()).filter(|c| c % 2 == 0) {
-        scene.directions[cell] = [[1.0, 0.0, 0.0]];
-    }
+    let fibre = |cell| [if cell % 2 == 0 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] }];
+    let fibres = (0..mesh.cells.len()).map(fibre).collect();
+    let mut scene = scene(HO.along(fibres), mesh);
     scene.supports = vec![Support::clamped("z_min")];
     for force in [-1.5, 1.5] {
         scene.loads = vec![traction("z_max", [0.0, 0.0, force])];
@@ -124,7 +120,7 @@ fn fibres_at_exactly_their_rest_length_are_no_obstacle() {
     // The fibre term switches on at stretch 1, where all of a body at rest is: pull across and along.
     let mut scene = with_directions(HO, cube(2), [[1.0, 0.0, 0.0]]);
     let rows = |motion: f64| {
-        Prescribed::PerNode(vec![[Some(motion), None, None]; scene.mesh.node_sets["x_max"].len()])
+        Prescribed::PerNode(vec![[Some(motion), None, None]; scene.mesh.node_sets()["x_max"].len()])
     };
     let (stretched, squeezed) = (rows(1e-9), rows(-1e-9));
     let mut energy = |displacement| {

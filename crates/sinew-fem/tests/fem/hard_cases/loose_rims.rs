@@ -10,10 +10,14 @@ use sinew_mesh::{TetMesh, box_tetrahedra, quality};
 const THETA: [f64; 2] = [1.0, 1.0];
 
 /// A cantilever of length 4 pressed from above, where the rim of the pressed side is free.
-fn pressed(pressure: f64) -> Scene<NeoHookean, 0> {
+fn pressed(pressure: f64) -> Scene {
+    pressed_on(mesh(), pressure)
+}
+
+fn pressed_on(mesh: TetMesh, pressure: f64) -> Scene {
     let magnitude = Magnitude::Fixed(pressure);
     let loads = vec![Load::Pressure { facets: "z_max".into(), magnitude }];
-    Scene { loads, ..scene(NeoHookean, mesh()) }
+    Scene { loads, ..scene(NeoHookean, mesh) }
 }
 
 fn mesh() -> TetMesh {
@@ -70,7 +74,7 @@ fn a_large_pressure_on_a_free_rim_balances_forces_and_moments() {
     let body = scene.lower().unwrap();
     let solution = solved(&body, &THETA, &Options::default()).unwrap();
     let x = |node: usize| -> [f64; 3] {
-        std::array::from_fn(|i| scene.mesh.points[node][i] + solution.displacement[3 * node + i])
+        std::array::from_fn(|i| scene.mesh.points()[node][i] + solution.displacement[3 * node + i])
     };
     let (internal, _) = gradient_and_energy(&body, &solution.displacement, &THETA);
     let cross = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] {
@@ -87,9 +91,10 @@ fn a_large_pressure_on_a_free_rim_balances_forces_and_moments() {
         let m = cross(x(node), f);
         (0..3).for_each(|i| [force[i], moment[i]] = [force[i] + f[i], moment[i] + m[i]]);
     };
-    let held = &scene.mesh.node_sets["x_min"];
-    for &facet in &scene.mesh.facet_sets["z_max"] {
-        let nodes = scene.mesh.facet_nodes(facet);
+    let mesh = mesh();
+    let held = &mesh.node_sets["x_min"];
+    for &facet in &mesh.facet_sets["z_max"] {
+        let nodes = mesh.facet_nodes(facet);
         let [a, b, c] = nodes.map(x);
         let third = cross(minus(b, a), minus(c, a)).map(|n| -pressure * n / 6.0);
         load += 3.0 * norm(&third);
@@ -98,7 +103,7 @@ fn a_large_pressure_on_a_free_rim_balances_forces_and_moments() {
     held.iter().for_each(|&node| add(node, std::array::from_fn(|i| internal[3 * node + i])));
     println!("{force:?} and {moment:?} of {load}");
     assert!(load > 0.05 && norm(&force) < 1e-7 * load && norm(&moment) < 1e-6 * load);
-    let tip = scene.mesh.node_sets["x_max"][0];
+    let tip = mesh.node_sets["x_max"][0];
     assert!(solution.displacement[3 * tip + 2] < -0.5, "the load has turned");
 }
 
@@ -197,7 +202,8 @@ fn a_balance_goes_on_from_a_solution_nearby_and_knows_where_to() {
 #[test]
 fn a_balance_without_unknowns_is_what_is_prescribed() {
     let mut scene = pressed(0.3);
-    scene.mesh.node_sets.insert("all".into(), (0..scene.mesh.points.len()).collect());
+    let all = (0..scene.mesh.points().len()).collect();
+    scene.mesh.node_sets_mut().insert("all".into(), all);
     scene.supports = vec![Support::clamped("all")];
     let body = scene.loose_rims().lower().unwrap();
     let solution = solved(&body, &THETA, &Options::default()).unwrap();
@@ -242,7 +248,7 @@ fn limits_on_iterations_are_kept_by_the_balance_too() {
 #[test]
 fn a_free_body_is_refused_by_the_balance_too() {
     let mut scene = pressed(0.1);
-    scene.mesh.node_sets.insert("corner".into(), vec![0]);
+    scene.mesh.node_sets_mut().insert("corner".into(), vec![0]);
     scene.supports = vec![Support::clamped("corner")];
     let body = scene.loose_rims().lower().unwrap();
     let error = Solver::new(&body).map(|_| ()).unwrap_err();
@@ -268,12 +274,13 @@ fn fibres_near_overflow_under_a_loose_pressure_are_solved_or_refused() {
 fn slivers_under_a_loose_pressure_are_solved_as_if_they_were_not_there() {
     // A node inside is moved to within a hair of the pressed side: flat cells below its facets.
     let solved_with = |gap: f64| {
-        let mut scene = pressed(0.02);
-        let node = scene.mesh.points.iter().position(|&p| p == [2.0, 0.5, 0.5]).unwrap();
-        scene.mesh.points[node] = [2.0, 0.5, 1.0 - gap];
-        let least = quality(&scene.mesh).unwrap().ratio.min;
+        let mut mesh = mesh();
+        let node = mesh.points.iter().position(|&p| p == [2.0, 0.5, 0.5]).unwrap();
+        mesh.points[node] = [2.0, 0.5, 1.0 - gap];
+        let least = quality(&mesh).unwrap().ratio.min;
         assert!(least > 0.0 && least < 10.0 * gap, "{least:e}");
-        solved(&scene.loose_rims().lower().unwrap(), &THETA, &Options::default()).unwrap()
+        let body = pressed_on(mesh, 0.02).loose_rims().lower().unwrap();
+        solved(&body, &THETA, &Options::default()).unwrap()
     };
     let (thin, thinner) = (solved_with(1e-6), solved_with(1e-8));
     let tip = 3 * mesh().node_sets["x_max"][0] + 2;

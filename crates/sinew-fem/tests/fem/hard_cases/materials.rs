@@ -148,7 +148,7 @@ fn fibres_ten_thousand_times_as_stiff_as_the_matrix_carry_the_load() {
     let stretch = valley(1.0, 1.5, total);
     assert!((1.0 + solution.displacement[3 * far] - stretch).abs() < SEARCHED, "{stretch}");
     // Across the fibres the same load stretches ten times as much at least.
-    let scene = Scene { directions: vec![[[0.0, 1.0, 0.0]]; bar.volumes.len()], ..scene };
+    let scene = Scene { material: HO.along(vec![[[0.0, 1.0, 0.0]]; bar.volumes.len()]), ..scene };
     let scene = Scene { loads: vec![traction("x_max", [0.2, 0.0, 0.0])], ..scene };
     let soft = scene.lower().unwrap();
     let solution = solve(&soft, &theta).unwrap();
@@ -287,11 +287,8 @@ fn an_inclusion_a_million_times_as_stiff_turns_without_deforming() {
     let loads: Vec<Load> = vec![traction("x_max", [0.0, 0.0, -2e-2])];
     let mut solved = Vec::new();
     for contrast in [1e5, 1e6] {
-        let scene = Scene {
-            directions: directions.clone(),
-            loads: loads.clone(),
-            ..scene(Inclusion { contrast }, mesh.clone())
-        };
+        let material = Inclusion { contrast }.along(directions.clone());
+        let scene = Scene { loads: loads.clone(), ..scene(material, mesh.clone()) };
         let beam = scene.lower().unwrap();
         let solution = solve(&beam, &[1.0, 1.0]).unwrap();
         assert_sound(&beam, &solution);
@@ -337,15 +334,13 @@ fn an_incompressible_ventricle_that_inflates_far_takes_few_iterations() {
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let wall = VentricleCoordinates::new(&tetrahedra, &surfaces).unwrap();
     let frames = wall.node_frames(&FibreRule::SIXTY, Depth::Thickness);
+    let fibres = frames.iter().map(|[fibre, ..]| [*fibre]).collect();
+    let tissue = HolzapfelOgden.nearly_incompressible(1e4).along(fibres);
     let scene = Scene {
-        directions: frames.iter().map(|[fibre, ..]| [*fibre]).collect(),
         loads: vec![Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Fixed(1.07) }],
         supports: vec![Support::radial("base", [0.0; 3], [0.0, 0.0, 1.0])],
         parameters: parameters(<HolzapfelOgden as ShapeEnergy<1>>::PARAMETERS),
-        ..Scene::new(
-            shape.hexahedra([3, 16, 8]).unwrap(),
-            HolzapfelOgden.nearly_incompressible(1e4),
-        )
+        ..Scene::new(shape.hexahedra([3, 16, 8]).unwrap(), tissue)
     };
     let body = scene.averaged().lower().unwrap();
     // Where no rung is near load steps lead on; begun only where the last was balanced to rounding, and no longer ones, they take 375.

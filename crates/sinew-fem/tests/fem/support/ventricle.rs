@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each program uses a part")]
 
 use sinew_energy::laws::HolzapfelOgden;
-use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support};
+use sinew_energy::{Law, Load, Magnitude, Parameter, Sampling, Scene, Support};
 use sinew_mesh::TetMesh;
 
 /// One millimetre of mercury \[kPa\].
@@ -16,11 +16,9 @@ pub(crate) const BOX: [(&str, [f64; 2]); 4] =
     [("a", [0.1, 0.26]), ("b", [1.0, 4.2]), ("a_f", [1.5, 5.18]), ("b_f", [1.0, 4.46])];
 
 /// The scene; θ = (a, b, a_f, b_f, pressure \[kPa\]).
-pub(crate) fn scene(
-    mesh: TetMesh,
-    bulk_modulus: f64,
-) -> Scene<sinew_energy::NearlyIncompressible<HolzapfelOgden>, 1> {
+pub(crate) fn scene(mesh: TetMesh, bulk_modulus: f64) -> Scene {
     let fibres = mesh.cell_fields["fibre"].to_vectors::<3>().expect("three components");
+    let fibres = fibres.into_iter().map(|fibre| [fibre]).collect();
     let parameter = |name: &str, range| Parameter {
         name: name.into(),
         unit: if name.starts_with('b') { "1" } else { "kPa" }.into(),
@@ -31,11 +29,10 @@ pub(crate) fn scene(
     parameters.push(parameter("pressure", [4.0 * MMHG, 10.0 * MMHG]));
     Scene {
         name: "LeftVentricle".into(),
-        directions: fibres.into_iter().map(|fibre| [fibre]).collect(),
         parameters,
         loads: vec![Load::Pressure { facets: "region:1".into(), magnitude: Magnitude::Theta(4) }],
         supports: vec![Support::clamped("base")],
-        ..Scene::new(mesh, HolzapfelOgden.nearly_incompressible(bulk_modulus))
+        ..Scene::new(mesh, HolzapfelOgden.nearly_incompressible(bulk_modulus).along(fibres))
     }
 }
 

@@ -5,8 +5,8 @@ use crate::verify::reference::published;
 use crate::verify::solve::{displaced, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookeanShape;
-use sinew_energy::{FiniteElement, Law, Load, Nodes, Scene, Support};
-use sinew_mesh::{Mesh, cook_membrane};
+use sinew_energy::{Law, Load, Scene, Support};
+use sinew_mesh::{AnyMesh, cook_membrane};
 
 const THETA: [f64; 1] = [80.1938];
 const BULK: f64 = 400_942.0;
@@ -80,17 +80,14 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
 }
 
 /// Elements without a field of pressure, of a law with its θ.
-pub(super) fn climb<L: Law<0>, const N: usize>(
+pub(super) fn climb<L: Law<0>, M: Into<AnyMesh>>(
     rows: &mut Rows<'_>,
     formulation: Formulation,
     ladder: &Ladder,
     (law, theta): &(L, &[f64]),
     limit: f64,
-    mesh: impl Fn(usize) -> Mesh<N>,
-) -> Result<()>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+    mesh: impl Fn(usize) -> M,
+) -> Result<()> {
     for &(squares, band) in ladder {
         let found = displaced(membrane(mesh(squares), law.clone(), theta), formulation, theta)?;
         let pair = [found.at(UPPER)[1], limit];
@@ -99,7 +96,7 @@ where
     Ok(())
 }
 
-fn membrane<L: Law<0>, const N: usize>(mesh: Mesh<N>, law: L, theta: &[f64]) -> Scene<L, 0, N> {
+fn membrane<L: Law<0>>(mesh: impl Into<AnyMesh>, law: L, theta: &[f64]) -> Scene {
     let loads = vec![Load::Traction { facets: "x_max".into(), value: [0.0, SHEAR, 0.0] }];
     scene(mesh, law, theta, loads, vec![Support::clamped("x_min")])
 }

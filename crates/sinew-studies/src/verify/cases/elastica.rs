@@ -6,8 +6,8 @@ use crate::verify::reference::{Elastica, Tip};
 use crate::verify::solve::{displaced, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{FiniteElement, Load, Nodes, Support};
-use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
+use sinew_energy::{Load, Support};
+use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra};
 
 const LENGTH: f64 = 100.0;
 /// μ and λ: Young's modulus 1, Poisson's ratio 0.
@@ -50,16 +50,13 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     Ok(())
 }
 
-fn climb<const N: usize>(
+fn climb<M: Into<AnyMesh>>(
     rows: &mut Rows<'_>,
     load: Elastica,
     formulation: Formulation,
     ladder: &Boxes,
-    mesh: impl Fn([usize; 3]) -> Mesh<N>,
-) -> Result<()>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+    mesh: impl Fn([usize; 3]) -> M,
+) -> Result<()> {
     let Tip { along, across } = load.tip()?;
     // The unit square turns forces into forces per area, and forces per length into body forces.
     let (name, force) = match load {

@@ -5,7 +5,7 @@ use sinew_energy::laws::{
     Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
     NeoHookeanShape,
 };
-use sinew_energy::{Body, Law, Parameter, SceneError, Solid, at_points};
+use sinew_energy::{Body, Law, Parameter, SceneError, Solid};
 use sinew_mesh::{HexMesh, TetMesh, box_hexahedra, box_tetrahedra};
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ impl Material {
         theta: &[f64],
     ) -> Self {
         let axes: [_; D] = std::array::from_fn(|direction| FRAME[direction]);
-        let at = move |points| at_points(law.clone(), vec![axes; points]);
+        let at = move |points| law.clone().along(vec![axes; points]);
         Self { name: name.into(), at: Box::new(at), theta: theta.to_vec() }
     }
 

@@ -5,10 +5,10 @@ use crate::verify::case::{Band, Case, Effort, Formulation, Rows};
 use crate::verify::reference::published;
 use crate::verify::solve::{Found, equilibrium, mixed, scene};
 use anyhow::Result;
-use sinew_energy::laws::{ActiveTension, Guccione, Penalty};
-use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, QuadraturePoint, Scene, Solid, Support};
+use sinew_energy::laws::{ActiveTension, Guccione};
+use sinew_energy::{Law, Load, Magnitude, Scene, Support};
 use sinew_fem::fibres::{EllipsoidWall, FibreRule};
-use sinew_mesh::{Mesh, TruncatedEllipsoid};
+use sinew_mesh::TruncatedEllipsoid;
 
 /// C \[kPa\], b_f, b_t, b_fs, T_a \[kPa\].
 const THETA: [f64; 5] = [2.0, 8.0, 2.0, 4.0, 60.0];
@@ -39,11 +39,11 @@ pub(super) const CASE: Case = Case {
 fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let exact = published::LAND_ACTIVE;
     for &meshed in effort.levels(1, MIXED) {
-        let ventricle = ventricle(meshed.0, MIXED_BULK, Nodes::<10>::FINE_QUADRATURE)?;
+        let ventricle = ventricle(MIXED_BULK, meshed.0, true)?;
         apexes(rows, Formulation::Mixed, meshed, &mixed(ventricle, 0.0, &THETA)?, exact)?;
     }
     for &meshed in effort.levels(0, QUADRATIC) {
-        let ventricle = ventricle(meshed.0, BULK, Nodes::<10>::QUADRATURE)?.loose_rims();
+        let ventricle = ventricle(BULK, meshed.0, false)?;
         let (solution, cost) = equilibrium(&ventricle.lower()?, &THETA)?;
         let (mesh, displacement) = (ventricle.mesh, solution.displacement);
         apexes(rows, Formulation::P2, meshed, &Found { mesh, displacement, cost }, exact)?;
@@ -51,31 +51,17 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     Ok(())
 }
 
-type Muscle = Solid<Guccione, Penalty, ActiveTension>;
-
-fn ventricle(
-    cells: [usize; 3],
-    bulk_modulus: f64,
-    rule: &[QuadraturePoint],
-) -> Result<Scene<Muscle, 3, 10>> {
+/// Ventricle whose material is laid at the quadrature points of its formulation.
+fn ventricle(bulk_modulus: f64, cells: [usize; 3], mixed: bool) -> Result<Scene> {
     let mesh = TruncatedEllipsoid::LAND.wall(cells).quadratic_tetrahedra();
     let magnitude = Magnitude::Fixed(PRESSURE);
     let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
     let law = Guccione.nearly_incompressible(bulk_modulus).of_whole_strain();
-    let directions = directions(&mesh, rule)?;
+    let law = law.with_active(ActiveTension);
     let supports = vec![Support::clamped("base")];
-    Ok(scene(mesh, law.with_active(ActiveTension), &THETA, loads, supports).directions(directions))
-}
-
-/// Fibre, sheet and normal at each quadrature point.
-fn directions(mesh: &Mesh<10>, rule: &[QuadraturePoint]) -> Result<Vec<[[f64; 3]; 3]>> {
-    let shapes: Vec<_> = rule.iter().map(|point| Nodes::<10>::shape(point.at)).collect();
-    let points = mesh.cells.iter().flat_map(|cell| shapes.iter().map(move |shape| (cell, shape)));
-    let frame = |(cell, shape): (&[usize; 10], &[f64; 10])| {
-        let at = std::array::from_fn(|i| {
-            cell.iter().zip(shape).map(|(&node, n)| n * mesh.points[node][i]).sum()
-        });
-        Ok(EllipsoidWall::LAND.frame(at, &FibreRule::NINETY, SLACK)?)
-    };
-    points.map(frame).collect()
+    let scene = scene(mesh, law.along(Vec::new()), &THETA, loads, supports);
+    let scene = if mixed { scene.mixed() } else { scene.loose_rims() };
+    let frame = |at| Ok(EllipsoidWall::LAND.frame(at, &FibreRule::NINETY, SLACK)?);
+    let frames = scene.quadrature_points().into_iter().map(frame).collect::<Result<_>>()?;
+    Ok(Scene { material: law.along(frames), ..scene })
 }

@@ -4,11 +4,11 @@ use super::boxes::{Boxes, boxes};
 use super::homogeneous::FRAME;
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::published;
-use crate::verify::solve::{Found, equilibrium, lower, mixed, scene, with_directions};
+use crate::verify::solve::{Found, along, equilibrium, lower, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
-use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, Scene, Support};
-use sinew_mesh::{Mesh, box_tetrahedra};
+use sinew_energy::{Load, Magnitude, Scene, Support};
+use sinew_mesh::{AnyMesh, box_tetrahedra};
 
 /// C \[kPa\], b_f, b_t, b_fs.
 const THETA: [f64; 4] = [2.0, 8.0, 2.0, 4.0];
@@ -64,27 +64,23 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     climb(rows, Formulation::FBar, effort.levels(2, PATCHES), mesh)
 }
 
-fn bar<const N: usize>(
-    mesh: Mesh<N>,
-    bulk_modulus: f64,
-) -> Scene<sinew_energy::NearlyIncompressible<Guccione>, 3, N> {
+fn bar(mesh: impl Into<AnyMesh>, bulk_modulus: f64) -> Scene {
+    let mesh = mesh.into();
     let magnitude = Magnitude::Fixed(PRESSURE);
     let loads = vec![Load::Pressure { facets: "z_min".into(), magnitude }];
     let supports = vec![Support::clamped("x_min")];
     let law = Guccione.nearly_incompressible(bulk_modulus).of_whole_strain();
-    with_directions(scene(mesh, law, &THETA, loads, supports), FRAME)
+    let material = along(&mesh, law, FRAME);
+    scene(mesh, material, &THETA, loads, supports)
 }
 
 /// Displacements alone, with ½κ(J − 1)². The rim of the loaded side is loose.
-fn climb<const N: usize>(
+fn climb<M: Into<AnyMesh>>(
     rows: &mut Rows<'_>,
     formulation: Formulation,
     ladder: &Boxes,
-    mesh: impl Fn([usize; 3]) -> Mesh<N>,
-) -> Result<()>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+    mesh: impl Fn([usize; 3]) -> M,
+) -> Result<()> {
     for &meshed in ladder {
         let bar = bar(mesh(meshed.0), BULK).loose_rims();
         let (solution, cost) = equilibrium(&lower(&bar, formulation)?, &THETA)?;
@@ -95,11 +91,11 @@ where
 }
 
 /// Beside the limit, and beside the same elements on the same mesh in FEniCS where there is such a run.
-fn push<const N: usize>(
+fn push(
     rows: &mut Rows<'_>,
     formulation: Formulation,
     (cells, band): ([usize; 3], Band),
-    found: &Found<N>,
+    found: &Found,
 ) -> Result<()> {
     let height = POINT[2] + found.at(POINT)[2];
     let label = Label::new(formulation, boxes(cells), "z of (10, ½, 1) [mm]");

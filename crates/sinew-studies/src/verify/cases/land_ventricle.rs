@@ -4,7 +4,7 @@ use super::homogeneous::FRAME;
 use super::radial::rollers;
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::published;
-use crate::verify::solve::{Found, mixed, scene, with_directions};
+use crate::verify::solve::{Found, along, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
 use sinew_energy::{Load, Magnitude, Support};
@@ -35,13 +35,14 @@ pub(super) const CASE: Case = Case {
 
 fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     for &meshed in effort.levels(1, LADDER) {
-        let mesh = TruncatedEllipsoid::LAND.quarter_wall(meshed.0).quadratic_tetrahedra();
+        let mesh = TruncatedEllipsoid::LAND.quarter_wall(meshed.0).quadratic_tetrahedra().into();
         let magnitude = Magnitude::Fixed(PRESSURE);
         let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
         let mut supports = rollers(&[("x_min", 0), ("y_min", 1)]);
         supports.push(Support::clamped("base"));
         let law = Guccione.nearly_incompressible(BULK).of_whole_strain();
-        let ventricle = with_directions(scene(mesh, law, &THETA, loads, supports), FRAME);
+        let material = along(&mesh, law, FRAME);
+        let ventricle = scene(mesh, material, &THETA, loads, supports);
         let found = mixed(ventricle, 0.0, &THETA)?;
         apexes(rows, Formulation::Mixed, meshed, &found, published::LAND_VENTRICLE)?;
     }
@@ -53,7 +54,7 @@ pub(super) fn apexes(
     rows: &mut Rows<'_>,
     formulation: Formulation,
     (cells, band): ([usize; 3], Band),
-    found: &Found<10>,
+    found: &Found,
     exact: [f64; 2],
 ) -> Result<()> {
     for (apex, height, exact) in [("inside", -17.0, exact[0]), ("outside", -20.0, exact[1])] {

@@ -6,7 +6,7 @@ use crate::verify::solve::{BOUNDARY, equilibrium, scene, with_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FiniteElement, Load, Nodes, Support};
-use sinew_mesh::{Mesh, TetMesh, box_hexahedra, box_tetrahedra};
+use sinew_mesh::{AnyMesh, Mesh, TetMesh, box_hexahedra, box_tetrahedra};
 use sinew_num::{Jet, Mat3, Scalar, Slope};
 use std::f64::consts::PI;
 
@@ -142,6 +142,7 @@ fn ladder<const M: usize>(
 fn solve<const N: usize>(mesh: Mesh<N>) -> Result<([f64; 2], Cost)>
 where
     Nodes<N>: FiniteElement<N>,
+    AnyMesh: From<Mesh<N>>,
 {
     let exact = |x: [f64; 3]| Compressible::displacement(x);
     let mesh = &with_boundary(mesh);

@@ -4,8 +4,8 @@ use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::solve::{BOUNDARY, equilibrium, lower, mixed, scene, with_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{FiniteElement, Nodes, Scene, Support};
-use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
+use sinew_energy::{Scene, Support};
+use sinew_mesh::{AnyMesh, Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 type Matrix = [[f64; 3]; 3];
 
@@ -59,7 +59,7 @@ fn compare<const N: usize>(
     theta: [f64; 2],
 ) -> Result<()>
 where
-    Nodes<N>: FiniteElement<N>,
+    AnyMesh: From<Mesh<N>>,
 {
     let (scene, exact) = moved(mesh.clone(), f, theta);
     let potential = lower(&scene, formulation)?;
@@ -88,19 +88,15 @@ fn compare_mixed(rows: &mut Rows<'_>, mesh: Mesh<10>, theta: [f64; 2]) -> Result
     rows.absolute(label, [error, 0.0], DISPLACEMENT, found.cost)
 }
 
-fn setup<const N: usize>(theta: [f64; 2]) -> String
-where
-    Nodes<N>: FiniteElement<N>,
-{
+fn setup<const N: usize>(theta: [f64; 2]) -> String {
     format!("{}, λ/μ = {}", sinew_mesh::Mesh::<N>::ELEMENT.plural, theta[1] / theta[0])
 }
 
 /// The body with a moved boundary, and the exact displacement.
-fn moved<const N: usize>(
-    mesh: Mesh<N>,
-    f: &Matrix,
-    theta: [f64; 2],
-) -> (Scene<NeoHookean, 0, N>, Vec<f64>) {
+fn moved<const N: usize>(mesh: Mesh<N>, f: &Matrix, theta: [f64; 2]) -> (Scene, Vec<f64>)
+where
+    AnyMesh: From<Mesh<N>>,
+{
     let motion = |x: [f64; 3]| -> [f64; 3] {
         std::array::from_fn(|i| (0..3).map(|j| f[i][j] * x[j]).sum::<f64>() - x[i])
     };

@@ -4,16 +4,16 @@ use crate::verify::case::{Band, Formulation, Label, Rows};
 use crate::verify::solve::Found;
 use anyhow::Result;
 use sinew_energy::{Load, Magnitude, Support};
-use sinew_mesh::Mesh;
+use sinew_mesh::AnyMesh;
 
 /// Inner and outer radius of spheres and cylinders.
 pub(super) const RADII: [f64; 2] = [1.0, 2.0];
 
 /// Displacements of both surfaces of an incompressible wall beside the exact radii.
-pub(super) fn surfaces<const N: usize>(
+pub(super) fn surfaces(
     rows: &mut Rows<'_>,
     (setup, band): (String, Band),
-    found: &Found<N>,
+    found: &Found,
     (dimension, kind): (usize, &str),
     exact: [f64; 2],
 ) -> Result<()> {
@@ -46,17 +46,12 @@ pub(super) fn rollers(sides: &[(&str, usize)]) -> Vec<Support> {
 }
 
 /// Mean displacement of a side away from the centre; for cylinders from the z axis, along which nothing moves.
-pub(super) fn outward<const N: usize>(
-    mesh: &Mesh<N>,
-    side: &str,
-    displacement: &[f64],
-    dimension: usize,
-) -> f64 {
-    let nodes = &mesh.node_sets[side];
+pub(super) fn outward(mesh: &AnyMesh, side: &str, displacement: &[f64], dimension: usize) -> f64 {
+    let nodes = &mesh.node_sets()[side];
     let moved = |&node: &usize| {
         let (mut before, mut after) = (0.0, 0.0);
         for i in 0..dimension {
-            let x = mesh.points[node][i];
+            let x = mesh.points()[node][i];
             before += x * x;
             after += (x + displacement[3 * node + i]).powi(2);
         }

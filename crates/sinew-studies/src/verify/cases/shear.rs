@@ -4,9 +4,9 @@ use super::homogeneous::{Material, Meshes, exponentials, mean_stress};
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Measure, Row, Rows};
 use crate::verify::solve::{BOUNDARY, equilibrium, lower, scene, with_boundary};
 use anyhow::{Context, Result};
+use sinew_energy::Support;
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean};
-use sinew_energy::{FiniteElement, Nodes, Support};
-use sinew_mesh::Mesh;
+use sinew_mesh::{AnyMesh, Mesh};
 
 /// Relative: eight digits.
 const EIGHT_DIGITS: Band = Band::below(1e-8);
@@ -73,7 +73,7 @@ fn worst<const N: usize>(
     stress: Stress<'_>,
 ) -> Result<Row>
 where
-    Nodes<N>: FiniteElement<N>,
+    AnyMesh: From<Mesh<N>>,
 {
     let Material { name, theta, .. } = material;
     let mut worst: Option<Row> = None;

@@ -6,8 +6,8 @@ use crate::verify::reference::{Biaxial, Fung, equibiaxial_bar, uniaxial_bar};
 use crate::verify::solve::{displacement_at, equilibrium, lower, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{FiniteElement, Nodes, Scene, Support};
-use sinew_mesh::Mesh;
+use sinew_energy::{Scene, Support};
+use sinew_mesh::AnyMesh;
 
 /// Relative: eight digits.
 const EIGHT_DIGITS: Band = Band::below(1e-8);
@@ -115,15 +115,15 @@ impl Meshes {
     }
 
     fn compare(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
-        displaced(rows, Formulation::P1, &self.tets, state)?;
-        displaced(rows, Formulation::FBar, &self.tets, state)?;
-        displaced(rows, Formulation::P2, &self.tets.quadratic(), state)?;
-        displaced(rows, Formulation::Q1, &self.hexes, state)?;
-        displaced(rows, Formulation::Q1FBar, &self.hexes, state)
+        displaced(rows, Formulation::P1, self.tets.clone(), state)?;
+        displaced(rows, Formulation::FBar, self.tets.clone(), state)?;
+        displaced(rows, Formulation::P2, self.tets.quadratic(), state)?;
+        displaced(rows, Formulation::Q1, self.hexes.clone(), state)?;
+        displaced(rows, Formulation::Q1FBar, self.hexes.clone(), state)
     }
 
     fn compare_mixed(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
-        let scene = block(&self.tets.quadratic(), state).mixed();
+        let scene = block(self.tets.quadratic(), state).mixed();
         let body = state.material.fill(scene.lower()?)?;
         let theta = &state.material.theta;
         let (solution, cost) = equilibrium(&body, theta)?;
@@ -136,7 +136,7 @@ impl Meshes {
 }
 
 /// A block on rollers, stretched.
-fn block<const N: usize>(mesh: &Mesh<N>, state: &State<'_>) -> Scene<NeoHookean, 0, N> {
+fn block(mesh: impl Into<AnyMesh>, state: &State<'_>) -> Scene {
     let along = |axis: usize, by: f64| std::array::from_fn(|i| (i == axis).then_some(by));
     let name = |axis: usize, end: &str| format!("{}_{end}", ["x", "y", "z"][axis]);
     let mut supports: Vec<_> =
@@ -144,29 +144,26 @@ fn block<const N: usize>(mesh: &Mesh<N>, state: &State<'_>) -> Scene<NeoHookean,
     for &axis in state.loaded() {
         supports.push(Support::uniform(name(axis, "max"), along(axis, state.stretch - 1.0)));
     }
-    scene(mesh.clone(), NeoHookean, &[1.0; 2], vec![], supports)
+    scene(mesh, NeoHookean, &[1.0; 2], vec![], supports)
 }
 
-fn displaced<const N: usize>(
+fn displaced(
     rows: &mut Rows<'_>,
     formulation: Formulation,
-    mesh: &Mesh<N>,
+    mesh: impl Into<AnyMesh>,
     state: &State<'_>,
-) -> Result<()>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+) -> Result<()> {
     let potential = state.material.fill(lower(&block(mesh, state), formulation)?)?;
     let theta = &state.material.theta;
     let (solution, cost) = equilibrium(&potential, theta)?;
     let piola = mean_stress(&potential, &solution.displacement, theta);
-    push(rows, formulation, (mesh, &solution.displacement), &piola, state, cost)
+    push(rows, formulation, (&potential.mesh, &solution.displacement), &piola, state, cost)
 }
 
-fn push<const N: usize>(
+fn push(
     rows: &mut Rows<'_>,
     formulation: Formulation,
-    (mesh, displacement): (&Mesh<N>, &[f64]),
+    (mesh, displacement): (&AnyMesh, &[f64]),
     piola: &Matrix,
     state: &State<'_>,
     cost: Cost,
