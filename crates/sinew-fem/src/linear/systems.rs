@@ -14,7 +14,8 @@ const MOST_ITERATIONS: usize = 400;
 
 impl System<'_> {
     /// Factorises the stiffness that was assembled last: the shift of its diagonal [relative to the mean] and the number
-    /// of its negative pivots. An indefinite one is shifted if `definite`, or if its factorisation fails.
+    /// of its negative pivots, at least one of them where they are not counted. An indefinite one is shifted, without a count, if
+    /// `definite`, or if its factorisation fails.
     pub(crate) fn factorise(&mut self, definite: bool) -> Option<(f64, usize)> {
         let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
         if let Some(coupling) = &mut self.coupling {
@@ -23,14 +24,24 @@ impl System<'_> {
         if self.factor.positive_definite(sparsity, matrix) {
             return Some((0.0, 0));
         }
-        let negative = self.factor.indefinite(sparsity, matrix);
-        match negative {
-            Some(negative) if !definite => Some((0.0, negative)),
-            _ => {
-                let shift = self.factor.shifted(sparsity, matrix)?;
-                Some((shift, negative.unwrap_or(1).max(1)))
-            }
+        if let Some(negative) =
+            (!definite).then(|| self.factor.indefinite(sparsity, matrix)).flatten()
+        {
+            return Some((0.0, negative));
         }
+        Some((self.factor.shifted(sparsity, matrix)?, 1))
+    }
+
+    /// Number of negative eigenvalues of the stiffness that was assembled last, and at least one where they cannot be counted; the factor
+    /// is then that of [`System::factorise`] with `definite`.
+    pub(crate) fn negative_eigenvalues(&mut self) -> usize {
+        let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
+        if self.factor.positive_definite(sparsity, matrix) {
+            return 0;
+        }
+        let negative = self.factor.indefinite(sparsity, matrix);
+        self.factor.shifted(sparsity, matrix);
+        negative.unwrap_or(1).max(1)
     }
 
     /// Solves for a change of the unknowns (free displacements, then pressures) by the whole derivative of the balance;

@@ -131,7 +131,7 @@ impl System<'_> {
         let mut negative_pivots = search.negative_pivots.unwrap_or(0);
         if negative_pivots > 0 && self.body.has_potential() {
             self.assemble(&search.at, &search.theta, search.load_factor, None);
-            negative_pivots = self.factorise(true).map_or(1, |(_, negative)| negative);
+            negative_pivots = self.negative_eigenvalues();
         }
         let Search {
             at: unknowns, place, load_factor, linear_iterations, jumped, by_place, ..
