@@ -57,6 +57,17 @@ impl Scene {
     }
 
     /// Places of the quadrature points of [`Scene::lower`] \[length\], cell by cell: one row of directions may be given for each.
+    ///
+    /// ```
+    /// use sinew_energy::{Law, Scene, laws::HolzapfelOgden};
+    ///
+    /// let law = HolzapfelOgden.nearly_incompressible(25.0);
+    /// let mesh = sinew_mesh::box_tetrahedra([1.0; 3], [1; 3]).quadratic();
+    /// let mut block = Scene::new(mesh, law.along(vec![]));
+    /// let fibre = |[x, _, _]: [f64; 3]| [[x.cos(), x.sin(), 0.0]];
+    /// block.material = law.along(block.quadrature_points().into_iter().map(fibre).collect());
+    /// assert_eq!(block.material.points(), Some(6 * 4)); // six tetrahedra, four points each
+    /// ```
     pub fn quadrature_points(&self) -> Vec<[f64; 3]> {
         with_cells!(&self.mesh, mesh => places(self, mesh))
     }

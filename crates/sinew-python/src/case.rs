@@ -35,6 +35,29 @@ impl NativeCase {
         Ok(Self { case, body: Arc::new(body) })
     }
 
+    /// A case, on a mesh in memory where one is given.
+    fn on(
+        py: Python<'_>,
+        case: Result<Case, sinew::CaseError>,
+        mesh: Option<&NativeMesh>,
+    ) -> PyResult<Self> {
+        let mut case = case.map_err(|error| Kind::Case.of(py, error))?;
+        if let Some(mesh) = mesh {
+            let (mesh, report) = mesh.make(py)?;
+            if report.unmatched_facets > 0 {
+                let reason = format!(
+                    "mesh: {} cells of the boundary are facets of no cell; give facets by the nodes of their cell",
+                    report.unmatched_facets
+                );
+                return Err(Kind::Case.of(py, reason));
+            }
+            case = case.on(mesh);
+            // The case is new, so that nothing stands there.
+            let _ = case.mesh.report.set(report);
+        }
+        Self::lowered(py, case)
+    }
+
     /// θ in the unit of the scene that the law has a meaning for.
     pub(crate) fn thetas(&self, thetas: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Vec<f64>>> {
         let (py, thetas) = (thetas.py(), rows(thetas));
@@ -59,21 +82,7 @@ impl NativeCase {
     #[staticmethod]
     #[pyo3(signature = (text, file, mesh=None))]
     fn parse(py: Python<'_>, text: &str, file: &str, mesh: Option<&NativeMesh>) -> PyResult<Self> {
-        let mut case = Case::parse(text, file).map_err(|error| Kind::Case.of(py, error))?;
-        if let Some(mesh) = mesh {
-            let (mesh, report) = mesh.make(py)?;
-            if report.unmatched_facets > 0 {
-                let reason = format!(
-                    "mesh: {} cells of the boundary are facets of no cell; give facets by the nodes of their cell",
-                    report.unmatched_facets
-                );
-                return Err(Kind::Case.of(py, reason));
-            }
-            case = case.on(mesh);
-            // The case is new, so that nothing stands there.
-            let _ = case.mesh.report.set(report);
-        }
-        Self::lowered(py, case)
+        Self::on(py, Case::parse(text, file), mesh)
     }
 
     /// The keys of a case file as JSON, on a mesh in memory where one is given.
@@ -87,9 +96,7 @@ impl NativeCase {
     ) -> PyResult<Self> {
         let table: toml::Table = serde_json::from_str(json)
             .map_err(|error| Kind::Case.of(py, format!("{name}: {error}")))?;
-        let text = toml::to_string(&table)
-            .map_err(|error| Kind::Case.of(py, format!("{name}: {error}")))?;
-        Self::parse(py, &text, name, mesh)
+        Self::on(py, Case::from_keys(&table, name), mesh)
     }
 
     #[getter]

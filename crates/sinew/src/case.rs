@@ -178,8 +178,27 @@ impl Case {
     /// # Errors
     /// Text that is not TOML; a key that is missing, misspelt or of the wrong type, with its line and a suggestion.
     pub fn parse(text: &str, file: &str) -> Result<Self, CaseError> {
-        let source = Source::new(file, text);
-        let mut case: Self = toml::from_str(text).map_err(|error| source.syntax(&error))?;
+        Self::of(Source::new(file, text), file)
+    }
+
+    /// Case of keys in memory, such as those of a program in Python; `name` names it in errors, which know no lines.
+    ///
+    /// ```
+    /// let keys = "law = \"neo-hookan\"\nsupports = []\nparameters = {}\nmesh = { file = \"bar.vtu\" }";
+    /// let error = sinew::Case::from_keys(&keys.parse()?, "bar")?.body().unwrap_err();
+    /// assert_eq!(error.to_string(), "bar, law: there is no law `neo-hookan`; did you mean `neo-hookean`?");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Case::parse`].
+    pub fn from_keys(keys: &toml::Table, name: &str) -> Result<Self, CaseError> {
+        Self::of(Source::unseen(name, &keys.to_string()), name)
+    }
+
+    fn of(source: Source, file: &str) -> Result<Self, CaseError> {
+        let mut case: Self =
+            toml::from_str(source.text()).map_err(|error| source.syntax(&error))?;
         if case.name.is_empty() {
             let stem = Path::new(file).file_stem().unwrap_or_default();
             case.name = stem.to_string_lossy().into_owned();

@@ -239,6 +239,8 @@ fn wrong_scenes_are_refused_with_advice() {
     assert_eq!(taken, SceneError::LoadParameter { index: 1, first: 2, count: 2 });
     let unused = refused(|s| s.parameters.push(parameter("p")));
     assert!(matches!(unused, SceneError::ParameterCount { given: 3, loads: 0, .. }));
+    let linear = block().mixed().lower().unwrap_err();
+    assert_eq!(linear, SceneError::LinearMixed { cells: "tetrahedra" });
     let log_of_zero = refused(|s| s.parameters[0].range = [0.0, 1.0]);
     assert!(matches!(log_of_zero, SceneError::Range { .. }));
 }

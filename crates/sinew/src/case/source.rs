@@ -10,11 +10,18 @@ use toml::de::{DeTable, DeValue};
 pub(crate) struct Source {
     file: String,
     text: String,
+    /// Whether the text was written here, so that its lines say nothing to its user.
+    unseen: bool,
 }
 
 impl Source {
     pub(crate) fn new(file: &str, text: &str) -> Self {
-        Self { file: file.into(), text: text.into() }
+        Self { file: file.into(), text: text.into(), unseen: false }
+    }
+
+    /// Text of keys in memory, of which no error names a line.
+    pub(crate) fn unseen(name: &str, text: &str) -> Self {
+        Self { unseen: true, ..Self::new(name, text) }
     }
 
     pub(crate) fn text(&self) -> &str {
@@ -25,7 +32,7 @@ impl Source {
     pub(crate) fn error(&self, keys: &[&str], reason: String) -> CaseError {
         CaseError::Key {
             file: self.file.clone(),
-            line: self.line_of(keys),
+            line: self.line_of(keys).filter(|_| !self.unseen),
             key: keys.join("."),
             reason,
         }
@@ -51,7 +58,7 @@ impl Source {
         };
         // A key missing at the top level has no line.
         let whole = keys.is_empty() && reason.contains(IS_MISSING);
-        let line = start.filter(|_| !whole).map(|start| self.line_at(start));
+        let line = start.filter(|_| !whole && !self.unseen).map(|start| self.line_at(start));
         CaseError::Key { file: self.file.clone(), line, key: keys.join("."), reason }
     }
 
