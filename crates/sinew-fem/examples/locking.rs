@@ -1,5 +1,5 @@
 //! Deflection that nearly incompressible elements lose: a beam under its own weight for three bulk moduli. `--thresholds` prints the
-//! measurements behind the limits of `sinew_fem::locking`.
+//! measurements behind `sinew_fem::LARGEST_BULK_TO_SHEAR`.
 //!
 //! `cargo run -p sinew-fem --example locking [-- --fine | --thresholds]`
 

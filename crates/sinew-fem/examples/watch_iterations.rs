@@ -5,7 +5,7 @@
 
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Parameter, Sampling, Scene, Support};
-use sinew_fem::{IterationSeries, Options, Solver, locking, print_progress, report};
+use sinew_fem::{IterationSeries, Options, Solver, print_progress, report};
 use sinew_mesh::box_tetrahedra;
 use std::error::Error;
 use std::path::PathBuf;
@@ -26,10 +26,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     .lower()?;
     let theta = [75.0, 75.0];
-    if let Some(warning) = locking(&potential, &theta)? {
-        eprintln!("before the solve: {warning}\n");
-    }
-
     let folder = std::env::args_os().nth(1).map_or_else(std::env::temp_dir, PathBuf::from);
     let mut series = IterationSeries::new(&potential, folder.join("watched_beam"));
     let solved =

@@ -90,8 +90,8 @@ mod unload;
 
 pub use diagnose::error_estimate::{Distance, ErrorEstimate, NotNearEquilibrium};
 pub use diagnose::locking::{
-    FormulationDifference, FormulationError, LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions,
-    compare_formulations, locking, locking_over_ranges,
+    FormulationDifference, FormulationError, LARGEST_BULK_TO_SHEAR, LockingWarning,
+    compare_formulations, locking, locking_at_centre,
 };
 pub use diagnose::named::{CellValue, RigidMode};
 pub use diagnose::report::{Reaction, SolutionReport, Warning, report};

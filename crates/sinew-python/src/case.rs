@@ -12,7 +12,7 @@ use sinew::case::Formulation;
 use sinew::{Body, Case, admissible, locking_in_words, outside, theta_in_words, theta_of};
 use sinew_emulate::{Answers, Design, simulate_by};
 use sinew_energy::{Fibres, Sampling};
-use sinew_fem::{LoadSteps, Options, Unload, UnloadOptions};
+use sinew_fem::{LoadSteps, Options, Unload, UnloadOptions, locking};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -176,10 +176,10 @@ impl NativeCase {
         mesh.chain(self.case.warnings(&self.body)).collect()
     }
 
-    /// A warning that the cells are too stiff somewhere in the ranges of the parameters, if they are.
+    /// A warning that the cells are too stiff in the middle of the ranges of the parameters, if they are.
     fn locking(&self, py: Python<'_>) -> PyResult<Option<String>> {
-        let found = sinew_fem::locking_over_ranges(&self.body)
-            .map_err(|error| Kind::Solve.of(py, error))?;
+        let found =
+            sinew_fem::locking_at_centre(&self.body).map_err(|error| Kind::Solve.of(py, error))?;
         Ok(found.map(|found| locking_in_words(&found)))
     }
 
@@ -356,8 +356,8 @@ impl NativeCase {
         numbers.set_item("distance", found.loading.map_or(f64::NAN, |loading| loading.distance))?;
         numbers.set_item("volume_ratios", found.volume_ratios.map(|ratio| ratio.value))?;
         numbers.set_item("iterations", found.iterations)?;
-        numbers
-            .set_item("warnings", found.locking.iter().map(locking_in_words).collect::<Vec<_>>())?;
+        let stiff = locking(&found.rest, &found.theta, &found.displacement()).ok().flatten();
+        numbers.set_item("warnings", stiff.iter().map(locking_in_words).collect::<Vec<_>>())?;
         Ok((Self::lowered(py, rest)?, numbers))
     }
 

@@ -8,7 +8,7 @@ use sinew::case::doubtful_displacements;
 use sinew::stresses::{StressField, stress_fields};
 use sinew::{Body, Simulations, locking_in_words, theta_in_words};
 use sinew_emulate::{Answers, Method};
-use sinew_fem::{LockingWarning, cell_stresses, locking};
+use sinew_fem::{cell_stresses, locking};
 
 /// Stress and strain of the cells at one displacement, by name.
 pub(crate) fn stresses<'py>(
@@ -38,7 +38,9 @@ pub(crate) fn solutions<'py>(
     thetas: &[Vec<f64>],
     found: Simulations,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let mut warnings: Vec<String> = locking_at(body, thetas).iter().map(locking_in_words).collect();
+    let first = found.thetas.first().zip(found.fields.first());
+    let stiff = first.and_then(|(theta, field)| locking(body, theta, field).ok().flatten());
+    let mut warnings: Vec<String> = stiff.iter().map(locking_in_words).collect();
     let fields: Vec<_> = found.fields.iter().map(Vec::as_slice).collect();
     warnings.extend(doubtful_displacements(body, &fields));
     warnings.extend(branched(body, &found));
@@ -88,12 +90,6 @@ pub(crate) fn answers<'py>(
     result.set_item("failures", failures)?;
     result.set_item("method", found.plan.method().name())?;
     Ok(result)
-}
-
-/// The worst of the warnings that the cells are too stiff.
-fn locking_at(body: &Body, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
-    let found = thetas.iter().filter_map(|theta| locking(body, theta).ok().flatten());
-    found.max_by(|a, b| a.expected_share.total_cmp(&b.expected_share))
 }
 
 /// Failures by row, seconds by row, and all displacements, NaN for failed rows.

@@ -3,6 +3,7 @@
 mod anchors;
 mod bulk_moduli;
 mod by_size;
+mod locking;
 mod organ;
 mod patient_cost;
 mod real_heart;
@@ -24,6 +25,9 @@ pub enum Measurement {
     BulkModuli,
     /// Cost of preparation and of an answer by the size of a body, beside a sweep of the solver
     BySize(by_size::Arguments),
+    /// Displacement that linear tetrahedra lose, by the estimate and by a solve in quadratic ones: blocks, plates, ventricles, livers; the
+    /// published organs and the surfaces of a real heart where ../shared/meshes has them
+    Locking,
     /// Processor time of one patient, stage by stage
     PatientCost(patient_cost::Arguments),
     /// The left ventricle of a real heart over one beat, meshed from its surfaces and loaded; the surfaces of
@@ -70,6 +74,7 @@ impl Measurement {
             Self::Anchors(arguments) => anchors::run(arguments),
             Self::BulkModuli => bulk_moduli::run(),
             Self::BySize(arguments) => by_size::run(&arguments),
+            Self::Locking => locking::run(),
             Self::PatientCost(arguments) => patient_cost::run(&arguments),
             Self::RealHeart { nodes, pressure } => real_heart::run(&nodes, pressure),
             Self::TractionBeam { points } => traction_beam::run(points),

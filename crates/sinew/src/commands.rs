@@ -28,7 +28,7 @@ use sinew::{
     theta_in_words,
 };
 use sinew_emulate::{Terminal, simulate_by};
-use sinew_fem::Options;
+use sinew_fem::{LockingWarning, Options, SolveError};
 use std::path::{Path, PathBuf};
 use stop::Stoppable;
 
@@ -187,9 +187,11 @@ impl Neighbour {
 }
 
 /// Tells on standard error that cells are too stiff for the body, if they are.
-pub(crate) fn warn_of_locking(locking: Option<sinew_fem::LockingWarning>) {
-    if let Some(found) = locking {
-        eprintln!("warning: {}", sinew::locking_in_words(&found));
+pub(crate) fn warn_of_locking(locking: Result<Option<LockingWarning>, SolveError>) {
+    match locking {
+        Ok(None) => {}
+        Ok(Some(found)) => eprintln!("warning: {}", sinew::locking_in_words(&found)),
+        Err(why) => eprintln!("warning: whether the cells are too stiff is not known: {why}"),
     }
 }
 

@@ -7,6 +7,7 @@ use sinew_emulate::{
     CaseErrors, CurvePoint, Emulator, Errors, Evaluation, METRICS, Quantiles, TestSet, Warning,
     median_and_worst,
 };
+use sinew_fem::locking;
 use sinew_report::format::seconds as duration;
 use sinew_report::{ReportError, Surfaces, density};
 use std::fmt;
@@ -110,8 +111,8 @@ impl Comparison {
         let mut motion = surfaces.clone();
         (motion.quantity, motion.linear) = ("How the body moves: ‖u‖ at the nodes".into(), true);
         draw_motion(&mut motion, test)?;
-        // Ranges were looked at when the body was made.
-        let locking = sinew_fem::locking_over_ranges(body).ok().flatten();
+        let solved = test.thetas.first().zip(test.fields.first());
+        let locking = solved.and_then(|(theta, field)| locking(body, theta, field).ok().flatten());
         let norm = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
         let lengths =
             test.fields.iter().flat_map(|field| field.as_chunks::<3>().0.iter().map(norm));

@@ -9,7 +9,7 @@ use sinew_fem::LockingWarning;
 /// use sinew::{Case, locking_in_words};
 ///
 /// let case = Case::parse(sinew::scenes::SCENES[0].text, "beam.toml")?;
-/// let warning = sinew_fem::locking_over_ranges(&case.body()?)?.expect("linear tetrahedra lock");
+/// let warning = sinew_fem::locking_at_centre(&case.body()?)?.expect("linear tetrahedra lock");
 /// assert!(locking_in_words(&warning).contains("formulation = \"quadratic\""));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

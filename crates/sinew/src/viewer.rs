@@ -7,7 +7,7 @@ mod refused;
 mod sampled;
 mod surface;
 
-use crate::Emulator;
+use crate::{Emulator, locking_in_words};
 use compact::Compact;
 use error::ErrorModel;
 use fields::Colour;
@@ -74,6 +74,10 @@ pub fn viewer(
         viewer.facts.push((quantity.name.clone(), told));
         viewer.quantities.push(quantity);
     }
+    let theta = body.centre();
+    let centre = emulator.predict(std::slice::from_ref(&theta))?;
+    let locking = sinew_fem::locking(body, &theta, centre.field(0)).ok().flatten();
+    viewer.notes.extend(locking.iter().map(locking_in_words));
     let found = ErrorModel::of(emulator, &motion.shown, &surface, &fitted, &checked, observer)?;
     viewer.facts.push(("shown error".into(), found.told.clone()));
     viewer.quantities.extend(found.quantity);

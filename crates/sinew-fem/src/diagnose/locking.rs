@@ -1,17 +1,17 @@
-//! Locking of linear elements: the displacement that is lost, estimated before a solve from mesh and material alone.
+//! Locking of linear elements: the displacement that is lost, estimated at an equilibrium by one linear problem in enriched cells.
 //!
-//! The model of the loss was fitted to beams, cubes and ventricles against quadratic tetrahedra:
-//! `cargo test --workspace --test fem locking -- --nocapture` (docs/verification.md, "Locking").
+//! Estimates beside measurements: `cargo xtask measure locking` (docs/design.md, "Elements").
 
 mod comparison;
-mod model;
-mod proportions;
+mod enriched;
+mod estimate;
 
 pub use comparison::{FormulationDifference, FormulationError, compare_formulations};
-pub use proportions::Proportions;
 
-use model::Model;
-use sinew_energy::{Body, ThetaError};
+use crate::elements::check::check_state;
+use crate::elements::system::System;
+use crate::{Options, SolveError, Solver};
+use sinew_energy::Body;
 use sinew_mesh::Element;
 use sinew_num::Mat3;
 use std::fmt;
@@ -19,12 +19,8 @@ use std::fmt;
 /// Above this K/μ, linear elements resist bending by their volume: at 5, tetrahedra with three elements through
 /// the thickness of a beam lose 13 % of its deflection, with six 6 %.
 pub const LARGEST_BULK_TO_SHEAR: f64 = 5.0;
-/// Ratio of length and thickness from which on bodies bend rather than shear.
-const SLENDER: f64 = 3.0;
 /// A smaller share of the displacement is no more than other errors of discretisation.
 const LEAST_SHARE: f64 = 0.06;
-/// Number of parameters whose ranges are combined in all corners: 1024 evaluations of the law.
-const MOST_CORNERS: usize = 10;
 
 /// Locking of the elements of a body, in numbers.
 ///
@@ -34,30 +30,32 @@ pub struct LockingWarning {
     /// The elements.
     pub element: &'static Element,
     /// Expected loss relative to the displacement of elements that do not lock, 0 to 1; within a factor of two on the
-    /// bodies of the fit.
+    /// bodies of docs/design.md.
     pub expected_share: f64,
     /// Ratio K/μ of bulk and shear modulus at rest if it exceeds [`LARGEST_BULK_TO_SHEAR`] and no volume ratio
     /// is averaged; +∞ when the material resists changes of volume only.
     pub bulk_to_shear: Option<f64>,
-    /// The body's proportions if it is slender and has too few elements through its thickness.
-    pub bending: Option<Proportions>,
 }
 
-/// Whether the elements of a body are too stiff for it at θ: `None` when they are not, and for quadratic ones.
+/// Whether the elements of a body are too stiff for it at an equilibrium \[length\]: `None` when they lose less than 6 % of the
+/// displacement, and for quadratic ones.
 ///
-/// - K and μ are estimated from the tangent at rest, `K = I:A:I/9` and `10 μ = tr A − 3K`, which is exact for
-///   isotropic laws.
-/// - The thickness is four times the volume over the surface, that of a rod, but no more than the least
-///   principal extent. A curved shell counts as twice as thick.
-/// - The loss is that of beams in bending, reduced for stout bodies. A body in pure tension loses less.
+/// The stiffness of quadratic simplices, or of hexahedra with incompatible modes, is taken at the displacement of the linear ones, with a
+/// smooth pressure. It gives another response to the loads, by conjugate gradients with the factor of the linear elements. The displacement
+/// follows from both by the power of the load that it grows with. A solution or a prediction may be judged; the displacement zero is judged by
+/// the response at rest.
 ///
 /// ```
 /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+/// # use sinew_fem::{Options, Solver, locking};
 /// # use sinew_mesh::box_tetrahedra;
 /// # let parameter = |name: &str| Parameter::log(name, "kPa", 1.0..=1e6);
 /// # let scene = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean).parameter(parameter("mu"))
 /// #     .parameter(parameter("lambda")).load(Load::BodyForce([0.0, 0.0, -9.8e-3])).support(Support::clamped("x_min"));
-/// let warning = sinew_fem::locking(&scene.lower()?, &[75.0, 7500.0])?.expect("linear tetrahedra lock");
+/// let body = scene.lower()?;
+/// let theta = [75.0, 7500.0];
+/// let solution = Solver::new(&body)?.solve(&theta, &Options::default())?;
+/// let warning = locking(&body, &theta, &solution.displacement)?.expect("linear tetrahedra lock");
 /// assert!((warning.bulk_to_shear.unwrap() - (100.0 + 2.0 / 3.0)).abs() < 1e-9);
 /// // Measured: 12.5 mm of 47.8 mm, so that 74 % are lost.
 /// assert!((warning.expected_share / 0.74 - 1.0).abs() < 0.25);
@@ -66,67 +64,39 @@ pub struct LockingWarning {
 /// ```
 ///
 /// # Errors
-/// θ that makes no sense.
-pub fn locking(potential: &Body, theta: &[f64]) -> Result<Option<LockingWarning>, ThetaError> {
-    potential.check_theta(theta)?;
-    Ok(locking_of(potential, theta, || Proportions::of(potential)))
+/// θ or a displacement that are not of the body, a displacement that inverts a cell, a body that is free to move.
+pub fn locking(
+    body: &Body,
+    theta: &[f64],
+    displacement: &[f64],
+) -> Result<Option<LockingWarning>, SolveError> {
+    check_state(body, displacement, theta)?;
+    let element = body.element();
+    if element.is_quadratic() {
+        return Ok(None);
+    }
+    let expected_share = System::new(body)?.loss(displacement, theta)?;
+    let ratio = bulk_to_shear(body, theta).filter(|_| body.patches.is_empty());
+    let bulk_to_shear = ratio.filter(|&ratio| ratio > LARGEST_BULK_TO_SHEAR);
+    let warning = LockingWarning { element, expected_share, bulk_to_shear };
+    Ok((expected_share >= LEAST_SHARE).then_some(warning))
 }
 
-/// Locking at the corner of the ranges of the law's parameters that loses the most.
-///
-/// ```
-/// # use sinew_energy::{Load, Parameter, Scene, Support, laws::{ByYoungPoisson, NeoHookean}};
-/// # use sinew_mesh::box_tetrahedra;
-/// # let law = ByYoungPoisson(NeoHookean);
-/// # let scene = Scene::new(box_tetrahedra([10.0; 3], [3; 3]), law).parameter(Parameter::log("E", "kPa", 1.0..=6.0))
-/// #     .parameter(Parameter::log("nu", "1", 0.3..=0.45)).load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
-/// #     .support(Support::clamped("x_min"));
-/// let warning = sinew_fem::locking_over_ranges(&scene.lower()?)?.expect("nu = 0.45 locks");
-/// assert!((warning.bulk_to_shear.unwrap() - 29.0 / 3.0).abs() < 1e-9);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// [`locking`] at the equilibrium in the middle of the ranges of all parameters, which is solved for; at rest where there is none.
 ///
 /// # Errors
-/// Ranges outside the bounds of the law.
-pub fn locking_over_ranges(potential: &Body) -> Result<Option<LockingWarning>, ThetaError> {
-    let centre = potential.centre();
-    let free = potential.material.parameters().len().min(potential.parameters.len());
-    let proportions = Proportions::of(potential);
-    let mut worst: Option<LockingWarning> = None;
-    for corner in 0..1_usize << free.min(MOST_CORNERS) {
-        let mut theta = centre.clone();
-        for (bit, parameter) in potential.parameters[..free].iter().enumerate() {
-            theta[bit] = parameter.range[corner >> bit.min(MOST_CORNERS - 1) & 1];
-        }
-        potential.check_theta(&theta)?;
-        let found = locking_of(potential, &theta, || proportions);
-        let more = |w: &LockingWarning| worst.is_none_or(|o| o.expected_share < w.expected_share);
-        worst = found.filter(more).or(worst);
+/// As for [`locking`].
+pub fn locking_at_centre(body: &Body) -> Result<Option<LockingWarning>, SolveError> {
+    let theta = body.centre();
+    body.check_theta(&theta)?;
+    if body.element().is_quadratic() {
+        return Ok(None);
     }
-    Ok(worst)
-}
-
-/// Locking at a checked θ, with the body's proportions given.
-pub(crate) fn locking_of(
-    potential: &Body,
-    theta: &[f64],
-    proportions: impl FnOnce() -> Option<Proportions>,
-) -> Option<LockingWarning> {
-    let element = potential.element();
-    if element.is_quadratic() {
-        return None;
+    match Solver::new(body)?.solve(&theta, &Options::default()) {
+        Ok(solution) => locking(body, &theta, &solution.displacement),
+        Err(SolveError::NotConverged(_)) => locking(body, &theta, &vec![0.0; 3 * body.nodes]),
+        Err(other) => Err(other),
     }
-    let averaged = !potential.patches.is_empty();
-    let ratio = bulk_to_shear(potential, theta).filter(|_| !averaged);
-    let bulk_to_shear = ratio.filter(|&ratio| ratio > LARGEST_BULK_TO_SHEAR);
-    let body = proportions()?;
-    let bending = (body.slenderness > SLENDER).then_some(body);
-    if bulk_to_shear.is_none() && bending.is_none() {
-        return None;
-    }
-    let expected_share = Model::of(element, averaged).share(&body, ratio);
-    let locks = expected_share >= LEAST_SHARE;
-    locks.then_some(LockingWarning { element, expected_share, bulk_to_shear, bending })
 }
 
 /// Points of a body at which K/μ is evaluated: one cell may be a scar.
@@ -160,7 +130,7 @@ fn bulk_to_shear_at(potential: &Body, theta: &[f64], point: usize) -> Option<f64
 impl LockingWarning {
     /// Expected loss and its cause, without a remedy.
     pub fn reason(&self) -> String {
-        let Self { element, expected_share, bulk_to_shear, bending } = self;
+        let Self { element, expected_share, bulk_to_shear } = self;
         let lost = 100.0 * expected_share;
         let mut text = format!(
             "linear {} are too stiff here: they are expected to lose {lost:.0} % of the displacement",
@@ -168,11 +138,6 @@ impl LockingWarning {
         );
         if let Some(ratio) = bulk_to_shear {
             text += &format!("; K/mu = {ratio:.1} is above {LARGEST_BULK_TO_SHEAR}");
-        }
-        if let Some(Proportions { slenderness, elements_through_thickness: across, .. }) = bending {
-            text += &format!(
-                "; the body is {slenderness:.1} times as long as thick with {across:.1} elements through its thickness"
-            );
         }
         text
     }

@@ -13,7 +13,7 @@ use crate::elements::cells::{
     MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
 use crate::elements::check::check_length;
-use crate::{Solution, SolveError};
+use crate::{Solution, SolveError, locking};
 use forces::Forces;
 use sinew_energy::Body;
 
@@ -103,7 +103,7 @@ pub fn report(body: &Body, solution: &Solution) -> Result<SolutionReport, SolveE
         warnings: Vec::new(),
     };
     report.warnings = warning::of(&report, solution.negative_pivots);
-    report.warnings.extend(solution.locking.map(Warning::Locking));
+    report.warnings.extend(locking(body, theta, displacement)?.map(Warning::Locking));
     Ok(report)
 }
 

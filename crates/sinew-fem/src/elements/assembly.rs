@@ -35,7 +35,7 @@ pub(crate) struct Assembly {
     /// Displacement gradient, stress and tangent at each quadrature point.
     points: Vec<(Mat3<f64>, Response)>,
     /// Shared quantities of the points of each patch, if there are patches.
-    pub(super) patches: Vec<PatchResponse>,
+    pub(crate) patches: Vec<PatchResponse>,
     /// Whether the bulk modulus acts as a constraint on J.
     pub(crate) nearly_incompressible: bool,
 }

@@ -134,6 +134,16 @@ impl PatchResponse {
         lower
     }
 
+    /// The patch with other tangents and without the terms of the mean volume.
+    pub(crate) fn without_mean(&self, tangents: impl Iterator<Item = [[f64; 9]; 9]>) -> Self {
+        let mut patch = self.clone();
+        patch.mean.fill(0.0);
+        patch.mixed.fill(0.0);
+        let points = patch.points.iter_mut().zip(tangents);
+        points.for_each(|((_, response), tangent)| response.tangent = tangent);
+        patch
+    }
+
     fn degree_of_freedom(&self, slot: usize) -> usize {
         3 * self.nodes[slot / 3] + slot % 3
     }

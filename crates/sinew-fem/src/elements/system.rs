@@ -1,6 +1,6 @@
 //! The discrete system of Newton's method: the balance of forces of a body and its derivatives at the assembled state.
 
-use crate::diagnose::locking::locking_of;
+use crate::SolveError;
 use crate::diagnose::rigid::check_supports;
 use crate::elements::assembly::Assembly;
 use crate::elements::followers::Followers;
@@ -11,10 +11,9 @@ use crate::elements::supports::place;
 use crate::linear::factor::Factor;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::norm;
-use crate::{LockingWarning, Proportions, SolveError};
 use sinew_energy::{Body, PressureSurface};
 use sinew_num::Mat3;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// Unknowns at one load: displacement of all nodes, and the field of pressure if there is one.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,8 +49,6 @@ pub(crate) struct System<'p> {
     pub followers: Followers<'p>,
     /// The field of pressure with its coupling to displacements, if there is one.
     pub coupling: Option<Coupling<'p>>,
-    /// Proportions of the body, once they were asked for.
-    proportions: Arc<OnceLock<Option<Proportions>>>,
 }
 
 impl<'p> System<'p> {
@@ -63,8 +60,7 @@ impl<'p> System<'p> {
         let assembly = Assembly::new(&sparsity, body.volumes.len(), body.prescribed.len());
         let coupling = body.pressure_field.as_ref().map(|field| Coupling::new(body, field));
         let followers = Followers::new(&body.followers);
-        let proportions = Arc::default();
-        Ok(Self { body, sparsity, assembly, factor, followers, coupling, proportions })
+        Ok(Self { body, sparsity, assembly, factor, followers, coupling })
     }
 
     /// Another one of the same body, for another thread; it shares what is prepared.
@@ -84,14 +80,7 @@ impl<'p> System<'p> {
             factor: self.factor.fresh()?,
             followers: Followers::new(&body.followers),
             coupling: None,
-            proportions: self.proportions.clone(),
         })
-    }
-
-    /// Elements that are too stiff for the body.
-    pub(crate) fn locking(&self, theta: &[f64]) -> Option<LockingWarning> {
-        let proportions = || *self.proportions.get_or_init(|| Proportions::of(self.body));
-        locking_of(self.body, theta, proportions)
     }
 
     /// Number of unknown pressures.

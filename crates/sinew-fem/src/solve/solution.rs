@@ -1,8 +1,8 @@
 //! Result of a solve.
 
+use crate::History;
 use crate::elements::system::System;
 use crate::solve::search::Equilibrium;
-use crate::{History, LockingWarning};
 use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;
 
@@ -35,8 +35,6 @@ pub struct Solution {
     pub least_volume_ratio: f64,
     /// Number of negative eigenvalues of the symmetric part of the last stiffness of the displacements: 0 for a stable equilibrium of a potential.
     pub negative_pivots: usize,
-    /// Elements that are too stiff for this body, so that the displacement is too small.
-    pub locking: Option<LockingWarning>,
     /// Number of load steps, 1 if the whole load was applied at once; includes those of the softer bodies that lead to
     /// a nearly incompressible one.
     pub load_steps: usize,
@@ -80,7 +78,6 @@ impl Solution {
             force_scale: found.force_scale,
             least_volume_ratio: found.least_volume_ratio,
             negative_pivots: found.negative_pivots,
-            locking: system.locking(theta),
             load_steps,
             jumped: found.jumped,
             linear_iterations: found.linear_iterations,

@@ -2,8 +2,8 @@
 
 use super::image::Image;
 use super::state::Trial;
+use crate::CellValue;
 use crate::elements::cells::{largest, least, per_cell};
-use crate::{CellValue, LockingWarning};
 use sinew_energy::{Body, Fibres};
 use std::time::Instant;
 
@@ -26,8 +26,6 @@ pub struct Unloaded {
     pub force_scale: f64,
     /// The check that loading from rest leads to the image, if it was asked for.
     pub loading: Option<Loading>,
-    /// Elements that are too stiff for the body, so that it is unloaded too little.
-    pub locking: Option<LockingWarning>,
     /// Newton iterations, all load steps together.
     pub iterations: usize,
     /// Number of load steps, 1 when the whole load was taken at once.
@@ -66,7 +64,6 @@ impl Unloaded {
             residual: trial.force,
             force_scale: trial.scale,
             loading,
-            locking: image.system.locking(theta),
             iterations,
             load_steps,
             seconds: start.elapsed().as_secs_f64(),

@@ -5,8 +5,8 @@ use anyhow::Result;
 use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{
-    Chamber, Field, Size, TriangleMesh, TruncatedEllipsoid, WallOptions, extract_surface,
-    read_mesh, write_surface,
+    Chamber, ChamberWall, Field, Size, TetMesh, TriangleMesh, TruncatedEllipsoid, WallOptions,
+    extract_surface, read_mesh, write_surface,
 };
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -48,19 +48,10 @@ pub(super) fn run(sizes: &[usize], pressure: f64) -> Result<()> {
 }
 
 fn row(name: &str, surfaces: &Surfaces3, nodes: usize, pressure: f64) -> Result<()> {
-    let (endocardium, epicardium, septum) = surfaces;
-    let chamber = Chamber { endocardium, epicardium, septum: septum.as_ref() };
     let start = Instant::now();
-    let wall = chamber.wall(&WallOptions { size: Size::Nodes(nodes), ..WallOptions::default() })?;
+    let wall = meshed(surfaces, nodes)?;
     let seconds = start.elapsed().as_secs_f64();
-    let (mut mesh, report) = (wall.tetrahedra(), wall.report());
-    let names = Surfaces { endocardium: "endocardium", epicardium: "epicardium", base: "base" };
-    let frames =
-        VentricleCoordinates::new(&mesh, &names)?.cell_frames(&FibreRule::SIXTY, Depth::Thickness);
-    let fibres: Vec<[f64; 3]> = frames.iter().map(|frame| frame[0]).collect();
-    mesh.cell_fields.insert("fibre".into(), Field::vectors(&fibres));
-    let cavity = mesh.facet_sets["endocardium"].clone();
-    mesh.facet_sets.insert("region:1".into(), cavity);
+    let (mesh, report) = (with_fibres(&wall)?, wall.report());
     let quality = &report.quality;
     print!(
         "{name:<6} {:>6} {:>6} {seconds:>7.2} {:>9.1} {:>6.2} {:>8.1} {:>8.2} ",
@@ -88,8 +79,28 @@ fn row(name: &str, surfaces: &Surfaces3, nodes: usize, pressure: f64) -> Result<
     Ok(())
 }
 
+/// The wall between surfaces with about so many nodes.
+pub(super) fn meshed(surfaces: &Surfaces3, nodes: usize) -> Result<ChamberWall> {
+    let (endocardium, epicardium, septum) = surfaces;
+    let chamber = Chamber { endocardium, epicardium, septum: septum.as_ref() };
+    Ok(chamber.wall(&WallOptions { size: Size::Nodes(nodes), ..WallOptions::default() })?)
+}
+
+/// Tetrahedra with fibres by rule, and the set of the scene's pressure.
+pub(super) fn with_fibres(wall: &ChamberWall) -> Result<TetMesh> {
+    let mut mesh = wall.tetrahedra();
+    let names = Surfaces { endocardium: "endocardium", epicardium: "epicardium", base: "base" };
+    let frames =
+        VentricleCoordinates::new(&mesh, &names)?.cell_frames(&FibreRule::SIXTY, Depth::Thickness);
+    let fibres: Vec<[f64; 3]> = frames.iter().map(|frame| frame[0]).collect();
+    mesh.cell_fields.insert("fibre".into(), Field::vectors(&fibres));
+    let cavity = mesh.facet_sets["endocardium"].clone();
+    mesh.facet_sets.insert("region:1".into(), cavity);
+    Ok(mesh)
+}
+
 /// The frames of a beat in a folder.
-fn measured(folder: &Path) -> Result<Vec<(String, Surfaces3)>> {
+pub(super) fn measured(folder: &Path) -> Result<Vec<(String, Surfaces3)>> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)?
         .map(|entry| Ok(entry?.path()))
         .collect::<std::io::Result<_>>()?;

@@ -2,9 +2,10 @@
 
 use super::curve::{Curve, inverse, measured};
 use super::words::{LINEARISED, parameter_in_words, verdict, volumes_in_words};
+use crate::locking_in_words;
 use crate::patient::Prepared;
-use sinew_calibrate::Posterior;
-use sinew_fem::Unloaded;
+use sinew_calibrate::{PatientStates, Posterior};
+use sinew_fem::{Unloaded, locking};
 use sinew_report::format::{seconds, trimmed};
 use sinew_report::{
     Block, Cell, Chart, Provenance, Report, Section, Series, Style, Surfaces, density,
@@ -21,7 +22,7 @@ pub fn report(
     prepared: &Prepared,
     posterior: &Posterior,
     curves: &[Curve],
-    rest: Option<&Unloaded>,
+    states: &PatientStates,
     provenance: Provenance,
 ) -> Report {
     let about = format!(
@@ -33,10 +34,12 @@ pub fn report(
     let mut report = Report::new(title, about, provenance);
     report.headline = verdict(prepared, posterior);
     report.notes.extend(posterior.predictive.in_words());
+    report.notes.extend(too_stiff(states));
     let mut curve =
         Section { name: "curve".into(), title: "Pressure and volume".into(), blocks: Vec::new() };
     curve.blocks.push(Block::List(volumes_in_words(prepared, posterior)));
     curve.blocks.extend(curves.iter().map(|curve| curve_block(curve, prepared, posterior)));
+    let rest = states.unloaded.as_ref();
     curve.blocks.extend(rest.and_then(|rest| shapes(prepared, rest)));
     let sections = [
         curve,
@@ -47,6 +50,13 @@ pub fn report(
     ];
     report.sections.extend(sections);
     report
+}
+
+/// Warning that the cells of a patient's body are too stiff at its last phase, if they are.
+pub fn too_stiff(states: &PatientStates) -> Option<String> {
+    let phase = states.phases.last()?;
+    let found = locking(&states.rest, &phase.theta, &phase.displacement).ok().flatten();
+    found.as_ref().map(locking_in_words)
 }
 
 /// The body at rest beside that of the image.

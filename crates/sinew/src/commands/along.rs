@@ -1,13 +1,13 @@
 //! Equilibria along a parameter, each from the one before.
 
-use super::{ThetaArguments, refuse};
+use super::{ThetaArguments, refuse, warn_of_locking};
 use anyhow::{Result, anyhow};
 use sinew::output::{Results, Row};
 use sinew::{
     Body, Options, Parameter, Solution, outside, parse_way, range_in_words, theta_in_words,
 };
 use sinew_emulate::{Counter, Terminal};
-use sinew_fem::{Solver, TraceEnd};
+use sinew_fem::{Solver, TraceEnd, locking};
 use std::path::Path;
 
 /// Path in θ and number of frames.
@@ -58,6 +58,9 @@ impl Way {
         tell(&body.parameters[index], ends);
         let (frames, end) = traced(body, &thetas)?;
         write(body, index, &thetas, &frames, stresses, folder)?;
+        if let Some(Solution { theta, displacement, .. }) = frames.last() {
+            warn_of_locking(locking(body, theta, displacement));
+        }
         println!("written: {}", folder.display());
         match end {
             None => Ok(()),

@@ -3,12 +3,12 @@
 use super::{CaseArguments, Usage, refuse, tell_reading};
 use anyhow::{Context, Result};
 use clap::Args;
-use sinew::calibration::{Curve, arviz, in_words, observed, report};
+use sinew::calibration::{Curve, arviz, in_words, observed, report, too_stiff};
 use sinew::case::stress_in_kpa;
 use sinew::{PatientFile, Prepared};
 use sinew_calibrate::{
-    CalibrateError, Identifiability, Mode, Patient, Posterior, calibrate, check_identifiability,
-    noise_in_words,
+    CalibrateError, Identifiability, Mode, Patient, PatientStates, Posterior, calibrate,
+    check_identifiability, noise_in_words,
 };
 use sinew_emulate::Terminal;
 use sinew_report::Provenance;
@@ -91,6 +91,7 @@ impl Calibrate {
             let (mode, seen) =
                 check_identifiability(&prepared.problem, &mut solves).map_err(told)?;
             say_ahead(&prepared, &mode, &seen);
+            warn_too_stiff(&patient.states_checked(&mode.theta, false)?);
             return Ok(());
         }
         let stored = folder.join(SOLVES);
@@ -129,6 +130,7 @@ impl Calibrate {
             std::fs::write(&path, curve.to_csv()).with_context(|| path.display().to_string())?;
         }
         let rest = patient.states_checked(&posterior.mode.theta, false)?;
+        warn_too_stiff(&rest);
         if let Some(unloaded) = &rest.unloaded {
             sinew::mesh_at_rest(&prepared.body, unloaded).write_vtu(folder.join("rest.vtu"))?;
         }
@@ -139,12 +141,15 @@ impl Calibrate {
             ..provenance.finished(clock.elapsed().as_secs_f64())
         };
         let name = &file.case.name;
-        let page = report(name, prepared, posterior, &curves, rest.unloaded.as_ref(), provenance)
-            .write(folder)?;
+        let page = report(name, prepared, posterior, &curves, &rest, provenance).write(folder)?;
         in_words(prepared, posterior).iter().for_each(|line| println!("{line}"));
         println!("written: {}", page.display());
         Ok(())
     }
+}
+
+fn warn_too_stiff(states: &PatientStates) {
+    too_stiff(states).iter().for_each(|warning| eprintln!("warning: {warning}"));
 }
 
 /// An error of the input is one of the command line.

@@ -71,6 +71,7 @@ impl Export {
         };
         tell_doubtful(body, [emulator.predict(&[body.centre()])?.field(0)]);
         let viewer = sinew::viewer(&emulator, SEED, &mut Terminal::default())?;
+        viewer.notes.iter().for_each(|note| eprintln!("warning: {note}"));
         for (name, value) in &viewer.facts {
             println!("{name}: {value}");
         }

@@ -85,7 +85,7 @@ struct Opened<'b> {
 }
 
 impl Asked {
-    /// Reads θ and the emulator, and repeats the warnings of its training and of locking.
+    /// Reads θ and the emulator, and repeats the warnings of its training; locking is judged at the first prediction.
     fn open<'b>(&self, case: &Case, body: &'b Body, folder: &Path) -> Result<Opened<'b>> {
         let (name, path) = chosen(self.emulator.as_deref(), case, folder)?;
         let batch = self.theta.read(body)?;
@@ -93,7 +93,9 @@ impl Asked {
         for warning in &emulator.record.warnings {
             eprintln!("warning: the training of `{name}` said: {warning}");
         }
-        warn_of_locking(sinew_fem::locking_over_ranges(body)?);
+        if let Ok(first) = emulator.predict(&batch.thetas()[..1]) {
+            warn_of_locking(sinew_fem::locking(body, &first.thetas[0], first.field(0)));
+        }
         Ok(Opened { batch, emulator, name })
     }
 }

@@ -10,7 +10,7 @@ use clap::Args;
 use sinew::case::Formulation;
 use sinew::output::{displacement_in_words, least_and_largest_ratio};
 use sinew::{Body, Case, Simulations, Warning};
-use sinew_fem::{LoadSteps, LockingWarning, Options, compare_formulations, locking};
+use sinew_fem::{LoadSteps, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
 
 /// Equilibria to find.
@@ -57,11 +57,13 @@ impl Solve {
         let mut batch = self.theta.read(body)?;
         let (thetas, folder) = (batch.thetas(), folder.join("solve"));
         make_folder(&folder)?;
-        warn_of_locking(worst(body, &thetas));
         let load_steps = if self.load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
         let options = Options { load_steps, ..Options::default() };
         let found = &solved_by(body, &thetas, "solve", None, &options)?;
         close_failures(body, &mut batch, &thetas, found);
+        if let (Some(theta), Some(field)) = (found.thetas.first(), found.fields.first()) {
+            warn_of_locking(locking(body, theta, field));
+        }
         batch.print(body, |place| said(body, &found.fields[place]));
         if self.check_mesh {
             check_mesh(case, body, found)?;
@@ -108,12 +110,6 @@ fn said(body: &Body, field: &[f64]) -> String {
     let [least, largest] = least_and_largest_ratio(body, field).map(|ratio| trimmed(ratio, 3));
     let moved = displacement_in_words(field, unit);
     format!(": displacement {moved}{volumes}, J {least} to {largest}")
-}
-
-/// The θ at which the cells are expected to lose the most.
-fn worst(body: &Body, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
-    let found = thetas.iter().filter_map(|theta| locking(body, theta).ok().flatten());
-    found.max_by(|a, b| a.expected_share.total_cmp(&b.expected_share))
 }
 
 /// Refuses cells that have no quadratic form here, before solving.

@@ -76,7 +76,7 @@ impl Train {
             return refuse(format!("--backend {}: {reason}", self.backend));
         }
         let (case, body, folder) = self.case.open()?;
-        warn_of_locking(sinew_fem::locking_over_ranges(&body)?);
+        warn_of_locking(sinew_fem::locking_at_centre(&body));
         let own = case.training;
         // A budget on the command line replaces the case's, whichever kind it is.
         let (minutes, steps) = match (self.minutes, self.steps) {

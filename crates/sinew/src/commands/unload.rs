@@ -7,7 +7,7 @@ use sinew::output::displacement_in_words;
 use sinew::stresses::add_stresses;
 use sinew::{Body, Case, mesh_at_rest, theta_in_words};
 use sinew_energy::Fibres;
-use sinew_fem::{Unload, UnloadOptions, Unloaded, mixed_stresses};
+use sinew_fem::{Unload, UnloadOptions, Unloaded, locking, mixed_stresses};
 use sinew_mesh::AnyMesh;
 use sinew_report::format::trimmed;
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ impl UnloadCommand {
             eprintln!("warning: {thin}");
         }
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
-        warn_of_locking(unloaded.locking);
+        warn_of_locking(locking(&unloaded.rest, theta, &unloaded.displacement()));
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));
         picture(&image, &unloaded, self.fields)?.write_vtu(&self.output)?;
         let text = case.text_at_rest(&unloaded, Some(&self.output))?;

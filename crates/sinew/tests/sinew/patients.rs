@@ -265,6 +265,7 @@ fn the_program_makes_data_and_their_posterior() {
         run(&["synthesise", "patient.toml", "--theta", "a=0.2,a_f=2.8", "-o", "made.toml"]);
     assert_eq!(code, Some(0), "{said}");
     let (code, said) = run(&["calibrate", "made.toml", "--check"]);
+    assert!(said.contains("too stiff"), "{said}");
     assert_eq!(code, Some(0), "{said}");
     for words in [
         "phase high: p = 2.133 kPa = 16 mmHg",

@@ -34,7 +34,6 @@ pub(super) fn to(
         (None, None, Err(_)) => None,
         _ => Some(sinew::load(&chosen(asked.emulator.as_deref(), case, folder)?.1, body)?),
     };
-    warn_of_locking(sinew_fem::locking_over_ranges(body)?);
     let thetas = batch.thetas();
     let found = Answers::to(body, &thetas, accuracy, emulator.as_ref(), &mut Terminal::default())?;
     table(&found.plan);
@@ -45,6 +44,9 @@ pub(super) fn to(
             Ok(answer) => answers.push(answer),
             Err(reason) => batch.fail(body, row, reason.to_string()),
         }
+    }
+    if let (Some(theta), Some(first)) = (batch.thetas().first(), answers.first()) {
+        warn_of_locking(sinew_fem::locking(body, theta, &first.displacement));
     }
     tell_doubtful(body, answers.iter().map(|answer| answer.displacement.as_slice()));
     batch.print(body, |place| {

@@ -1,0 +1,278 @@
+//! Loss of displacement by one linear problem in enriched cells.
+
+use super::enriched::{Enriched, Modes};
+use crate::SolveError;
+use crate::elements::cell::inverse;
+use crate::elements::predicted::PredictedStress;
+use crate::elements::state::State;
+use crate::elements::supports::place;
+use crate::elements::system::{System, Unknowns};
+use crate::linear::vector::dot;
+use sinew_energy::{Body, Response, with_nodes};
+use sinew_num::Mat3;
+
+/// Part of the energy of the modes that the last steps of the conjugate gradients may add; the larger one before a direction of negative
+/// curvature.
+const ACCURACY: f64 = 0.005;
+const ROUGH: f64 = 0.05;
+/// Number of these steps.
+const LAST: usize = 3;
+/// Most steps; a body that takes more loses most of its displacement, and its estimate is a lower bound.
+const MOST_STEPS: usize = 100;
+
+/// Displacement gradient and tangent at a point.
+type Point = (Mat3<f64>, [[f64; 9]; 9]);
+
+/// Change of the displacement with all loads, \[length\] per load factor.
+struct Responses {
+    /// By the stiffness at the displacement.
+    own: Vec<f64>,
+    /// By the same cells with smooth mean stresses, which the enriched cells have too; averaged cells have their own.
+    linear: Vec<f64>,
+    /// By enriched cells.
+    better: Vec<f64>,
+    /// Whether the stiffness of the enriched cells is positive definite.
+    definite: bool,
+}
+
+impl Responses {
+    /// Ratio m of the response of enriched cells to that of linear ones; 1 without loads, none where the stiffness gives no answer.
+    fn ratio(&self) -> Option<f64> {
+        let size = dot(&self.linear, &self.linear);
+        let ratio = if size == 0.0 { 1.0 } else { dot(&self.linear, &self.better) / size };
+        (self.definite && ratio > 0.0 && ratio.is_finite()).then_some(ratio)
+    }
+}
+
+impl System<'_> {
+    /// Loss relative to the displacement of cells that do not lock, at an equilibrium.
+    ///
+    /// The responses of linear and enriched cells to the loads have the ratio m. If the displacement grows as the load to the power s there, it
+    /// is m^s times as large in enriched cells. Towards this larger displacement s falls, and m with it: s^(3/2) stands for both
+    /// (docs/design.md, "Elements"). A body that softens under its load does so in both responses, so that s is at most 1. Where the stresses of
+    /// linear cells make the stiffness of the enriched ones indefinite, m is that at rest.
+    pub(crate) fn loss(&mut self, displacement: &[f64], theta: &[f64]) -> Result<f64, SolveError> {
+        let found = self.responses(displacement, theta, 1.0)?;
+        let size = dot(displacement, displacement);
+        let power = if size > 0.0 { dot(displacement, &found.own) / size } else { 1.0 };
+        let ratio = match found.ratio().filter(|_| size > 0.0) {
+            Some(ratio) => ratio,
+            None => {
+                let rest = vec![0.0; displacement.len()];
+                self.responses(&rest, theta, 0.0)?.ratio().unwrap_or(f64::INFINITY)
+            }
+        };
+        let loss = 1.0 - ratio.powf(-power.clamp(0.0, 1.0).powf(1.5));
+        Ok(loss.max(0.0))
+    }
+
+    /// Responses at a displacement; the stiffness has a fraction of the loads.
+    fn responses(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+        load_factor: f64,
+    ) -> Result<Responses, SolveError> {
+        let body = self.body;
+        let at = Unknowns::of(displacement);
+        let state = State { displacement, theta, load_factor, pressure: &[] };
+        self.assemble(&at, theta, load_factor, None);
+        if !self.assembly.is_finite() {
+            return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
+        }
+        let mut motion = vec![0.0; displacement.len()];
+        place(body, 1.0, &mut motion);
+        let tension = self.tension(theta);
+        let mut rate = self.load_derivative(displacement, theta);
+        let more = self.response_to_supports(state, &motion).into_iter();
+        let more = more.zip(self.rate_by_theta(displacement, theta, load_factor, &tension));
+        rate.iter_mut().zip(more).for_each(|(rate, (moved, tension))| *rate += moved + tension);
+        let (own, _) = self.respond(&rate, &motion)?;
+        let pressures: Vec<f64> =
+            self.assembly.responses().map(|(h, own)| mean_stress(h, &own.stress)).collect();
+        let smooth = smoothed(body, &pressures);
+        let points = self.points_without_patches(displacement, theta, &smooth)?;
+        match body.patches.is_empty() {
+            true => {
+                let stress = self.stress_with(&pressures, &smooth);
+                self.assembly.nearly_incompressible = true;
+                self.assemble(&at, theta, load_factor, Some(&stress));
+            }
+            false => self.remove_patches(&points),
+        }
+        let (linear, stable) = self.respond(&rate, &motion)?;
+        let enriched = Enriched::new(body, points.iter().map(|(_, tangent)| *tangent).collect());
+        let mut residual = enriched.couple(&linear);
+        if tension.iter().any(|&t| t != 0.0) {
+            let parameters = [theta, &tension].map(|theta| body.law_parameters(theta));
+            let stress = |point: usize| {
+                body.material.stress_rate(point, parameters[0], parameters[1], &points[point].0)
+            };
+            enriched.add_stresses(stress, &mut residual);
+        }
+        residual.as_flattened_mut().iter_mut().for_each(|force| *force = -*force);
+        enriched.add_loads(displacement, theta, &mut residual);
+        let mut better = linear.clone();
+        let definite = stable && self.relax_modes(&enriched, residual, &mut better);
+        let linear = if body.patches.is_empty() { linear } else { own.clone() };
+        Ok(Responses { own, linear, better, definite })
+    }
+
+    /// θ with the entries of active stress alone, which count as loads.
+    fn tension(&self, theta: &[f64]) -> Vec<f64> {
+        let mut tension = vec![0.0; theta.len()];
+        self.stressing_entries(theta).into_iter().for_each(|at| tension[at] = theta[at]);
+        tension
+    }
+
+    /// Factorises the assembled stiffness: the response of all nodes to a rate of the unbalanced forces, and whether it is positive definite.
+    fn respond(&mut self, rate: &[f64], motion: &[f64]) -> Result<(Vec<f64>, bool), SolveError> {
+        let (shift, _) = self.factorise(true).ok_or(SolveError::Singular)?;
+        let mut change: Vec<f64> = rate.iter().map(|r| -r).collect();
+        self.factor.solve(&mut change);
+        let mut response = motion.to_vec();
+        self.sparsity.scatter(change, &mut response);
+        Ok((response, shift == 0.0))
+    }
+
+    /// Second Piola–Kirchhoff stress with other mean stresses.
+    fn stress_with(&self, pressures: &[f64], others: &[f64]) -> PredictedStress {
+        let points = self.assembly.displacement_gradients().zip(self.assembly.stress());
+        let stress = |(point, (h, own)): (usize, (&Mat3<f64>, Mat3<f64>))| {
+            let more = (others[point] - pressures[point]) * (1.0 + h.volume_change());
+            let inverse = inverse(h);
+            let compliance =
+                |i: usize, k: usize| (0..3).map(move |l| inverse[i][l] * inverse[k][l]);
+            Mat3::from_fn(|i, k| own[i][k] + more * compliance(i, k).sum::<f64>())
+        };
+        points.enumerate().map(stress).collect()
+    }
+
+    /// Displacement gradient and tangent at each point, with smooth mean stresses; in a body with averaged volume ratios those of its scaled
+    /// gradients.
+    fn points_without_patches(
+        &self,
+        displacement: &[f64],
+        theta: &[f64],
+        smooth: &[f64],
+    ) -> Result<Vec<Point>, SolveError> {
+        let body = self.body;
+        let smoothed = |point: usize, (h, response): &(Mat3<f64>, Response)| {
+            let mut tangent = response.tangent;
+            let more = smooth[point] - mean_stress(h, &response.stress);
+            h.plus_identity().add_second_of_determinant(more, &mut tangent);
+            (*h, tangent)
+        };
+        if body.patches.is_empty() {
+            let points = self.assembly.responses().enumerate();
+            return Ok(points.map(|(point, at)| smoothed(point, at)).collect());
+        }
+        let parameters = body.law_parameters(theta);
+        let mut found = vec![(Mat3::ZERO, [[0.0; 9]; 9]); body.volumes.len()];
+        for points in &body.patches {
+            let kinematics = body.patch_kinematics(points, displacement);
+            let kinematics =
+                kinematics.ok_or(SolveError::Inadmissible { cell: self.assembly.worst_cell })?;
+            for (&point, h) in points.iter().zip(&kinematics.scaled) {
+                let response = body.material.response(point, parameters, h);
+                found[point] = smoothed(point, &(*h, response));
+            }
+        }
+        Ok(found)
+    }
+
+    /// Replaces the stiffness of the patches by that of their cells.
+    fn remove_patches(&mut self, points: &[Point]) {
+        let body = self.body;
+        for (index, of_patch) in body.patches.iter().enumerate() {
+            let patch = &self.assembly.patches[index];
+            let alone = patch.without_mean(of_patch.iter().map(|&point| points[point].1));
+            let [before, after] = [patch, &alone].map(
+                |patch| with_nodes!(body.nodes_per_cell, N => patch.stiffness::<N>(body, of_patch)),
+            );
+            let change = |row: usize, column: usize| {
+                let at = row * (row + 1) / 2 + column;
+                after[at] - before[at]
+            };
+            let places = self.sparsity.cells.of(index);
+            self.assembly.add_matrix(&self.sparsity.frames, &alone.nodes, places, 1.0, change);
+        }
+    }
+
+    /// Conjugate gradients on the modes, with the nodes eliminated by the factor (Saad, 9.2); moves the nodes along. False where the
+    /// curvature is not positive before that.
+    fn relax_modes(
+        &self,
+        enriched: &Enriched<'_>,
+        mut residual: Modes,
+        displacement: &mut [f64],
+    ) -> bool {
+        let product = |a: &Modes, b: &Modes| dot(a.as_flattened(), b.as_flattened());
+        let mut direction = enriched.precondition(&residual);
+        let mut size = product(&residual, &direction);
+        let (mut energy, mut last, mut settled) = (0.0, [f64::INFINITY; LAST], None);
+        for step in 0..MOST_STEPS {
+            if size == 0.0 {
+                return true;
+            }
+            let (forces, mut image) = enriched.multiply(&direction);
+            let mut change: Vec<f64> = self.sparsity.gather(&forces).collect();
+            self.factor.solve(&mut change);
+            let mut nodal = vec![0.0; displacement.len()];
+            self.sparsity.scatter(change, &mut nodal);
+            add_multiple(-1.0, enriched.couple(&nodal).as_flattened(), image.as_flattened_mut());
+            let curvature = product(&direction, &image);
+            // Written so that a NaN is no minimum.
+            let convex = curvature > 0.0;
+            if !convex {
+                return settled
+                    .map(|before: Vec<f64>| displacement.copy_from_slice(&before))
+                    .is_some();
+            }
+            let length = size / curvature;
+            add_multiple(-length, &nodal, displacement);
+            add_multiple(-length, image.as_flattened(), residual.as_flattened_mut());
+            energy += length * size;
+            last[step % LAST] = length * size;
+            let added = last.iter().sum::<f64>() / energy;
+            if added <= ACCURACY {
+                return true;
+            }
+            if added <= ROUGH {
+                settled = Some(displacement.to_vec());
+            }
+            let mut next = enriched.precondition(&residual);
+            let before = size;
+            size = product(&residual, &next);
+            add_multiple(size / before, direction.as_flattened(), next.as_flattened_mut());
+            direction = next;
+        }
+        true
+    }
+}
+
+fn add_multiple(factor: f64, of: &[f64], to: &mut [f64]) {
+    to.iter_mut().zip(of).for_each(|(to, of)| *to += factor * of);
+}
+
+/// Mean Cauchy stress `P : F / 3J`.
+fn mean_stress(h: &Mat3<f64>, stress: &Mat3<f64>) -> f64 {
+    let f = h.plus_identity();
+    dot(stress.0.as_flattened(), f.0.as_flattened()) / (3.0 * (1.0 + h.volume_change()))
+}
+
+/// Values at the points of mean values at the nodes: the mean stresses of cells that lock alternate from cell to cell.
+fn smoothed(body: &Body, values: &[f64]) -> Vec<f64> {
+    let mut nodal = vec![[0.0; 2]; body.nodes];
+    for (point, (value, volume)) in values.iter().zip(&body.volumes).enumerate() {
+        for &node in body.nodes_of_point(point) {
+            nodal[node][0] += volume * value;
+            nodal[node][1] += volume;
+        }
+    }
+    let mean = |point: usize| {
+        let nodes = body.nodes_of_point(point);
+        nodes.iter().map(|&node| nodal[node][0] / nodal[node][1]).sum::<f64>() / nodes.len() as f64
+    };
+    (0..values.len()).map(mean).collect()
+}
