@@ -1,6 +1,7 @@
 //! Cells, assembly and the discrete system: residual, stiffness, supports.
 
 pub(crate) mod assembly;
+pub(crate) mod bulk_to_shear;
 pub(crate) mod cell;
 pub(crate) mod cells;
 pub(crate) mod check;
