@@ -5,6 +5,7 @@ pub(crate) mod cell;
 pub(crate) mod cells;
 pub(crate) mod check;
 pub(crate) mod followers;
+pub(crate) mod moduli;
 pub(crate) mod patch;
 pub(crate) mod predicted;
 pub(crate) mod pressure_field;

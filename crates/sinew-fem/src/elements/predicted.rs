@@ -4,9 +4,9 @@
 //! stiffness is therefore built from the predicted stress (the mixed-integration-point method of D. Magisano, L. Leonetti, G. Garcea, Int. J.
 //! Numer. Meth. Engng 109, 2017). Both agree at the solution, so that convergence stays quadratic.
 
-use crate::diagnose::locking::bulk_to_shear;
 use crate::elements::assembly::{Assembly, tangent_times};
 use crate::elements::cell::{inverse, product};
+use crate::elements::moduli::bulk_to_shear;
 use sinew_energy::{Body, Response};
 use sinew_num::Mat3;
 
