@@ -1,11 +1,11 @@
 //! Cells, assembly and the discrete system: residual, stiffness, supports.
 
 pub(crate) mod assembly;
-pub(crate) mod bulk_to_shear;
 pub(crate) mod cell;
 pub(crate) mod cells;
 pub(crate) mod check;
 pub(crate) mod followers;
+pub(crate) mod moduli;
 pub(crate) mod patch;
 pub(crate) mod predicted;
 pub(crate) mod pressure_field;

@@ -8,8 +8,8 @@ mod estimate;
 
 pub use comparison::{FormulationDifference, FormulationError, compare_formulations};
 
-use crate::elements::bulk_to_shear::bulk_to_shear;
 use crate::elements::check::check_state;
+use crate::elements::moduli::bulk_to_shear;
 use crate::elements::system::System;
 use crate::{Options, SolveError, Solver};
 use sinew_energy::Body;
@@ -29,8 +29,8 @@ const LEAST_SHARE: f64 = 0.06;
 pub struct LockingWarning {
     /// The elements.
     pub element: &'static Element,
-    /// Expected loss relative to the displacement of elements that do not lock, 0 to 1; within a factor of two on the
-    /// bodies of docs/design.md.
+    /// Expected loss relative to the displacement of elements that do not lock; within a factor of two on nearly all bodies of
+    /// docs/design.md. 1 where the better elements do not move along with these, so that only most is known to be lost.
     pub expected_share: f64,
     /// Ratio K/μ of bulk and shear modulus at rest if it exceeds [`LARGEST_BULK_TO_SHEAR`] and no volume ratio
     /// is averaged; +∞ when the material resists changes of volume only.
@@ -103,9 +103,12 @@ impl LockingWarning {
     /// Expected loss and its cause, without a remedy.
     pub fn reason(&self) -> String {
         let Self { element, expected_share, bulk_to_shear } = self;
-        let lost = 100.0 * expected_share;
+        let lost = match *expected_share {
+            share if share < 1.0 => format!("{:.0} % of", 100.0 * share),
+            _ => "most of".into(),
+        };
         let mut text = format!(
-            "linear {} are too stiff here: they are expected to lose {lost:.0} % of the displacement",
+            "linear {} are too stiff here: they are expected to lose {lost} the displacement",
             element.plural
         );
         if let Some(ratio) = bulk_to_shear {

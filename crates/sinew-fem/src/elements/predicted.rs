@@ -5,8 +5,8 @@
 //! Numer. Meth. Engng 109, 2017). Both agree at the solution, so that convergence stays quadratic.
 
 use crate::elements::assembly::{Assembly, tangent_times};
-use crate::elements::bulk_to_shear::bulk_to_shear;
 use crate::elements::cell::{inverse, product};
+use crate::elements::moduli::bulk_to_shear;
 use sinew_energy::{Body, Response};
 use sinew_num::Mat3;
 

@@ -27,9 +27,9 @@ type Point = (Mat3<f64>, [[f64; 9]; 9]);
 struct Responses {
     /// Response by the stiffness at the displacement.
     own: Vec<f64>,
-    /// Response of the same cells with smooth mean stresses, which the enriched cells have too; averaged cells have their own.
+    /// Response by the same cells with the smooth mean stresses of the enriched ones; averaged cells keep their own.
     linear: Vec<f64>,
-    /// Response of enriched cells.
+    /// Response by enriched cells.
     better: Vec<f64>,
     /// Whether the stiffness of the enriched cells is positive definite.
     definite: bool,
