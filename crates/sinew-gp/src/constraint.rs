@@ -6,12 +6,12 @@ mod feature;
 mod imposed;
 #[cfg(test)]
 mod tests;
-mod wedges;
 
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::field::{Field, constant, field};
 use crate::instances::instance;
+use crate::polygon::Polygon;
 use crate::problem::Problem;
 use crate::series::Series;
 use crate::structure::{AxisStructure, Lift};
@@ -45,14 +45,23 @@ fn built_in<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>> {
     let structures: [AxisStructure<D>; D] =
         std::array::from_fn(|axis| AxisStructure::new(problem, axis));
     check_corners(problem, &structures)?;
-    let planes = match problem.domain().cross_section().zip(problem.boundary.as_ref()) {
-        Some((polygon, _)) => wedges::planes(polygon, problem.equation()),
-        None => vec![constant(1.0)],
-    };
     Ok(Constraints {
         mean: mean(problem, &structures),
-        features: features(problem.domain(), &structures, planes)?,
+        features: features(problem.domain(), &structures, planes(problem))?,
     })
+}
+
+/// Features in the plane of a polygon whose edges hold values: R-functions that vanish there in the first power of the distance, and at
+/// corners in the second.
+fn planes<const D: usize>(problem: &Problem<D>) -> Vec<Feature<D>> {
+    let Some((polygon, _)) = problem.domain().cross_section().zip(problem.boundary.as_ref()) else {
+        return vec![Feature::everywhere(constant(1.0))];
+    };
+    let of = |function: fn(&Polygon, &Series, &Series) -> Series| {
+        let polygon = polygon.clone();
+        Feature::everywhere(field(move |x: [Series; D]| function(&polygon, &x[0], &x[1])))
+    };
+    vec![of(Polygon::conjunction), of(Polygon::product)]
 }
 
 /// Axis by axis, the part of the conditions that the mean so far misses is added (Algorithm 3).
@@ -80,15 +89,15 @@ fn mean<const D: usize>(problem: &Problem<D>, structures: &[AxisStructure<D>; D]
     mean
 }
 
-/// All products of a factor in the plane of a polygon and one factor for each axis: its bubble, with the kernel acting along
+/// All products of a feature in the plane of a polygon and one factor for each axis: its bubble, with the kernel acting along
 /// the axis, or one of its traces.
 fn features<const D: usize>(
     domain: &Domain<D>,
     structures: &[AxisStructure<D>; D],
-    planes: Vec<Field<D>>,
+    planes: Vec<Feature<D>>,
 ) -> Result<Vec<Feature<D>>> {
     let mut products: Vec<(Feature<D>, bool)> =
-        planes.into_iter().map(|plane| (Feature::everywhere(plane), false)).collect();
+        planes.into_iter().map(|plane| (plane, false)).collect();
     for (axis, structure) in structures.iter().enumerate() {
         let times = |(product, varies): (Feature<D>, bool)| {
             let each = structure.factors.iter();

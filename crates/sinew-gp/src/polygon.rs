@@ -1,7 +1,6 @@
 //! Convex polygons, and functions that vanish on their edges.
 
 use crate::error::{GpError, Result, place};
-use crate::grid::grid;
 use crate::series::Series;
 
 /// A convex polygon, with its corners in anticlockwise order.
@@ -9,9 +8,7 @@ use crate::series::Series;
 pub struct Polygon {
     corners: Vec<[f64; 2]>,
     /// Unit vector to the inside of the edge that starts at each corner.
-    pub(crate) normals: Vec<[f64; 2]>,
-    /// Reciprocal of the product's largest value found inside.
-    scale: f64,
+    normals: Vec<[f64; 2]>,
 }
 
 /// Sine of the least angle between two edges that meet.
@@ -68,9 +65,7 @@ impl Polygon {
             [(ay - by) / length(k), (bx - ax) / length(k)]
         };
         let normals = (0..count).map(normal).collect();
-        let polygon = Self { corners, normals, scale: 1.0 };
-        let most = polygon.largest(|x, y| polygon.product(x, y).value());
-        Ok(Self { scale: 1.0 / most, ..polygon })
+        Ok(Self { corners, normals })
     }
 
     /// Corners in anticlockwise order.
@@ -87,7 +82,7 @@ impl Polygon {
     }
 
     /// Distances from the lines of all edges, positive inside.
-    pub(crate) fn distances(&self, x: &Series, y: &Series) -> impl Iterator<Item = Series> {
+    fn distances(&self, x: &Series, y: &Series) -> impl Iterator<Item = Series> {
         let edges = self.corners.iter().zip(&self.normals);
         edges.map(move |([ax, ay], [nx, ny])| (x - *ax) * *nx + (y - *ay) * *ny)
     }
@@ -98,19 +93,22 @@ impl Polygon {
         self.distances(&x, &y).all(|distance| distance.value() >= -margin)
     }
 
-    /// The product of the distances, scaled to at most about one: smooth, and positive inside.
-    pub(crate) fn product(&self, x: &Series, y: &Series) -> Series {
-        let size = self.size();
-        let distances = self.distances(x, y).map(|distance| distance / size);
-        distances.fold(x.constant(size), |product, distance| product * distance) * self.scale
-    }
-
     /// A function of size one that vanishes on all edges and is positive inside, but rises from the edges evenly: the
     /// R₀-conjunction a + b − √(a² + b²) of the distances from one edge after the other (Rvachev, Sheiko, Shapiro &
     /// Tsukanov 2001). It has no derivatives at corners.
     pub(crate) fn conjunction(&self, x: &Series, y: &Series) -> Series {
         let both = |a: Series, b: Series| &a + &b - (a.squared() + b.squared()).sqrt();
         self.distances(x, y).reduce(both).expect("three edges at least") / self.size()
+    }
+
+    /// The product of the distances, one at the mean of the corners: smooth, and of the second power at corners.
+    pub(crate) fn product(&self, x: &Series, y: &Series) -> Series {
+        let middle = [0, 1].map(|d| {
+            let sum: f64 = self.corners.iter().map(|corner| corner[d]).sum();
+            Series::number(sum / self.corners.len() as f64)
+        });
+        let shares = self.distances(x, y).zip(self.distances(&middle[0], &middle[1]));
+        shares.fold(x.constant(1.0), |product, (distance, most)| product * distance / most.value())
     }
 
     /// Largest extent.
@@ -125,22 +123,6 @@ impl Polygon {
     pub fn on_edge(&self, edge: usize, fraction: f64) -> [f64; 2] {
         let (a, b) = (self.corners[edge], self.corners[(edge + 1) % self.corners.len()]);
         std::array::from_fn(|d| a[d] + fraction * (b[d] - a[d]))
-    }
-
-    /// Largest value on a grid over the polygon.
-    pub(crate) fn largest(&self, of: impl Fn(&Series, &Series) -> f64) -> f64 {
-        const POINTS_PER_AXIS: usize = 40;
-        let along = |[low, high]: [f64; 2]| {
-            let share = |i: usize| (i as f64 + 0.5) / POINTS_PER_AXIS as f64;
-            (0..POINTS_PER_AXIS).map(|i| low + (high - low) * share(i)).collect()
-        };
-        let points = grid(&self.extents().map(along)).into_iter();
-        let value = |point: [f64; 2]| {
-            let [x, y] = Series::plain(point);
-            of(&x, &y)
-        };
-        let inside = points.filter(|point| self.contains_within(*point, 0.0));
-        inside.map(value).fold(f64::MIN_POSITIVE, f64::max)
     }
 }
 

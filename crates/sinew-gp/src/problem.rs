@@ -66,7 +66,7 @@ impl<const D: usize> Problem<D> {
 
     /// Prescribes u on all edges of the polygon, as a function defined on the whole domain: the mean is that function itself.
     ///
-    /// Slopes on edges are imposed at points, without this condition:
+    /// Slopes on edges are not offered as conditions; they are imposed at points, without this condition:
     ///
     /// ```
     /// use sinew_gp::{Data, Derivative, Domain, Noise, Problem};
