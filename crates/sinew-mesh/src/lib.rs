@@ -100,10 +100,9 @@ pub use crossings::self_intersections;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    BeamShape, Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver,
-    RingShape, ShapeError, ShapeModes, Size, Trim, TruncatedEllipsoid, VentricleShape, Wall,
-    WallOptions, box_hexahedra, box_tetrahedra, cook_membrane, cylinder_quarter,
-    rectangle_triangles, sphere_octant,
+    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver, ShapeError, Size,
+    Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra, box_tetrahedra,
+    cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant,
 };
 pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
 pub use io::{

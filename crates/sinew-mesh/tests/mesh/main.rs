@@ -8,6 +8,7 @@ mod chambers;
 mod damage;
 mod fixtures;
 mod left_out;
+mod modes;
 mod mutations;
 mod organs;
 mod population;

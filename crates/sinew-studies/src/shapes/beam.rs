@@ -1,25 +1,14 @@
 //! Beams of random length, thickness, taper, waves, bend and twist.
 
-use super::{ShapeError, padded, unfolded};
-use crate::{TetMesh, box_tetrahedra};
+use super::{check_cells, padded};
+use anyhow::{Result, ensure};
+use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// A beam along x, about 100 long and 10 × 10 across; its numbers set length, thickness, taper, waves, bend and twist.
 ///
 /// Numbers of mean zero and variance one, uniform over `[−√3, √3]`, make the population; 0 for all of them is the straight beam.
-///
-/// ```
-/// use sinew_mesh::BeamShape;
-///
-/// let straight = BeamShape::new(&[])?.tetrahedra([10, 3, 3])?;
-/// let other = BeamShape::new(&[1.0, -0.5, 0.7, 0.2, -1.0, 0.3, 1.2, 0.0, 0.4, 1.5, -1.1, 0.8])?;
-/// let other = other.tetrahedra([10, 3, 3])?;
-/// assert_eq!((straight.points.len(), straight.cells.len()), (176, 540));
-/// assert_eq!(other.cells, straight.cells); // the same mesh in another place
-/// assert_eq!(other.node_sets["x_min"], straight.node_sets["x_min"]);
-/// # Ok::<(), sinew_mesh::ShapeError>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct BeamShape {
+pub(crate) struct BeamShape {
     numbers: [f64; Self::NUMBERS],
 }
 
@@ -31,13 +20,13 @@ const DEVIATIONS: [f64; BeamShape::NUMBERS] =
 
 impl BeamShape {
     /// Numbers of a shape.
-    pub const NUMBERS: usize = 12;
+    pub(crate) const NUMBERS: usize = 12;
 
     /// Shape of at most [`Self::NUMBERS`] numbers; those left out are zero.
     ///
     /// # Errors
     /// More numbers, or one that is not finite.
-    pub fn new(numbers: &[f64]) -> Result<Self, ShapeError> {
+    pub(crate) fn new(numbers: &[f64]) -> Result<Self> {
         let numbers: [f64; Self::NUMBERS] = padded(numbers)?;
         Ok(Self { numbers: std::array::from_fn(|i| DEVIATIONS[i] * numbers[i]) })
     }
@@ -46,11 +35,18 @@ impl BeamShape {
     ///
     /// # Errors
     /// A beam that folds over itself, or an axis without cells.
-    pub fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh, ShapeError> {
-        super::cells(&cells, cells.iter().all(|&n| n > 0), "one along each axis, or more")?;
+    pub(crate) fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh> {
+        check_cells(&cells, cells.iter().all(|&n| n > 0), "one along each axis, or more")?;
         let mut mesh = box_tetrahedra([1.0; 3], cells);
         mesh.map_points(|x| self.place(x));
-        unfolded(mesh)
+        for cell in 0..mesh.cells.len() {
+            let volume = mesh.cell_volume(cell);
+            ensure!(
+                volume > 0.0,
+                "cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers"
+            );
+        }
+        Ok(mesh)
     }
 
     /// The place of a point of the unit cube.
@@ -67,5 +63,27 @@ impl BeamShape {
             cos * y - sin * z + n[9] * s * s,
             sin * y + cos * z + n[10] * s * s,
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beams_are_one_mesh_in_other_places_or_refused() {
+        let straight = BeamShape::new(&[]).unwrap().tetrahedra([10, 3, 3]).unwrap();
+        let other = [1.0, -0.5, 0.7, 0.2, -1.0, 0.3, 1.2, 0.0, 0.4, 1.5, -1.1, 0.8];
+        let other = BeamShape::new(&other).unwrap().tetrahedra([10, 3, 3]).unwrap();
+        assert_eq!((straight.points.len(), straight.cells.len()), (176, 540));
+        assert_eq!(other.cells, straight.cells);
+        assert_eq!(other.node_sets["x_min"], straight.node_sets["x_min"]);
+        assert!(BeamShape::new(&[]).unwrap().tetrahedra([4, 0, 2]).is_err());
+        let refused = BeamShape::new(&[0.0; 13]).unwrap_err().to_string();
+        assert!(refused.contains("has 12 finite numbers; 13 were given"), "{refused}");
+        // Bent back so sharply that its cells turn over.
+        let bent = [0.0, 9.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 40.0];
+        let folded = BeamShape::new(&bent).unwrap().tetrahedra([4, 3, 3]).unwrap_err().to_string();
+        assert!(folded.contains("the shape is folded"), "{folded}");
     }
 }
