@@ -139,7 +139,9 @@ impl<'b> TestSet<'b> {
         let length = self.body.prescribed.len();
         let fits = |field: &Vec<f64>| field.len() == length && field.iter().all(|u| u.is_finite());
         if found != expected || !fields.iter().all(fits) {
-            return Err(Error::Fields { found, expected, length });
+            return Err(Error::Refused(format!(
+                "{found} fields for {expected} test cases, or a field that is not {length} finite numbers long"
+            )));
         }
         let (guarded, free) = (self.guarded(), self.body.free_nodes());
         let case = |case: usize| self.case(&guarded, case, &fields[case], &free);
