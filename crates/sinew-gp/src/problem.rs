@@ -1,10 +1,18 @@
 //! A differential equation with its boundary conditions.
 
-use crate::condition::{Condition, Periodicity};
-use crate::domain::{Domain, Side, no_polygon};
+pub(crate) mod condition;
+pub(crate) mod domain;
+pub(crate) mod field;
+pub(crate) mod functional;
+pub(crate) mod grid;
+pub(crate) mod operator;
+pub(crate) mod polygon;
+
 use crate::error::{GpError, Result};
-use crate::field::Field;
-use crate::operator::Operator;
+use crate::problem::condition::{Condition, Periodicity};
+use crate::problem::domain::{Domain, Side, no_polygon};
+use crate::problem::field::Field;
+use crate::problem::operator::Operator;
 
 /// A domain, a linear equation on it, and conditions on parts of its boundary.
 #[derive(Clone, Debug)]
