@@ -64,7 +64,7 @@ impl ColumnStatistics {
         let columns = tables
             .clone()
             .next()
-            .ok_or(GraphError("no geometry was given: at least 1 is needed".into()))?
+            .ok_or_else(|| GraphError("no geometry was given: at least 1 is needed".into()))?
             .columns;
         for table in tables.clone() {
             table.check(what, table.rows)?;

@@ -118,7 +118,7 @@ impl Topology {
             }
             let mut used = vec![false; roots];
             for (leaf, &root) in clusters.iter().enumerate() {
-                *used.get_mut(root).ok_or(GraphError(format!(
+                *used.get_mut(root).ok_or_else(|| GraphError(format!(
                     "leaf {leaf} of layer {layer} names root {root}, the layer above has {roots}"
                 )))? = true;
             }
