@@ -2,7 +2,7 @@
 
 use crate::lower::Held;
 use crate::{FacetRule, SceneError};
-use sinew_num::{cross, dot3, sub3};
+use sinew_num::{cross, norm, sub3};
 use std::collections::HashMap;
 
 /// Largest force lost by the potential at an uneven rim [relative to pressure times area]: a hundredth of the
@@ -137,15 +137,11 @@ fn area(rule: &FacetRule, facets: &[Vec<usize>], points: &[[f64; 3]]) -> f64 {
         let corners = 1..rule.corners - 1;
         let normal = |i: usize| cross(&from(facet, i), &from(facet, i + 1)).map(|x| 0.5 * x);
         match rule.dimension {
-            3 => corners.map(|i| norm(normal(i))).sum(),
-            _ => norm(from(facet, 1)),
+            3 => corners.map(|i| norm(&normal(i))).sum(),
+            _ => norm(&from(facet, 1)),
         }
     };
     facets.iter().map(of).sum()
-}
-
-fn norm(vector: [f64; 3]) -> f64 {
-    dot3(&vector, &vector).sqrt()
 }
 
 /// Pieces of the rim, ascending: what belongs to one facet only, edges of a surface (ends first, then the

@@ -4,7 +4,6 @@ pub(crate) mod condition;
 pub(crate) mod domain;
 pub(crate) mod field;
 pub(crate) mod functional;
-pub(crate) mod grid;
 pub(crate) mod operator;
 pub(crate) mod polygon;
 

@@ -22,25 +22,18 @@ use thiserror::Error;
 /// # Ok::<(), sinew_gp::GpError>(())
 /// ```
 #[derive(Clone, Debug, Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Warning {
     /// A parameter of the equation, or a learned noise, at an end of its range.
     #[error(
         "{parameter} ends at its bound {bound:e}: the posterior is largest there or beyond it; widen the bounds, or read its interval as one-sided"
     )]
-    AtBound {
-        /// Name of the parameter or noise.
-        parameter: String,
-        /// The bound, in its own unit.
-        bound: f64,
-    },
+    AtBound { parameter: String, bound: f64 },
     /// A parameter of the equation that the data do not tell.
     #[error(
         "unidentified: the data say next to nothing of {parameter}; measure elsewhere, or hold one of the parameters"
     )]
-    Unidentified {
-        /// Name of the parameter.
-        parameter: String,
-    },
+    Unidentified { parameter: String },
     /// No values to learn the equation's parameters from.
     #[error(
         "no value of u is measured, so that the equation's parameters follow from the prior alone; add values of u"
@@ -50,12 +43,7 @@ pub enum Warning {
     #[error(
         "{noise} is learned from {values} values only, so that its prior decides; state the noise, or add values"
     )]
-    FewValues {
-        /// Name of the noise.
-        noise: String,
-        /// Number of values.
-        values: usize,
-    },
+    FewValues { noise: String, values: usize },
     /// See [`crate::Outcome::collapsed`].
     #[error(
         "all variation of the values is taken for noise: the trivial solution, or data without information; compare restarts, or add collocation points"
@@ -66,75 +54,33 @@ pub enum Warning {
         "left out, the equation at {} is off by {residual:.1e} where its terms are of the size {term:.1e}: too few collocation points, or conditions, values and equation that contradict each other; add points there and compare",
         place(at)
     )]
-    Unresolved {
-        /// The point where it is worst.
-        at: Vec<f64>,
-        /// Root mean square over all points.
-        residual: f64,
-        /// Size of the largest term of the equation; a thousandth of the left-hand side's deviation before the data, if that is more.
-        term: f64,
-    },
+    Unresolved { at: Vec<f64>, residual: f64, term: f64 },
     /// A value that the others predict far worse than its noise allows.
     #[error(
         "value {value} of the group of {noise} at {}, {measured:.4}, is {:.0} standard deviations from what all other data predict{}; check it, leave it out, or take `Noise::StudentT`",
         place(at), z.abs(), and_others(*others)
     )]
-    Outlier {
-        /// Name of the noise of its group.
-        noise: String,
-        /// Position of the value in the group.
-        value: usize,
-        /// Place of the value.
-        at: Vec<f64>,
-        /// The value.
-        measured: f64,
-        /// Leave-one-out residual in standard deviations.
-        z: f64,
-        /// Number of other such values of the group.
-        others: usize,
-    },
+    Outlier { noise: String, value: usize, at: Vec<f64>, measured: f64, z: f64, others: usize },
     /// Importance weights of [`crate::laplace`] with a tail so heavy that its averages cannot be trusted.
     #[error(
         "importance weights are heavy-tailed (k̂ = {k_hat:.2}, above 0.4): Laplace's approximation misses much of the posterior; draw by `nuts`"
     )]
-    HeavyWeights {
-        /// Shape of the tail.
-        k_hat: f64,
-    },
+    HeavyWeights { k_hat: f64 },
     /// Chains of [`crate::nuts`] that do not agree.
     #[error(
         "chains disagree on {parameter} (R̂ = {r_hat:.2}, {effective:.0} effective draws); raise `NutsOptions::warmup` and `draws`"
     )]
-    NotMixed {
-        /// Name of the parameter.
-        parameter: String,
-        /// R̂ of split chains.
-        r_hat: f64,
-        /// Effective draws, of bulk and tails the fewer.
-        effective: f64,
-    },
+    NotMixed { parameter: String, r_hat: f64, effective: f64 },
     /// A most probable value outside of what nearly all draws say.
     #[error(
         "the most probable {parameter}, {mode:.4e}, lies outside of 99 % of the draws, {lower:.4e} to {upper:.4e}: the posterior has a narrow maximum apart from most of its mass; report the draws' interval and median"
     )]
-    ModeApart {
-        /// Name of the parameter.
-        parameter: String,
-        /// Value of the fit.
-        mode: f64,
-        /// Lower end of the 99 % interval.
-        lower: f64,
-        /// Upper end.
-        upper: f64,
-    },
+    ModeApart { parameter: String, mode: f64, lower: f64, upper: f64 },
     /// Intervals that still moved when collocation points ran out.
     #[error(
         "intervals still move with {points} collocation points; raise `FitOptions::most_points`, or stretch the axis by `Prior::stretched` where the solution is steep"
     )]
-    Unsettled {
-        /// Points in the end.
-        points: usize,
-    },
+    Unsettled { points: usize },
 }
 
 fn and_others(others: usize) -> String {

@@ -6,7 +6,7 @@
 
 use crate::error::{GpError, Result, place};
 use crate::prior::Prior;
-use crate::problem::grid::grid;
+use crate::problem::domain::grid;
 use crate::problem::operator::{Operator, Parameter, Term};
 use crate::series::Series;
 

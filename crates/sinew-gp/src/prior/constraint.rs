@@ -1,22 +1,19 @@
 //! Mean and features of a prior that satisfies boundary conditions.
 
-mod agreement;
 mod corners;
-mod feature;
 mod imposed;
 #[cfg(test)]
 mod tests;
 
 use crate::error::Result;
 use crate::instances::instance;
-use crate::prior::structure::{AxisStructure, Lift};
+use crate::prior::structure::{AxisStructure, Factor, Lift};
 use crate::problem::Problem;
 use crate::problem::domain::Domain;
 use crate::problem::field::{Field, constant, field};
 use crate::problem::polygon::Polygon;
 use crate::series::Series;
 use corners::check_corners;
-pub use feature::Feature;
 pub(crate) use imposed::Imposed;
 
 /// Mean and features such that every function m + Σ φ zₚ satisfies all conditions, whatever the zₚ.
@@ -26,6 +23,32 @@ pub struct Constraints<const D: usize> {
     pub mean: Field<D>,
     /// Summands of the kernel.
     pub features: Vec<Feature<D>>,
+}
+
+/// A summand φ(x) φ(x′) k(x, x′) of a constrained kernel.
+#[derive(Clone, Debug)]
+pub struct Feature<const D: usize> {
+    /// The factor φ, of size one.
+    pub factor: Field<D>,
+    /// The axes that k depends on; none for a constant that is integrated out (4.54).
+    pub axes: Vec<usize>,
+}
+
+impl<const D: usize> Feature<D> {
+    /// Feature with a kernel on all axes.
+    fn everywhere(factor: Field<D>) -> Self {
+        Self { factor, axes: (0..D).collect() }
+    }
+
+    /// Feature with one more factor.
+    fn times(&self, axis: usize, own: &Factor<D>) -> Self {
+        let axes = self.axes.iter().copied().filter(|d| *d != axis || own.free).collect();
+        let factor = match (self.factor.clone(), own.field.clone()) {
+            (before, None) => before,
+            (before, Some(own)) => field(move |x: [Series; D]| before.at(x.clone()) * own.at(x)),
+        };
+        Self { factor, axes }
+    }
 }
 
 /// No conditions at all: zero mean and one kernel on all axes.

@@ -1,7 +1,6 @@
 //! Domain of a problem.
 
 use crate::error::{GpError, Result};
-use crate::problem::grid::grid;
 use crate::problem::operator::Derivative;
 use crate::problem::polygon::Polygon;
 use rand::{RngExt, SeedableRng};
@@ -236,6 +235,22 @@ impl<const D: usize> Domain<D> {
         let points = grid(&std::array::from_fn(along)).into_iter();
         points.filter(|point| self.contains(*point)).collect()
     }
+}
+
+/// All combinations of one entry for each axis; the last axis runs fastest.
+pub(crate) fn grid<T: Copy + Default, const D: usize>(axes: &[Vec<T>; D]) -> Vec<[T; D]> {
+    let mut all = vec![[T::default(); D]];
+    for (d, axis) in axes.iter().enumerate() {
+        let extended = all.iter().flat_map(|point| {
+            axis.iter().map(move |entry| {
+                let mut point = *point;
+                point[d] = *entry;
+                point
+            })
+        });
+        all = extended.collect();
+    }
+    all
 }
 
 /// A polygon's property asked of a domain without one.

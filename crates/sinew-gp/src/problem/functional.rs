@@ -1,8 +1,8 @@
 //! Weighted sums of an operator's values: integrals by quadrature.
 
 use crate::error::{GpError, Result};
+use crate::problem::domain::grid;
 use crate::problem::domain::{Domain, Side};
-use crate::problem::grid::grid;
 use crate::problem::operator::Operator;
 use nalgebra::DMatrix;
 

@@ -1,11 +1,16 @@
 //! Whether the conditions of faces agree where these meet.
 
-use super::agreement::{agree, diagonal, magnitude};
 use crate::error::{GpError, Result};
 use crate::prior::structure::{AxisStructure, Lift};
 use crate::problem::Problem;
 use crate::problem::domain::Domain;
+use crate::problem::domain::grid;
+use crate::problem::field::Field;
 use crate::series::Series;
+
+/// Relative difference above which two conditions conflict at a corner: data are given as formulas
+/// that agree to rounding where they agree at all.
+const CORNER_TOLERANCE: f64 = 1e-8;
 
 /// Compares all faces two by two.
 pub(super) fn check_corners<const D: usize>(
@@ -81,4 +86,39 @@ fn check_corner<const D: usize>(domain: &Domain<D>, a: &Lift<D>, b: &Lift<D>) ->
         agree(corner, [implied.value(), asked.value()], size)?;
     }
     Ok(())
+}
+
+/// Refuses a value that the condition of one face implies at a corner if the other face requires another one; rounding is relative
+/// to `size`.
+fn agree(corner: impl FnOnce() -> String, [implied, asked]: [f64; 2], size: f64) -> Result<()> {
+    let scale = (implied.abs() + asked.abs() + size).max(f64::MIN_POSITIVE);
+    // NaN differs from everything.
+    if (implied - asked).abs() <= CORNER_TOLERANCE * scale || implied == asked {
+        return Ok(());
+    }
+    Err(GpError::Invalid(format!(
+        "conditions conflict at the corner {}: {implied} from one face, {asked} from the other",
+        corner()
+    )))
+}
+
+/// Places along the diagonal of the domain, whose coordinates beside those of a corner are compared at.
+fn diagonal<const D: usize>(domain: &Domain<D>) -> impl Iterator<Item = [f64; D]> {
+    [0.5, 0.11, 0.83, 0.0, 1.0]
+        .into_iter()
+        .map(|fraction| std::array::from_fn(|d| domain.lower()[d] + fraction * domain.extents()[d]))
+}
+
+/// Largest value found on a coarse grid: what rounding at a corner is relative to.
+fn magnitude<const D: usize>(data: &Field<D>, domain: &Domain<D>) -> f64 {
+    if data.is_zero() {
+        return 0.0;
+    }
+    let along = |d: usize| {
+        // Off the middle, where sines vanish.
+        let places = [0.0, 0.37, 0.71, 1.0].iter();
+        places.map(|fraction| domain.lower()[d] + fraction * domain.extents()[d]).collect()
+    };
+    let points = grid(&std::array::from_fn(along)).into_iter();
+    points.map(|point| data.value(point).abs()).fold(0.0, f64::max)
 }
