@@ -15,3 +15,4 @@ mod refusals;
 mod round_trip;
 mod selection;
 mod surfaces;
+mod unread;
