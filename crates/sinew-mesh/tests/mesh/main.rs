@@ -16,3 +16,4 @@ mod refusals;
 mod round_trip;
 mod selection;
 mod surfaces;
+mod unread;
