@@ -315,8 +315,9 @@ fn polygons_are_solved_to_what_the_thesis_prints() {
     let conditional = must(membrane(&corners, 1.0, 50).conditional());
     let square = (must(conditional.mean(&[[0.5, 0.5]]))[0] - SQUARE).abs();
     println!("Pentagon: u off by {u:.1e}, shear by {shear:.1e}; square: {square:.1e}");
-    // At the time of writing 2.5e-4, 1.1e-4 and 8.7e-5; the thesis prints a mean error of 1.1e-3 on the pentagon.
-    assert!(u < 1.1e-3 && shear < 1.1e-3 && square < 1.1e-3, "{u:e} {shear:e} {square:e}");
+    // The product of R-functions of the edges is smooth where the solution is not, at the corners: 2.5e-4, 1.1e-4 and 8.7e-5 with
+    // these points. The thesis prints a mean error of 1.1e-3 on the pentagon.
+    assert!(u < 5e-4 && shear < 2.5e-4 && square < 2e-4, "{u:e} {shear:e} {square:e}");
 }
 
 #[test]
