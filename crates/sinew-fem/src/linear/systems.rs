@@ -1,10 +1,13 @@
-//! The linear systems of Newton's method: by back-substitution for a body with a potential, else by GMRES
+//! The linear systems of Newton's method: by back-substitution or conjugate gradients for a body with a potential, else by GMRES
 //! preconditioned by the factor.
 
 use crate::SolveError;
 use crate::elements::state::load_gradient;
 use crate::elements::system::System;
+use crate::linear::aggregation::Matrix;
+use crate::linear::conjugate_gradients::End;
 use crate::linear::gmres::{LinearOutcome, gmres};
+use crate::linear::method::{MOST_SINGLE, Method};
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and a step
 /// that reaches equilibrium meets the accuracy in volume.
@@ -16,11 +19,26 @@ impl System<'_> {
     /// Factorises the stiffness that was assembled last: the shift of its diagonal [relative to the mean] and the number
     /// of its negative pivots, at least one of them where they are not counted. An indefinite one is shifted, without a count, if
     /// `definite`, or if its factorisation fails.
+    ///
+    /// The factor of a large body is in single precision. Where even that is too large, conjugate gradients look for negative curvature, and solve later systems.
     pub(crate) fn factorise(&mut self, definite: bool) -> Option<(f64, usize)> {
         let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
         if let Some(coupling) = &mut self.coupling {
             coupling.factorise(self.body)?;
         }
+        if self.method == Method::Aggregation {
+            self.aggregation.drop_hierarchy();
+            if self.factor.entries() > MOST_SINGLE {
+                let scattered = (0..sparsity.unknowns()).map(|i| ((i * 7919) % 1009) as f64 - 503.7);
+                let (_, shift) = self.iterate(&scattered.collect::<Vec<_>>(), TOLERANCE)?;
+                return Some((shift, usize::from(shift > 0.0)));
+            }
+            self.iterates = false;
+            if self.factor.positive_definite_in_single(sparsity, matrix) {
+                return Some((0.0, 0));
+            }
+        }
+        self.iterates = false;
         if self.factor.positive_definite(sparsity, matrix) {
             return Some((0.0, 0));
         }
@@ -35,6 +53,9 @@ impl System<'_> {
     /// Number of negative eigenvalues of the stiffness that was assembled last, and at least one where they cannot be counted; the factor
     /// is then that of [`System::factorise`] with `definite`.
     pub(crate) fn negative_eigenvalues(&mut self) -> usize {
+        if self.method == Method::Aggregation {
+            return self.factorise(false).map_or(1, |(shift, negative)| negative.max(usize::from(shift > 0.0)));
+        }
         let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
         if self.factor.positive_definite(sparsity, matrix) {
             return 0;
@@ -44,6 +65,27 @@ impl System<'_> {
         negative.unwrap_or(1).max(1)
     }
 
+    /// Solves with the stiffness that was assembled last plus the least shift that makes it positive definite, by conjugate gradients to a residual of
+    /// `tolerance` times the right-hand side: the solution and the shift \[relative to the mean diagonal\]. `None` where they do not converge.
+    pub(crate) fn iterate(&mut self, right: &[f64], tolerance: f64) -> Option<(Vec<f64>, f64)> {
+        let positions = self.body.positions.as_flattened().iter();
+        let positions: Vec<f64> =
+            positions.zip(&self.assembly.displacement).map(|(x, u)| x + u).collect();
+        let matrix = Matrix { sparsity: &self.sparsity, entries: &self.assembly.matrix };
+        self.iterates = true;
+        self.aggregation.solve_shifted(matrix, &positions, right, tolerance)
+    }
+
+    /// Overwrites forces with the change of the free displacements by the stiffness that was factorised last.
+    pub(crate) fn back_substitute(&self, forces: &mut [f64]) {
+        if self.iterates {
+            let matrix = Matrix { sparsity: &self.sparsity, entries: &self.assembly.matrix };
+            forces.copy_from_slice(&self.aggregation.solve(matrix, forces).0);
+        } else {
+            self.factor.solve(forces);
+        }
+    }
+
     /// Solves for a change of the unknowns (free displacements, then pressures) by the whole derivative of the balance;
     /// `shift` is that of the factor. Also returns the outcome of the iteration; Newton steps may be inexact.
     pub(crate) fn solve(
@@ -51,7 +93,14 @@ impl System<'_> {
         mut right: Vec<f64>,
         shift: f64,
     ) -> Result<(Vec<f64>, LinearOutcome), SolveError> {
-        if self.body.has_potential() && shift == 0.0 {
+        if self.iterates {
+            let matrix = Matrix { sparsity: &self.sparsity, entries: &self.assembly.matrix };
+            let (change, iterations, end) = self.aggregation.solve(matrix, &right);
+            let solved = end == End::Converged;
+            let outcome = LinearOutcome { iterations, relative_residual: TOLERANCE };
+            return if solved { Ok((change, outcome)) } else { Err(SolveError::Singular) };
+        }
+        if self.body.has_potential() && shift == 0.0 && self.factor.is_double() {
             self.factor.solve(&mut right);
             return Ok((right, LinearOutcome { iterations: 0, relative_residual: 0.0 }));
         }
@@ -78,7 +127,7 @@ impl System<'_> {
     /// Adds `−K⁻¹ forces` to the free degrees of freedom, with the last factor.
     pub(crate) fn add_newton_step(&self, forces: &[f64], displacement: &mut [f64]) {
         let mut right: Vec<_> = self.sparsity.gather(forces).map(|f| -f).collect();
-        self.factor.solve(&mut right);
+        self.back_substitute(&mut right);
         self.sparsity.scatter(right, displacement);
     }
 

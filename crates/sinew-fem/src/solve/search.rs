@@ -40,6 +40,8 @@ pub(crate) struct Equilibrium {
     pub force_scale: f64,
     pub least_volume_ratio: f64,
     pub negative_pivots: usize,
+    /// Whether a factor counted the negative pivots.
+    pub counted: bool,
     pub linear_iterations: usize,
     /// Whether the search for a minimum met an indefinite stiffness.
     pub jumped: bool,
@@ -66,12 +68,35 @@ pub(crate) struct Search<'a> {
     /// Steps that have raised the energy since it was lowest.
     pub rises: usize,
     pub negative_pivots: Option<usize>,
+    /// Residual of the step before \[stress·length²\], 0 at first.
+    pub last_residual: f64,
     pub linear_iterations: usize,
     pub jumped: bool,
     pub by_place: Vec<f64>,
 }
 
+/// Largest residual of an inexact step \[relative to the forces\]: smaller ones take as many steps, of more iterations each.
+const LARGEST_FORCING: f64 = 0.1;
+/// Least one: a step this accurate reaches rounding errors.
+const LEAST_FORCING: f64 = 1e-8;
+/// Constant of the forcing terms.
+const FORCING: f64 = 0.9;
+/// Residual from which a step is the last one \[relative to the tolerance of equilibrium\].
+const NEARLY: f64 = 1e3;
+/// Accuracy of the last step \[relative to the tolerance of equilibrium\].
+const LAST_STEP: f64 = 0.1;
+
 impl Search<'_> {
+    /// Residual of an inexact step \[relative to the forces\], so small that steps converge quadratically (S. C. Eisenstat, H. F. Walker, SIAM J. Sci. Comput. 17, 1996),
+    /// but no smaller than equilibrium needs.
+    pub(crate) fn forcing_term(&mut self, residual: f64, tolerance: f64) -> f64 {
+        let ratio = residual / std::mem::replace(&mut self.last_residual, residual);
+        let forcing = (FORCING * ratio * ratio).min(LARGEST_FORCING);
+        let last = forcing * residual <= NEARLY * tolerance;
+        let least = if last { LAST_STEP * tolerance / residual } else { forcing };
+        forcing.min(least).clamp(LEAST_FORCING, LARGEST_FORCING)
+    }
+
     pub(crate) fn state(&self) -> State<'_> {
         let Self { at: Unknowns { displacement, .. }, theta, load_factor, .. } = self;
         State { displacement, theta, load_factor: *load_factor, pressure: &[] }
