@@ -13,8 +13,10 @@ use multigrid::Multigrid;
 use std::sync::Arc;
 
 /// Most iterations of one linear system: a factor is cheaper beyond.
-const MOST_ITERATIONS: usize = 400;
+pub(crate) const MOST_ITERATIONS: usize = 400;
 
+/// Most iterations with the hierarchy of another matrix \[per digit\]. A new one takes as long as twenty.
+const STALE: f64 = 30.0;
 /// Number of the least shift, 5e-4: smaller ones cost compact bodies trials, and save no steps.
 const LEAST_SHIFT: usize = 4;
 /// Shifts from one hierarchy to the next where an indefinite matrix has none.
@@ -38,7 +40,7 @@ pub(crate) struct Aggregation {
     /// Mean diagonal of the last matrix.
     mean: f64,
     /// Residual of the last system [relative to its right-hand side].
-    tolerance: f64,
+    pub tolerance: f64,
     /// Iterations of all systems.
     pub iterations: usize,
 }
@@ -82,11 +84,9 @@ impl Aggregation {
                 let number = self.build(matrix, positions)?;
                 own = number == self.shift;
             }
-            let t = std::time::Instant::now();
-            let (solution, iterations, end) = self.solve(matrix, right);
-            if std::env::var("DEBUG_CG").is_ok() { eprintln!("    cg time {:.4} per", t.elapsed().as_secs_f64() / (iterations.max(1) as f64)); }
+            let most = if own { MOST_ITERATIONS } else { (-STALE * tolerance.log10()) as usize };
+            let (solution, iterations, end) = self.solve(matrix, right, tolerance, most.min(MOST_ITERATIONS));
             self.iterations += iterations;
-            if std::env::var("DEBUG_CG").is_ok() { eprintln!("    cg {iterations} shift {} tol {:.1e} {end:?}", self.shift, self.tolerance); }
             match end {
                 End::Converged => return Some((solution, shift_of(self.shift))),
                 End::NegativeCurvature => (self.shift, own) = (first.max(self.shift + 1), false),
@@ -104,9 +104,7 @@ impl Aggregation {
         let mut number = self.shift;
         while number < MOST_SHIFTS {
             let blocks = pattern.blocks(matrix.entries, shift_of(number), self.mean);
-            let t = std::time::Instant::now();
             self.hierarchy = Multigrid::new(blocks, &modes);
-            if std::env::var("DEBUG_CG").is_ok() { eprintln!("    build {number} {} {:.3}", self.hierarchy.is_some(), t.elapsed().as_secs_f64()); }
             if self.hierarchy.is_some() {
                 return Some(number);
             }
@@ -116,8 +114,14 @@ impl Aggregation {
         None
     }
 
-    /// Solves with a matrix, the last shift and the last tolerance.
-    pub(crate) fn solve(&self, matrix: Matrix<'_>, right: &[f64]) -> (Vec<f64>, usize, End) {
+    /// Solves with the last matrix, shift and hierarchy to a residual of `tolerance` times the right-hand side: the solution, the iterations and their end.
+    pub(crate) fn solve(
+        &self,
+        matrix: Matrix<'_>,
+        right: &[f64],
+        tolerance: f64,
+        most: usize,
+    ) -> (Vec<f64>, usize, End) {
         let (Some(hierarchy), Some(pattern)) = (&self.hierarchy, &self.pattern) else {
             return (vec![f64::NAN; right.len()], 0, End::Failed);
         };
@@ -137,7 +141,7 @@ impl Aggregation {
             let flat = solution.as_flattened();
             slots().zip(to).for_each(|(slot, to)| *to = size * f64::from(flat[slot]) / self.mean);
         };
-        conjugate_gradients(apply, precondition, right, self.tolerance, MOST_ITERATIONS)
+        conjugate_gradients(apply, precondition, right, tolerance, most)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Preconditioned conjugate gradients that notice negative curvature.
 
-use crate::linear::vector::{dot, norm};
+use crate::linear::vector::dot;
 
 /// End of an iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,9 +13,11 @@ pub(crate) enum End {
     Failed,
 }
 
-/// Solves `A x = b` with a symmetric matrix from x = 0 (M. R. Hestenes, E. Stiefel, J. Res. NBS 49, 1952), to a residual of
-/// `tolerance` times the right-hand side: the solution, the iterations and their end.
+/// Solves `A x = b` with a symmetric matrix from x = 0 (M. R. Hestenes, E. Stiefel, J. Res. NBS 49, 1952): the solution, the iterations and their
+/// end.
 ///
+/// They end when the residual is `tolerance` times the right-hand side, both in the norm of the preconditioner, which is close to the error in the energy norm. In
+/// the Euclidean norm smooth errors do not show.
 /// `apply(x, y)` writes A x to y; `precondition(x, y)` a symmetric positive definite approximation of A⁻¹ x.
 pub(crate) fn conjugate_gradients(
     apply: impl Fn(&[f64], &mut [f64]),
@@ -26,13 +28,13 @@ pub(crate) fn conjugate_gradients(
 ) -> (Vec<f64>, usize, End) {
     let (mut solution, mut residual) = (vec![0.0; right.len()], right.to_vec());
     let (mut direction, mut image) = (solution.clone(), solution.clone());
-    let (enough, mut slope) = (tolerance * norm(right), f64::INFINITY);
+    let (mut first, mut slope) = (None, f64::INFINITY);
     for iterations in 0..=most {
-        if norm(&residual) <= enough {
-            return (solution, iterations, End::Converged);
-        }
         precondition(&residual, &mut image);
         let next = dot(&residual, &image);
+        if next == 0.0 || (0.0..=tolerance * tolerance * *first.get_or_insert(next)).contains(&next) {
+            return (solution, iterations, End::Converged);
+        }
         let turn = next / slope;
         direction.iter_mut().zip(&image).for_each(|(p, z)| *p = z + turn * *p);
         slope = next;

@@ -7,11 +7,13 @@ use crate::elements::system::System;
 use crate::linear::aggregation::Matrix;
 use crate::linear::conjugate_gradients::End;
 use crate::linear::gmres::{LinearOutcome, gmres};
-use crate::linear::method::{MOST_SINGLE, Method};
+use crate::linear::method::{MOST_COUNTED, MOST_SINGLE, Method};
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and a step
 /// that reaches equilibrium meets the accuracy in volume.
 const TOLERANCE: f64 = 1e-10;
+/// The same where conjugate gradients look for negative curvature: they find both ends of the spectrum long before.
+const PROBE: f64 = 1e-6;
 /// Most iterations of one linear system.
 const MOST_ITERATIONS: usize = 400;
 
@@ -27,12 +29,11 @@ impl System<'_> {
             coupling.factorise(self.body)?;
         }
         if self.method == Method::Aggregation {
-            self.aggregation.drop_hierarchy();
             if self.factor.entries() > MOST_SINGLE {
-                let scattered = (0..sparsity.unknowns()).map(|i| ((i * 7919) % 1009) as f64 - 503.7);
-                let (_, shift) = self.iterate(&scattered.collect::<Vec<_>>(), TOLERANCE)?;
+                let shift = self.probe()?;
                 return Some((shift, usize::from(shift > 0.0)));
             }
+            self.aggregation.drop_hierarchy();
             self.iterates = false;
             if self.factor.positive_definite_in_single(sparsity, matrix) {
                 return Some((0.0, 0));
@@ -51,18 +52,30 @@ impl System<'_> {
     }
 
     /// Number of negative eigenvalues of the stiffness that was assembled last, and at least one where they cannot be counted; the factor
-    /// is then that of [`System::factorise`] with `definite`.
-    pub(crate) fn negative_eigenvalues(&mut self) -> usize {
+    /// is then that of [`System::factorise`] with `definite`. Conjugate gradients find one, where a factor is too large to count at every solution.
+    pub(crate) fn negative_eigenvalues(&mut self) -> Option<usize> {
         if self.method == Method::Aggregation {
-            return self.factorise(false).map_or(1, |(shift, negative)| negative.max(usize::from(shift > 0.0)));
+            return match self.factor.entries() > MOST_COUNTED {
+                true => self.probe().map(|shift| usize::from(shift > 0.0)),
+                false => self.factorise(false).map(|(_, negative)| negative),
+            };
         }
         let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
         if self.factor.positive_definite(sparsity, matrix) {
-            return 0;
+            return Some(0);
         }
         let negative = self.factor.indefinite(sparsity, matrix);
         self.factor.shifted(sparsity, matrix);
-        negative.unwrap_or(1).max(1)
+        Some(negative.unwrap_or(1).max(1))
+    }
+
+    /// Least shift \[relative to the mean diagonal\] of the stiffness that was assembled last for which conjugate gradients meet no negative curvature.
+    fn probe(&mut self) -> Option<f64> {
+        // Parts in all directions and no symmetry of the body.
+        let scattered = |i: usize| ((i * 7919) % 1009) as f64 - 503.7;
+        let right: Vec<f64> = (0..self.sparsity.unknowns()).map(scattered).collect();
+        self.aggregation.drop_hierarchy();
+        self.iterate(&right, PROBE).map(|(_, shift)| shift)
     }
 
     /// Solves with the stiffness that was assembled last plus the least shift that makes it positive definite, by conjugate gradients to a residual of
@@ -80,7 +93,8 @@ impl System<'_> {
     pub(crate) fn back_substitute(&self, forces: &mut [f64]) {
         if self.iterates {
             let matrix = Matrix { sparsity: &self.sparsity, entries: &self.assembly.matrix };
-            forces.copy_from_slice(&self.aggregation.solve(matrix, forces).0);
+            let (change, _, _) = self.aggregation.solve(matrix, forces, self.aggregation.tolerance, MOST_ITERATIONS);
+            forces.copy_from_slice(&change);
         } else {
             self.factor.solve(forces);
         }
@@ -95,7 +109,7 @@ impl System<'_> {
     ) -> Result<(Vec<f64>, LinearOutcome), SolveError> {
         if self.iterates {
             let matrix = Matrix { sparsity: &self.sparsity, entries: &self.assembly.matrix };
-            let (change, iterations, end) = self.aggregation.solve(matrix, &right);
+            let (change, iterations, end) = self.aggregation.solve(matrix, &right, TOLERANCE, MOST_ITERATIONS);
             let solved = end == End::Converged;
             let outcome = LinearOutcome { iterations, relative_residual: TOLERANCE };
             return if solved { Ok((change, outcome)) } else { Err(SolveError::Singular) };

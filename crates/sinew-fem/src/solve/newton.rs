@@ -16,6 +16,7 @@ use crate::elements::predicted::{PredictedStress, is_nearly_incompressible};
 use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{Residual, System};
+use crate::linear::method::MOST_COUNTED;
 use crate::linear::vector::dot;
 use crate::solve::control::Missing;
 use crate::solve::line::Line;
@@ -39,8 +40,6 @@ const CONVERGING: f64 = 0.25;
 const EXTENSION: usize = 2;
 const FULL_STEPS: usize = 2;
 
-/// Residual of a step \[relative to the forces\] so small that the hierarchy of the step before serves again.
-const CONVERGING_FORCING: f64 = 5e-2;
 /// Residual \[relative to the forces\] of the displacements that follow supports: the steps after them correct it.
 const SUPPORTS: f64 = 1e-4;
 
@@ -71,6 +70,7 @@ impl System<'_> {
             rises: 0,
             negative_pivots: None,
             last_residual: 0.0,
+            stale: true,
             linear_iterations: 0,
             jumped: false,
             by_place: Vec::new(),
@@ -109,6 +109,7 @@ impl System<'_> {
             let record = history.iterations.last_mut()?;
             if self.body.has_potential() && missing.is_none() {
                 self.descend(&mut search, residual.force, record)?;
+                search.stale = record.shift > 0.0 || record.step < 1.0;
                 indefinite = if record.shift > 0.0 { indefinite + 1 } else { 0 };
                 full = if record.shift > 0.0 || record.step < 1.0 { 0 } else { full + 1 };
                 search.jumped |= indefinite > 0;
@@ -138,10 +139,10 @@ impl System<'_> {
     /// Reports an equilibrium with the negative pivots of the true stiffness, without predicted stress.
     fn found(&mut self, search: Search<'_>, residual: Residual) -> Equilibrium {
         let mut negative_pivots = search.negative_pivots.unwrap_or(0);
-        let linear_iterations = search.linear_iterations + self.aggregation.iterations;
-        if (negative_pivots > 0 || self.iterates) && self.body.has_potential() {
+        let uncounted = self.iterates && search.goal.accuracy < ROUGH;
+        if (negative_pivots > 0 || uncounted) && self.body.has_potential() {
             self.assemble(&search.at, &search.theta, search.load_factor, None);
-            negative_pivots = self.negative_eigenvalues();
+            negative_pivots = self.negative_eigenvalues().unwrap_or(1);
         }
         let Search {
             at: unknowns, place, load_factor, jumped, by_place, ..
@@ -155,7 +156,7 @@ impl System<'_> {
             least_volume_ratio: self.assembly.least_volume_ratio,
             negative_pivots,
             counted: !self.iterates,
-            linear_iterations,
+            linear_iterations: search.linear_iterations + self.aggregation.iterations,
             jumped,
             by_place,
         }
@@ -233,7 +234,7 @@ impl System<'_> {
     ) -> Option<()> {
         let right: Vec<f64> = self.sparsity.gather(&self.assembly.gradient).map(|g| -g).collect();
         let forcing = search.forcing_term(residual, self.assembly.tolerance());
-        if forcing > CONVERGING_FORCING {
+        if search.stale {
             self.aggregation.drop_hierarchy();
         }
         let mut iterated = self.iterated(&right, forcing);
@@ -242,7 +243,9 @@ impl System<'_> {
             None => self.factorise(true)?,
         };
         search.negative_pivots = Some(negative);
-        if negative > 0 && residual <= NEAR_EQUILIBRIUM * self.assembly.force_scale {
+        let countable = iterated.is_none() || self.factor.entries() <= MOST_COUNTED;
+        let near = residual <= NEAR_EQUILIBRIUM * self.assembly.force_scale;
+        if negative > 0 && near && countable {
             if self.step_to_saddle(search, residual) {
                 record.step = 1.0;
                 return Some(());

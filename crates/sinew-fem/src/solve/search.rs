@@ -70,6 +70,8 @@ pub(crate) struct Search<'a> {
     pub negative_pivots: Option<usize>,
     /// Residual of the step before \[stress·length²\], 0 at first.
     pub last_residual: f64,
+    /// Whether the last step was no full one of an unshifted stiffness: the next stiffness is unlike it.
+    pub stale: bool,
     pub linear_iterations: usize,
     pub jumped: bool,
     pub by_place: Vec<f64>,
@@ -81,8 +83,8 @@ const LARGEST_FORCING: f64 = 0.1;
 const LEAST_FORCING: f64 = 1e-8;
 /// Constant of the forcing terms.
 const FORCING: f64 = 0.9;
-/// Residual from which a step is the last one \[relative to the tolerance of equilibrium\].
-const NEARLY: f64 = 1e3;
+/// Residual after a step from which a little more accuracy makes it the last one \[relative to the tolerance of equilibrium\].
+const NEARLY: f64 = 10.0;
 /// Accuracy of the last step \[relative to the tolerance of equilibrium\].
 const LAST_STEP: f64 = 0.1;
 
@@ -93,8 +95,8 @@ impl Search<'_> {
         let ratio = residual / std::mem::replace(&mut self.last_residual, residual);
         let forcing = (FORCING * ratio * ratio).min(LARGEST_FORCING);
         let last = forcing * residual <= NEARLY * tolerance;
-        let least = if last { LAST_STEP * tolerance / residual } else { forcing };
-        forcing.min(least).clamp(LEAST_FORCING, LARGEST_FORCING)
+        let needed = if last { LAST_STEP * tolerance / residual } else { forcing };
+        needed.clamp(LEAST_FORCING, LARGEST_FORCING)
     }
 
     pub(crate) fn state(&self) -> State<'_> {

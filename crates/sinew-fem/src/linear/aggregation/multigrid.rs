@@ -92,21 +92,16 @@ impl<const B: usize> Level<B> {
             definite_inverse(block)
         };
         let inverse_diagonal: Vec<_> = (0..matrix.height()).map(inverse).collect::<Option<_>>()?;
-        let t = std::time::Instant::now(); let tick = |n: &str| if std::env::var("DEBUG_CG").is_ok() { eprintln!("        {n} {:.3}", t.elapsed().as_secs_f64()) };
         let (mut group, mut count) = groups(&matrix, strong);
-        tick("groups");
         if count as f64 > SLOW * matrix.height() as f64 {
             (group, count) = groups(&matrix, 0.0);
         }
-        if std::env::var("DEBUG_CG").is_ok() { eprintln!("      level {B}: {} rows {} blocks -> {count} groups (strong {strong})", matrix.height(), matrix.blocks.len()); }
         let single_inverse: Vec<_> = inverse_diagonal.iter().map(single).collect();
         let single_matrix = matrix.rounded();
         let largest_eigenvalue = RAISE * largest_eigenvalue(&single_matrix, &single_inverse)?;
-        tick("eigen");
         // P = (1 − ω D⁻¹ A) P̂ with ω = 4/3 of the largest eigenvalue's inverse.
         let (tentative, modes) = tentative(&group, count, modes);
         let mut prolongation = matrix.product(&tentative);
-        tick("AP");
         let damping = -4.0 / 3.0 / f64::from(largest_eigenvalue);
         for (row, inverse) in inverse_diagonal.iter().enumerate() {
             let inverse = inverse.map(|row| row.map(|x| damping * x));
@@ -117,11 +112,8 @@ impl<const B: usize> Level<B> {
                 prolongation.blocks[slot] = block;
             }
         }
-        tick("P");
         let restriction = prolongation.transposed();
-        tick("R");
         let mut coarse = restriction.product(&matrix.product(&prolongation));
-        tick("RAP");
         fill_empty_modes(&mut coarse);
         let level = Self {
             matrix: single_matrix,
@@ -130,7 +122,6 @@ impl<const B: usize> Level<B> {
             prolongation: prolongation.rounded(),
             restriction: restriction.rounded(),
         };
-        tick("rounded");
         Some((level, Coarse { matrix: coarse, modes }))
     }
 
@@ -199,7 +190,6 @@ fn largest_eigenvalue<const B: usize>(
         eigenvalue = norm(&vector);
     }
     let widest = matrix.starts.windows(2).map(|pair| pair[1] - pair[0]).max()?;
-    if std::env::var("DEBUG_CG").is_ok() { eprintln!("      eigenvalue {eigenvalue} widest {widest}"); }
     (eigenvalue <= widest as f32).then_some(eigenvalue)
 }
 
