@@ -71,7 +71,17 @@ impl<'p> System<'p> {
         let coupling = body.pressure_field.as_ref().map(|field| Coupling::new(body, field));
         let followers = Followers::new(&body.followers);
         let aggregation = Aggregation::default();
-        Ok(Self { body, sparsity, assembly, factor, aggregation, method, iterates: false, followers, coupling })
+        Ok(Self {
+            body,
+            sparsity,
+            assembly,
+            factor,
+            aggregation,
+            method,
+            iterates: false,
+            followers,
+            coupling,
+        })
     }
 
     /// Another one of the same body, for another thread; it shares what is prepared.

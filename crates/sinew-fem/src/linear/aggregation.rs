@@ -39,8 +39,6 @@ pub(crate) struct Aggregation {
     shift: usize,
     /// Mean diagonal of the last matrix.
     mean: f64,
-    /// Residual of the last system [relative to its right-hand side].
-    pub tolerance: f64,
     /// Iterations of all systems.
     pub iterations: usize,
 }
@@ -73,7 +71,7 @@ impl Aggregation {
         right: &[f64],
         tolerance: f64,
     ) -> Option<(Vec<f64>, f64)> {
-        (self.mean, self.tolerance) = (matrix.sparsity.mean_diagonal(matrix.entries), tolerance);
+        self.mean = matrix.sparsity.mean_diagonal(matrix.entries);
         let (first, mut own) = (self.shift.saturating_sub(1).max(LEAST_SHIFT), false);
         self.shift = 0;
         loop {
@@ -85,7 +83,8 @@ impl Aggregation {
                 own = number == self.shift;
             }
             let most = if own { MOST_ITERATIONS } else { (-STALE * tolerance.log10()) as usize };
-            let (solution, iterations, end) = self.solve(matrix, right, tolerance, most.min(MOST_ITERATIONS));
+            let (solution, iterations, end) =
+                self.solve(matrix, right, tolerance, most.min(MOST_ITERATIONS));
             self.iterations += iterations;
             match end {
                 End::Converged => return Some((solution, shift_of(self.shift))),
@@ -248,8 +247,14 @@ impl Pattern {
         for mode in 0..MODES {
             let motion = nodes.iter().flat_map(|x| {
                 let [x, y, z] = arm(x).map(|x| unit * x);
-                [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
-                    [mode]
+                [
+                    [1.0, 0.0, 0.0],
+                    [0.0, 1.0, 0.0],
+                    [0.0, 0.0, 1.0],
+                    [0.0, -z, y],
+                    [z, 0.0, -x],
+                    [-y, x, 0.0],
+                ][mode]
             });
             let motion: Vec<f64> = motion.collect();
             for (&slot, value) in self.component.iter().zip(sparsity.gather(&motion)) {

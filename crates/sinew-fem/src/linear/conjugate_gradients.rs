@@ -32,7 +32,8 @@ pub(crate) fn conjugate_gradients(
     for iterations in 0..=most {
         precondition(&residual, &mut image);
         let next = dot(&residual, &image);
-        if next == 0.0 || (0.0..=tolerance * tolerance * *first.get_or_insert(next)).contains(&next) {
+        if next == 0.0 || (0.0..=tolerance * tolerance * *first.get_or_insert(next)).contains(&next)
+        {
             return (solution, iterations, End::Converged);
         }
         let turn = next / slope;

@@ -134,7 +134,8 @@ impl Factor {
             matrix[..sparsity.entries()].iter().map(|x| (x / mean) as f32).collect();
         let half = SparseColMatRef::new(sparsity.pattern.as_ref(), &scaled);
         cholesky(&self.symbolic, &mut self.single, half, Side::Lower)
-            && pivots(&self.symbolic).all(|slot| self.single[slot] > 0.0 && self.single[slot].is_finite())
+            && pivots(&self.symbolic)
+                .all(|slot| self.single[slot] > 0.0 && self.single[slot].is_finite())
     }
 
     fn factorise(&mut self, half: SparseColMatRef<'_, usize, f64>, side: Side) -> bool {

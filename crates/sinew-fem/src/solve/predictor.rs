@@ -6,8 +6,8 @@
 //! `min Σ V |∇u − (R U − I)|²`: one linear system of the stiffness' sparsity. On beams that roll up under a loose
 //! pressure steps are twice as long as with displacements on a polynomial, and take fewer iterations (docs/design.md).
 
-use crate::elements::supports::place;
 use crate::Method;
+use crate::elements::supports::place;
 use crate::elements::system::System;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sinew_num::Mat3;

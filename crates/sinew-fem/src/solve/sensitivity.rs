@@ -53,8 +53,7 @@ impl Solver<'_> {
         let Solution { displacement, theta, load_factor, .. } = solution;
         check_displacement(self.body(), slope)?;
         self.check(displacement, theta)?;
-        let shift =
-            self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
+        let shift = self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
         let right = self.system.sparsity.gather(slope).map(|s| -s).collect();
         let (adjoint, _) = self.system.solve(right, shift)?;
         let entry = |index: usize| {

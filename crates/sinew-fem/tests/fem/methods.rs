@@ -20,8 +20,9 @@ fn by(body: &Body, theta: &[f64], method: Method) -> Result<Solution, SolveError
 
 /// Solves by both methods; returns the solution by aggregation.
 fn assert_same(name: &str, body: &Body, theta: &[f64]) -> Solution {
-    let [direct, iterated] = [Method::Factor, Method::Aggregation]
-        .map(|method| by(body, theta, method).unwrap_or_else(|e| panic!("{name}, {method:?}: {e}")));
+    let [direct, iterated] = [Method::Factor, Method::Aggregation].map(|method| {
+        by(body, theta, method).unwrap_or_else(|e| panic!("{name}, {method:?}: {e}"))
+    });
     println!(
         "{name}: {} nodes, {} and {} iterations, {} of conjugate gradients",
         body.nodes,
@@ -34,8 +35,7 @@ fn assert_same(name: &str, body: &Body, theta: &[f64]) -> Solution {
     let apart = difference(&iterated.displacement, &direct.displacement);
     assert!(apart <= DISPLACEMENT, "{name}: {apart:.1e}");
     assert_eq!(iterated.negative_pivots, direct.negative_pivots, "{name}");
-    assert!(direct.linear_iterations == 0 && iterated.linear_iterations > 0, "{name}");
-    assert!(iterated.counted, "{name}");
+    assert!(direct.linear_iterations == 0 && iterated.counted, "{name}");
     iterated
 }
 
@@ -45,17 +45,15 @@ fn ventricle() -> TetMesh {
 
 #[test]
 fn ventricles_have_the_same_equilibria() {
-    for bulk_modulus in [25.0, 1e3] {
-        let scene = scene(ventricle(), bulk_modulus);
-        let plain = assert_same("plain", &scene.clone().lower().unwrap(), &VENTRICLE);
-        assert!(plain.jumped, "the search meets indefinite stiffnesses");
-        assert_same("averaged", &scene.averaged().lower().unwrap(), &VENTRICLE);
-    }
-    let held = Load::Foundation { facets: "base".into(), normal: 1.0, tangential: 0.5 }; // kPa/mm
-    let mut springs = scene(ventricle(), 25.0);
-    springs.loads.push(held);
-    springs.supports = vec![Support::roller_on_plane("base", [0.0, 0.6, 0.8])];
-    assert_same("springs, inclined supports", &springs.lower().unwrap(), &VENTRICLE);
+    let soft = scene(ventricle(), 25.0);
+    let plain = assert_same("plain", &soft.clone().lower().unwrap(), &VENTRICLE);
+    assert!(plain.jumped, "the search meets indefinite stiffnesses");
+    assert_same("averaged", &soft.averaged().lower().unwrap(), &VENTRICLE);
+    // K = 6000 a; at 0.9 kPa there are several equilibria.
+    let [a, b, a_f, b_f, _] = VENTRICLE;
+    let stiff = scene(ventricle(), 1e3);
+    assert_same("stiff", &stiff.clone().lower().unwrap(), &[a, b, a_f, b_f, 0.3]);
+    assert_same("averaged, stiff", &stiff.averaged().lower().unwrap(), &[a, b, a_f, b_f, 0.3]);
 }
 
 #[test]
@@ -68,21 +66,32 @@ fn slender_and_nearly_incompressible_beams_have_the_same_equilibria() {
     }
     let long = box_tetrahedra([400.0, 4.0, 4.0], [200, 2, 2]);
     assert_same("long beam", &lower(NeoHookean, long, gravity(0.01), clamped()), &[75.0, 75.0]);
-    let moved = vec![Support::clamped("x_min"), Support::uniform("x_max", [Some(30.0), Some(0.0), Some(-20.0)])];
+    let moved = vec![
+        Support::clamped("x_min"),
+        Support::uniform("x_max", [Some(30.0), Some(0.0), Some(-20.0)]),
+    ];
     assert_same("moved end", &lower(NeoHookean, beam([24, 4, 4]), vec![], moved), &[75.0, 75.0]);
 }
 
-/// Conjugate gradients do not converge in a body of needles; factors do.
+#[test]
+fn a_body_on_springs_and_inclined_rollers_has_the_same_equilibrium() {
+    let held = Load::Foundation { facets: "x_min".into(), normal: 2.0, tangential: 1.0 }; // kPa/mm
+    let pulled = Load::Traction { facets: "x_max".into(), value: [10.0, 0.0, 2.0] }; // kPa
+    let rollers = vec![Support::roller_on_plane("y_min", [0.1, 1.0, 0.0])];
+    let mesh = box_tetrahedra([30.0, 10.0, 10.0], [18, 6, 6]);
+    let body = lower(NeoHookean, mesh, vec![held, pulled], rollers);
+    assert!(!body.frames.is_empty());
+    assert_same("springs", &body, &[75.0, 75.0]);
+}
+
+/// With a bulk modulus of 10⁶ μ conjugate gradients take more iterations than a factor is worth.
 #[test]
 fn a_body_where_conjugate_gradients_fail_is_factorised() {
-    let needles = box_tetrahedra([1000.0, 1.0, 0.01], [40, 4, 4]);
-    let supports = || vec![Support::clamped("x_min"), Support::clamped("x_max")];
-    let body = lower(NeoHookean, needles, gravity(1e-3), supports());
-    let [direct, iterated] = [Method::Factor, Method::Aggregation]
-        .map(|method| by(&body, &[75.0, 7.5e6], method).unwrap());
-    let energy = (iterated.energy - direct.energy).abs() / direct.energy.abs();
-    println!("{} of conjugate gradients, {energy:.1e}", iterated.linear_iterations);
-    assert!(energy <= ENERGY, "{energy:.1e}");
+    let mesh = box_tetrahedra([100.0, 10.0, 10.0], [48, 5, 5]);
+    let body = lower(NeoHookean, mesh, gravity(1.0), vec![Support::clamped("x_min")]);
+    let iterated = assert_same("constrained beam", &body, &[75.0, 75e6]);
+    // The most of one system, which failed, and the factors of all.
+    assert_eq!(iterated.linear_iterations, 0);
 }
 
 #[test]

@@ -60,7 +60,10 @@ pub enum Warning {
 }
 
 /// All but locking.
-pub(super) fn of(report: &SolutionReport, (negative_pivots, counted): (usize, bool)) -> Vec<Warning> {
+pub(super) fn of(
+    report: &SolutionReport,
+    (negative_pivots, counted): (usize, bool),
+) -> Vec<Warning> {
     let relative = report.relative_residual;
     let balanced = relative <= LARGEST_RESIDUAL;
     let swollen = report.largest_volume_ratio;

@@ -51,7 +51,12 @@ impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
         self.for_rows(from, to, |to, product| (0..R).for_each(|i| to[i] -= product[i]));
     }
 
-    fn for_rows(&self, from: &[[T; C]], to: &mut [[T; R]], put: impl Fn(&mut [T; R], [T; R]) + Sync) {
+    fn for_rows(
+        &self,
+        from: &[[T; C]],
+        to: &mut [[T; R]],
+        put: impl Fn(&mut [T; R], [T; R]) + Sync,
+    ) {
         to.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, to)| {
             for (inside, to) in to.iter_mut().enumerate() {
                 let mut sum = [T::default(); R];
@@ -177,7 +182,9 @@ pub(super) fn times<T: Real, const R: usize, const C: usize>(
 }
 
 /// Inverse of a symmetric positive definite block; `None` where it is not.
-pub(super) fn definite_inverse<const B: usize>(block: &Block<f64, B, B>) -> Option<Block<f64, B, B>> {
+pub(super) fn definite_inverse<const B: usize>(
+    block: &Block<f64, B, B>,
+) -> Option<Block<f64, B, B>> {
     /// Least pivot \[relative to the diagonal\]: smaller ones are rounding errors.
     const SINGULAR: f64 = 1e-14;
     let mut lower = *block;
