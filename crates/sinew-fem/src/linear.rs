@@ -1,6 +1,7 @@
 //! Sparse matrices, orders, factors and iterations of the linear systems.
 
 pub(crate) mod aggregation;
+mod cholesky;
 pub(crate) mod conjugate_gradients;
 pub(crate) mod factor;
 pub(crate) mod gmres;

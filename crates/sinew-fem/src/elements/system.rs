@@ -64,8 +64,8 @@ impl<'p> System<'p> {
         check_supports(body)?;
         let sparsity = Arc::new(Sparsity::new(body));
         let factor = Factor::new(&sparsity)?;
-        let (entries, unknowns) = (factor.entries(), sparsity.unknowns());
-        let method = Method::Automatic.chosen(body.has_potential(), entries, unknowns);
+        let size = [factor.entries(), sparsity.unknowns()];
+        let method = Method::Automatic.chosen(body.has_potential(), None, size);
         let factor = if method == Method::Factor { factor.reserved()? } else { factor };
         let assembly = Assembly::new(&sparsity, body.volumes.len(), body.prescribed.len());
         let coupling = body.pressure_field.as_ref().map(|field| Coupling::new(body, field));

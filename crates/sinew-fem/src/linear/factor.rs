@@ -1,19 +1,17 @@
 //! Cholesky factors of the stiffness matrix, with one symbolic analysis for all: faer's supernodal ones in an order of our own.
 
 use crate::SolveError;
+use crate::linear::cholesky::{back_substitute, cholesky, pivots, prepared};
 use crate::linear::sparsity::Sparsity;
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::dyn_stack::MemStack;
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
-use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
-    SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymmetricOrdering,
+    factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMatRef, Triplet};
-use faer::traits::RealField;
-use faer::{Conj, MatMut, Par, Side};
-use std::num::NonZeroUsize;
+use faer::{Conj, Par, Side};
 use std::sync::Arc;
 
 /// First shift of an indefinite matrix \[relative to the mean diagonal\], and its growth. It is small enough to keep
@@ -28,12 +26,6 @@ pub(crate) const MOST_SHIFTS: usize = 13;
 pub(crate) fn shift_of(number: usize) -> f64 {
     if number == 0 { 0.0 } else { FIRST_SHIFT * SHIFT_GROWTH.powi(number as i32 - 1) }
 }
-
-/// Shares of the dense blocks of a large factor. The division is fixed, so that results do not depend on the number of
-/// threads; a single thread does not divide, with the same bits.
-const SHARES: NonZeroUsize = NonZeroUsize::new(4).unwrap();
-/// Least number of entries of a factor whose blocks are divided.
-const LARGE: usize = 2_000_000;
 
 /// The Cholesky factor of a body's stiffness: `L Lᵀ`, or `L D Lᵀ` where negative eigenvalues are counted.
 ///
@@ -229,69 +221,6 @@ impl Factor {
     }
 }
 
-fn back_substitute<T: RealField>(
-    symbolic: &SymbolicCholesky<usize>,
-    right: &mut [T],
-    solve: impl FnOnce(MatMut<'_, T>, &mut MemStack),
-) {
-    let size = right.len();
-    let right = MatMut::from_column_major_slice_mut(right, size, 1);
-    let mut memory = MemBuffer::new(symbolic.solve_in_place_scratch::<T>(1, Par::Seq));
-    solve(right, MemStack::new(&mut memory));
-}
-
-/// Factorises `L Lᵀ`; false where that fails.
-fn cholesky<T: RealField + Default>(
-    symbolic: &SymbolicCholesky<usize>,
-    entries: &mut Vec<T>,
-    half: SparseColMatRef<'_, usize, T>,
-    side: Side,
-) -> bool {
-    let scratch = symbolic.factorize_numeric_llt_scratch::<T>(shares(symbolic), Default::default());
-    let Some(mut memory) = prepared(symbolic, entries, scratch) else { return false };
-    let regularisation = LltRegularization::default();
-    let (par, memory) = (shares(symbolic), MemStack::new(&mut memory));
-    symbolic
-        .factorize_numeric_llt(entries, half, side, regularisation, par, memory, Default::default())
-        .is_ok()
-}
-
-/// Room for the entries of a factor, and memory to compute it in; `None` where they do not fit.
-fn prepared<T: Clone + Default>(
-    symbolic: &SymbolicCholesky<usize>,
-    entries: &mut Vec<T>,
-    scratch: StackReq,
-) -> Option<MemBuffer> {
-    entries.try_reserve_exact(symbolic.len_val() - entries.len()).ok()?;
-    entries.resize(symbolic.len_val(), T::default());
-    MemBuffer::try_new(scratch).ok()
-}
-
-/// Slots of the diagonal of a factor.
-fn pivots(symbolic: &SymbolicCholesky<usize>) -> impl Iterator<Item = usize> {
-    let mut slots = Vec::with_capacity(symbolic.nrows());
-    match symbolic.raw() {
-        SymbolicCholeskyRaw::Supernodal(symbolic) => {
-            let ends = symbolic.supernode_end();
-            for (s, (&begin, end)) in symbolic.supernode_begin().iter().zip(ends).enumerate() {
-                let [start, next] = [s, s + 1].map(|s| symbolic.col_ptr_for_val()[s]);
-                let rows = (next - start).checked_div(end - begin).unwrap_or(0);
-                slots.extend((0..end - begin).map(|i| start + i * (rows + 1)));
-            }
-        }
-        // Tiny matrices have no supernodes, whatever is requested; the diagonal comes first in each column.
-        SymbolicCholeskyRaw::Simplicial(symbolic) => {
-            slots.extend(&symbolic.col_ptr()[..symbolic.ncols()]);
-        }
-    }
-    slots.into_iter()
-}
-
-fn shares(symbolic: &SymbolicCholesky<usize>) -> Par {
-    let alone = rayon::current_num_threads() == 1;
-    if alone || symbolic.len_val() < LARGE { Par::Seq } else { Par::Rayon(SHARES) }
-}
-
 fn lower_half<'m>(sparsity: &'m Sparsity, matrix: &'m [f64]) -> SparseColMatRef<'m, usize, f64> {
     let pattern: SymbolicSparseColMatRef<'_, usize> = sparsity.pattern.as_ref();
     SparseColMatRef::new(pattern, &matrix[..sparsity.entries()])
@@ -300,6 +229,7 @@ fn lower_half<'m>(sparsity: &'m Sparsity, matrix: &'m [f64]) -> SparseColMatRef<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linear::cholesky::LARGE;
 
     /// Guards against as many shares as threads, where the last digits would change from a few thousand unknowns on.
     #[test]

@@ -7,7 +7,8 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {
-    /// [`Method::Aggregation`] where the factor has more than 500 entries per unknown, as in compact bodies of some 15 000 nodes, else [`Method::Factor`].
+    /// [`Method::Aggregation`] for compact bodies from some 9000 nodes on: 20 000 unknowns, and a factor of more than 400 entries per unknown. Slender
+    /// bodies, whose factors are cheap, and those with K/μ above 3000 at rest take [`Method::Factor`].
     #[default]
     Automatic,
     /// A sparse Cholesky factor of each stiffness.
@@ -18,8 +19,12 @@ pub enum Method {
     Aggregation,
 }
 
-/// Most entries of a factor \[per unknown\] where it is faster.
-const DENSE: usize = 500;
+/// Most unknowns where a factor is faster, and its most entries \[per unknown\] there. Seconds by factors and by aggregation: 4.2 and 10.4 for a slender beam of 19 649
+/// nodes and 228 entries per unknown, 3.0 and 3.6 for a beam of 10 332 and 558, 5.0 and 2.9 for a ventricle of 9005 and 415.
+const SMALL: usize = 20_000;
+const SPARSE: usize = 400;
+/// Largest K/μ at rest with less than [`crate::linear::aggregation::MOST_ITERATIONS`] iterations.
+const MOST_BULK_TO_SHEAR: f64 = 3e3;
 /// Most entries of a factor in single precision: 2 GB.
 pub(crate) const MOST_SINGLE: usize = 500_000_000;
 /// Most entries of one that is computed at every solution: with 100 000 nodes it would take a quarter of the time and half as much memory again.
@@ -27,10 +32,17 @@ pub(crate) const MOST_COUNTED: usize = 250_000_000;
 
 impl Method {
     /// The method for a body whose factor has so many entries.
-    pub(crate) fn chosen(self, has_potential: bool, entries: usize, unknowns: usize) -> Self {
+    pub(crate) fn chosen(
+        self,
+        has_potential: bool,
+        bulk_to_shear: Option<f64>,
+        [entries, unknowns]: [usize; 2],
+    ) -> Self {
+        let large = unknowns > SMALL && entries > SPARSE * unknowns;
+        let stiff = bulk_to_shear.is_some_and(|ratio| ratio > MOST_BULK_TO_SHEAR);
         match self {
             _ if !has_potential => Self::Factor,
-            Self::Automatic if entries > DENSE * unknowns => Self::Aggregation,
+            Self::Automatic if large && !stiff => Self::Aggregation,
             Self::Automatic => Self::Factor,
             forced => forced,
         }

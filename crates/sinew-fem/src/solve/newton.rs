@@ -12,6 +12,7 @@
 //! Where there is a potential, a shift makes the stiffness positive definite, so that steps descend. Without one, steps
 //! use the unsymmetric or indefinite stiffness itself; only the volume of the cells limits their length.
 
+use crate::elements::moduli::bulk_to_shear;
 use crate::elements::predicted::{PredictedStress, is_nearly_incompressible};
 use crate::elements::state::State;
 use crate::elements::supports::place;
@@ -75,8 +76,9 @@ impl System<'_> {
             jumped: false,
             by_place: Vec::new(),
         };
-        let (entries, unknowns) = (self.factor.entries(), self.sparsity.unknowns());
-        self.method = options.method.chosen(self.body.has_potential(), entries, unknowns);
+        let size = [self.factor.entries(), self.sparsity.unknowns()];
+        let ratio = bulk_to_shear(self.body, &search.theta);
+        self.method = options.method.chosen(self.body.has_potential(), ratio, size);
         self.aggregation.clear();
         self.move_supports(&mut search, history)?;
         let (mut least, mut stalls, mut indefinite, mut full) = (f64::INFINITY, 0, 0, 0);
@@ -139,8 +141,7 @@ impl System<'_> {
     /// Reports an equilibrium with the negative pivots of the true stiffness, without predicted stress.
     fn found(&mut self, search: Search<'_>, residual: Residual) -> Equilibrium {
         let mut negative_pivots = search.negative_pivots.unwrap_or(0);
-        let uncounted = self.iterates && search.goal.accuracy < ROUGH;
-        if (negative_pivots > 0 || uncounted) && self.body.has_potential() {
+        if (negative_pivots > 0 || self.iterates) && self.body.has_potential() {
             self.assemble(&search.at, &search.theta, search.load_factor, None);
             negative_pivots = self.negative_eigenvalues().unwrap_or(1);
         }
