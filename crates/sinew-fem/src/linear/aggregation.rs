@@ -72,7 +72,7 @@ impl Aggregation {
         tolerance: f64,
     ) -> Option<(Vec<f64>, f64)> {
         self.mean = matrix.sparsity.mean_diagonal(matrix.entries);
-        let (first, mut own) = (self.shift.saturating_sub(1).max(LEAST_SHIFT), false);
+        let (first, mut matching) = (self.shift.saturating_sub(1).max(LEAST_SHIFT), false);
         self.shift = 0;
         loop {
             if self.shift >= MOST_SHIFTS {
@@ -80,16 +80,19 @@ impl Aggregation {
             }
             if self.hierarchy.is_none() {
                 let number = self.build(matrix, positions)?;
-                own = number == self.shift;
+                matching = number == self.shift;
             }
-            let most = if own { MOST_ITERATIONS } else { (-STALE * tolerance.log10()) as usize };
+            let most =
+                if matching { MOST_ITERATIONS } else { (-STALE * tolerance.log10()) as usize };
             let (solution, iterations, end) =
                 self.solve(matrix, right, tolerance, most.min(MOST_ITERATIONS));
             self.iterations += iterations;
             match end {
                 End::Converged => return Some((solution, shift_of(self.shift))),
-                End::NegativeCurvature => (self.shift, own) = (first.max(self.shift + 1), false),
-                End::Failed if own => return None,
+                End::NegativeCurvature => {
+                    (self.shift, matching) = (first.max(self.shift + 1), false)
+                }
+                End::Failed if matching => return None,
                 End::Failed => self.hierarchy = None,
             }
         }

@@ -20,7 +20,7 @@ pub enum Method {
 }
 
 /// Most unknowns where a factor is faster, and its most entries \[per unknown\] there. Seconds by factors and by aggregation: 4.2 and 10.4 for a slender beam of 19 649
-/// nodes and 228 entries per unknown, 3.0 and 3.6 for a beam of 10 332 and 558, 5.0 and 2.9 for a ventricle of 9005 and 415.
+/// nodes and 228 entries per unknown, 3.0 and 3.6 for a beam of 10 332 and 558, 5.0 and 2.7 for a ventricle of 9005 and 415.
 const SMALL: usize = 20_000;
 const SPARSE: usize = 400;
 /// Largest K/μ at rest with less than [`crate::linear::aggregation::MOST_ITERATIONS`] iterations.

@@ -41,7 +41,7 @@ pub struct Options {
     pub minimum_accuracy: f64,
     /// Accuracy without a potential at intermediate loads.
     pub accuracy_on_the_way: f64,
-    /// Method for the linear systems.
+    /// Method for the linear systems of a body with a potential.
     pub method: Method,
 }
 

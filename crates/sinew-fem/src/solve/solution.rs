@@ -35,7 +35,7 @@ pub struct Solution {
     pub least_volume_ratio: f64,
     /// Number of negative eigenvalues of the symmetric part of the last stiffness of the displacements: 0 for a stable equilibrium of a potential.
     pub negative_pivots: usize,
-    /// Whether a factor counted them. Bodies whose factor would take more than 2 GB have none: 0 says then that conjugate gradients met no negative curvature.
+    /// Whether a factor counted them. Where it would take more than 1 GB, 0 says that conjugate gradients met no negative curvature.
     pub counted: bool,
     /// Number of load steps, 1 if the whole load was applied at once; includes those of the softer bodies that lead to
     /// a nearly incompressible one.

@@ -111,9 +111,9 @@ impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
             (columns, ends)
         };
         let unseen = || vec![usize::MAX; right.width];
-        let found: Vec<_> = chunks.into_par_iter().map_init(unseen, columns_of).collect();
+        let patterns: Vec<_> = chunks.into_par_iter().map_init(unseen, columns_of).collect();
         let (mut starts, mut columns) = (vec![0], Vec::<u32>::new());
-        for (chunk_columns, ends) in found {
+        for (chunk_columns, ends) in patterns {
             starts.extend(ends.iter().map(|end| columns.len() + end));
             columns.extend(chunk_columns);
         }
