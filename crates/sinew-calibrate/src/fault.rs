@@ -35,6 +35,7 @@ fn cause(reached: &Correction) -> String {
 
 /// Reason why there is no posterior, with what was reached.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum CalibrateError {
     /// Data, priors or settings that make no sense.
     #[error("{0}")]
@@ -44,12 +45,7 @@ pub enum CalibrateError {
         "the solver has no answer at any of {starts} starts within the ranges; the last reason: {reason}; try `sinew unload` at one θ, and look at \
          pressure, units and ranges"
     )]
-    NoStart {
-        /// Starts that were tried.
-        starts: usize,
-        /// Reason of the last.
-        reason: String,
-    },
+    NoStart { starts: usize, reason: String },
     /// A datum that no parameters come near.
     #[error(
         "{name} is {value}, {side} every value that the ranges reach: the {extreme} that was found is {reached}; look at unit, phase and surface of \
@@ -57,17 +53,11 @@ pub enum CalibrateError {
         too_large(*over_noise).map_or(String::new(), |noise| format!("; {noise}"))
     )]
     Unreachable {
-        /// The datum.
         name: String,
-        /// Value in the data, with unit.
         value: String,
-        /// `below` or `above`.
         side: &'static str,
-        /// `smallest` or `largest`.
         extreme: &'static str,
-        /// Value of the datum, with its unit.
         reached: String,
-        /// Misfits at the mode over the stated noise, by their median.
         over_noise: f64,
     },
     /// Chains that disagree.
@@ -75,16 +65,7 @@ pub enum CalibrateError {
         "the chains disagree (R̂ {r_hat:.2} for {name}); {modes} modes were found: {at}; there is no one answer to these data: \
          add a datum, narrow a range so that one mode is left, or see whether standard deviations are too small"
     )]
-    Apart {
-        /// The worst parameter.
-        name: String,
-        /// R̂ of that parameter.
-        r_hat: f64,
-        /// Modes found.
-        modes: usize,
-        /// Their places.
-        at: String,
-    },
+    Apart { name: String, r_hat: f64, modes: usize, at: String },
     /// The solver does not confirm the emulator's posterior.
     #[error(
         "the solver does not confirm this posterior after {} rounds: k̂ {:.2} (at most 0.5), effective share {:.2} (at least 0.5), \
@@ -96,22 +77,10 @@ pub enum CalibrateError {
     #[error(
         "the budget of {budget:.0} s is over {stage}, after {solves} solves; go on with --resume and a larger --budget"
     )]
-    Budget {
-        /// Budget \[s\].
-        budget: f64,
-        /// Stage that was not finished.
-        stage: String,
-        /// Solves made.
-        solves: usize,
-    },
+    Budget { budget: f64, stage: String, solves: usize },
     /// Stopped from outside.
     #[error("interrupted during {stage}, after {solves} solves")]
-    Interrupted {
-        /// Stage that was not finished.
-        stage: String,
-        /// Solves made.
-        solves: usize,
-    },
+    Interrupted { stage: String, solves: usize },
     /// A file of solves that cannot be used.
     #[error("{0}")]
     Store(String),

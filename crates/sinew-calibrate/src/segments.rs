@@ -1,6 +1,7 @@
 //! Divisions of a wall into segments.
 
 use crate::error::PatientError;
+use sinew_energy::listed;
 use sinew_mesh::AnyMesh;
 
 /// Segments of a mesh: each cell belongs to one or to none.
@@ -24,7 +25,9 @@ impl Segments {
             None => Ok(Self { names, of_cell }),
             Some(empty) => {
                 let (segment, cells) = (names[empty].clone(), of_cell.len());
-                Err(PatientError::EmptySegment { segment, cells })
+                Err(PatientError::Input(format!(
+                    "segment {segment} has no cells of {cells}: the mesh is too coarse for this division, or the wall does not reach there; take fewer segments"
+                )))
             }
         }
     }
@@ -34,10 +37,11 @@ impl Segments {
     /// # Errors
     /// A field that is not there, has more than one component, or values that are no integers.
     pub fn by_field(mesh: &AnyMesh, field: &str) -> Result<Self, PatientError> {
-        let refuse = |problem: &str| PatientError::Field {
-            name: field.into(),
-            problem: problem.into(),
-            known: mesh.cell_fields().keys().cloned().collect(),
+        let refuse = |problem: &str| {
+            PatientError::Input(format!(
+                "the cell field `{field}` {problem}; the mesh has {}",
+                listed(&mesh.cell_fields().keys().collect::<Vec<_>>())
+            ))
         };
         let found = mesh.cell_fields().get(field).ok_or_else(|| refuse("is not there"))?;
         let rows = found.to_vectors::<1>().ok_or_else(|| refuse("has more than one component"))?;
@@ -77,9 +81,11 @@ impl Segments {
     /// A name that no segment has.
     pub fn cells_of(&self, name: &str) -> Result<Vec<usize>, PatientError> {
         let segment = self.names.iter().position(|other| other == name);
-        let segment = segment.ok_or_else(|| PatientError::UnknownSegment {
-            name: name.into(),
-            known: self.names.clone(),
+        let segment = segment.ok_or_else(|| {
+            PatientError::Input(format!(
+                "there is no segment `{name}`; there are {}",
+                listed(&self.names)
+            ))
         })?;
         let cells = 0..self.of_cell.len();
         Ok(cells.filter(|&cell| self.of_cell[cell] == Some(segment)).collect())

@@ -86,12 +86,17 @@ impl WallCoordinates {
         // Written so that a NaN is refused as well.
         let usable = length > 0.0 && length.is_finite();
         if !usable {
-            return Err(PatientError::NoDirection { direction });
+            return Err(PatientError::Input(format!(
+                "({}, {}, {}) is no direction; give a vector of finite length",
+                direction[0], direction[1], direction[2]
+            )));
         }
         let across = septum / length - self.axis * self.axis.dot(&septum) / length;
         let degrees = across.norm().min(1.0).asin().to_degrees();
         if degrees < ACROSS {
-            return Err(PatientError::SeptumAlongAxis { degrees });
+            return Err(PatientError::Input(format!(
+                "the direction of the septum is {degrees:.2} degrees off the long axis, so it marks no angle; give a vector across the axis"
+            )));
         }
         let first = across.normalize();
         // Counterclockwise for an eye at the apex, which the axis points away from.
@@ -184,7 +189,7 @@ impl WallCoordinates {
         segment: impl Fn(f64, f64) -> usize,
     ) -> Result<Segments, PatientError> {
         if self.angles.is_empty() {
-            return Err(PatientError::NoSeptum);
+            return Err(PatientError::Input("the division in segments counts angles from the septum, but its direction is not given: give a vector from the left cavity to the middle of the septum".into()));
         }
         let places = self.heights.iter().zip(&self.angles);
         Segments::new(names, places.map(|(&h, &a)| Some(segment(h, a))).collect())

@@ -235,7 +235,10 @@ impl<'b> Emulator<'b> {
             return Err(content(&file, &format!("version {version} for {VERSION}")));
         }
         if let Some((what, stored, found)) = identity::difference(&stored, &identity::of(body)) {
-            return Err(Error::OtherBody { folder: folder.into(), what, stored, found });
+            return Err(Error::Refused(format!(
+                "the emulator in {} was trained for another body: {what} was {stored} and is {found}; load it with the mesh, law, loads and supports that it was trained for",
+                folder.display()
+            )));
         }
         check_body(body)?;
         checksums::require(&sealed, folder, DESCRIPTION, &model)?;
@@ -244,7 +247,12 @@ impl<'b> Emulator<'b> {
         let predictor = match known {
             Some((_, load)) => load(&part, body)?,
             None if model == regressed::KIND => Box::new(Regressed::load(&part, body)?),
-            None => return Err(Error::UnknownKind { folder: folder.into(), kind: model }),
+            None => {
+                return Err(Error::Refused(format!(
+                    "{} holds an emulator of the kind `{model}`, which this build does not load; build with the feature `networks`, or load it with the crate that trained it",
+                    folder.display()
+                )));
+            }
         };
         Ok(Self::new(body, predictor, record))
     }

@@ -117,5 +117,5 @@ pub mod parts {
     pub use crate::predict::taylor::{admissible, expand, with_anchors, work};
     pub use crate::recipe::session::{Session, Stream};
     pub use crate::recipe::train_with;
-    pub use crate::store::identity::dot;
+    pub use sinew_num::{dot, norm};
 }

@@ -61,7 +61,9 @@ pub(crate) fn check_body(body: &Body) -> Result<()> {
     let known: Vec<_> =
         body.known.iter().map(|(name, value)| format!("{name} = {value}")).collect();
     let known = if known.is_empty() { "there are none".into() } else { known.join(", ") };
-    Err(Error::NoParameters { known })
+    Err(Error::Refused(format!(
+        "the body has no free parameters ({known}), so there is one equilibrium and nothing to emulate: solve it (sinew solve), or give a parameter a range"
+    )))
 }
 
 /// Requires finite displacements, equally many for each θ. The error names the parameter farthest outside its range.
@@ -87,7 +89,7 @@ pub fn not_finite(body: &Body, theta: &[f64]) -> Error {
         None => "every parameter is inside its range, so the emulator is at fault: train it again"
             .into(),
     };
-    Error::NotFinite { theta: in_words(body, theta), reason }
+    Error::Refused(format!("the prediction for {} is not finite; {reason}", in_words(body, theta)))
 }
 
 /// Requires that training samples lie inside the ranges.
@@ -96,13 +98,10 @@ pub(crate) fn require_inside(body: &Body, thetas: &[Vec<f64>]) -> Result<()> {
         check_length(body, theta)?;
         if let Some((p, value)) = outside(body, theta).next() {
             let [value, low, high] = [value, p.range[0], p.range[1]].map(|x| p.unit.format(x));
-            return Err(Error::OutsideRange {
-                sample,
-                parameter: p.name.clone(),
-                value,
-                low,
-                high,
-            });
+            return Err(Error::Refused(format!(
+                "sample {sample} has {} = {value}, outside its range from {low} to {high}: widen the range of the body's parameter, or leave the sample out",
+                p.name
+            )));
         }
     }
     Ok(())

@@ -108,7 +108,11 @@ pub fn train_with<'b>(
 ) -> Result<Emulator<'b>> {
     recipe.check()?;
     if options.anchors > 1 && !recipe.has_anchors() {
-        return Err(Error::NoAnchors { recipe: recipe.key().into(), anchors: options.anchors });
+        return Err(Error::Refused(format!(
+            "the recipe `{}` has no anchors, and {} were asked for; choose taylor, pi or hybrid, or leave them out",
+            recipe.key(),
+            options.anchors
+        )));
     }
     let mut session = Session::begin(body, &described(recipe), options, observer)?;
     if let Some(folder) = &options.folder

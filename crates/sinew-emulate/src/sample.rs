@@ -99,7 +99,10 @@ fn check(parameter: &Parameter) -> Result<()> {
     if low.is_finite() && high.is_finite() && low < high && positive {
         return Ok(());
     }
-    Err(Error::Range { parameter: parameter.name.clone(), low, high })
+    Err(Error::Refused(format!(
+        "parameter {} ranges from {low} to {high}: give a smaller and a larger finite value, both positive where samples are uniform in the logarithm",
+        parameter.name
+    )))
 }
 
 fn latin_hypercube(count: usize, axes: usize, seed: u64) -> Vec<Vec<f64>> {
@@ -123,7 +126,9 @@ fn uniform(count: usize, axes: usize, seed: u64) -> Vec<Vec<f64>> {
 fn sobol(count: usize, axes: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
     let [most, most_axes] = SOBOL_LIMITS;
     if count > most || axes > most_axes {
-        return Err(Error::Sobol { count, axes, most, most_axes });
+        return Err(Error::Request(format!(
+            "Sobol's sequence is tabulated for {most} samples of {most_axes} parameters; {count} of {axes} are too many, use a Latin hypercube"
+        )));
     }
     let seed = (seed ^ (seed >> 32)) as u32;
     let at = |index: usize, axis: usize| {
@@ -199,6 +204,8 @@ mod tests {
         parameters[0].range = [0.0, 1.0];
         let error = Design::Uniform.sample(&parameters, 3, 1).unwrap_err().to_string();
         assert!(error.contains('k') && error.contains('0'), "{error}");
-        assert!(matches!(sobol(1 << 17, 2, 1), Err(Error::Sobol { .. })));
+        let many = sobol(1 << 17, 2, 1).unwrap_err();
+        assert!(matches!(many, Error::Request(_)), "{many}");
+        assert!(many.to_string().contains("131072 of 2 are too many"), "{many}");
     }
 }

@@ -67,7 +67,10 @@ pub fn parse_table(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<f64>>> {
 
 /// An error about what a file holds.
 pub(crate) fn content(path: &Path, reason: &dyn std::fmt::Display) -> Error {
-    Error::Content { path: path.into(), reason: reason.to_string() }
+    Error::Refused(format!(
+        "{} is damaged or of another version ({reason}); delete it, or begin the run again (--restart)",
+        path.display()
+    ))
 }
 
 /// Writes bytes at once, as [`write_json`] does.

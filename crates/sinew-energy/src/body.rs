@@ -400,7 +400,7 @@ impl Body {
     /// the old material goes with it.
     ///
     /// # Errors
-    /// [`SceneError::OtherMaterial`] unless it has the body's quadrature points and as many parameters as are given.
+    /// [`SceneError::Body`] unless it has the body's quadrature points and as many parameters as are given.
     pub fn with_material(
         mut self,
         material: Arc<dyn Material>,
@@ -410,7 +410,9 @@ impl Body {
         let found = material.points().unwrap_or(points);
         let (needed, given) = (material.parameters().len(), parameters.len());
         if found != points || needed != given {
-            return Err(SceneError::OtherMaterial { found, points, needed, given });
+            return Err(SceneError::Body(format!(
+                "the material has directions at {found} points and reads {needed} parameters, but the body has {points} quadrature points and {given} parameters are given; let them agree"
+            )));
         }
         let of_law = self.material.parameters().len();
         parameters.extend(self.0.parameters.split_off(of_law));

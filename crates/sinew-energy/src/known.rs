@@ -1,5 +1,6 @@
 //! Parameters whose values are known, so that θ does not list them.
 
+use crate::error::unknown_parameter;
 use crate::mapped::Mapped;
 use crate::{Body, Magnitude, Parameter, SceneError};
 use std::sync::Arc;
@@ -52,8 +53,8 @@ impl Body {
         for &(name, value) in known {
             let named = |p: &Parameter| p.name == name;
             let Some(index) = self.parameters.iter().position(named) else {
-                let known = self.parameters.iter().map(|p| p.name.clone()).collect();
-                return Err(SceneError::UnknownParameter { name: name.into(), known });
+                let known: Vec<_> = self.parameters.iter().map(|p| &p.name).collect();
+                return Err(unknown_parameter(name, &known));
             };
             if !value.is_finite() {
                 let what = format!("the known value of `{name}`");
@@ -65,7 +66,9 @@ impl Body {
                 return Err(SceneError::KnownValue { name: name.into(), value, least, most });
             }
             if held[index].replace(value).is_some() {
-                return Err(SceneError::KnownTwice { name: name.into() });
+                return Err(SceneError::Body(format!(
+                    "`{name}` is there twice among the known parameters; keep one value"
+                )));
             }
         }
         Ok(held)

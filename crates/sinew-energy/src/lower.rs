@@ -8,6 +8,7 @@ mod supports;
 
 use crate::discretisation::Elements;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
+use crate::error::listed;
 use crate::patches::patches;
 use crate::{Body, BodyArrays, Load, Magnitude, PressureField, Sampling, Scene, SceneError};
 use geometry::{places, shape_functions};
@@ -51,7 +52,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// As for [`Scene::lower`], and [`SceneError::Quadrature`].
+    /// As for [`Scene::lower`], and [`SceneError::Body`] for weights that do not add up.
     pub fn lower_with(&self, rule: &[QuadraturePoint]) -> Result<Body, SceneError> {
         with_cells!(&self.mesh, mesh => lowered(self, mesh, Some(rule)))
     }
@@ -109,12 +110,16 @@ where
     setup.check_elements()?;
     mesh.check()?;
     if mesh.cells.is_empty() {
-        return Err(SceneError::EmptyMesh);
+        return Err(SceneError::Body(
+            "the mesh has no cells; read or generate one that has".into(),
+        ));
     }
     // Written so that a NaN is an error as well.
     let positive = |value: f64| value > 0.0 && value.is_finite();
     if let Some((name, value)) = law.constants.into_iter().find(|c| !positive(c.1)) {
-        return Err(SceneError::Constant { name, value });
+        return Err(SceneError::Law(format!(
+            "the law's {name} is {value}; give a positive, finite number"
+        )));
     }
     setup.check_parameters()?;
     if Mesh::<N>::ELEMENT.dimension == 2 {
@@ -171,10 +176,16 @@ where
     fn check_elements(&self) -> Result<(), SceneError> {
         let (law, element) = (self.scene.material.law(), Mesh::<N>::ELEMENT);
         if law.is_plane && element.dimension != 2 {
-            return Err(SceneError::PlaneLaw { law: law.name, nodes: N });
+            return Err(SceneError::Law(format!(
+                "{} is a law of triangles, but the mesh is made of cells with {} nodes; take the law of the solid",
+                law.name, N
+            )));
         }
         if self.scene.discretisation.elements == Elements::Mixed && !element.is_quadratic() {
-            return Err(SceneError::LinearMixed { cells: element.plural });
+            return Err(SceneError::Body(format!(
+                "mixed elements have quadratic tetrahedra or triangles, but the mesh is made of {}; make it quadratic (sinew_mesh::Mesh::quadratic)",
+                element.plural
+            )));
         }
         let measure = |rule: &[QuadraturePoint]| rule.iter().map(|p| p.weight).sum::<f64>();
         let (sum, needed) = (measure(self.rule), measure(Nodes::<N>::QUADRATURE));
@@ -184,7 +195,10 @@ where
         let exact = (sum - needed).abs() <= QUADRATURE_TOLERANCE * needed;
         match exact && self.rule.iter().all(is_positive) {
             true => Ok(()),
-            false => Err(SceneError::Quadrature { points: self.rule.len(), sum, needed }),
+            false => Err(SceneError::Body(format!(
+                "the weights of the {} quadrature points add up to {sum}; give positive ones that add up to {needed}, the measure of the reference element",
+                self.rule.len()
+            ))),
         }
     }
 
@@ -200,13 +214,18 @@ where
                     loads = loads.max(index + 1 - first);
                 }
                 Magnitude::Theta(index) => {
-                    return Err(SceneError::LoadParameter { index, first, count });
+                    return Err(SceneError::Parameters(format!(
+                        "a load reads entry {index} of theta, but {}",
+                        entries_of_loads(first, count)
+                    )));
                 }
             }
         }
         if count != first + loads {
-            let names = names.to_vec();
-            return Err(SceneError::ParameterCount { given: count, names, loads });
+            return Err(SceneError::Parameters(format!(
+                "the scene lists {count} parameters, but the law reads {} and the loads {loads} more; list those of the law first",
+                listed(names)
+            )));
         }
         self.check_parameter_names()?;
         for parameter in parameters {
@@ -225,20 +244,29 @@ where
         let given = self.scene.parameters.iter().map(|p| p.name.as_str());
         let mut seen = HashSet::new();
         if let Some(name) = given.clone().find(|&name| !seen.insert(name)) {
-            return Err(SceneError::ParameterTwice { name: name.into() });
+            return Err(SceneError::Loads(format!(
+                "the scene lists two parameters `{name}`; law and loads read entries of theta of their own: rename one"
+            )));
         }
         let names = self.scene.material.parameters();
         if given.clone().zip(names).any(|(given, name)| given != *name) {
-            let given = given.take(names.len()).map(String::from).collect();
-            let names = names.to_vec();
-            return Err(SceneError::ParameterNames { given, names });
+            let given: Vec<_> = given.take(names.len()).collect();
+            return Err(SceneError::Body(format!(
+                "the law reads {} in this order, but the scene lists {}; list the law's parameters first, in its order and by its names",
+                listed(names),
+                listed(&given)
+            )));
         }
         Ok(())
     }
 
     /// Checks that a plane body lies in one plane of constant z, and its dead loads in that plane.
     fn check_plane(&self) -> Result<(), SceneError> {
-        let refuse = |what: String, value| Err(SceneError::OutOfPlane { what, value });
+        let refuse = |what: String, value| {
+            Err(SceneError::Loads(format!(
+                "{what} is {value}, but a mesh of triangles is a plane section, whose nodes move in x and y only; give 0, or a mesh of solid cells"
+            )))
+        };
         let points = &self.mesh.points;
         let largest = |from: [f64; 3]| {
             let away = points.iter().flat_map(|x| (0..3).map(move |i| (x[i] - from[i]).abs()));
@@ -247,7 +275,10 @@ where
         let most = FLAT * largest(points[0]) + f64::from(f32::EPSILON) * largest([0.0; 3]);
         let height = |point: &[f64; 3]| point[2] - points[0][2];
         if let Some(node) = points.iter().position(|x| height(x).abs() > most) {
-            return Err(SceneError::NotFlat { node, height: height(&points[node]) });
+            return Err(SceneError::Body(format!(
+                "node {node} lies {:e} above node 0 along z, but triangles are a plane section in the x-y plane; flatten the mesh, or give a mesh of solid cells",
+                height(&points[node])
+            )));
         }
         for load in &self.scene.loads {
             match load {
@@ -280,7 +311,9 @@ where
         let boundary: HashSet<_> = boundary_facets(self.mesh).into_iter().collect();
         for (name, facets) in loaded {
             if let Some(&Facet { cell, opposite }) = facets.iter().find(|f| !boundary.contains(f)) {
-                return Err(SceneError::InnerFacet { name: name.into(), cell, opposite });
+                return Err(SceneError::Loads(format!(
+                    "facet set `{name}` names the facet of cell {cell} opposite to its vertex {opposite}, which lies inside the body; loads act on its surface: leave inner facets out"
+                )));
             }
         }
         Ok(())
@@ -289,17 +322,20 @@ where
     fn facets(&self, name: &str) -> Result<&[Facet], SceneError> {
         match self.mesh.facet_sets.get(name).map(Vec::as_slice) {
             None => {
-                let known = names(&self.mesh.facet_sets);
-                Err(SceneError::UnknownFacetSet { name: name.into(), known })
+                let known = listed(&names(&self.mesh.facet_sets));
+                let text = format!("there is no facet set `{name}`; the mesh has {known}");
+                Err(SceneError::Loads(text))
             }
-            Some([]) => Err(SceneError::EmptyFacetSet { name: name.into() }),
+            Some([]) => Err(SceneError::Loads(format!(
+                "facet set `{name}` is empty, so its load acts on nothing; remove the load or name the facets"
+            ))),
             Some(facets) => {
                 let mut seen = HashSet::with_capacity(facets.len());
                 match facets.iter().find(|&facet| !seen.insert(facet)) {
                     None => Ok(facets),
-                    Some(&Facet { cell, opposite }) => {
-                        Err(SceneError::RepeatedFacet { name: name.into(), cell, opposite })
-                    }
+                    Some(&Facet { cell, opposite }) => Err(SceneError::Loads(format!(
+                        "facet set `{name}` lists the facet of cell {cell} opposite to its vertex {opposite} twice; list it once"
+                    ))),
                 }
             }
         }
@@ -312,4 +348,18 @@ fn names<T>(sets: &BTreeMap<String, T>) -> Vec<String> {
 
 fn finite(value: f64, what: impl Fn() -> String) -> Result<(), SceneError> {
     if value.is_finite() { Ok(()) } else { Err(SceneError::NotFinite { what: what(), value }) }
+}
+
+/// Entries of θ that a load may read.
+fn entries_of_loads(first: usize, count: usize) -> String {
+    match count.saturating_sub(first) {
+        0 => format!(
+            "all {count} parameters belong to the law; list one for the load after them, which becomes entry {first}"
+        ),
+        1 => format!("only entry {first} is free for loads: the law reads those before it"),
+        _ => format!(
+            "only entries {first} to {} are free for loads: the law reads those before them",
+            count - 1
+        ),
+    }
 }

@@ -6,10 +6,12 @@ impl Body {
     /// Mixed elements with the further bulk modulus 1/`compliance` \[stress\]; 0 is incompressible.
     ///
     /// # Errors
-    /// [`SceneError::Compliance`] where it is negative or not finite.
+    /// [`SceneError::Body`] where it is negative or not finite.
     pub fn with_compliance(mut self, compliance: f64) -> Result<Self, SceneError> {
         if !(compliance >= 0.0 && compliance.is_finite()) {
-            return Err(SceneError::Compliance { value: compliance });
+            return Err(SceneError::Body(format!(
+                "the compliance of the pressure field is {compliance}; give 1/κ, finite and at least 0"
+            )));
         }
         self.0.pressure_field.iter_mut().for_each(|field| field.compliance = compliance);
         Ok(self)

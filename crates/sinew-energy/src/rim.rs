@@ -2,7 +2,7 @@
 
 use crate::lower::Held;
 use crate::{FacetRule, SceneError};
-use sinew_num::{cross, dot3, sub3};
+use sinew_num::{cross, norm, sub3};
 use std::collections::HashMap;
 
 /// Largest force lost by the potential at an uneven rim [relative to pressure times area]: a hundredth of the
@@ -39,7 +39,7 @@ impl Sliding {
 /// numbers small.
 ///
 /// # Errors
-/// [`SceneError::LooseRim`], [`SceneError::UnevenRim`] and [`SceneError::RimPlanes`].
+/// [`SceneError::LooseRim`], and [`SceneError::Loads`] for rims in different planes.
 pub(crate) fn rim_origin(
     name: &str,
     rule: &FacetRule,
@@ -60,13 +60,18 @@ pub(crate) fn rim_origin(
     for (axis, sliding) in sliding.iter().enumerate() {
         let Some([least, most]) = ends[axis] else { continue };
         let [tilted, off] = missed(axis, sliding, origin, points).map(|force| force / area);
-        let (name, axis) = (name.into(), ['x', 'y', 'z'][axis]);
+        let axis = ['x', 'y', 'z'][axis];
         // Written so that a NaN is an error as well.
         if tilted.is_nan() || tilted > MISSED {
-            return Err(SceneError::UnevenRim { name, axis, least, most, part: tilted });
+            return Err(SceneError::LooseRim(format!(
+                "the rim of `{name}` slides across {axis} but is not even: it goes from {axis} = {least} to {axis} = {most}, so that {:.2} % of the pressure's force would be lost, where 0.01 % is allowed; move its nodes into one plane, hold the rim, or solve the force balance (Scene::loose_rims)",
+                100.0 * tilted
+            )));
         }
         if off.is_nan() || off > MISSED {
-            return Err(SceneError::RimPlanes { name, axis, first: least, second: most });
+            return Err(SceneError::Loads(format!(
+                "the rim of `{name}` slides in the planes {axis} = {least} and {axis} = {most}; its pressure has a potential for one plane per axis only: hold one of the rims"
+            )));
         }
     }
     Ok(origin)
@@ -103,7 +108,10 @@ fn sliding(
             axes.clone().filter_map(across).min_by(|a, b| uneven(a).total_cmp(&uneven(b)));
         let Some((axis, piece)) = most_even else {
             let edge = [piece[0], piece[piece.len().min(2) - 1]];
-            return Err(SceneError::LooseRim { name: name.into(), edge });
+            return Err(SceneError::LooseRim(format!(
+                "the pressure on `{name}` has no potential: the edge between nodes {} and {} of its rim is neither held nor made to slide in one coordinate plane; hold the rim, close the surface, or solve the force balance (Scene::loose_rims)",
+                edge[0], edge[1]
+            )));
         };
         sliding[axis].push(piece);
     }
@@ -137,15 +145,11 @@ fn area(rule: &FacetRule, facets: &[Vec<usize>], points: &[[f64; 3]]) -> f64 {
         let corners = 1..rule.corners - 1;
         let normal = |i: usize| cross(&from(facet, i), &from(facet, i + 1)).map(|x| 0.5 * x);
         match rule.dimension {
-            3 => corners.map(|i| norm(normal(i))).sum(),
-            _ => norm(from(facet, 1)),
+            3 => corners.map(|i| norm(&normal(i))).sum(),
+            _ => norm(&from(facet, 1)),
         }
     };
     facets.iter().map(of).sum()
-}
-
-fn norm(vector: [f64; 3]) -> f64 {
-    dot3(&vector, &vector).sqrt()
 }
 
 /// Pieces of the rim, ascending: what belongs to one facet only, edges of a surface (ends first, then the

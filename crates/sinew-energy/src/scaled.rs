@@ -1,5 +1,6 @@
 //! A parameter of the law that differs from cell to cell, such as the tension of a muscle with a scar in it.
 
+use crate::error::unknown_parameter;
 use crate::mapped::Mapped;
 use crate::stiffened::check;
 use crate::{Body, SceneError};
@@ -35,13 +36,12 @@ impl Body {
     /// ```
     ///
     /// # Errors
-    /// A name that is not a parameter of the law, and [`SceneError::Factors`] unless there is one finite factor for every cell, none of
+    /// A name that is not a parameter of the law, and [`SceneError::Body`] unless there is one finite factor for every cell, none of
     /// them negative.
     pub fn with_parameter_field(mut self, name: &str, factors: &[f64]) -> Result<Self, SceneError> {
         let names = self.material.parameters();
         let Some(index) = names.iter().position(|known| *known == name) else {
-            let known = names.iter().map(ToString::to_string).collect();
-            return Err(SceneError::UnknownParameter { name: name.into(), known });
+            return Err(unknown_parameter(name, names));
         };
         check(factors, self.cell_count(), "cell", |factor| factor >= 0.0)?;
         let factors = self.per_point(factors);

@@ -24,7 +24,7 @@ impl Body {
     /// ```
     ///
     /// # Errors
-    /// [`SceneError::Factors`] unless there is one finite, positive factor for every node.
+    /// [`SceneError::Body`] unless there is one finite, positive factor for every node.
     pub fn stiffened(self, factors: &[f64]) -> Result<Self, SceneError> {
         check(factors, self.nodes, "node", |factor| factor > 0.0)?;
         let of_cells = self.cell_factors(factors)?;
@@ -35,7 +35,7 @@ impl Body {
     /// [`Body::with_parameter_field`] take.
     ///
     /// # Errors
-    /// [`SceneError::Factors`] unless there is one for every node.
+    /// [`SceneError::Body`] unless there is one for every node.
     pub fn cell_factors(&self, of_nodes: &[f64]) -> Result<Vec<f64>, SceneError> {
         check(of_nodes, self.nodes, "node", |factor| factor >= 0.0)?;
         let mean = |cell: &[usize]| {
@@ -47,7 +47,7 @@ impl Body {
     /// [`Body::stiffened`] by one factor per cell.
     ///
     /// # Errors
-    /// [`SceneError::Factors`] unless there is one finite, positive factor for every cell.
+    /// [`SceneError::Body`] unless there is one finite, positive factor for every cell.
     pub fn stiffened_cells(mut self, factors: &[f64]) -> Result<Self, SceneError> {
         check(factors, self.cell_count(), "cell", |factor| factor > 0.0)?;
         let per_point = self.per_point(factors);
@@ -77,6 +77,8 @@ pub(crate) fn check(
     };
     match at {
         None => Ok(()),
-        Some(at) => Err(SceneError::Factors { place, count, found, at }),
+        Some(at) => Err(SceneError::Body(format!(
+            "a field of factors has one finite number for each {place}, {count} in all, above zero for a stiffness and not below for other parameters; {found} were given, and that of {place} {at} is missing or unfit"
+        ))),
     }
 }

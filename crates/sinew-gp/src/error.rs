@@ -4,6 +4,7 @@ use thiserror::Error;
 
 /// Errors of this crate. Texts say what is wrong, where, and what to do.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum GpError {
     /// A domain, equation, condition, kernel, observation or request that is contradictory, singular or not supported.
     #[error("{0}")]
@@ -12,37 +13,18 @@ pub enum GpError {
     #[error(
         "the covariance of {size} observations is not positive definite even with a relative jitter of {jitter:e}; remove duplicate noise-free points or add noise"
     )]
-    NotPositiveDefinite {
-        /// Number of observations.
-        size: usize,
-        /// Largest relative jitter tried.
-        jitter: f64,
-    },
+    NotPositiveDefinite { size: usize, jitter: f64 },
     /// An equation so far off between its points that no interval can be given.
     #[error(
         "no interval: between its points the equation is off by {residual:.1e} where its terms are of the size {term:.1e}, worst at {}; add points there, stretch the axis by `Prior::stretched` where the solution or a condition is steep, or raise `FitOptions::most_points`",
         place(at)
     )]
-    Unresolved {
-        /// The place where it is worst.
-        at: Vec<f64>,
-        /// Root mean square over places.
-        residual: f64,
-        /// Size of the largest term of the equation.
-        term: f64,
-    },
+    Unresolved { at: Vec<f64>, residual: f64, term: f64 },
     /// Matrices of all observations that do not fit into memory.
     #[error(
         "a fit to {observations} observations takes matrices of {gigabytes:.1} GB, more than the {most:.1} GB of `FitOptions::most_memory`; average values over cells by `Data::averaged`"
     )]
-    TooLarge {
-        /// Number of observations.
-        observations: usize,
-        /// Memory of the matrices \[GB\].
-        gigabytes: f64,
-        /// Largest memory allowed \[GB\].
-        most: f64,
-    },
+    TooLarge { observations: usize, gigabytes: f64, most: f64 },
 }
 
 /// Result with an error of this crate.

@@ -1,7 +1,15 @@
 //! The evidence of a model: which one, and its value.
 
-use crate::compile::Compiled;
-use crate::data::{Noise, Role};
+pub(crate) mod factor;
+mod gradient;
+pub(crate) mod gram;
+pub(crate) mod inverse;
+pub(crate) mod state;
+#[cfg(feature = "burn")]
+pub(crate) mod tensor;
+
+use crate::model::compile::Compiled;
+use crate::model::data::{Noise, Role};
 
 /// The density of the data of which a fit takes the maximum and ensembles draw: one for both.
 #[doc(alias = "marginal likelihood")]

@@ -1,12 +1,19 @@
 //! The most probable parameters, searched for from several starts.
 
-use crate::conditional::Conditional;
-use crate::ensemble::Ensemble;
+pub(crate) mod hold_out;
+pub(crate) mod identified;
+pub(crate) mod optimise;
+pub(crate) mod resolve;
+pub(crate) mod warning;
+mod warnings;
+
 use crate::error::{GpError, Result};
+use crate::fit::optimise::minimise;
 use crate::instances::instance;
 use crate::model::Model;
-use crate::optimise::minimise;
-use crate::parameter::FreeParameter;
+use crate::model::parameter::FreeParameter;
+use crate::posterior::conditional::Conditional;
+use crate::posterior::ensemble::Ensemble;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;

@@ -3,6 +3,7 @@
 mod check;
 mod formula;
 mod shapes;
+pub(crate) mod simd;
 mod squared_exponential;
 mod table;
 

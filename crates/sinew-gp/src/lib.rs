@@ -87,77 +87,43 @@
 //! \mathbb E[A u] = A m + A k_{\cdot y}\,C^{-1}(y-m), \qquad \operatorname{var}[A u] = A A' k - A k_{\cdot y}\,C^{-1} (A k_{\cdot y})^{\mathsf T}
 //! ```
 
-mod answer;
-mod averages;
-mod coefficients;
-mod compile;
-mod condition;
-mod conditional;
-mod constraint;
-mod data;
-mod domain;
-mod ensemble;
 mod error;
 mod evidence;
-mod factor;
-mod field;
 mod fit;
-mod functional;
-mod gradient;
-mod gram;
-mod grid;
-mod hold_out;
-mod identified;
 mod instances;
-mod inverse;
 mod kernel;
-mod laplace;
-mod lengths;
 mod model;
-mod nuts;
-mod operator;
-mod optimise;
-mod parameter;
-mod polygon;
+mod posterior;
 mod prior;
 mod problem;
-mod resolve;
 mod semilinear;
 mod series;
-mod simd;
-mod space;
-mod state;
-mod structure;
-#[cfg(feature = "burn")]
-mod tensor;
-mod warning;
-mod warnings;
 
-pub use condition::{Condition, Periodicity};
-pub use conditional::{Conditional, Prediction};
-pub use constraint::{Constraints, Feature, constraints};
-pub use data::{Data, Noise};
-pub use domain::{Domain, Side};
-pub use ensemble::Ensemble;
 pub use error::GpError;
+#[cfg(feature = "burn")]
+pub use evidence::tensor::log_evidence_tensor;
 pub use evidence::{Evaluation, Evidence};
-pub use field::{Field, constant, field};
+pub use fit::warning::Warning;
 pub use fit::{Fit, FitOptions, Outcome, Restart};
-pub use functional::Functional;
 pub use kernel::{
     Formula, Hyperparameter, Kernel, Measure, Smoothness, SquaredExponential, check_kernel, linear,
     matern, periodic, rational_quadratic,
 };
-pub use laplace::{ensemble, laplace};
 pub use model::Model;
-pub use nuts::{NutsOptions, nuts};
-pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
-pub use parameter::{FreeParameter, Hyperprior};
-pub use polygon::Polygon;
+pub use model::data::{Data, Noise};
+pub use model::parameter::{FreeParameter, Hyperprior};
+pub use posterior::conditional::{Conditional, Prediction};
+pub use posterior::ensemble::Ensemble;
+pub use posterior::laplace::{ensemble, laplace};
+pub use posterior::nuts::{NutsOptions, nuts};
 pub use prior::Prior;
+pub use prior::constraint::{Constraints, Feature, constraints};
 pub use problem::Problem;
+pub use problem::condition::{Condition, Periodicity};
+pub use problem::domain::{Domain, Side};
+pub use problem::field::{Field, constant, field};
+pub use problem::functional::Functional;
+pub use problem::operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
+pub use problem::polygon::Polygon;
 pub use semilinear::{SemiLinear, Solution};
 pub use series::Series;
-#[cfg(feature = "burn")]
-pub use tensor::log_evidence_tensor;
-pub use warning::Warning;

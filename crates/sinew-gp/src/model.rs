@@ -1,18 +1,24 @@
 //! A prior with data: parameters, and everything that does not change with them.
 
-use crate::coefficients::{PointCoefficients, register};
-use crate::compile::{Compiled, compile, largest};
-use crate::data::{Data, Group, Noise, Role, check, no_data, noise_name};
-use crate::domain::Domain;
+mod averages;
+pub(crate) mod compile;
+pub(crate) mod data;
+mod lengths;
+pub(crate) mod parameter;
+
 use crate::error::{GpError, Result};
+use crate::evidence::gram::PairPlan;
 use crate::evidence::{Evaluation, Evidence};
-use crate::field::Field;
-use crate::gram::PairPlan;
 use crate::instances::instance;
 use crate::kernel::{Hyperparameter, Measure};
-use crate::operator::Parameter;
-use crate::parameter::{FreeParameter, Hyperprior};
+use crate::model::compile::{Compiled, compile, largest};
+use crate::model::data::{Data, Group, Noise, Role, check, no_data, noise_name};
+use crate::model::parameter::{FreeParameter, Hyperprior};
+use crate::prior::coefficients::{PointCoefficients, register};
 use crate::prior::{Part, Prior};
+use crate::problem::domain::Domain;
+use crate::problem::field::Field;
+use crate::problem::operator::Parameter;
 
 /// A positive number, with bounds and starts in units of `unit`.
 fn positive(

@@ -1,16 +1,20 @@
 //! Gaussian-process priors for a problem, with or without its boundary conditions.
 
-use crate::constraint::{Constraints, Feature, constraints, unconstrained};
-use crate::data::{Data, Group, Noise};
-use crate::domain::{Domain, Side};
+pub(crate) mod coefficients;
+pub(crate) mod constraint;
+pub(crate) mod structure;
+
 use crate::error::{GpError, Result};
-use crate::field::Field;
 use crate::instances::instance;
 use crate::kernel::{Kernel, check_declarations};
-use crate::operator::Operator;
+use crate::model::data::{Data, Group, Noise};
+use crate::prior::constraint::{Constraints, Feature, constraints, unconstrained};
+use crate::prior::structure::{AxisStructure, Lift};
 use crate::problem::Problem;
+use crate::problem::domain::{Domain, Side};
+use crate::problem::field::Field;
+use crate::problem::operator::Operator;
 use crate::series::Series;
-use crate::structure::{AxisStructure, Lift};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;

@@ -1,10 +1,17 @@
 //! A differential equation with its boundary conditions.
 
-use crate::condition::{Condition, Periodicity};
-use crate::domain::{Domain, Side, no_polygon};
+pub(crate) mod condition;
+pub(crate) mod domain;
+pub(crate) mod field;
+pub(crate) mod functional;
+pub(crate) mod operator;
+pub(crate) mod polygon;
+
 use crate::error::{GpError, Result};
-use crate::field::Field;
-use crate::operator::Operator;
+use crate::problem::condition::{Condition, Periodicity};
+use crate::problem::domain::{Domain, Side, no_polygon};
+use crate::problem::field::Field;
+use crate::problem::operator::Operator;
 
 /// A domain, a linear equation on it, and conditions on parts of its boundary.
 #[derive(Clone, Debug)]
@@ -66,7 +73,7 @@ impl<const D: usize> Problem<D> {
 
     /// Prescribes u on all edges of the polygon, as a function defined on the whole domain: the mean is that function itself.
     ///
-    /// Slopes on edges are imposed at points, without this condition:
+    /// Slopes on edges are not offered as conditions; they are imposed at points, without this condition:
     ///
     /// ```
     /// use sinew_gp::{Data, Derivative, Domain, Noise, Problem};

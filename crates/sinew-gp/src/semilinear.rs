@@ -8,19 +8,19 @@
 
 mod tangent;
 
-use crate::conditional::Conditional;
-use crate::data::{Data, Noise, Role, check, no_data};
-use crate::domain::Domain;
 use crate::error::{GpError, Result, place};
 use crate::evidence::Evidence;
+use crate::fit::hold_out::{Candidate, PLACES};
+use crate::fit::resolve::{RESOLVED, RESOLVED_ALONE, ROUNDS, spread_out};
 use crate::fit::{Fit, FitOptions};
-use crate::hold_out::{Candidate, PLACES};
 use crate::kernel::Kernel;
+use crate::model::data::{Data, Noise, Role, check, no_data};
 use crate::model::{FIRST_POINTS, Model, POINTS_SEED};
-use crate::operator::{Derivative, Parameter};
+use crate::posterior::conditional::Conditional;
 use crate::prior::Prior;
 use crate::problem::Problem;
-use crate::resolve::{RESOLVED, RESOLVED_ALONE, ROUNDS, spread_out};
+use crate::problem::domain::Domain;
+use crate::problem::operator::{Derivative, Parameter};
 use crate::series::{MOST_VARIABLES, Series};
 use std::sync::Arc;
 

@@ -33,7 +33,9 @@ pub fn augment(
 ) -> Result<Topology, GraphError> {
     let real_nodes = positions.len();
     if real_nodes < 2 {
-        return Err(GraphError::TooFewNodes { nodes: real_nodes });
+        return Err(GraphError(format!(
+            "a graph needs at least 2 nodes, the mesh has {real_nodes}: was the file read completely, and does it hold cells of the expected kind?"
+        )));
     }
     let extent = check_positions(positions)?;
     check_edges(mesh_edges, real_nodes)?;
@@ -90,10 +92,14 @@ fn in_unit_box(positions: &[[f64; 3]], (corner, longest): Extent) -> Vec<[f64; 3
 fn check_edges(mesh_edges: &[[usize; 2]], nodes: usize) -> Result<(), GraphError> {
     for (edge, &[a, b]) in mesh_edges.iter().enumerate() {
         if a >= nodes || b >= nodes {
-            return Err(GraphError::EdgeOutOfRange { edge, a, b, nodes });
+            return Err(GraphError(format!(
+                "mesh edge {edge} joins the nodes {a} and {b}, but there are {nodes} nodes, counted from 0: do the edges and the positions belong to the same mesh?"
+            )));
         }
         if a == b {
-            return Err(GraphError::SelfLoop { edge, node: a });
+            return Err(GraphError(format!(
+                "mesh edge {edge} joins node {a} to itself: remove cells that repeat a node"
+            )));
         }
     }
     Ok(())
@@ -101,16 +107,22 @@ fn check_edges(mesh_edges: &[[usize; 2]], nodes: usize) -> Result<(), GraphError
 
 fn check_config(config: &AugmentationConfig, nodes: usize) -> Result<(), GraphError> {
     if config.runs == 0 {
-        return Err(GraphError::NoRuns);
+        return Err(GraphError(
+            "k-means needs at least 1 run, `runs` is 0: 10 is a good number".into(),
+        ));
     }
     let mut leaves = nodes;
     for (layer, &roots) in (1..).zip(&config.roots_per_layer) {
         if roots == 0 {
-            return Err(GraphError::EmptyLayer { layer });
+            return Err(GraphError(format!(
+                "layer {layer} asks for 0 roots: shorten `roots_per_layer` instead"
+            )));
         }
         if roots >= leaves {
             let suggestion = AugmentationConfig::for_nodes(nodes).roots_per_layer;
-            return Err(GraphError::LayerNotSmaller { layer, roots, leaves, suggestion });
+            return Err(GraphError(format!(
+                "layer {layer} asks for {roots} roots of {leaves} leaves: each layer must be smaller than the one before; for this mesh `AugmentationConfig::for_nodes` gives {suggestion:?}"
+            )));
         }
         leaves = roots;
     }
@@ -120,7 +132,6 @@ fn check_config(config: &AugmentationConfig, nodes: usize) -> Result<(), GraphEr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::TopologyError;
 
     const SQUARE: [[f64; 3]; 4] =
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
@@ -148,11 +159,19 @@ mod tests {
     #[test]
     fn meshes_that_are_no_graph() {
         let none = config(&[], 5);
-        assert_eq!(augment(&[], &[], &none), Err(GraphError::TooFewNodes { nodes: 0 }));
-        assert_eq!(augment(&SQUARE[..1], &[], &none), Err(GraphError::TooFewNodes { nodes: 1 }));
-        let expected = GraphError::EdgeOutOfRange { edge: 1, a: 2, b: 4, nodes: 4 };
+        assert_eq!(
+            augment(&[], &[], &none),
+            Err(GraphError("a graph needs at least 2 nodes, the mesh has 0: was the file read completely, and does it hold cells of the expected kind?".into()))
+        );
+        assert_eq!(
+            augment(&SQUARE[..1], &[], &none),
+            Err(GraphError("a graph needs at least 2 nodes, the mesh has 1: was the file read completely, and does it hold cells of the expected kind?".into()))
+        );
+        let expected = GraphError("mesh edge 1 joins the nodes 2 and 4, but there are 4 nodes, counted from 0: do the edges and the positions belong to the same mesh?".into());
         assert_eq!(augment(&SQUARE, &[[0, 1], [2, 4]], &none), Err(expected));
-        let expected = GraphError::SelfLoop { edge: 0, node: 3 };
+        let expected = GraphError(
+            "mesh edge 0 joins node 3 to itself: remove cells that repeat a node".into(),
+        );
         assert_eq!(augment(&SQUARE, &[[3, 3]], &none), Err(expected));
     }
 
@@ -162,12 +181,15 @@ mod tests {
             let mut positions = SQUARE;
             positions[2][1] = value;
             let error = augment(&positions, &SIDES, &config(&[2], 0)).unwrap_err();
-            assert!(matches!(error, GraphError::NonFinitePosition { node: 2, axis: 1, .. }));
+            assert!(error.to_string().starts_with("coordinate 1 of node 2 is "), "{error}");
         }
         let mut positions = SQUARE;
         (positions[0][2], positions[1][2]) = (-1.5e308, 1.5e308);
         let error = augment(&positions, &SIDES, &config(&[2], 0)).unwrap_err();
-        assert!(matches!(error, GraphError::ExtentOverflow { axis: 2, .. }));
+        assert!(
+            error.to_string().starts_with("coordinate 2 runs from -1.5e308 to 1.5e308"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -175,15 +197,22 @@ mod tests {
         let error = |layers: &[usize], neighbours| {
             augment(&SQUARE, &SIDES, &config(layers, neighbours)).unwrap_err()
         };
-        let suggestion = vec![1];
-        let expected = GraphError::LayerNotSmaller { layer: 1, roots: 9, leaves: 4, suggestion };
-        assert_eq!(error(&[9], 1), expected);
-        assert!(expected.to_string().contains("gives [1]"));
-        assert!(matches!(error(&[4], 1), GraphError::LayerNotSmaller { layer: 1, .. }));
-        assert!(matches!(error(&[2, 2], 1), GraphError::LayerNotSmaller { layer: 2, .. }));
-        assert_eq!(error(&[2, 0], 1), GraphError::EmptyLayer { layer: 2 });
+        let larger = error(&[9], 1).to_string();
+        assert!(larger.starts_with("layer 1 asks for 9 roots of 4 leaves"), "{larger}");
+        assert!(larger.ends_with("`AugmentationConfig::for_nodes` gives [1]"), "{larger}");
+        assert!(error(&[4], 1).to_string().starts_with("layer 1 asks for 4 roots of 4 leaves"));
+        assert!(error(&[2, 2], 1).to_string().starts_with("layer 2 asks for 2 roots of 2 leaves"));
+        assert_eq!(
+            error(&[2, 0], 1),
+            GraphError("layer 2 asks for 0 roots: shorten `roots_per_layer` instead".into())
+        );
         let no_runs = AugmentationConfig { runs: 0, ..config(&[2], 1) };
-        assert_eq!(augment(&SQUARE, &SIDES, &no_runs), Err(GraphError::NoRuns));
+        assert_eq!(
+            augment(&SQUARE, &SIDES, &no_runs),
+            Err(GraphError(
+                "k-means needs at least 1 run, `runs` is 0: 10 is a good number".into()
+            ))
+        );
     }
 
     #[test]
@@ -197,8 +226,8 @@ mod tests {
     #[test]
     fn parts_are_reported_and_joined_by_virtual_nodes() {
         let error = augment(&SQUARE, &[[0, 1]], &config(&[], 0)).unwrap_err();
-        let parts = TopologyError::Disconnected { components: 3, largest: 2, smallest: 1 };
-        assert_eq!(error, GraphError::Topology(parts));
+        let parts = GraphError("the graph falls into 3 parts of 2 down to 1 nodes: merge coincident nodes, drop nodes no cell uses, or add a layer of virtual nodes to join them".into());
+        assert_eq!(error, parts);
         let topology = augment(&SQUARE, &[[0, 1]], &config(&[2], 0)).unwrap();
         assert_eq!(topology.mesh_components(), [2, 1, 1]);
     }

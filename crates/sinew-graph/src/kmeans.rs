@@ -74,7 +74,12 @@ fn cluster_at_once(
     runs: usize,
     random: &mut impl Rng,
 ) -> Result<Vec<usize>, GraphError> {
-    let failed = |reason: String| GraphError::Clustering { leaves: leaves.len(), roots, reason };
+    let failed = |reason: String| {
+        GraphError(format!(
+            "k-means of {} leaves into {roots} roots failed: {reason}",
+            leaves.len()
+        ))
+    };
     let records = Array2::from(leaves.to_vec());
     let dataset = DatasetBase::from(records.view());
     let mut best = (f64::INFINITY, Vec::new());

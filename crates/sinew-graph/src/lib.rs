@@ -39,7 +39,7 @@ mod topology;
 
 pub use augment::augment;
 pub use config::AugmentationConfig;
-pub use error::{GraphError, TopologyError};
+pub use error::GraphError;
 pub use features::{GraphFeatures, graph_features};
 pub use matrix::FeatureMatrix;
 pub use pool::{pool_features, pool_positions};

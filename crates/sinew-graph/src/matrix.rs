@@ -23,7 +23,11 @@ impl FeatureMatrix {
     pub fn indicator(nodes: usize, set: &[usize]) -> Result<Self, GraphError> {
         let mut values = vec![0.0; nodes];
         for &node in set {
-            *values.get_mut(node).ok_or(GraphError::NodeOutOfRange { node, nodes })? = 1.0;
+            *values.get_mut(node).ok_or_else(|| {
+                GraphError(format!(
+                    "node {node} of the set does not exist, there are {nodes} nodes, counted from 0"
+                ))
+            })? = 1.0;
         }
         Ok(Self { rows: nodes, columns: 1, values })
     }
@@ -56,20 +60,26 @@ impl FeatureMatrix {
     /// Size as needed and every value finite.
     pub(crate) fn check(&self, what: &'static str, rows: usize) -> Result<(), GraphError> {
         if self.rows != rows {
-            return Err(GraphError::RowCount { what, expected: rows, found: self.rows });
+            return Err(GraphError(format!(
+                "{what}: {rows} rows needed, {} given: use the mesh the graph was built of",
+                self.rows
+            )));
         }
         if self.rows.checked_mul(self.columns) != Some(self.values.len()) {
             let values = self.values.len();
-            return Err(GraphError::TableSize { rows, columns: self.columns, values });
+            return Err(GraphError(format!(
+                "a table of {rows} rows and {} columns cannot hold {values} values",
+                self.columns
+            )));
         }
         match self.values.iter().position(|value| !value.is_finite()) {
             None => Ok(()),
-            Some(at) => Err(GraphError::NonFiniteFeature {
-                what,
-                row: at / self.columns,
-                column: at % self.columns,
-                value: self.values[at],
-            }),
+            Some(at) => Err(GraphError(format!(
+                "{what}: row {}, column {} is {}: features must be finite",
+                at / self.columns,
+                at % self.columns,
+                self.values[at]
+            ))),
         }
     }
 }

@@ -15,9 +15,8 @@ pub(crate) fn nearest_pairs(
     neighbours: usize,
 ) -> Result<Vec<[usize; 2]>, GraphError> {
     let tree: ImmutableKdTree<f64, 3> =
-        ImmutableKdTree::new_from_slice(roots).map_err(|error| GraphError::NeighbourTree {
-            roots: roots.len(),
-            reason: error.to_string(),
+        ImmutableKdTree::new_from_slice(roots).map_err(|error| {
+            GraphError(format!("no nearest-neighbour tree of {} roots: {error}", roots.len()))
         })?;
     // The root itself is its own nearest, at distance zero.
     let wanted = NonZero::<usize>::MIN.saturating_add(neighbours);

@@ -17,7 +17,9 @@ pub fn pool_positions(
     topology.validate_clusters()?;
     let (expected, found) = (topology.real_nodes, positions.len());
     if expected != found {
-        return Err(GraphError::RowCount { what: "node positions", expected, found });
+        return Err(GraphError(format!(
+            "node positions: {expected} rows needed, {found} given: use the mesh the graph was built of"
+        )));
     }
     check_positions(positions)?;
     let pooled = pool(topology, positions.as_flattened(), 3);
@@ -87,13 +89,15 @@ mod tests {
     #[test]
     fn foreign_tables_are_refused() {
         let (what, expected, found) = ("node positions", 3, 2);
-        let error = GraphError::RowCount { what, expected, found };
+        let error = GraphError(format!(
+            "{what}: {expected} rows needed, {found} given: use the mesh the graph was built of"
+        ));
         assert_eq!(pool_positions(&tree(), &[[0.0; 3]; 2]), Err(error));
         let short = FeatureMatrix { rows: 3, columns: 2, values: vec![0.0; 5] };
-        let error = GraphError::TableSize { rows: 3, columns: 2, values: 5 };
+        let error = GraphError("a table of 3 rows and 2 columns cannot hold 5 values".into());
         assert_eq!(pool_features(&tree(), &short), Err(error));
         let nan = FeatureMatrix { rows: 3, columns: 1, values: vec![0.0, f64::NAN, 0.0] };
         let error = pool_features(&tree(), &nan).unwrap_err();
-        assert!(matches!(error, GraphError::NonFiniteFeature { row: 1, column: 0, .. }));
+        assert!(error.to_string().contains("row 1, column 0 is NaN"), "{error}");
     }
 }

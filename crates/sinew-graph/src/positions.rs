@@ -11,11 +11,15 @@ pub(crate) fn check_positions(positions: &[[f64; 3]]) -> Result<Extent, GraphErr
     for axis in 0..3 {
         if let Some(node) = positions.iter().position(|x| !x[axis].is_finite()) {
             let value = positions[node][axis];
-            return Err(GraphError::NonFinitePosition { node, axis, value });
+            return Err(GraphError(format!(
+                "coordinate {axis} of node {node} is {value}: repair the mesh, or leave the node out if no cell uses it"
+            )));
         }
         let [lowest, highest] = range(positions, axis);
         if highest - lowest == f64::INFINITY {
-            return Err(GraphError::ExtentOverflow { axis, lowest, highest });
+            return Err(GraphError(format!(
+                "coordinate {axis} runs from {lowest:e} to {highest:e}, a distance beyond double precision: choose a larger unit of length"
+            )));
         }
         corner[axis] = lowest;
         longest = longest.max(highest - lowest);

@@ -61,12 +61,18 @@ impl ColumnStatistics {
         what: &'static str,
         tables: impl Iterator<Item = &'a FeatureMatrix> + Clone,
     ) -> Result<Self, GraphError> {
-        let columns = tables.clone().next().ok_or(GraphError::NoGeometry)?.columns;
+        let columns = tables
+            .clone()
+            .next()
+            .ok_or_else(|| GraphError("no geometry was given: at least 1 is needed".into()))?
+            .columns;
         for table in tables.clone() {
             table.check(what, table.rows)?;
             if table.columns != columns {
                 let found = table.columns;
-                return Err(GraphError::ColumnCount { what, expected: columns, found });
+                return Err(GraphError(format!(
+                    "{what}: {columns} columns needed, {found} given: all geometries and their statistics must use the same features"
+                )));
             }
         }
         let column = |c: usize| {
@@ -90,7 +96,9 @@ impl ColumnStatistics {
         for found in [self.scale.len(), table.columns] {
             if self.mean.len() != found {
                 let expected = self.mean.len();
-                return Err(GraphError::ColumnCount { what, expected, found });
+                return Err(GraphError(format!(
+                    "{what}: {expected} columns needed, {found} given: all geometries and their statistics must use the same features"
+                )));
             }
         }
         let mut standardised = table.clone();
@@ -162,16 +170,19 @@ mod tests {
 
     #[test]
     fn unlike_geometries_are_refused() {
-        assert_eq!(FeatureStatistics::over(&[]), Err(GraphError::NoGeometry));
+        assert_eq!(
+            FeatureStatistics::over(&[]),
+            Err(GraphError("no geometry was given: at least 1 is needed".into()))
+        );
         let one = features(&[1.0, 2.0], &[1.0, 3.0]);
         let mut two = one.clone();
         two.nodes = FeatureMatrix::from_rows(&[[0.0, 1.0]]);
-        let error = GraphError::ColumnCount { what: "node features", expected: 1, found: 2 };
+        let error = GraphError("node features: 1 columns needed, 2 given: all geometries and their statistics must use the same features".into());
         assert_eq!(FeatureStatistics::over(&[one.clone(), two.clone()]), Err(error.clone()));
         let statistics = FeatureStatistics::over(&[one]).unwrap();
         assert_eq!(statistics.standardise(&two), Err(error));
         let nan = features(&[f64::NAN], &[1.0]);
         let error = FeatureStatistics::over(&[nan]).unwrap_err();
-        assert!(matches!(error, GraphError::NonFiniteFeature { what: "node features", .. }));
+        assert!(error.to_string().starts_with("node features: row 0, column 0 is NaN"), "{error}");
     }
 }

@@ -1,6 +1,6 @@
 //! Nodes, edges and clusters of an augmented graph.
 
-use crate::{GraphError, TopologyError, kmeans::squared_distances, pool_positions};
+use crate::{GraphError, kmeans::squared_distances, pool_positions};
 use serde::{Deserialize, Serialize};
 use sinew_num::connected_components;
 use std::ops::Range;
@@ -83,23 +83,24 @@ impl Topology {
     ///
     /// # Errors
     /// The first promise broken.
-    pub fn validate(&self) -> Result<(), TopologyError> {
+    pub fn validate(&self) -> Result<(), GraphError> {
         self.validate_clusters()?;
         self.validate_edges()?;
         self.validate_layers()?;
         let components = component_sizes(self.nodes, self.edges());
         match components.as_slice() {
             [] | [_] => Ok(()),
-            [largest, .., smallest] => Err(TopologyError::Disconnected {
-                components: components.len(),
-                largest: *largest,
-                smallest: *smallest,
-            }),
+            [largest, .., smallest] => Err(GraphError(format!(
+                "the graph falls into {} parts of {} down to {} nodes: merge coincident nodes, drop nodes no cell uses, or add a layer of virtual nodes to join them",
+                components.len(),
+                *largest,
+                *smallest
+            ))),
         }
     }
 
     /// Counts of nodes and clusters, every leaf with a root and every root with a leaf.
-    pub(crate) fn validate_clusters(&self) -> Result<(), TopologyError> {
+    pub(crate) fn validate_clusters(&self) -> Result<(), GraphError> {
         let virtual_nodes = self.roots_per_layer.iter().try_fold(0usize, |n, &r| n.checked_add(r));
         let nodes = virtual_nodes.and_then(|n| n.checked_add(self.real_nodes));
         count("nodes", nodes.unwrap_or(usize::MAX), self.nodes)?;
@@ -110,29 +111,42 @@ impl Topology {
         {
             count("leaves", leaves, clusters.len())?;
             if roots > leaves {
-                return Err(TopologyError::EmptyCluster { layer: layer + 1, root: leaves });
+                return Err(GraphError(format!(
+                    "root {leaves} of layer {} has no leaves: its features would be undefined",
+                    layer + 1
+                )));
             }
             let mut used = vec![false; roots];
             for (leaf, &root) in clusters.iter().enumerate() {
-                *used.get_mut(root).ok_or(TopologyError::Root { layer, leaf, root, roots })? = true;
+                *used.get_mut(root).ok_or_else(|| GraphError(format!(
+                    "leaf {leaf} of layer {layer} names root {root}, the layer above has {roots}"
+                )))? = true;
             }
             if let Some(root) = used.iter().position(|used| !used) {
-                return Err(TopologyError::EmptyCluster { layer: layer + 1, root });
+                return Err(GraphError(format!(
+                    "root {root} of layer {} has no leaves: its features would be undefined",
+                    layer + 1
+                )));
             }
             leaves = roots;
         }
         Ok(())
     }
 
-    fn validate_edges(&self) -> Result<(), TopologyError> {
+    fn validate_edges(&self) -> Result<(), GraphError> {
         count("receivers", self.senders.len(), self.receivers.len())?;
         let mut before = [0, 0];
         for (edge, [sender, receiver]) in self.edges().enumerate() {
             if sender >= self.nodes || receiver >= sender {
-                return Err(TopologyError::Edge { edge, sender, receiver, nodes: self.nodes });
+                return Err(GraphError(format!(
+                    "edge {edge} runs from {sender} to {receiver} in a graph of {} nodes: senders must exist and exceed their receivers, a pair is stored once",
+                    self.nodes
+                )));
             }
             if edge > 0 && [sender, receiver] <= before {
-                return Err(TopologyError::EdgeOrder { edge });
+                return Err(GraphError(format!(
+                    "edge {edge} does not follow its predecessor in order: sort the edges, drop repeats"
+                )));
             }
             before = [sender, receiver];
         }
@@ -140,7 +154,7 @@ impl Topology {
     }
 
     /// Each node is joined upwards to its root only; the last layer is fully connected.
-    fn validate_layers(&self) -> Result<(), TopologyError> {
+    fn validate_layers(&self) -> Result<(), GraphError> {
         let layers = self.roots_per_layer.len();
         let layer_of: Vec<usize> =
             (0..=layers).flat_map(|l| std::iter::repeat_n(l, self.layer(l).len())).collect();
@@ -151,7 +165,9 @@ impl Topology {
         for (edge, [sender, receiver]) in self.edges().enumerate() {
             let (from, to) = (layer_of[sender], layer_of[receiver]);
             if from > to + 1 {
-                return Err(TopologyError::LayerSkipped { edge, from, to });
+                return Err(GraphError(format!(
+                    "edge {edge} joins layer {from} to layer {to}, which do not follow each other"
+                )));
             }
             if from == to + 1 {
                 let root = starts[from] + self.clusters[to][receiver - starts[to]];
@@ -166,13 +182,18 @@ impl Topology {
         for node in 0..starts[layers] {
             let (found, own) = (upward[node], to_root[node]);
             if (found, own) != (1, 1) {
-                return Err(TopologyError::RootEdges { node, layer: layer_of[node], found, own });
+                return Err(GraphError(format!(
+                    "node {node} of layer {} is joined to {found} nodes of the layer above, of which {own} is its root: it must be exactly its root",
+                    layer_of[node]
+                )));
             }
         }
         let roots = self.roots_per_layer[layers - 1];
         let expected = roots * (roots - 1) / 2;
         if within_last != expected {
-            return Err(TopologyError::LastLayer { roots, expected, found: within_last });
+            return Err(GraphError(format!(
+                "the {roots} roots of the last layer share {within_last} edges, all {expected} are needed"
+            )));
         }
         Ok(())
     }
@@ -185,8 +206,14 @@ fn component_sizes(nodes: usize, edges: impl Iterator<Item = [usize; 2]>) -> Vec
     sizes
 }
 
-fn count(what: &'static str, expected: usize, found: usize) -> Result<(), TopologyError> {
-    if expected == found { Ok(()) } else { Err(TopologyError::Count { what, expected, found }) }
+fn count(what: &'static str, expected: usize, found: usize) -> Result<(), GraphError> {
+    if expected == found {
+        Ok(())
+    } else {
+        Err(GraphError(format!(
+            "{what}: {expected} expected, {found} found; build the topology with `augment`"
+        )))
+    }
 }
 
 /// Content of a file before it is checked.
@@ -202,14 +229,17 @@ struct UncheckedTopology {
 }
 
 impl TryFrom<UncheckedTopology> for Topology {
-    type Error = TopologyError;
+    type Error = GraphError;
 
-    fn try_from(read: UncheckedTopology) -> Result<Self, TopologyError> {
+    fn try_from(read: UncheckedTopology) -> Result<Self, GraphError> {
         let UncheckedTopology { real_nodes, nodes, senders, receivers, roots_per_layer, clusters } =
             read;
         // Before anything is allocated for a number of nodes that only the file claims.
         if senders.len() < nodes.saturating_sub(1) {
-            return Err(TopologyError::TooFewEdges { nodes, edges: senders.len() });
+            return Err(GraphError(format!(
+                "{} edges cannot connect {nodes} nodes: is the file complete?",
+                senders.len()
+            )));
         }
         let topology = Self { real_nodes, nodes, senders, receivers, roots_per_layer, clusters };
         topology.validate()?;
@@ -233,7 +263,7 @@ mod tests {
         }
     }
 
-    fn broken(change: impl FnOnce(&mut Topology)) -> TopologyError {
+    fn broken(change: impl FnOnce(&mut Topology)) -> GraphError {
         let mut topology = path();
         change(&mut topology);
         topology.validate().unwrap_err()
@@ -248,25 +278,55 @@ mod tests {
     #[test]
     fn each_broken_promise_has_its_error() {
         let error = broken(|t| t.nodes = 7);
-        assert_eq!(error, TopologyError::Count { what: "nodes", expected: 6, found: 7 });
+        assert_eq!(
+            error,
+            GraphError("nodes: 6 expected, 7 found; build the topology with `augment`".into())
+        );
         let error = broken(|t| t.clusters[0][2] = 2);
-        assert_eq!(error, TopologyError::Root { layer: 0, leaf: 2, root: 2, roots: 2 });
+        assert_eq!(
+            error,
+            GraphError("leaf 2 of layer 0 names root 2, the layer above has 2".into())
+        );
         let error = broken(|t| t.clusters[0] = vec![0; 4]);
-        assert_eq!(error, TopologyError::EmptyCluster { layer: 1, root: 1 });
+        assert_eq!(
+            error,
+            GraphError("root 1 of layer 1 has no leaves: its features would be undefined".into())
+        );
         let error = broken(|t| t.receivers[0] = 1);
-        assert_eq!(error, TopologyError::Edge { edge: 0, sender: 1, receiver: 1, nodes: 6 });
+        assert_eq!(
+            error,
+            GraphError("edge 0 runs from 1 to 1 in a graph of 6 nodes: senders must exist and exceed their receivers, a pair is stored once".into())
+        );
         let error = broken(|t| t.senders[7] = 6);
-        assert_eq!(error, TopologyError::Edge { edge: 7, sender: 6, receiver: 4, nodes: 6 });
-        assert_eq!(broken(|t| t.receivers[4] = 0), TopologyError::EdgeOrder { edge: 4 });
+        assert_eq!(
+            error,
+            GraphError("edge 7 runs from 6 to 4 in a graph of 6 nodes: senders must exist and exceed their receivers, a pair is stored once".into())
+        );
+        assert_eq!(
+            broken(|t| t.receivers[4] = 0),
+            GraphError(
+                "edge 4 does not follow its predecessor in order: sort the edges, drop repeats"
+                    .into()
+            )
+        );
         let error = broken(|t| t.clusters[0][1] = 1);
-        assert_eq!(error, TopologyError::RootEdges { node: 1, layer: 0, found: 1, own: 0 });
+        assert_eq!(
+            error,
+            GraphError("node 1 of layer 0 is joined to 1 nodes of the layer above, of which 0 is its root: it must be exactly its root".into())
+        );
         let error = broken(|t| {
             t.senders.pop();
             t.receivers.pop();
         });
-        assert_eq!(error, TopologyError::LastLayer { roots: 2, expected: 1, found: 0 });
+        assert_eq!(
+            error,
+            GraphError("the 2 roots of the last layer share 0 edges, all 1 are needed".into())
+        );
         let error = broken(|t| t.receivers.truncate(3));
-        assert_eq!(error, TopologyError::Count { what: "receivers", expected: 8, found: 3 });
+        assert_eq!(
+            error,
+            GraphError("receivers: 8 expected, 3 found; build the topology with `augment`".into())
+        );
     }
 
     #[test]
@@ -280,7 +340,8 @@ mod tests {
         assert_eq!(topology.validate(), Ok(()));
         topology.senders.insert(8, 6);
         topology.receivers.insert(8, 0);
-        let skipped = TopologyError::LayerSkipped { edge: 8, from: 2, to: 0 };
+        let skipped =
+            GraphError("edge 8 joins layer 2 to layer 0, which do not follow each other".into());
         assert_eq!(topology.validate(), Err(skipped));
     }
 

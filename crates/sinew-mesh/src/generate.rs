@@ -14,7 +14,7 @@ pub use biventricle::Biventricle;
 pub use chamber::{Chamber, ChamberError, ChamberReport, ChamberWall, Size, Trim, WallOptions};
 pub use liver::IdealLiver;
 pub use membrane::cook_membrane;
-pub use population::{BeamShape, RingShape, ShapeError, ShapeModes, VentricleShape};
+pub use population::{ShapeError, VentricleShape};
 pub use shells::{cylinder_quarter, sphere_octant};
 pub use ventricle::TruncatedEllipsoid;
 pub use wall::Wall;

@@ -2,6 +2,7 @@
 
 mod convert;
 mod cursor;
+mod foreign;
 mod gmsh;
 mod gmsh2;
 mod gmsh4;
@@ -103,7 +104,8 @@ pub fn parse_mesh<const N: usize>(
 
 /// Makes a mesh of the first kind of cell that a grid has: quadratic tetrahedra, hexahedra, tetrahedra, quadratic triangles,
 /// triangles.
-fn to_any(grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault> {
+fn to_any(mut grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault> {
+    grid.rename_equal_cells();
     fn of<const N: usize>(grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault>
     where
         AnyMesh: From<Mesh<N>>,
@@ -199,6 +201,10 @@ pub fn write_pvd(path: impl AsRef<Path>, series: &[(f64, &Path)]) -> Result<(), 
 /// Picks the reader by the first bytes, which are more reliable than a file name.
 fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let content = cursor::without_mark(bytes).trim_ascii_start();
+    if let Some((format, advice)) = foreign::format(content) {
+        let (what, value) = ("the format", format.into());
+        return Err((Place::default(), Problem::Unsupported { what, value, advice }));
+    }
     match content {
         [b'$', ..] => gmsh::parse(bytes),
         [b'<', ..] => vtu::parse(bytes),

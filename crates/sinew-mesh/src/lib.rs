@@ -47,8 +47,8 @@
 //! | STL, text and binary | corners at the same place become one node | [`to_stl`] |
 //! | OBJ | faces, lines and groups | [`to_obj`] |
 //! | PVD | | [`write_pvd`] |
-//! | gmsh MSH, text and binary | 2.2, 4.1 | |
-//! | Abaqus and CalculiX input (inp) | one body, flat or as one part with one instance | |
+//! | gmsh MSH, text and binary | 2.2, 4.1, with parametric nodes or in partitions | |
+//! | Abaqus and CalculiX input (inp) | one body, flat or as one part with one instance, either with the mesh | |
 //! | NumPy npy | floats, integers, booleans; both byte orders | [`to_npy`] |
 //!
 //! [`read`] and [`read_mesh`] tell the format by the content; both
@@ -59,8 +59,11 @@
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
 //! [`Mesh::nodes_where_nonzero`]. The sets and surfaces of an Abaqus file keep their names: `*NSET` names nodes, `*ELSET` cells (or
 //! facets, of shells on a solid), `*SURFACE` facets; keywords that make nodes or bring them from other files are refused. Where
-//! a file has no sets, a [`Selection`] names them by place. Polygons and strips of surfaces are read as triangles. Other cells,
-//! and such cells folded over, are refused with advice.
+//! a file has no sets, a [`Selection`] names them by place. Polygons and strips of surfaces are read as triangles, voxels as
+//! hexahedra, Lagrange cells of first and second order as the cells that they equal. Arrays of text and bits, element data of
+//! the boundary alone, masses, springs, reference points and elements of an Abaqus assembly are left out; the report names
+//! them. Other cells, and cells folded over, are refused with advice; so are XDMF, FEBio, DOLFIN XML, Nastran, LS-DYNA, MEDIT,
+//! PLY, HDF5, Exodus and Netgen files, by name.
 //!
 //! ## Sets in VTK files
 //!
@@ -100,10 +103,9 @@ pub use crossings::self_intersections;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    BeamShape, Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver,
-    RingShape, ShapeError, ShapeModes, Size, Trim, TruncatedEllipsoid, VentricleShape, Wall,
-    WallOptions, box_hexahedra, box_tetrahedra, cook_membrane, cylinder_quarter,
-    rectangle_triangles, sphere_octant,
+    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver, ShapeError, Size,
+    Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra, box_tetrahedra,
+    cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant,
 };
 pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
 pub use io::{

@@ -8,6 +8,12 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
+/// Euclidean norm.
+#[inline]
+pub fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}
+
 /// Inner product of three components.
 #[inline]
 pub fn dot3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
@@ -45,6 +51,7 @@ mod tests {
         let normal = cross(&a, &b);
         assert_eq!(normal, [-1.0, -19.0, 13.0]);
         assert_eq!((dot3(&normal, &a), dot3(&normal, &b)), (0.0, 0.0));
+        assert_eq!(norm(&[3.0, -4.0]), 5.0);
         assert_eq!(dot3(&normal, &normal), dot(&a, &a) * dot(&b, &b) - dot(&a, &b).powi(2));
         assert_eq!((add3(&a, &b), sub3(&a, &b)), ([-3.0, 7.0, 10.0], [5.0, -3.0, -4.0]));
     }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 /// Reason why a density was not sampled, or chains not written.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SampleError {
     /// The density has no curvature to whiten by.
     #[error(
@@ -20,20 +21,8 @@ pub enum SampleError {
     Stopped(String),
     /// Lists of different lengths.
     #[error("{what}: {found} where {expected} belong")]
-    Length {
-        /// The list.
-        what: String,
-        /// Entries found.
-        found: usize,
-        /// Entries expected.
-        expected: usize,
-    },
+    Length { what: String, found: usize, expected: usize },
     /// A file that cannot be written.
     #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Reason.
-        source: std::io::Error,
-    },
+    Io { path: PathBuf, source: std::io::Error },
 }

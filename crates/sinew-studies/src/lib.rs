@@ -14,6 +14,7 @@ pub mod measure;
 pub mod organs;
 pub mod populations;
 pub mod program;
+mod shapes;
 pub mod thesis;
 pub mod timing;
 pub mod verify;

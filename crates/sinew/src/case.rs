@@ -422,35 +422,17 @@ impl Case {
             SceneError::Range { name, .. } | SceneError::KnownValue { name, .. } => {
                 &["parameters", name]
             }
-            SceneError::NotUnit { .. }
-            | SceneError::NotPerpendicular { .. }
-            | SceneError::DirectionCount { .. } => &["fibres"],
+            SceneError::Fibres(_) => &["fibres"],
             SceneError::NotFinite { what, .. } if what.contains("prescribed") => &["supports"],
-            SceneError::FreeToMove { .. }
-            | SceneError::LooseNodes { .. }
-            | SceneError::Contradiction { .. }
-            | SceneError::Conflict { .. }
-            | SceneError::SupportDirection { .. }
-            | SceneError::SupportLength { .. }
-            | SceneError::UnknownNodeSet { .. }
-            | SceneError::OnAxis { .. } => &["supports"],
-            SceneError::UnknownFacetSet { .. }
-            | SceneError::RepeatedFacet { .. }
-            | SceneError::EmptyFacetSet { .. }
-            | SceneError::InnerFacet { .. }
-            | SceneError::NotFinite { .. }
-            | SceneError::NegativeStiffness { .. }
-            | SceneError::OutOfPlane { .. }
-            | SceneError::ThesisPressure { .. }
-            | SceneError::ParameterTwice { .. }
-            | SceneError::LooseRim { .. }
-            | SceneError::UnevenRim { .. }
-            | SceneError::RimPlanes { .. } => &["loads"],
-            SceneError::ParameterCount { .. } | SceneError::LoadParameter { .. } => &["parameters"],
-            SceneError::Constant { .. } | SceneError::PlaneLaw { .. } => &["law"],
+            SceneError::Supports(_) => &["supports"],
+            SceneError::NotFinite { .. } | SceneError::Loads(_) | SceneError::LooseRim(_) => {
+                &["loads"]
+            }
+            SceneError::Parameters(_) => &["parameters"],
+            SceneError::Law(_) => &["law"],
             _ => &["mesh"],
         };
-        let loose = matches!(error, SceneError::LooseRim { .. } | SceneError::UnevenRim { .. });
+        let loose = matches!(error, SceneError::LooseRim(_));
         let advice =
             if loose { format!("; to do so, {}", potential::LOOSE) } else { String::new() };
         self.source.error(key, format!("{error}{advice}"))

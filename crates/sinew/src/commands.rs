@@ -333,16 +333,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
 
 /// Whether an emulator was asked for in a way that makes no sense.
 fn is_setting(error: &EmulatorError) -> bool {
-    matches!(
-        error,
-        EmulatorError::Setting { .. }
-            | EmulatorError::Sobol { .. }
-            | EmulatorError::NoSimulations { .. }
-            | EmulatorError::Start { .. }
-            | EmulatorError::OwnSource { .. }
-            | EmulatorError::ForeignFolder { .. }
-            | EmulatorError::OtherRun { .. }
-    )
+    matches!(error, EmulatorError::Setting { .. } | EmulatorError::Request(_))
 }
 
 /// A command line that asks for something that does not exist.

@@ -30,10 +30,16 @@ impl PointDisplacement {
         // Written so that a NaN is refused as well.
         let unit = length > 0.0 && length.is_finite();
         if !unit {
-            return Err(PatientError::NoDirection { direction });
+            return Err(PatientError::Input(format!(
+                "({}, {}, {}) is no direction; give a vector of finite length",
+                direction[0], direction[1], direction[2]
+            )));
         }
         if image.nodes_per_cell != 4 {
-            return Err(PatientError::NotTetrahedra { cells: image.element().name });
+            return Err(PatientError::Input(format!(
+                "points are found in linear tetrahedra, not in {} cells; give the displacement of a body of those",
+                image.element().name
+            )));
         }
         let shares = (0..image.cell_count()).find_map(|cell| shares(image, cell, point));
         let shares = shares.ok_or_else(|| outside(image, point))?;
@@ -72,7 +78,10 @@ fn outside(image: &Body, point: [f64; 3]) -> PatientError {
     let distances = image.positions.iter().map(distance).zip(0..);
     let (distance, node) =
         distances.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0));
-    PatientError::OutsideWall { point, distance, node }
+    PatientError::Input(format!(
+        "({}, {}, {}) is in no cell of the image; the nearest node is {node}, {distance:.4} away: check units and frame of the coordinates",
+        point[0], point[1], point[2]
+    ))
 }
 
 impl Quantity for PointDisplacement {

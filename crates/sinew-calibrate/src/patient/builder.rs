@@ -8,7 +8,7 @@ use crate::observables::{CavityVolume, PointDisplacement, Quantity, SegmentStrai
 use crate::segments::Segments;
 use crate::setting::{Entry, Setting};
 use crate::wall::WallCoordinates;
-use sinew_energy::{Body, Fibres};
+use sinew_energy::{Body, Fibres, listed};
 use sinew_fem::Unload;
 use std::sync::{OnceLock, RwLock};
 
@@ -175,38 +175,50 @@ impl<'p> PatientBuilder<'p> {
         for names in [states, parameters] {
             let twice = |at: &usize| names[..*at].contains(&names[*at]);
             if let Some(at) = (0..names.len()).find(twice) {
-                return Err(PatientError::Twice { name: names[at].into() });
+                return Err(PatientError::Input(format!(
+                    "`{}` is there twice; `image` and `rest` are names of states that each patient has",
+                    names[at]
+                )));
             }
         }
-        if self.observables.is_empty() { Err(PatientError::NoObservables) } else { Ok(()) }
+        if self.observables.is_empty() {
+            Err(PatientError::Input(
+                "there is nothing to observe; add volumes, strains or displacements".into(),
+            ))
+        } else {
+            Ok(())
+        }
     }
 
     /// Entries of θ of the body in a state: a parameter's, or else those of the first settings that have them.
     fn entries(&self, state: &str, settings: &[&Settings]) -> Result<Vec<Entry>, PatientError> {
         let known = self.entry_names();
-        let state = || state.to_owned();
         for (index, (name, setting)) in settings[0].iter().enumerate() {
             if !known.contains(name) {
-                return Err(PatientError::UnknownEntry {
-                    state: state(),
-                    name: name.clone(),
-                    known,
-                });
+                return Err(PatientError::Input(format!(
+                    "{state} sets `{name}`, but the body's parameters are {}",
+                    listed(&known)
+                )));
             }
             if settings[0][..index].iter().any(|(other, _)| other == name) {
-                return Err(PatientError::Twice { name: name.clone() });
+                return Err(PatientError::Input(format!(
+                    "`{name}` is there twice; `image` and `rest` are names of states that each patient has"
+                )));
             }
             if !setting.factor.is_finite() {
-                let (name, value) = (name.clone(), setting.factor);
-                return Err(PatientError::NotFinite { state: state(), name, value });
+                let value = setting.factor;
+                return Err(PatientError::Input(format!(
+                    "`{name}` is {value} in {state}; give a finite value"
+                )));
             }
         }
         let place = |name: &String| {
             let place = self.parameters.iter().position(|parameter| parameter == name);
-            place.ok_or_else(|| PatientError::UnknownParameter {
-                state: state(),
-                name: name.clone(),
-                known: self.parameters.clone(),
+            place.ok_or_else(|| {
+                PatientError::Input(format!(
+                    "{state} multiplies by `{name}`, but the parameters of the patient are {}",
+                    listed(&self.parameters)
+                ))
             })
         };
         let entry = |name: &String| {
@@ -214,8 +226,12 @@ impl<'p> PatientBuilder<'p> {
             let set = set.clone().find(|(other, _)| other == name).map(|(_, setting)| setting);
             let own = self.parameters.contains(name).then(|| Setting::parameter(name.clone()));
             let setting = set.cloned().or(own);
-            let setting = setting
-                .ok_or_else(|| PatientError::Unset { state: state(), name: name.clone() })?;
+            let unset = || {
+                PatientError::Input(format!(
+                    "`{name}` has no value in {state}: give one, or list `{name}` among the parameters of the patient"
+                ))
+            };
+            let setting = setting.ok_or_else(unset)?;
             let parameters = setting.parameters.iter().map(place).collect::<Result<_, _>>()?;
             Ok(Entry { factor: setting.factor, parameters })
         };
@@ -228,10 +244,11 @@ impl<'p> PatientBuilder<'p> {
         let read = |at: &usize| entries().any(|entry| entry.parameters.contains(at));
         match (0..self.parameters.len()).find(|at| !read(at)) {
             None => Ok(()),
-            Some(at) => {
-                let (name, known) = (self.parameters[at].clone(), self.entry_names());
-                Err(PatientError::UnusedParameter { name, known })
-            }
+            Some(at) => Err(PatientError::Input(format!(
+                "nothing reads the parameter `{}`; the body's are {}",
+                self.parameters[at],
+                listed(&self.entry_names())
+            ))),
         }
     }
 
@@ -248,7 +265,9 @@ impl<'p> PatientBuilder<'p> {
         let short = names.clone().nth(start.len()).map(|name| (name, f64::NAN));
         let bad = names.zip(start.iter().copied()).find(|(_, value)| !value.is_finite());
         if let Some((name, value)) = short.or(bad) {
-            return Err(PatientError::Start { name: name.into(), value });
+            return Err(PatientError::Input(format!(
+                "the start for `{name}` is {value}; give a positive value near the middle of its range"
+            )));
         }
         Ok(start)
     }
@@ -259,9 +278,11 @@ impl<'p> PatientBuilder<'p> {
             Ok(match seen {
                 Observable::Volume { cavity, at } => {
                     let found = body.cavities.iter().find(|other| other.name == *cavity);
-                    let found = found.ok_or_else(|| PatientError::UnknownCavity {
-                        name: cavity.clone(),
-                        known: body.cavities.iter().map(|other| other.name.clone()).collect(),
+                    let found = found.ok_or_else(|| {
+                        PatientError::Input(format!(
+                            "no pressure acts in a cavity `{cavity}`; those with a pressure are {}",
+                            listed(&body.cavities.iter().map(|c| &c.name).collect::<Vec<_>>())
+                        ))
                     })?;
                     let (cavity, state) = (found.clone(), self.state(seen, at)?);
                     Box::new(CavityVolume { cavity, state, image: body.positions.clone() })
@@ -287,10 +308,11 @@ impl<'p> PatientBuilder<'p> {
             At::Rest => Ok(1),
             At::Phase(name) => {
                 let place = self.phases.iter().position(|(other, _)| other == name);
-                let place = place.ok_or_else(|| PatientError::UnknownPhase {
-                    observable: seen.to_string(),
-                    name: name.clone(),
-                    known: self.phases.iter().map(|(name, _)| name.clone()).collect(),
+                let place = place.ok_or_else(|| {
+                    PatientError::Input(format!(
+                        "{seen}: there is no phase `{name}`; the states are image, rest, {}",
+                        listed(&self.phases.iter().map(|(name, _)| name).collect::<Vec<_>>())
+                    ))
                 })?;
                 Ok(FIRST_PHASE + place)
             }
@@ -304,11 +326,19 @@ impl<'p> PatientBuilder<'p> {
         direction: Direction,
     ) -> Result<Vec<(usize, [f64; 3])>, PatientError> {
         let body = self.image;
-        let segments = self.segments.ok_or(PatientError::NoSegments)?;
+        let segments = self.segments.ok_or_else(|| {
+            PatientError::Input("strains are averaged over segments; give the patient some".into())
+        })?;
         let (cells, points) = (body.cell_count(), body.points_per_cell);
         let check = |what: &'static str, given: usize| {
             let same = given == cells;
-            if same { Ok(()) } else { Err(PatientError::OtherMesh { what, given, cells }) }
+            if same {
+                Ok(())
+            } else {
+                Err(PatientError::Input(format!(
+                    "the {what} are of {given} cells, the body has {cells}; make them of the mesh that was lowered"
+                )))
+            }
         };
         check("segments", segments.cell_count())?;
         if let Some(wall) = self.wall {
@@ -317,9 +347,13 @@ impl<'p> PatientBuilder<'p> {
         let along = |point: usize| -> Result<[f64; 3], PatientError> {
             if direction == Direction::Fibre {
                 let fibre = body.material.directions(point).first();
-                return fibre.copied().ok_or(PatientError::NoFibres);
+                return fibre.copied().ok_or_else(|| PatientError::Input("the law has no fibres, so there is no fibre strain; ask for a direction of the wall".into()));
             }
-            let none = || PatientError::NoCoordinates { direction: direction.to_string() };
+            let none = || {
+                PatientError::Input(format!(
+                    "a {direction} direction needs coordinates of the wall; give the patient those"
+                ))
+            };
             Ok(self.wall.ok_or_else(none)?.direction(point / points, direction))
         };
         let of_cell = |cell: usize| cell * points..(cell + 1) * points;

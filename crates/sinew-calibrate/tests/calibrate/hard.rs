@@ -6,7 +6,7 @@ use sinew_calibrate::{
     Setting, StateError, WallCoordinates,
 };
 use sinew_energy::laws::HolzapfelOgden;
-use sinew_energy::{Body, Law, Scene, SceneError};
+use sinew_energy::{Body, Law, Scene};
 use sinew_fem::UnloadError;
 use sinew_fem::fibres::Surfaces;
 use sinew_mesh::{AnyMesh, Field, TruncatedEllipsoid};
@@ -116,7 +116,8 @@ fn a_cell_that_is_folded_in_the_image_is_named() {
     let material = HolzapfelOgden.nearly_incompressible(25.0).along(fibres);
     let whole = passive(crate::support::heart::mesh(), 25.0);
     let folded = Scene { mesh: mesh.into(), material, ..whole };
-    assert!(matches!(folded.lower(), Err(SceneError::InvertedCell { .. })));
+    let error = folded.lower().unwrap_err().to_string();
+    assert!(error.contains("has the volume -"), "{error}");
 }
 
 /// A fibre has no sense: nodal fibres of mixed sign give what fibres of one sign give.
@@ -155,33 +156,38 @@ fn a_wall_of_one_layer_is_warned_of() {
     }
 }
 
+/// Asserts the text of an error.
+fn says(error: &PatientError, text: &str) {
+    assert!(error.to_string().contains(text), "{error}");
+}
+
 #[test]
 fn names_that_nobody_knows_are_told() {
     let body = body();
     let error = |patient: PatientBuilder<'_>| patient.build().err().expect("an error");
     let base = || builder(&body, 8.0, 15.0);
     let twice = error(base().phase("phase", [("pressure", 1.0)]));
-    assert!(matches!(&twice, PatientError::Twice { name } if name == "phase"), "{twice}");
+    says(&twice, "`phase` is there twice");
     let taken = error(base().phase("rest", [("pressure", 1.0)]));
-    assert!(matches!(&taken, PatientError::Twice { name } if name == "rest"), "{taken}");
+    says(&taken, "`rest` is there twice");
     let unknown = error(base().phase("other", [("p", 1.0)]));
     assert!(unknown.to_string().contains("pressure"), "{unknown}");
     let infinite = error(base().phase("other", [("pressure", f64::NAN)]));
-    assert!(matches!(infinite, PatientError::NotFinite { .. }), "{infinite}");
+    says(&infinite, "`pressure` is NaN in");
     let factor = error(base().phase("other", [("pressure", Setting::from(1.0).times("c"))]));
-    assert!(matches!(&factor, PatientError::UnknownParameter { name, .. } if name == "c"));
+    says(&factor, "multiplies by `c`, but the parameters of the patient are a, b");
     let unused = error(base().parameters(["a", "b", "a_f", "b_f", "c"]));
-    assert!(matches!(&unused, PatientError::UnusedParameter { name, .. } if name == "c"));
+    says(&unused, "nothing reads the parameter `c`");
     let unset = error(base().parameters(["a", "b", "a_f"]));
-    assert!(matches!(&unset, PatientError::Unset { name, .. } if name == "b_f"), "{unset}");
+    says(&unset, "`b_f` has no value in");
     let phase = error(base().observe(Observable::volume("endo", "diastole")));
-    assert!(matches!(&phase, PatientError::UnknownPhase { name, .. } if name == "diastole"));
+    says(&phase, "there is no phase `diastole`; the states are image, rest, phase");
     let cavity = error(base().observe(Observable::volume("endo_left", "rest")));
     assert!(cavity.to_string().contains("endo"), "{cavity}");
     let none = error(Patient::of(&body).parameters(NAMES).image([("pressure", 1.0)]));
-    assert!(matches!(none, PatientError::NoObservables));
+    says(&none, "there is nothing to observe");
     let start = error(base().start(&[1.0, 2.0]));
-    assert!(matches!(&start, PatientError::Start { name, .. } if name == "a_f"), "{start}");
+    says(&start, "the start for `a_f` is");
 }
 
 #[test]
@@ -189,14 +195,17 @@ fn segments_and_points_that_are_not_there_are_told() {
     let (mesh, body) = (mesh(), body());
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let blind = WallCoordinates::new(&mesh, &surfaces).unwrap();
-    assert!(matches!(blind.aha17(), Err(PatientError::NoSeptum)));
+    says(
+        &blind.aha17().unwrap_err(),
+        "counts angles from the septum, but its direction is not given",
+    );
     let along = blind.clone().with_septum([0.0, 0.01, 3.0]).unwrap_err();
-    assert!(matches!(along, PatientError::SeptumAlongAxis { degrees } if degrees < 1.0), "{along}");
+    says(&along, "the direction of the septum is 0.19 degrees off the long axis");
     assert!(blind.clone().with_septum([f64::NAN; 3]).is_err());
     let wall = blind.with_septum([-1.0, 0.0, 0.0]).unwrap();
     assert!(wall.levels(3, 6).is_ok());
     let empty = wall.levels(4, 48).unwrap_err();
-    assert!(matches!(&empty, PatientError::EmptySegment { .. }), "{empty}");
+    says(&empty, "has no cells of");
 
     let segments = wall.aha17().unwrap();
     let error = |seen: Observable, segments: Option<&Segments>| {
@@ -208,20 +217,24 @@ fn segments_and_points_that_are_not_there_are_told() {
     };
     let strain = |name: &str, direction| Observable::strain(name, direction, "rest", "phase");
     let missing = error(strain("18", Direction::Fibre), Some(&segments));
-    assert!(matches!(&missing, PatientError::UnknownSegment { name, .. } if name == "18"));
+    says(&missing, "there is no segment `18`; there are");
     let none = error(strain("1", Direction::Fibre), None);
-    assert!(matches!(none, PatientError::NoSegments));
+    says(&none, "strains are averaged over segments");
     let blind = error(strain("1", Direction::Radial), Some(&segments));
-    assert!(matches!(blind, PatientError::NoCoordinates { .. }), "{blind}");
+    says(&blind, "direction needs coordinates of the wall");
     let other = Segments::new(vec!["all".into()], vec![Some(0); 5]).unwrap();
     let other = error(strain("all", Direction::Fibre), Some(&other));
-    assert!(matches!(other, PatientError::OtherMesh { given: 5, .. }), "{other}");
+    says(&other, "are of 5 cells, the body has");
 
     let far = Observable::displacement([0.0; 3], [1.0, 0.0, 0.0], "image", "phase");
     let far = error(far, None);
-    assert!(matches!(far, PatientError::OutsideWall { distance, .. } if distance > 10.0), "{far}");
+    says(&far, "(0, 0, 0) is in no cell of the image; the nearest node is");
+    let distance = far.to_string().split_once(" away").and_then(|(before, _)| {
+        before.rsplit(' ').next().and_then(|number| number.parse::<f64>().ok())
+    });
+    assert!(distance.is_some_and(|distance| distance > 10.0), "{far}");
     let nowhere = Observable::displacement(body.positions[0], [0.0; 3], "image", "phase");
-    assert!(matches!(error(nowhere, None), PatientError::NoDirection { .. }));
+    says(&error(nowhere, None), "(0, 0, 0) is no direction");
 }
 
 #[test]

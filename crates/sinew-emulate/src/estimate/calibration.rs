@@ -1,11 +1,11 @@
 //! Quality of the error estimate on held-out cases.
 
 use crate::estimate::evaluate::{Errors, TestSet, share};
-use crate::store::identity::dot;
 use crate::store::record::Calibration;
 use crate::{Distance, Emulator, Result};
 use rayon::prelude::*;
 use sinew_energy::metrics::displacement_error;
+use sinew_num::dot;
 
 impl Calibration {
     /// Calibration on the emulator's predictions for held-out cases, whose errors are returned with it.

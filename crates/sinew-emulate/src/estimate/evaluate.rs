@@ -6,6 +6,7 @@ use crate::{Body, Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Barriers, metrics};
+use sinew_num::norm;
 
 /// Test cases with their true displacements.
 #[derive(Clone, Debug)]
@@ -139,7 +140,9 @@ impl<'b> TestSet<'b> {
         let length = self.body.prescribed.len();
         let fits = |field: &Vec<f64>| field.len() == length && field.iter().all(|u| u.is_finite());
         if found != expected || !fields.iter().all(fits) {
-            return Err(Error::Fields { found, expected, length });
+            return Err(Error::Refused(format!(
+                "{found} fields for {expected} test cases, or a field that is not {length} finite numbers long"
+            )));
         }
         let (guarded, free) = (self.guarded(), self.body.free_nodes());
         let case = |case: usize| self.case(&guarded, case, &fields[case], &free);
@@ -161,7 +164,6 @@ impl<'b> TestSet<'b> {
     fn case(&self, body: &Body, case: usize, estimate: &[f64], free: &[usize]) -> CaseErrors {
         let (theta, truth) = (&self.thetas[case], &self.fields[case]);
         let nodal = metrics::displacement_error(truth, estimate);
-        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let (energy, minimum) = (body.value(estimate, theta), body.value(truth, theta));
         let volumes = self.body.cavity_volumes(truth).into_iter();
         let volumes = volumes.zip(self.body.cavity_volumes(estimate));

@@ -87,11 +87,10 @@ impl Emulator<'_> {
     /// A test set without cases, or a body that cannot be solved.
     pub fn evaluate(&self, test: &TestSet<'_>, corrections: usize) -> Result<Evaluation> {
         let Some(theta) = test.thetas.first() else {
-            return Err(Error::Fields {
-                found: 0,
-                expected: 1,
-                length: self.body.prescribed.len(),
-            });
+            return Err(Error::Refused(format!(
+                "0 fields for 1 test cases, or a field that is not {} finite numbers long",
+                self.body.prescribed.len()
+            )));
         };
         let fields = self.predict(&test.thetas)?.fields();
         let raw = test.cases(&fields)?;

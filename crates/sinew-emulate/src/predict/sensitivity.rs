@@ -4,6 +4,7 @@ use crate::estimate::evaluate::TestSet;
 use crate::parameters::check_length;
 use crate::{Emulator, Result};
 use sinew_fem::Options;
+use sinew_num::norm;
 
 /// Least denominator of a sensitivity error: this share of the displacement over the parameter's range.
 const LEAST_MOTION: f64 = 1e-3;
@@ -24,7 +25,6 @@ impl Emulator<'_> {
     /// Median over the first cases of `‖∂û/∂θ − ∂u/∂θ‖ / ‖∂u/∂θ‖` [%] for every parameter, the true derivative by the implicit
     /// function theorem. The denominator is at least a thousandth of `‖u‖` over the parameter's range.
     pub(crate) fn sensitivity_errors(&self, test: &TestSet<'_>) -> Result<Vec<f64>> {
-        let norm = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
         let mut errors = vec![Vec::new(); self.body.parameters.len()];
         for (theta, field) in test.thetas.iter().zip(&test.fields).take(CASES) {
             let truth = self.solvers.with(|solver| {

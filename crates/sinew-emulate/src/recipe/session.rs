@@ -82,7 +82,11 @@ impl<'a, 'b> Session<'a, 'b> {
                 [&options.start, &options.simulations, &options.shared].into_iter().flatten()
             {
                 if inside(source, folder) {
-                    return Err(Error::OwnSource { folder: folder.clone(), from: source.clone() });
+                    return Err(Error::Request(format!(
+                        "{} lies in {}, which the new run replaces; give the new run another folder",
+                        source.display(),
+                        folder.display()
+                    )));
                 }
             }
             prepare(folder, body, recipe, options)?;
@@ -205,7 +209,12 @@ impl<'a, 'b> Session<'a, 'b> {
 
 /// Requires a finished run of the same recipe, with networks of the same sizes, for parameters of the same names.
 fn check_start(start: &Path, body: &Body, recipe: &Described) -> Result<()> {
-    let refuse = |reason: String| Err(Error::Start { folder: start.into(), reason });
+    let refuse = |reason: String| {
+        Err(Error::Request(format!(
+            "training cannot start from {}: {reason}; name the folder of a finished run of the same recipe and parameters",
+            start.display()
+        )))
+    };
     let Some(network) = &recipe.network else {
         return refuse(format!(
             "`{}` trains no network of its own; choose pi, hybrid or dd",
@@ -270,7 +279,10 @@ fn require_nothing(folder: &Path) -> Result<()> {
         (true, _) => ("finished", "reads its emulator"),
         (false, _) => ("not finished", "goes on with it"),
     };
-    Err(Error::RunExists { folder: folder.into(), state, resumed })
+    Err(Error::Refused(format!(
+        "{} holds a run that is {state}: --resume {resumed}, --restart replaces it; or choose another folder (--name)",
+        folder.display()
+    )))
 }
 
 fn prepare(
@@ -300,7 +312,10 @@ fn prepare(
             identity::difference(&stored.body, &body).map(|(what, _, _)| what)
         };
         return match differs {
-            Some(differs) => Err(Error::OtherRun { folder: folder.into(), differs }),
+            Some(differs) => Err(Error::Request(format!(
+                "the run in {} was started with another recipe, other options or for another body ({differs}); repeat them, or begin it again (--restart)",
+                folder.display()
+            ))),
             None => Ok(()),
         };
     }
@@ -313,7 +328,10 @@ fn prepare(
             }
             std::fs::remove_dir_all(folder).map_err(file_error)?;
         } else if entries.next().is_some() {
-            return Err(Error::ForeignFolder { folder: folder.into() });
+            return Err(Error::Request(format!(
+                "{} exists but is not of an earlier training; choose another folder",
+                folder.display()
+            )));
         }
     }
     write_json(&file, &Started { recipe: recipe.clone(), options: options.clone(), body })

@@ -104,7 +104,8 @@ impl Answers {
             found.confirm(&open, emulator, predictions, accuracy, &mut counter)?;
         }
         found.solve(&mut counter)?;
-        let none = || Err(Error::Unanswered);
+        let none =
+            || Err(Error::Refused("no answer was found; solve it from rest (sinew solve)".into()));
         let answers = found.answers.into_iter().map(|answer| answer.unwrap_or_else(none)).collect();
         Ok(Self { plan, answers, seconds: start.elapsed().as_secs_f64() })
     }
@@ -137,7 +138,9 @@ impl Emulator<'_> {
     /// θ of the wrong length, an accuracy outside 1e-10 to 0.5, no equilibrium.
     pub fn answer(&self, theta: &[f64], accuracy: f64) -> Result<Answer> {
         let found = Answers::to(self.body, &[theta.to_vec()], accuracy, Some(self), &mut ())?;
-        found.answers.into_iter().next().unwrap_or(Err(Error::Unanswered))
+        found.answers.into_iter().next().unwrap_or(Err(Error::Refused(
+            "no answer was found; solve it from rest (sinew solve)".into(),
+        )))
     }
 }
 

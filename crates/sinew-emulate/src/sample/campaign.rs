@@ -113,7 +113,10 @@ pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Resu
     }
     if !missing.is_empty() || of == 0 {
         let missing = missing.join(", ");
-        return Err(Error::MissingShards { folder: folder.into(), missing });
+        return Err(Error::Refused(format!(
+            "{} lacks the shards {missing}; solve them, then merge",
+            folder.display()
+        )));
     }
     store(folder, &identity, tried, &merged)?;
     Ok(merged)

@@ -256,7 +256,12 @@ pub(crate) fn store(
 /// No simulations there, or those of another body.
 pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
     let found = read(folder, &identity::of(body))?.map(|(_, simulations)| simulations);
-    found.ok_or_else(|| Error::NoSimulations { folder: folder.into() })
+    found.ok_or_else(|| {
+        Error::Request(format!(
+            "{} holds no simulations; name a folder that simulations were stored or merged in",
+            folder.display()
+        ))
+    })
 }
 
 /// Simulations of a body in a folder, and how many samples were tried; `None` where it holds no simulations.
@@ -270,7 +275,10 @@ pub(crate) fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simu
     let sums = log.checksums.into_iter().zip(log.sums(&thetas, &fields));
     if let Some((name, _)) = [LOG, THETAS, FIELDS].into_iter().zip(sums).find(|(_, (a, b))| a != b)
     {
-        return Err(Error::DamagedSimulations { path: folder.join(name) });
+        return Err(Error::Refused(format!(
+            "{} was changed after it was stored, or an earlier version stored it; delete its folder to solve the simulations again",
+            folder.join(name).display()
+        )));
     }
     let Log { body: stored, tried, failures, branched, seconds, solve_seconds, .. } = log;
     if identity::difference(&stored, body).is_some() {

@@ -87,5 +87,8 @@ pub(crate) fn require(sealed: &Checksums, folder: &Path, file: &str, part: &str)
 }
 
 fn damaged<T>(folder: &Path, name: &str, how: &'static str) -> Result<T> {
-    Err(Error::Damaged { path: folder.join(name), how })
+    Err(Error::Refused(format!(
+        "{} {how}; take the whole folder from a copy, or make it again",
+        folder.join(name).display()
+    )))
 }

@@ -3,6 +3,7 @@
 use crate::Body;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
+use sinew_num::dot;
 
 /// Numbers that tell a body from others: those of its mesh, supports and parameters, and its energy at a probe.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -72,11 +73,6 @@ pub(crate) fn of(body: &Body) -> Identity {
         held: body.prescribed.iter().enumerate().filter_map(held).sum(),
         probe: dot(&force, &probe),
     }
-}
-
-/// Inner product.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 /// First difference between a stored body and another one: its name and both values.

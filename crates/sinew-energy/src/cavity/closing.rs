@@ -1,9 +1,9 @@
 //! Rims, lids and symmetry planes of a surface.
 
-use super::part::{CavityPart, Lid, SymmetryPlane, moved, norm};
+use super::part::{CavityPart, Lid, SymmetryPlane, moved};
 use crate::Frames;
 use sinew_mesh::{TriangleMesh, boundary_facets};
-use sinew_num::{Mat3, connected_components, cross, dot3, sub3};
+use sinew_num::{Mat3, connected_components, cross, dot3, norm, sub3};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Largest sine of the angle between parallel directions, and largest gap of a closed surface \[relative to its area\]: files have six

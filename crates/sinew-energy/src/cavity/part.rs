@@ -1,6 +1,6 @@
 //! Volume behind a surface and the lids over its rims.
 
-use sinew_num::{Mat3, add3, cross, dot3, sub3};
+use sinew_num::{Mat3, add3, cross, dot3, norm, sub3};
 
 /// A connected surface with its closing. Its volume is the flux of a field `S (x − o)` of divergence one.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,8 +138,4 @@ fn add_projected(planes: &[SymmetryPlane], of_projected: [f64; 3], add: &mut Add
         add(node, share);
         sub3(&of_point, &share)
     })
-}
-
-pub(super) fn norm(vector: &[f64; 3]) -> f64 {
-    dot3(vector, vector).sqrt()
 }

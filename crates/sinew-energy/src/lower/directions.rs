@@ -22,7 +22,9 @@ where
         let (cells, nodes) = (self.mesh.cells.len(), self.mesh.points.len());
         let (points, given) = (cells * self.rule.len(), material.points().unwrap_or(0));
         if ![cells, points, nodes].contains(&given) {
-            return Err(SceneError::DirectionCount { needed, cells, given, points, nodes });
+            return Err(SceneError::Fibres(format!(
+                "the law reads {needed} directions, for each of the {cells} cells, {points} quadrature points or {nodes} nodes, but {given} rows are given"
+            )));
         }
         let mut rows = Vec::with_capacity(needed * given);
         for row in 0..given {
@@ -51,12 +53,18 @@ where
                     directions.push(interpolate(&nodal, shape));
                 }
                 if let Some((direction, length)) = orthonormalise(&mut directions[start..]) {
-                    return Err(SceneError::NotUnit { cell, direction, length });
+                    return Err(not_unit(cell, direction, length));
                 }
             }
         }
         Ok(directions)
     }
+}
+
+fn not_unit(cell: usize, direction: usize, length: f64) -> SceneError {
+    SceneError::Fibres(format!(
+        "direction {direction} of cell {cell} has length {length}, not 1; normalise it, and give a direction to every cell that has none"
+    ))
 }
 
 fn check_directions(cell: usize, directions: &[[f64; 3]]) -> Result<(), SceneError> {
@@ -65,16 +73,14 @@ fn check_directions(cell: usize, directions: &[[f64; 3]]) -> Result<(), SceneErr
         // Written so that a NaN is an error as well.
         let unit = (length - 1.0).abs() <= DIRECTION_TOLERANCE;
         if !unit {
-            return Err(SceneError::NotUnit { cell, direction, length });
+            return Err(not_unit(cell, direction, length));
         }
         for other in 0..direction {
             let product = dot3(d, &directions[other]);
             if product.abs() > DIRECTION_TOLERANCE {
-                return Err(SceneError::NotPerpendicular {
-                    cell,
-                    pair: [other, direction],
-                    product,
-                });
+                return Err(SceneError::Fibres(format!(
+                    "directions {other} and {direction} of cell {cell} have the inner product {product:e}, not 0; orthogonalise them"
+                )));
             }
         }
     }

@@ -25,7 +25,10 @@ where
             // Written so that a NaN is an error as well.
             let positive = determinant > 0.0 && determinant.is_finite();
             if !positive {
-                return Err(SceneError::InvertedCell { cell, volume: determinant * point.weight });
+                return Err(SceneError::Body(format!(
+                    "cell {cell} has the volume {:?}, which must be positive; turn inverted cells (sinew_mesh::repair_orientation) and remove flat ones",
+                    determinant * point.weight
+                )));
             }
             gradients.push(gradient);
             volumes.push(point.weight * determinant);

@@ -26,7 +26,9 @@ where
                 Load::NodalForces(forces) => {
                     let (given, nodes) = (forces.len(), self.mesh.points.len());
                     if given != nodes {
-                        return Err(SceneError::NodalForces { given, nodes });
+                        return Err(SceneError::Body(format!(
+                            "the load lists forces on {given} nodes, but the mesh has {nodes}; give one per node"
+                        )));
                     }
                     let what = || "a nodal force".into();
                     forces.as_flattened().iter().try_for_each(|&f| finite(f, what))?;
@@ -45,7 +47,10 @@ where
                             || format!("the {which} stiffness of the foundation on `{facets}`");
                         finite(value, what)?;
                         if value < 0.0 {
-                            return Err(SceneError::NegativeStiffness { what: what(), value });
+                            return Err(SceneError::Loads(format!(
+                                "{} is {value}; a foundation pushes back, so give a stiffness of at least 0",
+                                what()
+                            )));
                         }
                     }
                     let stiffness = [*normal, *tangential];
@@ -129,7 +134,10 @@ where
             let potential_origin = match form {
                 PressureForm::Follower => rim_origin(name, &rule, &facets, points, held),
                 PressureForm::Thesis if N == 4 => Ok([0.0; 3]),
-                PressureForm::Thesis => Err(SceneError::ThesisPressure { nodes: N }),
+                PressureForm::Thesis => Err(SceneError::Loads(format!(
+                    "the thesis' pressure is defined on linear tetrahedra (4 nodes), not on cells of {} nodes; use Load::Pressure, the true follower load",
+                    N
+                ))),
             };
             let (origin, has_potential) = match potential_origin {
                 Ok(origin) => (origin, true),

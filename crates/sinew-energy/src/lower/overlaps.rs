@@ -1,6 +1,7 @@
 //! Cells that lie over each other.
 
 use crate::SceneError;
+use crate::error::listed;
 use sinew_mesh::{Facet, Mesh};
 
 /// The most corners that a facet has.
@@ -37,7 +38,17 @@ pub(super) fn check_overlaps<const N: usize>(mesh: &Mesh<N>) -> Result<(), Scene
                 nodes.sort_unstable();
                 nodes
             });
-            Err(SceneError::OverlappingCells { cells, facet, twice: first == second })
+            let advice = match first == second {
+                true => "they are one cell listed twice: remove one",
+                false => {
+                    "one is folded over the other, the mesh is tangled there: move their nodes apart, or mesh the body anew"
+                }
+            };
+            Err(SceneError::Body(format!(
+                "cells {} lie on the same side of the facet with nodes {}; {advice}",
+                cells.map(|cell| cell.to_string()).join(" and "),
+                listed(&facet)
+            )))
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Supports as prescribed degrees of freedom.
 
 use super::{Setup, finite, names};
+use crate::error::listed;
 use crate::{Frames, Load, Prescribed, SceneError, Support};
 use sinew_mesh::Mesh;
 use sinew_num::{Mat3, cross, dot3, sub3};
@@ -100,7 +101,10 @@ impl<const N: usize> Setup<'_, N> {
         let axes = ["x", "y", "z"].into_iter().enumerate();
         let free: Vec<_> = axes.filter(|(axis, _)| !holds(*axis)).map(|(_, name)| name).collect();
         if !free.is_empty() && !foundation {
-            return Err(SceneError::FreeToMove { axes: free.join(", ") });
+            return Err(SceneError::Supports(format!(
+                "no support holds the body along {}: it is free to move there and has no unique equilibrium; add a support that holds it there",
+                free.join(", ")
+            )));
         }
         check_loose_nodes(self.mesh, &held.prescribed)?;
         Ok(held)
@@ -108,8 +112,8 @@ impl<const N: usize> Setup<'_, N> {
 
     fn node_set(&self, name: &str) -> Result<&[usize], SceneError> {
         self.mesh.node_sets.get(name).map(Vec::as_slice).ok_or_else(|| {
-            let known = names(&self.mesh.node_sets);
-            SceneError::UnknownNodeSet { name: name.into(), known }
+            let known = listed(&names(&self.mesh.node_sets));
+            SceneError::Supports(format!("there is no node set `{name}`; the mesh has {known}"))
         })
     }
 
@@ -124,7 +128,10 @@ impl<const N: usize> Setup<'_, N> {
         match &support.displacement {
             Prescribed::PerNode(rows) if rows.len() != nodes.len() => {
                 let (name, given) = (name.clone(), rows.len());
-                Err(SceneError::SupportLength { name, given, nodes: nodes.len() })
+                Err(SceneError::Supports(format!(
+                    "the support of node set `{name}` lists {given} displacements for {} nodes; give one per node",
+                    nodes.len()
+                )))
             }
             Prescribed::PerNode(rows) => nodes
                 .iter()
@@ -161,7 +168,9 @@ impl<const N: usize> Setup<'_, N> {
                     let around = cross(&axis, &arm(node));
                     let distance = dot3(&around, &around).sqrt();
                     if distance <= ON_AXIS * reach {
-                        return Err(SceneError::OnAxis { name: name.clone(), node, distance });
+                        return Err(SceneError::Supports(format!(
+                            "node {node} of `{name}` is {distance:e} away from the axis of its radial support, so it has no radius to move along; take it out of the set, and hold it with Support::clamped or Support::uniform"
+                        )));
                     }
                     self.hold(held, node, axis, 0.0, support)?;
                     self.hold(held, node, around.map(|x| x / distance), 0.0, support)?;
@@ -184,10 +193,14 @@ impl<const N: usize> Setup<'_, N> {
                 let nodes = self.mesh.node_sets.get(&other.nodes);
                 !std::ptr::eq(*other, support) && nodes.is_some_and(|set| set.contains(&node))
             };
-            let others =
-                self.scene.supports.iter().filter(holds).map(|s| s.nodes.clone()).collect();
-            let name = support.nodes.clone();
-            SceneError::Conflict { node, name, others, direction, first, second }
+            let others: Vec<_> =
+                self.scene.supports.iter().filter(holds).map(|s| &s.nodes).collect();
+            SceneError::Supports(format!(
+                "the support of `{}` prescribes {second} along ({}) for node {node}, but it is held at {first} there by those of {}; take the node out of one of the sets, or let the supports agree",
+                support.nodes,
+                listed(&direction),
+                listed(&others)
+            ))
         })
     }
 }
@@ -201,7 +214,10 @@ fn unit(direction: [f64; 3], name: &str) -> Result<[f64; 3], SceneError> {
     if largest > 0.0 && length.is_finite() {
         return Ok(scaled.map(|x| x / length));
     }
-    Err(SceneError::SupportDirection { name: name.into(), direction })
+    Err(SceneError::Supports(format!(
+        "the support of `{name}` has the direction ({}); give finite components, one of them not 0",
+        listed(&direction)
+    )))
 }
 
 fn prescribe(
@@ -215,7 +231,9 @@ fn prescribe(
         finite(second, || format!("the displacement prescribed on `{set}`"))?;
         match prescribed[3 * node + component].replace(second) {
             Some(first) if first != second => {
-                return Err(SceneError::Contradiction { node, component, first, second });
+                return Err(SceneError::Supports(format!(
+                    "supports prescribe both {first} and {second} for component {component} of node {node}; keep one"
+                )));
             }
             _ => {}
         }
@@ -233,7 +251,9 @@ fn check_loose_nodes<const N: usize>(
         None => Ok(()),
         Some(first) => {
             let count = loose.iter().filter(|&&l| l).count();
-            Err(SceneError::LooseNodes { count, first })
+            Err(SceneError::Supports(format!(
+                "{count} nodes belong to no cell (first: node {first}) and are not held; remove them from the mesh"
+            )))
         }
     }
 }

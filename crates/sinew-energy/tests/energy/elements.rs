@@ -133,7 +133,8 @@ mod rules {
         negative[0].weight = -negative[0].weight;
         for rule in [&fine[1..], &[], &negative] {
             let error = block.lower_with(rule).unwrap_err();
-            assert!(matches!(error, SceneError::Quadrature { .. }), "{error}");
+            assert!(matches!(error, SceneError::Body(_)), "{error}");
+            assert!(error.to_string().contains("quadrature points add up to"), "{error}");
         }
     }
 }

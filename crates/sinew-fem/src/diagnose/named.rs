@@ -1,5 +1,6 @@
 //! Cells and rigid motions as errors and diagnoses name them.
 
+use sinew_num::norm;
 use std::fmt;
 
 /// Components of a unit vector below this are left out of its name.
@@ -32,7 +33,6 @@ pub struct RigidMode {
 
 impl fmt::Display for RigidMode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let norm = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let (translation, rotation) = (norm(&self.translation), norm(&self.rotation));
         if translation > NAMED {
             write!(f, "translation along {}", Axis(&self.translation))?;

@@ -3,6 +3,7 @@
 use super::rule::Layer;
 use super::{FibreError, FibreRule, Frame};
 use nalgebra::Vector3;
+use sinew_energy::listed;
 use sinew_mesh::TruncatedEllipsoid;
 
 /// The wall between two ellipsoids of revolution around the z axis, apex at the bottom, cut off by a plane:
@@ -30,17 +31,25 @@ impl EllipsoidWall {
     /// The wall with these semi-axes and base.
     ///
     /// # Errors
-    /// [`FibreError::SemiAxes`] and [`FibreError::Base`].
+    /// Semi-axes that do not ascend, or a base that does not cut the inner ellipsoid.
     pub fn new(ellipsoid: TruncatedEllipsoid) -> Result<Self, FibreError> {
         let TruncatedEllipsoid { short, long, base } = ellipsoid;
         for (which, axes) in [("short", short), ("long", long)] {
             let ascending = 0.0 < axes[0] && axes[0] < axes[1] && axes[1].is_finite();
             if !ascending {
-                return Err(FibreError::SemiAxes { which, axes });
+                return Err(FibreError::Unfit(format!(
+                    "the {which} semi-axes ({}) must be positive, finite and ascending from endocardium to epicardium",
+                    listed(&axes)
+                )));
             }
         }
-        let cuts = base.abs() < long[0];
-        if cuts { Ok(Self { ellipsoid }) } else { Err(FibreError::Base { base, height: long[0] }) }
+        let height = long[0];
+        match base.abs() < height {
+            true => Ok(Self { ellipsoid }),
+            false => Err(FibreError::Unfit(format!(
+                "the base at z = {base} does not cut the inner ellipsoid of half-height {height}"
+            ))),
+        }
     }
 
     /// Depth of a point \[length\] in the wall: 0 on the endocardium, 1 on the epicardium.
@@ -206,9 +215,20 @@ mod tests {
     #[test]
     fn walls_without_thickness_or_base_are_refused() {
         let error = wall([7.0, 7.0], [17.0, 20.0], 5.0).unwrap_err();
-        assert_eq!(error, FibreError::SemiAxes { which: "short", axes: [7.0, 7.0] });
+        assert_eq!(
+            error,
+            FibreError::Unfit(
+                "the short semi-axes (7, 7) must be positive, finite and ascending from endocardium to epicardium"
+                    .into()
+            )
+        );
         assert!(wall([7.0, 10.0], [17.0, f64::NAN], 5.0).is_err());
         let error = wall([7.0, 10.0], [17.0, 20.0], 18.0).unwrap_err();
-        assert_eq!(error, FibreError::Base { base: 18.0, height: 17.0 });
+        assert_eq!(
+            error,
+            FibreError::Unfit(
+                "the base at z = 18 does not cut the inner ellipsoid of half-height 17".into()
+            )
+        );
     }
 }

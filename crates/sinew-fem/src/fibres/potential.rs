@@ -26,7 +26,7 @@ pub(super) struct Laplacian<'m> {
 
 impl<'m> Laplacian<'m> {
     /// # Errors
-    /// [`FibreError::FlatCell`].
+    /// A cell without volume.
     pub(super) fn new(mesh: &'m TetMesh) -> Result<Self, FibreError> {
         let mut shape_gradients = Vec::with_capacity(mesh.cells.len());
         let mut volumes = Vec::with_capacity(mesh.cells.len());
@@ -35,7 +35,7 @@ impl<'m> Laplacian<'m> {
             let [o, a, b, c] = mesh.corners(cell);
             let edges = Matrix3::from_columns(&[a - o, b - o, c - o]);
             let inverse = edges.try_inverse().filter(|_| volume > 0.0);
-            let inverse = inverse.ok_or(FibreError::FlatCell { cell, volume })?;
+            let inverse = inverse.ok_or_else(|| FibreError::Unfit(format!("cell {cell} has the volume {volume:e}; run repair_orientation, or remove flat cells")))?;
             let [a, b, c] = [0, 1, 2].map(|i| inverse.row(i).transpose());
             shape_gradients.push([-(a + b + c), a, b, c]);
             volumes.push(volume);
@@ -46,7 +46,7 @@ impl<'m> Laplacian<'m> {
     /// Nodal values of the potential. The conductivity, one per cell, is 1 unless given.
     ///
     /// # Errors
-    /// [`FibreError::Factor`]. Each connected part of the mesh needs a prescribed node.
+    /// Too little memory, or cells too flat. Each connected part of the mesh needs a prescribed node.
     pub(super) fn solve(
         &self,
         prescribed: &[Option<f64>],
@@ -84,7 +84,7 @@ impl<'m> Laplacian<'m> {
             None if free.is_empty() => {}
             None => {
                 let factor = Factor::alone(free.len(), &upper, Side::Upper);
-                factor.ok_or(FibreError::Factor { unknowns: free.len() })?.solve(&mut right);
+                factor.ok_or_else(|| FibreError::Unfit(format!("no memory for the factor of {} unknowns, or cells too flat; coarsen or repair the mesh", free.len())))?.solve(&mut right);
             }
         }
         let mut values: Vec<_> = prescribed.iter().map(|value| value.unwrap_or(0.0)).collect();
@@ -197,6 +197,6 @@ mod tests {
         let mut mesh = box_tetrahedra([1.0; 3], [1; 3]);
         mesh.cells[4].swap(1, 2);
         let error = Laplacian::new(&mesh).err().unwrap();
-        assert!(matches!(error, FibreError::FlatCell { cell: 4, volume } if volume < 0.0));
+        assert!(error.to_string().starts_with("cell 4 has the volume -"), "{error}");
     }
 }

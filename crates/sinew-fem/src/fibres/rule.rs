@@ -27,7 +27,7 @@ impl FibreRule {
     /// Fibres turn from `endocardium` to `epicardium` \[degrees\]; sheets stand across the wall.
     ///
     /// # Errors
-    /// [`FibreError::Angle`] when one is not finite.
+    /// An angle that is not finite.
     pub fn new(endocardium: f64, epicardium: f64) -> Result<Self, FibreError> {
         let fibre = checked("fibre", [endocardium, epicardium])?;
         Ok(Self { fibre, sheet: [0.0; 2] })
@@ -36,7 +36,7 @@ impl FibreRule {
     /// These fibres with sheets that turn from `endocardium` to `epicardium` \[degrees\].
     ///
     /// # Errors
-    /// [`FibreError::Angle`] when one is not finite.
+    /// An angle that is not finite.
     pub fn with_sheets(self, endocardium: f64, epicardium: f64) -> Result<Self, FibreError> {
         Ok(Self { sheet: checked("sheet", [endocardium, epicardium])?, ..self })
     }
@@ -67,7 +67,9 @@ impl FibreRule {
 
 fn checked(what: &'static str, angles: [f64; 2]) -> Result<[f64; 2], FibreError> {
     match angles.into_iter().find(|angle| !angle.is_finite()) {
-        Some(degrees) => Err(FibreError::Angle { what, degrees }),
+        Some(degrees) => Err(FibreError::Unfit(format!(
+            "the {what} angle is {degrees} degrees; give a finite one"
+        ))),
         None => Ok(angles),
     }
 }
@@ -137,7 +139,13 @@ mod tests {
     #[test]
     fn angles_that_are_none_are_refused() {
         let error = FibreRule::new(60.0, f64::INFINITY).unwrap_err();
-        assert_eq!(error, FibreError::Angle { what: "fibre", degrees: f64::INFINITY });
+        assert_eq!(
+            error,
+            FibreError::Unfit(format!(
+                "the fibre angle is {} degrees; give a finite one",
+                f64::INFINITY
+            ))
+        );
         assert!(FibreRule::SIXTY.with_sheets(f64::NAN, 0.0).is_err());
     }
 

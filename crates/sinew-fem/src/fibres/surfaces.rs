@@ -37,7 +37,10 @@ impl Bounds {
         let inner = |node: &&usize| bounds.endocardium.binary_search(node).is_ok();
         let mut shared = bounds.epicardium.iter().filter(inner);
         if let Some(&node) = shared.next() {
-            return Err(FibreError::Touching { node, count: 1 + shared.count() });
+            return Err(FibreError::Unfit(format!(
+                "endocardium and epicardium share {} nodes, the first is node {node}; facets of the base belong to a set of their own",
+                1 + shared.count()
+            )));
         }
         // Each connected part of the mesh has a node on each surface.
         let parts = connected_components(mesh.points.len(), &mesh.cells);
@@ -49,8 +52,10 @@ impl Bounds {
             let apart =
                 |part: &&Vec<usize>| !part.iter().any(|node| nodes.binary_search(node).is_ok());
             if let Some(part) = parts.iter().find(apart) {
-                let (node, nodes, surface) = (part[0], part.len(), name.into());
-                return Err(FibreError::Disconnected { node, nodes, surface });
+                let (node, nodes) = (part[0], part.len());
+                return Err(FibreError::Unfit(format!(
+                    "the part of the mesh with node {node} ({nodes} nodes) has no node on `{name}`; remove it, see remove_unused_nodes, or mesh the ventricle in one piece"
+                )));
             }
         }
         Ok(bounds)
@@ -68,12 +73,12 @@ impl Bounds {
     /// The nodes of endocardium and epicardium farthest from the base.
     ///
     /// # Errors
-    /// [`FibreError::NoApex`] when each node is on the base.
+    /// A surface of which each node is on the base.
     pub(super) fn apexes(&self, distance: &[f64]) -> Result<[usize; 2], FibreError> {
         let farthest = |nodes: &[usize]| {
             let apex = nodes.iter().copied().max_by(|&a, &b| distance[a].total_cmp(&distance[b]));
             let apex = apex.filter(|&node| distance[node] > 0.0);
-            apex.ok_or(FibreError::NoApex { nodes: nodes.len() })
+            apex.ok_or_else(|| FibreError::Unfit(format!("there is no apex: all {} nodes of the epicardium are on the base; keep the outer facets out of the base", nodes.len())))
         };
         Ok([farthest(&self.endocardium)?, farthest(&self.epicardium)?])
     }

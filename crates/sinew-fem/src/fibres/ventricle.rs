@@ -58,7 +58,7 @@ impl VentricleCoordinates {
     pub fn new(mesh: &TetMesh, surfaces: &Surfaces<'_>) -> Result<Self, FibreError> {
         mesh.check()?;
         if mesh.cells.is_empty() {
-            return Err(FibreError::EmptyMesh);
+            return Err(FibreError::Unfit("the mesh has no tetrahedra".into()));
         }
         let bounds = Bounds::new(mesh, surfaces)?;
         let laplacian = Laplacian::new(mesh)?;
@@ -149,7 +149,7 @@ fn layers_of_cells(
     let layer = |(cell, nodes): (usize, &[usize; 4])| {
         let outward = at_centre(nodes, outward);
         let mut ways = std::iter::once(at_centre(nodes, to_base)).chain(edges(mesh, cell));
-        ways.find_map(|way| Layer::new(outward, way)).ok_or(FibreError::NoDepth { cell })
+        ways.find_map(|way| Layer::new(outward, way)).ok_or_else(|| FibreError::Unfit(format!("cell {cell} and its neighbours have all their nodes on one surface of the wall; refine the mesh across the wall")))
     };
     mesh.cells.iter().enumerate().map(layer).collect()
 }

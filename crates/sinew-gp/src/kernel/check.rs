@@ -1,9 +1,9 @@
 //! Checks that every kernel must pass, for those of this crate and of its users.
 
 use super::{Hyperparameter, Kernel, Measure, Orders, Request};
-use crate::domain::Domain;
 use crate::error::{GpError, Result, place};
-use crate::operator::Operator;
+use crate::problem::domain::Domain;
+use crate::problem::operator::Operator;
 use crate::series::Series;
 use nalgebra::DMatrix;
 

@@ -1,8 +1,8 @@
 //! The squared-exponential kernel, in Hermite polynomials.
 
 use super::{Hyperparameter, Kernel, MOST_PAIRS, Measure, Orders, Request};
+use crate::kernel::simd::{exp_of_negative, lane_sum};
 use crate::series::{MOST_VARIABLES, Series};
-use crate::simd::{exp_of_negative, lane_sum};
 use sinew_num::vectorised;
 use std::cell::RefCell;
 
@@ -33,7 +33,7 @@ impl SquaredExponential {
 }
 
 /// Orders of derivatives in x − x′, with one more for gradients.
-const MOST_ORDERS: usize = 2 * crate::operator::MOST_DERIVATIVES + 2;
+const MOST_ORDERS: usize = 2 * crate::problem::operator::MOST_DERIVATIVES + 2;
 
 impl<const D: usize> Kernel<D> for SquaredExponential {
     fn name(&self) -> String {

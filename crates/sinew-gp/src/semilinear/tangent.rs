@@ -2,8 +2,8 @@
 
 use super::{SemiLinear, singular_term};
 use crate::error::Result;
-use crate::field::{Field, field};
-use crate::operator::Operator;
+use crate::problem::field::{Field, field};
+use crate::problem::operator::Operator;
 use crate::series::Series;
 use sinew_num::dot;
 use std::collections::HashMap;

@@ -17,6 +17,7 @@ use crate::topology::{facet_key, facets};
 use crate::{HexMesh, TetMesh, TriangleMesh, min_dihedral_angle};
 use axis::Axis;
 pub use error::ChamberError;
+use error::shown;
 use fit::Fit;
 pub use options::{Size, Trim, WallOptions};
 use outside::Outside;
@@ -101,7 +102,10 @@ impl Chamber<'_> {
         let report = report::of(self, &trees, &fit.base, &outside, &mesh, cells);
         let report = report.ok_or(ChamberError::Empty)?;
         match report.inverted {
-            Some(at) => Err(ChamberError::Inverted { at }),
+            Some(at) => Err(ChamberError::Surfaces(format!(
+                "a cell is inside out at {}: the surfaces turn too sharply there for this size of cells; smooth them, choose other cells, or put the base further down",
+                shown(&at)
+            ))),
             None => Ok(ChamberWall { wall, report }),
         }
     }

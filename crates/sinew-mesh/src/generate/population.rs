@@ -1,13 +1,7 @@
 //! Populations of shapes: bodies that differ by a few numbers, drawn independently.
 
-mod beam;
-mod modes;
-mod ring;
 mod ventricle;
 
-pub use beam::BeamShape;
-pub use modes::ShapeModes;
-pub use ring::RingShape;
 pub use ventricle::VentricleShape;
 
 /// Errors of shapes.
@@ -27,11 +21,6 @@ pub enum ShapeError {
     /// A cell without volume \[length³\], or inverted.
     #[error("cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers")]
     Folded { cell: usize, volume: f64 },
-    /// Too few shapes for modes.
-    #[error(
-        "modes need two shapes of the same nodes or more, of which some differ; {found} were given"
-    )]
-    Modes { found: usize },
 }
 
 fn within(what: &'static str, value: f64, [least, most]: [f64; 2]) -> Result<(), ShapeError> {

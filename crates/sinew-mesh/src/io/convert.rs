@@ -18,6 +18,7 @@ pub(crate) fn to_mesh<const N: usize>(
     mut grid: UnstructuredGrid,
 ) -> Result<(Mesh<N>, ReadReport), Fault> {
     let cells_at = grid.cells_at;
+    grid.rename_equal_cells();
     check_grid(&grid)?;
     let (coincident_nodes, merged_nodes) = grid.coincident();
     let sorted = sort_cells::<N>(&grid).map_err(|problem| (cells_at, problem))?;
@@ -37,6 +38,7 @@ pub(crate) fn to_mesh<const N: usize>(
         dropped_cells: sorted.lower.len(),
         coincident_nodes,
         merged_nodes,
+        left_out: std::mem::take(&mut grid.left_out),
         ..ReadReport::default()
     };
     for (name, facets) in named_facets(&grid, &sorted, &matched) {
@@ -156,7 +158,7 @@ fn refused_cell<const N: usize>(cell: usize, kind: u8) -> Problem {
             "read the file with `read_mesh` as a mesh of quadratic cells, or export it with linear \
              (first-order) elements"
         }
-        21..=29 => "export the mesh with linear (first-order) elements",
+        21..=29 | 68..=72 => "export the mesh with linear (first-order) elements",
         12 if N != 8 => {
             "read a file of hexahedra with `read_mesh` as a HexMesh, or split such cells into \
              simplices, for example with VTK's \"Triangulate\""

@@ -3,7 +3,7 @@
 
 use super::cursor::{Cursor, Encoding, Endian, Fault};
 use super::gmsh_model::{Gmsh, Version};
-use super::grid::UnstructuredGrid;
+use super::grid::{UnstructuredGrid, cell_type};
 use super::number::NumberType;
 use crate::{Field, FieldValues, Problem};
 use std::collections::{BTreeMap, HashMap};
@@ -52,11 +52,13 @@ impl Gmsh<'_> {
         match (bare, self.version) {
             (b"MeshFormat", _) => self.format()?,
             (b"PhysicalNames", _) => self.physical_names()?,
-            (b"Nodes", Version::Two) => super::gmsh2::nodes(self)?,
+            (b"Nodes", Version::Two) => super::gmsh2::nodes(self, false)?,
+            (b"ParametricNodes", Version::Two) => super::gmsh2::nodes(self, true)?,
             (b"Nodes", _) => super::gmsh4::nodes(self)?,
             (b"Elements", Version::Two) => super::gmsh2::elements(self)?,
             (b"Elements", _) => super::gmsh4::elements(self)?,
-            (b"Entities", Version::Four) => super::gmsh4::entities(self)?,
+            (b"Entities", Version::Four) => super::gmsh4::entities(self, false)?,
+            (b"PartitionedEntities", Version::Four) => super::gmsh4::entities(self, true)?,
             (b"NodeData", _) => self.data(true)?,
             (b"ElementData", _) => self.data(false)?,
             _ => {
@@ -161,10 +163,28 @@ impl Gmsh<'_> {
             values[index * components..][..components].copy_from_slice(&row);
             seen[index] = true;
         }
-        let found = seen.iter().filter(|&&row| row).count();
-        if found != total {
+        if !of_nodes {
+            // gmsh writes views of the elements that have a value, which need not be those of the boundary.
+            let dimension = |&kind: &u8| cell_type(kind).1;
+            let top = self.grid.types.iter().map(dimension).max();
+            let kinds = self.grid.types.iter();
+            seen = seen
+                .into_iter()
+                .zip(kinds)
+                .filter(|(_, kind)| Some(dimension(kind)) == top)
+                .map(|(row, _)| row)
+                .collect();
+        }
+        let (found, expected) = (seen.iter().filter(|&&row| row).count(), seen.len());
+        if found == 0 && !of_nodes {
+            self.grid
+                .left_out
+                .push(format!("element data `{}` of the boundary", name.escape_debug()));
+            return Ok(());
+        }
+        if found != expected {
             let what = format!("rows of `{}`", name.escape_debug());
-            return Err(Problem::Count { what, expected: total, found });
+            return Err(Problem::Count { what, expected, found });
         }
         let field = Field { components, values: FieldValues::Float(values) };
         let fields =

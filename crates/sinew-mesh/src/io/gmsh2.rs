@@ -7,8 +7,9 @@ use super::number::NumberType::{F64, I32};
 use crate::Problem;
 use std::collections::HashMap;
 
-/// Rows of a tag and three coordinates.
-pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
+/// Rows of a tag and three coordinates; parametric ones with the dimension and the tag of the node's entity, and its one or
+/// two parameters on a curve or surface.
+pub(super) fn nodes(gmsh: &mut Gmsh<'_>, parametric: bool) -> Result<(), Problem> {
     let count: usize = gmsh.cursor.parse("the number of nodes")?;
     gmsh.cursor.line();
     gmsh.grid.points_at = gmsh.cursor.here();
@@ -16,6 +17,11 @@ pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
         let tag = gmsh.cursor.integer(I32, "the tag of a node")?;
         let point = gmsh.cursor.reals(F64, 3, "coordinates")?;
         gmsh.node(tag, [point[0], point[1], point[2]])?;
+        if parametric {
+            let entity = gmsh.cursor.integers(I32, 2, "dimension and tag of an entity")?;
+            let parameters = if let dimension @ 1..=2 = entity[0] { dimension as usize } else { 0 };
+            gmsh.cursor.reals(F64, parameters, "parameters of a node")?;
+        }
     }
     Ok(())
 }

@@ -9,8 +9,14 @@ use crate::Problem;
 /// the entity joins them all, so this bounds memory by a multiple of the file's size.
 const MOST_GROUPS: usize = 64;
 
-/// The points, curves, surfaces and volumes of the model with their physical groups.
-pub(super) fn entities(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
+/// The points, curves, surfaces and volumes of the model with their physical groups; of a mesh in partitions those of each
+/// part.
+pub(super) fn entities(gmsh: &mut Gmsh<'_>, partitioned: bool) -> Result<(), Problem> {
+    if partitioned {
+        gmsh.cursor.count(U64, "the number of partitions")?;
+        let ghosts = gmsh.cursor.count(U64, "the number of ghost entities")?;
+        gmsh.cursor.integers(I32, ghosts.saturating_mul(2), "ghost entities")?;
+    }
     let mut counts = [0; 4];
     for count in &mut counts {
         *count = gmsh.cursor.count(U64, "the number of entities")?;
@@ -18,6 +24,11 @@ pub(super) fn entities(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
     for (dimension, count) in counts.into_iter().enumerate() {
         for _ in 0..count {
             let tag = gmsh.cursor.integer(I32, "the tag of an entity")?;
+            if partitioned {
+                gmsh.cursor.integers(I32, 2, "the entity that was divided")?;
+                let parts = gmsh.cursor.count(U64, "the number of partitions")?;
+                gmsh.cursor.integers(I32, parts, "tags of partitions")?;
+            }
             // A point's position, or the corners of a bounding box.
             let numbers = if dimension == 0 { 3 } else { 6 };
             gmsh.cursor.reals(F64, numbers, "the extent of an entity")?;

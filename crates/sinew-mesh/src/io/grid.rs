@@ -23,6 +23,8 @@ pub(crate) struct UnstructuredGrid {
     pub node_sets: BTreeMap<String, Vec<usize>>,
     /// Named sets of facets: cells, each with our number of its facet.
     pub sides: BTreeMap<String, Vec<(usize, usize)>>,
+    /// What the reader left out, a phrase each.
+    pub left_out: Vec<String>,
     /// Whether nodes at one place become one.
     pub merge: bool,
     /// Place of the points, for errors.
@@ -43,6 +45,7 @@ impl Default for UnstructuredGrid {
             groups: BTreeMap::new(),
             node_sets: BTreeMap::new(),
             sides: BTreeMap::new(),
+            left_out: Vec::new(),
             merge: false,
             points_at: Place::default(),
             cells_at: Place::default(),
@@ -83,6 +86,30 @@ impl UnstructuredGrid {
         (0, count)
     }
 
+    /// Gives Lagrange cells of first and second order, voxels and pixels the types whose nodes these have.
+    pub(super) fn rename_equal_cells(&mut self) {
+        for (index, kind) in self.types.iter_mut().enumerate() {
+            let nodes = &mut self.connectivity[self.offsets[index]..self.offsets[index + 1]];
+            *kind = match (*kind, nodes.len()) {
+                (68, 2) => 3,
+                (68, 3) => 21,
+                (69, 3) => 5,
+                (69, 6) => 22,
+                (70, 4) => 9,
+                (70, 9) => 28,
+                (71, 4) => 10,
+                (71, 10) => 24,
+                (72, 8) => 12,
+                (8, 4) | (11, 8) => {
+                    // Their nodes run along the first axis, then the second.
+                    nodes.chunks_exact_mut(4).for_each(|layer| layer.swap(2, 3));
+                    *kind + 1
+                }
+                (other, _) => other,
+            };
+        }
+    }
+
     /// Adds a cell.
     pub(super) fn push(&mut self, vtk_type: u8, nodes: &[i64]) {
         self.types.push(vtk_type);
@@ -98,7 +125,7 @@ pub(crate) mod vtk_type {
 }
 
 /// VTK's numbers of cell types (VTK User's Guide, "VTK File Formats"): name, dimension, and nodes where their number is fixed.
-const CELL_TYPES: [(u8, &str, i64, Option<usize>); 24] = [
+const CELL_TYPES: [(u8, &str, i64, Option<usize>); 29] = [
     (1, "vertex", 0, Some(1)),
     (2, "poly-vertex", 0, None),
     (3, "line", 1, Some(2)),
@@ -123,6 +150,11 @@ const CELL_TYPES: [(u8, &str, i64, Option<usize>); 24] = [
     (28, "biquadratic quadrilateral", 2, Some(9)),
     (29, "triquadratic hexahedron", 3, Some(27)),
     (42, "polyhedron", 3, None),
+    (68, "Lagrange curve", 1, None),
+    (69, "Lagrange triangle", 2, None),
+    (70, "Lagrange quadrilateral", 2, None),
+    (71, "Lagrange tetrahedron", 3, None),
+    (72, "Lagrange hexahedron", 3, None),
 ];
 
 /// Name of a VTK cell type, its dimension, and its number of nodes where that is fixed.

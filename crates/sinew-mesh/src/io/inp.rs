@@ -50,13 +50,16 @@ pub(super) struct Model {
     pub kinds: Vec<Kind>,
     /// The instance of the part, in files with an assembly.
     pub instance: Option<Name>,
+    /// Whether the assembly has nodes or elements of its own, which are left out.
+    pub assembly_has_own: bool,
 }
 
 fn read(blocks: &[Block<'_>], bytes: usize) -> Result<UnstructuredGrid, Wrong> {
     let scoped = scopes(blocks)?;
     let (nodes, elements) = (Sets::new(bytes), Sets::new(bytes));
     let grid = UnstructuredGrid::default();
-    let mut model = Model { grid, nodes, elements, kinds: Vec::new(), instance: None };
+    let mut model =
+        Model { grid, nodes, elements, kinds: Vec::new(), instance: None, assembly_has_own: false };
     // Keywords may come in any order, but sets only name what stands further up.
     let each =
         |keyword: &'static str| scoped.iter().filter(move |(_, block)| block.keyword == keyword);
@@ -100,8 +103,9 @@ fn scopes<'b, 'a>(blocks: &'b [Block<'a>]) -> Result<Vec<(Scope, &'b Block<'a>)>
     for block in blocks {
         match block.keyword.as_str() {
             "PART" => (parts, in_part) = (parts + 1, true),
-            "END PART" => in_part = false,
-            "INSTANCE" => instances += 1,
+            "END PART" | "END INSTANCE" => in_part = false,
+            // A mesh may stand in the instance in place of the part.
+            "INSTANCE" => (instances, in_part) = (instances + 1, true),
             unread if UNREAD.contains(&unread) => {
                 return Err((
                     block.at,
@@ -144,10 +148,9 @@ impl Model {
                 advice,
             }));
         }
-        if scope == Scope::Assembly && !block.lines.is_empty() {
-            let value = "*NODE outside of a part".into();
-            let advice = "leave out the assembly's own nodes, such as reference points";
-            return Err(head(Problem::Unsupported { what: "the block", value, advice }));
+        if scope == Scope::Assembly {
+            // Reference points.
+            return self.leave_out(block, "NSET", "node");
         }
         let first = self.grid.points.len();
         for &(at, line) in &block.lines {
@@ -155,6 +158,18 @@ impl Model {
         }
         let added = first..self.grid.points.len();
         block.name("NSET").map_or(Ok(()), |name| self.nodes.add(scope, &name, added)).map_err(head)
+    }
+
+    /// Leaves out nodes or elements of the assembly itself; the set of them that their keyword makes is empty.
+    fn leave_out(&mut self, block: &Block<'_>, set: &str, what: &str) -> Result<(), Wrong> {
+        let (count, s) = (block.lines.len(), if block.lines.len() == 1 { "" } else { "s" });
+        if count > 0 {
+            self.grid.left_out.push(format!("{count} {what}{s} of the assembly"));
+            self.assembly_has_own = true;
+        }
+        let sets = if set == "NSET" { &mut self.nodes } else { &mut self.elements };
+        let added = block.name(set).map_or(Ok(()), |name| sets.add(Scope::Assembly, &name, []));
+        added.map_err(|problem| (block.at, problem))
     }
 
     /// A node's number and its coordinates; those that are left out are zero.
@@ -180,6 +195,9 @@ impl Model {
         block.allow(&["TYPE", "ELSET"]).map_err(head)?;
         let name = block.name("TYPE").ok_or(Problem::Missing { expected: "TYPE=… of *ELEMENT" });
         let name = name.map_err(head)?.shown;
+        if scope == Scope::Assembly {
+            return self.leave_out(block, "ELSET", "element");
+        }
         let kind = kind(&name).map_err(head)?;
         let first = self.grid.types.len();
         let mut record = Vec::new();
@@ -290,6 +308,8 @@ impl Model {
             return self.nodes.add(scope, &name, nodes.collect::<BTreeSet<_>>()).map_err(head);
         }
         let sets = if of_nodes { &mut self.nodes } else { &mut self.elements };
-        sets.add_lines((scope, &name), block, self.instance.as_ref())
+        let of_assembly = scope == Scope::Assembly && block.name("INSTANCE").is_none();
+        let numbers = !(of_assembly && self.assembly_has_own);
+        sets.add_lines((scope, &name), block, self.instance.as_ref(), numbers)
     }
 }

@@ -19,6 +19,12 @@ const PLANES: [&str; 5] = ["CPS", "CPE", "CPEG", "DC2D", "AC2D"];
 const SHELLS: [&str; 6] = ["S", "M3D", "SFM3D", "R3D", "DS", "STRI"];
 const LINES: [&str; 5] = ["T3D", "B", "R2D", "T2D", "CONN3D"];
 
+/// Elements without a shape, as points and lines.
+const OTHERS: [(&[&str], u8, usize); 2] = [
+    (&["MASS", "ROTARYI", "HEATCAP", "SPRING1", "DASHPOT1", "DCOUP3D"], 1, 1),
+    (&["SPRINGA", "SPRING2", "DASHPOTA", "DASHPOT2", "GAPUNI", "ITSUNI"], 3, 2),
+];
+
 /// Meaning of a type's name, such as `C3D10H`: family, number of nodes, letters of the variant.
 pub(super) fn kind(name: &str) -> Result<Kind, Problem> {
     let unknown = || Problem::Unsupported {
@@ -27,6 +33,11 @@ pub(super) fn kind(name: &str) -> Result<Kind, Problem> {
         advice: "use C3D4, C3D10 or C3D8 (with any letters behind), or S3, M3D3 and CPS3 for surfaces and plane bodies",
     };
     let upper = name.to_uppercase();
+    // Masses, springs and connectors are no cells.
+    if let Some((.., vtk_type, nodes)) = OTHERS.iter().find(|(names, ..)| names.contains(&&*upper))
+    {
+        return Ok(Kind { vtk_type: *vtk_type, nodes: *nodes, plane: false });
+    }
     // STRI65 has six nodes with five degrees of freedom each.
     let upper = upper.strip_suffix("65").map_or(upper.clone(), |start| format!("{start}6"));
     let known = [(&SOLIDS[..], 3), (&PLANES[..], 2), (&SHELLS[..], 1), (&LINES[..], 0)];

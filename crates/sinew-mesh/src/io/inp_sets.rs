@@ -51,20 +51,28 @@ impl Sets {
         Ok(())
     }
 
-    /// Adds the numbers, ranges and sets that the lines of a block list.
+    /// Adds the numbers, ranges and sets that the lines of a block list; without `numbers` they are of the assembly's own nodes or
+    /// elements, which are left out.
     pub(super) fn add_lines(
         &mut self,
         (scope, name): (Scope, &Name),
         block: &Block<'_>,
         instance: Option<&Name>,
+        numbers: bool,
     ) -> Result<(), (usize, Problem)> {
         for &(at, line) in &block.lines {
             let here = |problem| (at, problem);
             if block.option("GENERATE").is_some() {
+                if !numbers {
+                    continue;
+                }
                 let range = self.range(line).map_err(here)?;
                 self.add(scope, name, range).map_err(here)?;
             } else {
                 for word in fields(line).filter(|word| !word.is_empty()) {
+                    if !numbers && integer(word, "").is_ok() {
+                        continue;
+                    }
                     let members = self.find(word, instance).map_err(here)?.to_vec();
                     self.add(scope, name, members).map_err(here)?;
                 }

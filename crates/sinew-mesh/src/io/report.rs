@@ -22,6 +22,8 @@ pub struct ReadReport {
     pub coincident_nodes: usize,
     /// Such nodes that became one with the other; see [`read_merged`](crate::read_merged).
     pub merged_nodes: usize,
+    /// Arrays and elements of the file that are nothing of a mesh, such as arrays of text.
+    pub left_out: Vec<String>,
 }
 
 impl ReadReport {
@@ -57,7 +59,8 @@ impl ReadReport {
             (self.repaired_cells, "cell", "of negative volume renumbered"),
         ];
         let some = counts.into_iter().filter(|(count, ..)| *count > 0);
-        some.map(|(count, what, how)| format!("{} {how}", counted(count, what))).collect()
+        let counted = some.map(|(count, what, how)| format!("{} {how}", counted(count, what)));
+        counted.chain(self.left_out.iter().map(|what| format!("{what} left out"))).collect()
     }
 }
 

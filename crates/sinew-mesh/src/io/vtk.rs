@@ -227,15 +227,11 @@ impl Reader<'_> {
     ) -> Result<(), Problem> {
         let name = decoded(self.cursor.text("the name of the attribute")?);
         let mut components = components;
-        let mut kind = None;
-        match keyword {
-            b"COLOR_SCALARS" => components = self.cursor.parse("the number of components")?,
-            b"TEXTURE_COORDINATES" => {
-                components = self.cursor.parse("the number of components")?;
-                kind = Some(self.number_type()?);
-            }
-            _ => kind = Some(self.number_type()?),
+        if matches!(keyword, b"COLOR_SCALARS" | b"TEXTURE_COORDINATES") {
+            components = self.cursor.parse("the number of components")?;
         }
+        let kind =
+            if keyword == b"COLOR_SCALARS" { Values::Colours } else { self.type_of_values()? };
         let on_line = self.cursor.line().unwrap_or_default();
         if keyword == b"SCALARS" {
             if !on_line.is_empty() {
@@ -259,15 +255,18 @@ impl Reader<'_> {
         &mut self,
         name: String,
         components: usize,
-        kind: Option<NumberType>,
+        kind: Values,
         owner: Owner,
     ) -> Result<(), Problem> {
         let (Owner::Points(rows) | Owner::Cells(rows)) = owner;
         let count = rows.saturating_mul(components);
-        let stored = kind.unwrap_or(self.kind_of_colours());
-        let values = match (kind, self.cursor.numbers(stored, count, "values of a field")?) {
-            (None, FieldValues::Float(shares)) => characters(&shares)?,
-            (_, values) => values,
+        let values = match self.values(kind, count)? {
+            None => {
+                self.grid.left_out.push(format!("array `{}` of text or bits", name.escape_debug()));
+                return Ok(());
+            }
+            Some(FieldValues::Float(shares)) if kind == Values::Colours => characters(&shares)?,
+            Some(values) => values,
         };
         let fields: &mut BTreeMap<_, _> = match owner {
             Owner::Points(_) => &mut self.grid.point_fields,
@@ -291,11 +290,10 @@ impl Reader<'_> {
             let name = decoded(name);
             let components = self.cursor.parse("the number of components")?;
             let rows: usize = self.cursor.parse("the number of rows")?;
-            let kind = self.number_type()?;
+            let kind = self.type_of_values()?;
             self.end_of_header();
             let Some(owner) = self.attributes_of else {
-                let count = rows.saturating_mul(components);
-                self.cursor.numbers(kind, count, "values of an array")?;
+                self.values(kind, rows.saturating_mul(components))?;
                 continue;
             };
             let (Owner::Points(expected) | Owner::Cells(expected)) = owner;
@@ -303,7 +301,7 @@ impl Reader<'_> {
                 let what = format!("rows of array `{}`", name.escape_debug());
                 return Err(Problem::Count { what, expected, found: rows });
             }
-            self.array(name, components, Some(kind), owner)?;
+            self.array(name, components, kind, owner)?;
         }
         Ok(())
     }
@@ -324,10 +322,54 @@ impl Reader<'_> {
         }
     }
 
+    /// Values of an array; none of text and bits, which are passed over.
+    fn values(&mut self, kind: Values, count: usize) -> Result<Option<FieldValues>, Problem> {
+        const WHAT: &str = "values of a field";
+        let binary = self.cursor.encoding != Encoding::Text;
+        match kind {
+            Values::Numbers(kind) => return self.cursor.numbers(kind, count, WHAT).map(Some),
+            Values::Colours => {
+                return self.cursor.numbers(self.kind_of_colours(), count, WHAT).map(Some);
+            }
+            Values::Bits if binary => drop(self.cursor.take(count.div_ceil(8), WHAT)?),
+            Values::Bits => drop(self.cursor.numbers(NumberType::U8, count, WHAT)?),
+            Values::Text if binary => {
+                for _ in 0..count {
+                    // The first two bits say how many bytes the length takes: 8, 4, 2 or 1.
+                    let first = self.cursor.take(1, WHAT)?[0];
+                    let more = self.cursor.take((8 >> (first >> 6)) - 1, WHAT)?;
+                    let start = usize::from(first & 0x3f);
+                    let length = more.iter().fold(start, |length, &byte| {
+                        length.saturating_mul(256).saturating_add(byte.into())
+                    });
+                    self.cursor.take(length, WHAT)?;
+                }
+            }
+            Values::Text => {
+                for _ in 0..count {
+                    self.cursor.line().ok_or(Problem::Missing { expected: WHAT })?;
+                }
+            }
+        }
+        Ok(None)
+    }
+
     /// METADATA describes the array before it and ends with an empty line.
     fn metadata(&mut self) {
         self.end_of_header();
         while self.cursor.line().is_some_and(|line| !line.is_empty()) {}
+    }
+
+    fn type_of_values(&mut self) -> Result<Values, Problem> {
+        let before = self.cursor.position();
+        Ok(match self.cursor.word().unwrap_or_default().to_ascii_lowercase().as_slice() {
+            b"string" | b"utf8_string" => Values::Text,
+            b"bit" => Values::Bits,
+            _ => {
+                self.cursor.rewind(before);
+                Values::Numbers(self.number_type()?)
+            }
+        })
     }
 
     fn number_type(&mut self) -> Result<NumberType, Problem> {
@@ -358,6 +400,15 @@ impl Reader<'_> {
     fn end_of_header(&mut self) {
         self.cursor.line();
     }
+}
+
+/// Values of an array in the file; no field of a mesh is of text or bits.
+#[derive(Clone, Copy, PartialEq)]
+enum Values {
+    Numbers(NumberType),
+    Colours,
+    Text,
+    Bits,
 }
 
 /// Unsigned characters, whose shares of 255 stand in text.

@@ -266,6 +266,11 @@ impl<'a> Parser<'a> {
             (Section::Cells(_), _) => return Ok(()),
             _ => Some(all),
         };
+        if header.kind.is_none() && matches!(self.section, Section::PointData | Section::CellData) {
+            let [name, kind] = [&header.name, &header.kind_name].map(|text| text.escape_debug());
+            self.grid.left_out.push(format!("array `{name}` of type {kind}"));
+            return Ok(());
+        }
         let values = self.values(&header, rows, text)?;
         let Header { name, components, .. } = header;
         let field = Field { components, values };

@@ -267,7 +267,8 @@ fn what_cannot_be_read_says_where_and_what_to_do() {
         "*PART, NAME=a\n*END PART\n*PART, NAME=b\n*END PART\n",
         &["line 3", "second", "*PART", "flat file"],
     );
-    assert_refused("*ASSEMBLY\n*NODE\n1, 0, 0, 0\n", &["reference points"]);
+    // Nodes of the assembly are none of the mesh.
+    assert_refused("*ASSEMBLY\n*NODE\n1, 0, 0, 0\n", &["*NODE with its nodes"]);
     assert_refused("*HEADING\n", &["*NODE"]);
     assert_refused("** nothing\n1, 2\n", &["line 2", "a keyword such as *NODE"]);
     assert_refused("*NODE\n1, 0, 0, 0\n", &["no tetrahedra"]);

@@ -152,11 +152,10 @@ fn surfaces_without_a_wall_are_refused_with_advice() {
     let mut far = surfaces.clone();
     far[1].points.iter_mut().for_each(|x| x[0] += 500.0);
     let error = told(chamber(&far), WallOptions { trim: Trim::Fraction(0.7), ..nodes(1500) });
-    assert!(matches!(error, ChamberError::NoOutside { .. }));
-    assert!(matches!(
-        told(chamber(&far), nodes(1500)),
-        ChamberError::Apart { count, of, .. } if count == of
-    ));
+    assert!(error.to_string().contains("have no outer surface along their normal"), "{error}");
+    let apart = told(chamber(&far), nodes(1500)).to_string();
+    let counts = apart.split_once(" points of the endocardium lie outside").expect("counts").0;
+    assert!(counts.split_once(" of ").is_some_and(|(count, of)| count == of), "{apart}");
     let empty = TriangleMesh::default();
     assert_eq!(
         told(Chamber { endocardium: &empty, ..chamber(&surfaces) }, nodes(1500)),
@@ -169,12 +168,15 @@ fn surfaces_without_a_wall_are_refused_with_advice() {
         WallOptions { layers: Some(0), ..nodes(1500) },
         WallOptions { layers: Some(90), ..nodes(100) },
     ] {
-        assert!(matches!(told(chamber(&surfaces), options), ChamberError::Size { .. }));
+        let size = told(chamber(&surfaces), options).to_string();
+        assert!(size.ends_with(
+            "give 60 to 3000000 nodes, or a positive length of edges, and at least one layer"
+        ));
     }
     let nowhere = Trim::Plane { point: [0.0; 3], normal: [0.0; 3] };
     for trim in [Trim::Fraction(-1.0), Trim::Fraction(f64::NAN), nowhere] {
         let error = told(chamber(&surfaces), WallOptions { trim, ..nodes(1500) });
-        assert!(matches!(error, ChamberError::Trim { .. }));
+        assert!(error.to_string().ends_with("or a point and a normal of finite length"), "{error}");
     }
     // A hole in the side, and a fold into the cavity.
     let mut hole = surfaces.clone();
@@ -184,10 +186,8 @@ fn surfaces_without_a_wall_are_refused_with_advice() {
     let points = hole[0].points.clone();
     hole[0].cells.retain(|cell| keep(cell, &points));
     let trim = Trim::Plane { point: [0.0, 0.0, 10.0], normal: [0.0, 0.0, 1.0] };
-    assert!(matches!(
-        told(chamber(&hole), WallOptions { trim, ..nodes(1500) }),
-        ChamberError::Hole { .. }
-    ));
+    let hole = told(chamber(&hole), WallOptions { trim, ..nodes(1500) }).to_string();
+    assert!(hole.starts_with("the endocardium has a hole below the base"), "{hole}");
     let mut folded = surfaces.clone();
     folded[0].points.iter_mut().filter(|x| x[0] > 20.0 && (x[2] + 20.0).abs() < 6.0).for_each(
         |x| {
@@ -195,7 +195,11 @@ fn surfaces_without_a_wall_are_refused_with_advice() {
             x[2] += 14.0;
         },
     );
-    assert!(matches!(told(chamber(&folded), nodes(1500)), ChamberError::Folded { .. }));
+    let folded = told(chamber(&folded), nodes(1500)).to_string();
+    assert!(
+        folded.starts_with("seen from its axis the endocardium lies behind itself at"),
+        "{folded}"
+    );
 }
 
 #[test]
@@ -210,26 +214,33 @@ fn mistaken_surfaces_are_told_from_each_other() {
     for (factor, size, unit) in [(0.1, 10.0, "cm"), (0.001, 1000.0, "m"), (10.0, 10.0, "mm")] {
         let mut scaled = endo.clone();
         scaled.points.as_flattened_mut().iter_mut().for_each(|x| *x *= factor);
-        let ChamberError::Units { ratio, units, .. } = told(&scaled, epi) else { panic!() };
-        assert_eq!((ratio, units[0]), (size, unit));
+        let text = told(&scaled, epi).to_string();
+        let expected =
+            format!("a factor near {size} too far apart: the endocardium seems to be in {unit},");
+        assert!(text.contains(&expected), "{text}");
     }
-    assert!(matches!(told(epi, endo), ChamberError::Swapped { .. }));
-    assert!(matches!(told(endo, endo), ChamberError::Same { .. }));
+    assert!(told(epi, endo).to_string().contains("lies inside of the endocardium"));
+    assert!(told(endo, endo).to_string().contains("are the same surface"));
     let mut shifted = endo.clone();
     shifted.points.iter_mut().for_each(|x| x[0] += 25.0);
-    let ChamberError::Apart { count, of, shift } = told(&shifted, epi) else { panic!() };
+    let text = told(&shifted, epi).to_string();
+    let (counts, rest) = text.split_once(" points of the endocardium lie outside").expect("counts");
+    let [count, of] =
+        [0, 1].map(|k| counts.split(" of ").nth(k).unwrap().parse::<usize>().unwrap());
+    let shift =
+        rest.split_once("the middles of the two are ").and_then(|s| s.1.split_once(" apart"));
+    let shift: f64 = shift.expect("a distance").0.parse().unwrap();
     // The middles of the boxes are 4.5 apart along z before.
-    assert!(count < of && (shift - 25f64.hypot(4.5)).abs() < 0.1, "{count} of {of}, {shift}");
+    assert!(count < of && (shift - 25f64.hypot(4.5)).abs() < 0.1, "{text}");
     let island = [[300.0, 0.0, 0.0], [301.0, 0.0, 0.0], [300.0, 1.0, 0.0]];
     let mut islands = endo.clone();
     let first = islands.points.len();
     islands.points.extend(island);
     islands.point_fields.clear();
     islands.cells.push([first, first + 1, first + 2]);
-    let ChamberError::Pieces { surface, pieces, triangles, point } = told(&islands, epi) else {
-        panic!()
-    };
-    assert_eq!((surface, pieces, triangles[1], point[0]), ("endocardium", 2, 1, 300.0));
+    let text = told(&islands, epi).to_string();
+    assert!(text.starts_with("the endocardium has 2 pieces without a common point"), "{text}");
+    assert!(text.contains(" triangles and the next of 1 at (300.000, "), "{text}");
     // A tenth of the triangles, so that no plane cuts a whole wall.
     let mut holes = endo.clone();
     let mut number = 0;
@@ -237,8 +248,10 @@ fn mistaken_surfaces_are_told_from_each_other() {
         number += 1;
         number % 10 != 0
     });
-    let ChamberError::Rims { surface, rims, edges, .. } = told(&holes, epi) else { panic!() };
-    assert!(surface == "endocardium" && rims > 10 && edges[0] > edges[1], "{rims} {edges:?}");
+    let text = told(&holes, epi).to_string();
+    let numbers: Vec<usize> = text.split([' ', ',']).filter_map(|word| word.parse().ok()).collect();
+    assert!(text.starts_with("the endocardium has ") && text.contains(" rims, the longest of "));
+    assert!(numbers[0] > 10 && numbers[1] > numbers[2], "{text}");
 }
 
 #[test]

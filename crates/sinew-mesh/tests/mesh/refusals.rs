@@ -115,7 +115,7 @@ fn bad_numbers_are_placed() {
         &good.replace("POINT_DATA 5", "POINT_DATA 6"),
         &["rows of POINT_DATA", "expected 5"],
     );
-    assert_refused(&good.replace("double", "bit"), &["`bit`", "double"]);
+    assert_refused(&good.replace("5 int", "5 bit"), &["`bit`", "double"]);
     assert_refused(&good.replace("VECTORS", "VEKTORS"), &["keyword", "VEKTORS", "line 12"]);
     assert_refused(&good.replace("ASCII", "ASCI"), &["line 3", "ASCII or BINARY"]);
     assert_refused(

@@ -1,10 +1,11 @@
 //! Bodies with wide ranges, limit points and buckling, for which no estimate was tuned.
 
+use crate::shapes::BeamShape;
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew::{Body, Case};
-use sinew_mesh::{BeamShape, VentricleShape};
+use sinew_mesh::VentricleShape;
 use std::path::Path;
 
 /// Case file of a body by its name.

@@ -1,13 +1,14 @@
 //! The populations: how their bodies are drawn.
 
 use crate::organs::newcomers::{heart, surface};
+use crate::shapes::{BeamShape, RingShape};
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew::case::FibreRule;
 use sinew::{Body, Case, Parameter};
 use sinew_emulate::Design;
-use sinew_mesh::{AnyMesh, BeamShape, Field, RingShape, ShapeError, VentricleShape};
+use sinew_mesh::{AnyMesh, Field, VentricleShape};
 use std::path::Path;
 
 /// A population of bodies.
@@ -149,7 +150,7 @@ impl Stage {
         Ok(hearts)
     }
 
-    fn mesh(&self, numbers: &[f64]) -> Result<AnyMesh, ShapeError> {
+    fn mesh(&self, numbers: &[f64]) -> Result<AnyMesh> {
         Ok(match self.kind {
             Kind::Rings => {
                 let [around, across, _] = self.cells;

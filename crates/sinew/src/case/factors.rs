@@ -17,6 +17,8 @@ pub struct Factors {
     pub field: Option<String>,
     /// Instead, a set of nodes.
     pub nodes: Option<String>,
+    /// Instead, a set of cells, or a label such as `region:3`.
+    pub cells: Option<String>,
     /// The factor there; it is 1 elsewhere.
     pub factor: Option<f64>,
 }
@@ -51,13 +53,27 @@ impl Active {
 impl Factors {
     /// Checks that the factors name either a field or a set, and that the mesh has it.
     fn prepare(&self, key: &str, mesh: &mut AnyMesh, source: &Source) -> Result<(), CaseError> {
-        match (&self.field, &self.nodes, self.factor) {
-            (Some(_), None, None) => Ok(()),
-            (None, Some(nodes), Some(_)) => {
-                add_node_set(mesh, nodes).map_err(|reason| source.error(&[key, "nodes"], reason))
+        match (&self.field, &self.nodes, &self.cells, self.factor) {
+            (Some(_), None, None, None) => Ok(()),
+            (None, Some(nodes), None, Some(_)) => {
+                let hint = match mesh.cells_of(nodes) {
+                    Some(_) => {
+                        format!("; `{nodes}` is a set of cells: write {key} = {{ cells = … }}")
+                    }
+                    None => String::new(),
+                };
+                add_node_set(mesh, nodes)
+                    .map_err(|reason| source.error(&[key, "nodes"], reason + &hint))
+            }
+            (None, None, Some(name), Some(_)) if mesh.cells_of(name).is_some() => Ok(()),
+            (None, None, Some(name), Some(_)) => {
+                let known = mesh.names_of_cells();
+                let advice = advise(name, known.iter().map(String::as_str), "sets of cells");
+                let reason = format!("the mesh has no set of cells `{name}`{advice}");
+                Err(source.error(&[key, "cells"], reason))
             }
             _ => {
-                let reason = "give the `field` of the mesh with the factors, or `nodes` of a set and their `factor`";
+                let reason = "give the `field` of the mesh with the factors, or `nodes` or `cells` of a set and their `factor`";
                 Err(source.error(&[key], reason.into()))
             }
         }
@@ -80,6 +96,11 @@ impl Factors {
             if !fits(factor) {
                 let reason = format!("{factor} is not a factor; give a finite number {required}");
                 return Err(source.error(&[key, "factor"], reason));
+            }
+            if let Some(cells) = self.cells.as_ref().and_then(|name| mesh.cells_of(name)) {
+                let mut of_cells = vec![1.0; mesh.cell_count()];
+                cells.into_iter().for_each(|cell| of_cells[cell] = factor);
+                return Ok(of_cells);
             }
             let mut of_nodes = vec![1.0; body.nodes];
             let set = self.nodes.as_ref().and_then(|nodes| mesh.node_sets().get(nodes));
@@ -189,7 +210,7 @@ impl<'de> Deserialize<'de> for Active {
             type Value = Active;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str(
-                    "true, false, or a table { field = \"…\" } or { nodes = \"…\", factor = … }",
+                    "true, false, or a table { field = \"…\" }, { nodes = \"…\", factor = … } or { cells = \"…\", factor = … }",
                 )
             }
             fn visit_bool<E>(self, contracts: bool) -> Result<Active, E> {

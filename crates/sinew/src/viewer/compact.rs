@@ -1,5 +1,6 @@
 //! A regression with the digits that a page needs.
 
+use sinew_emulate::parts::norm;
 use sinew_emulate::{PodRegression, RegressionError};
 use sinew_report::{Model, Packed, PackedRows};
 
@@ -94,10 +95,6 @@ fn sizes(
         most.iter_mut().zip(&coefficients).for_each(|(most, c)| *most = most.max(c.abs() / size));
     }
     Ok((most, least))
-}
-
-fn norm(values: &[f64]) -> f64 {
-    values.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ pub(super) const PREDICTIONS: usize = 500;
 
 /// Why there is no page.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ViewerError {
     /// The emulator cannot be asked, or has no error that it was measured by.
     #[error(transparent)]
@@ -28,10 +29,5 @@ pub enum ViewerError {
          them, more than a third of the emulator's own error of {own:.1e}; export one of the recipe regression, or train over \
          smaller ranges"
     )]
-    Distilled {
-        /// Mean relative distance of the regression from the predictions.
-        added: f64,
-        /// Mean relative error of the emulator on its held-out cases.
-        own: f64,
-    },
+    Distilled { added: f64, own: f64 },
 }

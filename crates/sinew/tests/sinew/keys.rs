@@ -112,18 +112,25 @@ fn factors_are_read_from_fields_of_cells_and_of_nodes() {
     let mut wrong = of_cells.clone();
     wrong[7] = 0.0;
     mesh.cell_fields.insert("wrong".into(), sinew_mesh::Field::scalars(wrong));
+    let labels: Vec<i64> = (0..mesh.cells.len()).map(|cell| (cell % 3) as i64).collect();
+    let scar: Vec<usize> = (0..mesh.cells.len()).filter(|&cell| labels[cell] == 2).collect();
+    let tenfold = labels.iter().map(|&label| if label == 2 { 10.0 } else { 1.0 });
+    mesh.cell_fields.insert("tenfold".into(), sinew_mesh::Field::scalars(tenfold.collect()));
+    mesh.cell_sets.insert("scar".into(), scar);
+    mesh.cell_fields.insert("region".into(), sinew_mesh::Field::labels(labels));
     mesh.cell_fields.insert("cellular".into(), sinew_mesh::Field::scalars(of_cells));
     let file = folder.path().join("bar.vtu");
     sinew_mesh::write_vtu(&file, &mesh).unwrap();
-    let text = |field: &str| {
+    let with = |stiffness: &str| {
         MUSCLE
-            .replace("active = true", &format!("stiffness.field = \"{field}\""))
+            .replace("active = true", &format!("stiffness{stiffness}"))
             .replace("T_a = { range = [0.0, 20.0], sampling = \"linear\" }\n", "")
             .replace(
                 "mesh.box = { extent = [20.0, 4.0, 4.0], cells = [8, 2, 2] }",
                 &format!("mesh.file = '{}'", file.display()),
             )
     };
+    let text = |field: &str| with(&format!(".field = \"{field}\""));
     let (nodal, cellular) = (body(&text("nodal")), body(&text("cellular")));
     let theta = nodal.centre();
     let [a, b] = [&nodal, &cellular].map(|b| b.value(&uniform(b, [0.1, 0.0, 0.0]), &theta));
@@ -131,6 +138,17 @@ fn factors_are_read_from_fields_of_cells_and_of_nodes() {
     refusal(&text("wrong"), &["stiffness.field", "0 at cell 7", "above zero"]);
     refusal(&text("celular"), &["stiffness.field", "did you mean `cellular`?"]);
     refusal(&text("node_set:x_min"), &["stiffness.field"]);
+    // A set of cells, a label and a field give the same bits.
+    let of_set = |name: &str| with(&format!(" = {{ cells = \"{name}\", factor = 10.0 }}"));
+    let scars = [text("tenfold"), of_set("scar"), of_set("region:2")].map(|text| {
+        let body = body(&text);
+        body.value(&uniform(&body, [0.1, 0.0, 0.0]), &theta)
+    });
+    assert!(scars[0] > 2.0 * a && scars.iter().all(|scar| *scar == scars[0]), "{scars:?}");
+    refusal(&of_set("scra"), &["stiffness.cells", "did you mean `scar`?"]);
+    refusal(&of_set("region:7"), &["stiffness.cells", "region:0"]);
+    let nodes = with(" = { nodes = \"scar\", factor = 10.0 }");
+    refusal(&nodes, &["stiffness.nodes", "`scar` is a set of cells: write stiffness = { cells"]);
 }
 
 #[test]

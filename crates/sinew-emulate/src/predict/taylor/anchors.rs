@@ -88,7 +88,9 @@ fn farthest(
             best = Some((error, place, near));
         }
     }
-    let (_, place, near) = best.ok_or(Error::Unanswered)?;
+    let (_, place, near) = best.ok_or_else(|| {
+        Error::Refused("no answer was found; solve it from rest (sinew solve)".into())
+    })?;
     Ok((candidates.swap_remove(place), near))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::elements::scene::{distance, node_at, roller, scene};
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean, PlaneStress};
-use sinew_energy::{Load, Magnitude, SceneError, Support};
+use sinew_energy::{Load, Magnitude, Support};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{
     AnyMesh, Mesh, box_hexahedra, box_tetrahedra, cook_membrane, rectangle_triangles,
@@ -77,11 +77,12 @@ fn a_solid_is_not_in_plane_stress() {
         vec![Support::clamped("x_min")],
     );
     let refused = solid.lower().unwrap_err();
-    assert!(matches!(refused, SceneError::PlaneLaw { nodes: 8, .. }), "{refused}");
+    assert!(refused.to_string().contains("made of cells with 8 nodes"), "{refused}");
     // So is a mixed one.
     let mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]).quadratic();
     let solid = scene(PlaneStress(LinearElastic), mesh, vec![], vec![Support::clamped("x_min")]);
-    assert!(matches!(solid.mixed().lower(), Err(SceneError::PlaneLaw { nodes: 10, .. })));
+    let refused = solid.mixed().lower().unwrap_err();
+    assert!(refused.to_string().contains("made of cells with 10 nodes"), "{refused}");
 }
 
 #[test]

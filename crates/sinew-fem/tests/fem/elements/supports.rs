@@ -120,7 +120,7 @@ fn balanced(body: &Body) -> Vec<f64> {
 fn a_turned_balance_is_the_turned_solution() {
     let quadratic = box_tetrahedra([1.5, 1.0, 1.2], [1, 1, 2]).quadratic();
     let scenes = [STRAIGHT, TURN].map(|turn| block(&turn, quadratic.clone(), Some("z_max")));
-    assert!(matches!(scenes[1].lower(), Err(SceneError::LooseRim { .. })));
+    assert!(matches!(scenes[1].lower(), Err(SceneError::LooseRim(_))));
     let [straight, inclined] =
         scenes.each_ref().map(|s| balanced(&s.clone().loose_rims().lower().unwrap()));
     assert!(distance(&turned_field(&TURN, &straight), &inclined) < 1e-8);
@@ -335,7 +335,7 @@ fn a_turned_ventricle_inflates_like_the_upright_one() {
     let upright = solved(&ventricle(&STRAIGHT).lower().unwrap()).displacement;
     let inclined = ventricle(&TURN);
     // The plane of its base is not a coordinate plane, for which alone the potential is known.
-    assert!(matches!(inclined.lower(), Err(SceneError::LooseRim { .. })));
+    assert!(matches!(inclined.lower(), Err(SceneError::LooseRim(_))));
     let inclined = balanced(&inclined.loose_rims().lower().unwrap());
     let error = distance(&turned_field(&TURN, &upright), &inclined);
     assert!(error < 1e-7 * distance(&upright, &vec![0.0; upright.len()]), "{error:e}");
@@ -404,24 +404,30 @@ fn supports_that_hold_too_little_or_contradict_each_other_are_refused() {
     edge.node_sets.insert("edge".into(), vec![node]);
     let supports = [two, vec![moved]].concat();
     let error = scene(NeoHookean, edge, vec![], supports).lower().unwrap_err();
-    let SceneError::Conflict { node: found, name, others, first, second, .. } = error else {
-        panic!("{error}");
-    };
-    assert_eq!((found, name.as_str(), second), (node, "edge", 0.5));
-    assert_eq!(others, ["x_min", "y_min"]);
-    assert!(first.abs() < 1e-12, "{first}");
+    let text = error.to_string();
+    assert!(text.starts_with("the support of `edge` prescribes 0.5 along ("), "{text}");
+    assert!(text.contains("there by those of x_min, y_min; take the node out"), "{text}");
+    let first = text.split_once(&format!("for node {node}, but it is held at "));
+    let first = first.and_then(|(_, rest)| rest.split_once(" there")).expect("a displacement").0;
+    assert!(first.parse::<f64>().unwrap().abs() < 1e-12, "{text}");
 
     for wrong in [[0.0; 3], [f64::NAN, 0.0, 1.0], [f64::INFINITY, 0.0, 0.0]] {
         for support in
             [Support::roller_on_plane("x_min", wrong), Support::radial("x_min", [9.0; 3], wrong)]
         {
             let error = lowered(vec![support]).unwrap_err();
-            assert!(matches!(error, SceneError::SupportDirection { .. }), "{error}");
+            assert!(
+                error.to_string().contains("the support of `x_min` has the direction ("),
+                "{error}"
+            );
         }
     }
     let corner = turned(&TURN, [0.0, 0.5, 0.6]);
     let on_axis = lowered(vec![Support::radial("x_min", corner, normal(2))]).unwrap_err();
-    let SceneError::OnAxis { distance, node, .. } = on_axis else { panic!("{on_axis}") };
+    let text = on_axis.to_string();
+    let words: Vec<&str> = text.split(' ').collect();
+    assert!(text.contains(" of `x_min` is ") && words[0] == "node", "{text}");
+    let (node, distance): (usize, f64) = (words[1].parse().unwrap(), words[5].parse().unwrap());
     assert!(distance < 1e-12);
     let away: [f64; 3] = std::array::from_fn(|i| mesh().points[node][i] - corner[i]);
     let along: f64 = (0..3).map(|i| away[i] * normal(2)[i]).sum();
@@ -435,7 +441,7 @@ fn supports_that_hold_too_little_or_contradict_each_other_are_refused() {
         assert!(found.contains(what), "{error}");
     }
     let unknown = lowered(vec![Support::radial("base", [0.0; 3], normal(0))]).unwrap_err();
-    assert!(matches!(unknown, SceneError::UnknownNodeSet { .. }));
+    assert!(unknown.to_string().contains("there is no node set `base`"), "{unknown}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The axis of a ventricle, and the plane of its base.
 
-use super::error::ChamberError;
+use super::error::{ChamberError, shown};
 use super::options::Trim;
 use super::trees::{Point, Trees};
 use crate::TriangleMesh;
@@ -80,7 +80,7 @@ impl Axis {
                 let (point, normal) = (Point::from(point), Point::from(normal));
                 let finite = point.iter().chain(&normal).all(|x| x.is_finite());
                 let normal = normal.try_normalize(0.0).filter(|_| finite).ok_or_else(|| {
-                    ChamberError::Trim { what: "the plane of the base has no normal".into() }
+                    ChamberError::Surfaces("the plane of the base has no normal; give a fraction between 0 and 1, or a point and a normal of finite length".into())
                 })?;
                 let centroid = self.points.iter().sum::<Point>() / self.points.len() as f64;
                 let away = if self.length > 0.0 { self.up } else { point - centroid };
@@ -96,9 +96,9 @@ impl Axis {
                 let start = self.apex + self.up * (part.min(1.0 - BELOW) * self.length);
                 Ok(Section::new(trees, start, self.up)?.base(self))
             }
-            Trim::Fraction(part) => Err(ChamberError::Trim {
-                what: format!("the base cannot be at {part} of the axis"),
-            }),
+            Trim::Fraction(part) => Err(ChamberError::Surfaces(format!(
+                "the base cannot be at {part} of the axis; give a fraction between 0 and 1, or a point and a normal of finite length"
+            ))),
             Trim::Auto => self.highest(trees),
         }
     }
@@ -185,11 +185,18 @@ impl Section {
 pub(super) fn wall(trees: &Trees, origin: Point, direction: Point) -> Result<Point, ChamberError> {
     let hits = trees.endocardium.hits(origin, direction);
     let (Some(&first), Some(&last)) = (hits.first(), hits.last()) else {
-        return Err(ChamberError::Hole { origin: origin.into(), direction: direction.into() });
+        return Err(ChamberError::Surfaces(format!(
+            "the endocardium has a hole below the base: nothing lies from {} along {}; put the base further down, or close the hole",
+            shown(&origin.into()),
+            shown(&direction.into())
+        )));
     };
     let point = origin + direction * first;
     if last - first > SAME * last {
-        return Err(ChamberError::Folded { point: point.into() });
+        return Err(ChamberError::Surfaces(format!(
+            "seen from its axis the endocardium lies behind itself at {}; smooth its folds and papillary muscles, or put the base further down",
+            shown(&point.into())
+        )));
     }
     Ok(point)
 }

@@ -1,7 +1,7 @@
 //! Faults of surfaces that no wall lies between: units, places, pieces and rims.
 
 use super::axis::rims;
-use super::error::ChamberError;
+use super::error::{ChamberError, shown};
 use super::trees::{Point, Trees};
 use crate::geometry::merged;
 use crate::{TriangleMesh, extents};
@@ -56,7 +56,10 @@ pub(super) fn units(inner: &TriangleMesh, outer: &TriangleMesh) -> Option<Chambe
         }
     });
     let (ratio, units) = found?;
-    Some(ChamberError::Units { endocardium, epicardium, ratio, units })
+    Some(ChamberError::Surfaces(format!(
+        "the endocardium is {endocardium:.3} long and the epicardium {epicardium:.3}, a factor near {ratio} too far apart: the endocardium seems to be in {}, the epicardium in {}; give both in one unit",
+        units[0], units[1]
+    )))
 }
 
 /// One surface in the place of both, each in the place of the other, or both apart.
@@ -65,7 +68,9 @@ fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<C
     let [endocardium, epicardium] = [inner, outer].map(length);
     let distance = points.iter().map(|x| trees.epicardium.distance(*x)).fold(0.0, f64::max);
     if distance <= SAME * endocardium {
-        return Some(ChamberError::Same { distance });
+        return Some(ChamberError::Surfaces(format!(
+            "the endocardium and the epicardium are the same surface: no point of one is farther than {distance:.1e} from the other; give two surfaces"
+        )));
     }
     let [[low, high], [least, most]] = [inner, outer].map(bounds);
     let middle = points.iter().sum::<Point>() / points.len() as f64;
@@ -80,14 +85,18 @@ fn places(inner: &TriangleMesh, outer: &TriangleMesh, trees: &Trees) -> Option<C
     let slack = 0.01 * endocardium;
     let encloses = (0..3).all(|i| low[i] - slack <= least[i] && most[i] <= high[i] + slack);
     if encloses && 2 * behind > of {
-        return Some(ChamberError::Swapped { endocardium, epicardium });
+        return Some(ChamberError::Surfaces(format!(
+            "the epicardium, {epicardium:.3} long, lies inside of the endocardium, {endocardium:.3} long; give each in the place of the other"
+        )));
     }
     if in_box(&middle) && behind as f64 <= APART * of as f64 {
         return None;
     }
     let count = points.iter().filter(|x| !in_box(x) || is_behind(x)).count();
     let shift = (low + high - least - most).norm() / 2.0;
-    Some(ChamberError::Apart { count, of, shift })
+    Some(ChamberError::Surfaces(format!(
+        "{count} of {of} points of the endocardium lie outside of the epicardium, and the middles of the two are {shift:.3} apart; give both in one frame of coordinates"
+    )))
 }
 
 /// Lowest and highest corner of the box around a surface.
@@ -104,7 +113,12 @@ fn pieces(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
     let found = parts(of.points.len(), &cells);
     let [(first, _), (second, node), ..] = found[..] else { return None };
     let (pieces, triangles, point) = (found.len(), [first, second], of.points[node]);
-    Some(ChamberError::Pieces { surface, pieces, triangles, point })
+    Some(ChamberError::Surfaces(format!(
+        "the {surface} has {pieces} pieces without a common point, the largest of {} triangles and the next of {} at {}; remove the pieces that do not belong to it",
+        triangles[0],
+        triangles[1],
+        shown(&point)
+    )))
 }
 
 /// Several rims: beside the valves, triangles are missing.
@@ -112,7 +126,12 @@ fn holes(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
     let found = parts(of.points.len(), &rims(of));
     let [(first, _), (second, node), ..] = found[..] else { return None };
     let (rims, edges, point) = (found.len(), [first, second], of.points[node]);
-    Some(ChamberError::Rims { surface, rims, edges, point })
+    Some(ChamberError::Surfaces(format!(
+        "the {surface} has {rims} rims, the longest of {} edges and the next of {} at {}, and no plane below the valves cuts a whole wall; close the holes, or give the plane of the base: a point and a normal",
+        edges[0],
+        edges[1],
+        shown(&point)
+    )))
 }
 
 /// Connected parts of triangles or edges: how many each has, and a node of it; the largest first.

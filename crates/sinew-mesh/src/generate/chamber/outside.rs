@@ -1,7 +1,7 @@
 //! Outer nodes of the wall: from the endocardium to the nearest outer surface.
 
 use super::axis::Base;
-use super::error::ChamberError;
+use super::error::{ChamberError, shown};
 use super::trees::{Point, Trees};
 use crate::generate::wall::Sheet;
 use crate::quality::Spread;
@@ -49,11 +49,17 @@ pub(super) fn carry(
     if missed as f64 > MISSED * met.len() as f64 {
         let first = met.iter().position(Option::is_none).unwrap_or_default();
         let (count, of, point) = (missed, met.len(), inner[first].into());
-        return Err(ChamberError::NoOutside { count, of, point });
+        return Err(ChamberError::Surfaces(format!(
+            "{count} of {of} nodes of the endocardium have no outer surface along their normal, the first at {}; give the epicardium around it, in the same unit, and the septum if there is one",
+            shown(&point)
+        )));
     }
     let raw: Vec<f64> = met.iter().map(|hit| hit.map_or(f64::INFINITY, |hit| hit.0)).collect();
     if let Some(thin) = raw.iter().position(|&way| way < THIN * middle) {
-        return Err(ChamberError::Touching { point: inner[thin].into() });
+        return Err(ChamberError::Surfaces(format!(
+            "the wall has no thickness at {}; part the surfaces there, or put the base further down",
+            shown(&inner[thin].into())
+        )));
     }
     let thickness = even(&raw, inner, &neighbours, slope);
     let shorter = thickness.iter().zip(&raw).filter(|(now, met)| met.is_finite() && now < met);

@@ -28,7 +28,11 @@ type Cells = [usize; 3];
 
 impl Lengths {
     pub(super) fn cells(&self, options: &WallOptions) -> Result<Cells, ChamberError> {
-        let fail = |what: String| Err(ChamberError::Size { what });
+        let fail = |what: String| {
+            Err(ChamberError::Surfaces(format!(
+                "{what}; give 60 to 3000000 nodes, or a positive length of edges, and at least one layer"
+            )))
+        };
         if let Some(layers) = options.layers.filter(|layers| !LAYERS.contains(layers)) {
             return fail(format!("{layers} layers cannot be made"));
         }

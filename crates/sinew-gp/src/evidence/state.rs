@@ -1,0 +1,289 @@
+//! A model at given parameters: its covariance, factored.
+
+use crate::error::{GpError, Result};
+use crate::evidence::factor::Factor;
+use crate::evidence::gram::{Block, PairPlan, Scratch, Side};
+use crate::evidence::inverse::for_columns;
+use crate::evidence::{Evaluation, Evidence};
+use crate::instances::instance;
+use crate::model::Model;
+use crate::model::compile::Compiled;
+use crate::model::data::Noise;
+use crate::prior::Part;
+use crate::prior::coefficients::PointCoefficients;
+use faer::Par;
+use sinew_num::on_ready_threads;
+use std::f64::consts::PI;
+
+/// Jitter relative to each prior variance: first tried, and largest.
+pub(crate) const FIRST_JITTER: f64 = 1e-10;
+const LAST_JITTER: f64 = 1e-4;
+
+/// Observations from which on work is shared between threads.
+const PARALLEL_FROM: usize = 256;
+
+/// A factored covariance with the whitened residual.
+#[derive(Debug)]
+pub(crate) struct Factored {
+    /// Cholesky factor of the covariance.
+    pub factor: Factor,
+    /// L⁻¹ (y − mean).
+    pub whitened: Vec<f64>,
+    pub jitter: f64,
+}
+
+impl Factored {
+    /// Logarithm of the probability of some rows, given those before.
+    fn log_density(&self, rows: std::ops::Range<usize>) -> f64 {
+        let count = rows.len() as f64;
+        let row = |row: usize| 0.5 * self.whitened[row].powi(2) + self.factor.column(row)[0].ln();
+        -rows.map(row).sum::<f64>() - 0.5 * count * (2.0 * PI).ln()
+    }
+}
+
+/// Coefficients of all groups at given parameters.
+pub(crate) struct State<'a, const D: usize> {
+    pub model: &'a Model<D>,
+    /// Amplitude of each part, and parameters of its kernel.
+    pub kernels: Vec<(f64, Vec<f64>)>,
+    /// The operators' parameters.
+    pub theta: Vec<f64>,
+    /// Legs of all groups.
+    pub legs: Vec<Leg<'a, D>>,
+    /// Values of the monomials of each group.
+    monomials: Vec<Vec<f64>>,
+    /// Standard deviation of the noise of each group.
+    pub noise: Vec<f64>,
+    /// Divisors of the variance of each observation's noise, by group.
+    pub weights: Vec<Vec<f64>>,
+}
+
+/// A leg of a group at given parameters.
+pub(crate) struct Leg<'a, const D: usize> {
+    /// Number of the group.
+    pub group: usize,
+    pub points: &'a PointCoefficients<D>,
+    /// a_β of each part.
+    pub coefficients: Vec<Vec<f64>>,
+}
+
+impl<'a, const D: usize> State<'a, D> {
+    pub(crate) fn new(model: &'a Model<D>, scaled: &[f64]) -> Result<Self> {
+        model.check_count(scaled)?;
+        let theta = model.theta_values(scaled);
+        let of = |(part, offset): (&Part<D>, &usize)| {
+            let count = part.kernel.hyperparameters().len();
+            let hyperparameters = scaled[offset + 1..][..count].iter().map(|h| h.exp());
+            (scaled[*offset].exp(), hyperparameters.collect())
+        };
+        let parts = model.prior.parts.iter().zip(&model.part_offsets);
+        let kernels: Vec<(f64, Vec<f64>)> = parts.map(of).collect();
+        let monomials: Vec<Vec<f64>> =
+            model.groups.iter().map(|group| group.legs[0].factors(&theta)).collect();
+        let mut legs = Vec::new();
+        for (group, (own, monomials)) in model.groups.iter().zip(&monomials).enumerate() {
+            legs.extend(own.legs.iter().map(|points| {
+                let coefficients = points.combined(&kernels, monomials);
+                Leg { group, points, coefficients }
+            }));
+        }
+        let sigma = |group: &Compiled<D>| match (group.noise, group.learned) {
+            (_, Some(position)) => scaled[position].exp(),
+            (Noise::Known(sigma), None) => sigma,
+            _ => 0.0,
+        };
+        let noise = model.groups.iter().map(sigma).collect();
+        let weights = model.groups.iter().map(|group| group.weights(scaled)).collect();
+        Ok(Self { model, kernels, theta, legs, monomials, noise, weights })
+    }
+
+    /// Legs of a group.
+    pub(crate) fn legs_of(&self, group: usize) -> std::ops::Range<usize> {
+        let group = &self.model.groups[group];
+        group.first_leg..group.first_leg + group.legs.len()
+    }
+
+    pub(crate) fn side(&self, part: usize, leg: usize) -> Side<'_, D> {
+        let leg = &self.legs[leg];
+        Side { axes: &leg.points.axes, coefficients: &leg.coefficients[part] }
+    }
+
+    /// Covariance of one part between two legs.
+    pub(crate) fn block(&self, part: usize, first: usize, second: usize) -> Block<'_, D> {
+        let plan = &self.model.plans[part][first * self.legs.len() + second];
+        self.between(part, plan, self.side(part, first), self.side(part, second))
+    }
+
+    /// Covariance of one part between any points.
+    pub(crate) fn between<'b>(
+        &'b self,
+        part: usize,
+        plan: &'b PairPlan<D>,
+        first: Side<'b, D>,
+        second: Side<'b, D>,
+    ) -> Block<'b, D> {
+        let kernel = &*self.model.prior.parts[part].kernel;
+        Block { kernel, hyperparameters: &self.kernels[part].1, plan, first, second }
+    }
+
+    /// y − mean.
+    pub(crate) fn residual(&self) -> Vec<f64> {
+        let mut residual = Vec::with_capacity(self.model.size);
+        for (group, monomials) in self.model.groups.iter().zip(&self.monomials) {
+            let start = residual.len();
+            residual.extend_from_slice(&group.values);
+            for leg in &group.legs {
+                leg.add_mean(monomials, -1.0, &mut residual[start..]);
+            }
+        }
+        residual
+    }
+
+    /// The lower triangle of the covariance of the functionals without noise, column by column.
+    pub(crate) fn covariance(&self) -> Vec<f64> {
+        let size = self.model.size;
+        let mut matrix = vec![0.0; size * size];
+        let column = |(number, column): (usize, &mut [f64]), scratch: &mut Scratch| {
+            let own = self.group_of(number);
+            let seconds = self.legs_of(own);
+            let point = number - self.model.groups[own].offset;
+            for part in 0..self.kernels.len() {
+                for first in seconds.start..self.legs.len() {
+                    let (start, rows) = self.rows(self.legs[first].group, number);
+                    for second in seconds.clone() {
+                        let block = self.block(part, first, second);
+                        block.add_column(start, point, &mut column[rows.clone()], scratch);
+                    }
+                }
+            }
+        };
+        for_columns(self.threads(), (&mut matrix, size), column);
+        matrix
+    }
+
+    /// Whether there is work enough to share out.
+    pub(crate) fn is_large(&self) -> bool {
+        self.model.size >= PARALLEL_FROM
+    }
+
+    pub(crate) fn parallel(&self) -> bool {
+        self.is_large() && rayon::current_num_threads() > 1
+    }
+
+    pub(crate) fn threads(&self) -> Par {
+        if self.parallel() { Par::rayon(0) } else { Par::Seq }
+    }
+
+    pub(crate) fn group_of(&self, row: usize) -> usize {
+        let mut groups = self.model.groups.iter();
+        groups.position(|group| group.rows().contains(&row)).expect("every row belongs to a group")
+    }
+
+    /// Rows of `group` at or below the diagonal of `column`: first point, and range in the matrix.
+    pub(crate) fn rows(&self, group: usize, column: usize) -> (usize, std::ops::Range<usize>) {
+        let group = &self.model.groups[group];
+        let start = column.saturating_sub(group.offset);
+        (start, group.offset + start..group.offset + group.values.len())
+    }
+
+    /// Adds noise and jitter to the diagonal and factorises, with more jitter where needed.
+    pub(crate) fn factored(&self) -> Result<Factored> {
+        let size = self.model.size;
+        let mut jitter = FIRST_JITTER;
+        let factor = loop {
+            let mut matrix = self.covariance();
+            for (row, sigma) in self.sigmas().enumerate() {
+                let diagonal = &mut matrix[row * (size + 1)];
+                *diagonal = *diagonal * (1.0 + jitter) + sigma * sigma;
+            }
+            if let Some(factor) = Factor::new(matrix, size, self.threads()) {
+                break factor;
+            }
+            jitter *= 10.0;
+            // Steps by factors of ten do not hit the last one exactly.
+            if jitter > LAST_JITTER * 2.0 {
+                return Err(GpError::NotPositiveDefinite { size, jitter: LAST_JITTER });
+            }
+        };
+        let mut whitened = self.residual();
+        factor.forward(&mut whitened);
+        Ok(Factored { factor, whitened, jitter })
+    }
+
+    /// Standard deviation of each observation's noise.
+    pub(crate) fn sigmas(&self) -> impl Iterator<Item = f64> {
+        let groups = self.noise.iter().zip(&self.weights);
+        groups.flat_map(|(sigma, weights)| weights.iter().map(move |weight| sigma / weight.sqrt()))
+    }
+
+    /// The first row that counts in full. Those before are imposed, and count [`State::weight`].
+    pub(crate) fn first_row(&self) -> usize {
+        if self.model.evidence == Evidence::Joint { 0 } else { self.model.imposed }
+    }
+
+    /// Power that the probability of imposed rows is raised to.
+    pub(crate) fn weight(&self) -> f64 {
+        self.model.evidence.weight(self.model.imposed)
+    }
+
+    pub(crate) fn value(&self, factored: &Factored) -> f64 {
+        self.in_full(factored) + self.weight() * factored.log_density(0..self.first_row())
+    }
+
+    /// Logarithm of the probability of all rows that count in full, given the others.
+    pub(crate) fn in_full(&self, factored: &Factored) -> f64 {
+        let groups = self.model.groups.iter().zip(&self.noise);
+        let scatter: f64 = groups.map(|(group, sigma)| group.scatter(*sigma).0).sum();
+        factored.log_density(self.first_row()..self.model.size) + scatter
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// The prior covariance of all observed functionals, without noise, row by row: imposed
+    /// groups (equation, pseudo-observations) first, then the measured ones in their order.
+    ///
+    /// # Errors
+    /// If the number of parameters is wrong.
+    pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>> {
+        let lower = State::new(self, parameters)?.covariance();
+        let entry =
+            |row: usize, column: usize| lower[row.min(column) * self.size + row.max(column)];
+        Ok((0..self.size).map(|row| (0..self.size).map(|c| entry(row, c)).collect()).collect())
+    }
+
+    /// Logarithm of the evidence at parameters on their scales (see [`crate::FreeParameter`]).
+    ///
+    /// # Errors
+    /// If their number is wrong, or the covariance is not positive definite with any jitter.
+    pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64> {
+        instance!(D, Model::value, fn(&Model<D>, &[f64]) -> Result<f64>)(self, parameters)
+    }
+
+    fn value(&self, parameters: &[f64]) -> Result<f64> {
+        let state = State::new(self, parameters)?;
+        Ok(state.value(&state.factored()?))
+    }
+
+    /// [`Model::log_evidence`] with its gradient.
+    ///
+    /// # Errors
+    /// As [`Model::log_evidence`].
+    pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation> {
+        instance!(D, Model::value_and_gradient, fn(&Model<D>, &[f64]) -> Result<Evaluation>)(
+            self, parameters,
+        )
+    }
+
+    fn value_and_gradient(&self, parameters: &[f64]) -> Result<Evaluation> {
+        let state = State::new(self, parameters)?;
+        let evaluate = || {
+            let factored = state.factored()?;
+            Ok(Evaluation {
+                value: state.value(&factored),
+                gradient: state.gradient(&factored),
+                jitter: factored.jitter,
+            })
+        };
+        if state.parallel() { on_ready_threads(evaluate) } else { evaluate() }
+    }
+}

@@ -1,0 +1,187 @@
+//! Observations in numbers: what does not change with the parameters.
+
+use crate::error::{GpError, Result};
+use crate::model::data::{Averages, Group, Noise, Role};
+use crate::prior::Prior;
+use crate::prior::coefficients::{PartCoefficients, PointCoefficients};
+use crate::problem::operator::Parameter;
+
+/// Relative size of a residual that counts as agreement of an exact value with the boundary.
+const AGREEMENT: f64 = 1e-8;
+
+/// Observations compiled for one operator.
+#[derive(Clone, Debug)]
+pub(crate) struct Compiled<const D: usize> {
+    /// Position among the groups as they were given.
+    pub number: usize,
+    /// Points, the first of each observation.
+    pub points: Vec<[f64; D]>,
+    /// Whether the values are those of the problem's equation.
+    pub is_equation: bool,
+    /// Legs of an observation, which is the sum of the operator's values over these: one set of points, or the
+    /// two ends of a jump, the second with the opposite sign.
+    pub legs: Vec<PointCoefficients<D>>,
+    /// Number of the first among the legs of all groups.
+    pub first_leg: usize,
+    pub values: Vec<f64>,
+    pub noise: Noise,
+    /// Position of the logarithm of a learned standard deviation, or of the scale of Student's t distribution, among the parameters.
+    pub learned: Option<usize>,
+    /// Position of the logarithm of the first value's weight in that distribution; the others follow.
+    pub weighted: Option<usize>,
+    /// Number of values that each observation stands for, where it is a mean of many.
+    pub averages: Option<Averages>,
+    /// Position of the first observation in the covariance matrix.
+    pub offset: usize,
+    pub role: Role,
+}
+
+impl<const D: usize> Compiled<D> {
+    /// Rows of the covariance matrix.
+    pub(crate) fn rows(&self) -> std::ops::Range<usize> {
+        self.offset..self.offset + self.values.len()
+    }
+
+    /// Whether imposed values without a known noise are met by the prior mean alone, once the
+    /// terms with parameters in front are left out.
+    pub(crate) fn is_trivially_satisfied(&self) -> bool {
+        let noisy = matches!(self.noise, Noise::Known(_));
+        if self.role != Role::Imposed || self.values.is_empty() || noisy {
+            return false;
+        }
+        let mut residual = self.values.clone();
+        let mut size = largest(&residual);
+        let means = self.legs.iter().flat_map(|leg| leg.monomials.iter().zip(&leg.mean));
+        for (monomial, mean) in means {
+            size = size.max(largest(mean));
+            if monomial.is_empty() {
+                residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= m);
+            }
+        }
+        largest(&residual) <= AGREEMENT * size
+    }
+
+    /// Divisors of the noise variance of each observation, at parameters on their scales.
+    pub(crate) fn weights(&self, scaled: &[f64]) -> Vec<f64> {
+        let count = self.values.len();
+        match (self.weighted, &self.averages) {
+            (Some(first), _) => scaled[first..first + count].iter().map(|w| w.exp()).collect(),
+            (_, Some(averages)) => averages.counts.clone(),
+            _ => vec![1.0; count],
+        }
+    }
+
+    /// Logarithm of the likelihood of what values differ by from their averages, and its derivative in ln σ.
+    pub(crate) fn scatter(&self, sigma: f64) -> (f64, f64) {
+        let Some(Averages { squares, freedom, .. }) = self.averages else { return (0.0, 0.0) };
+        let ratio = squares / (sigma * sigma);
+        (-0.5 * ratio - freedom * sigma.ln(), ratio - freedom)
+    }
+
+    /// Root mean square of what values differ from the prior mean by.
+    pub(crate) fn residual_size(&self, theta: &[f64]) -> f64 {
+        let count = self.values.len().max(1) as f64;
+        let mut residual = self.values.clone();
+        self.legs.iter().for_each(|leg| leg.add_mean(&leg.factors(theta), -1.0, &mut residual));
+        (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt()
+    }
+
+    /// Size of the operator on functions of size one of each part that vary over the whole domain: a derivative is
+    /// of the size of one over the extent, whatever the unit of length.
+    pub(crate) fn operator_sizes(&self, theta: &[f64]) -> Vec<f64> {
+        let count = self.values.len().max(1) as f64;
+        let size = |leg: &PointCoefficients<D>, part: usize| {
+            let PartCoefficients { orders, arrays } = &leg.parts[part];
+            let shrink = |orders: &[usize; D]| -> f64 {
+                let each = leg.extents.iter().zip(orders);
+                each.map(|(extent, n)| extent.powi(-(*n as i32))).product()
+            };
+            let rows = leg.factors(theta).into_iter().zip(arrays).flat_map(|(monomial, array)| {
+                let rows = array.chunks(leg.count.max(1)).zip(orders);
+                rows.flat_map(move |(row, orders)| {
+                    let factor = monomial * shrink(orders);
+                    row.iter().map(move |a| (factor * a).powi(2))
+                })
+            });
+            (rows.sum::<f64>() / count).sqrt()
+        };
+        let largest = |part| self.legs.iter().map(|leg| size(leg, part)).fold(0.0, f64::max);
+        (0..self.legs[0].parts.len()).map(largest).collect()
+    }
+}
+
+/// Largest magnitude.
+pub(crate) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
+}
+
+/// Puts a group of observations into numbers.
+pub(crate) fn compile<const D: usize>(
+    prior: &Prior<D>,
+    group: &Group<D>,
+    number: usize,
+    theta: &mut Vec<Parameter>,
+) -> Result<Compiled<D>> {
+    let operator = group.operator.as_ref().unwrap_or(&prior.equation);
+    prior.check_roughness(operator)?;
+    let whose = format!("observation group {}", number + 1);
+    let mut coefficients =
+        |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
+    let (mut values, mut places) = (group.values.clone(), group.points.clone());
+    let mut legs = vec![coefficients(&group.points)?];
+    for (factor, points) in &group.further {
+        legs.push(coefficients(points)?.scaled(*factor));
+    }
+    if group.further.is_empty() && group.noise == Noise::Exact {
+        let kept = informative(&legs[0], &values, number + 1)?;
+        if kept.len() < values.len() {
+            places = kept.iter().map(|index| group.points[*index]).collect();
+            values = kept.iter().map(|index| values[*index]).collect();
+            legs = vec![coefficients(&places)?];
+        }
+    }
+    Ok(Compiled {
+        number,
+        legs,
+        values,
+        points: places,
+        is_equation: group.operator.is_none(),
+        noise: group.noise,
+        learned: None,
+        weighted: None,
+        averages: group.averages.clone(),
+        offset: 0,
+        first_leg: 0,
+        role: group.role,
+    })
+}
+
+/// Positions of the observations on which the prior has any freedom; the others must agree.
+fn informative<const D: usize>(
+    built: &PointCoefficients<D>,
+    values: &[f64],
+    group: usize,
+) -> Result<Vec<usize>> {
+    let mut kept = Vec::new();
+    for (index, value) in values.iter().enumerate() {
+        let mut arrays = built.parts.iter().flat_map(|part| &part.arrays);
+        let free =
+            arrays.any(|array| array.iter().skip(index).step_by(built.count).any(|a| *a != 0.0));
+        if free {
+            kept.push(index);
+            continue;
+        }
+        let prescribed: f64 = match built.mean.as_slice() {
+            [mean] => mean[index],
+            // With unknown parameters in front, nothing can be said of the value.
+            _ => continue,
+        };
+        let residual = value - prescribed;
+        if residual.abs() > AGREEMENT * largest(values).max(largest(&built.mean[0])) {
+            return Err(GpError::Invalid(format!(
+                "value {index} of observation group {group} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
+            )));
+        }
+    }
+    Ok(kept)
+}

@@ -1,0 +1,355 @@
+//! Observed and imposed values.
+
+use crate::error::{GpError, Result, check_lengths, place};
+use crate::problem::domain::Domain;
+use crate::problem::field::Field;
+use crate::problem::functional::Functional;
+use crate::problem::operator::Operator;
+
+/// Standard deviation of the error of observations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Noise {
+    /// The values are exact.
+    Exact,
+    /// Known, in the unit of the values.
+    Known(f64),
+    /// Inferred along with the other parameters.
+    Learned,
+    /// Student's t with so many degrees of freedom (4 is a usual choice), its scale inferred: for values of which some are
+    /// far off. Each value has a weight that divides the variance of its error, gamma distributed (Gelman et al. 2013, §17.2);
+    /// a fit and [`crate::laplace`] take the most probable ones, [`crate::nuts`] draws them.
+    StudentT(f64),
+}
+
+/// Part that a group of observations has in the evidence.
+///
+/// Their order is that of the rows of the covariance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Role {
+    /// Part of the model.
+    Imposed,
+    /// Measured: the evidence says how well it is predicted.
+    Observed,
+}
+
+/// Values of one linear functional of u at several points.
+#[derive(Clone, Debug)]
+pub(crate) struct Group<const D: usize> {
+    /// `None` for the operator of the problem's equation.
+    pub operator: Option<Operator<D>>,
+    pub points: Vec<[f64; D]>,
+    /// Further points of each observation, with the factor that their values are added with: −1 at the other end of a jump,
+    /// quotients of weights in a quadrature.
+    pub further: Vec<(f64, Vec<[f64; D]>)>,
+    pub values: Vec<f64>,
+    pub noise: Noise,
+    pub role: Role,
+    /// Statistics of the averages, if each value is a mean of many.
+    pub averages: Option<Averages>,
+}
+
+/// Statistics of values that were averaged.
+#[derive(Clone, Debug)]
+pub(crate) struct Averages {
+    /// Number of values of each mean.
+    pub counts: Vec<f64>,
+    /// Sum of squares of the residuals of the values about a linear function in each cell.
+    pub squares: f64,
+    /// Degrees of freedom of that sum.
+    pub freedom: f64,
+}
+
+/// Observations of u, of the equation's right-hand side, and of other linear functionals of u.
+///
+/// ```
+/// use sinew_gp::{Data, Noise};
+///
+/// let data = Data::new()
+///     .values(&[[0.1, 0.2], [0.5, 0.9]], &[1.2, 0.3], Noise::Learned)
+///     .equation(&[[0.5, 0.5]], &[0.0], Noise::Exact);
+/// assert_eq!(data.count(), 3);
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Data<const D: usize> {
+    pub(crate) groups: Vec<Group<D>>,
+    /// Right-hand side of an equation whose points the fit chooses.
+    pub(crate) everywhere: Option<Field<D>>,
+}
+
+impl<const D: usize> Data<D> {
+    /// Data without observations.
+    pub fn new() -> Self {
+        Self { groups: Vec::new(), everywhere: None }
+    }
+
+    /// Number of observations.
+    pub fn count(&self) -> usize {
+        self.groups.iter().map(|group| group.points.len()).sum()
+    }
+
+    /// Adds values of u, one for each point.
+    pub fn values(self, points: &[[f64; D]], values: &[f64], noise: Noise) -> Self {
+        self.functional(Operator::identity(), points, values, noise)
+    }
+
+    /// Adds values of the right-hand side f of the problem's equation at collocation points. One that is the same at ten exact points
+    /// or more is taken to be the same in between, where [`crate::Model::fit`] adds points ([`crate::FitOptions::most_points`]).
+    pub fn equation(self, points: &[[f64; D]], values: &[f64], noise: Noise) -> Self {
+        self.group(None, points, values, noise, Role::Imposed)
+    }
+
+    /// The problem's equation everywhere, without error: [`crate::Model::fit`] imposes it at as many points as it takes
+    /// until it is off by next to nothing in between (15 for each dimension at first, [`crate::FitOptions::most_points`] at most).
+    ///
+    /// ```
+    /// use sinew_gp::{Data, field};
+    ///
+    /// let data: Data<1> = Data::new().equation_everywhere(field(|[x]| x.sin()));
+    /// assert_eq!(data.count(), 0, "the points are found by the fit");
+    /// ```
+    pub fn equation_everywhere(mut self, source: Field<D>) -> Self {
+        self.everywhere = Some(source);
+        self
+    }
+
+    /// Adds measured values of any linear functional of u, as a flux on a boundary.
+    pub fn functional(
+        self,
+        operator: impl Into<Operator<D>>,
+        points: &[[f64; D]],
+        values: &[f64],
+        noise: Noise,
+    ) -> Self {
+        self.group(Some(operator.into()), points, values, noise, Role::Observed)
+    }
+
+    /// Adds imposed values of an operator on u. [`crate::Evidence`] counts them as it does collocation values. A condition with unknown parameters is imposed so, at points of its face.
+    ///
+    /// ```
+    /// use sinew_gp::{Data, Derivative, Domain, Noise, Parameter, Side, field};
+    ///
+    /// // Through x = 1 heat leaves to air that warms up: u_x + h (u − t) = 0, with an unknown h.
+    /// let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?;
+    /// let [dx, _] = domain.derivatives();
+    /// let h = Parameter::new("h", [0.1, 10.0])?;
+    /// let leaving = dx + &h * Derivative::identity() - &h * field(|[_, t]| t);
+    /// let face = domain.on_face("x", Side::Upper, 12, 1)?;
+    /// let data = Data::new().imposed(leaving, &face, &[0.0; 12], Noise::Exact);
+    /// # Ok::<(), sinew_gp::GpError>(())
+    /// ```
+    pub fn imposed(
+        self,
+        operator: impl Into<Operator<D>>,
+        points: &[[f64; D]],
+        values: &[f64],
+        noise: Noise,
+    ) -> Self {
+        self.group(Some(operator.into()), points, values, noise, Role::Imposed)
+    }
+
+    /// Adds a measured weighted sum, as the total amount of a solute.
+    ///
+    /// # Errors
+    /// If there are no points, or not as many weights, or one is not finite or zero.
+    pub fn integral(self, functional: &Functional<D>, value: f64, noise: Noise) -> Result<Self> {
+        self.sum(functional, value, noise, Role::Observed)
+    }
+
+    /// Adds a weighted sum that is given rather than measured (see [`Data::imposed`]), as a mean that is known to be zero.
+    ///
+    /// # Errors
+    /// As [`Data::integral`].
+    pub fn imposed_integral(
+        self,
+        functional: &Functional<D>,
+        value: f64,
+        noise: Noise,
+    ) -> Result<Self> {
+        self.sum(functional, value, noise, Role::Imposed)
+    }
+
+    fn sum(self, functional: &Functional<D>, value: f64, noise: Noise, role: Role) -> Result<Self> {
+        let Functional { operator, points, weights } = functional;
+        check_lengths(points.len(), weights.len())?;
+        let (Some((first, rest)), Some(weight)) = (points.split_first(), weights.first()) else {
+            return Err(no_data());
+        };
+        if let Some(wrong) = weights.iter().find(|w| !w.is_finite() || **w == 0.0) {
+            return Err(GpError::Invalid(format!(
+                "a weighted sum has the weight {wrong}; leave points of no weight out, and give finite ones"
+            )));
+        }
+        let scaled = Some(*weight * operator.clone());
+        let factors = weights.iter().skip(1).map(|w| w / weight);
+        let further = factors.zip(rest).map(|(factor, point)| (factor, vec![*point])).collect();
+        let mut data = self.group(scaled, &[*first], &[value], noise, role);
+        data.groups.last_mut().expect("a group was added").further = further;
+        Ok(data)
+    }
+
+    fn group(
+        mut self,
+        operator: Option<Operator<D>>,
+        points: &[[f64; D]],
+        values: &[f64],
+        noise: Noise,
+        role: Role,
+    ) -> Self {
+        let (points, values, further) = (points.to_vec(), values.to_vec(), Vec::new());
+        let averages = None;
+        self.groups.push(Group { operator, points, further, values, noise, role, averages });
+        self
+    }
+}
+
+/// Refuses data that are not numbers or not of the domain, before anything is computed with them.
+pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> Result<()> {
+    for (index, group) in groups.iter().enumerate() {
+        // As noises are numbered.
+        let number = index + 1;
+        check_lengths(group.points.len(), group.values.len())?;
+        for (index, (point, value)) in group.points.iter().zip(&group.values).enumerate() {
+            let further = || group.further.iter().filter_map(|(_, points)| points.get(index));
+            let points = || std::iter::once(point).chain(further());
+            let coordinates = points().flatten().map(|c| ("point", c));
+            let mut numbers = coordinates.chain([("value", value)]);
+            if let Some((what, found)) = numbers.find(|(_, number)| !number.is_finite()) {
+                return Err(GpError::Invalid(format!(
+                    "{what} number {index} of observation group {number} is {found}; remove it from the data"
+                )));
+            }
+            // Rounding leaves points of the boundary next to it.
+            let stands_for_many = group.averages.is_some();
+            let outside = points().find(|point| !domain.contains_within(**point, 1e-9));
+            if let Some(outside) = outside.filter(|_| !stands_for_many) {
+                return Err(GpError::Invalid(format!(
+                    "point {index} of observation group {number} {} lies outside the domain; check its unit, or remove it",
+                    place(outside)
+                )));
+            }
+        }
+        match group.noise {
+            Noise::Known(sigma) if !(sigma.is_finite() && sigma > 0.0) => {
+                return Err(GpError::Invalid(format!(
+                    "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
+                )));
+            }
+            Noise::StudentT(freedom) if !(freedom.is_finite() && freedom >= 1.0) => {
+                return Err(GpError::Invalid(format!(
+                    "Student's t with {freedom} degrees of freedom for {}; give 1 or more, as 4",
+                    noise_name(index)
+                )));
+            }
+            Noise::Exact => check_contradictions(group, number, &domain.extents())?,
+            Noise::Known(_) | Noise::Learned | Noise::StudentT(_) => {}
+        }
+    }
+    let empty = |group: &Group<D>| group.points.is_empty();
+    if groups.iter().all(empty) {
+        return Err(no_data());
+    }
+    match groups.iter().position(|group| empty(group) && group.noise == Noise::Learned) {
+        Some(index) => Err(GpError::Invalid(format!(
+            "observation group {} has no points, so that its noise cannot be learned; leave it out",
+            index + 1
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Name of the noise of a group of observations, by which messages call the group.
+pub(crate) fn noise_name(group: usize) -> String {
+    format!("noise {}", group + 1)
+}
+
+/// Empty data: nothing to condition on.
+pub(crate) fn no_data() -> GpError {
+    GpError::Invalid("the model has no observations; add values or an equation".into())
+}
+
+/// Refuses numbers that are not finite.
+pub(crate) fn check_finite<'a>(
+    what: &str,
+    mut numbers: impl Iterator<Item = (usize, &'a f64)>,
+) -> Result<()> {
+    match numbers.find(|(_, number)| !number.is_finite()) {
+        Some((index, number)) => Err(GpError::Invalid(format!(
+            "{what} number {index} of the prediction is {number}; give a finite one"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses places of a prediction that are not numbers.
+pub(crate) fn check_places<const D: usize>(points: &[[f64; D]]) -> Result<()> {
+    let numbered = points.iter().enumerate();
+    check_finite("point", numbered.flat_map(|(index, point)| point.iter().map(move |c| (index, c))))
+}
+
+/// Relative difference up to which noise-free values of one point are the same.
+const SAME: f64 = 1e-8;
+/// Slope, in units of the largest value over the domain's size, that no function of a prior has: lengthscales are at least
+/// 0.03 of the domain, and this is thirty times what they make of a function of that value.
+const STEEPEST: f64 = 1e3;
+
+/// Refuses noise-free values that differ by more than neighbours can: jitter would let them pass for their mean.
+fn check_contradictions<const D: usize>(
+    group: &Group<D>,
+    number: usize,
+    extents: &[f64; D],
+) -> Result<()> {
+    if !group.further.is_empty() {
+        return Ok(());
+    }
+    let largest = group.values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    // In the order of their first coordinate few come near enough to be compared.
+    let mut order: Vec<usize> = (0..group.values.len()).collect();
+    order.sort_by(|a, b| group.points[*a][0].total_cmp(&group.points[*b][0]).then(a.cmp(b)));
+    for (position, first) in order.iter().enumerate() {
+        let (here, value) = (&group.points[*first], group.values[*first]);
+        for second in &order[position + 1..] {
+            let there = &group.points[*second];
+            let apart = |d: usize| ((there[d] - here[d]) / extents[d]).powi(2);
+            // No two values differ by more than twice the largest.
+            if apart(0).sqrt() * STEEPEST > 2.0 {
+                break;
+            }
+            let distance = (0..D).map(apart).sum::<f64>().sqrt();
+            let difference = group.values[*second] - value;
+            if difference.abs() > largest * (STEEPEST * distance).max(SAME) {
+                let (first, second) = (first.min(second), first.max(second));
+                let points = [first, second].map(|k| place(&group.points[*k])).join(" and ");
+                return Err(GpError::Invalid(format!(
+                    "values {first} and {second} of observation group {number} at {points} are noise-free and differ by {:e}, more than neighbours can; keep one, or give them noise",
+                    difference.abs()
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_that_determine_nothing_are_named() {
+        let domain = Domain::interval("x", [0.0, 1.0]).unwrap();
+        let check = |data: Data<1>| check(&data.groups, &domain);
+        let refused = |data: Data<1>| check(data).unwrap_err().to_string();
+        let some = || Data::new().equation(&[[0.5]], &[1.0], Noise::Exact);
+        assert!(refused(Data::new()).contains("no observations"));
+        let off = some().values(&[[1.0 + 1e-12], [3.5]], &[0.1, 0.2], Noise::Learned);
+        assert!(refused(off).contains("point 1 of observation group 2 (3.5) lies outside"));
+        let empty = some().values(&[], &[], Noise::Learned);
+        assert!(refused(empty).contains("observation group 2 has no points"));
+        assert_eq!(check(some().values(&[], &[], Noise::Known(0.1))), Ok(()));
+        let at = [[0.0], [0.3], [-0.0]];
+        let twice = |noise| some().values(&at, &[1.0, 1.0, 1.5], noise);
+        let differ = "values 0 and 2 of observation group 2 at (0) and (-0) are noise-free and differ by 5e-1";
+        assert!(refused(twice(Noise::Exact)).contains(differ));
+        assert_eq!(check(twice(Noise::Known(0.1))), Ok(()));
+        assert_eq!(check(some().values(&at, &[1.0; 3], Noise::Exact)), Ok(()));
+    }
+}

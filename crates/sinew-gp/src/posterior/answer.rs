@@ -1,0 +1,78 @@
+//! Answer of a fit in short: parameters with intervals, warnings, and marginal bands of u.
+
+use crate::error::Result;
+use crate::fit::Fit;
+use crate::posterior::conditional::Prediction;
+use crate::posterior::ensemble::Ensemble;
+use crate::posterior::laplace::ensemble;
+use std::fmt;
+
+/// Draws and seed of a fit's own ensemble.
+const DRAWS: usize = 300;
+const SEED: u64 = 0x1eaf;
+
+impl<const D: usize> Fit<D> {
+    /// The fit's own ensemble of 300 draws, made when it is first asked for ([`crate::ensemble`]).
+    ///
+    /// # Errors
+    /// As [`crate::ensemble`].
+    pub fn ensemble(&self) -> Result<&Ensemble<D>> {
+        let made = self.ensemble.get_or_init(|| ensemble(self, DRAWS, SEED));
+        made.as_ref().map_err(Clone::clone)
+    }
+
+    /// The central interval of a parameter that holds the share `level` of the fit's own ensemble, and the most probable value.
+    ///
+    /// # Errors
+    /// As [`Ensemble::interval`] and [`Fit::ensemble`].
+    pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2]> {
+        let ([lower, upper], found) =
+            (self.ensemble()?.interval(name, level)?, self.parameter(name)?);
+        Ok([lower.min(found), upper.max(found)])
+    }
+
+    /// Posterior mean and standard deviation of u, marginalised over parameters, lengthscales and noise. [`Fit::conditional`] takes these as known.
+    ///
+    /// # Errors
+    /// As [`Ensemble::predict`] and [`Fit::ensemble`].
+    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction> {
+        self.ensemble()?.predict(points)
+    }
+}
+
+/// Parameters of the equation and levels of noise with 95 % intervals, then all warnings.
+impl<const D: usize> fmt::Display for Fit<D> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let model = self.model();
+        let learned = model.groups.iter().filter_map(|group| group.learned);
+        for position in model.theta_range().chain(learned) {
+            let name = &model.parameters()[position].name;
+            let found =
+                self.parameter(name).and_then(|value| Ok((value, self.interval(name, 0.95)?)));
+            let told = self.ensemble().and_then(|ensemble| ensemble.identifies(name));
+            match found {
+                Ok((_, [lower, upper])) if told == Ok(false) => writeln!(
+                    formatter,
+                    "{name} unidentified, 95 % of its prior between {lower:.4e} and {upper:.4e}"
+                )?,
+                Ok((value, [lower, upper])) => writeln!(
+                    formatter,
+                    "{name} {value:.4e}, 95 % between {lower:.4e} and {upper:.4e}"
+                )?,
+                Err(error) => writeln!(formatter, "{name}: {error}")?,
+            }
+        }
+        match self.warnings() {
+            Ok(warnings) => {
+                for warning in warnings {
+                    writeln!(formatter, "warning: {warning}")?;
+                }
+            }
+            Err(error) => writeln!(formatter, "warning: {error}")?,
+        }
+        for warning in self.ensemble().iter().flat_map(|ensemble| ensemble.warnings()) {
+            writeln!(formatter, "warning: {warning}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,348 @@
+//! Posterior of u and of linear functionals of it at given parameters.
+
+use crate::error::{GpError, Result, check_lengths};
+use crate::evidence::factor::Factor;
+use crate::evidence::gram::{PairPlan, Scratch, Side};
+use crate::evidence::state::{Factored, State};
+use crate::instances::instance;
+use crate::model::data::{Role, check_finite, check_places};
+use crate::model::{Model, spread};
+use crate::prior::coefficients::PointCoefficients;
+use crate::problem::functional::Functional;
+use crate::problem::operator::Operator;
+use faer::linalg::solvers::SelfAdjointEigen;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, Side as Triangle};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew_num::dot;
+use sinew_sample::standard_normals;
+use std::sync::Arc;
+
+/// The Gaussian process conditioned on the data, at fixed parameters. Standard deviations do not include what is not known of
+/// these, and are too narrow by that: those of [`crate::Fit::predict`] and of an [`crate::Ensemble`] do.
+#[derive(Debug)]
+pub struct Conditional<const D: usize> {
+    pub(crate) model: Arc<Model<D>>,
+    pub(crate) parameters: Vec<f64>,
+    /// K⁻¹ (y − m).
+    pub(crate) weights: Vec<f64>,
+    factor: Factor,
+    pub(crate) jitter: f64,
+}
+
+/// Share of the variance of measured values below which a posterior that explains no more of it has collapsed.
+const COLLAPSE: f64 = 0.1;
+
+/// Values with their standard deviations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prediction {
+    /// Posterior mean at each point.
+    pub mean: Vec<f64>,
+    /// Posterior standard deviation at each point.
+    pub standard_deviation: Vec<f64>,
+}
+
+/// An operator compiled at test points.
+struct Query<'a, const D: usize> {
+    state: State<'a, D>,
+    points: PointCoefficients<D>,
+    /// a_β of each part.
+    coefficients: Vec<Vec<f64>>,
+    mean: Vec<f64>,
+    /// Plan of the points of each part with each other.
+    own: Vec<PairPlan<D>>,
+}
+
+impl<const D: usize> Query<'_, D> {
+    fn side(&self, part: usize) -> Side<'_, D> {
+        Side { axes: &self.points.axes, coefficients: &self.coefficients[part] }
+    }
+
+    /// Covariances with one observation after the other.
+    fn for_columns(&self, mut visit: impl FnMut(usize, &[f64])) {
+        let (model, mut scratch) = (self.state.model, Scratch::default());
+        let mut covariances = vec![0.0; self.points.count];
+        for (number, group) in model.groups.iter().enumerate() {
+            let mut plans = Vec::new();
+            for leg in self.state.legs_of(number) {
+                for (part, of) in model.prior.parts.iter().enumerate() {
+                    let [first, second] = [&self.points, self.state.legs[leg].points]
+                        .map(|points| &points.parts[part].orders[..]);
+                    plans.push((part, leg, PairPlan::new(of, first, second)));
+                }
+            }
+            for own in 0..group.values.len() {
+                covariances.fill(0.0);
+                for (part, leg, plan) in &plans {
+                    let second = self.state.side(*part, *leg);
+                    let block = self.state.between(*part, plan, self.side(*part), second);
+                    block.add_column(0, own, &mut covariances, &mut scratch);
+                }
+                visit(group.offset + own, &covariances);
+            }
+        }
+    }
+
+    /// Prior variances at the points.
+    fn variances(&self) -> Vec<f64> {
+        let mut scratch = Scratch::default();
+        let mut variances = vec![0.0; self.points.count];
+        for (point, own) in variances.chunks_mut(1).enumerate() {
+            self.add_own([point, point], own, &mut scratch);
+        }
+        variances
+    }
+
+    /// Prior covariances of the points from `first` on with point `column`.
+    fn add_own(&self, [first, column]: [usize; 2], out: &mut [f64], scratch: &mut Scratch) {
+        for (part, plan) in self.own.iter().enumerate() {
+            let block = self.state.between(part, plan, self.side(part), self.side(part));
+            block.add_column(first, column, out, scratch);
+        }
+    }
+}
+
+impl<const D: usize> Conditional<D> {
+    /// The process of `model` at `parameters` on their scales.
+    ///
+    /// # Errors
+    /// If their number is wrong or the covariance is not positive definite.
+    pub fn new(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self> {
+        instance!(D, Conditional::of, fn(Arc<Model<D>>, &[f64]) -> Result<Conditional<D>>)(
+            model, parameters,
+        )
+    }
+
+    fn of(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self> {
+        let Factored { factor, whitened: mut weights, jitter } =
+            State::new(&model, parameters)?.factored()?;
+        factor.backward(&mut weights);
+        Ok(Self { model, parameters: parameters.to_vec(), weights, factor, jitter })
+    }
+
+    /// Relative jitter that the factorisation needed.
+    pub fn jitter(&self) -> f64 {
+        self.jitter
+    }
+
+    /// Mean and standard deviation of u. Points outside the domain are answered too, by continuation:
+    /// no condition holds there, and deviations tell less than inside.
+    ///
+    /// # Errors
+    /// If a point is not finite, or a feature has no derivative there.
+    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction> {
+        self.predict_operator(&Operator::identity(), points)
+    }
+
+    /// Mean of u only, which costs far less.
+    ///
+    /// # Errors
+    /// As [`Conditional::predict`].
+    pub fn mean(&self, points: &[[f64; D]]) -> Result<Vec<f64>> {
+        self.mean_of(&Operator::identity(), points)
+    }
+
+    /// Mean of an operator applied to u, as a flux.
+    ///
+    /// # Errors
+    /// As [`Conditional::predict`]; and if the operator has parameters that the model lacks, or takes
+    /// more derivatives than are supported or the kernel's functions have.
+    pub fn mean_of(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
+        instance!(
+            D,
+            Conditional::mean_at,
+            fn(&Conditional<D>, &Operator<D>, &[[f64; D]]) -> Result<Vec<f64>>
+        )(self, operator, points)
+    }
+
+    fn mean_at(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
+        let query = self.query(operator, points)?;
+        let mut mean = query.mean.clone();
+        query.for_columns(|column, covariances| {
+            let weight = self.weights[column];
+            mean.iter_mut().zip(covariances).for_each(|(m, c)| *m += weight * c);
+        });
+        Ok(mean)
+    }
+
+    /// Mean and standard deviation of an operator applied to u.
+    ///
+    /// # Errors
+    /// As [`Conditional::mean_of`].
+    pub fn predict_operator(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+    ) -> Result<Prediction> {
+        instance!(
+            D,
+            Conditional::predicted,
+            fn(&Conditional<D>, &Operator<D>, &[[f64; D]]) -> Result<Prediction>
+        )(self, operator, points)
+    }
+
+    fn predicted(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Prediction> {
+        let query = self.query(operator, points)?;
+        let (mean, whitened) = self.conditioned(&query);
+        let left = query.variances().into_iter().zip(whitened.col_iter());
+        let deviation =
+            left.map(|(prior, known)| (prior - known.squared_norm_l2()).max(0.0).sqrt());
+        Ok(Prediction { mean, standard_deviation: deviation.collect() })
+    }
+
+    /// Mean and standard deviation of a weighted sum, as an integral.
+    ///
+    /// # Errors
+    /// As [`Conditional::mean_of`]; and if there are not as many weights as points, or some are not
+    /// finite.
+    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
+        let weights = &functional.weights;
+        check_lengths(functional.points.len(), weights.len())?;
+        check_finite("weight", weights.iter().enumerate())?;
+        let (mean, covariance) = self.joint(&functional.operator, &functional.points)?;
+        let columns = weights.iter().enumerate();
+        let variance: f64 =
+            columns.map(|(j, w)| w * dot(covariance.col_as_slice(j), weights)).sum();
+        Ok((dot(&mean, weights), variance.max(0.0).sqrt()))
+    }
+
+    /// Functions drawn from the posterior, each by its values at the points.
+    ///
+    /// # Errors
+    /// As [`Conditional::predict`].
+    pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
+        self.sample_operator(&Operator::identity(), points, count, seed)
+    }
+
+    /// Operator applied to functions drawn from the posterior, as samples of a flux along a wall.
+    ///
+    /// # Errors
+    /// As [`Conditional::mean_of`].
+    pub fn sample_operator(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+        count: usize,
+        seed: u64,
+    ) -> Result<Vec<Vec<f64>>> {
+        let (mean, covariance) = self.joint(operator, points)?;
+        drawn(&mean, &covariance, count, seed)
+    }
+
+    /// Whether what measured values differ by among themselves is taken for noise.
+    pub(crate) fn is_collapsed(&self) -> bool {
+        let Ok(state) = State::new(&self.model, &self.parameters) else { return false };
+        let (mut left, mut variation) = (0.0, 0.0);
+        let sigmas: Vec<f64> = state.sigmas().collect();
+        for (group, sigma) in self.model.groups.iter().zip(&state.noise) {
+            if group.role != Role::Observed || *sigma == 0.0 {
+                continue;
+            }
+            // In units of the noise, so that groups of different units count alike. The posterior mean at an observation
+            // is y − σ² α.
+            left += group.rows().map(|row| (sigmas[row] * self.weights[row]).powi(2)).sum::<f64>();
+            let spread = spread(&group.values).unwrap_or_default() / sigma;
+            variation += spread * spread * group.values.len() as f64;
+        }
+        left > (1.0 - COLLAPSE) * variation && variation > 0.0
+    }
+
+    /// Leave-one-out residual of an observation and its standard deviation: α / (K⁻¹) and (K⁻¹)^−½ at its row (Rasmussen &
+    /// Williams 2006, §5.4.2).
+    pub(crate) fn left_out(&self, row: usize) -> [f64; 2] {
+        let mut column = vec![0.0; self.model.size];
+        column[row] = 1.0;
+        self.factor.forward(&mut column);
+        let precision = column.iter().map(|x| x * x).sum::<f64>();
+        [self.weights[row] / precision, precision.sqrt().recip()]
+    }
+
+    /// Standard deviation of an operator before the data, root mean square over points.
+    pub(crate) fn prior_spread(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<f64> {
+        let query = self.query(operator, points)?;
+        let sum: f64 = query.variances().iter().sum();
+        Ok((sum / points.len().max(1) as f64).sqrt())
+    }
+
+    fn query(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Query<'_, D>> {
+        let (model, prior) = (&self.model, &self.model.prior);
+        let state = State::new(model, &self.parameters)?;
+        prior.check_roughness(operator)?;
+        check_places(points)?;
+        let mut theta = model.theta.clone();
+        let places = (points, "the prediction");
+        let points = PointCoefficients::new(prior, operator, places, &mut theta)?;
+        if let Some(unknown) = theta.get(model.theta.len()) {
+            model.position(unknown.name())?;
+        }
+        let monomials = points.factors(&state.theta);
+        let mut mean = vec![0.0; points.count];
+        points.add_mean(&monomials, 1.0, &mut mean);
+        let coefficients = points.combined(&state.kernels, &monomials);
+        let parts = prior.parts.iter().zip(&points.parts);
+        let own = parts.map(|(part, own)| PairPlan::new(part, &own.orders, &own.orders)).collect();
+        Ok(Query { state, coefficients, mean, own, points })
+    }
+
+    /// Posterior mean, and L⁻¹ K_* with one column for each point.
+    fn conditioned(&self, query: &Query<'_, D>) -> (Vec<f64>, Mat<f64>) {
+        let mut cross = Mat::<f64>::zeros(self.model.size, query.points.count);
+        query.for_columns(|row, covariances| {
+            for (column, covariance) in covariances.iter().enumerate() {
+                cross[(row, column)] = *covariance;
+            }
+        });
+        let mut mean = query.mean.clone();
+        for (column, mean) in mean.iter_mut().enumerate() {
+            *mean += dot(cross.col_as_slice(column), &self.weights);
+        }
+        solve_lower_triangular_in_place(self.factor.view(), cross.as_mut(), Par::Seq);
+        (mean, cross)
+    }
+
+    /// Posterior mean and covariance of an operator at points.
+    fn joint(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)> {
+        instance!(
+            D,
+            Conditional::jointly,
+            fn(&Conditional<D>, &Operator<D>, &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)>
+        )(self, operator, points)
+    }
+
+    fn jointly(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)> {
+        let query = self.query(operator, points)?;
+        let (mean, whitened) = self.conditioned(&query);
+        let mut covariance = whitened.transpose() * &whitened;
+        let mut scratch = Scratch::default();
+        let mut prior = vec![0.0; points.len()];
+        for column in 0..points.len() {
+            prior.fill(0.0);
+            query.add_own([0, column], &mut prior, &mut scratch);
+            for (row, value) in prior.iter().enumerate() {
+                covariance[(row, column)] = value - covariance[(row, column)];
+            }
+        }
+        Ok((mean, covariance))
+    }
+}
+
+/// Samples of a normal distribution, by the eigenvectors of its covariance.
+fn drawn(mean: &[f64], covariance: &Mat<f64>, count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
+    let size = mean.len();
+    let Ok(eigen) = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower) else {
+        return Err(GpError::NotPositiveDefinite { size, jitter: 0.0 });
+    };
+    let (vectors, values) = (eigen.U(), eigen.S().column_vector());
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let draw = |_| {
+        let mut sample = mean.to_vec();
+        for (mode, z) in standard_normals(size, &mut random).into_iter().enumerate() {
+            // Rounding makes vanishing variances slightly negative.
+            let factor = values[mode].max(0.0).sqrt() * z;
+            sample.iter_mut().zip(vectors.col(mode).iter()).for_each(|(s, v)| *s += factor * v);
+        }
+        sample
+    };
+    Ok((0..count).map(draw).collect())
+}

@@ -1,0 +1,321 @@
+//! Several probable parameter vectors: predictions that include what is not known of them.
+
+use crate::error::{GpError, Result};
+use crate::fit::Fit;
+use crate::fit::warning::Warning;
+use crate::model::Model;
+use crate::posterior::conditional::{Conditional, Prediction};
+use crate::problem::functional::Functional;
+use crate::problem::operator::Operator;
+use rayon::prelude::*;
+use sinew_sample::{quantile, split_seed};
+use std::sync::Arc;
+
+/// Draws from the posterior of all parameters of a model.
+#[derive(Clone, Debug)]
+pub struct Ensemble<const D: usize> {
+    model: Arc<Model<D>>,
+    /// Parameter vectors, on their scales, equally probable.
+    pub draws: Vec<Vec<f64>>,
+    /// Shape of the tail of the importance weights, for draws by [`crate::laplace`]: above 0.4 their averages cannot be trusted,
+    /// and [`crate::nuts`] is the one to ask.
+    pub k_hat: Option<f64>,
+    warnings: Vec<Warning>,
+    /// Positions of parameters that the data do not tell.
+    unidentified: Vec<usize>,
+}
+
+impl<const D: usize> Ensemble<D> {
+    pub(crate) fn new(model: Arc<Model<D>>, draws: Vec<Vec<f64>>) -> Self {
+        Self { model, draws, k_hat: None, warnings: Vec::new(), unidentified: Vec::new() }
+    }
+
+    /// Draws about a fit, with what they leave in doubt: the shape of their weights' tail, or a parameter of the equation, its R̂
+    /// and effective draws.
+    pub(crate) fn checked(
+        fit: &Fit<D>,
+        draws: Vec<Vec<f64>>,
+        k_hat: Option<f64>,
+        worst: Option<(usize, f64, f64)>,
+    ) -> Result<Self> {
+        if let Some(unresolved) = fit.withheld() {
+            return Err(unresolved);
+        }
+        let mut ensemble = Self { k_hat, ..Self::new(fit.model().clone(), draws) };
+        let heavy = k_hat.filter(|k_hat| *k_hat > TRUSTED);
+        ensemble.warnings.extend(heavy.map(|k_hat| Warning::HeavyWeights { k_hat }));
+        if let Some((parameter, r_hat, effective)) = worst {
+            let parameter = fit.model().parameters()[parameter].name.clone();
+            ensemble.warnings.push(Warning::NotMixed { parameter, r_hat, effective });
+        }
+        if ensemble.draws.is_empty() {
+            return Ok(ensemble);
+        }
+        let (model, silent) = (fit.model(), fit.silent()?);
+        ensemble.unidentified = silent.to_vec();
+        for k in model.theta_range().filter(|k| !silent.contains(k)) {
+            if model.is_wide(k, ensemble.draws.iter().map(|draw| (draw[k], 1.0))) {
+                ensemble.unidentified.push(k);
+                ensemble.warnings.push(model.unidentified(k));
+                continue;
+            }
+            let name = &model.parameters()[k].name;
+            let mode = fit.parameter(name)?;
+            let [lower, upper] = ensemble.interval(name, NEARLY_ALL)?;
+            if !(lower..=upper).contains(&mode) {
+                let parameter = name.clone();
+                ensemble.warnings.push(Warning::ModeApart { parameter, mode, lower, upper });
+            }
+        }
+        Ok(ensemble)
+    }
+
+    /// Warnings about the draws; empty if no fault was found. [`crate::Fit::warnings`] are about the fit.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// Drawn values of a parameter by name, in its own unit.
+    ///
+    /// # Errors
+    /// If no entry has that name.
+    pub fn parameter(&self, name: &str) -> Result<Vec<f64>> {
+        let position = self.model.position(name)?;
+        let parameter = &self.model.parameters()[position];
+        Ok(self.draws.iter().map(|draw| parameter.from_scale(draw[position])).collect())
+    }
+
+    /// Whether the data tell a parameter of the equation: its draws are not about as wide as its prior, and the probability of the data
+    /// depends on it.
+    ///
+    /// # Errors
+    /// If no entry has that name.
+    pub fn identifies(&self, name: &str) -> Result<bool> {
+        Ok(!self.unidentified.contains(&self.model.position(name)?))
+    }
+
+    /// The central interval of a parameter, in its own unit, that holds the share `level` of the draws: 0.95 for 95 %; of the prior,
+    /// where the data do not tell it ([`Ensemble::identifies`]).
+    /// Draws never reach a parameter's bounds: an end nearer to one than a tenth of the interval is that bound (where a
+    /// normal density would have fallen to a sixteenth).
+    ///
+    /// # Errors
+    /// If no entry has that name, there are no draws, or `level` does not lie between 0 and 1.
+    pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2]> {
+        const NEAR: f64 = 0.1;
+        check_share(level)?;
+        let parameter = &self.model.parameters()[self.model.position(name)?];
+        let tails = [0.5 * (1.0 - level), 0.5 * (1.0 + level)];
+        let [low, high] = parameter.bounds.map(|bound| parameter.to_scale(bound));
+        let mut ends = match self.identifies(name)? {
+            true => [self.quantile(name, tails[0])?, self.quantile(name, tails[1])?],
+            false => tails.map(|tail| parameter.from_scale(low + tail * (high - low))),
+        };
+        let [lower, upper] = ends.map(|end| parameter.to_scale(end));
+        for (end, bound) in ends.iter_mut().zip(parameter.bounds) {
+            let distance = (parameter.to_scale(*end) - parameter.to_scale(bound)).abs();
+            if distance < NEAR * (upper - lower) {
+                *end = bound;
+            }
+        }
+        Ok(ends)
+    }
+
+    /// Median of a parameter over the draws, in its own unit.
+    ///
+    /// # Errors
+    /// If no entry has that name, or there are no draws.
+    pub fn median(&self, name: &str) -> Result<f64> {
+        self.quantile(name, 0.5)
+    }
+
+    /// The value of a parameter, in its own unit, below which a share of the draws lies: 0.5 for the median.
+    ///
+    /// # Errors
+    /// As [`Ensemble::interval`].
+    pub fn quantile(&self, name: &str, share: f64) -> Result<f64> {
+        check_share(share)?;
+        match &self.parameter(name)?[..] {
+            [] => Err(no_draws()),
+            values => Ok(quantile(values, share)),
+        }
+    }
+
+    /// Mean and standard deviation of u over the draws and over the process for each of them.
+    ///
+    /// # Errors
+    /// If a feature has no derivative at a point, a draw's covariance cannot be factorised, or
+    /// there are no draws.
+    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction> {
+        self.predict_operator(&Operator::identity(), points)
+    }
+
+    /// Mean and standard deviation of an operator applied to u, each draw with the operator's
+    /// parameters as drawn: of a flux −D ∂u/∂x, what is not known of D counts too.
+    ///
+    /// # Errors
+    /// As [`Ensemble::predict`]; and if the operator has parameters that the model lacks.
+    pub fn predict_operator(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+    ) -> Result<Prediction> {
+        self.mixture(|conditional| conditional.predict_operator(operator, points))
+    }
+
+    /// Functions u drawn from the posterior, each by its values at the points and with parameters of its own.
+    ///
+    /// # Errors
+    /// As [`Ensemble::predict`].
+    pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
+        if self.draws.is_empty() {
+            return Err(no_draws());
+        }
+        // Evenly over the draws, each with its own stream.
+        let one = |number: usize| {
+            let draw = &self.draws[number * self.draws.len() / count];
+            let conditional = Conditional::new(self.model.clone(), draw)?;
+            Ok(conditional.sample(points, 1, split_seed(seed, number as u64))?.remove(0))
+        };
+        (0..count).into_par_iter().map(one).collect()
+    }
+
+    /// Mean and standard deviation of a weighted sum, as an integral; parameters as in
+    /// [`Ensemble::predict_operator`].
+    ///
+    /// # Errors
+    /// As [`Ensemble::predict_operator`].
+    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64)> {
+        let sum = self.mixture(|conditional| {
+            let (mean, deviation) = conditional.predict_functional(functional)?;
+            Ok(Prediction { mean: vec![mean], standard_deviation: vec![deviation] })
+        })?;
+        Ok((sum.mean[0], sum.standard_deviation[0]))
+    }
+
+    /// All draws' predictions as one: the variance within them on average, and that between them.
+    fn mixture(
+        &self,
+        predict: impl Fn(&Conditional<D>) -> Result<Prediction> + Sync,
+    ) -> Result<Prediction> {
+        let of = |draw: &Vec<f64>| predict(&Conditional::new(self.model.clone(), draw)?);
+        let members: Vec<Prediction> = self.draws.par_iter().map(of).collect::<Result<_, _>>()?;
+        if members.is_empty() {
+            return Err(no_draws());
+        }
+        let values = members[0].mean.len();
+        let count = members.len() as f64;
+        let average = |of: &dyn Fn(&Prediction) -> f64| members.iter().map(of).sum::<f64>() / count;
+        let mean: Vec<f64> = (0..values).map(|value| average(&|m| m.mean[value])).collect();
+        let deviation = |value: usize| {
+            let within = average(&|m| m.standard_deviation[value].powi(2));
+            let between = average(&|m| (m.mean[value] - mean[value]).powi(2));
+            (within + between).sqrt()
+        };
+        let standard_deviation = (0..values).map(deviation).collect();
+        Ok(Prediction { mean, standard_deviation })
+    }
+}
+
+/// Level of the interval that the most probable value is looked for in.
+const NEARLY_ALL: f64 = 0.99;
+/// Shape of the tail of importance weights up to which averages over them are trusted: their variance is finite up to 0.5 (Vehtari et
+/// al. 2024), of which some hundred weights leave an uncertainty of a tenth.
+pub(crate) const TRUSTED: f64 = 0.4;
+
+fn check_share(share: f64) -> Result<()> {
+    match (0.0..=1.0).contains(&share) {
+        true => Ok(()),
+        false => Err(GpError::Invalid(format!(
+            "a level or share of {share}; give a number between 0 and 1, as 0.95"
+        ))),
+    }
+}
+
+fn no_draws() -> GpError {
+    GpError::Invalid("the ensemble has no draws; keep at least one".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        Condition, Data, Domain, Evidence, Noise, Parameter, Prior, Problem, Side,
+        SquaredExponential, constant,
+    };
+
+    /// D u″ = −1 with u(0) = 0, and an ensemble of two draws whose D are far apart.
+    fn spring() -> Result<(Ensemble<1>, Operator<1>, Domain<1>), GpError> {
+        let domain = Domain::interval("x", [0.0, 1.0])?;
+        let [dx] = domain.derivatives();
+        let stiffness = Parameter::new("D", [0.1, 10.0])?;
+        let problem = Problem::new(domain.clone(), &stiffness * dx * dx)?.condition(
+            "x",
+            Side::Lower,
+            Condition::Dirichlet(constant(0.0)),
+        )?;
+        let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+        let data = Data::new().values(&[[0.3], [0.8]], &[0.2, 0.4], Noise::Known(0.01)).equation(
+            &[[0.2], [0.6]],
+            &[-1.0; 2],
+            Noise::Exact,
+        );
+        let model = Arc::new(Model::new(prior, data, Evidence::Joint)?);
+        let position = model.position("D")?;
+        let draws = [0.3, 3.0].map(|value| {
+            let mut draw = vec![0.0; model.parameters().len()];
+            draw[position] = model.parameters()[position].to_scale(value);
+            draw
+        });
+        let ensemble = Ensemble::new(model, draws.to_vec());
+        Ok((ensemble, &stiffness * dx, domain))
+    }
+
+    #[test]
+    fn an_operators_parameters_are_those_of_each_draw() -> Result<(), GpError> {
+        let (ensemble, flux, domain) = spring()?;
+        let [dx] = domain.derivatives();
+        let values = ensemble.parameter("D")?;
+        assert!((values[0] - 0.3).abs() < 1e-12 && (values[1] - 3.0).abs() < 1e-12);
+        // By hand: the slope under each draw times its D.
+        let members: Vec<(f64, f64)> = std::iter::zip(&ensemble.draws, &values)
+            .map(|(draw, stiffness)| {
+                let conditional = Conditional::new(ensemble.model.clone(), draw)?;
+                let slope = conditional.predict_operator(&dx.into(), &[[0.9]])?;
+                Ok((stiffness * slope.mean[0], stiffness * slope.standard_deviation[0]))
+            })
+            .collect::<Result<_, GpError>>()?;
+        let [(a, s), (b, t)] = [members[0], members[1]];
+        let mean = 0.5 * (a + b);
+        let deviation = (0.5 * (s * s + t * t) + 0.25 * (a - b).powi(2)).sqrt();
+        assert!((a - b).abs() > 0.1 * deviation, "the draws differ: {members:?}");
+        // Rounding of a well-conditioned 4 × 4 solution.
+        const TOLERANCE: f64 = 1e-9;
+        let found = ensemble.predict_operator(&flux, &[[0.9]])?;
+        assert!((found.mean[0] - mean).abs() < TOLERANCE * mean.abs(), "{found:?}, not {mean}");
+        assert!(
+            (found.standard_deviation[0] - deviation).abs() < TOLERANCE * deviation,
+            "{deviation}"
+        );
+        // A functional of one point is the same thing, and so are weights that cancel.
+        let sum =
+            Functional { operator: flux, points: vec![[0.9]; 3], weights: vec![1.0, 2.0, -1.0] };
+        let (twice, spread) = ensemble.predict_functional(&sum)?;
+        assert!((twice - 2.0 * mean).abs() < TOLERANCE * mean.abs(), "{twice}");
+        assert!((spread - 2.0 * deviation).abs() < 1e-6 * deviation, "{spread}");
+        Ok(())
+    }
+
+    #[test]
+    fn without_draws_there_is_no_prediction() -> Result<(), GpError> {
+        let (mut ensemble, ..) = spring()?;
+        for level in [95.0, -0.1, f64::NAN] {
+            let refused = ensemble.interval("D", level).unwrap_err().to_string();
+            assert!(refused.contains("between 0 and 1"), "{level}: {refused}");
+        }
+        ensemble.draws.clear();
+        assert_eq!(ensemble.predict(&[[0.5]]).unwrap_err(), no_draws());
+        assert_eq!(ensemble.interval("D", 0.95).unwrap_err(), no_draws());
+        Ok(())
+    }
+}

@@ -1,0 +1,160 @@
+//! Draws about the fit, weighed by the posterior.
+
+use crate::error::Result;
+use crate::fit::Fit;
+use crate::instances::instance;
+use crate::posterior::ensemble::{Ensemble, TRUSTED};
+use crate::posterior::nuts::{NutsOptions, nuts, sampled};
+use crate::posterior::space::Space;
+use nalgebra::DMatrix;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use sinew_sample::{Laplace, psis, standard_normals};
+
+/// Proposals for each draw that is kept.
+const PROPOSALS: usize = 2;
+/// Degrees of freedom of the proposals: tails heavier than any that the posterior is likely to have.
+const FREEDOM: usize = 5;
+
+/// Draws parameters by importance: proposals from Student's t distribution with the curvature at the maximum of the
+/// posterior (Laplace's approximation, with heavier tails; wider where the density falls more slowly than that), of which `draws`
+/// are kept with the weight that the posterior has there over the proposals' (Kass & Raftery 1995, §4.2; weights
+/// smoothed as by Vehtari et al. 2024). Where weights are heavy-tailed, or draws scatter unlike their proposals, these move to the mean and covariance of what they found and are drawn
+/// again, three times at most (population Monte Carlo, Cappé et al. 2004); [`Ensemble::k_hat`] says how heavy they stay.
+///
+/// Weights of values ([`crate::Noise::StudentT`]) stay as fitted.
+///
+/// # Errors
+/// If the evidence cannot be evaluated next to the fit.
+#[doc(alias = "importance sampling")]
+pub fn laplace<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
+    instance!(D, draws_about, fn(&Fit<D>, usize, u64) -> Result<Ensemble<D>>)(fit, draws, seed)
+}
+
+fn draws_about<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
+    let (draws, k_hat, ..) = weighed(fit, draws, seed)?;
+    Ensemble::checked(fit, draws, Some(k_hat), None)
+}
+
+/// Draws of [`laplace`] and the shape of their weights' tail, with the space and the width that they come from.
+fn weighed<const D: usize>(
+    fit: &Fit<D>,
+    draws: usize,
+    seed: u64,
+) -> Result<(Vec<Vec<f64>>, f64, Space<'_, D>, Laplace)> {
+    let model = fit.model();
+    let (space, mut proposals) =
+        Space::new(model, &fit.outcome().parameters, model.without_weights())?;
+    let first = proposals.clone();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    for round in 0.. {
+        let drawn: Vec<(Vec<f64>, f64)> =
+            (0..PROPOSALS * draws).map(|_| propose(&proposals, &mut random)).collect();
+        let ratio = |(q, own): &(Vec<f64>, f64)| space.log_density(q) - own;
+        let ratios: Vec<f64> = drawn.par_iter().map(ratio).collect();
+        let smoothed = psis(&ratios, 1.0);
+        let (weights, k_hat) = (smoothed.weights(), smoothed.k_hat);
+        let next = moved(&proposals, &drawn, &weights, LEAST);
+        if k_hat <= TRUSTED && next.as_ref().is_none_or(|next| alike(&proposals, next))
+            || round == ROUNDS
+        {
+            let chosen = resample(&weights, draws, random.random());
+            let draws = chosen.into_iter().map(|k| space.parameters(&drawn[k].0)).collect();
+            // A chain begins with the width of both.
+            let about = moved(&first, &drawn, &weights, 1.0).unwrap_or(first);
+            return Ok((draws, k_hat, space, about));
+        }
+        proposals = next.unwrap_or(proposals);
+    }
+    unreachable!("the last round returns")
+}
+
+/// Draws by [`laplace`] where its weights can be trusted, else as many by [`crate::nuts`], whose chains start where that found mass.
+///
+/// # Errors
+/// As these two.
+pub fn ensemble<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
+    instance!(D, trusted, fn(&Fit<D>, usize, u64) -> Result<Ensemble<D>>)(fit, draws, seed)
+}
+
+fn trusted<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
+    let (weighed, k_hat, space, about) = weighed(fit, draws, seed)?;
+    let options = NutsOptions { draws, seed, ..NutsOptions::default() };
+    let model = fit.model();
+    match k_hat <= TRUSTED {
+        true => Ensemble::checked(fit, weighed, Some(k_hat), None),
+        // Weights of values are drawn too.
+        false if model.without_weights() < model.parameters().len() => nuts(fit, &options),
+        false => sampled(fit, &space, about, &options),
+    }
+}
+
+/// Factor of the covariance that proposals move to: that of weights whose tail is smoothed is too small.
+const INFLATION: f64 = 1.3;
+/// Ratio of variances of draws to those of their proposals up to which proposals stay unchanged.
+const ALIKE: f64 = 1.6;
+/// Share of the covariance of proposals that is kept.
+pub(crate) const LEAST: f64 = 1e-4;
+/// Times that proposals are moved at most.
+const ROUNDS: usize = 3;
+
+/// A variate of the multivariate t distribution about a mode and the logarithm of its density, up to a constant.
+fn propose(about: &Laplace, random: &mut ChaCha8Rng) -> (Vec<f64>, f64) {
+    let freedom = FREEDOM as f64;
+    let square = |z: &[f64]| z.iter().map(|z| z * z).sum::<f64>();
+    let stretch = (freedom / square(&standard_normals(FREEDOM, random))).sqrt();
+    let mut t = standard_normals(about.dimension(), random);
+    t.iter_mut().for_each(|t| *t *= stretch);
+    let power = 0.5 * (freedom + t.len() as f64);
+    (about.point(&t), -power * (square(&t) / freedom).ln_1p())
+}
+
+/// Whether variances of one are about those of the other: a spike may have light weights under proposals as narrow as it is.
+fn alike(a: &Laplace, b: &Laplace) -> bool {
+    let ratio = b.covariance().diagonal().component_div(&a.covariance().diagonal()) / INFLATION;
+    ratio.iter().all(|ratio| (ALIKE.recip()..=ALIKE).contains(ratio))
+}
+
+/// The mean of draws with weights whose sum is 1, and their covariance with a share `least` of that before; none where these have none.
+pub(crate) fn moved(
+    about: &Laplace,
+    drawn: &[(Vec<f64>, f64)],
+    weights: &[f64],
+    least: f64,
+) -> Option<Laplace> {
+    let dimension = about.dimension();
+    let average = |of: &dyn Fn(&[f64]) -> f64| -> f64 {
+        drawn.iter().zip(weights).map(|((q, _), weight)| weight * of(q)).sum()
+    };
+    let centre: Vec<f64> = (0..dimension).map(|k| average(&|q| q[k])).collect();
+    let known = about.covariance();
+    let covariance = DMatrix::from_fn(dimension, dimension, |i, j| {
+        let product = average(&|q| (q[i] - centre[i]) * (q[j] - centre[j]));
+        INFLATION * product + least * known[(i, j)]
+    });
+    Laplace::from_covariance(&centre, covariance).ok()
+}
+
+/// Positions drawn with these weights, whose sum is 1, ascending: systematic resampling, from one uniform number.
+fn resample(weights: &[f64], count: usize, uniform: f64) -> Vec<usize> {
+    let (mut chosen, mut sum) = (Vec::with_capacity(count), 0.0);
+    for (number, weight) in weights.iter().enumerate() {
+        sum += weight * count as f64;
+        while chosen.len() < count && chosen.len() as f64 + uniform < sum {
+            chosen.push(number);
+        }
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_is_chosen_as_often_as_it_weighs() {
+        let weights = [1.0, 1.0, 3.0, 1.0, 2.0].map(|weight| weight / 8.0);
+        assert_eq!(resample(&weights, 8, 0.5), [0, 1, 2, 2, 2, 3, 4, 4]);
+    }
+}

@@ -1,0 +1,224 @@
+//! Per point, what an operator makes of a prior's mean and features: O(N) work, done once.
+//!
+//! By Leibniz' rule L(φ z) = Σ_α c_α ∂^α (φ z) = Σ_β a_β ∂^β z with
+//! a_β = Σ_α c_α C(α, β) ∂^{α−β} φ. The parameters θ of the operator enter only through monomials,
+//! so that a_β = Σ_t μ_t(θ) A_{t,β} with constant arrays A.
+
+use crate::error::{GpError, Result, place};
+use crate::prior::Prior;
+use crate::problem::domain::grid;
+use crate::problem::operator::{Operator, Parameter, Term};
+use crate::series::Series;
+
+/// A product of powers of parameters; empty for 1.
+pub(crate) type Monomial = Vec<(usize, i32)>;
+
+/// Π θ^power.
+fn monomial_value(monomial: &Monomial, theta: &[f64]) -> f64 {
+    monomial.iter().map(|(position, power)| theta[*position].powi(*power)).product()
+}
+
+/// ∂/∂θ of a monomial, for the parameter at `position`.
+pub(crate) fn monomial_slope(monomial: &Monomial, theta: &[f64], position: usize) -> f64 {
+    let factor = |(other, power): &(usize, i32)| match *other == position {
+        true => f64::from(*power) * theta[*other].powi(power - 1),
+        false => theta[*other].powi(*power),
+    };
+    monomial.iter().map(factor).product()
+}
+
+/// The constant arrays A of one part of the prior.
+#[derive(Clone, Debug)]
+pub(crate) struct PartCoefficients<const D: usize> {
+    /// The derivatives β of the latent function that occur.
+    pub orders: Vec<[usize; D]>,
+    /// A of each monomial, at `[order · points + point]`.
+    pub arrays: Vec<Vec<f64>>,
+}
+
+/// An operator on a prior at points.
+#[derive(Clone, Debug)]
+pub(crate) struct PointCoefficients<const D: usize> {
+    pub count: usize,
+    /// Coordinates of the points axis by axis, as latent functions take them.
+    pub axes: [Vec<f64>; D],
+    /// Lengths of the domain's axes, in which derivatives are of size one.
+    pub extents: [f64; D],
+    pub monomials: Vec<Monomial>,
+    /// Share of each monomial in the mean at each point.
+    pub mean: Vec<Vec<f64>>,
+    pub parts: Vec<PartCoefficients<D>>,
+}
+
+/// Position of each parameter by name, added where it is new.
+pub(crate) fn register(known: &mut Vec<Parameter>, parameter: &Parameter) -> Result<usize> {
+    match known.iter().position(|other| other.name() == parameter.name()) {
+        Some(position) if known[position] == *parameter => Ok(position),
+        Some(_) => Err(GpError::Invalid(format!(
+            "parameter {} is declared twice with different bounds; clone one `Parameter`",
+            parameter.name()
+        ))),
+        None => {
+            known.push(parameter.clone());
+            Ok(known.len() - 1)
+        }
+    }
+}
+
+impl<const D: usize> PointCoefficients<D> {
+    /// Coefficients of `operator` on `prior` at `points`, in errors those of `whose`; `parameters` are all that
+    /// occur in the model.
+    pub(crate) fn new(
+        prior: &Prior<D>,
+        operator: &Operator<D>,
+        (points, whose): (&[[f64; D]], &str),
+        parameters: &mut Vec<Parameter>,
+    ) -> Result<Self> {
+        operator.check_orders(&prior.domain)?;
+        let (monomials, of_term) = monomials(operator, parameters)?;
+        let (of_term, of_source) = of_term.split_at(operator.terms().len());
+        let (count, degrees) = (points.len(), operator.orders());
+        let mut mean = vec![vec![0.0; count]; monomials.len()];
+        let axes = std::array::from_fn(|d| points.iter().map(|x| prior.seen(*x)[d]).collect());
+        let arrays = vec![Vec::new(); monomials.len()];
+        let mut parts = vec![PartCoefficients { orders: Vec::new(), arrays }; prior.parts.len()];
+        for (index, point) in points.iter().enumerate() {
+            let finite = |number: f64, what: &str| match number.is_finite() {
+                true => Ok(number),
+                false => Err(singular(what, index, whose, point)),
+            };
+            let factor = |term: &Term<D>, what: &str| {
+                let function =
+                    term.function.as_ref().map_or(1.0, |function| function.value(*point));
+                finite(term.scale * function, what)
+            };
+            // Known functions are there whatever u is, as a mean of the operator.
+            for (source, monomial) in operator.sources().iter().zip(of_source) {
+                mean[*monomial][index] += factor(source, "known function of the operator")?;
+            }
+            let of = |term| factor(term, "coefficient of the operator");
+            let factors: Vec<f64> = operator.terms().iter().map(of).collect::<Result<_, _>>()?;
+            let terms = || operator.terms().iter().zip(&factors).zip(of_term);
+            if !prior.mean.is_zero() {
+                let value = prior.mean.at(Series::variables(*point, degrees));
+                for ((term, factor), monomial) in terms() {
+                    let derivative = factor * value.derivative(&term.derivative.orders);
+                    mean[*monomial][index] += finite(derivative, "prior mean")?;
+                }
+            }
+            for (part, built) in prior.parts.iter().zip(&mut parts) {
+                let series = part.feature.factor.at(Series::variables(*point, degrees));
+                for ((term, factor), monomial) in terms() {
+                    let alpha = term.derivative.orders;
+                    for beta in below(alpha, &part.feature.axes) {
+                        let rest: [usize; D] = std::array::from_fn(|d| alpha[d] - beta[d]);
+                        let binomial: f64 = (0..D).map(|d| choose(alpha[d], beta[d])).product();
+                        for (beta, turned) in prior.turned(beta, point) {
+                            let value = factor * binomial * turned * series.derivative(&rest);
+                            let row = built.row(beta, count);
+                            built.arrays[*monomial][row + index] += finite(value, "feature")?;
+                        }
+                    }
+                }
+            }
+        }
+        let parts = parts.into_iter().map(|part| part.without_zeros(count)).collect();
+        Ok(Self { count, axes, extents: prior.domain.extents(), monomials, mean, parts })
+    }
+
+    /// Values of the monomials.
+    pub(crate) fn factors(&self, theta: &[f64]) -> Vec<f64> {
+        self.monomials.iter().map(|monomial| monomial_value(monomial, theta)).collect()
+    }
+
+    /// a_β = amplitude · Σ_t μ_t A_{t,β} of each part, for the amplitudes of `kernels` and the monomials' values.
+    pub(crate) fn combined(&self, kernels: &[(f64, Vec<f64>)], monomials: &[f64]) -> Vec<Vec<f64>> {
+        let of = |(part, (amplitude, _)): (&PartCoefficients<D>, &(f64, Vec<f64>))| {
+            let mut sum = vec![0.0; part.orders.len() * self.count];
+            for (monomial, array) in monomials.iter().zip(&part.arrays) {
+                let factor = amplitude * monomial;
+                sum.iter_mut().zip(array).for_each(|(s, a)| *s += factor * a);
+            }
+            sum
+        };
+        self.parts.iter().zip(kernels).map(of).collect()
+    }
+
+    /// Adds the operator's mean at each point times `sign`, for the monomials' values `factors`.
+    pub(crate) fn add_mean(&self, factors: &[f64], sign: f64, sum: &mut [f64]) {
+        for (factor, mean) in factors.iter().zip(&self.mean) {
+            sum.iter_mut().zip(mean).for_each(|(s, m)| *s += sign * factor * m);
+        }
+    }
+
+    /// Coefficients of a multiple of the operator.
+    pub(crate) fn scaled(mut self, factor: f64) -> Self {
+        let arrays = self.parts.iter_mut().flat_map(|part| &mut part.arrays);
+        let numbers = arrays.chain(&mut self.mean).flatten();
+        numbers.for_each(|number| *number *= factor);
+        self
+    }
+}
+
+/// Binomial coefficient.
+fn choose(n: usize, k: usize) -> f64 {
+    (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product::<f64>().round()
+}
+
+fn singular(what: &str, index: usize, whose: &str, point: &[f64]) -> GpError {
+    let at = place(point);
+    GpError::Invalid(format!(
+        "the {what} has no finite value or derivative at point {index} of {whose} {at}; move the point off the corner, or make the formula finite there"
+    ))
+}
+
+/// The distinct monomials of an operator, and that of each of its terms and sources.
+fn monomials<const D: usize>(
+    operator: &Operator<D>,
+    parameters: &mut Vec<Parameter>,
+) -> Result<(Vec<Monomial>, Vec<usize>)> {
+    let (mut monomials, mut of_term): (Vec<Monomial>, _) = (Vec::new(), Vec::new());
+    for term in operator.terms().iter().chain(operator.sources()) {
+        let mut of = |(own, power): &(Parameter, i32)| Ok((register(parameters, own)?, *power));
+        let mut monomial: Monomial = term.parameters.iter().map(&mut of).collect::<Result<_>>()?;
+        monomial.sort_unstable();
+        of_term.push(position(&mut monomials, monomial));
+    }
+    Ok((monomials, of_term))
+}
+
+/// Position of an entry, added at the end where it is new.
+pub(crate) fn position<T: PartialEq>(known: &mut Vec<T>, entry: T) -> usize {
+    known.iter().position(|other| *other == entry).unwrap_or_else(|| {
+        known.push(entry);
+        known.len() - 1
+    })
+}
+
+/// All β ≤ α whose derivatives act on `axes` only: the latent function depends on no others.
+fn below<const D: usize>(alpha: [usize; D], axes: &[usize]) -> Vec<[usize; D]> {
+    let last = |d: usize| if axes.contains(&d) { alpha[d] } else { 0 };
+    grid(&std::array::from_fn(|d| (0..=last(d)).collect()))
+}
+
+impl<const D: usize> PartCoefficients<D> {
+    /// First entry of the derivative of these orders, for which room is made.
+    fn row(&mut self, orders: [usize; D], count: usize) -> usize {
+        let row = position(&mut self.orders, orders);
+        let size = self.orders.len() * count;
+        self.arrays.iter_mut().for_each(|array| array.resize(size, 0.0));
+        row * count
+    }
+
+    /// Drops derivatives that nowhere occur.
+    fn without_zeros(mut self, count: usize) -> Self {
+        let of = |array: &Vec<f64>, row: usize| array[row * count..(row + 1) * count].to_vec();
+        let occurs =
+            |row: &usize| self.arrays.iter().any(|a| of(a, *row).iter().any(|a| *a != 0.0));
+        let kept: Vec<usize> = (0..self.orders.len()).filter(occurs).collect();
+        self.orders = kept.iter().map(|row| self.orders[*row]).collect();
+        let rows = |array: &Vec<f64>| kept.iter().flat_map(|row| of(array, *row)).collect();
+        self.arrays = self.arrays.iter().map(rows).collect();
+        self
+    }
+}

@@ -1,0 +1,124 @@
+//! Whether the conditions of faces agree where these meet.
+
+use crate::error::{GpError, Result};
+use crate::prior::structure::{AxisStructure, Lift};
+use crate::problem::Problem;
+use crate::problem::domain::Domain;
+use crate::problem::domain::grid;
+use crate::problem::field::Field;
+use crate::series::Series;
+
+/// Relative difference above which two conditions conflict at a corner: data are given as formulas
+/// that agree to rounding where they agree at all.
+const CORNER_TOLERANCE: f64 = 1e-8;
+
+/// Compares all faces two by two.
+pub(super) fn check_corners<const D: usize>(
+    problem: &Problem<D>,
+    structures: &[AxisStructure<D>; D],
+) -> Result<()> {
+    let varying: Vec<usize> =
+        (0..D).filter(|axis| structures[*axis].varies(problem.domain())).collect();
+    if let [first, second, ..] = varying[..] {
+        let names = problem.domain().names();
+        return Err(GpError::Invalid(format!(
+            "factors of Robin conditions vary on faces of both {} and {}; impose those of one axis at points by `Data::imposed`",
+            names[first], names[second]
+        )));
+    }
+    for (number, structure) in structures.iter().enumerate() {
+        for a in &structure.lifts {
+            for b in structures[number + 1..].iter().flat_map(|other| &other.lifts) {
+                check_corner(problem.domain(), a, b)?;
+            }
+        }
+    }
+    let mut beyond = structures.iter().skip(2).flat_map(|structure| &structure.lifts);
+    beyond.try_for_each(|lift| check_edges(problem, lift))
+}
+
+/// A factor that varies along an edge where a slope of the product is held.
+fn varies(face: &str, along: &str) -> GpError {
+    GpError::Invalid(format!(
+        "the factor of the Robin condition on {face} varies where it meets {along}, on which a slope is held; give a factor without slope there, or impose one of the two at points by `Data::imposed`"
+    ))
+}
+
+/// The condition of a face against the values on the edges of its polygon.
+fn check_edges<const D: usize>(problem: &Problem<D>, lift: &Lift<D>) -> Result<()> {
+    let (domain, face) = (problem.domain(), &lift.imposed);
+    let (Some(polygon), Some(value)) = (domain.cross_section(), &problem.boundary) else {
+        return Ok(());
+    };
+    let size = magnitude(value, domain) + magnitude(&face.data, domain);
+    for (edge, fraction) in
+        (0..polygon.corners().len()).flat_map(|edge| [0.0, 0.29, 0.71].map(|share| (edge, share)))
+    {
+        let mut point: [f64; D] =
+            std::array::from_fn(|d| 0.5 * (domain.lower()[d] + domain.upper()[d]));
+        (point[0], point[1]) = polygon.on_edge(edge, fraction).into();
+        point[lift.axis] = lift.end();
+        let x = Series::plain(point);
+        let corner = || {
+            let face = lift.face(domain);
+            format!("{face}, polygon edge at ({}, {})", point[0], point[1])
+        };
+        agree(corner, [lift.apply(value, &x).value(), face.data.value(point)], size)?;
+    }
+    Ok(())
+}
+
+/// Whether the functional of one face, applied to the data of the other, gives what the other's
+/// functional makes of the first's data.
+fn check_corner<const D: usize>(domain: &Domain<D>, a: &Lift<D>, b: &Lift<D>) -> Result<()> {
+    for mut point in diagonal(domain) {
+        (point[a.axis], point[b.axis]) = (a.end(), b.end());
+        let x = Series::plain(point);
+        for (own, other) in [(a, b), (b, a)] {
+            if !other.lets_pass(&own.imposed.value, &x) {
+                return Err(varies(&own.face(domain), &other.face(domain)));
+            }
+        }
+        // ∂ along the second axis of the first face's data, against ∂ along the first of the second's.
+        let [implied, asked] = [b.apply(&a.imposed.data, &x), a.apply(&b.imposed.data, &x)];
+        let corner = || format!("{}, {}", a.face(domain), b.face(domain));
+        let size = magnitude(&a.imposed.data, domain) + magnitude(&b.imposed.data, domain);
+        agree(corner, [implied.value(), asked.value()], size)?;
+    }
+    Ok(())
+}
+
+/// Refuses a value that the condition of one face implies at a corner if the other face requires another one; rounding is relative
+/// to `size`.
+fn agree(corner: impl FnOnce() -> String, [implied, asked]: [f64; 2], size: f64) -> Result<()> {
+    let scale = (implied.abs() + asked.abs() + size).max(f64::MIN_POSITIVE);
+    // NaN differs from everything.
+    if (implied - asked).abs() <= CORNER_TOLERANCE * scale || implied == asked {
+        return Ok(());
+    }
+    Err(GpError::Invalid(format!(
+        "conditions conflict at the corner {}: {implied} from one face, {asked} from the other",
+        corner()
+    )))
+}
+
+/// Places along the diagonal of the domain, whose coordinates beside those of a corner are compared at.
+fn diagonal<const D: usize>(domain: &Domain<D>) -> impl Iterator<Item = [f64; D]> {
+    [0.5, 0.11, 0.83, 0.0, 1.0]
+        .into_iter()
+        .map(|fraction| std::array::from_fn(|d| domain.lower()[d] + fraction * domain.extents()[d]))
+}
+
+/// Largest value found on a coarse grid: what rounding at a corner is relative to.
+fn magnitude<const D: usize>(data: &Field<D>, domain: &Domain<D>) -> f64 {
+    if data.is_zero() {
+        return 0.0;
+    }
+    let along = |d: usize| {
+        // Off the middle, where sines vanish.
+        let places = [0.0, 0.37, 0.71, 1.0].iter();
+        places.map(|fraction| domain.lower()[d] + fraction * domain.extents()[d]).collect()
+    };
+    let points = grid(&std::array::from_fn(along)).into_iter();
+    points.map(|point| data.value(point).abs()).fold(0.0, f64::max)
+}

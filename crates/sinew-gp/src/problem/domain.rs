@@ -1,0 +1,287 @@
+//! Domain of a problem.
+
+use crate::error::{GpError, Result};
+use crate::problem::operator::Derivative;
+use crate::problem::polygon::Polygon;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// One end of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Least coordinate; the start of a time axis.
+    Lower,
+    /// Largest coordinate.
+    Upper,
+}
+
+impl Side {
+    /// Both, lower first.
+    pub const BOTH: [Self; 2] = [Self::Lower, Self::Upper];
+
+    /// 0 for lower, 1 for upper.
+    pub(crate) fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// A box with named axes, of which the first two may be restricted to a polygon.
+///
+/// An extrusion in time, or along a third direction, is one more axis.
+#[derive(Clone, Debug)]
+pub struct Domain<const D: usize> {
+    names: [String; D],
+    lower: [f64; D],
+    upper: [f64; D],
+    polygon: Option<Polygon>,
+}
+
+impl Domain<1> {
+    /// An interval.
+    ///
+    /// # Errors
+    /// If its ends are not in ascending order.
+    pub fn interval(name: &str, ends: [f64; 2]) -> Result<Self> {
+        Self::cuboid([(name, ends)])
+    }
+}
+
+impl Domain<2> {
+    /// A convex polygon, with its corners in order along the boundary.
+    ///
+    /// Values on its boundary are held by [`crate::Problem::boundary`]. Where the Laplacian leads the equation, solutions are rougher
+    /// at corners than functions of a prior (like r^(π/α) at an angle α), about re-entrant ones so much that these are refused: imposed at
+    /// points of the boundary ([`crate::Data::imposed`]) conditions give smaller errors there.
+    ///
+    /// # Errors
+    /// If it has fewer than three corners, repeated or re-entrant ones, or edges that cross.
+    pub fn polygon(names: [&str; 2], corners: &[[f64; 2]]) -> Result<Self> {
+        let polygon = Polygon::new(corners)?;
+        let [x, y] = polygon.extents();
+        Ok(Self { polygon: Some(polygon), ..Self::cuboid([(names[0], x), (names[1], y)])? })
+    }
+}
+
+impl Domain<3> {
+    /// A convex polygon times an interval: an extrusion, or a plane problem in time.
+    ///
+    /// # Errors
+    /// As [`Domain::polygon`] and [`Domain::interval`].
+    pub fn prism(names: [&str; 2], corners: &[[f64; 2]], along: (&str, [f64; 2])) -> Result<Self> {
+        let polygon = Polygon::new(corners)?;
+        let [x, y] = polygon.extents();
+        Ok(Self { polygon: Some(polygon), ..Self::cuboid([(names[0], x), (names[1], y), along])? })
+    }
+}
+
+impl<const D: usize> Domain<D> {
+    /// A box, from a name and the two ends for each axis.
+    ///
+    /// # Errors
+    /// If there are more than three axes or none, the ends of an axis are not in ascending order, or a name repeats.
+    pub fn cuboid(axes: [(&str, [f64; 2]); D]) -> Result<Self> {
+        if !(1..=3).contains(&D) {
+            let text = format!("a domain of {D} axes; give it one to three");
+            return Err(GpError::Invalid(text));
+        }
+        for (d, (name, [lower, upper])) in axes.iter().enumerate() {
+            // Neither end nor their distance may overflow.
+            if !((upper - lower).is_finite() && lower < upper) {
+                return Err(GpError::Invalid(format!(
+                    "axis {name} runs from {lower} to {upper}; give finite bounds in ascending order"
+                )));
+            }
+            if axes[..d].iter().any(|(earlier, _)| earlier == name) {
+                let text = format!("two axes are called {name}; name each axis once");
+                return Err(GpError::Invalid(text));
+            }
+        }
+        Ok(Self {
+            names: axes.map(|(name, _)| name.to_string()),
+            lower: axes.map(|(_, ends)| ends[0]),
+            upper: axes.map(|(_, ends)| ends[1]),
+            polygon: None,
+        })
+    }
+
+    /// The operators ∂/∂x of all axes.
+    pub fn derivatives(&self) -> [Derivative<D>; D] {
+        std::array::from_fn(Derivative::along)
+    }
+
+    /// Names of the axes.
+    pub fn names(&self) -> &[String; D] {
+        &self.names
+    }
+
+    /// Lower end of each axis, of the bounding box for a polygon.
+    pub fn lower(&self) -> [f64; D] {
+        self.lower
+    }
+
+    /// Upper end of each axis.
+    pub fn upper(&self) -> [f64; D] {
+        self.upper
+    }
+
+    /// Length of each axis.
+    pub(crate) fn extents(&self) -> [f64; D] {
+        std::array::from_fn(|d| self.upper[d] - self.lower[d])
+    }
+
+    /// The polygon that restricts the first two axes, if any.
+    pub fn cross_section(&self) -> Option<&Polygon> {
+        self.polygon.as_ref()
+    }
+
+    /// Position of an axis.
+    ///
+    /// # Errors
+    /// If no axis has that name.
+    pub(crate) fn axis(&self, name: &str) -> Result<usize> {
+        self.names.iter().position(|n| n == name).ok_or_else(|| {
+            let axes = self.names.join(", ");
+            GpError::Invalid(format!("there is no axis {name}; the domain has {axes}"))
+        })
+    }
+
+    /// Position of an axis that is no part of a polygon, for which an error says what to use.
+    pub(crate) fn free_axis(&self, name: &str, instead: &str) -> Result<usize> {
+        match self.axis(name)? {
+            axis if self.polygon.is_some() && axis < 2 => {
+                Err(GpError::Invalid(format!("{name} is part of the polygon; use {instead}")))
+            }
+            axis => Ok(axis),
+        }
+    }
+
+    /// Coordinate of one end of an axis.
+    pub(crate) fn end(&self, axis: usize, side: Side) -> f64 {
+        self.ends(axis)[side.index()]
+    }
+
+    /// Coordinates of both ends of an axis.
+    pub(crate) fn ends(&self, axis: usize) -> [f64; 2] {
+        [self.lower[axis], self.upper[axis]]
+    }
+
+    /// A face in words, as `x = 0`.
+    pub(crate) fn face(&self, axis: usize, side: Side) -> String {
+        format!("{} = {}", self.names[axis], self.end(axis, side))
+    }
+
+    /// Whether a point lies in the domain or on its boundary.
+    pub fn contains(&self, point: [f64; D]) -> bool {
+        self.contains_within(point, 0.0)
+    }
+
+    /// Whether a point lies in the domain or next to it, by no more than `share` of the domain's size.
+    pub(crate) fn contains_within(&self, point: [f64; D], share: f64) -> bool {
+        let along = |d: usize| {
+            let margin = share * self.extents()[d];
+            (self.lower[d] - margin..=self.upper[d] + margin).contains(&point[d])
+        };
+        // Distances to lines are rounded.
+        let margin = |polygon: &Polygon| share.max(1e-12) * polygon.size();
+        let across =
+            |polygon: &Polygon| polygon.contains_within([point[0], point[1]], margin(polygon));
+        (0..D).all(along) && self.polygon.as_ref().is_none_or(across)
+    }
+
+    /// Points drawn uniformly.
+    ///
+    /// # Errors
+    /// If a polygon fills less than about a thousandth of its bounding box.
+    pub fn sample(&self, count: usize, seed: u64) -> Result<Vec<[f64; D]>> {
+        const TRIES_PER_POINT: usize = 1000;
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let draw = |_| std::array::from_fn(|d| random.random_range(self.lower[d]..self.upper[d]));
+        let tries = (0..TRIES_PER_POINT * (count + 1)).map(draw);
+        let points: Vec<_> = tries.filter(|point| self.contains(*point)).take(count).collect();
+        match points.len() == count {
+            true => Ok(points),
+            false => Err(GpError::Invalid(
+                "the domain's polygon has too small a share of its bounding box to sample from; turn it along the axes, or give points of your own"
+                    .into(),
+            )),
+        }
+    }
+
+    /// Points on the face at one end of an axis, drawn uniformly.
+    ///
+    /// # Errors
+    /// If there is no such axis, or it belongs to a polygon.
+    pub fn on_face(
+        &self,
+        axis: &str,
+        side: Side,
+        count: usize,
+        seed: u64,
+    ) -> Result<Vec<[f64; D]>> {
+        let axis = self.free_axis(axis, "`Polygon::on_edge` for points on its edges")?;
+        let mut points = self.sample(count, seed)?;
+        points.iter_mut().for_each(|point| point[axis] = self.end(axis, side));
+        Ok(points)
+    }
+
+    /// The points of a regular grid, `count` along each axis including the ends, that lie in the
+    /// domain; the last axis runs fastest.
+    pub fn grid(&self, count: usize) -> Vec<[f64; D]> {
+        let steps = count.saturating_sub(1).max(1) as f64;
+        let along = |d: usize| {
+            let place = |k: usize| self.lower[d] + k as f64 / steps * self.extents()[d];
+            (0..count).map(place).collect()
+        };
+        let points = grid(&std::array::from_fn(along)).into_iter();
+        points.filter(|point| self.contains(*point)).collect()
+    }
+}
+
+/// All combinations of one entry for each axis; the last axis runs fastest.
+pub(crate) fn grid<T: Copy + Default, const D: usize>(axes: &[Vec<T>; D]) -> Vec<[T; D]> {
+    let mut all = vec![[T::default(); D]];
+    for (d, axis) in axes.iter().enumerate() {
+        let extended = all.iter().flat_map(|point| {
+            axis.iter().map(move |entry| {
+                let mut point = *point;
+                point[d] = *entry;
+                point
+            })
+        });
+        all = extended.collect();
+    }
+    all
+}
+
+/// A polygon's property asked of a domain without one.
+pub(crate) fn no_polygon() -> GpError {
+    let text = "the domain has no polygon; give conditions face by face with `Problem::condition`";
+    GpError::Invalid(text.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_axes_are_named() {
+        let empty = Domain::interval("x", [1.0, 1.0]).unwrap_err();
+        assert!(empty.to_string().contains("axis x runs from 1 to 1"));
+        let twice = Domain::cuboid([("x", [0.0, 1.0]), ("x", [0.0, 1.0])]).unwrap_err();
+        assert!(twice.to_string().contains("two axes are called x"));
+        let unknown = Domain::interval("x", [0.0, 1.0]).unwrap().axis("y").unwrap_err();
+        assert!(unknown.to_string().contains("no axis y"));
+    }
+
+    #[test]
+    fn samples_and_grids_lie_inside() {
+        let corners = [[0.0, 0.0], [2.0, 0.0], [1.0, 2.0], [0.0, 1.0]];
+        let domain = Domain::prism(["x", "y"], &corners, ("t", [0.0, 3.0])).unwrap();
+        assert_eq!(domain.extents(), [2.0, 2.0, 3.0]);
+        let points = domain.sample(200, 1).unwrap();
+        assert_eq!(points.len(), 200);
+        assert!(points.iter().all(|p| domain.contains(*p)));
+        assert!(!domain.contains([1.8, 1.0, 1.0]), "outside of the polygon, inside of its box");
+        assert_eq!(Domain::interval("x", [0.0, 1.0]).unwrap().grid(3), [[0.0], [0.5], [1.0]]);
+    }
+}

@@ -1,0 +1,114 @@
+//! Weighted sums of an operator's values: integrals by quadrature.
+
+use crate::error::{GpError, Result};
+use crate::problem::domain::grid;
+use crate::problem::domain::{Domain, Side};
+use crate::problem::operator::Operator;
+use nalgebra::DMatrix;
+
+/// Σ weight · (L u)(point), a linear functional of u.
+#[derive(Clone, Debug)]
+pub struct Functional<const D: usize> {
+    /// The operator L.
+    pub operator: Operator<D>,
+    /// Place of evaluation.
+    pub points: Vec<[f64; D]>,
+    /// Weight of each point.
+    pub weights: Vec<f64>,
+}
+
+impl<const D: usize> Functional<D> {
+    /// ∫ L u over a box, by Gauss–Legendre quadrature with `order` points along each axis.
+    ///
+    /// # Errors
+    /// For domains with a polygon; give points and weights of your own there.
+    pub fn integral(
+        domain: &Domain<D>,
+        operator: impl Into<Operator<D>>,
+        order: usize,
+    ) -> Result<Self> {
+        Self::over(domain, operator.into(), order, None)
+    }
+
+    /// ∫ L u over the face at one end of an axis.
+    ///
+    /// # Errors
+    /// As [`Functional::integral`]; and if there is no such axis.
+    pub fn face_integral(
+        domain: &Domain<D>,
+        (axis, side): (&str, Side),
+        operator: impl Into<Operator<D>>,
+        order: usize,
+    ) -> Result<Self> {
+        Self::over(domain, operator.into(), order, Some((domain.axis(axis)?, side)))
+    }
+
+    fn over(
+        domain: &Domain<D>,
+        operator: Operator<D>,
+        order: usize,
+        face: Option<(usize, Side)>,
+    ) -> Result<Self> {
+        if domain.cross_section().is_some() {
+            return Err(GpError::Invalid(
+                "the domain has a polygon; give points and weights of your own for the integral"
+                    .into(),
+            ));
+        }
+        let along = |d: usize| match face {
+            Some((axis, side)) if axis == d => (vec![domain.end(d, side)], vec![1.0]),
+            _ => {
+                let (lower, extent) = (domain.lower()[d], domain.extents()[d]);
+                let rule = gauss_legendre(order.max(1)).into_iter();
+                rule.map(|(s, w)| (lower + s * extent, w * extent)).unzip()
+            }
+        };
+        let rules: [(Vec<f64>, Vec<f64>); D] = std::array::from_fn(along);
+        let points = grid(&rules.each_ref().map(|rule| rule.0.clone()));
+        let weights = grid(&rules.map(|rule| rule.1));
+        let weights = weights.iter().map(|along| along.iter().product()).collect();
+        Ok(Self { operator, points, weights })
+    }
+}
+
+/// Nodes and weights of Gauss and Legendre for ∫ over [0, 1], from the spectrum of the Jacobi matrix of their polynomials (Golub &
+/// Welsch 1969).
+fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
+    let beside = |n: f64| n / (4.0 * n * n - 1.0).sqrt();
+    let jacobi = DMatrix::from_fn(count, count, |i, j| match i.abs_diff(j) {
+        1 => beside(i.max(j) as f64),
+        _ => 0.0,
+    });
+    let eigen = jacobi.symmetric_eigen();
+    let node = |k: usize| (0.5 * (1.0 + eigen.eigenvalues[k]), eigen.eigenvectors[(0, k)].powi(2));
+    (0..count).map(node).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_are_exact_for_polynomials() {
+        for count in 1..8 {
+            for power in 0..2 * count {
+                let rule = gauss_legendre(count).into_iter();
+                let found: f64 = rule.map(|(x, w)| w * x.powi(power as i32)).sum();
+                let mean = 1.0 / (power as f64 + 1.0);
+                // Rounding of a sum of seven terms below one.
+                assert!((found - mean).abs() < 1e-14, "{count} {power}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn integrals_of_one_are_sizes() {
+        let domain = Domain::cuboid([("x", [0.0, 2.0]), ("y", [1.0, 4.0])]).unwrap();
+        let area = Functional::integral(&domain, Operator::identity(), 3).unwrap();
+        assert!((area.weights.iter().sum::<f64>() - 6.0).abs() < 1e-13);
+        let edge = Functional::face_integral(&domain, ("x", Side::Upper), Operator::identity(), 3)
+            .unwrap();
+        assert!(edge.points.iter().all(|p| p[0] == 2.0));
+        assert!((edge.weights.iter().sum::<f64>() - 3.0).abs() < 1e-13);
+    }
+}

@@ -1,0 +1,207 @@
+//! Convex polygons, and functions that vanish on their edges.
+
+use crate::error::{GpError, Result, place};
+use crate::series::Series;
+
+/// A convex polygon, with its corners in anticlockwise order.
+#[derive(Clone, Debug)]
+pub struct Polygon {
+    corners: Vec<[f64; 2]>,
+    /// Unit vector to the inside of the edge that starts at each corner.
+    normals: Vec<[f64; 2]>,
+}
+
+/// Sine of the least angle between two edges that meet.
+const LEAST_TURN: f64 = 1e-9;
+
+/// Cross product of b − a and c − a, positive if the three lie anticlockwise.
+fn cross([ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]) -> f64 {
+    (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+}
+
+impl Polygon {
+    /// Creates a polygon from its corners, in either sense of rotation.
+    ///
+    /// # Errors
+    /// If there are fewer than three, some are not finite, one is re-entrant, in line with its neighbours or repeated, or edges
+    /// cross.
+    pub(crate) fn new(corners: &[[f64; 2]]) -> Result<Self> {
+        let count = corners.len();
+        let fail = |problem: &str| {
+            Err(GpError::Invalid(format!("polygon of {count} vertices: {problem}")))
+        };
+        if count < 3 {
+            return fail("give at least three");
+        }
+        if corners.as_flattened().iter().any(|c| !c.is_finite()) {
+            return fail("give finite coordinates");
+        }
+        let area = |corners: &[[f64; 2]]| -> f64 {
+            (0..count).map(|i| cross([0.0; 2], corners[i], corners[(i + 1) % count])).sum()
+        };
+        let mut corners = corners.to_vec();
+        if area(&corners) < 0.0 {
+            corners.reverse();
+        }
+        let at = |k: usize| corners[k % count];
+        let length = |k: usize| (at(k + 1)[0] - at(k)[0]).hypot(at(k + 1)[1] - at(k)[1]);
+        let flat = |k: &usize| {
+            let sine = cross(at(*k), at(k + 1), at(k + 2)) / (length(*k) * length(k + 1));
+            // Of a repeated corner it is no number.
+            sine.is_nan() || sine <= LEAST_TURN
+        };
+        if let Some(corner) = (0..count).find(flat) {
+            return fail(&format!(
+                "its corner {} is re-entrant, in line with its neighbours or given twice; leave it out, or take a convex domain around yours and impose the conditions at points by `Data::imposed`",
+                place(&at(corner + 1))
+            ));
+        }
+        let crossing = |i: usize| (2..count).any(|j| cross(at(i), at(i + 1), at(i + j)) <= 0.0);
+        if (0..count).any(crossing) {
+            return fail("edges cross; give the corners in order along the boundary");
+        }
+        let normal = |k: usize| {
+            let [[ax, ay], [bx, by]] = [at(k), at(k + 1)];
+            [(ay - by) / length(k), (bx - ax) / length(k)]
+        };
+        let normals = (0..count).map(normal).collect();
+        Ok(Self { corners, normals })
+    }
+
+    /// Corners in anticlockwise order.
+    pub fn corners(&self) -> &[[f64; 2]] {
+        &self.corners
+    }
+
+    /// Smallest and largest coordinate along each axis.
+    pub(crate) fn extents(&self) -> [[f64; 2]; 2] {
+        std::array::from_fn(|d| {
+            let along = self.corners.iter().map(|corner| corner[d]);
+            [along.clone().fold(f64::INFINITY, f64::min), along.fold(f64::NEG_INFINITY, f64::max)]
+        })
+    }
+
+    /// Distances from the lines of all edges, positive inside.
+    fn distances(&self, x: &Series, y: &Series) -> impl Iterator<Item = Series> {
+        let edges = self.corners.iter().zip(&self.normals);
+        edges.map(move |([ax, ay], [nx, ny])| (x - *ax) * *nx + (y - *ay) * *ny)
+    }
+
+    /// Whether a point lies inside or not farther outside of any edge than `margin`.
+    pub(crate) fn contains_within(&self, point: [f64; 2], margin: f64) -> bool {
+        let [x, y] = Series::plain(point);
+        self.distances(&x, &y).all(|distance| distance.value() >= -margin)
+    }
+
+    /// A function of size one that vanishes on all edges and is positive inside, but rises from the edges evenly: the
+    /// R₀-conjunction a + b − √(a² + b²) of the distances from one edge after the other (Rvachev, Sheiko, Shapiro &
+    /// Tsukanov 2001). It has no derivatives at corners.
+    pub(crate) fn conjunction(&self, x: &Series, y: &Series) -> Series {
+        let both = |a: Series, b: Series| &a + &b - (a.squared() + b.squared()).sqrt();
+        self.distances(x, y).reduce(both).expect("three edges at least") / self.size()
+    }
+
+    /// The product of the distances, one at the mean of the corners: smooth, and of the second power at corners.
+    pub(crate) fn product(&self, x: &Series, y: &Series) -> Series {
+        let middle = [0, 1].map(|d| {
+            let sum: f64 = self.corners.iter().map(|corner| corner[d]).sum();
+            Series::number(sum / self.corners.len() as f64)
+        });
+        let shares = self.distances(x, y).zip(self.distances(&middle[0], &middle[1]));
+        shares.fold(x.constant(1.0), |product, (distance, most)| product * distance / most.value())
+    }
+
+    /// Largest extent.
+    pub(crate) fn size(&self) -> f64 {
+        self.extents().map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
+    }
+
+    /// The point at `fraction` of the way along edge `edge`, which runs from the corner of that number to the next.
+    ///
+    /// # Panics
+    /// If there is no such edge.
+    pub fn on_edge(&self, edge: usize, fraction: f64) -> [f64; 2] {
+        let (a, b) = (self.corners[edge], self.corners[(edge + 1) % self.corners.len()]);
+        std::array::from_fn(|d| a[d] + fraction * (b[d] - a[d]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Product and conjunction of the distances.
+    fn features(polygon: &Polygon, point: [f64; 2]) -> [f64; 2] {
+        let [x, y] = Series::plain(point);
+        [polygon.product(&x, &y), polygon.conjunction(&x, &y)].map(|feature| feature.value())
+    }
+
+    /// Winding number by angles: an independent test for lying inside.
+    fn inside(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+        let angle: f64 = (0..corners.len())
+            .map(|i| {
+                let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
+                let (a, b) = ([a[0] - x, a[1] - y], [b[0] - x, b[1] - y]);
+                (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1])
+            })
+            .sum();
+        angle.abs() > 3.0
+    }
+
+    #[test]
+    fn features_vanish_on_edges_and_are_positive_inside() {
+        let shapes: [&[[f64; 2]]; 4] = [
+            &[[0.0, 1.0], [-0.95, 0.31], [-0.59, -0.81], [0.59, -0.81], [0.95, 0.31]],
+            // Slender, small, and clockwise.
+            &[[0.0, 0.0], [5.0, 0.2], [5.1, 0.5], [0.0, 0.3]],
+            &[[0.0, 0.0], [1e-3, 2e-4], [3e-4, 9e-4]],
+            &[[0.0, 2.0], [2.0, 2.0], [2.0, 0.0], [0.0, 0.0]],
+        ];
+        for corners in shapes {
+            check_feature(corners);
+        }
+    }
+
+    fn check_feature(corners: &[[f64; 2]]) {
+        let polygon = Polygon::new(corners).unwrap();
+        let [[left, right], [bottom, top]] = polygon.extents();
+        for k in 0..900 {
+            let point = [
+                left + (right - left) * (f64::from(k % 30) + 0.37) / 30.0,
+                bottom + (top - bottom) * (f64::from(k / 30) + 0.41) / 30.0,
+            ];
+            let within = inside(corners, point);
+            assert_eq!(polygon.contains_within(point, 0.0), within, "{point:?}");
+            let [product, conjunction] = features(&polygon, point);
+            assert_eq!(within, conjunction > 0.0, "{point:?} {conjunction}");
+            assert!(
+                !within || 0.0 < product && product.max(conjunction) < 1.1,
+                "{point:?} {product}"
+            );
+        }
+        for edge in 0..corners.len() {
+            for place in [polygon.on_edge(edge, 0.3), polygon.corners()[edge]] {
+                let values = features(&polygon, place);
+                assert!(values.iter().all(|value| value.abs() < 1e-12), "{place:?}: {values:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn unusable_polygons_are_refused() {
+        let star = |k: usize| 0.8 * std::f64::consts::PI * k as f64;
+        let notched = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        for (corners, problem) in [
+            (vec![[0.0, 0.0], [1.0, 0.0]], "at least three"),
+            (vec![[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]], "finite coordinates"),
+            (notched.to_vec(), "its corner (1, 1) is re-entrant"),
+            (vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0]], "its corner (1, 0)"),
+            (vec![[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]], "its corner (1, 0)"),
+            (vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]], "in line"),
+            ((0..5).map(|k| [star(k).cos(), star(k).sin()]).collect(), "edges cross"),
+        ] {
+            let error = Polygon::new(&corners).unwrap_err().to_string();
+            assert!(error.contains(problem), "{error}");
+        }
+    }
+}

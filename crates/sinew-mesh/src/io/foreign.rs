@@ -1,0 +1,49 @@
+//! Formats that are recognised and not read, with the way out.
+
+/// Beginnings of files, words one of which stands among their first bytes (any, where there are none), name, and how to convert
+/// such a file.
+type Foreign = (&'static [&'static [u8]], &'static [&'static [u8]], &'static str, &'static str);
+
+const BY_MESHIO: &str = "write it as .vtu with `meshio convert`";
+
+const FORMATS: [Foreign; 10] = [
+    (
+        &[b"<"],
+        &[b"<Xdmf"],
+        "XDMF",
+        "write it as .vtu with `meshio convert`, or from DOLFINx with `VTKFile`",
+    ),
+    (&[b"<"], &[b"<febio_spec"], "FEBio (.feb)", "save the mesh from FEBio Studio as .vtk or .inp"),
+    (&[b"<"], &[b"<dolfin"], "DOLFIN XML", BY_MESHIO),
+    (
+        &[b"$", b"*KEYWORD"],
+        &[b"*KEYWORD"],
+        "LS-DYNA keyword",
+        "save the mesh from LS-PrePost as Abaqus input",
+    ),
+    (
+        &[b"$", b"SOL ", b"CEND", b"BEGIN", b"GRID"],
+        &[b"BEGIN BULK", b"GRID "],
+        "Nastran bulk data",
+        BY_MESHIO,
+    ),
+    (&[b"MeshVersionFormatted"], &[], "MEDIT (.mesh)", BY_MESHIO),
+    (&[b"ply\n", b"ply\r"], &[], "PLY", "save the surface as .stl or .obj"),
+    (&[b"\x89HDF"], &[], "HDF5 (MED, CGNS or the data of XDMF)", BY_MESHIO),
+    (&[b"CDF\x01", b"CDF\x02"], &[], "Exodus", BY_MESHIO),
+    (&[b"mesh3d", b"dimension"], &[b"volumeelements"], "Netgen (.vol)", "export it as gmsh2"),
+];
+
+/// Bytes in which the words of a format are looked for.
+const HEAD: usize = 4096;
+
+/// The format of a file that is none of ours, and the way out.
+pub(super) fn format(content: &[u8]) -> Option<(&'static str, &'static str)> {
+    let head = &content[..content.len().min(HEAD)];
+    let has = |word: &&[u8]| head.windows(word.len()).any(|part| part == *word);
+    let known = FORMATS.iter().find(|(starts, words, ..)| {
+        starts.iter().any(|start| content.starts_with(start))
+            && (words.is_empty() || words.iter().any(has))
+    });
+    known.map(|&(.., name, advice)| (name, advice))
+}

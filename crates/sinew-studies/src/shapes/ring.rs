@@ -1,0 +1,141 @@
+//! Rings of random radius, thickness and form: slices of a vessel or of a heart's wall.
+
+use super::{check_cells, padded};
+use anyhow::{Result, ensure};
+use sinew_mesh::{Field, TriangleMesh, repair_orientation};
+use std::f64::consts::TAU;
+
+/// A plane ring about the origin between two curves: `ln r` of the inner one and `ln` of the thickness are Fourier series in the angle.
+///
+/// Numbers of mean zero and variance one make the population: half of them radius and its waves, the others the thickness and its waves,
+/// `cos k φ` and `sin k φ` with k up to 7. All zeros are a ring of inner radius 25 and thickness 10 \[length\].
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RingShape {
+    numbers: [f64; Self::NUMBERS],
+}
+
+/// Radius and thickness of the round ring \[length\].
+const SIZE: [f64; 2] = [25.0, 10.0];
+/// Highest wave.
+const WAVES: usize = 7;
+/// Deviations of the logarithm of radius and thickness: of their mean, and of each wave.
+const DEVIATIONS: [[f64; WAVES + 1]; 2] = [
+    [0.15, 0.08, 0.06, 0.045, 0.03, 0.02, 0.015, 0.01],
+    [0.2, 0.12, 0.09, 0.06, 0.045, 0.03, 0.02, 0.015],
+];
+/// Ranges of a population \[length\].
+const RADIUS: [f64; 2] = [12.0, 50.0];
+const THICKNESS: [f64; 2] = [4.0, 25.0];
+
+impl RingShape {
+    /// Numbers of a shape.
+    pub(crate) const NUMBERS: usize = 2 * (2 * WAVES + 1);
+
+    /// Shape of at most [`Self::NUMBERS`] numbers; those left out are zero.
+    ///
+    /// # Errors
+    /// More numbers, one that is not finite, or a ring that is too small, large, thin or thick at one of 56 angles.
+    pub(crate) fn new(numbers: &[f64]) -> Result<Self> {
+        let shape = Self { numbers: padded(numbers)? };
+        for k in 0..8 * WAVES {
+            let [radius, thickness] = shape.measures(k as f64 / (8 * WAVES) as f64 * TAU);
+            within("inner radius", radius, RADIUS)?;
+            within("thickness of the wall", thickness, THICKNESS)?;
+        }
+        Ok(shape)
+    }
+
+    /// A mesh with `cells` quadrilaterals around and across, each of two triangles. Its facet sets are `inner` and `outer`; its point
+    /// field `fibre` goes around the origin: along circles, not along the waves of the wall.
+    ///
+    /// # Errors
+    /// Fewer than three cells around or none across.
+    pub(crate) fn triangles(&self, cells: [usize; 2]) -> Result<TriangleMesh> {
+        let [around, across] = cells;
+        check_cells(&cells, around > 2 && across > 0, "three around and one across, or more")?;
+        let node = |i: usize, j: usize| (i % around) * (across + 1) + j;
+        let mut mesh = TriangleMesh::default();
+        let mut fibre = Vec::with_capacity(around * (across + 1));
+        for i in 0..around {
+            let angle = i as f64 / around as f64 * TAU;
+            let ([radius, thickness], (sin, cos)) = (self.measures(angle), angle.sin_cos());
+            for j in 0..=across {
+                let r = radius + thickness * j as f64 / across as f64;
+                mesh.points.push([r * cos, r * sin, 0.0]);
+                fibre.push([-sin, cos, 0.0]);
+            }
+            for j in 0..across {
+                let [a, b, c, d] = [node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)];
+                mesh.cells.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        mesh.point_fields.insert("fibre".into(), Field::vectors(&fibre));
+        repair_orientation(&mut mesh);
+        // Radii grow outwards at every angle, so that no cell is folded.
+        let edges = |j: usize| -> Vec<[usize; 2]> {
+            (0..around).map(|i| [node(i, j), node(i + 1, j)]).collect()
+        };
+        for (name, j) in [("inner", 0), ("outer", across)] {
+            let named = mesh.name_facets_of(name, &edges(j));
+            debug_assert!(named.is_ok(), "the rings of nodes inside and outside are the boundary");
+        }
+        Ok(mesh)
+    }
+
+    /// Inner radius and thickness at an angle.
+    fn measures(&self, angle: f64) -> [f64; 2] {
+        let halves = self.numbers.split_at(Self::NUMBERS / 2);
+        let of = |numbers: &[f64], deviations: &[f64; WAVES + 1]| {
+            let waves = numbers[1..].chunks_exact(2).zip(&deviations[1..]).enumerate();
+            let waves = waves.map(|(k, (pair, deviation))| {
+                let (sin, cos) = ((k + 1) as f64 * angle).sin_cos();
+                deviation * (pair[0] * cos + pair[1] * sin)
+            });
+            (deviations[0] * numbers[0] + waves.sum::<f64>()).exp()
+        };
+        [SIZE[0] * of(halves.0, &DEVIATIONS[0]), SIZE[1] * of(halves.1, &DEVIATIONS[1])]
+    }
+}
+
+fn within(what: &str, value: f64, [least, most]: [f64; 2]) -> Result<()> {
+    ensure!(
+        (least..=most).contains(&value),
+        "the {what} of {value:.3} is not between {least} and {most}: draw other numbers"
+    );
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use sinew_sample::standard_normals;
+
+    /// Rings are meshes without defects between two closed curves, or refused with the measure.
+    #[test]
+    fn rings_are_between_two_closed_curves() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut numbers = || standard_normals(RingShape::NUMBERS, &mut random);
+        let shapes = (0..200).filter_map(|_| RingShape::new(&numbers()).ok());
+        let meshes: Vec<_> = shapes.map(|shape| shape.triangles([24, 3]).unwrap()).collect();
+        assert!(meshes.len() > 150, "{} of 200", meshes.len());
+        for mesh in &meshes {
+            assert!(mesh.check().is_ok());
+            assert_eq!(mesh.facet_sets["inner"].len() + mesh.facet_sets["outer"].len(), 48);
+        }
+        // A round ring's area, but for the polygon that stands for the circle.
+        let round = RingShape::new(&[]).unwrap().triangles([200, 2]).unwrap();
+        let area: f64 = (0..round.cells.len()).map(|cell| round.cell_volume(cell)).sum();
+        let exact = std::f64::consts::PI * (35f64.powi(2) - 25f64.powi(2));
+        assert!((area / exact - 1.0).abs() < 1e-3, "{area} {exact}");
+        assert_eq!(round.facet_sets["inner"].len(), 200);
+        let mut numbers = [0.0; RingShape::NUMBERS];
+        numbers[15] = -6.0;
+        let thin = RingShape::new(&numbers).unwrap_err().to_string();
+        assert!(thin.contains("thickness of the wall"), "{thin}");
+        assert!(RingShape::new(&[0.0; 31]).is_err());
+        let few = RingShape::new(&[]).unwrap().triangles([2, 1]).unwrap_err().to_string();
+        assert!(few.contains("2 x 1") && few.contains("three around"), "{few}");
+    }
+}
