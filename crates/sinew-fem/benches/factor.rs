@@ -46,6 +46,7 @@ fn rest(potential: &Body) -> Solution {
         force_scale: 0.0,
         least_volume_ratio: 1.0,
         negative_pivots: 0,
+        counted: true,
         load_steps: 0,
         jumped: false,
         history: History::default(),

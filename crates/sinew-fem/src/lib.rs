@@ -98,6 +98,7 @@ pub use diagnose::report::{Reaction, SolutionReport, Warning, report};
 pub use diagnose::stress::{CellStress, Fibre, cell_stresses, mixed_stresses};
 pub use error::{Advice, NotConverged, SolveError};
 pub use linear::matrix::Stiffness;
+pub use linear::method::Method;
 pub use solve::buckling::SoftestMode;
 pub use solve::continuation::{Curve, CurvePoint};
 pub use solve::converge::Converged;

@@ -7,6 +7,7 @@ mod locking;
 mod organ;
 mod patient_cost;
 mod real_heart;
+mod size;
 mod traction_beam;
 mod unload;
 mod unload_robustness;
@@ -40,6 +41,8 @@ pub enum Measurement {
         #[arg(long, default_value_t = 8.0)]
         pressure: f64,
     },
+    /// Cost of a solve from rest by the size of a ventricle
+    Size(size::Arguments),
     /// Two beams of the thesis under a follower load, at points all over their parameter ranges
     TractionBeam {
         /// Points of each beam
@@ -77,6 +80,7 @@ impl Measurement {
             Self::Locking => locking::run(),
             Self::PatientCost(arguments) => patient_cost::run(&arguments),
             Self::RealHeart { nodes, pressure } => real_heart::run(&nodes, pressure),
+            Self::Size(arguments) => size::run(&arguments),
             Self::TractionBeam { points } => traction_beam::run(points),
             Self::Unload { rivals } => unload::run(rivals),
             Self::UnloadRobustness { shapes, folder } => {

@@ -102,7 +102,7 @@ pub fn report(body: &Body, solution: &Solution) -> Result<SolutionReport, SolveE
         elastic_supports: forces.elastic_supports,
         warnings: Vec::new(),
     };
-    report.warnings = warning::of(&report, solution.negative_pivots);
+    report.warnings = warning::of(&report, (solution.negative_pivots, solution.counted));
     report.warnings.extend(locking(body, theta, displacement)?.map(Warning::Locking));
     Ok(report)
 }

@@ -21,6 +21,8 @@ pub(crate) struct Assembly {
     pub energy_noise: f64,
     /// Derivative of Π in every degree of freedom; at prescribed ones it is the reaction.
     pub gradient: Vec<f64>,
+    /// Displacement of the last assembly \[length\].
+    pub displacement: Vec<f64>,
     /// Norm of loads and reactions \[stress·length²\], plus that of the stress at rest where they are only rounding
     /// errors.
     pub force_scale: f64,
@@ -68,6 +70,7 @@ impl Assembly {
             energy: 0.0,
             energy_noise: 0.0,
             gradient: vec![0.0; degrees_of_freedom],
+            displacement: vec![0.0; degrees_of_freedom],
             force_scale: 0.0,
             floor: 0.0,
             matrix: vec![0.0; sparsity.entries() + 1],
@@ -90,6 +93,7 @@ impl Assembly {
         predicted: Option<&PredictedStress>,
     ) {
         let State { displacement, load_factor, .. } = state;
+        self.displacement.copy_from_slice(displacement);
         self.matrix.fill(0.0);
         let mut loads = Norm::default();
         let work: f64 = displacement.iter().zip(&potential.nodal_force).map(|(u, f)| u * f).sum();

@@ -8,7 +8,9 @@ use crate::elements::predicted::PredictedStress;
 use crate::elements::pressure_field::Coupling;
 use crate::elements::state::State;
 use crate::elements::supports::place;
+use crate::linear::aggregation::Aggregation;
 use crate::linear::factor::Factor;
+use crate::linear::method::Method;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::norm;
 use sinew_energy::{Body, PressureSurface};
@@ -46,6 +48,11 @@ pub(crate) struct System<'p> {
     pub sparsity: Arc<Sparsity>,
     pub assembly: Assembly,
     pub factor: Factor,
+    pub aggregation: Aggregation,
+    /// Method of the present search for an equilibrium, or of the last one.
+    pub method: Method,
+    /// Whether the last stiffness was not factorised, but has a hierarchy.
+    pub iterates: bool,
     pub followers: Followers<'p>,
     /// The field of pressure with its coupling to displacements, if there is one.
     pub coupling: Option<Coupling<'p>>,
@@ -57,10 +64,24 @@ impl<'p> System<'p> {
         check_supports(body)?;
         let sparsity = Arc::new(Sparsity::new(body));
         let factor = Factor::new(&sparsity)?;
+        let size = [factor.entries(), sparsity.unknowns()];
+        let method = Method::Automatic.chosen(body.has_potential(), None, size);
+        let factor = if method == Method::Factor { factor.reserved()? } else { factor };
         let assembly = Assembly::new(&sparsity, body.volumes.len(), body.prescribed.len());
         let coupling = body.pressure_field.as_ref().map(|field| Coupling::new(body, field));
         let followers = Followers::new(&body.followers);
-        Ok(Self { body, sparsity, assembly, factor, followers, coupling })
+        let aggregation = Aggregation::default();
+        Ok(Self {
+            body,
+            sparsity,
+            assembly,
+            factor,
+            aggregation,
+            method,
+            iterates: false,
+            followers,
+            coupling,
+        })
     }
 
     /// Another one of the same body, for another thread; it shares what is prepared.
@@ -73,11 +94,16 @@ impl<'p> System<'p> {
     /// prepared.
     pub(crate) fn like<'q>(&self, body: &'q Body) -> Result<System<'q>, SolveError> {
         let (points, degrees_of_freedom) = (body.volumes.len(), body.prescribed.len());
+        let factor = self.factor.fresh();
+        let large = self.method == Method::Aggregation;
         Ok(System {
             body,
             sparsity: self.sparsity.clone(),
             assembly: Assembly::new(&self.sparsity, points, degrees_of_freedom),
-            factor: self.factor.fresh()?,
+            factor: if large { factor } else { factor.reserved()? },
+            aggregation: self.aggregation.fresh(),
+            method: self.method,
+            iterates: false,
             followers: Followers::new(&body.followers),
             coupling: None,
         })

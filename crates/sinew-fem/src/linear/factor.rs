@@ -1,18 +1,17 @@
 //! Cholesky factors of the stiffness matrix, with one symbolic analysis for all: faer's supernodal ones in an order of our own.
 
 use crate::SolveError;
+use crate::linear::cholesky::{back_substitute, cholesky, pivots, prepared};
 use crate::linear::sparsity::Sparsity;
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::MemStack;
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
-use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
-    SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymmetricOrdering,
+    factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMatRef, Triplet};
-use faer::{Conj, MatMut, Par, Side};
-use std::num::NonZeroUsize;
+use faer::{Conj, Par, Side};
 use std::sync::Arc;
 
 /// First shift of an indefinite matrix \[relative to the mean diagonal\], and its growth. It is small enough to keep
@@ -20,13 +19,13 @@ use std::sync::Arc;
 /// from 1e-6. A few trials reach any matrix; they begin one below the last shift, which changes no result.
 const FIRST_SHIFT: f64 = 1e-6;
 const SHIFT_GROWTH: f64 = 8.0;
-const MOST_SHIFTS: i32 = 12;
+/// Number of shifts, none among them.
+pub(crate) const MOST_SHIFTS: usize = 13;
 
-/// Shares of the dense blocks of a large factor. The division is fixed, so that results do not depend on the number of
-/// threads; a single thread does not divide, with the same bits.
-const SHARES: NonZeroUsize = NonZeroUsize::new(4).unwrap();
-/// Least number of entries of a factor whose blocks are divided.
-const LARGE: usize = 2_000_000;
+/// Shift of a number \[relative to the mean diagonal\]; number 0 is none.
+pub(crate) fn shift_of(number: usize) -> f64 {
+    if number == 0 { 0.0 } else { FIRST_SHIFT * SHIFT_GROWTH.powi(number as i32 - 1) }
+}
 
 /// The Cholesky factor of a body's stiffness: `L Lᵀ`, or `L D Lᵀ` where negative eigenvalues are counted.
 ///
@@ -34,10 +33,23 @@ const LARGE: usize = 2_000_000;
 pub(crate) struct Factor {
     symbolic: Arc<SymbolicCholesky<usize>>,
     entries: Vec<f64>,
-    memory: MemBuffer,
-    signed: bool,
+    single: Vec<f32>,
+    form: Form,
     /// Number of the last shift.
-    last_shift: i32,
+    last_shift: usize,
+}
+
+/// Form of a factor.
+#[derive(Clone, Copy, PartialEq)]
+enum Form {
+    /// Nothing was factorised.
+    Empty,
+    /// `L Lᵀ`.
+    Definite,
+    /// `L D Lᵀ`.
+    Signed,
+    /// `L Lᵀ` of the matrix over its mean diagonal, which is given, in single precision.
+    Single(f64),
 }
 
 impl Factor {
@@ -53,7 +65,7 @@ impl Factor {
         };
         let order = SymmetricOrdering::Identity;
         let symbolic = factorize_symbolic_cholesky(upper.as_ref(), Side::Upper, order, parameters);
-        Self::of(Arc::new(symbolic.map_err(|_| memory())?))
+        symbolic.map(|symbolic| Self::of(Arc::new(symbolic))).map_err(|_| memory())
     }
 
     /// The factor of a positive definite matrix of its own, given by one of its halves; `None` where it is not, or does not fit in memory.
@@ -65,32 +77,34 @@ impl Factor {
         let matrix = SparseColMat::try_new_from_triplets(size, size, half).ok()?;
         let (pattern, order) = (matrix.symbolic(), SymmetricOrdering::Amd);
         let symbolic = factorize_symbolic_cholesky(pattern, side, order, Default::default());
-        let mut factor = Self::of(Arc::new(symbolic.ok()?)).ok()?;
+        let mut factor = Self::of(Arc::new(symbolic.ok()?));
         factor.factorise(matrix.as_ref(), side).then_some(factor)
     }
 
     /// Another factor of the same sparsity: its own numbers, the same analysis.
-    pub(crate) fn fresh(&self) -> Result<Self, SolveError> {
+    pub(crate) fn fresh(&self) -> Self {
         Self::of(self.symbolic.clone())
     }
 
-    fn of(symbolic: Arc<SymbolicCholesky<usize>>) -> Result<Self, SolveError> {
-        let memory = || SolveError::OutOfMemory { unknowns: symbolic.nrows() };
-        // A factor that is prepared on one thread may be computed on many.
-        let scratch = |par| symbolic.factorize_numeric_llt_scratch::<f64>(par, Default::default());
-        let mut scratch = scratch(Par::Seq).or(scratch(Par::Rayon(SHARES)));
-        scratch = scratch
-            .or(symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default()));
-        let mut entries = Vec::new();
-        entries.try_reserve_exact(symbolic.len_val()).map_err(|_| memory())?;
-        entries.resize(symbolic.len_val(), 0.0);
-        let memory = MemBuffer::try_new(scratch).map_err(|_| memory())?;
-        Ok(Self { symbolic, entries, memory, signed: false, last_shift: 0 })
+    fn of(symbolic: Arc<SymbolicCholesky<usize>>) -> Self {
+        Self { symbolic, entries: vec![], single: vec![], form: Form::Empty, last_shift: 0 }
+    }
+
+    /// Reserves memory, which the first factorisation takes.
+    pub(crate) fn reserved(mut self) -> Result<Self, SolveError> {
+        let reserved = self.entries.try_reserve_exact(self.entries());
+        let memory = |_| SolveError::OutOfMemory { unknowns: self.symbolic.nrows() };
+        reserved.map_err(memory).map(|()| self)
     }
 
     /// Number of stored entries of the factor.
     pub(crate) fn entries(&self) -> usize {
-        self.entries.len()
+        self.symbolic.len_val()
+    }
+
+    /// Whether solutions with the last factor are accurate to rounding errors in double precision.
+    pub(crate) fn is_double(&self) -> bool {
+        !matches!(self.form, Form::Single(_))
     }
 
     /// Factorises `L Lᵀ`; false where the matrix is not positive definite.
@@ -98,32 +112,46 @@ impl Factor {
         self.factorise(lower_half(sparsity, matrix), Side::Lower)
     }
 
+    /// Factorises `L Lᵀ` in single precision, in half the memory and time; false where the matrix is not positive definite, or so nearly
+    /// singular that this does not show.
+    pub(crate) fn positive_definite_in_single(
+        &mut self,
+        sparsity: &Sparsity,
+        matrix: &[f64],
+    ) -> bool {
+        self.entries = Vec::new();
+        let mean = sparsity.mean_diagonal(matrix);
+        self.form = Form::Single(mean);
+        let scaled: Vec<f32> =
+            matrix[..sparsity.entries()].iter().map(|x| (x / mean) as f32).collect();
+        let half = SparseColMatRef::new(sparsity.pattern.as_ref(), &scaled);
+        cholesky(&self.symbolic, &mut self.single, half, Side::Lower)
+            && pivots(&self.symbolic)
+                .all(|slot| self.single[slot] > 0.0 && self.single[slot].is_finite())
+    }
+
     fn factorise(&mut self, half: SparseColMatRef<'_, usize, f64>, side: Side) -> bool {
-        self.signed = false;
-        let factor = self.symbolic.factorize_numeric_llt(
-            &mut self.entries,
-            half,
-            side,
-            LltRegularization::default(),
-            shares(&self.symbolic),
-            MemStack::new(&mut self.memory),
-            Default::default(),
-        );
-        factor.is_ok() && self.pivots().all(|pivot| pivot > 0.0 && pivot.is_finite())
+        self.single = Vec::new();
+        self.form = Form::Definite;
+        cholesky(&self.symbolic, &mut self.entries, half, side)
+            && self.pivots().all(|pivot| pivot > 0.0 && pivot.is_finite())
     }
 
     /// Factorises `L D Lᵀ` and counts the negative pivots: the number of negative eigenvalues by
     /// Sylvester's law of inertia. `None` where a pivot vanishes.
     pub(crate) fn indefinite(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> Option<usize> {
-        self.signed = true;
-        let matrix = lower_half(sparsity, matrix);
-        let factor = self.symbolic.factorize_numeric_ldlt(
+        self.single = Vec::new();
+        self.form = Form::Signed;
+        let symbolic = &*self.symbolic;
+        let scratch = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
+        let mut memory = prepared(symbolic, &mut self.entries, scratch)?;
+        let factor = symbolic.factorize_numeric_ldlt(
             &mut self.entries,
-            matrix,
+            lower_half(sparsity, matrix),
             Side::Lower,
             LdltRegularization::default(),
             Par::Seq,
-            MemStack::new(&mut self.memory),
+            MemStack::new(&mut memory),
             Default::default(),
         );
         factor.ok()?;
@@ -133,22 +161,7 @@ impl Factor {
 
     /// Diagonal of `L`, or of `D`.
     fn pivots(&self) -> impl Iterator<Item = f64> {
-        let mut places = Vec::with_capacity(self.symbolic.nrows());
-        match self.symbolic.raw() {
-            SymbolicCholeskyRaw::Supernodal(symbolic) => {
-                let ends = symbolic.supernode_end();
-                for (s, (&begin, end)) in symbolic.supernode_begin().iter().zip(ends).enumerate() {
-                    let [start, next] = [s, s + 1].map(|s| symbolic.col_ptr_for_val()[s]);
-                    let rows = (next - start).checked_div(end - begin).unwrap_or(0);
-                    places.extend((0..end - begin).map(|i| start + i * (rows + 1)));
-                }
-            }
-            // Tiny matrices have no supernodes, whatever is requested; the diagonal comes first in each column.
-            SymbolicCholeskyRaw::Simplicial(symbolic) => {
-                places.extend(&symbolic.col_ptr()[..symbolic.ncols()]);
-            }
-        }
-        places.into_iter().map(|place| self.entries[place])
+        pivots(&self.symbolic).map(|slot| self.entries[slot])
     }
 
     /// Factorises the matrix plus a multiple of its mean diagonal, the first of growing ones that makes it positive
@@ -156,48 +169,56 @@ impl Factor {
     pub(crate) fn shifted(&mut self, sparsity: &Sparsity, matrix: &mut [f64]) -> Option<f64> {
         let diagonal = &sparsity.pattern.col_ptr()[..sparsity.unknowns()];
         let original: Vec<_> = diagonal.iter().map(|&slot| matrix[slot]).collect();
-        let mean = original.iter().map(|d| d.abs()).sum::<f64>() / original.len() as f64;
-        let first = (self.last_shift - 1).max(0);
-        let shift = |number: i32| FIRST_SHIFT * SHIFT_GROWTH.powi(number);
-        let mut definite = |number: i32| {
+        let mean = sparsity.mean_diagonal(matrix);
+        let first = self.last_shift.max(2) - 1;
+        let mut definite = |number: usize| {
             for (&slot, d) in diagonal.iter().zip(&original) {
-                matrix[slot] = d + shift(number) * mean;
+                matrix[slot] = d + shift_of(number) * mean;
             }
             self.positive_definite(sparsity, matrix)
         };
         let found = if definite(first) {
             // The last of falling shifts fails, so that the one before it is factorised again.
-            let least = (0..first).rev().take_while(|&number| definite(number)).last();
+            let least = (1..first).rev().take_while(|&number| definite(number)).last();
             let least = least.unwrap_or(first);
-            (least == 0 || definite(least)).then_some(least)
+            (least == 1 || definite(least)).then_some(least)
         } else {
             (first + 1..MOST_SHIFTS).find(|&number| definite(number))
         };
         diagonal.iter().zip(&original).for_each(|(&slot, &d)| matrix[slot] = d);
         self.last_shift = found.unwrap_or(0);
-        found.map(shift)
+        found.map(shift_of)
     }
 
-    /// Overwrites a right-hand side with the solution of the last factorised system.
+    /// Overwrites a right-hand side with the solution of the last factorised system; NaN if there is none.
     pub(crate) fn solve(&self, right: &mut [f64]) {
-        let size = right.len();
-        let right = MatMut::from_column_major_slice_mut(right, size, 1);
-        let mut memory = MemBuffer::new(self.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
-        let (symbolic, entries) = (&*self.symbolic, &self.entries[..]);
-        let stack = MemStack::new(&mut memory);
-        if self.signed {
-            let factor = LdltRef::new(symbolic, entries);
-            factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
-        } else {
-            let factor = LltRef::new(symbolic, entries);
-            factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, stack);
+        match self.form {
+            Form::Empty => right.fill(f64::NAN),
+            Form::Definite => {
+                let factor = LltRef::new(&*self.symbolic, &self.entries[..]);
+                back_substitute(&self.symbolic, right, |right, memory| {
+                    factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, memory);
+                });
+            }
+            Form::Signed => {
+                let factor = LdltRef::new(&*self.symbolic, &self.entries[..]);
+                back_substitute(&self.symbolic, right, |right, memory| {
+                    factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, memory);
+                });
+            }
+            Form::Single(mean) => {
+                let factor = LltRef::new(&*self.symbolic, &self.single[..]);
+                // Single precision holds no small forces.
+                let size = right.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+                let mut scaled: Vec<f32> = right.iter().map(|x| (x / size) as f32).collect();
+                back_substitute(&self.symbolic, &mut scaled, |right, memory| {
+                    factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, memory);
+                });
+                let unscale = |(to, x): (&mut f64, &f32)| *to = size / mean * f64::from(*x);
+                right.iter_mut().zip(&scaled).for_each(unscale);
+            }
         }
     }
-}
-
-fn shares(symbolic: &SymbolicCholesky<usize>) -> Par {
-    let alone = rayon::current_num_threads() == 1;
-    if alone || symbolic.len_val() < LARGE { Par::Seq } else { Par::Rayon(SHARES) }
 }
 
 fn lower_half<'m>(sparsity: &'m Sparsity, matrix: &'m [f64]) -> SparseColMatRef<'m, usize, f64> {
@@ -208,6 +229,7 @@ fn lower_half<'m>(sparsity: &'m Sparsity, matrix: &'m [f64]) -> SparseColMatRef<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linear::cholesky::LARGE;
 
     /// Guards against as many shares as threads, where the last digits would change from a few thousand unknowns on.
     #[test]

@@ -141,6 +141,12 @@ impl Sparsity {
         }
     }
 
+    /// Mean absolute diagonal of the matrix with the given lower half.
+    pub(crate) fn mean_diagonal(&self, matrix: &[f64]) -> f64 {
+        let diagonal = &self.pattern.col_ptr()[..self.unknowns()];
+        diagonal.iter().map(|&slot| matrix[slot].abs()).sum::<f64>() / diagonal.len() as f64
+    }
+
     /// Number of stored entries of the lower half.
     pub(crate) fn entries(&self) -> usize {
         self.pattern.row_idx().len()

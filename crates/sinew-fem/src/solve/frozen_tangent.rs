@@ -307,7 +307,7 @@ impl System<'_> {
     /// `K⁻¹` times forces.
     fn solved(&self, forces: &[f64]) -> Vec<f64> {
         let mut change = forces.to_vec();
-        self.factor.solve(&mut change);
+        self.back_substitute(&mut change);
         change
     }
 

@@ -12,16 +12,18 @@
 //! Where there is a potential, a shift makes the stiffness positive definite, so that steps descend. Without one, steps
 //! use the unsymmetric or indefinite stiffness itself; only the volume of the cells limits their length.
 
+use crate::elements::moduli::bulk_to_shear;
 use crate::elements::predicted::{PredictedStress, is_nearly_incompressible};
 use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{Residual, System};
+use crate::linear::method::MOST_COUNTED;
 use crate::linear::vector::dot;
 use crate::solve::control::Missing;
 use crate::solve::line::Line;
 use crate::solve::search::{Equilibrium, Goal, Search, Start};
 use crate::solve::watch::Log;
-use crate::{Iteration, Options};
+use crate::{Iteration, Method, Options};
 
 /// Residual \[relative to forces and volume\] that is accepted once it stops falling: with a potential, and without,
 /// where linear systems are solved by iteration.
@@ -38,6 +40,9 @@ const CONVERGING: f64 = 0.25;
 /// Multiple of the limit of iterations that a search for a minimum may take while it converges, and full steps in a row that show this.
 const EXTENSION: usize = 2;
 const FULL_STEPS: usize = 2;
+
+/// Residual \[relative to the forces\] of the displacements that follow supports: the steps after them correct it.
+const SUPPORTS: f64 = 1e-4;
 
 /// Relative accuracy from which an equilibrium counts as intermediate.
 const ROUGH: f64 = 1e-6;
@@ -65,10 +70,16 @@ impl System<'_> {
             watchdog: None,
             rises: 0,
             negative_pivots: None,
+            last_residual: 0.0,
+            stale: true,
             linear_iterations: 0,
             jumped: false,
             by_place: Vec::new(),
         };
+        let size = [self.factor.entries(), self.sparsity.unknowns()];
+        let ratio = bulk_to_shear(self.body, &search.theta);
+        self.method = options.method.chosen(self.body.has_potential(), ratio, size);
+        self.aggregation.clear();
         self.move_supports(&mut search, history)?;
         let (mut least, mut stalls, mut indefinite, mut full) = (f64::INFINITY, 0, 0, 0);
         for count in 0..EXTENSION * options.iterations_per_load {
@@ -100,6 +111,7 @@ impl System<'_> {
             let record = history.iterations.last_mut()?;
             if self.body.has_potential() && missing.is_none() {
                 self.descend(&mut search, residual.force, record)?;
+                search.stale = record.shift > 0.0 || record.step < 1.0;
                 indefinite = if record.shift > 0.0 { indefinite + 1 } else { 0 };
                 full = if record.shift > 0.0 || record.step < 1.0 { 0 } else { full + 1 };
                 search.jumped |= indefinite > 0;
@@ -129,13 +141,11 @@ impl System<'_> {
     /// Reports an equilibrium with the negative pivots of the true stiffness, without predicted stress.
     fn found(&mut self, search: Search<'_>, residual: Residual) -> Equilibrium {
         let mut negative_pivots = search.negative_pivots.unwrap_or(0);
-        if negative_pivots > 0 && self.body.has_potential() {
+        if (negative_pivots > 0 || self.iterates) && self.body.has_potential() {
             self.assemble(&search.at, &search.theta, search.load_factor, None);
-            negative_pivots = self.negative_eigenvalues();
+            negative_pivots = self.negative_eigenvalues().unwrap_or(1);
         }
-        let Search {
-            at: unknowns, place, load_factor, linear_iterations, jumped, by_place, ..
-        } = search;
+        let Search { at: unknowns, place, load_factor, jumped, by_place, .. } = search;
         Equilibrium {
             unknowns,
             place,
@@ -144,7 +154,8 @@ impl System<'_> {
             force_scale: self.assembly.force_scale,
             least_volume_ratio: self.assembly.least_volume_ratio,
             negative_pivots,
-            linear_iterations,
+            counted: !self.iterates,
+            linear_iterations: search.linear_iterations + self.aggregation.iterations,
             jumped,
             by_place,
         }
@@ -179,11 +190,18 @@ impl System<'_> {
         let moved = self.response_to_supports(search.state(), &motion);
         residual.values.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
         let free = self.sparsity.unknowns();
-        let (shift, _) = self.factorise(self.body.has_potential())?;
-        let right = residual.values.iter().map(|r| -r).collect();
-        let (change, outcome) =
-            self.solve(right, if self.body.has_potential() { 0.0 } else { shift }).ok()?;
-        search.linear_iterations += outcome.iterations;
+        let right: Vec<f64> = residual.values.iter().map(|r| -r).collect();
+        let iterated = self.iterated(&right, SUPPORTS);
+        let (change, shift) = match iterated {
+            Some(iterated) => iterated,
+            None => {
+                let (shift, _) = self.factorise(self.body.has_potential())?;
+                let shifted = if self.body.has_potential() { 0.0 } else { shift };
+                let (change, outcome) = self.solve(right, shifted).ok()?;
+                search.linear_iterations += outcome.iterations;
+                (change, shift)
+            }
+        };
         self.sparsity.scatter(change[..free].iter().copied(), &mut motion);
         let flat_between = self.passes_flat(&search.theta, &motion, 1.0);
         search.predicted = self.predict_stress(&motion);
@@ -213,17 +231,31 @@ impl System<'_> {
         residual: f64,
         record: &mut Iteration,
     ) -> Option<()> {
-        let (shift, negative) = self.factorise(true)?;
+        let right: Vec<f64> = self.sparsity.gather(&self.assembly.gradient).map(|g| -g).collect();
+        let forcing = search.forcing_term(residual, self.assembly.tolerance());
+        if search.stale {
+            self.aggregation.drop_hierarchy();
+        }
+        let mut iterated = self.iterated(&right, forcing);
+        let (shift, negative) = match &iterated {
+            Some((_, shift)) => (*shift, usize::from(*shift > 0.0)),
+            None => self.factorise(true)?,
+        };
         search.negative_pivots = Some(negative);
-        if negative > 0
-            && residual <= NEAR_EQUILIBRIUM * self.assembly.force_scale
-            && self.step_to_saddle(search, residual)
-        {
-            record.step = 1.0;
-            return Some(());
+        let countable = iterated.is_none() || self.factor.entries() <= MOST_COUNTED;
+        let near = residual <= NEAR_EQUILIBRIUM * self.assembly.force_scale;
+        if negative > 0 && near && countable {
+            if self.step_to_saddle(search, residual) {
+                record.step = 1.0;
+                return Some(());
+            }
+            iterated = None;
         }
         let mut direction = vec![0.0; search.at.displacement.len()];
-        self.add_newton_step(&self.assembly.gradient, &mut direction);
+        match iterated {
+            Some((change, _)) => self.sparsity.scatter(change, &mut direction),
+            None => self.add_newton_step(&self.assembly.gradient, &mut direction),
+        }
         let promised = -dot(&self.assembly.gradient, &direction);
         record.shift = shift;
         if !promised.is_finite() {
@@ -233,10 +265,24 @@ impl System<'_> {
         Some(())
     }
 
+    /// [`System::iterate`] where that is the method of the search, which goes on with factors if it fails.
+    fn iterated(&mut self, right: &[f64], tolerance: f64) -> Option<(Vec<f64>, f64)> {
+        if self.method != Method::Aggregation {
+            return None;
+        }
+        let iterated = self.iterate(right, tolerance);
+        if iterated.is_none() {
+            self.method = Method::Factor;
+            self.aggregation.clear();
+        }
+        iterated
+    }
+
     /// Takes the plain Newton step where the stiffness is indefinite, if that converges.
     fn step_to_saddle(&mut self, search: &mut Search<'_>, residual: f64) -> bool {
         search.predicted = None;
         self.assemble_at(search);
+        self.iterates = false;
         if self.factor.indefinite(&self.sparsity, &self.assembly.matrix).is_none() {
             return false;
         }

@@ -1,5 +1,7 @@
 //! Limits and accuracy of a solve.
 
+use crate::Method;
+
 /// When loads are raised step by step.
 #[doc(alias("load increment", "load stepping"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +41,8 @@ pub struct Options {
     pub minimum_accuracy: f64,
     /// Accuracy without a potential at intermediate loads.
     pub accuracy_on_the_way: f64,
+    /// Method for the linear systems of a body with a potential.
+    pub method: Method,
 }
 
 impl Default for Options {
@@ -53,6 +57,7 @@ impl Default for Options {
             accuracy: 1e-10,
             minimum_accuracy: 0.0,
             accuracy_on_the_way: 1e-2,
+            method: Method::Automatic,
         }
     }
 }

@@ -6,10 +6,14 @@
 //! `min Σ V |∇u − (R U − I)|²`: one linear system of the stiffness' sparsity. On beams that roll up under a loose
 //! pressure steps are twice as long as with displacements on a polynomial, and take fewer iterations (docs/design.md).
 
+use crate::Method;
 use crate::elements::supports::place;
 use crate::elements::system::System;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sinew_num::Mat3;
+
+/// Residual of conjugate gradients for a prediction.
+const ACCURACY: f64 = 1e-4;
 
 impl System<'_> {
     /// Overwrites an extrapolated displacement with the one whose gradients are nearest to extrapolated stretches and
@@ -29,7 +33,13 @@ impl System<'_> {
             self.body.add_forces(point, &off, &mut forces);
         }
         self.assemble_laplacian();
-        if self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
+        if self.method == Method::Aggregation {
+            self.aggregation.drop_hierarchy();
+            let right: Vec<f64> = self.sparsity.gather(&forces).map(|f| -f).collect();
+            if let Some((change, _)) = self.iterate(&right, ACCURACY) {
+                self.sparsity.scatter(change, u);
+            }
+        } else if self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
             self.add_newton_step(&forces, u);
         }
     }

@@ -40,6 +40,8 @@ pub(crate) struct Equilibrium {
     pub force_scale: f64,
     pub least_volume_ratio: f64,
     pub negative_pivots: usize,
+    /// Whether a factor counted the negative pivots.
+    pub counted: bool,
     pub linear_iterations: usize,
     /// Whether the search for a minimum met an indefinite stiffness.
     pub jumped: bool,
@@ -66,12 +68,40 @@ pub(crate) struct Search<'a> {
     /// Steps that have raised the energy since it was lowest.
     pub rises: usize,
     pub negative_pivots: Option<usize>,
+    /// Residual of the step before \[stress·length²\], 0 at first.
+    pub last_residual: f64,
+    /// Whether the last step was no full one of an unshifted stiffness: the next stiffness is unlike it.
+    pub stale: bool,
     pub linear_iterations: usize,
     pub jumped: bool,
     pub by_place: Vec<f64>,
 }
 
+/// Largest residual of an inexact step \[relative to the forces\], and that after a shifted or shortened step, where accuracy saves none. A ventricle of 28 231 nodes
+/// takes 21 steps with 0.1, 14 with 0.03 and with 0.01.
+const LARGEST_FORCING: f64 = 0.03;
+const STALE_FORCING: f64 = 0.1;
+/// Least one: a step this accurate reaches rounding errors.
+const LEAST_FORCING: f64 = 1e-8;
+/// Constant of the forcing terms.
+const FORCING: f64 = 0.9;
+/// Residual after a step from which a little more accuracy makes it the last one \[relative to the tolerance of equilibrium\].
+const NEARLY: f64 = 10.0;
+/// Accuracy of the last step \[relative to the tolerance of equilibrium\].
+const LAST_STEP: f64 = 0.1;
+
 impl Search<'_> {
+    /// Residual of an inexact step \[relative to the forces\], so small that steps converge quadratically (S. C. Eisenstat, H. F. Walker, SIAM J. Sci. Comput. 17, 1996),
+    /// but no smaller than equilibrium needs.
+    pub(crate) fn forcing_term(&mut self, residual: f64, tolerance: f64) -> f64 {
+        let ratio = residual / std::mem::replace(&mut self.last_residual, residual);
+        let largest = if self.stale { STALE_FORCING } else { LARGEST_FORCING };
+        let forcing = (FORCING * ratio * ratio).min(largest);
+        let last = forcing * residual <= NEARLY * tolerance;
+        let needed = if last { LAST_STEP * tolerance / residual } else { forcing };
+        needed.clamp(LEAST_FORCING, largest)
+    }
+
     pub(crate) fn state(&self) -> State<'_> {
         let Self { at: Unknowns { displacement, .. }, theta, load_factor, .. } = self;
         State { displacement, theta, load_factor: *load_factor, pressure: &[] }

@@ -53,10 +53,9 @@ impl Solver<'_> {
         let Solution { displacement, theta, load_factor, .. } = solution;
         check_displacement(self.body(), slope)?;
         self.check(displacement, theta)?;
-        self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
-        let mut adjoint = vec![0.0; displacement.len()];
-        self.system.add_newton_step(slope, &mut adjoint);
-        let adjoint: Vec<f64> = self.system.sparsity.gather(&adjoint).collect();
+        let shift = self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
+        let right = self.system.sparsity.gather(slope).map(|s| -s).collect();
+        let (adjoint, _) = self.system.solve(right, shift)?;
         let entry = |index: usize| {
             let direction = unit(theta, index);
             dot(&self.system.rate_by_theta(displacement, theta, *load_factor, &direction), &adjoint)

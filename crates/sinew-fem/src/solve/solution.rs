@@ -35,6 +35,8 @@ pub struct Solution {
     pub least_volume_ratio: f64,
     /// Number of negative eigenvalues of the symmetric part of the last stiffness of the displacements: 0 for a stable equilibrium of a potential.
     pub negative_pivots: usize,
+    /// Whether a factor counted them. Where it would take more than 1 GB, 0 says that conjugate gradients met no negative curvature.
+    pub counted: bool,
     /// Number of load steps, 1 if the whole load was applied at once; includes those of the softer bodies that lead to
     /// a nearly incompressible one.
     pub load_steps: usize,
@@ -42,7 +44,7 @@ pub struct Solution {
     /// equilibria. Otherwise the search may have passed the equilibrium of a rising load: see
     /// [`crate::Solver::under_rising_load`].
     pub jumped: bool,
-    /// Iterations of all linear systems; 0 with a potential, whose factor solves them.
+    /// Iterations of all linear systems; 0 where factors solve them.
     pub linear_iterations: usize,
     /// All iterations.
     pub history: History,
@@ -78,6 +80,7 @@ impl Solution {
             force_scale: found.force_scale,
             least_volume_ratio: found.least_volume_ratio,
             negative_pivots: found.negative_pivots,
+            counted: found.counted,
             load_steps,
             jumped: found.jumped,
             linear_iterations: found.linear_iterations,

@@ -19,7 +19,7 @@ const SAME: f64 = 1e-4;
 ///
 /// Sparsity, ordering and symbolic factorisation are prepared once; the memory of the numbers is reused.
 ///
-/// The stiffness of a body with a potential is factorised. Without one ([`Body::has_potential`]) Newton's method solves the
+/// The stiffness of a body with a potential is factorised; large compact bodies take conjugate gradients, see [`crate::Method`]. Without one ([`Body::has_potential`]) Newton's method solves the
 /// balance of forces, its linear systems by GMRES. The Cholesky factor of the symmetric part of the stiffness preconditions the displacements,
 /// the mass matrix of the pressures over the local moduli their Schur complement, so that 5–30 iterations do. Methods that need a potential
 /// return [`SolveError::NoPotential`] there.

@@ -276,8 +276,11 @@ fn doubtful_solutions_come_with_warnings() {
         |w| matches!(w, Warning::Residual { relative } if (*relative - 1e-3).abs() < 1e-12)
     ));
     assert!(has(|w| matches!(w, Warning::Unstable { negative_pivots: 2 })));
+    assert!(!has(|w| matches!(w, Warning::NotCounted)));
     assert!(has(|w| matches!(w, Warning::Squeezed { worst } if worst.value < 0.3)));
 
+    (solution.negative_pivots, solution.counted) = (0, false);
+    assert!(report(&potential, &solution).unwrap().warnings.contains(&Warning::NotCounted));
     solution.displacement.pop();
     assert!(matches!(report(&potential, &solution), Err(SolveError::Initial { .. })));
 }

@@ -11,6 +11,7 @@ mod fenics;
 mod fibres;
 mod hard_cases;
 mod locking;
+mod methods;
 mod patch;
 mod patches;
 mod stresses;

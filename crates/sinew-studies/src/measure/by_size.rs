@@ -14,13 +14,16 @@ use sinew_mesh::{VentricleShape, box_tetrahedra};
 use std::sync::{Mutex, PoisonError};
 
 const SEED: u64 = 7;
+/// Bulk modulus of ventricles \[kPa\].
+const BULK_MODULUS: f64 = 25.0;
 
-fn ventricle(cells: [usize; 3]) -> Result<Body> {
+/// A ventricle of the mean shape under a pressure; bulk modulus \[kPa\].
+pub(super) fn ventricle(cells: [usize; 3], bulk_modulus: f64, averaged: bool) -> Result<Body> {
     let mesh = VentricleShape::new(&[])?.tetrahedra(cells)?;
     let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
     let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY)?;
     let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
-    let law = HolzapfelOgden.nearly_incompressible(25.0); // K [kPa]
+    let law = HolzapfelOgden.nearly_incompressible(bulk_modulus);
     let fibres = frames.iter().map(|&[fibre, _, _]| [fibre]).collect();
     let scene = Scene::new(mesh, law.along(fibres))
         .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
@@ -30,7 +33,7 @@ fn ventricle(cells: [usize; 3]) -> Result<Body> {
         .parameter(Parameter::linear("p", "kPa", 0.53..=1.33)) // 4 to 10 mmHg
         .load(pressure)
         .support(Support::clamped("base"));
-    Ok(scene.lower()?)
+    Ok(if averaged { scene.averaged().lower()? } else { scene.lower()? })
 }
 
 fn block(cells: [usize; 3]) -> Result<Body> {
@@ -43,7 +46,7 @@ fn block(cells: [usize; 3]) -> Result<Body> {
 }
 
 /// Largest resident memory of this process so far \[GB\], where the system tells it.
-fn peak_gb() -> f64 {
+pub(super) fn peak_gb() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find(|line| line.starts_with("VmHWM"));
     let kb = line.and_then(|line| line.split_whitespace().nth(1)?.parse::<f64>().ok());
@@ -73,7 +76,7 @@ pub struct Arguments {
     cells: Vec<[usize; 3]>,
 }
 
-fn three(text: &str) -> Result<[usize; 3]> {
+pub(super) fn three(text: &str) -> Result<[usize; 3]> {
     let parts: Vec<usize> = text.split(',').map(str::parse).collect::<Result<_, _>>()?;
     parts.try_into().map_err(|_| anyhow::anyhow!("cells are three numbers"))
 }
@@ -87,7 +90,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     );
     for &cells in cells {
         let body = match body {
-            Kind::Ventricle => ventricle(cells)?,
+            Kind::Ventricle => ventricle(cells, BULK_MODULUS, false)?,
             Kind::Block => block(cells)?,
         };
         measure(&body, (sets, *accuracy, (*solved).clamp(2, sets)))?;

@@ -129,7 +129,7 @@ impl System<'_> {
     fn respond(&mut self, rate: &[f64], motion: &[f64]) -> Result<(Vec<f64>, bool), SolveError> {
         let (shift, _) = self.factorise(true).ok_or(SolveError::Singular)?;
         let mut change: Vec<f64> = rate.iter().map(|r| -r).collect();
-        self.factor.solve(&mut change);
+        self.back_substitute(&mut change);
         let mut response = motion.to_vec();
         self.sparsity.scatter(change, &mut response);
         Ok((response, shift == 0.0))
@@ -217,7 +217,7 @@ impl System<'_> {
             }
             let (forces, mut image) = enriched.multiply(&direction);
             let mut change: Vec<f64> = self.sparsity.gather(&forces).collect();
-            self.factor.solve(&mut change);
+            self.back_substitute(&mut change);
             let mut nodal = vec![0.0; displacement.len()];
             self.sparsity.scatter(change, &mut nodal);
             add_multiple(-1.0, enriched.couple(&nodal).as_flattened(), image.as_flattened_mut());

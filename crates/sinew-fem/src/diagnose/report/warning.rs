@@ -31,6 +31,12 @@ pub enum Warning {
          multiple of Solver::softest_mode, or load it by a prescribed motion"
     )]
     Unstable { negative_pivots: usize },
+    /// The body is too large to count the negative eigenvalues of its stiffness.
+    #[error(
+        "the body is too large to count the negative eigenvalues of its stiffness; conjugate gradients met no negative curvature, as at \
+         stable equilibria; Solver::softest_mode factorises the stiffness, in some gigabytes"
+    )]
+    NotCounted,
     /// A cell has lost most of its volume.
     #[error("J is only {worst}: reduce the load, stiffen the volume, or refine the mesh there")]
     Squeezed { worst: CellValue },
@@ -54,7 +60,10 @@ pub enum Warning {
 }
 
 /// All but locking.
-pub(super) fn of(report: &SolutionReport, negative_pivots: usize) -> Vec<Warning> {
+pub(super) fn of(
+    report: &SolutionReport,
+    (negative_pivots, counted): (usize, bool),
+) -> Vec<Warning> {
     let relative = report.relative_residual;
     let balanced = relative <= LARGEST_RESIDUAL;
     let swollen = report.largest_volume_ratio;
@@ -65,6 +74,7 @@ pub(super) fn of(report: &SolutionReport, negative_pivots: usize) -> Vec<Warning
     let found = [
         (!balanced).then_some(Warning::Residual { relative }),
         (negative_pivots > 0).then_some(Warning::Unstable { negative_pivots }),
+        (negative_pivots == 0 && !counted).then_some(Warning::NotCounted),
         squeezed.map(|worst| Warning::Squeezed { worst }),
         (swollen.value > LARGEST_VOLUME_RATIO).then_some(Warning::Swollen { worst: swollen }),
         at_rest.map(|worst| Warning::PoorMesh { worst }),

@@ -1,0 +1,143 @@
+//! Conjugate gradients preconditioned by smoothed aggregation: memory grows with the body, not with the fill of a factor.
+
+mod blocks;
+mod groups;
+mod multigrid;
+mod pattern;
+
+use crate::linear::conjugate_gradients::{End, conjugate_gradients};
+use crate::linear::factor::{MOST_SHIFTS, shift_of};
+use crate::linear::sparsity::Sparsity;
+use multigrid::Multigrid;
+use pattern::Pattern;
+use std::sync::Arc;
+
+/// Most iterations of one linear system: a factor is cheaper beyond.
+pub(crate) const MOST_ITERATIONS: usize = 400;
+
+/// Most iterations with the hierarchy of another matrix \[per digit\]. A new one takes as long as twenty.
+const STALE: f64 = 30.0;
+/// Number of the least shift, 5e-4: smaller ones cost compact bodies trials, and save no steps.
+const LEAST_SHIFT: usize = 4;
+/// Shifts from one hierarchy to the next where an indefinite matrix has none.
+const REBUILD: usize = 3;
+
+/// A matrix with its sparsity.
+#[derive(Clone, Copy)]
+pub(crate) struct Matrix<'m> {
+    pub sparsity: &'m Sparsity,
+    /// Entries of the lower half.
+    pub entries: &'m [f64],
+}
+
+/// Solves systems with a matrix plus a multiple of its mean diagonal by conjugate gradients.
+#[derive(Default)]
+pub(crate) struct Aggregation {
+    pattern: Option<Arc<Pattern>>,
+    hierarchy: Option<Multigrid>,
+    /// Number of the shift of the last matrix, 0 without one.
+    shift: usize,
+    /// Mean diagonal of the last matrix.
+    mean: f64,
+    /// Iterations of all systems.
+    pub iterations: usize,
+}
+
+impl Aggregation {
+    /// Another one for the same sparsity.
+    pub(crate) fn fresh(&self) -> Self {
+        Self { pattern: self.pattern.clone(), ..Self::default() }
+    }
+
+    /// Frees the hierarchy, and forgets earlier matrices.
+    pub(crate) fn clear(&mut self) {
+        *self = self.fresh();
+    }
+
+    /// Frees the hierarchy alone.
+    pub(crate) fn drop_hierarchy(&mut self) {
+        self.hierarchy = None;
+    }
+
+    /// Solves with a matrix plus the least tried shift for which conjugate gradients meet no negative curvature: the solution and the
+    /// shift [relative to the mean diagonal]. `None` where they do not converge.
+    ///
+    /// Trials begin without a shift and go on one below the last one. A hierarchy that is present is that of an earlier matrix; it serves all trials unless they take too long.
+    /// `positions` are those of the deformed body.
+    pub(crate) fn solve_shifted(
+        &mut self,
+        matrix: Matrix<'_>,
+        positions: &[f64],
+        right: &[f64],
+        tolerance: f64,
+    ) -> Option<(Vec<f64>, f64)> {
+        self.mean = matrix.sparsity.mean_diagonal(matrix.entries);
+        let (first, mut matching) = (self.shift.saturating_sub(1).max(LEAST_SHIFT), false);
+        self.shift = 0;
+        loop {
+            if self.shift >= MOST_SHIFTS {
+                return None;
+            }
+            if self.hierarchy.is_none() {
+                let number = self.build(matrix, positions)?;
+                matching = number == self.shift;
+            }
+            let most =
+                if matching { MOST_ITERATIONS } else { (-STALE * tolerance.log10()) as usize };
+            let (solution, iterations, end) =
+                self.solve(matrix, right, tolerance, most.min(MOST_ITERATIONS));
+            self.iterations += iterations;
+            match end {
+                End::Converged => return Some((solution, shift_of(self.shift))),
+                End::NegativeCurvature => {
+                    (self.shift, matching) = (first.max(self.shift + 1), false)
+                }
+                End::Failed if matching => return None,
+                End::Failed => self.hierarchy = None,
+            }
+        }
+    }
+
+    /// Builds a hierarchy with the present shift, or the first of growing ones that allows it; returns the number of that one. Smaller shifts leave the
+    /// matrix indefinite.
+    fn build(&mut self, matrix: Matrix<'_>, positions: &[f64]) -> Option<usize> {
+        let pattern = self.pattern.get_or_insert_with(|| Arc::new(Pattern::new(matrix.sparsity)));
+        let modes = pattern.rigid_modes(matrix.sparsity, positions);
+        let mut number = self.shift;
+        while number < MOST_SHIFTS {
+            let blocks = pattern.blocks(matrix.entries, shift_of(number), self.mean);
+            self.hierarchy = Multigrid::new(blocks, &modes);
+            if self.hierarchy.is_some() {
+                return Some(number);
+            }
+            self.shift = number + 1;
+            number += REBUILD;
+        }
+        None
+    }
+
+    /// Solves with the last matrix, shift and hierarchy to a residual of `tolerance` times the right-hand side: the solution, the iterations and their end.
+    pub(crate) fn solve(
+        &self,
+        matrix: Matrix<'_>,
+        right: &[f64],
+        tolerance: f64,
+        most: usize,
+    ) -> (Vec<f64>, usize, End) {
+        let (Some(hierarchy), Some(pattern)) = (&self.hierarchy, &self.pattern) else {
+            return (vec![f64::NAN; right.len()], 0, End::Failed);
+        };
+        let shift = self.mean * shift_of(self.shift);
+        let apply = |from: &[f64], to: &mut [f64]| {
+            matrix.sparsity.multiply(matrix.entries, from, to);
+            to.iter_mut().zip(from).for_each(|(to, from)| *to += shift * from);
+        };
+        let precondition = |from: &[f64], to: &mut [f64]| {
+            // Single precision holds no small residuals.
+            let size = from.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+            let solution = hierarchy.apply(&pattern.scattered(from, 1.0 / size));
+            pattern.gather(&solution, size / self.mean, to);
+        };
+        conjugate_gradients(apply, precondition, right, tolerance, most)
+    }
+}

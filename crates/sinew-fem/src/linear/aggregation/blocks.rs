@@ -1,0 +1,280 @@
+//! Sparse matrices of small dense blocks.
+
+use rayon::prelude::*;
+use std::ops::{AddAssign, Mul, SubAssign};
+
+/// Rows of one task: a fixed division, so that results do not depend on the number of threads.
+const ROWS: usize = 256;
+
+/// A small dense matrix.
+pub(super) type Block<T, const R: usize, const C: usize> = [[T; C]; R];
+
+/// Numbers of a block: `f32` or `f64`.
+pub(super) trait Real:
+    Copy + Default + Send + Sync + Mul<Output = Self> + AddAssign + SubAssign
+{
+}
+
+impl Real for f32 {}
+impl Real for f64 {}
+
+/// A sparse matrix of `R × C` blocks, compressed by rows; columns ascend in each row.
+pub(super) struct BlockMatrix<T, const R: usize, const C: usize> {
+    /// Number of block columns.
+    pub width: usize,
+    pub starts: Vec<usize>,
+    pub columns: Vec<u32>,
+    pub blocks: Vec<Block<T, R, C>>,
+}
+
+impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
+    /// Number of block rows.
+    pub(super) fn height(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Columns and blocks of a row.
+    pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (usize, &Block<T, R, C>)> {
+        let range = self.starts[row]..self.starts[row + 1];
+        self.columns[range.clone()].iter().map(|&c| c as usize).zip(&self.blocks[range])
+    }
+
+    /// The matrix times a vector.
+    pub(super) fn multiply(&self, from: &[[T; C]]) -> Vec<[T; R]> {
+        let mut to = vec![[T::default(); R]; self.height()];
+        self.for_rows(from, &mut to, |to, product| *to = product);
+        to
+    }
+
+    /// `to −= self · from`.
+    pub(super) fn subtract_product(&self, from: &[[T; C]], to: &mut [[T; R]]) {
+        self.for_rows(from, to, |to, product| (0..R).for_each(|i| to[i] -= product[i]));
+    }
+
+    fn for_rows(
+        &self,
+        from: &[[T; C]],
+        to: &mut [[T; R]],
+        put: impl Fn(&mut [T; R], [T; R]) + Sync,
+    ) {
+        to.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, to)| {
+            for (inside, to) in to.iter_mut().enumerate() {
+                let mut sum = [T::default(); R];
+                for (column, block) in self.row(chunk * ROWS + inside) {
+                    let product = times(block, &from[column]);
+                    (0..R).for_each(|i| sum[i] += product[i]);
+                }
+                put(to, sum);
+            }
+        });
+    }
+
+    pub(super) fn transposed(&self) -> BlockMatrix<T, C, R> {
+        let mut starts = vec![0; self.width + 1];
+        self.columns.iter().for_each(|&column| starts[column as usize + 1] += 1);
+        (0..self.width).for_each(|i| starts[i + 1] += starts[i]);
+        let mut next = starts.clone();
+        let mut columns = vec![0; self.columns.len()];
+        let mut blocks = vec![[[T::default(); R]; C]; self.columns.len()];
+        for row in 0..self.height() {
+            for (column, block) in self.row(row) {
+                let slot = next[column];
+                next[column] += 1;
+                columns[slot] = row as u32;
+                blocks[slot] = std::array::from_fn(|i| std::array::from_fn(|j| block[j][i]));
+            }
+        }
+        BlockMatrix { width: self.height(), starts, columns, blocks }
+    }
+
+    /// `self · right`, with sums in the order of the columns.
+    pub(super) fn product<const E: usize>(
+        &self,
+        right: &BlockMatrix<T, C, E>,
+    ) -> BlockMatrix<T, R, E> {
+        let rows = |chunk: usize| chunk * ROWS..self.height().min((chunk + 1) * ROWS);
+        let chunks = 0..self.height().div_ceil(ROWS);
+        let columns_of = |seen: &mut Vec<usize>, chunk: usize| {
+            let (mut columns, mut ends) = (Vec::new(), Vec::new());
+            for row in rows(chunk) {
+                let first = columns.len();
+                for (middle, _) in self.row(row) {
+                    for &column in &right.columns[right.starts[middle]..right.starts[middle + 1]] {
+                        if std::mem::replace(&mut seen[column as usize], row) != row {
+                            columns.push(column);
+                        }
+                    }
+                }
+                columns[first..].sort_unstable();
+                ends.push(columns.len());
+            }
+            (columns, ends)
+        };
+        let unseen = || vec![usize::MAX; right.width];
+        let patterns: Vec<_> = chunks.into_par_iter().map_init(unseen, columns_of).collect();
+        let (mut starts, mut columns) = (vec![0], Vec::<u32>::new());
+        for (chunk_columns, ends) in patterns {
+            starts.extend(ends.iter().map(|end| columns.len() + end));
+            columns.extend(chunk_columns);
+        }
+        let mut blocks = vec![[[T::default(); E]; R]; columns.len()];
+        let (mut parts, mut rest) = (Vec::new(), &mut blocks[..]);
+        for chunk in 0..self.height().div_ceil(ROWS) {
+            let size = starts[rows(chunk).end] - starts[rows(chunk).start];
+            let (part, others) = rest.split_at_mut(size);
+            parts.push(part);
+            rest = others;
+        }
+        let fill = |slots: &mut Vec<usize>, (chunk, blocks): (usize, &mut [Block<T, R, E>])| {
+            for row in rows(chunk) {
+                for slot in starts[row]..starts[row + 1] {
+                    slots[columns[slot] as usize] = slot - starts[rows(chunk).start];
+                }
+                for (middle, left) in self.row(row) {
+                    for (column, other) in right.row(middle) {
+                        add_product(left, other, &mut blocks[slots[column]]);
+                    }
+                }
+            }
+        };
+        parts.into_par_iter().enumerate().for_each_init(|| vec![0; right.width], fill);
+        BlockMatrix { width: right.width, starts, columns, blocks }
+    }
+}
+
+impl<const R: usize, const C: usize> BlockMatrix<f64, R, C> {
+    /// The matrix in single precision.
+    pub(super) fn rounded(&self) -> BlockMatrix<f32, R, C> {
+        let blocks = self.blocks.iter().map(single).collect();
+        let (starts, columns) = (self.starts.clone(), self.columns.clone());
+        BlockMatrix { width: self.width, starts, columns, blocks }
+    }
+}
+
+/// A block in single precision.
+pub(super) fn single<const R: usize, const C: usize>(block: &Block<f64, R, C>) -> Block<f32, R, C> {
+    block.map(|row| row.map(|x| x as f32))
+}
+
+/// `to += left · right`.
+pub(super) fn add_product<T: Real, const R: usize, const C: usize, const E: usize>(
+    left: &Block<T, R, C>,
+    right: &Block<T, C, E>,
+    to: &mut Block<T, R, E>,
+) {
+    for (to, left) in to.iter_mut().zip(left) {
+        for (&left, right) in left.iter().zip(right) {
+            (0..E).for_each(|j| to[j] += left * right[j]);
+        }
+    }
+}
+
+/// A block times a vector.
+pub(super) fn times<T: Real, const R: usize, const C: usize>(
+    block: &Block<T, R, C>,
+    x: &[T; C],
+) -> [T; R] {
+    block.map(|row| {
+        let mut sum = T::default();
+        (0..C).for_each(|j| sum += row[j] * x[j]);
+        sum
+    })
+}
+
+/// Inverse of a symmetric positive definite block; `None` where it is not.
+pub(super) fn definite_inverse<const B: usize>(
+    block: &Block<f64, B, B>,
+) -> Option<Block<f64, B, B>> {
+    /// Least pivot \[relative to the diagonal\]: smaller ones are rounding errors.
+    const SINGULAR: f64 = 1e-14;
+    let mut lower = *block;
+    for j in 0..B {
+        for k in 0..j {
+            let factor = lower[j][k];
+            (j..B).for_each(|i| lower[i][j] -= lower[i][k] * factor);
+        }
+        let pivot = lower[j][j];
+        // Written so that a NaN is refused as well.
+        let definite = pivot > SINGULAR * block[j][j];
+        if !definite {
+            return None;
+        }
+        (j..B).for_each(|i| lower[i][j] /= pivot.sqrt());
+    }
+    let mut inverse = [[0.0; B]; B];
+    for column in 0..B {
+        let mut x = [0.0; B];
+        x[column] = 1.0;
+        for i in 0..B {
+            (0..i).for_each(|k| x[i] -= lower[i][k] * x[k]);
+            x[i] /= lower[i][i];
+        }
+        for i in (0..B).rev() {
+            (i + 1..B).for_each(|k| x[i] -= lower[k][i] * x[k]);
+            x[i] /= lower[i][i];
+        }
+        (0..B).for_each(|i| inverse[i][column] = x[i]);
+    }
+    Some(inverse)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_and_transposes_are_those_of_the_dense_matrices() {
+        let block = |k: usize| -> Block<f64, 2, 3> {
+            let entry = |i, j| ((7 * k + 3 * i + 5 * j) % 11) as f64 - 5.0;
+            std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+        };
+        let (starts, columns) = (vec![0, 2, 2, 3, 6], vec![0, 3, 1, 0, 2, 3]);
+        let a = BlockMatrix { width: 4, starts, columns, blocks: (0..6).map(block).collect() };
+        let mut dense = [[0.0; 12]; 8];
+        for row in 0..4 {
+            for (column, block) in a.row(row) {
+                (0..2).for_each(|i| {
+                    dense[2 * row + i][3 * column..3 * column + 3].copy_from_slice(&block[i]);
+                });
+            }
+        }
+        let mut square = [[0.0; 8]; 8];
+        let product = a.product(&a.transposed());
+        for row in 0..4 {
+            for (column, block) in product.row(row) {
+                (0..2).for_each(|i| {
+                    square[2 * row + i][2 * column..2 * column + 2].copy_from_slice(&block[i]);
+                });
+            }
+        }
+        for i in 0..8 {
+            for j in 0..8 {
+                // Small integers have no rounding errors.
+                assert_eq!(square[i][j], sinew_num::dot(&dense[i], &dense[j]));
+            }
+        }
+        let x: Vec<[f64; 3]> = (0..4).map(|i| [i as f64, 1.0, -2.0]).collect();
+        let mut y = a.multiply(&x);
+        for (y, row) in y.as_flattened().iter().zip(&dense) {
+            assert_eq!(*y, sinew_num::dot(row, x.as_flattened()));
+        }
+        a.subtract_product(&x, &mut y);
+        assert!(y.as_flattened().iter().all(|&y| y == 0.0));
+    }
+
+    #[test]
+    fn inverses_are_exact_or_refused() {
+        let block = [[4.0, 1.0, 0.5], [1.0, 3.0, -1.0], [0.5, -1.0, 2.0]];
+        let inverse = definite_inverse(&block).unwrap();
+        for j in 0..3 {
+            let column = times(&block, &std::array::from_fn(|i| inverse[i][j]));
+            for (i, value) in column.into_iter().enumerate() {
+                assert!((value - f64::from(u8::from(i == j))).abs() < 1e-15);
+            }
+        }
+        let nan = [[f64::NAN, 0.0], [0.0, 1.0]];
+        for bad in [[[1.0, 2.0], [2.0, 1.0]], [[1.0, 1.0], [1.0, 1.0]], nan] {
+            assert!(definite_inverse(&bad).is_none());
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Smoothed aggregation: a hierarchy of ever coarser systems that preconditions a stiffness matrix.
+
+use super::blocks::{Block, BlockMatrix, add_product, definite_inverse, single, times};
+use super::groups::{MODES, groups, tentative};
+use crate::linear::factor::Factor;
+use faer::Side;
+use faer::sparse::Triplet;
+use rayon::prelude::*;
+
+/// Systems with up to this many block rows are factorised.
+const COARSEST: usize = 600;
+/// Most levels between the finest and the coarsest: each has about a tenth of the rows of the one before.
+const MOST_LEVELS: usize = 12;
+/// Coupling that counts as strong on the finest level; half as much on each coarser one (Vaněk et al., section 5).
+const STRONG: f64 = 0.08;
+/// Most groups \[relative to the rows\]: beyond it, as after a large shift, any coupling is strong.
+const SLOW: f64 = 0.15;
+/// Polynomial degree of the smoother.
+const SMOOTHING: usize = 2;
+/// Iterations for the largest eigenvalue, and how much it is raised because they come from below.
+const POWER_ITERATIONS: usize = 15;
+const RAISE: f32 = 1.1;
+
+/// A preconditioner by smoothed aggregation (P. Vaněk, J. Mandel, M. Brezina, Computing 56, 1996) with the
+/// rigid motions as near null space: a symmetric V-cycle in single precision.
+pub(super) struct Multigrid {
+    finest: Level<3>,
+    coarser: Vec<Level<MODES>>,
+    coarsest: Factor,
+}
+
+/// A system, its smoother, and the transfer to the next coarser one.
+struct Level<const B: usize> {
+    matrix: BlockMatrix<f32, B, B>,
+    inverse_diagonal: Vec<Block<f32, B, B>>,
+    largest_eigenvalue: f32,
+    prolongation: BlockMatrix<f32, B, MODES>,
+    restriction: BlockMatrix<f32, MODES, B>,
+}
+
+/// A coarser system, and the modes on it.
+struct Coarse {
+    matrix: BlockMatrix<f64, MODES, MODES>,
+    modes: Vec<Block<f64, MODES, MODES>>,
+}
+
+impl Multigrid {
+    /// Builds the hierarchy of a matrix of nodes from their rigid motions; `None` where the matrix proves not to be positive definite.
+    pub(super) fn new(
+        matrix: BlockMatrix<f64, 3, 3>,
+        modes: &[Block<f64, 3, MODES>],
+    ) -> Option<Self> {
+        let mut strong = STRONG;
+        let (finest, mut coarse) = Level::new(matrix, modes, strong)?;
+        let mut coarser = Vec::new();
+        while coarse.matrix.height() > COARSEST {
+            if coarser.len() == MOST_LEVELS {
+                return None;
+            }
+            strong *= 0.5;
+            let (level, next) = Level::new(coarse.matrix, &coarse.modes, strong)?;
+            coarser.push(level);
+            coarse = next;
+        }
+        Some(Self { finest, coarser, coarsest: factor(&coarse.matrix)? })
+    }
+
+    /// An approximate solution for a right-hand side.
+    pub(super) fn apply(&self, right: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        self.finest.cycle(right, |right| self.solve_coarser(0, right))
+    }
+
+    fn solve_coarser(&self, level: usize, right: Vec<[f32; MODES]>) -> Vec<[f32; MODES]> {
+        if let Some(system) = self.coarser.get(level) {
+            return system.cycle(&right, |right| self.solve_coarser(level + 1, right));
+        }
+        let mut solution: Vec<f64> = right.as_flattened().iter().map(|&x| x.into()).collect();
+        self.coarsest.solve(&mut solution);
+        let (rows, _) = solution.as_chunks::<MODES>();
+        rows.iter().map(|row| row.map(|x| x as f32)).collect()
+    }
+}
+
+impl<const B: usize> Level<B> {
+    fn new(
+        matrix: BlockMatrix<f64, B, B>,
+        modes: &[Block<f64, B, MODES>],
+        strong: f64,
+    ) -> Option<(Self, Coarse)> {
+        let inverse = |row: usize| {
+            let (_, block) = matrix.row(row).find(|&(column, _)| column == row)?;
+            definite_inverse(block)
+        };
+        let inverse_diagonal: Vec<_> = (0..matrix.height()).map(inverse).collect::<Option<_>>()?;
+        let (mut group, mut count) = groups(&matrix, strong);
+        if count as f64 > SLOW * matrix.height() as f64 {
+            (group, count) = groups(&matrix, 0.0);
+        }
+        let single_inverse: Vec<_> = inverse_diagonal.iter().map(single).collect();
+        let single_matrix = matrix.rounded();
+        let largest_eigenvalue = RAISE * largest_eigenvalue(&single_matrix, &single_inverse)?;
+        // P = (1 − ω D⁻¹ A) P̂ with ω = 4/3 of the largest eigenvalue's inverse.
+        let (tentative, modes) = tentative(&group, count, modes);
+        let mut prolongation = matrix.product(&tentative);
+        let damping = -4.0 / 3.0 / f64::from(largest_eigenvalue);
+        for (row, inverse) in inverse_diagonal.iter().enumerate() {
+            let inverse = inverse.map(|row| row.map(|x| damping * x));
+            for slot in prolongation.starts[row]..prolongation.starts[row + 1] {
+                let inside = prolongation.columns[slot] == group[row];
+                let mut block = if inside { tentative.blocks[row] } else { [[0.0; MODES]; B] };
+                add_product(&inverse, &prolongation.blocks[slot], &mut block);
+                prolongation.blocks[slot] = block;
+            }
+        }
+        let restriction = prolongation.transposed();
+        let mut coarse = restriction.product(&matrix.product(&prolongation));
+        fill_empty_modes(&mut coarse);
+        let level = Self {
+            matrix: single_matrix,
+            inverse_diagonal: single_inverse,
+            largest_eigenvalue,
+            prolongation: prolongation.rounded(),
+            restriction: restriction.rounded(),
+        };
+        Some((level, Coarse { matrix: coarse, modes }))
+    }
+
+    /// A V-cycle from zero; `coarser` solves the coarse system.
+    fn cycle(
+        &self,
+        right: &[[f32; B]],
+        coarser: impl FnOnce(Vec<[f32; MODES]>) -> Vec<[f32; MODES]>,
+    ) -> Vec<[f32; B]> {
+        let (mut solution, mut residual) = (vec![[0.0; B]; right.len()], right.to_vec());
+        let last = self.smooth(&mut solution, &mut residual);
+        self.matrix.subtract_product(&last, &mut residual);
+        let step = self.prolongation.multiply(&coarser(self.restriction.multiply(&residual)));
+        add(&step, &mut solution);
+        self.matrix.subtract_product(&step, &mut residual);
+        self.smooth(&mut solution, &mut residual);
+        solution
+    }
+
+    /// Smooths the error by a Chebyshev polynomial of the fourth kind in `D⁻¹ A` (J. Lottes, Numer. Linear
+    /// Algebra Appl. 30, 2023): it needs no smallest eigenvalue. Returns the last step, which the residual does not yet know.
+    fn smooth(&self, solution: &mut [[f32; B]], residual: &mut [[f32; B]]) -> Vec<[f32; B]> {
+        let mut step = vec![[0.0; B]; solution.len()];
+        for degree in 1..=SMOOTHING {
+            if degree > 1 {
+                self.matrix.subtract_product(&step, residual);
+            }
+            let k = degree as f32;
+            let keep = if degree == 1 { 0.0 } else { (2.0 * k - 3.0) / (2.0 * k + 1.0) };
+            let gain = (8.0 * k - 4.0) / (2.0 * k + 1.0) / self.largest_eigenvalue;
+            let rows = step.par_iter_mut().zip(&*residual).zip(&self.inverse_diagonal);
+            rows.with_min_len(512).for_each(|((step, residual), inverse)| {
+                let correction = times(inverse, residual);
+                (0..B).for_each(|i| step[i] = keep * step[i] + gain * correction[i]);
+            });
+            add(&step, solution);
+        }
+        step
+    }
+}
+
+fn add<const B: usize>(from: &[[f32; B]], to: &mut [[f32; B]]) {
+    to.as_flattened_mut().iter_mut().zip(from.as_flattened()).for_each(|(a, b)| *a += b);
+}
+
+/// Largest eigenvalue of `D⁻¹ A`, from below, by power iteration from a scattered start. `None` where it exceeds the number of blocks of
+/// every row, the bound of a positive definite matrix.
+fn largest_eigenvalue<const B: usize>(
+    matrix: &BlockMatrix<f32, B, B>,
+    inverse_diagonal: &[Block<f32, B, B>],
+) -> Option<f32> {
+    let scattered = |i: usize| ((i * 7919 + 13) % 101) as f32 / 50.0 - 1.0;
+    let mut vector: Vec<[f32; B]> =
+        (0..matrix.height()).map(|row| std::array::from_fn(|i| scattered(B * row + i))).collect();
+    let norm = |vector: &[[f32; B]]| {
+        vector.as_flattened().iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt() as f32
+    };
+    let mut eigenvalue = 1.0;
+    for _ in 0..POWER_ITERATIONS {
+        let scale = 1.0 / norm(&vector);
+        vector.as_flattened_mut().iter_mut().for_each(|x| *x *= scale);
+        let next = matrix.multiply(&vector);
+        for ((x, y), inverse) in vector.iter_mut().zip(&next).zip(inverse_diagonal) {
+            *x = times(inverse, y);
+        }
+        eigenvalue = norm(&vector);
+    }
+    let widest = matrix.starts.windows(2).map(|pair| pair[1] - pair[0]).max()?;
+    (eigenvalue <= widest as f32).then_some(eigenvalue)
+}
+
+/// Gives coarse functions that are zero, since their group has fewer motions, a diagonal of 1.
+fn fill_empty_modes(matrix: &mut BlockMatrix<f64, MODES, MODES>) {
+    for row in 0..matrix.height() {
+        for slot in matrix.starts[row]..matrix.starts[row + 1] {
+            if matrix.columns[slot] as usize == row {
+                let block = &mut matrix.blocks[slot];
+                for i in 0..MODES {
+                    if block[i][i] == 0.0 {
+                        block[i][i] = 1.0;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The factor of the coarsest system; `None` where it is not positive definite.
+fn factor(matrix: &BlockMatrix<f64, MODES, MODES>) -> Option<Factor> {
+    let mut half = Vec::new();
+    for row in 0..matrix.height() {
+        for (column, block) in matrix.row(row).filter(|&(column, _)| column <= row) {
+            for (i, entries) in block.iter().enumerate() {
+                let (row, first) = (MODES * row + i, MODES * column);
+                let lower = entries.iter().enumerate().filter(|&(j, _)| first + j <= row);
+                half.extend(lower.map(|(j, &entry)| Triplet::new(row, first + j, entry)));
+            }
+        }
+    }
+    Factor::alone(MODES * matrix.height(), &half, Side::Lower)
+}

@@ -1,0 +1,85 @@
+//! Preconditioned conjugate gradients that notice negative curvature.
+
+use crate::linear::vector::dot;
+
+/// End of an iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    /// The residual is below the tolerance.
+    Converged,
+    /// The matrix has a direction of negative or no curvature.
+    NegativeCurvature,
+    /// The iterations ran out, or a number is not finite.
+    Failed,
+}
+
+/// Solves `A x = b` with a symmetric matrix from x = 0 (M. R. Hestenes, E. Stiefel, J. Res. NBS 49, 1952): the solution, the iterations and their
+/// end.
+///
+/// They end when the residual is `tolerance` times the right-hand side, both in the norm of the preconditioner, which is close to the error in the energy norm. In
+/// the Euclidean norm smooth errors do not show.
+/// `apply(x, y)` writes A x to y; `precondition(x, y)` a symmetric positive definite approximation of A⁻¹ x.
+pub(crate) fn conjugate_gradients(
+    apply: impl Fn(&[f64], &mut [f64]),
+    precondition: impl Fn(&[f64], &mut [f64]),
+    right: &[f64],
+    tolerance: f64,
+    most: usize,
+) -> (Vec<f64>, usize, End) {
+    let (mut solution, mut residual) = (vec![0.0; right.len()], right.to_vec());
+    let (mut direction, mut image) = (solution.clone(), solution.clone());
+    let (mut first, mut slope) = (None, f64::INFINITY);
+    for iterations in 0..=most {
+        precondition(&residual, &mut image);
+        let next = dot(&residual, &image);
+        if next == 0.0 || (0.0..=tolerance * tolerance * *first.get_or_insert(next)).contains(&next)
+        {
+            return (solution, iterations, End::Converged);
+        }
+        let turn = next / slope;
+        direction.iter_mut().zip(&image).for_each(|(p, z)| *p = z + turn * *p);
+        slope = next;
+        apply(&direction, &mut image);
+        let curvature = dot(&direction, &image);
+        if !(slope.is_finite() && curvature.is_finite()) {
+            break;
+        }
+        if slope <= 0.0 || curvature <= 0.0 {
+            return (solution, iterations, End::NegativeCurvature);
+        }
+        let length = slope / curvature;
+        solution.iter_mut().zip(&direction).for_each(|(x, p)| *x += length * p);
+        residual.iter_mut().zip(&image).for_each(|(r, q)| *r -= length * q);
+    }
+    (solution, most, End::Failed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn solve(diagonal: &[f64], right: &[f64], most: usize) -> (Vec<f64>, usize, End) {
+        let apply = |x: &[f64], y: &mut [f64]| {
+            y.iter_mut().zip(x).zip(diagonal).for_each(|((y, x), d)| *y = d * x);
+        };
+        conjugate_gradients(apply, |x, y| y.copy_from_slice(x), right, 1e-12, most)
+    }
+
+    #[test]
+    fn as_many_iterations_as_eigenvalues() {
+        let (solution, iterations, end) = solve(&[1.0, 2.0, 4.0, 2.0], &[1.0, 1.0, -1.0, 3.0], 9);
+        assert_eq!((end, iterations), (End::Converged, 3));
+        let expected = [1.0, 0.5, -0.25, 1.5];
+        assert!(solution.iter().zip(expected).all(|(x, e)| (x - e).abs() < 1e-14));
+        assert_eq!(solve(&[1.0; 4], &[0.0; 4], 9), (vec![0.0; 4], 0, End::Converged));
+    }
+
+    #[test]
+    fn each_failure_has_its_end() {
+        let right = [1.0, 1.0, -1.0, 3.0];
+        assert_eq!(solve(&[1.0, 2.0, -0.1, 2.0], &right, 9).2, End::NegativeCurvature);
+        assert_eq!(solve(&[0.0; 4], &right, 9).2, End::NegativeCurvature);
+        assert_eq!(solve(&[1.0, 2.0, 4.0, 2.0], &right, 2).2, End::Failed);
+        assert_eq!(solve(&[1.0, f64::NAN, 4.0, 2.0], &right, 9).2, End::Failed);
+    }
+}
