@@ -42,7 +42,7 @@ pub(crate) struct Factor {
 /// Form of a factor.
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
-    /// Nothing was factorised.
+    /// No factor yet.
     Empty,
     /// `L Lᵀ`.
     Definite,

@@ -84,7 +84,7 @@ fn a_body_on_springs_and_inclined_rollers_has_the_same_equilibrium() {
     assert_same("springs", &body, &[75.0, 75.0]);
 }
 
-/// With a bulk modulus of 10⁶ μ conjugate gradients take more iterations than a factor is worth.
+/// Conjugate gradients with a bulk modulus of 10⁶ μ take more iterations than a factor is worth.
 #[test]
 fn a_body_where_conjugate_gradients_fail_is_factorised() {
     let mesh = box_tetrahedra([100.0, 10.0, 10.0], [48, 5, 5]);

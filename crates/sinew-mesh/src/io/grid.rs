@@ -23,7 +23,7 @@ pub(crate) struct UnstructuredGrid {
     pub node_sets: BTreeMap<String, Vec<usize>>,
     /// Named sets of facets: cells, each with our number of its facet.
     pub sides: BTreeMap<String, Vec<(usize, usize)>>,
-    /// What the reader left out, a phrase each.
+    /// Arrays and elements that the reader left out, a phrase each.
     pub left_out: Vec<String>,
     /// Whether nodes at one place become one.
     pub merge: bool,
