@@ -139,12 +139,18 @@ fn factors_are_read_from_fields_of_cells_and_of_nodes() {
     refusal(&text("celular"), &["stiffness.field", "did you mean `cellular`?"]);
     refusal(&text("node_set:x_min"), &["stiffness.field"]);
     // A set of cells, a label and a field give the same bits.
-    let of_set = |name: &str| with(&format!(" = {{ cells = \"{name}\", factor = 10.0 }}"));
-    let scars = [text("tenfold"), of_set("scar"), of_set("region:2")].map(|text| {
+    let by = |name: &str, factor: f64| {
+        with(&format!(" = {{ cells = \"{name}\", factor = {factor:?} }}"))
+    };
+    let of_set = |name| by(name, 10.0);
+    let cases = [by("scar", 1.0), text("tenfold"), of_set("scar"), of_set("region:2")];
+    let [plain, scars @ ..] = cases.map(|text| {
         let body = body(&text);
         body.value(&uniform(&body, [0.1, 0.0, 0.0]), &theta)
     });
-    assert!(scars[0] > 2.0 * a && scars.iter().all(|scar| *scar == scars[0]), "{scars:?}");
+    // A third of cells of one size is ten times as stiff.
+    assert!((scars[0] / plain - 4.0).abs() < 1e-12, "{scars:?} {plain}");
+    assert!(scars.iter().all(|scar| *scar == scars[0]), "{scars:?}");
     refusal(&of_set("scra"), &["stiffness.cells", "did you mean `scar`?"]);
     refusal(&of_set("region:7"), &["stiffness.cells", "region:0"]);
     let nodes = with(" = { nodes = \"scar\", factor = 10.0 }");
