@@ -105,7 +105,7 @@ fn simulations_of_parts_are_those_of_one_run() {
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     let run = |folder: usize, more: &[&str]| {
         let out = folders[folder].path().to_str().unwrap();
-        let fixed = ["populations", "--quick", "--only", "inflated", "--out", out];
+        let fixed = ["populations", "--quick", "--no-networks", "--only", "inflated", "--out", out];
         reproduce(&Options::try_parse_from(fixed.iter().chain(more)).unwrap()).unwrap();
         let simulations = folders[folder].path().join("inflated/simulations");
         std::fs::read(simulations.join("3x8x4-seed-1/00000-00011.npy")).ok()
