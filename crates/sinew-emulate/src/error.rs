@@ -15,6 +15,9 @@ pub enum Error {
     /// A number, name or folder of a request that makes no sense, to be corrected without a computation.
     #[error("{0}")]
     Request(String),
+    /// A range or a number of samples that a design cannot draw.
+    #[error("{0}")]
+    Samples(String),
     /// A body, prediction, folder or file that cannot be used.
     #[error("{0}")]
     Refused(String),

@@ -46,7 +46,7 @@ pub(crate) fn emulator(py: Python<'_>, error: &sinew_emulate::Error) -> PyErr {
     use sinew_emulate::Error as E;
     let kind = match error {
         E::Solve(_) => Kind::Solve,
-        E::ThetaLength { .. } | E::Setting { .. } | E::Range { .. } | E::Sobol { .. } => Kind::Case,
+        E::ThetaLength { .. } | E::Setting { .. } | E::Samples(_) => Kind::Case,
         _ => Kind::Emulator,
     };
     kind.of(py, error)

@@ -333,7 +333,8 @@ fn is_usage(error: &anyhow::Error) -> bool {
 
 /// Whether an emulator was asked for in a way that makes no sense.
 fn is_setting(error: &EmulatorError) -> bool {
-    matches!(error, EmulatorError::Setting { .. } | EmulatorError::Request(_))
+    use EmulatorError as E;
+    matches!(error, E::Setting { .. } | E::Request(_) | E::Samples(_))
 }
 
 /// A command line that asks for something that does not exist.
