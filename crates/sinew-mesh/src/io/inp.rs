@@ -50,16 +50,13 @@ pub(super) struct Model {
     pub kinds: Vec<Kind>,
     /// The instance of the part, in files with an assembly.
     pub instance: Option<Name>,
-    /// Whether the assembly has nodes or elements of its own, which are left out.
-    pub assembly_has_own: bool,
 }
 
 fn read(blocks: &[Block<'_>], bytes: usize) -> Result<UnstructuredGrid, Wrong> {
     let scoped = scopes(blocks)?;
     let (nodes, elements) = (Sets::new(bytes), Sets::new(bytes));
     let grid = UnstructuredGrid::default();
-    let mut model =
-        Model { grid, nodes, elements, kinds: Vec::new(), instance: None, assembly_has_own: false };
+    let mut model = Model { grid, nodes, elements, kinds: Vec::new(), instance: None };
     // Keywords may come in any order, but sets only name what stands further up.
     let each =
         |keyword: &'static str| scoped.iter().filter(move |(_, block)| block.keyword == keyword);
@@ -163,11 +160,11 @@ impl Model {
     /// Leaves out nodes or elements of the assembly itself; the set of them that their keyword makes is empty.
     fn leave_out(&mut self, block: &Block<'_>, set: &str, what: &str) -> Result<(), Wrong> {
         let (count, s) = (block.lines.len(), if block.lines.len() == 1 { "" } else { "s" });
+        let sets = if set == "NSET" { &mut self.nodes } else { &mut self.elements };
         if count > 0 {
             self.grid.left_out.push(format!("{count} {what}{s} of the assembly"));
-            self.assembly_has_own = true;
+            sets.assembly_has_own = true;
         }
-        let sets = if set == "NSET" { &mut self.nodes } else { &mut self.elements };
         let added = block.name(set).map_or(Ok(()), |name| sets.add(Scope::Assembly, &name, []));
         added.map_err(|problem| (block.at, problem))
     }
@@ -308,8 +305,6 @@ impl Model {
             return self.nodes.add(scope, &name, nodes.collect::<BTreeSet<_>>()).map_err(head);
         }
         let sets = if of_nodes { &mut self.nodes } else { &mut self.elements };
-        let of_assembly = scope == Scope::Assembly && block.name("INSTANCE").is_none();
-        let numbers = !(of_assembly && self.assembly_has_own);
-        sets.add_lines((scope, &name), block, self.instance.as_ref(), numbers)
+        sets.add_lines((scope, &name), block, self.instance.as_ref())
     }
 }

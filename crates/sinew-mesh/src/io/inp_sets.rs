@@ -18,6 +18,8 @@ const MEMBERS_PER_BYTE: usize = 16;
 pub(super) struct Sets {
     /// Index by number.
     pub ids: BTreeMap<i64, usize>,
+    /// Whether the assembly has others of its own, which are left out.
+    pub assembly_has_own: bool,
     sets: BTreeMap<(Scope, String), (String, Vec<usize>)>,
     /// Members that may still be added.
     room: usize,
@@ -27,7 +29,7 @@ impl Sets {
     /// Without sets, for a file of so many bytes.
     pub(super) fn new(bytes: usize) -> Self {
         let room = bytes.saturating_mul(MEMBERS_PER_BYTE);
-        Self { ids: BTreeMap::new(), sets: BTreeMap::new(), room }
+        Self { ids: BTreeMap::new(), assembly_has_own: false, sets: BTreeMap::new(), room }
     }
 
     /// Adds members to a set, which is made if it does not exist.
@@ -51,15 +53,16 @@ impl Sets {
         Ok(())
     }
 
-    /// Adds the numbers, ranges and sets that the lines of a block list; without `numbers` they are of the assembly's own nodes or
-    /// elements, which are left out.
+    /// Adds the numbers, ranges and sets that the lines of a block list. Numbers of the assembly's own nodes or elements are left
+    /// out.
     pub(super) fn add_lines(
         &mut self,
         (scope, name): (Scope, &Name),
         block: &Block<'_>,
         instance: Option<&Name>,
-        numbers: bool,
     ) -> Result<(), (usize, Problem)> {
+        let of_assembly = scope == Scope::Assembly && block.name("INSTANCE").is_none();
+        let numbers = !(of_assembly && self.assembly_has_own);
         for &(at, line) in &block.lines {
             let here = |problem| (at, problem);
             if block.option("GENERATE").is_some() {

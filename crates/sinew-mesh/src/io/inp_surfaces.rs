@@ -98,7 +98,7 @@ impl Surfaces {
 
     /// The grid with all sets and surfaces.
     pub(super) fn finish(self, model: Model) -> Result<UnstructuredGrid, Problem> {
-        let Model { mut grid, nodes, elements, kinds, instance, .. } = model;
+        let Model { mut grid, nodes, elements, kinds, instance } = model;
         grid.node_sets = nodes.named(instance.as_ref())?;
         grid.groups = elements.named(instance.as_ref())?;
         for (name, Surface { sides, mut cells, mut nodes }) in self.surfaces {
