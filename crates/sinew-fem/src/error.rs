@@ -48,11 +48,6 @@ pub enum SolveError {
         "mixed elements and pressures with a loose rim have no potential, which this needs; solve them by Solver::solve, or hold the rim and choose other elements than Scene::mixed"
     )]
     NoPotential,
-    /// Volume control that is not possible.
-    #[error(
-        "the volume cannot be prescribed because {problem}; follow the load instead, by Solver::solve"
-    )]
-    VolumeControl { problem: &'static str },
     /// A line in loads and parameters that cannot be followed.
     #[error("this line in loads and parameters cannot be followed because {problem}")]
     Line { problem: &'static str },

@@ -94,7 +94,7 @@ pub use diagnose::locking::{
     compare_formulations, locking, locking_at_centre,
 };
 pub use diagnose::named::{CellValue, RigidMode};
-pub use diagnose::report::{Reaction, SolutionReport, Warning, report};
+pub use diagnose::report::{Reaction, SolutionReport, Warning, held_sets, reactions, report};
 pub use diagnose::stress::{CellStress, Fibre, cell_stresses, mixed_stresses};
 pub use error::{Advice, NotConverged, SolveError};
 pub use linear::matrix::Stiffness;
@@ -115,6 +115,5 @@ pub use solve::solution::Solution;
 pub use solve::solver::Solver;
 pub use solve::sweep::{CHAIN, Earlier, Sweep, SweepError, resume_sweep, sweep};
 pub use solve::trace::{Trace, TraceEnd};
-pub use solve::volume::VolumeStep;
 pub use solve::watch::{Progress, print_progress};
 pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};

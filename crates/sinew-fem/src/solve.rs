@@ -2,7 +2,6 @@
 
 pub(crate) mod buckling;
 pub(crate) mod continuation;
-pub(crate) mod control;
 pub(crate) mod converge;
 pub(crate) mod frozen_tangent;
 pub(crate) mod history;
@@ -17,6 +16,7 @@ pub(crate) mod options;
 pub(crate) mod order;
 pub(crate) mod outlook;
 pub(crate) mod path;
+pub(crate) mod plane;
 pub(crate) mod pool;
 pub(crate) mod predictor;
 pub(crate) mod search;
@@ -28,5 +28,4 @@ pub(crate) mod solver;
 pub(crate) mod sweep;
 pub(crate) mod trace;
 pub(crate) mod turn;
-pub(crate) mod volume;
 pub(crate) mod watch;

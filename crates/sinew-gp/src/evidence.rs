@@ -5,8 +5,6 @@ mod gradient;
 pub(crate) mod gram;
 pub(crate) mod inverse;
 pub(crate) mod state;
-#[cfg(feature = "burn")]
-pub(crate) mod tensor;
 
 use crate::model::compile::Compiled;
 use crate::model::data::{Noise, Role};

@@ -52,7 +52,6 @@
 //! - [`Data::averaged`]: hundreds of thousands of values;
 //! - [`Fit::warnings`]: parameters at bounds or not identified, and other faults of a fit;
 //! - [`Formula`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
-//! - `log_evidence_tensor` (feature `burn`): the evidence inside a Burn graph;
 //! - [`SemiLinear`]: equations with a nonlinear term, by the Gauss–Newton method.
 //!
 //! Everything is in double precision.
@@ -100,8 +99,6 @@ mod semilinear;
 mod series;
 
 pub use error::GpError;
-#[cfg(feature = "burn")]
-pub use evidence::tensor::log_evidence_tensor;
 pub use evidence::{Evaluation, Evidence};
 pub use fit::warning::Warning;
 pub use fit::{Fit, FitOptions, Outcome, Restart};

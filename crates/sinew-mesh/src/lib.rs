@@ -94,6 +94,7 @@ mod prolongation;
 mod quadratic;
 mod quality;
 mod selection;
+mod simplices;
 mod surface;
 mod topology;
 mod tree;

@@ -6,6 +6,7 @@
 mod ellipsoid_fibres;
 mod error;
 mod factors;
+mod fibre_rule;
 mod fibres;
 pub mod laws;
 mod loads;
@@ -22,7 +23,8 @@ mod units;
 pub use ellipsoid_fibres::EllipsoidRule;
 pub use error::CaseError;
 pub use factors::{Active, Factors};
-pub use fibres::{FibreRule, Fibres};
+pub use fibre_rule::FibreRule;
+pub use fibres::Fibres;
 pub use laws::Law;
 pub use loads::{FoundationLoad, Load, Pressure, Rim};
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
@@ -171,6 +173,9 @@ impl Case {
             *file = folder.join(&*file);
         }
         case.select.values_mut().for_each(|select| select.relative_to(folder));
+        if let Some(file) = case.fibres.as_mut().and_then(|fibres| fibres.file.as_mut()) {
+            *file = folder.join(&*file);
+        }
         Ok(case)
     }
 

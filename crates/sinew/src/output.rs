@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use sinew_energy::Body;
 pub use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::metrics::volume_ratios;
-use sinew_fem::{CellStress, mixed_stresses};
+use sinew_fem::{CellStress, held_sets, mixed_stresses, reactions};
 use sinew_mesh::{Field, MeshError};
 use sinew_report::format::digits;
 use std::io;
@@ -276,7 +276,7 @@ impl Results<'_> {
     }
 
     /// A row per case: its number, θ, then for each way to find it the mean and the largest nodal displacement, the total
-    /// potential energy, empty where there is no potential, the volumes of cavities, and the least and the largest J; how good it is; parameters outside their ranges; warnings; why it failed.
+    /// potential energy, empty where there is no potential, the volumes of cavities, the least and the largest J, and the reactions of supports; how good it is; parameters outside their ranges; warnings; why it failed.
     fn table(&self) -> String {
         let judged = self.rows.iter().any(|row| row.quality.is_some());
         let row = |(case, row): (usize, &Row<'_>)| self.line(case, row, judged);
@@ -298,6 +298,10 @@ impl Results<'_> {
             };
             heads.extend(body.cavities.iter().map(volume));
             heads.extend(["least", "largest"].map(|of| format!("{name} {of} J")));
+            for (set, _) in held_sets(body) {
+                let head = |axis| format!("{name} reaction {axis} at {set} [{stress} {length}2]");
+                heads.extend(["x", "y", "z"].map(head));
+            }
         }
         if judged {
             heads.extend(["mean", "largest"].map(|of| format!("estimated {of} error [{length}]")));
@@ -322,9 +326,14 @@ impl Results<'_> {
             cells.push(energy.map_or(String::new(), |energy| energy.to_string()));
             cells.extend(body.cavity_volumes(field).iter().map(f64::to_string));
             cells.extend(least_and_largest_ratio(body, field).map(|ratio| ratio.to_string()));
+            // Mixed elements without their pressures have none.
+            match reactions(body, field, row.pressure, &row.theta) {
+                Ok(forces) => cells.extend(forces.iter().flatten().map(f64::to_string)),
+                Err(_) => cells.extend(vec![String::new(); 3 * held_sets(body).count()]),
+            }
         }
         if row.fields.is_empty() {
-            let each = 5 + body.cavities.len();
+            let each = 5 + body.cavities.len() + 3 * held_sets(body).count();
             cells.extend(vec![String::new(); self.names.len() * each]);
         }
         if judged {

@@ -5,7 +5,7 @@ mod forces;
 mod reaction;
 mod warning;
 
-pub use reaction::Reaction;
+pub use reaction::{Reaction, held_sets, reactions};
 pub use warning::Warning;
 
 use crate::diagnose::named::CellValue;
@@ -13,6 +13,7 @@ use crate::elements::cells::{
     MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
 use crate::elements::check::check_length;
+use crate::elements::state::State;
 use crate::{Solution, SolveError, locking};
 use forces::Forces;
 use sinew_energy::Body;
@@ -75,11 +76,9 @@ pub struct SolutionReport {
 /// A solution that is not one of this body: by the length of displacement, pressure or θ.
 pub fn report(body: &Body, solution: &Solution) -> Result<SolutionReport, SolveError> {
     let Solution { displacement, pressure, theta, .. } = solution;
-    body.check_theta(theta)?;
-    check_length(body.prescribed.len(), displacement)?;
-    let unknowns = body.pressure_field.as_ref().map_or(0, |field| field.unknowns);
-    check_length(unknowns, pressure)?;
-    let forces = Forces::of(body, solution);
+    check(body, displacement, pressure, theta)?;
+    let load_factor = solution.load_factor;
+    let forces = Forces::of(body, State { displacement, theta, load_factor, pressure });
     let points = body.points_per_cell;
     let ratios = volume_ratios(body, displacement);
     let stretches = largest_stretches(body, displacement);
@@ -114,6 +113,19 @@ impl SolutionReport {
         let reaction = |i: usize| self.reactions.iter().map(|r| r.force[i]).sum::<f64>();
         [0, 1, 2].map(|i| self.loads[i] + self.elastic_supports[i] + reaction(i))
     }
+}
+
+/// Requires arrays of the lengths of a body's.
+fn check(
+    body: &Body,
+    displacement: &[f64],
+    pressure: &[f64],
+    theta: &[f64],
+) -> Result<(), SolveError> {
+    body.check_theta(theta)?;
+    check_length(body.prescribed.len(), displacement)?;
+    let unknowns = body.pressure_field.as_ref().map_or(0, |field| field.unknowns);
+    check_length(unknowns, pressure)
 }
 
 fn relative(residual: f64, scale: f64) -> f64 {

@@ -8,9 +8,9 @@
 use crate::elements::supports::place;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::{dot, norm};
-use crate::solve::control::{Control, Plane};
 use crate::solve::line::Line;
 use crate::solve::path::{Along, Path, Point};
+use crate::solve::plane::Plane;
 use crate::solve::search::Equilibrium;
 use crate::solve::watch::Log;
 use crate::{Options, Solution, SolveError, Solver};
@@ -218,7 +218,7 @@ impl<'s, 'p> Curve<'s, 'p> {
     /// The equilibrium at the place of a point, whether it is stable or not.
     fn at_place(&mut self, guess: Point, log: &mut Log<'_>) -> Option<Equilibrium> {
         let normal = (vec![0.0; self.path.system.sparsity.unknowns()], 1.0);
-        let plane = Control::Plane(Plane { normal, distance: guess.place });
+        let plane = Plane { normal, distance: guess.place };
         self.path.meeting(Some(&plane), guess, self.path.options.accuracy, log)
     }
 

@@ -87,7 +87,7 @@ impl Path<'_, '_> {
     ) -> Option<Equilibrium> {
         let start = Start { unknowns: from.clone(), place: 1.0, stress: None };
         let accuracy = self.accuracy();
-        let goal = Goal { line: &self.line, control: None, accuracy, most_indefinite };
+        let goal = Goal { line: &self.line, plane: None, accuracy, most_indefinite };
         self.system.equilibrium(start, goal, &self.options, history)
     }
 

@@ -19,8 +19,8 @@ use crate::elements::supports::place;
 use crate::elements::system::{Residual, System};
 use crate::linear::method::MOST_COUNTED;
 use crate::linear::vector::dot;
-use crate::solve::control::Missing;
 use crate::solve::line::Line;
+use crate::solve::plane::Plane;
 use crate::solve::search::{Equilibrium, Goal, Search, Start};
 use crate::solve::watch::Log;
 use crate::{Iteration, Method, Options};
@@ -89,11 +89,9 @@ impl System<'_> {
             }
             let residual = self.assemble_at(&search);
             self.record(&search, &residual, history);
-            let missing = goal
-                .control
-                .map(|control| control.missing(self, &search.at.displacement, search.place));
-            let gap = missing.as_ref().map_or(0.0, |missing| missing.relative);
-            let size = self.size(&residual)?.max(gap);
+            let gap =
+                goal.plane.map(|plane| plane.gap(self, &search.at.displacement, search.place));
+            let size = self.size(&residual)?.max(gap.map_or(0.0, f64::abs));
             stalls = if size > 0.5 * least { stalls + 1 } else { 0 };
             least = least.min(size);
             let floor = STALLED[usize::from(!self.body.has_potential())];
@@ -109,7 +107,7 @@ impl System<'_> {
                 return None;
             }
             let record = history.iterations.last_mut()?;
-            if self.body.has_potential() && missing.is_none() {
+            if self.body.has_potential() && gap.is_none() {
                 self.descend(&mut search, residual.force, record)?;
                 search.stale = record.shift > 0.0 || record.step < 1.0;
                 indefinite = if record.shift > 0.0 { indefinite + 1 } else { 0 };
@@ -119,7 +117,7 @@ impl System<'_> {
                     return None;
                 }
             } else {
-                self.balance_step(&mut search, &residual, missing, record)?;
+                self.balance_step(&mut search, &residual, gap, record)?;
             }
         }
         None
@@ -135,7 +133,7 @@ impl System<'_> {
         let accuracy = search.goal.accuracy;
         let floor = residual.force <= self.assembly.tolerance()
             && (self.coupling.is_none() || residual.volume <= accuracy * self.volume());
-        size <= accuracy || (floor && search.goal.control.is_none())
+        size <= accuracy || (floor && search.goal.plane.is_none())
     }
 
     /// Reports an equilibrium with the negative pivots of the true stiffness, without predicted stress.
@@ -304,7 +302,7 @@ impl System<'_> {
         &mut self,
         search: &mut Search<'_>,
         residual: &Residual,
-        missing: Option<Missing>,
+        gap: Option<f64>,
         record: &mut Iteration,
     ) -> Option<()> {
         let (shift, negative) = self.factorise(false)?;
@@ -315,12 +313,12 @@ impl System<'_> {
         search.linear_iterations += outcome.iterations;
         let mut motion = vec![0.0; search.at.displacement.len()];
         let mut onward = 0.0;
-        if let Some(missing) = &missing {
+        let plane = search.goal.plane.zip(gap);
+        if let Some((Plane { normal: (slope, rate_of_plane), .. }, gap)) = plane {
             let (rate, supports) = self.rate_along(search);
             let (by_place, outcome) = self.solve(rate.iter().map(|r| -r).collect(), shift).ok()?;
             search.linear_iterations += outcome.iterations;
-            let slope = dot(&missing.slope, &by_place) + missing.by_place;
-            onward = (missing.gap - dot(&missing.slope, &change)) / slope;
+            onward = (gap - dot(slope, &change)) / (dot(slope, &by_place) + rate_of_plane);
             if !onward.is_finite() {
                 return None;
             }
@@ -332,7 +330,7 @@ impl System<'_> {
         let pressures = &change[self.sparsity.unknowns()..];
         let length = self.take(search, &motion, pressures)?;
         record.step = length;
-        search.predicted = match missing {
+        search.predicted = match plane {
             None => {
                 motion.iter_mut().for_each(|m| *m *= length);
                 self.predict_stress(&motion)

@@ -1,17 +1,16 @@
-//! Continuation of an equilibrium along a line in loads and parameters, by load, swept volume or arc length.
+//! Continuation of an equilibrium along a line in loads and parameters, by load or arc length.
 
 use crate::elements::predicted::PredictedStress;
 use crate::elements::supports::place as place_supports;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::dot;
-use crate::solve::control::{Control, Plane};
 use crate::solve::line::Line;
 use crate::solve::outlook::Outlook;
+use crate::solve::plane::Plane;
 use crate::solve::search::{Equilibrium, Goal, Start};
 use crate::solve::turn::far_turn;
 use crate::solve::watch::Log;
 use crate::{Advice, NotConverged, Options, SolveError};
-use sinew_energy::PressureSurface;
 use sinew_num::Mat3;
 
 /// The first load step changes no displacement gradient by more than this, by the linear model of the body at rest.
@@ -46,8 +45,6 @@ const SNAPPING: usize = 12;
 pub(crate) enum Along {
     /// The place on the line.
     Place,
-    /// The volume that a surface sweeps.
-    Volume(PressureSurface),
     /// Arc length, with this scale of displacements \[length\].
     Arc(f64),
 }
@@ -55,7 +52,7 @@ pub(crate) enum Along {
 /// A point of a path.
 #[derive(Clone)]
 pub(crate) struct Point {
-    /// Place, volume or length of the curve.
+    /// Place or length of the curve.
     pub at: f64,
     /// Place on the line.
     pub place: f64,
@@ -95,7 +92,7 @@ impl<'s, 'p> Path<'s, 'p> {
         self.system.stressing_entries(end).into_iter().for_each(|entry| start[entry] = 0.0);
     }
 
-    /// The equilibrium at another place or volume, with the number of steps that lead there.
+    /// The equilibrium at another place, with the number of steps that lead there.
     ///
     /// # Errors
     /// [`SolveError::NotConverged`].
@@ -134,7 +131,7 @@ impl<'s, 'p> Path<'s, 'p> {
             }
             let target = match self.along {
                 Along::Place => self.outlook.target(wanted, goal),
-                Along::Volume(_) | Along::Arc(_) => wanted,
+                Along::Arc(_) => wanted,
             };
             let last = target == goal;
             // A rough minimum may lie beyond the limit point; accuracy to rounding errors costs two more iterations a
@@ -213,7 +210,7 @@ impl<'s, 'p> Path<'s, 'p> {
         let part = if whole == 0.0 { 1.0 } else { (step / whole).abs() };
         let reached = match self.along {
             Along::Place => self.reached().at,
-            Along::Volume(_) | Along::Arc(_) => 1.0,
+            Along::Arc(_) => 1.0,
         };
         let coarse = if reached < FAR_BELOW { FAR_BELOW } else { 0.0 };
         let least = self.options.least_load_step.max(coarse) * reached;
@@ -228,25 +225,24 @@ impl<'s, 'p> Path<'s, 'p> {
         accuracy: f64,
         history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
-        let control = match &self.along {
+        let plane = match &self.along {
             Along::Place => None,
-            Along::Volume(surface) => Some(Control::Volume(surface.clone(), guess.at)),
-            Along::Arc(scale) => Some(Control::Plane(self.plane(&guess, *scale))),
+            Along::Arc(scale) => Some(self.plane(&guess, *scale)),
         };
-        self.meeting(control.as_ref(), guess, accuracy, history)
+        self.meeting(plane.as_ref(), guess, accuracy, history)
     }
 
-    /// The equilibrium near a point that meets a control, or at its place.
+    /// The equilibrium near a point that lies on a plane, or at its place.
     pub(crate) fn meeting(
         &mut self,
-        control: Option<&Control>,
+        plane: Option<&Plane>,
         guess: Point,
         accuracy: f64,
         history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let snapping = self.outlook.ends().is_some();
         let most_indefinite = if snapping { SNAPPING } else { MOST_INDEFINITE };
-        let goal = Goal { line: &self.line, control, accuracy, most_indefinite };
+        let goal = Goal { line: &self.line, plane, accuracy, most_indefinite };
         let Point { unknowns, place, stress, .. } = guess;
         self.system.equilibrium(Start { unknowns, place, stress }, goal, &self.options, history)
     }

@@ -3,15 +3,15 @@
 use crate::elements::predicted::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::system::{Residual, Unknowns};
-use crate::solve::control::Control;
 use crate::solve::line::Line;
+use crate::solve::plane::Plane;
 
 /// Goal of a search: an equilibrium at one place of a line in loads and parameters, or wherever on it something else is met.
 #[derive(Clone, Copy)]
 pub(crate) struct Goal<'a> {
     pub line: &'a Line,
     /// Constraint where the place is unknown.
-    pub control: Option<&'a Control>,
+    pub plane: Option<&'a Plane>,
     /// Unbalanced forces and volumes \[relative\] that are enough without a potential, or on the way to another load.
     pub accuracy: f64,
     /// Steps in a row with an indefinite stiffness that end the search for a minimum.

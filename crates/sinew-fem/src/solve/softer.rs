@@ -61,7 +61,7 @@ impl Path<'_, '_> {
         let unknowns = from.unwrap_or_else(|| system.rest());
         let start = Start { unknowns, place: 1.0, stress: None };
         let goal =
-            Goal { line: &self.line, control: None, accuracy: 0.0, most_indefinite: usize::MAX };
+            Goal { line: &self.line, plane: None, accuracy: 0.0, most_indefinite: usize::MAX };
         system.equilibrium(start, goal, &self.options, history).map(|found| found.unknowns)
     }
 

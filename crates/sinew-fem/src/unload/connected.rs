@@ -6,8 +6,8 @@ use crate::Options;
 use crate::elements::state::State;
 use crate::elements::system::{Residual, System, Unknowns};
 use crate::linear::vector::{dot, norm};
-use crate::solve::control::{Control, Plane};
 use crate::solve::path::{Path, Point};
+use crate::solve::plane::Plane;
 use crate::solve::watch::Log;
 use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;
@@ -59,7 +59,7 @@ pub(super) fn connected(
     let plane = Plane { normal: (by_displacement.clone(), 0.0), distance: 0.5 };
     let mut history = Log::default();
     let enough = options.accuracy_on_the_way;
-    let half = path.meeting(Some(&Control::Plane(plane)), guess, enough, &mut history)?;
+    let half = path.meeting(Some(&plane), guess, enough, &mut history)?;
     let (extrapolated, middle) = tangent(&half.by_place);
     let off: Vec<f64> = extrapolated.iter().zip(&image).map(|(to, u)| to - u).collect();
     let most = MONOTONE * 2.0;

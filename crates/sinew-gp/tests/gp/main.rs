@@ -16,5 +16,4 @@ mod many_values;
 mod penalised;
 mod scales;
 mod semilinear;
-mod tensor;
 mod theorems;

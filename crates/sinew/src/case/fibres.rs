@@ -2,16 +2,16 @@
 
 use super::CaseError;
 use super::ellipsoid_fibres::EllipsoidRule;
+use super::fibre_rule::FibreRule;
 use super::laws::Row;
-use super::source::{Source, advise, exactly, exactly_if_any};
+use super::source::{Source, advise, exactly_if_any};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use sinew_energy::Body;
-use sinew_fem::fibres::{
-    Depth, FibreRule as Angles, Surfaces, VentricleCoordinates, cells_of_mixed_signs,
-};
+use sinew_fem::fibres::cells_of_mixed_signs;
 use sinew_mesh::{AnyMesh, Field};
 use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
 
 /// Source of directions: a field of the mesh, one direction for all of it, or a rule.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -20,6 +20,8 @@ pub struct Fibres {
     /// Cell or point field with the fibres; need not be of unit length. Those of points are turned to agree in sign within a
     /// cell; those of cells are taken as they are.
     pub field: Option<String>,
+    /// File with the same mesh that holds these fields, relative to the case file.
+    pub file: Option<PathBuf>,
     /// Cell or point field with the sheets, for laws that read them.
     pub sheets: Option<String>,
     /// One direction everywhere.
@@ -31,25 +33,8 @@ pub struct Fibres {
     pub ellipsoid: Option<EllipsoidRule>,
 }
 
-/// Fibres that turn linearly through the wall of a ventricle.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FibreRule {
-    /// Facet set of the inner surface.
-    pub endocardium: String,
-    /// Facet set of the outer surface.
-    pub epicardium: String,
-    /// Facet set of the base.
-    pub base: String,
-    /// Angles to the circumferential direction at the inner and outer surface, positive towards the base \[degrees\].
-    #[serde(deserialize_with = "exactly")]
-    pub angles: [f64; 2],
-    /// Angles of the sheets to the outward direction \[degrees\].
-    #[serde(default)]
-    #[serde(deserialize_with = "exactly")]
-    pub sheet_angles: [f64; 2],
-}
-
+/// Largest difference of two nodes \[relative to the size of the mesh\] that are the same to the digits of files.
+const SAME_PLACE: f64 = 1e-4;
 /// Largest angle of a fibre in radians, a right angle in two digits.
 const LARGEST_RADIANS: f64 = 1.6;
 
@@ -59,7 +44,10 @@ const WRITTEN: [&str; 3] = ["fibre", "sheet", "normal"];
 impl Fibres {
     /// Writes directions that no field holds into the mesh.
     pub(super) fn lay(&self, mesh: &mut AnyMesh, source: &Source) -> Result<(), CaseError> {
-        let Self { field, direction, rule, ellipsoid, .. } = self;
+        let Self { file, field, direction, rule, ellipsoid, .. } = self;
+        if let Some(file) = file {
+            self.copy(file, mesh).map_err(|reason| source.error(&["fibres", "file"], reason))?;
+        }
         let rows: Vec<[[f64; 3]; 3]> = match (field, direction, rule, ellipsoid) {
             // At quadrature points, which are not known yet.
             (Some(_), None, None, None) | (None, None, None, Some(_)) => return Ok(()),
@@ -78,6 +66,36 @@ impl Fibres {
             }
         };
         write(&rows, mesh);
+        Ok(())
+    }
+
+    /// Copies the named fields from another file with the same mesh, in any unit of length.
+    fn copy(&self, file: &Path, mesh: &mut AnyMesh) -> Result<(), String> {
+        if self.field.is_none() {
+            return Err("it belongs to a `field`, which names the fibres in the file".into());
+        }
+        let (other, _) = sinew_mesh::read(file).map_err(|error| error.to_string())?;
+        let [ours, theirs] = [&*mesh, &other].map(|mesh| (mesh.points().len(), mesh.cell_count()));
+        let [own, apart] = [mesh.points(), other.points()].map(relative);
+        let same =
+            |(a, b): (&[f64; 3], &[f64; 3])| (0..3).all(|i| (a[i] - b[i]).abs() <= SAME_PLACE);
+        if ours != theirs || !own.iter().zip(&apart).all(same) {
+            return Err(format!(
+                "{} has another mesh, of {} nodes and {} cells; the body has {} and {}, and both must be in the same order and places",
+                file.display(),
+                theirs.0,
+                theirs.1,
+                ours.0,
+                ours.1
+            ));
+        }
+        for name in self.fields() {
+            if let Some(field) = other.cell_fields().get(name) {
+                mesh.cell_fields_mut().insert(name.into(), field.clone());
+            } else if let Some(field) = other.point_fields().get(name) {
+                mesh.point_fields_mut().insert(name.into(), field.clone());
+            }
+        }
         Ok(())
     }
 
@@ -129,48 +147,23 @@ impl Fibres {
     }
 }
 
-impl FibreRule {
-    /// Writes fibres, sheets and normals into the cells of a tetrahedral mesh with the rule's facet sets.
-    ///
-    /// # Errors
-    /// Why no fibres can be laid, in words.
-    pub(crate) fn lay(&self, mesh: &mut AnyMesh) -> Result<(), String> {
-        write(&self.frames(mesh)?, mesh);
-        Ok(())
-    }
-
-    /// Fibre, sheet and normal at each node of a tetrahedral mesh.
-    ///
-    /// # Errors
-    /// Why no fibres can be laid, in words.
-    pub fn at_nodes(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
-        let (wall, rule) = self.wall(mesh)?;
-        Ok(wall.node_frames(&rule, Depth::Thickness))
-    }
-
-    fn frames(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
-        let (wall, rule) = self.wall(mesh)?;
-        Ok(wall.cell_frames(&rule, Depth::Thickness))
-    }
-
-    fn wall(&self, mesh: &AnyMesh) -> Result<(VentricleCoordinates, Angles), String> {
-        let AnyMesh::Tetrahedra(mesh) = mesh else {
-            return Err(format!("the rule needs linear tetrahedra, not {}", mesh.element().name));
-        };
-        let Self { endocardium, epicardium, base, angles, sheet_angles } = self;
-        let surfaces = Surfaces { endocardium, epicardium, base };
-        let rule = Angles::new(angles[0], angles[1])
-            .and_then(|rule| rule.with_sheets(sheet_angles[0], sheet_angles[1]));
-        let wall = rule.and_then(|rule| Ok((VentricleCoordinates::new(mesh, &surfaces)?, rule)));
-        wall.map_err(|error| error.to_string())
-    }
+/// Points from the corner of their box, relative to its longest edge.
+fn relative(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let corner = |pick: fn(f64, f64) -> f64, from: f64| {
+        points.iter().fold([from; 3], |end, x| [0, 1, 2].map(|i| pick(end[i], x[i])))
+    };
+    let [least, most] = [corner(f64::min, f64::INFINITY), corner(f64::max, f64::NEG_INFINITY)];
+    let size = (0..3).map(|i| most[i] - least[i]).fold(0.0, f64::max);
+    points.iter().map(|x| [0, 1, 2].map(|i| (x[i] - least[i]) / size)).collect()
 }
 
-/// Writes directions of cells into the mesh.
-fn write(rows: &[[[f64; 3]; 3]], mesh: &mut AnyMesh) {
+/// Writes directions of cells into the mesh, or of its nodes.
+pub(super) fn write(rows: &[[[f64; 3]; 3]], mesh: &mut AnyMesh) {
     for (index, name) in WRITTEN.iter().enumerate() {
         let rows: Vec<_> = rows.iter().map(|frame| frame[index]).collect();
-        mesh.cell_fields_mut().insert((*name).into(), Field::vectors(&rows));
+        let of_cells = rows.len() == mesh.cell_count();
+        let fields = if of_cells { mesh.cell_fields_mut() } else { mesh.point_fields_mut() };
+        fields.insert((*name).into(), Field::vectors(&rows));
     }
 }
 

@@ -7,6 +7,7 @@ use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use sinew_energy::Prescribed;
 use sinew_mesh::AnyMesh;
+use std::collections::BTreeSet;
 
 /// A support: `clamped = "SET"`, or `nodes = "SET"` with how they are held.
 ///
@@ -120,7 +121,9 @@ impl Support {
                           point and turn (they turn about it)";
             return Err(source.error(&["supports", &at], reason.into()));
         };
-        add_node_set(mesh, name).map_err(|reason| source.error(&["supports", &at, key], reason))?;
+        add_node_set(mesh, name)
+            .or_else(|reason| add_nodes_of_cells(mesh, name).ok_or(reason))
+            .map_err(|reason| source.error(&["supports", &at, key], reason))?;
         if let (Prescribed::PerNode(rows), Some(turn), Some(axis)) = (&mut displacement, turn, axis)
         {
             let axis = turn
@@ -135,7 +138,7 @@ impl Support {
     }
 }
 
-/// Makes sure that the mesh has a node set of this name: its own, the nodes of a facet set, or a point field's.
+/// Makes sure that the mesh has a node set of this name: its own, the nodes of a facet set, a point field's.
 pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String> {
     if mesh.node_sets().get(name).is_some_and(|set| !set.is_empty()) {
         return Ok(());
@@ -160,6 +163,15 @@ pub(super) fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String>
     nodes.dedup();
     mesh.node_sets_mut().insert(name.into(), nodes);
     Ok(())
+}
+
+/// Makes a node set of a set or label of cells, if there is one.
+fn add_nodes_of_cells(mesh: &mut AnyMesh, name: &str) -> Option<()> {
+    let (cells, each) = (mesh.cells_of(name)?, mesh.element().nodes.len());
+    let nodes = cells.iter().flat_map(|cell| &mesh.cells()[cell * each..][..each]).copied();
+    let nodes: BTreeSet<usize> = nodes.collect();
+    mesh.node_sets_mut().insert(name.into(), nodes.into_iter().collect());
+    Some(())
 }
 
 #[cfg(test)]

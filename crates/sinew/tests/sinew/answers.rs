@@ -298,6 +298,10 @@ fn cells_that_lose_their_volume_are_told() {
     let most = column(&folder.join("out/soft/solve"), "cases.csv", "solved largest J");
     let [least, most] = [&least[0], &most[0]].map(|cell| cell.parse::<f64>().unwrap());
     assert!(least < 0.2 && least < most, "{least} {most}");
+    // 1 kPa on 64 mm².
+    let force =
+        column(&folder.join("out/soft/solve"), "cases.csv", "solved reaction x at x_min [kPa mm2]");
+    assert!((force[0].parse::<f64>().unwrap() - 64.0).abs() < 1e-8, "{force:?}");
 }
 
 #[test]

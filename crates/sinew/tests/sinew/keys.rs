@@ -153,6 +153,31 @@ fn factors_are_read_from_fields_of_cells_and_of_nodes() {
     assert!(scars.iter().all(|scar| *scar == scars[0]), "{scars:?}");
     refusal(&of_set("scra"), &["stiffness.cells", "did you mean `scar`?"]);
     refusal(&of_set("region:7"), &["stiffness.cells", "region:0"]);
+    // A support holds the nodes of a label.
+    let held = text("tenfold").replace("nodes = \"x_min\", x = 0.0", "clamped = \"region:2\"");
+    let held = body(&held);
+    let region = &held.mesh.cells_of("region:2").unwrap();
+    assert!(
+        region
+            .iter()
+            .flat_map(|&cell| held.nodes_of_cell(cell))
+            .all(|&n| held.prescribed[3 * n].is_some())
+    );
+    // Fibres of another file with the same mesh, in another unit.
+    let mut other = mesh.clone();
+    let along = vec![[1.0, 1.0, 0.0]; mesh.cells.len()];
+    other.cell_fields.insert("helix".into(), sinew_mesh::Field::vectors(&along));
+    other.map_points(|x| x.map(|x| 1e3 * x));
+    let fibres = folder.path().join("fibres.vtu");
+    let from = |file: &Path, mesh: &sinew_mesh::TetMesh| {
+        sinew_mesh::write_vtu(file, mesh).unwrap();
+        let keys = format!("fibres = {{ field = \"helix\", file = '{}' }}", file.display());
+        text("tenfold").replace("fibres.direction = [1.0, 0.0, 0.0]", &keys)
+    };
+    let turned = body(&from(&fibres, &other));
+    assert!((turned.material.directions(5)[0][1] - 0.5_f64.sqrt()).abs() < 1e-12);
+    other.points.swap(3, 4);
+    refusal(&from(&fibres, &other), &["fibres.file", "same order"]);
     let nodes = with(" = { nodes = \"scar\", factor = 10.0 }");
     refusal(&nodes, &["stiffness.nodes", "`scar` is a set of cells: write stiffness = { cells"]);
 }
@@ -460,4 +485,43 @@ fn an_unloaded_image_has_its_stresses() {
     let volumes: f64 = fields["volume"].to_f64().iter().sum();
     let image: f64 = body(VENTRICLE).volumes.iter().sum();
     assert!((volumes / image - 1.0).abs() < 1e-12, "{volumes} {image}");
+}
+
+/// Mean angle between the fibres of two rules on the same cells at their quadrature points \[degrees\].
+fn apart(element: &str, by_rule: &str) -> f64 {
+    let [start, end] = ["fibres.rule", "\n[parameters]"].map(|mark| VENTRICLE.find(mark).unwrap());
+    let closed = format!(
+        "{}fibres.ellipsoid = {{ angles = [60.0, -60.0] }}{}",
+        &VENTRICLE[..start],
+        &VENTRICLE[end..]
+    );
+    let bodies = [by_rule, &closed].map(|text| {
+        let cells = format!("cells = [3, 24, 12] }}\nmesh.element = \"{element}\"");
+        Case::parse(&text.replace("cells = [1, 16, 8] }", &cells), "heart.toml")
+            .unwrap()
+            .lowered()
+            .unwrap()
+    });
+    let points = bodies[0].volumes.len();
+    let angle = |point: usize| {
+        let [a, b] = [0, 1].map(|k: usize| bodies[k].material.directions(point)[0]);
+        (0..3).map(|i| a[i] * b[i]).sum::<f64>().abs().min(1.0).acos().to_degrees()
+    };
+    (0..points).map(angle).sum::<f64>() / points as f64
+}
+
+#[test]
+fn fibres_by_rule_are_near_the_closed_form_in_all_solid_cells() {
+    // Fibres of tetrahedra are constant in a cell, across which the closed form turns by 40 degrees.
+    for (element, degrees) in
+        [("tetrahedra", 6.0), ("quadratic-tetrahedra", 11.0), ("hexahedra", 6.0)]
+    {
+        let found = apart(element, VENTRICLE);
+        assert!(found < degrees, "{element}: {found}");
+        let turned = VENTRICLE.replace("angles = [60.0, -60.0]", "angles = [-60.0, 60.0]");
+        assert!(apart(element, &turned) > 30.0, "{element}");
+    }
+    let one_layer =
+        VENTRICLE.replace("\nfibres.rule", "\nmesh.element = \"hexahedra\"\nfibres.rule");
+    refusal(&one_layer, &["fibres.rule", "120°", "more layers"]);
 }

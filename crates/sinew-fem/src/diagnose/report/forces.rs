@@ -1,8 +1,7 @@
 //! Nodal forces and energies of a solution.
 
-use crate::Solution;
 use crate::elements::followers::Followers;
-use crate::elements::state::load_gradient;
+use crate::elements::state::{State, load_gradient};
 use sinew_energy::Body;
 use sinew_num::Mat3;
 
@@ -46,29 +45,29 @@ impl Forces {
         }
     }
 
-    /// Forces of a solution, with loose followers and the field of pressure.
-    pub(super) fn of(body: &Body, solution: &Solution) -> Self {
-        let Solution { displacement, theta, load_factor, .. } = solution;
-        let mut forces = Self::of_potential(body, displacement, theta, *load_factor);
+    /// Forces at a state, with loose followers and the field of pressure, which is given at its nodes.
+    pub(super) fn of(body: &Body, state: State<'_>) -> Self {
+        let State { displacement, theta, load_factor, .. } = state;
+        let mut forces = Self::of_potential(body, displacement, theta, load_factor);
         let mut followers = vec![0.0; displacement.len()];
         Followers::new(&body.followers).add_forces(displacement, theta, &mut followers);
         followers.iter_mut().for_each(|force| *force *= load_factor);
         let on_body = resultant(&followers);
         (0..3).for_each(|i| forces.loads[i] -= on_body[i]);
         forces.total.iter_mut().zip(&followers).for_each(|(t, f)| *t += f);
-        add_pressure_field(body, solution, &mut forces.total);
+        add_pressure_field(body, state, &mut forces.total);
         forces
     }
 }
 
 /// Adds the nodal forces `∫ p cof F ∇N dV` of the field of pressure.
-fn add_pressure_field(body: &Body, solution: &Solution, forces: &mut [f64]) {
+fn add_pressure_field(body: &Body, state: State<'_>, forces: &mut [f64]) {
     let Some(field) = &body.pressure_field else { return };
     for point in 0..body.volumes.len() {
         let (_, corners, shape) = field.of_point(point);
-        let terms = shape.iter().zip(corners).map(|(n, &c)| n * solution.pressure[c]);
+        let terms = shape.iter().zip(corners).map(|(n, &c)| n * state.pressure[c]);
         let pressure: f64 = terms.sum();
-        let h = body.displacement_gradient(point, &solution.displacement);
+        let h = body.displacement_gradient(point, state.displacement);
         let cofactor = h.plus_identity().cofactors();
         let stress = Mat3::from_fn(|i, j| pressure * cofactor[i][j]);
         body.add_forces(point, &stress, forces);

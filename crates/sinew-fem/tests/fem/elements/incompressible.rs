@@ -3,7 +3,7 @@
 use crate::elements::scene::{node_at, roller, scene};
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, Load, Magnitude, Support};
-use sinew_fem::{Options, SolveError, Solver};
+use sinew_fem::{Line, Options, Solution, SolveError, Solver};
 use sinew_mesh::{cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
 
@@ -17,33 +17,40 @@ const CLOSE: f64 = 0.005;
 /// (A. E. Green, W. Zerna, Theoretical Elasticity, 1954).
 #[test]
 fn a_thick_sphere_passes_its_limit_point() {
-    // Inner radius and pressure from the closed form; the maximum is at 1.82814731.
-    const EXACT: [(f64, f64); 8] = [
-        (1.05, 0.158081433746),
-        (1.1, 0.287154845934),
-        (1.2, 0.480159779291),
-        (1.3, 0.610816872211),
-        (1.5, 0.755433118712),
-        (1.82814731, 0.816423647955),
-        (2.0, 0.806926603107),
-        (3.0, 0.634506675236),
-    ];
+    const LARGEST: f64 = 0.816423647955; // at a = 1.82814731
+    let exact = |a: f64| {
+        let b = ((7.0 + a.powi(3)) / 8.0).cbrt();
+        2.0 / b + 0.5 / b.powi(4) - 2.0 / a - 0.5 / a.powi(4)
+    };
     let mesh = sphere_octant([1.0, 2.0], [2, 3]).quadratic_tetrahedra();
     let load = Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Fixed(1.0) };
     let planes = [("x_min", 0), ("y_min", 1), ("z_min", 2)].map(|(set, axis)| roller(set, axis));
     let sphere = scene(PLAIN, mesh, vec![load], planes.into()).mixed();
     let body = sphere.lower().unwrap();
-    let volumes = EXACT.map(|(radius, _)| FRAC_PI_6 * (radius.powi(3) - 1.0));
-    let mut solver = Solver::new(&body).unwrap();
-    let trace = solver.trace_volume(&[1.0, 0.0], &volumes, &Options::default()).unwrap();
     let pole = node_at(sphere.mesh.points(), [1.0, 0.0, 0.0]);
-    for ((radius, pressure), step) in EXACT.into_iter().zip(&trace) {
-        let found = step.solution.load_factor;
-        assert!((found / pressure - 1.0).abs() < CLOSE, "a = {radius}: {found} {pressure}");
+    let mut solver = Solver::new(&body).unwrap();
+    let curve = solver.follow(&Line::of_loads(&[1.0, 0.0]), &Options::default()).unwrap();
+    let (mut radii, mut largest) = (Vec::new(), 0.0_f64);
+    for point in curve.with_longest_step(0.3).unwrap().skip(1) {
+        let Solution { displacement, load_factor, .. } = point.unwrap().solution;
+        let radius = (1.0 + swept(&body, &displacement) / FRAC_PI_6).cbrt();
+        let pressure = exact(radius);
+        assert!((load_factor / pressure - 1.0).abs() < CLOSE, "a = {radius}: {load_factor}");
         // A single node is less exact than the volume that all enclose.
-        let pole = 1.0 + step.solution.displacement[3 * pole];
+        let pole = 1.0 + displacement[3 * pole];
         assert!((pole / radius - 1.0).abs() < 2.0 * CLOSE, "a = {radius}: {pole}");
+        (largest, _) = (largest.max(load_factor), radii.push(radius));
+        if radius > 3.0 {
+            break;
+        }
     }
+    assert!(radii.windows(2).all(|pair| pair[0] < pair[1]) && radii[radii.len() - 1] > 3.0);
+    assert!((largest / LARGEST - 1.0).abs() < CLOSE, "{largest}");
+}
+
+/// Volume that the loaded surface has swept.
+fn swept(body: &Body, displacement: &[f64]) -> f64 {
+    -body.pressures[0].value(displacement, &[])
 }
 
 /// A quarter of a thick tube of radii 1 and 2 and μ = 1 in plane strain: `p = ½[2 ln(λ_a/λ_b) + 1/λ_b² − 1/λ_a²]`
@@ -65,38 +72,30 @@ fn tube_of_triangles() -> Body {
 #[test]
 fn a_thick_tube_of_triangles_inflates_as_the_closed_form_says() {
     let body = tube_of_triangles();
-    let volumes = TUBE.map(|(radius, _)| FRAC_PI_4 * (radius * radius - 1.0));
     let mut solver = Solver::new(&body).unwrap();
-    let trace = solver.trace_volume(&[1.0, 0.0], &volumes, &Options::default()).unwrap();
-    for ((radius, pressure), step) in TUBE.into_iter().zip(&trace) {
-        let found = step.solution.load_factor;
-        assert!((found / pressure - 1.0).abs() < CLOSE, "a = {radius}: {found} {pressure}");
+    let line = Line { load_factors: [0.0, 0.574], thetas: [vec![1.0, 0.0], vec![1.0, 0.0]] };
+    let mut largest = 0.0;
+    for point in solver.follow(&line, &Options::default()).unwrap().skip(1) {
+        let Solution { displacement, load_factor, .. } = point.unwrap().solution;
+        let a = (1.0 + swept(&body, &displacement) / FRAC_PI_4).sqrt();
+        let b = ((3.0 + a * a) / 4.0).sqrt();
+        let pressure = 0.5 * (2.0 * (a / b).ln() + b.powi(-2) - a.powi(-2));
+        assert!((load_factor / pressure - 1.0).abs() < CLOSE, "a = {a}: {load_factor}");
+        largest = a;
     }
-}
-
-/// Volumes that are asked for again, that of the tube at rest among them, lead on as if they were asked for once.
-#[test]
-fn the_same_volume_may_be_asked_for_twice() {
-    let body = tube_of_triangles();
-    let factors = |volumes: &[f64]| {
-        let mut solver = Solver::new(&body).unwrap();
-        let trace = solver.trace_volume(&[1.0, 0.0], volumes, &Options::default()).unwrap();
-        trace.into_iter().map(|step| step.solution.load_factor).collect::<Vec<_>>()
-    };
-    let (once, again) = (factors(&[0.1, 0.2]), factors(&[0.0, 0.1, 0.1, 0.2]));
-    assert_eq!(again[0], 0.0);
-    // To the accuracy of balances.
-    assert!((again[2] / once[0] - 1.0).abs() < 1e-8 && (again[3] / once[1] - 1.0).abs() < 1e-8);
+    assert!((largest / TUBE[3].0 - 1.0).abs() < CLOSE, "{largest}");
 }
 
 #[test]
-fn growths_of_steps_that_make_no_sense_end_in_a_trace_or_a_typed_failure() {
+fn growths_of_steps_that_make_no_sense_end_in_a_curve_or_a_typed_failure() {
     let body = tube_of_triangles();
     for load_step_growth in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
         let options = Options { load_step_growth, ..Options::default() };
         let mut solver = Solver::new(&body).unwrap();
-        let trace = solver.trace_volume(&[1.0, 0.0], &[0.1, 0.2, 0.3], &options);
-        assert!(matches!(trace, Ok(_) | Err(SolveError::NotConverged(_))), "{load_step_growth}");
+        let mut curve = solver.follow(&Line::of_loads(&[1.0, 0.0]), &options).unwrap();
+        let end = curve.find(|point| point.as_ref().map_or(true, |point| point.place > 0.3));
+        let sound = matches!(end, Some(Ok(_) | Err(SolveError::CurveEnded { .. })));
+        assert!(sound, "{load_step_growth}");
     }
 }
 

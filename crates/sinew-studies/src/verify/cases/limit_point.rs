@@ -1,6 +1,6 @@
 //! The largest pressure that a thick sphere bears.
 
-use super::radial::{OCTANT, RADII, inflation, octant, outward, rollers};
+use super::radial::{OCTANT, RADII, inflation, octant, rollers};
 use crate::verify::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::verify::reference::{LimitPoint, ThickSphere};
 use crate::verify::solve::scene;
@@ -12,10 +12,8 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 const THETA: [f64; 2] = [1.0, 10.0];
-/// Deformed inner radii over the one at rest; the pressure rises up to 1.83 and falls beyond.
-const STRETCHES: [f64; 9] = [1.1, 1.3, 1.5, 1.7, 1.8, 1.9, 2.1, 2.5, 3.0];
-/// The three around the limit point, through which a parabola is laid.
-const AROUND: [usize; 3] = [3, 4, 5];
+/// Inner radius over the one at rest at which the curve ends; the pressure rises up to 1.83 and falls beyond.
+const LAST: f64 = 3.0;
 /// Longest step along the curve of equilibria.
 const LONGEST: f64 = 0.3;
 /// Wanted quantity.
@@ -23,10 +21,10 @@ const BAND: Band = Band::below(0.005);
 /// The coarse mesh of a quick run.
 const COARSE: Band = Band::below(0.02);
 
-/// Both branches of the pressure over the volume, through the limit point, by prescribing the volume.
+/// Both branches of the pressure over the volume, through the limit point.
 pub(super) const CASE: Case = Case {
     name: "limit-point",
-    title: "Limit point of the thick incompressible sphere by prescribed volume, both branches",
+    title: "Limit point of the thick incompressible sphere by arc length, both branches",
     provenance: "Closed form of Green and Adkins; its maximum from the root of the derivative (p/μ = 0.81642 at a/A = 1.8281).",
     run,
 };
@@ -44,58 +42,36 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let body = sphere.lower()?;
     let mut solver = Solver::new(&body)?;
     let unknowns = solver.unknowns() + solver.pressures();
-    let volumes =
-        STRETCHES.map(|a| PI / 6.0 * (a * RADII[0]).powi(3) - PI / 6.0 * RADII[0].powi(3));
-    let trace = solver.trace_volume(&THETA, &volumes, &Options::default())?;
+    let curve = solver.follow(&Line::of_loads(&THETA), &Options::default())?;
+    let mut path = Vec::new();
+    for point in curve.with_longest_step(LONGEST)?.skip(1) {
+        let solution = point?.solution;
+        // An octant of the cavity, by the volume that its wall has swept.
+        let swept = -body.pressures[0].value(&solution.displacement, &THETA);
+        let stretch = (1.0 + 6.0 * swept / (PI * RADII[0].powi(3))).cbrt();
+        path.push([stretch, solution.load_factor]);
+        if stretch > LAST {
+            break;
+        }
+    }
     let cost = Cost::since(start, unknowns);
     let setup = octant(cells);
-    let mut path = Vec::with_capacity(trace.len());
-    for (step, a) in trace.iter().zip(STRETCHES) {
-        let pressure = step.solution.load_factor;
-        let found = 1.0 + outward(&sphere.mesh, "inner", &step.solution.displacement, 3) / RADII[0];
-        path.push([found, pressure]);
-        let label = Label::new(
-            Formulation::Mixed,
-            format!("{setup}, volume of a/A = {a}"),
-            "pressure over μ",
-        );
-        rows.relative(label, [pressure, closed.pressure(a * RADII[0])], band, cost)?;
-    }
-    let around = AROUND.map(|index| path.get(index).copied());
-    let [Some(a), Some(b), Some(c)] = around else {
-        anyhow::bail!("the path ended after {} of {} volumes", path.len(), STRETCHES.len());
+    let label = |what: &str| Label::new(Formulation::Mixed, setup.clone(), what);
+    let top = path.iter().map(|[_, pressure]| *pressure).fold(0.0, f64::max);
+    let top = path.iter().position(|[_, pressure]| *pressure == top).unwrap_or_default();
+    let around = top.checked_sub(1).and_then(|before| path.get(before..top + 2));
+    let Some(&[a, b, c]) = around else {
+        anyhow::bail!("the pressure has no maximum on the path of {} equilibria", path.len());
     };
+    for [stretch, pressure] in [path[0], a, c, path[path.len() - 1]] {
+        let label = label(&format!("pressure over μ at a/A = {stretch:.2}"));
+        rows.relative(label, [pressure, closed.pressure(stretch * RADII[0])], band, cost)?;
+    }
     let [stretch, pressure] =
         parabola_top([a, b, c]).context("the pressure has no maximum on the path")?;
     let exact: LimitPoint = closed.limit_point()?;
-    let label = |what: &str| Label::new(Formulation::Mixed, setup.clone(), what);
     rows.relative(label("largest pressure over μ"), [pressure, exact.pressure], band, cost)?;
-    rows.relative(label("stretch at the largest pressure"), [stretch, exact.stretch], band, cost)?;
-    let (start, top) = (Instant::now(), top_by_length(&mut solver)?);
-    let label = Label::new(
-        Formulation::Mixed,
-        format!("{setup}, by the length of the curve"),
-        "largest pressure over μ",
-    );
-    rows.relative(label, [top, exact.pressure], band, Cost::since(start, unknowns))
-}
-
-/// The largest pressure along the curve of equilibria over the load, followed until it falls.
-fn top_by_length(solver: &mut Solver<'_>) -> Result<f64> {
-    let line = Line::of_loads(&THETA);
-    let curve = solver.follow(&line, &Options::default())?.with_longest_step(LONGEST)?;
-    let mut last = Vec::new();
-    for point in curve {
-        let point = point?;
-        last.push([point.length, point.solution.load_factor]);
-        if let [.., a, b, c] = last[..]
-            && c[1] < b[1]
-        {
-            let [_, pressure] = parabola_top([a, b, c]).context("the pressure has no maximum")?;
-            return Ok(pressure);
-        }
-    }
-    anyhow::bail!("the pressure rises all along the curve")
+    rows.relative(label("stretch at the largest pressure"), [stretch, exact.stretch], band, cost)
 }
 
 /// The highest point of the parabola through three points.

@@ -1,0 +1,86 @@
+//! Fibres by rule in the wall of a ventricle.
+
+use super::fibres::write;
+use super::source::exactly;
+use serde::Deserialize;
+use sinew_fem::fibres::{Depth, FibreRule as Angles, Surfaces, VentricleCoordinates};
+use sinew_mesh::AnyMesh;
+use std::borrow::Cow;
+
+/// Fibres that turn linearly through the wall of a ventricle.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FibreRule {
+    /// Facet set of the inner surface.
+    pub endocardium: String,
+    /// Facet set of the outer surface.
+    pub epicardium: String,
+    /// Facet set of the base.
+    pub base: String,
+    /// Angles to the circumferential direction at the inner and outer surface, positive towards the base \[degrees\].
+    #[serde(deserialize_with = "exactly")]
+    pub angles: [f64; 2],
+    /// Angles of the sheets to the outward direction \[degrees\].
+    #[serde(default)]
+    #[serde(deserialize_with = "exactly")]
+    pub sheet_angles: [f64; 2],
+}
+
+/// Largest angle between fibres of two nodes of a cell \[degrees\]: beyond a right angle interpolation turns the other way.
+const CLEAR: f64 = 85.0;
+
+impl FibreRule {
+    /// Writes fibres, sheets and normals into the cells, or nodes, of a solid mesh with the rule's facet sets.
+    ///
+    /// # Errors
+    /// Why no fibres can be laid, in words.
+    pub(crate) fn lay(&self, mesh: &mut AnyMesh) -> Result<(), String> {
+        write(&self.frames(mesh)?, mesh);
+        Ok(())
+    }
+
+    /// Fibre, sheet and normal at each node of a tetrahedral mesh.
+    ///
+    /// # Errors
+    /// Why no fibres can be laid, in words.
+    pub fn at_nodes(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
+        let (wall, rule) = self.wall(mesh)?;
+        Ok(wall.node_frames(&rule, Depth::Thickness))
+    }
+
+    /// Frames of cells; of nodes of hexahedra, whose quadrature points interpolate them.
+    pub(super) fn frames(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
+        let (wall, rule) = self.wall(mesh)?;
+        let AnyMesh::Hexahedra(hexahedra) = mesh else {
+            return Ok(wall.cell_frames(&rule, Depth::Thickness));
+        };
+        let turns = (self.angles[1] - self.angles[0]).abs();
+        let turn = |nodes: &[usize; 8]| {
+            let depths = nodes.map(|node| wall.thickness[node]);
+            turns
+                * (depths.into_iter().fold(0.0, f64::max) - depths.into_iter().fold(1.0, f64::min))
+        };
+        match hexahedra.cells.iter().map(turn).fold(0.0, f64::max) {
+            most if most > CLEAR => Err(format!(
+                "the fibres turn by {most:.0}° in a hexahedron, more than the {CLEAR}° that can be interpolated; take more layers of cells across the \
+                 wall, or tetrahedra"
+            )),
+            _ => Ok(wall.node_frames(&rule, Depth::Thickness)),
+        }
+    }
+
+    fn wall(&self, mesh: &AnyMesh) -> Result<(VentricleCoordinates, Angles), String> {
+        let mesh = &match mesh {
+            AnyMesh::Tetrahedra(mesh) => Cow::Borrowed(mesh),
+            AnyMesh::Hexahedra(mesh) => Cow::Owned(mesh.overlapping_tetrahedra()),
+            AnyMesh::QuadraticTetrahedra(mesh) => Cow::Owned(mesh.linear()),
+            other => return Err(format!("the rule needs a solid, not {}", other.element().plural)),
+        };
+        let Self { endocardium, epicardium, base, angles, sheet_angles } = self;
+        let surfaces = Surfaces { endocardium, epicardium, base };
+        let rule = Angles::new(angles[0], angles[1])
+            .and_then(|rule| rule.with_sheets(sheet_angles[0], sheet_angles[1]));
+        let wall = rule.and_then(|rule| Ok((VentricleCoordinates::new(mesh, &surfaces)?, rule)));
+        wall.map_err(|error| error.to_string())
+    }
+}
