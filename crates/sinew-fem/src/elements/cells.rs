@@ -10,7 +10,8 @@ pub(crate) const MOST_WORST: usize = 5;
 
 /// The cells of least value, at most `count`, worst first.
 pub(crate) fn least(values: &[f64], count: usize) -> Vec<CellValue> {
-    let mut order: Vec<_> = (0..values.len()).collect();
+    // A J that overflows is no number.
+    let mut order: Vec<_> = (0..values.len()).filter(|&cell| !values[cell].is_nan()).collect();
     let by_value = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]).then(a.cmp(b));
     if count < order.len() {
         order.select_nth_unstable_by(count, by_value);

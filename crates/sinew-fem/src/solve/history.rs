@@ -1,5 +1,6 @@
 //! History of a solve, iteration by iteration.
 
+use crate::solve::watch::short;
 use std::fmt;
 
 /// One Newton iteration: the state it started from and the step it took.
@@ -50,11 +51,11 @@ impl fmt::Display for History {
         for (number, i) in self.iterations.iter().enumerate().skip(skipped) {
             writeln!(
                 f,
-                "{number:3}  {:<8.6}  {:9.2e}  {:14.7e}  {:<8.4}  {:<5}  {:<8.2e}  {:.1e}",
-                i.load_factor,
+                "{number:3}  {:<8}  {:9.2e}  {:14.7e}  {:<8}  {:<5}  {:<8.2e}  {:.1e}",
+                short(i.load_factor),
                 i.residual,
                 i.energy,
-                i.least_volume_ratio,
+                short(i.least_volume_ratio),
                 i.worst_cell,
                 i.step,
                 i.shift

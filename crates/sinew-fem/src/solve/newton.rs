@@ -166,7 +166,8 @@ impl System<'_> {
             load_factor: search.load_factor,
             residual: residual.force,
             tolerance: assembly.tolerance().max(enough),
-            energy: assembly.energy,
+            // The difference of two energies that overflow is none.
+            energy: if assembly.energy.is_nan() { f64::INFINITY } else { assembly.energy },
             least_volume_ratio: assembly.least_volume_ratio,
             worst_cell: assembly.worst_cell,
             step: 0.0,

@@ -48,17 +48,22 @@ impl fmt::Display for Progress<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{:3}  {:<8.6}  {:<9.2e}  {:<9.2e}  {:<14.7e}  {:<8.4}  {:<7}  {:.2e}",
+            "{:3}  {:<8}  {:<9.2e}  {:<9.2e}  {:<14.7e}  {:<8}  {:<7}  {:.2e}",
             self.number,
-            self.load_factor,
+            short(self.load_factor),
             self.residual,
             self.tolerance,
             self.energy,
-            self.least_volume_ratio,
+            short(self.least_volume_ratio),
             self.worst_cell,
             self.step
         )
     }
+}
+
+/// A number about one in eight characters, larger ones by their exponent.
+pub(crate) fn short(value: f64) -> String {
+    if value.abs() < 1e3 { format!("{value:.6}") } else { format!("{value:.2e}") }
 }
 
 /// Prints one line per iteration to the standard error stream, for [`crate::Solver::solve_watched`].

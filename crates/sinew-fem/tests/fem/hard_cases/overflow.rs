@@ -323,10 +323,13 @@ fn a_curve_up_to_overflow_is_in_equilibrium_or_ends_with_an_error() {
             let thetas = [exponents(b), exponents(b)].map(Vec::from);
             let line = Line { load_factors: [0.0, 10.0_f64.powi(exponent)], thetas };
             let mut solver = Solver::new(&body).unwrap();
-            for point in solver.follow(&line, &Options::default()).unwrap().take(12) {
+            for point in solver.follow(&line, &Options::default()).unwrap().skip(1).take(12) {
                 if let Err(SolveError::CurveEnded { failure, place, .. }) = &point {
                     let finite = failure.displacement.iter().all(|u| u.is_finite());
-                    assert!(finite && place.is_finite() && !failure.to_string().contains("NaN"));
+                    assert!(
+                        finite && place.is_finite() && !failure.to_string().contains("NaN"),
+                        "{b} {exponent}: {place} {failure}"
+                    );
                     tally.refused += 1;
                     continue;
                 }
