@@ -118,7 +118,13 @@ fn main() -> ExitCode {
         Command::New(command) => command.run(),
     };
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => match print::lost() {
+            None => ExitCode::SUCCESS,
+            Some(reason) => {
+                eprintln!("error: standard output is incomplete: {reason}");
+                ExitCode::FAILURE
+            }
+        },
         Err(error) => {
             eprintln!("error: {}", commands::told(&error));
             ExitCode::from(commands::code(&error))

@@ -10,7 +10,8 @@ use sinew_energy::metrics::volume_ratios;
 use sinew_fem::{CellStress, held_sets, mixed_stresses, reactions};
 use sinew_mesh::{Field, MeshError};
 use sinew_report::format::digits;
-use std::io;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
 /// Displacements of some cases, by how they were found.
@@ -88,6 +89,9 @@ pub struct Results<'a> {
     pub stresses: bool,
 }
 
+/// Head of the column of residuals.
+const RESIDUAL: &str = "residual relative to the forces";
+
 /// Largest archive of fields that is written unasked \[bytes\].
 pub const MOST_BYTES: usize = 64 << 20;
 
@@ -108,6 +112,22 @@ impl Results<'_> {
         let left_out = self.write_tables(folder, arrays)?;
         self.write_pictures(folder, pictures, |case| case as f64)?;
         Ok(left_out)
+    }
+
+    /// Adds rows to the table of a folder that [`Results::write`] wrote `written` rows in: the next part of a table whose fields do not fit in
+    /// memory together.
+    ///
+    /// # Errors
+    /// A file that cannot be read or written.
+    pub fn append(&self, folder: &Path, written: usize) -> Result<(), MeshError> {
+        let path = folder.join("cases.csv");
+        let append = || {
+            let mut file = File::options().read(true).append(true).open(&path)?;
+            let mut heads = String::new();
+            BufReader::new(&file).read_line(&mut heads)?;
+            file.write_all(self.lines(written, heads.contains(RESIDUAL)).concat().as_bytes())
+        };
+        append().map_err(failed(&path))
     }
 
     /// [`Results::write`] of states along a parameter by its place in θ, all with pictures: the time of `cases.pvd` is its
@@ -279,10 +299,14 @@ impl Results<'_> {
     /// potential energy, empty where there is no potential, the volumes of cavities, the least and the largest J, and the reactions of supports; how good it is; parameters outside their ranges; warnings; why it failed.
     fn table(&self) -> String {
         let judged = self.rows.iter().any(|row| row.quality.is_some());
-        let row = |(case, row): (usize, &Row<'_>)| self.line(case, row, judged);
-        let lines: Vec<String> = self.rows.par_iter().enumerate().map(row).collect();
         let heads: Vec<String> = self.heads(judged).iter().map(|head| quoted(head)).collect();
-        std::iter::once(heads.join(",")).chain(lines).map(|line| line + "\n").collect()
+        heads.join(",") + "\n" + &self.lines(0, judged).concat()
+    }
+
+    /// Lines of the rows, numbered from the first on.
+    fn lines(&self, first: usize, judged: bool) -> Vec<String> {
+        let row = |(case, row): (usize, &Row<'_>)| self.line(first + case, row, judged) + "\n";
+        self.rows.par_iter().enumerate().map(row).collect()
     }
 
     fn heads(&self, judged: bool) -> Vec<String> {
@@ -307,7 +331,7 @@ impl Results<'_> {
             heads.extend(["mean", "largest"].map(|of| format!("estimated {of} error [{length}]")));
             heads.push("estimated error in the energy norm [%]".into());
             heads.push("estimate".into());
-            heads.push("residual relative to the forces".into());
+            heads.push(RESIDUAL.into());
         }
         heads.extend(["outside their ranges", "warnings", "failure"].map(String::from));
         heads

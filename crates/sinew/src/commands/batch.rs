@@ -54,11 +54,15 @@ pub(crate) struct Answer<'a> {
 #[derive(Debug, Default)]
 pub(crate) struct Batch {
     rows: Vec<Asked>,
+    /// Rows of the parts before this one.
+    before: usize,
     /// Number of rows that could not be read or are invalid.
     wrong: usize,
     told: usize,
 }
 
+/// Bytes of the fields that are in memory together.
+const PART: usize = 512 << 20;
 /// Rows that a line each is printed for; the others are in the table.
 const MOST_LINES: usize = 100;
 
@@ -119,6 +123,11 @@ impl Batch {
         Ok(())
     }
 
+    /// Whether no part came before.
+    pub(crate) fn is_first(&self) -> bool {
+        self.before == 0
+    }
+
     /// Rows that nothing is wrong with so far.
     pub(crate) fn open(&self) -> impl Iterator<Item = usize> {
         (0..self.rows.len()).filter(|&row| self.rows[row].failure.is_none())
@@ -152,20 +161,48 @@ impl Batch {
         }
     }
 
+    /// Computes and writes the rows in parts whose fields fit in memory together; with --arrays all at once.
+    ///
+    /// # Errors
+    /// Those of a part; after all are written, that rows failed.
+    pub(crate) fn in_parts(
+        self,
+        body: &Body,
+        written: &Written,
+        mut compute: impl FnMut(Self) -> Result<usize>,
+    ) -> Result<()> {
+        let Self { mut rows, wrong, told, .. } = self;
+        let all = rows.len();
+        let fit = PART / size_of_val(&body.prescribed[..]);
+        let most = if written.arrays { all } else { fit.max(written.pictures).max(1) };
+        let mut failed = 0;
+        for before in (0..all).step_by(most) {
+            if most < all {
+                eprintln!("rows {} to {} of {all}", before, all.min(before + most) - 1);
+            }
+            let part = rows.drain(..most.min(rows.len())).collect();
+            failed += compute(Self { rows: part, before, wrong, told })?;
+        }
+        outcome(failed, all, wrong)
+    }
+
     /// Prints a line for each of the first open rows, with what is to be said of it; its place among the open ones is given.
     pub(crate) fn print(&self, body: &Body, said: impl Fn(usize) -> String) {
-        for (place, row) in self.open().enumerate().take(MOST_LINES) {
+        let lines = MOST_LINES.saturating_sub(self.before);
+        for (place, row) in self.open().enumerate().take(lines) {
             println!("{}{}", theta_in_words(body, &self.rows[row].theta), said(place));
         }
-        if let Some(more @ 1..) = self.open().count().checked_sub(MOST_LINES) {
+        if lines > 0
+            && let Some(more @ 1..) = self.open().count().checked_sub(lines)
+        {
             println!("{more} more are in cases.csv");
         }
     }
 
-    /// Writes all rows, with the answers to the open ones, and says where.
+    /// Writes all rows, with the answers to the open ones, and says where; returns how many failed.
     ///
     /// # Errors
-    /// A file that cannot be written; after all is written, that rows failed.
+    /// A file that cannot be written.
     pub(crate) fn write(
         &self,
         body: &Body,
@@ -173,7 +210,8 @@ impl Batch {
         answers: Vec<Answer<'_>>,
         written: &Written,
         folder: &Path,
-    ) -> Result<()> {
+    ) -> Result<usize> {
+        let failed = self.rows.len() - self.open().count();
         let mut answers = answers.into_iter();
         let row = |asked: &Asked| {
             let answer = match asked.failure {
@@ -186,31 +224,31 @@ impl Batch {
         };
         let rows = self.rows.iter().map(row).collect();
         let names = names.to_vec();
-        let left_out = Results { body, names, rows, stresses: written.fields }.write(
-            folder,
-            written.pictures,
-            written.arrays,
-        )?;
+        let results = Results { body, names, rows, stresses: written.fields };
+        if self.before > 0 {
+            results.append(folder, self.before)?;
+            return Ok(failed);
+        }
+        let left_out = results.write(folder, written.pictures, written.arrays)?;
         println!("written: {}", folder.display());
         if let Some(bytes) = left_out {
             let [bytes, most] = [bytes, MOST_BYTES].map(|bytes| bytes >> 20);
             println!(
-                "cases.npz is left out: its fields take {bytes} MB, more than {most} MB; --arrays writes it"
+                "cases.npz is left out: its fields take {bytes} MB or more, more than {most} MB; --arrays writes it"
             );
         }
-        self.outcome()
+        Ok(failed)
     }
+}
 
-    /// Error that names the number of failed rows, if any.
-    fn outcome(&self) -> Result<()> {
-        let (failed, all) = (self.rows.len() - self.open().count(), self.rows.len());
-        let others = if failed < all { ", the others were computed" } else { "" };
-        let advice = "the column `failure` of cases.csv says why";
-        let reason = format!("{failed} of {all} rows failed{others}; {advice}");
-        match (failed, self.wrong) {
-            (0, _) => Ok(()),
-            (_, 0) => Err(anyhow::anyhow!(reason)),
-            _ => refuse(reason),
-        }
+/// Error that names the number of failed rows, if any; `wrong` of them were so as they were given.
+fn outcome(failed: usize, all: usize, wrong: usize) -> Result<()> {
+    let others = if failed < all { ", the others were computed" } else { "" };
+    let advice = "the column `failure` of cases.csv says why";
+    let reason = format!("{failed} of {all} rows failed{others}; {advice}");
+    match (failed, wrong) {
+        (0, _) => Ok(()),
+        (_, 0) => Err(anyhow::anyhow!(reason)),
+        _ => refuse(reason),
     }
 }

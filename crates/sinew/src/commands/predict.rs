@@ -109,15 +109,23 @@ impl Predict {
         if self.neighbour.body()?.is_some() {
             return refuse("--from answers to an accuracy: add --accuracy 1e-3".into());
         }
-        let Opened { mut batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
-        let prediction = predicted(&emulator, &mut batch, self.refine)?;
+        let Opened { batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
+        let folder = folder.join("predict").join(name);
+        let written = &self.asked.written;
+        batch.in_parts(&body, written, |batch| self.part(batch, &emulator, &folder))
+    }
+
+    /// Predicts and writes a part of the rows; returns how many failed.
+    fn part(&self, mut batch: Batch, emulator: &Emulator<'_>, folder: &Path) -> Result<usize> {
+        let body = emulator.body();
+        let prediction = predicted(emulator, &mut batch, self.refine)?;
         let estimates = match self.quick {
             true => Vec::new(),
-            false => estimated(&emulator, &prediction),
+            false => estimated(emulator, &prediction),
         };
         let unit = &body.units.length;
-        tell_doubtful(&body, (0..prediction.thetas.len()).map(|place| prediction.field(place)));
-        batch.print(&body, |place| {
+        tell_doubtful(body, (0..prediction.thetas.len()).map(|place| prediction.field(place)));
+        batch.print(body, |place| {
             let moved = displacement_in_words(prediction.field(place), unit);
             let error = estimates.get(place).map_or(String::new(), |found| found.in_words(unit));
             let between = if error.is_empty() { "" } else { "; " };
@@ -130,8 +138,7 @@ impl Predict {
             warnings: others(&prediction.warnings[place]),
         };
         let answers = (0..prediction.thetas.len()).map(answer).collect();
-        let folder = folder.join("predict").join(name);
-        batch.write(&body, &["predicted"], answers, &self.asked.written, &folder)
+        batch.write(body, &["predicted"], answers, &self.asked.written, folder)
     }
 }
 
@@ -156,6 +163,7 @@ fn predicted(emulator: &Emulator<'_>, batch: &mut Batch, steps: usize) -> Result
         }
     }
     match batch.open().next() {
+        None if !batch.is_first() => Ok(emulator.predict(&[])?),
         Some(_) => Ok(emulator.refine(&batch.thetas(), steps)?),
         None => Err(refused),
     }
@@ -212,15 +220,23 @@ fn others(warnings: &[Warning]) -> Vec<String> {
 impl Correct {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.asked.case.open()?;
-        let Opened { mut batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
+        let Opened { batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
+        let folder = folder.join("correct").join(name);
+        let written = &self.asked.written;
+        batch.in_parts(&body, written, |batch| self.part(batch, &emulator, &folder))
+    }
+
+    /// Corrects and writes a part of the rows; returns how many failed.
+    fn part(&self, mut batch: Batch, emulator: &Emulator<'_>, folder: &Path) -> Result<usize> {
+        let body = emulator.body();
         let mut corrected = Vec::new();
         for (row, theta) in batch.open().collect::<Vec<_>>().into_iter().zip(batch.thetas()) {
             match emulator.correct(&theta, self.steps as usize) {
                 Ok(correction) => {
-                    tell(&body, &theta, &correction);
+                    tell(body, &theta, &correction);
                     corrected.push(correction);
                 }
-                Err(error) => batch.fail(&body, row, error.to_string()),
+                Err(error) => batch.fail(body, row, error.to_string()),
             }
         }
         let predicted = emulator.predict(&batch.thetas())?.fields();
@@ -232,8 +248,7 @@ impl Correct {
             warnings: others(&found.warnings),
         });
         let answers = answers.collect();
-        let folder = folder.join("correct").join(name);
-        batch.write(&body, &["corrected", "predicted"], answers, &self.asked.written, &folder)
+        batch.write(body, &["corrected", "predicted"], answers, &self.asked.written, folder)
     }
 }
 

@@ -12,6 +12,7 @@ use sinew::output::{displacement_in_words, least_and_largest_ratio};
 use sinew::{Body, Case, Simulations, Warning};
 use sinew_fem::{LoadSteps, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
+use std::path::Path;
 
 /// Equilibria to find.
 #[derive(Debug, Args)]
@@ -54,9 +55,14 @@ impl Solve {
         if self.check_mesh {
             check_cells(body)?;
         }
-        let mut batch = self.theta.read(body)?;
-        let (thetas, folder) = (batch.thetas(), folder.join("solve"));
+        let (batch, folder) = (self.theta.read(body)?, folder.join("solve"));
         make_folder(&folder)?;
+        batch.in_parts(body, &self.written, |batch| self.part(batch, (&case, body), &folder))
+    }
+
+    /// Solves and writes a part of the rows; returns how many failed.
+    fn part(&self, mut batch: Batch, (case, body): (&Case, &Body), folder: &Path) -> Result<usize> {
+        let thetas = batch.thetas();
         let load_steps = if self.load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
         let options = Options { load_steps, ..Options::default() };
         let found = &solved_by(body, &thetas, "solve", None, &options)?;
@@ -65,10 +71,10 @@ impl Solve {
             warn_of_locking(locking(body, theta, field));
         }
         batch.print(body, |place| said(body, &found.fields[place]));
-        if self.check_mesh {
-            check_mesh(case, body, found)?;
+        if self.check_mesh && batch.is_first() {
+            check_mesh(case.clone(), body, found)?;
         }
-        batch.write(body, &["solved"], answers(found), &self.written, &folder)
+        batch.write(body, &["solved"], answers(found), &self.written, folder)
     }
 }
 

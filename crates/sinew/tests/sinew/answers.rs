@@ -204,6 +204,35 @@ fn large_archives_are_written_only_when_asked_for() {
     assert!(size < MOST_BYTES && column(folder.path(), "cases.csv", "case") == ["0"]);
 }
 
+#[test]
+fn parts_of_a_table_are_numbered_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let body = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap();
+    let field = vec![0.0; 3 * body.nodes];
+    let row = Row { theta: body.centre(), fields: vec![&field[..]], ..Row::default() };
+    let part = |count: usize| Results {
+        body: &body,
+        names: vec!["solved"],
+        rows: vec![row.clone(); count],
+        stresses: false,
+    };
+    part(1).write(folder.path(), 1, false).unwrap();
+    part(2).append(folder.path(), 1).unwrap();
+    assert_eq!(column(folder.path(), "cases.csv", "case"), ["0", "1", "2"]);
+    assert_eq!(column(folder.path(), "cases.csv", "solved mean u [mm]"), ["0", "0", "0"]);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_behind_standard_output_is_an_error() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+    let done = command.arg("scenes").stdout(full).stderr(Stdio::piped()).output().unwrap();
+    let told = String::from_utf8(done.stderr).unwrap();
+    assert_eq!(done.status.code(), Some(1), "{told}");
+    assert!(told.contains("standard output is incomplete"), "{told}");
+}
+
 /// Message about a plate with another text in it.
 fn warnings(from: &str, to: &str) -> Vec<String> {
     assert!(PLATE.contains(from));

@@ -3,12 +3,12 @@
 use super::{Asked, others};
 use crate::commands::plan::table;
 use crate::commands::{
-    Answer as Cells, Neighbour, chosen, refuse, tell_doubtful, trained, warn_of_locking,
+    Answer as Cells, Batch, Neighbour, chosen, refuse, tell_doubtful, trained, warn_of_locking,
 };
 use anyhow::{Result, bail};
 use sinew::output::{Quality, displacement_in_words, mean_and_largest};
 use sinew::{Body, Case};
-use sinew_emulate::{Answer, Answers, Method, Terminal};
+use sinew_emulate::{Answer, Answers, Emulator, Method, Terminal};
 use std::path::Path;
 
 /// Name of the folder of answers.
@@ -24,7 +24,7 @@ pub(super) fn to(
     neighbour: &Neighbour,
     (case, body, folder): (&Case, &Body, &Path),
 ) -> Result<()> {
-    let mut batch = asked.theta.read(body)?;
+    let batch = asked.theta.read(body)?;
     let known = neighbour.body()?;
     let emulator = match (&asked.emulator, &known, trained(folder)) {
         (Some(_), Some(_), _) => {
@@ -34,8 +34,33 @@ pub(super) fn to(
         (None, None, Err(_)) => None,
         _ => Some(sinew::load(&chosen(asked.emulator.as_deref(), case, folder)?.1, body)?),
     };
+    let folder = folder.join("predict").join(FOLDER);
+    let mut beyond = [0, 0];
+    batch.in_parts(body, &asked.written, |batch| {
+        part(batch, asked, (accuracy, emulator.as_ref()), body, &folder, &mut beyond)
+    })?;
+    match beyond {
+        [0, _] => Ok(()),
+        [beyond, all] => bail!(
+            "{beyond} of {all} answers are not within {accuracy:e}: the column `estimate` of cases.csv says how far they are"
+        ),
+    }
+}
+
+/// Answers and writes a part of the rows; returns how many failed, and counts answers beyond the tolerance among all.
+fn part<'b>(
+    mut batch: Batch,
+    asked: &Asked,
+    (accuracy, emulator): (f64, Option<&Emulator<'b>>),
+    body: &'b Body,
+    folder: &Path,
+    beyond: &mut [usize; 2],
+) -> Result<usize> {
     let thetas = batch.thetas();
-    let found = Answers::to(body, &thetas, accuracy, emulator.as_ref(), &mut Terminal::default())?;
+    if thetas.is_empty() {
+        return batch.write(body, &["answer"], Vec::new(), &asked.written, folder);
+    }
+    let found = Answers::to(body, &thetas, accuracy, emulator, &mut Terminal::default())?;
     table(&found.plan);
     let open: Vec<usize> = batch.open().collect();
     let mut answers: Vec<Answer> = Vec::new();
@@ -54,13 +79,14 @@ pub(super) fn to(
         let moved = displacement_in_words(displacement, &body.units.length);
         format!(": displacement {moved}; checked error {error:.1e}")
     });
-    let beyond = answers.iter().filter(|answer| !answer.is_within(accuracy)).count();
+    let more = answers.iter().filter(|answer| !answer.is_within(accuracy)).count();
+    *beyond = [beyond[0] + more, beyond[1] + answers.len()];
     let solved = answers.iter().filter(|answer| answer.method == Method::Solver).count();
     println!(
         "{} answers in {:.1} s, {solved} of them by the solver; {} within {accuracy:e}",
         answers.len(),
         found.seconds,
-        answers.len() - beyond
+        answers.len() - more
     );
     let cells = answers.iter().map(|answer| Cells {
         fields: vec![&answer.displacement],
@@ -68,20 +94,7 @@ pub(super) fn to(
         quality: Some(quality(answer)),
         warnings: others(&answer.warnings),
     });
-    batch.write(
-        body,
-        &["answer"],
-        cells.collect(),
-        &asked.written,
-        &folder.join("predict").join(FOLDER),
-    )?;
-    match beyond {
-        0 => Ok(()),
-        _ => bail!(
-            "{beyond} of {} answers are not within {accuracy:e}: the column `estimate` of cases.csv says how far they are",
-            answers.len()
-        ),
-    }
+    batch.write(body, &["answer"], cells.collect(), &asked.written, folder)
 }
 
 fn quality(answer: &Answer) -> Quality {
