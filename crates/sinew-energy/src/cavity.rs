@@ -2,12 +2,14 @@
 
 mod closing;
 mod part;
+mod pressed_lid;
 
 use crate::Body;
 use closing::components;
 pub(crate) use closing::{FLAT, Surroundings, sorted};
 use part::{Add, moved};
 pub use part::{CavityPart, Lid, SymmetryPlane};
+pub use pressed_lid::PressedLid;
 
 /// The space behind a surface that a pressure acts on, such as the chamber of a ventricle.
 ///
