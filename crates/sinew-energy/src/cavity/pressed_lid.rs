@@ -37,7 +37,7 @@ impl Cavity {
         for part in &self.parts {
             let planes = part.planes.iter().chain(part.lids.iter().flat_map(|lid| &lid.planes));
             let mut resting = planes.map(|p| frames.held_along(p.node, &p.normal, prescribed));
-            let is_whole = (0..3).all(|i| part.field[i][i] * 3.0 == 1.0);
+            let is_whole = part.field == Mat3::from_fn(|i, j| Mat3::IDENTITY[i][j] / 3.0);
             if !is_whole || !resting.all(|moved| moved == Some(0.0)) {
                 return None;
             }
