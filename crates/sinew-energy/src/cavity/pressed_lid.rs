@@ -173,36 +173,26 @@ impl PressedLid {
         // The mean is Σ length · middle over the whole length.
         let of_mean = add_projected(&self.lid.planes, area, &mut |_, _| {});
         let (mean, whole) = self.lid.mean(&at);
-        let along = |[a, b]: [usize; 2]| {
-            let along = sub3(&at(b), &at(a));
-            let length = norm(&along).max(f64::MIN_POSITIVE);
-            (along.map(|x| x / length), length)
-        };
-        let of_whole = row(&|add| {
-            for &[a, b] in &self.lid.edges {
-                let (unit, _) = along([a, b]);
-                add(a, unit.map(|x| -x));
-                add(b, unit);
-            }
-        });
         let of_product = row(&|add| self.lid.add_mean_slopes(of_mean, &at, add));
         let scale = 1.0 / (3.0 * whole.max(f64::MIN_POSITIVE));
-        response.add_products(-scale, &of_product, &of_whole);
-        let size = response.gradient.len();
-        for &edge in &self.lid.edges {
-            let (unit, length) = along(edge);
-            let middle = add3(&at(edge[0]), &at(edge[1])).map(|x| 0.5 * x);
+        let (size, mut of_whole) = (response.gradient.len(), vec![0.0; response.gradient.len()]);
+        for &[a, b] in &self.lid.edges {
+            let (along, middle) = (sub3(&at(b), &at(a)), add3(&at(a), &at(b)).map(|x| 0.5 * x));
+            let length = norm(&along).max(f64::MIN_POSITIVE);
+            let unit = along.map(|x| x / length);
             let turn = dot3(&of_mean, &sub3(&middle, &mean)) / length;
-            for (p, &a) in [-1.0, 1.0].iter().zip(&edge) {
-                for (q, &b) in [-1.0, 1.0].iter().zip(&edge) {
+            for (p, node) in [(-1.0, a), (1.0, b)] {
+                (0..3).for_each(|i| of_whole[3 * node + i] += p * unit[i]);
+                for (q, other) in [(-1.0, a), (1.0, b)] {
                     for (i, k) in (0..9).map(|entry| (entry / 3, entry % 3)) {
                         let across = axes[i][k] - unit[i] * unit[k];
                         let stretch = p * unit[i] * of_mean[k] + q * of_mean[i] * unit[k];
-                        response.hessian[(3 * a + i) * size + 3 * b + k] +=
+                        response.hessian[(3 * node + i) * size + 3 * other + k] +=
                             scale * (turn * p * q * across + 0.5 * stretch);
                     }
                 }
             }
         }
+        response.add_products(-scale, &of_product, &of_whole);
     }
 }
