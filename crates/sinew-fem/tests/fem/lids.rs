@@ -138,7 +138,7 @@ fn a_lid_changes_what_a_loose_rim_does() {
     let loose = Solver::new(&loose).unwrap().solve(&THETA, &Options::default()).unwrap();
     let apart = difference(&closed, &loose.displacement);
     let mean = |u: &[f64]| {
-        u.as_chunks::<3>().0.iter().map(sinew_num::norm).sum::<f64>() / (u.len() / 3) as f64
+        u.as_chunks::<3>().0.iter().map(|u| sinew_num::norm(u)).sum::<f64>() / (u.len() / 3) as f64
     };
     let means = [&closed, &loose.displacement].map(|u| mean(u));
     println!("{apart:.3} of the largest displacement, means {means:.2?} mm");
