@@ -24,15 +24,15 @@ pub struct PressedLid {
 }
 
 impl Cavity {
-    /// Origins of the volumes, by the nodes of their surfaces' corners, and the lids; `None` where symmetry planes move or are parallel.
+    /// Origins of the volumes, at the nodes of their surfaces' corners, and the lids; `None` where symmetry planes move or are parallel.
     /// `middle` has the nodes between two corners, ascending.
     pub(crate) fn pressed(
         &self,
         points: &[[f64; 3]],
         (prescribed, frames): (&[Option<f64>], &Frames),
         middle: &HashMap<[usize; 2], usize>,
-    ) -> Option<(HashMap<usize, [f64; 3]>, Vec<PressedLid>)> {
-        let (mut origins, mut lids) = (HashMap::new(), Vec::new());
+    ) -> Option<(Vec<[f64; 3]>, Vec<PressedLid>)> {
+        let (mut origins, mut lids) = (points.to_vec(), Vec::new());
         let at = |node: usize| points[node];
         for part in &self.parts {
             let planes = part.planes.iter().chain(part.lids.iter().flat_map(|lid| &lid.planes));
@@ -42,7 +42,7 @@ impl Cavity {
                 return None;
             }
             let origin = projected(&part.planes, at(part.triangles[0][0]), &at);
-            origins.extend(part.triangles.as_flattened().iter().map(|&node| (node, origin)));
+            part.triangles.as_flattened().iter().for_each(|&node| origins[node] = origin);
             lids.extend(part.lids.iter().map(|lid| PressedLid::new(lid, points, &origin, middle)));
         }
         Some((origins, lids))

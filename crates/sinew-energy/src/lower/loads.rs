@@ -197,7 +197,7 @@ where
             return Err(refuse("its rim slides in planes that are parallel or that supports move"));
         };
         let place = |facet: &Vec<usize>| {
-            let origin = origins[&facet[0]];
+            let origin = origins[facet[0]];
             facet.iter().map(move |&node| sub3(&points[node], &origin)).collect::<Vec<_>>()
         };
         let positions = facets.iter().flat_map(place).collect();
