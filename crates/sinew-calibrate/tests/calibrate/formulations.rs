@@ -62,7 +62,7 @@ fn a_loose_rim_moves_its_lid() {
     assert!(found.values[0] < found.values[1] && found.values[1] < found.values[2]);
 }
 
-/// The same base under a pressure on the lid too, which has a potential.
+/// A base that is held by springs alone, with the pressure on its lid too: it has a potential.
 #[test]
 fn a_lid_under_pressure_moves_with_its_rim() {
     for mesh in [AnyMesh::from(shape().tetrahedra()), shape().quadratic_tetrahedra().into()] {

@@ -1,9 +1,8 @@
 //! Lids that the pressure in a cavity acts on.
 
-use super::Cavity;
 use super::closing::sorted;
 use super::part::{Add, Lid, add_projected, projected};
-use crate::{Frames, SurfaceResponse};
+use crate::SurfaceResponse;
 use sinew_num::{Mat3, add3, cross, dot3, norm, sub3};
 use std::collections::HashMap;
 
@@ -23,34 +22,8 @@ pub struct PressedLid {
     pub chords: Vec<([usize; 2], f64)>,
 }
 
-impl Cavity {
-    /// Origins of the volumes, at the nodes of their surfaces' corners, and the lids; `None` where symmetry planes move or are parallel.
-    /// `middle` has the nodes between two corners, ascending.
-    pub(crate) fn pressed(
-        &self,
-        points: &[[f64; 3]],
-        (prescribed, frames): (&[Option<f64>], &Frames),
-        middle: &HashMap<[usize; 2], usize>,
-    ) -> Option<(Vec<[f64; 3]>, Vec<PressedLid>)> {
-        let (mut origins, mut lids) = (points.to_vec(), Vec::new());
-        let at = |node: usize| points[node];
-        for part in &self.parts {
-            let planes = part.planes.iter().chain(part.lids.iter().flat_map(|lid| &lid.planes));
-            let mut resting = planes.map(|p| frames.held_along(p.node, &p.normal, prescribed));
-            let is_whole = part.field == Mat3::from_fn(|i, j| Mat3::IDENTITY[i][j] / 3.0);
-            if !is_whole || !resting.all(|moved| moved == Some(0.0)) {
-                return None;
-            }
-            let origin = projected(&part.planes, at(part.triangles[0][0]), &at);
-            part.triangles.as_flattened().iter().for_each(|&node| origins[node] = origin);
-            lids.extend(part.lids.iter().map(|lid| PressedLid::new(lid, points, &origin, middle)));
-        }
-        Some((origins, lids))
-    }
-}
-
 impl PressedLid {
-    fn new(
+    pub(super) fn new(
         lid: &Lid,
         points: &[[f64; 3]],
         origin: &[f64; 3],
