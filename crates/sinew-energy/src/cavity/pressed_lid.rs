@@ -59,17 +59,6 @@ impl PressedLid {
         |place| std::array::from_fn(|i| displacement[3 * self.nodes[place] + i])
     }
 
-    /// Edges of the rim by their nodes, with the area vectors of their triangles with the apex \[length²\].
-    pub fn triangles(&self, displacement: &[f64]) -> impl Iterator<Item = ([usize; 2], [f64; 3])> {
-        let u = self.motion(displacement);
-        let at = move |place: usize| add3(&self.positions[place], &u(place));
-        let apex = self.lid.apex(&at);
-        self.lid.edges.iter().map(move |&edge| {
-            let [a, b] = edge.map(|place| sub3(&at(place), &apex));
-            (edge.map(|place| self.nodes[place]), cross(&a, &b).map(|x| 0.5 * x))
-        })
-    }
-
     /// `V(u) − V(0)`, expanded in u, so nothing cancels at small displacement.
     pub(crate) fn change(&self, displacement: &[f64]) -> f64 {
         let u = self.motion(displacement);
