@@ -102,6 +102,7 @@ fn pressure(criterion: &mut Criterion) {
     let load = PressureSurface {
         magnitude: Magnitude::Fixed(1.0),
         triangles: Some(PressureForm::Follower),
+        lids: Vec::new(),
         rule: Nodes::<4>::facet_rule(),
         nodes,
         positions,

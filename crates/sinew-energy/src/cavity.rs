@@ -2,12 +2,16 @@
 
 mod closing;
 mod part;
+mod pressed_lid;
 
-use crate::Body;
+use crate::{Body, Frames};
 use closing::components;
 pub(crate) use closing::{FLAT, Surroundings, sorted};
-use part::{Add, moved};
+use part::{Add, moved, projected};
 pub use part::{CavityPart, Lid, SymmetryPlane};
+pub use pressed_lid::PressedLid;
+use sinew_num::Mat3;
+use std::collections::HashMap;
 
 /// The space behind a surface that a pressure acts on, such as the chamber of a ventricle.
 ///
@@ -53,6 +57,30 @@ impl Cavity {
         });
         gradient.iter_mut().for_each(|slope| *slope *= volume.signum());
         gradient
+    }
+
+    /// Origins of the volumes, at the nodes of their surfaces' corners, and the lids; `None` where symmetry planes move or are parallel.
+    /// `middle` has the nodes between two corners, ascending.
+    pub(crate) fn pressed(
+        &self,
+        points: &[[f64; 3]],
+        (prescribed, frames): (&[Option<f64>], &Frames),
+        middle: &HashMap<[usize; 2], usize>,
+    ) -> Option<(Vec<[f64; 3]>, Vec<PressedLid>)> {
+        let (mut origins, mut lids) = (points.to_vec(), Vec::new());
+        let at = |node: usize| points[node];
+        for part in &self.parts {
+            let planes = part.planes.iter().chain(part.lids.iter().flat_map(|lid| &lid.planes));
+            let mut resting = planes.map(|p| frames.held_along(p.node, &p.normal, prescribed));
+            let is_whole = part.field == Mat3::from_fn(|i, j| Mat3::IDENTITY[i][j] / 3.0);
+            if !is_whole || !resting.all(|moved| moved == Some(0.0)) {
+                return None;
+            }
+            let origin = projected(&part.planes, at(part.triangles[0][0]), &at);
+            part.triangles.as_flattened().iter().for_each(|&node| origins[node] = origin);
+            lids.extend(part.lids.iter().map(|lid| PressedLid::new(lid, points, &origin, middle)));
+        }
+        Some((origins, lids))
     }
 
     /// Volume with the sign of the triangles' order; its derivatives are added node by node.

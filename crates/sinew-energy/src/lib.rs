@@ -93,7 +93,7 @@ mod surface;
 mod unit;
 
 pub use body::{Body, BodyArrays};
-pub use cavity::{Cavity, CavityPart, Lid, SymmetryPlane};
+pub use cavity::{Cavity, CavityPart, Lid, PressedLid, SymmetryPlane};
 pub use discretisation::Discretisation;
 pub use elements::{FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint};
 pub use error::{SceneError, ThetaError, listed, requirement};

@@ -115,8 +115,12 @@ impl PressureSurface {
     /// The surface whose nodes are displaced at rest.
     pub fn placed(&self, motion: &[f64]) -> Self {
         let mut moved = self.clone();
-        for (position, &node) in moved.positions.iter_mut().zip(&self.nodes) {
-            (0..3).for_each(|i| position[i] += motion[3 * node + i]);
+        let facets = (&mut moved.positions, &moved.nodes);
+        let lids = moved.lids.iter_mut().map(|lid| (&mut lid.positions, &lid.nodes));
+        for (positions, nodes) in lids.chain([facets]) {
+            for (position, &node) in positions.iter_mut().zip(nodes) {
+                (0..3).for_each(|i| position[i] += motion[3 * node + i]);
+            }
         }
         moved
     }

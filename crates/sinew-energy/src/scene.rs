@@ -235,9 +235,36 @@ pub enum Load {
     },
     /// A true follower pressure, see [`crate::PressureForm::Follower`].
     ///
-    /// Each edge of the surface's rim must be held, or slide in a coordinate plane.
+    /// Each edge of the surface's rim must be held, or slide in a coordinate plane; where it moves freely, [`Load::CavityPressure`]
+    /// has a potential.
     #[doc(alias = "follower load")]
     Pressure {
+        /// Named facet set.
+        facets: String,
+        /// Pressure against the solid \[stress\].
+        magnitude: Magnitude,
+    },
+    /// A true follower pressure in the whole cavity behind a surface: it acts on the surface and on a lid over each rim, which
+    /// moves with it. Its potential is −p times the volume of [`crate::Cavity`], however the rims move.
+    ///
+    /// ```
+    /// use sinew_energy::{Load, Magnitude, Parameter, Scene, laws::NeoHookean};
+    ///
+    /// let tube = sinew_mesh::TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra();
+    /// let body = Scene::new(tube, NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0))
+    ///     .load(Load::CavityPressure { facets: "endo".into(), magnitude: Magnitude::Fixed(2.0) })
+    ///     .load(Load::Foundation { facets: "epi".into(), normal: 1.0, tangential: 0.1 })
+    ///     .lower()?;
+    /// let rest = vec![0.0; 3 * body.nodes];
+    /// let wider: Vec<f64> = body.positions.iter().flat_map(|x| [0.1 * x[0], 0.1 * x[1], 0.0]).collect();
+    /// let growth = body.cavity_volumes(&wider)[0] - body.cavity_volumes(&rest)[0];
+    /// assert!((body.load_value(&wider, &[1.0, 1.0]) / (-2.0 * growth) - 1.0).abs() < 1e-12);
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
+    #[doc(alias("chamber pressure", "cap"))]
+    CavityPressure {
         /// Named facet set.
         facets: String,
         /// Pressure against the solid \[stress\].
@@ -260,6 +287,7 @@ impl Load {
             Self::Traction { facets, .. }
             | Self::Foundation { facets, .. }
             | Self::Pressure { facets, .. }
+            | Self::CavityPressure { facets, .. }
             | Self::ThesisPressure { facets, .. } => Some(facets),
         }
     }
@@ -271,7 +299,7 @@ impl Load {
             | Self::NodalForces(_)
             | Self::Traction { .. }
             | Self::Foundation { .. } => None,
-            Self::Pressure { facets, magnitude } => {
+            Self::Pressure { facets, magnitude } | Self::CavityPressure { facets, magnitude } => {
                 Some((PressureForm::Follower, facets, *magnitude))
             }
             Self::ThesisPressure { facets, magnitude } => {

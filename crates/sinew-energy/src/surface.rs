@@ -1,12 +1,15 @@
 //! Pressure on the surface of a body.
 
-use crate::{FacetRule, Magnitude, PressureForm};
+mod response;
+
+use crate::{FacetRule, Magnitude, PressedLid, PressureForm};
+pub use response::SurfaceResponse;
 use sinew_num::{add3, cross, dot3};
 
 /// A pressure on facets, lowered to plain arrays. Positive pressure pushes against the solid.
 ///
 /// As a potential it is `p (V(u) − V(0))` with the volume `V = 1/d ∫ x·n da` in `d` dimensions: the sum
-/// is that of a follower load where the rim is held, and its second derivative is symmetric. As a force it is `p ∫ N_a
+/// is that of a follower load where the rim is held or has a lid, and its second derivative is symmetric. As a force it is `p ∫ N_a
 /// n da` for any motion of the rim, and its tangent is not symmetric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PressureSurface {
@@ -20,36 +23,34 @@ pub struct PressureSurface {
     pub nodes: Vec<usize>,
     /// Their reference positions \[length\], from an origin in the planes that the rim slides in.
     pub positions: Vec<[f64; 3]>,
-}
-
-/// Potential of a unit pressure on one facet; the derivatives are in the displacement components of its nodes,
-/// component `i` of node `a` at `3a + i`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SurfaceResponse {
-    /// Energy per pressure \[length³\].
-    pub energy: f64,
-    /// Nodal forces against the solid with the sign of a derivative \[length²\].
-    pub gradient: Vec<f64>,
-    /// Their derivatives \[length\], row by row; symmetric for the potential.
-    pub hessian: Vec<f64>,
+    /// Lids over the rims that the pressure acts on too. They are counted behind the facets.
+    pub lids: Vec<PressedLid>,
 }
 
 impl PressureSurface {
-    /// Number of facets.
+    /// Number of facets and lids.
     pub fn facets(&self) -> usize {
-        self.nodes.len() / self.rule.nodes
+        self.nodes.len() / self.rule.nodes + self.lids.len()
     }
 
-    /// Nodes of one facet.
+    /// Nodes of one facet, or of the rim of a lid.
     pub fn facet_nodes(&self, facet: usize) -> &[usize] {
-        &self.nodes[facet * self.rule.nodes..(facet + 1) * self.rule.nodes]
+        let facets = || &self.nodes[facet * self.rule.nodes..(facet + 1) * self.rule.nodes];
+        self.lid(facet).map_or_else(facets, |lid| &lid.nodes)
+    }
+
+    fn lid(&self, facet: usize) -> Option<&PressedLid> {
+        self.lids.get(facet.checked_sub(self.nodes.len() / self.rule.nodes)?)
     }
 
     /// Potential of the load [stress·length³].
     pub fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
-        let volume = |facet| match self.triangles {
-            Some(form) => form.facet_energy(self.triangle(facet), &self.moved(facet, displacement)),
-            None => self.facet_volume(facet, displacement),
+        let volume = |facet| match (self.lid(facet), self.triangles) {
+            (Some(lid), _) => lid.change(displacement),
+            (None, Some(form)) => {
+                form.facet_energy(self.triangle(facet), &self.moved(facet, displacement))
+            }
+            (None, None) => self.facet_volume(facet, displacement),
         };
         self.magnitude.value(theta) * (0..self.facets()).map(volume).sum::<f64>()
     }
@@ -91,7 +92,10 @@ impl PressureSurface {
         with_hessian: bool,
         response: &mut SurfaceResponse,
     ) {
-        response.clear(self.rule.nodes);
+        response.clear(self.facet_nodes(facet).len());
+        if let Some(lid) = self.lid(facet) {
+            return lid.respond(displacement, with_hessian, response);
+        }
         if let Some(form) = self.triangles {
             let moved = self.moved(facet, displacement);
             return form.respond(self.triangle(facet), &moved, with_hessian, response);
@@ -131,6 +135,9 @@ impl PressureSurface {
 
     /// Nodal forces of one facet under unit pressure and their tangent, for any motion of the rim.
     pub fn facet_force(&self, facet: usize, displacement: &[f64], response: &mut SurfaceResponse) {
+        if self.lid(facet).is_some() {
+            return self.respond(facet, displacement, true, response);
+        }
         response.clear(self.rule.nodes);
         self.for_points(facet, displacement, |at, n, [ns, nt], weight| {
             let normal = at.normal();
@@ -217,27 +224,5 @@ struct Place {
 impl Place {
     fn normal(&self) -> [f64; 3] {
         cross(&self.s, &self.t)
-    }
-}
-
-impl SurfaceResponse {
-    fn clear(&mut self, nodes: usize) {
-        self.energy = 0.0;
-        for (values, size) in
-            [(&mut self.gradient, 3 * nodes), (&mut self.hessian, 9 * nodes * nodes)]
-        {
-            values.clear();
-            values.resize(size, 0.0);
-        }
-    }
-
-    /// Adds the matrix of `axis ×` to the block of nodes `a` and `b`.
-    fn add_cross(&mut self, a: usize, b: usize, axis: [f64; 3]) {
-        let size = self.gradient.len();
-        for i in 0..3 {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            self.hessian[(3 * a + i) * size + 3 * b + k] += axis[j];
-            self.hessian[(3 * a + i) * size + 3 * b + j] -= axis[k];
-        }
     }
 }

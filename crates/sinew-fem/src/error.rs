@@ -45,7 +45,7 @@ pub enum SolveError {
     CurveEnded { place: f64, theta: Vec<f64>, failure: Box<NotConverged> },
     /// A body without a potential, where one is needed.
     #[error(
-        "mixed elements and pressures with a loose rim have no potential, which this needs; solve them by Solver::solve, or hold the rim and choose other elements than Scene::mixed"
+        "mixed elements and pressures with a loose rim have no potential, which this needs; solve them by Solver::solve, or hold the rim or close it by a lid (Load::CavityPressure), and choose other elements than Scene::mixed"
     )]
     NoPotential,
     /// A line in loads and parameters that cannot be followed.

@@ -348,7 +348,7 @@ impl Case {
             _ => scene,
         };
         // One load that says so lets all pass, for `check_rims` to name those that do not say so.
-        let loose = self.loads.iter().any(|load| load.rim.is_some());
+        let loose = self.loads.iter().any(|load| load.rim == Some(Rim::Loose));
         let mut scene = if loose { scene.loose_rims() } else { scene };
         scene.name.clone_from(&self.name);
         scene.material = scene.material.with_directions(self.directions(law, &scene)?);

@@ -62,6 +62,23 @@ fn a_loose_rim_moves_its_lid() {
     assert!(found.values[0] < found.values[1] && found.values[1] < found.values[2]);
 }
 
+/// A base that is held by springs alone, with the pressure on its lid too: it has a potential.
+#[test]
+fn a_lid_under_pressure_moves_with_its_rim() {
+    for mesh in [AnyMesh::from(shape().tetrahedra()), shape().quadratic_tetrahedra().into()] {
+        let mut scene = pressed(mesh, NeoHookean)
+            .load(Load::Foundation { facets: "epi".into(), normal: 0.1, tangential: 0.05 })
+            .load(Load::Foundation { facets: "base".into(), normal: 0.2, tangential: 0.1 });
+        scene.loads[0] =
+            Load::CavityPressure { facets: "endo".into(), magnitude: Magnitude::Theta(2) };
+        let body = scene.lower().unwrap();
+        assert!(body.has_potential());
+        let patient = seen(Patient::of(&body), &body).build().unwrap();
+        let found = crate::support::slopes::check("a lid", &patient, &[14.0, 40.0]);
+        assert!(found.values[0] < found.values[1] && found.values[1] < found.values[2]);
+    }
+}
+
 #[test]
 fn hexahedra_have_strains_in_segments_of_a_field() {
     let mut mesh = shape().hexahedra();

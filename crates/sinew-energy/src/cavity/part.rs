@@ -87,12 +87,12 @@ impl CavityPart {
 }
 
 impl Lid {
-    fn apex(&self, at: &dyn Fn(usize) -> [f64; 3]) -> [f64; 3] {
+    pub(super) fn apex(&self, at: &dyn Fn(usize) -> [f64; 3]) -> [f64; 3] {
         projected(&self.planes, self.mean(at).0, at)
     }
 
     /// Mean of the rim weighted by lengths of edges, and its whole length.
-    fn mean(&self, at: &dyn Fn(usize) -> [f64; 3]) -> ([f64; 3], f64) {
+    pub(super) fn mean(&self, at: &dyn Fn(usize) -> [f64; 3]) -> ([f64; 3], f64) {
         let (mut sum, mut whole) = ([0.0; 3], 0.0);
         for &[a, b] in &self.edges {
             let (length, middle) = (norm(&sub3(&at(b), &at(a))), add3(&at(a), &at(b)));
@@ -103,8 +103,23 @@ impl Lid {
     }
 
     /// Adds the derivatives of a number whose derivative in the apex is given.
-    fn add_slopes(&self, of_apex: [f64; 3], at: &dyn Fn(usize) -> [f64; 3], add: &mut Add<'_>) {
+    pub(super) fn add_slopes(
+        &self,
+        of_apex: [f64; 3],
+        at: &dyn Fn(usize) -> [f64; 3],
+        add: &mut Add<'_>,
+    ) {
         let of_mean = add_projected(&self.planes, of_apex, add);
+        self.add_mean_slopes(of_mean, at, add);
+    }
+
+    /// Adds the derivatives of a number whose derivative in the mean of the rim is given.
+    pub(super) fn add_mean_slopes(
+        &self,
+        of_mean: [f64; 3],
+        at: &dyn Fn(usize) -> [f64; 3],
+        add: &mut Add<'_>,
+    ) {
         let (mean, whole) = self.mean(at);
         for &[a, b] in &self.edges {
             let (along, middle) = (sub3(&at(b), &at(a)), add3(&at(a), &at(b)).map(|x| 0.5 * x));
@@ -120,7 +135,7 @@ impl Lid {
 }
 
 /// Projection of a point on the intersection of planes.
-fn projected(
+pub(super) fn projected(
     planes: &[SymmetryPlane],
     point: [f64; 3],
     at: &dyn Fn(usize) -> [f64; 3],
@@ -132,7 +147,11 @@ fn projected(
 }
 
 /// Derivative in the point from that in its projection; the planes' nodes are given theirs.
-fn add_projected(planes: &[SymmetryPlane], of_projected: [f64; 3], add: &mut Add<'_>) -> [f64; 3] {
+pub(super) fn add_projected(
+    planes: &[SymmetryPlane],
+    of_projected: [f64; 3],
+    add: &mut Add<'_>,
+) -> [f64; 3] {
     planes.iter().fold(of_projected, |of_point, &SymmetryPlane { node, normal, dual }| {
         let share = normal.map(|x| x * dot3(&dual, &of_projected));
         add(node, share);

@@ -4,7 +4,9 @@ use super::{Held, Setup, finite};
 use crate::cavity::{Cavity, FLAT, Surroundings, sorted};
 use crate::elements::{FiniteElement, Nodes};
 use crate::rim::rim_origin;
-use crate::{Load, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError};
+use crate::{
+    Load, Magnitude, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError,
+};
 use sinew_mesh::{boundary_facets, extents};
 use sinew_num::sub3;
 use std::collections::{HashMap, HashSet};
@@ -56,7 +58,9 @@ where
                     let stiffness = [*normal, *tangential];
                     loads.surfaces.push(self.reference_surface(facets, [0.0; 3], stiffness)?);
                 }
-                Load::Pressure { .. } | Load::ThesisPressure { .. } => {}
+                Load::Pressure { .. }
+                | Load::CavityPressure { .. }
+                | Load::ThesisPressure { .. } => {}
             }
         }
         Ok(loads)
@@ -128,9 +132,14 @@ where
         held: &Held,
     ) -> Result<(Vec<PressureSurface>, Vec<PressureSurface>), SceneError> {
         let (mut pressures, mut followers) = (Vec::new(), Vec::new());
-        for (form, name, magnitude) in self.scene.loads.iter().filter_map(Load::pressure) {
+        for load in &self.scene.loads {
+            let Some((form, name, magnitude)) = load.pressure() else { continue };
             let (points, facets) = (&self.mesh.points, self.facet_nodes(name)?);
             let rule = Nodes::<N>::facet_rule();
+            if matches!(load, Load::CavityPressure { .. }) {
+                pressures.push(self.cavity_pressure(name, magnitude, held)?);
+                continue;
+            }
             let potential_origin = match form {
                 PressureForm::Follower => rim_origin(name, &rule, &facets, points, held),
                 PressureForm::Thesis if N == 4 => Ok([0.0; 3]),
@@ -151,9 +160,49 @@ where
             let nodes: Vec<_> = facets.into_iter().flatten().collect();
             let positions = nodes.iter().map(|&node| sub3(&points[node], &origin)).collect();
             let triangles = (N == 4 && has_potential).then_some(form);
-            let surface = PressureSurface { magnitude, triangles, rule, nodes, positions };
+            let lids = Vec::new();
+            let surface = PressureSurface { magnitude, triangles, rule, nodes, positions, lids };
             if has_potential { &mut pressures } else { &mut followers }.push(surface);
         }
         Ok((pressures, followers))
+    }
+
+    /// The pressure on a surface and on lids over its rims.
+    fn cavity_pressure(
+        &self,
+        name: &str,
+        magnitude: Magnitude,
+        held: &Held,
+    ) -> Result<PressureSurface, SceneError> {
+        let refuse = |what: &str| {
+            SceneError::Loads(format!(
+                "the lids of `{name}` close no cavity: {what}; take a pressure without lids, whose rim is held or loose"
+            ))
+        };
+        let (points, rule) = (&self.mesh.points, Nodes::<N>::facet_rule());
+        if rule.dimension == 2 {
+            return Err(refuse("a section of triangles has no lids"));
+        }
+        let (facets, mut middle) = (self.facet_nodes(name)?, HashMap::new());
+        for nodes in &facets {
+            for a in 0..rule.corners {
+                let edge = sorted([nodes[a], nodes[(a + 1) % rule.corners]]);
+                middle.extend(nodes.get(rule.corners + a).map(|&node| (edge, node)));
+            }
+        }
+        let cavity = self.cavity(name, held)?;
+        let cavity = cavity.ok_or_else(|| refuse("its symmetry planes leave it open"))?;
+        let pressed = cavity.pressed(points, (&held.prescribed, &held.frames), &middle);
+        let Some((origins, lids)) = pressed else {
+            return Err(refuse("its rim slides in planes that are parallel or that supports move"));
+        };
+        let place = |facet: &Vec<usize>| {
+            let origin = origins[facet[0]];
+            facet.iter().map(move |&node| sub3(&points[node], &origin)).collect::<Vec<_>>()
+        };
+        let positions = facets.iter().flat_map(place).collect();
+        let nodes = facets.into_iter().flatten().collect();
+        let triangles = (N == 4).then_some(PressureForm::Follower);
+        Ok(PressureSurface { magnitude, triangles, rule, nodes, positions, lids })
     }
 }

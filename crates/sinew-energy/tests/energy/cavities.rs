@@ -16,23 +16,35 @@ const DIFFERENCE: f64 = 1e-6;
 
 /// A body under pressures in cavities, held by springs where supports do not hold it.
 fn body(mesh: impl Into<AnyMesh>, cavities: &[&str], supports: Vec<Support>) -> Body {
-    let mut scene = Scene::new(mesh, NeoHookean)
+    let pressure = |facets: &&str| Load::Pressure {
+        facets: facets.to_string(),
+        magnitude: Magnitude::Fixed(1.0),
+    };
+    let pressures = cavities.iter().map(pressure).collect();
+    scene_of(mesh, pressures, supports).loose_rims().lower().unwrap()
+}
+
+/// A scene of such a body.
+pub(crate) fn scene_of(
+    mesh: impl Into<AnyMesh>,
+    pressures: Vec<Load>,
+    supports: Vec<Support>,
+) -> Scene {
+    let scene = Scene::new(mesh, NeoHookean)
         .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
         .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0));
-    for &facets in cavities {
-        let spring = Load::Foundation { facets: facets.into(), normal: 1.0, tangential: 1.0 };
-        let pressure = Load::Pressure { facets: facets.into(), magnitude: Magnitude::Fixed(1.0) };
-        scene = scene.load(spring).load(pressure);
-    }
-    for support in supports {
-        scene = scene.support(support);
-    }
-    scene.loose_rims().lower().unwrap()
+    let facets = |load: &Load| match load {
+        Load::Pressure { facets, .. } | Load::CavityPressure { facets, .. } => facets.clone(),
+        other => panic!("{other:?} is no pressure"),
+    };
+    let spring = |facets| Load::Foundation { facets, normal: 1.0, tangential: 1.0 };
+    let springs: Vec<_> = pressures.iter().map(facets).map(spring).collect();
+    Scene { loads: [springs, pressures].concat(), supports, ..scene }
 }
 
 /// Wall of a sector of a tube about z, from a polygon with corners at `inner` to one twice as large, between the heights that `ends`
 /// give at a place across. Its sets are `inner`, `first` and `last` (ends of the sector), `low` and `high`.
-fn tube(inner: &[[f64; 2]], is_whole: bool, ends: [fn([f64; 2]) -> f64; 2]) -> HexMesh {
+pub(crate) fn tube(inner: &[[f64; 2]], is_whole: bool, ends: [fn([f64; 2]) -> f64; 2]) -> HexMesh {
     const LAYERS: usize = 3;
     let (around, cells) = (inner.len(), inner.len() - usize::from(!is_whole));
     let index = |i: usize, j: usize, k: usize| i + 2 * (j % around + around * k);
@@ -70,7 +82,7 @@ fn tube(inner: &[[f64; 2]], is_whole: bool, ends: [fn([f64; 2]) -> f64; 2]) -> H
 }
 
 /// Corners of a polygon between two angles.
-fn polygon(corners: usize, from: f64, to: f64, radius: fn(f64) -> f64) -> Vec<[f64; 2]> {
+pub(crate) fn polygon(corners: usize, from: f64, to: f64, radius: fn(f64) -> f64) -> Vec<[f64; 2]> {
     let corner = |j: usize| {
         let angle = from + (to - from) * j as f64 / (corners - 1) as f64;
         [radius(angle) * angle.cos(), radius(angle) * angle.sin()]
@@ -91,7 +103,7 @@ fn moments(corners: &[[f64; 2]], is_whole: bool) -> [f64; 3] {
 }
 
 /// A roller along one axis.
-fn roller(nodes: &str, axis: usize) -> Support {
+pub(crate) fn roller(nodes: &str, axis: usize) -> Support {
     let row = std::array::from_fn(|i| (i == axis).then_some(0.0));
     Support { nodes: nodes.into(), displacement: Prescribed::Uniform(row) }
 }
@@ -133,14 +145,14 @@ fn uneven(angle: f64) -> f64 {
     2.0 + 0.3 * (2.0 * angle).cos() + 0.2 * (3.0 * angle).sin()
 }
 
-fn round(_: f64) -> f64 {
+pub(crate) fn round(_: f64) -> f64 {
     3.0
 }
 
-const FLAT: [fn([f64; 2]) -> f64; 2] = [|_| -1.0, |_| 4.0];
+pub(crate) const FLAT: [fn([f64; 2]) -> f64; 2] = [|_| -1.0, |_| 4.0];
 
 /// An uneven tube whose ends are tilted, and its volume.
-fn tilted() -> (HexMesh, f64) {
+pub(crate) fn tilted() -> (HexMesh, f64) {
     let mut corners = polygon(10, 0.0, TAU, uneven);
     corners.pop();
     let [area, x, y] = moments(&corners, true);

@@ -8,6 +8,7 @@ mod conformance;
 mod elements;
 mod homogeneous;
 mod left_ventricle;
+mod lids;
 mod pressure;
 mod scene;
 mod solid;

@@ -25,13 +25,14 @@ pub(crate) fn place(potential: &Body, load_factor: f64, displacement: &mut [f64]
     }
 }
 
-/// A node of a pressure's surface that slides along a plane which its support moves, if there is one.
+/// A node of a pressure's surface that slides along a plane which its support moves, if there is one. Lids may move.
 pub(crate) fn is_moved_rim(body: &Body) -> Option<usize> {
     let slides = |node: usize| {
         let held = &body.prescribed[3 * node..3 * node + 3];
         held.contains(&None) && held.iter().flatten().any(|&u| u != 0.0)
     };
-    body.pressures.iter().flat_map(|surface| &surface.nodes).copied().find(|&node| slides(node))
+    let surfaces = body.pressures.iter().filter(|surface| surface.lids.is_empty());
+    surfaces.flat_map(|surface| &surface.nodes).copied().find(|&node| slides(node))
 }
 
 /// The part of a node's vector that is along its held (or else its free) directions.

@@ -48,10 +48,13 @@ impl Slots {
 impl Sparsity {
     pub(crate) fn new(potential: &Body) -> Self {
         let patches = patch_nodes(potential);
+        // The nodes of a lid's rim depend on each other.
+        let lids = potential.pressures.iter().flat_map(|surface| &surface.lids);
+        let lids = lids.map(|lid| &lid.nodes[..]);
         let neighbours = if patches.is_empty() {
-            neighbours(potential.nodes, potential.cell_nodes())
+            neighbours(potential.nodes, potential.cell_nodes().chain(lids))
         } else {
-            neighbours(potential.nodes, patches.iter().map(|nodes| &nodes[..]))
+            neighbours(potential.nodes, patches.iter().map(|nodes| &nodes[..]).chain(lids))
         };
         let free =
             |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
@@ -167,7 +170,7 @@ pub(crate) fn patch_nodes_of(potential: &Body, points: &[usize]) -> Vec<usize> {
     nodes
 }
 
-/// Nodes that share a cell with each node, ascending, without the node itself.
+/// Nodes that share a cell, or a rim, with each node, ascending, without the node itself.
 fn neighbours<'n>(nodes: usize, cells: impl Iterator<Item = &'n [usize]>) -> Vec<Vec<usize>> {
     let mut neighbours = vec![Vec::new(); nodes];
     for cell in cells {

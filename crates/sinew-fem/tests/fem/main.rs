@@ -10,6 +10,7 @@ mod elements;
 mod fenics;
 mod fibres;
 mod hard_cases;
+mod lids;
 mod locking;
 mod methods;
 mod patch;

@@ -37,7 +37,7 @@ fn assert_closes(name: &str, unloaded: &Unloaded) {
 }
 
 /// Unloads, and holds the derivatives in θ against central differences.
-fn check(name: &str, mut unload: Unload<'_>, theta: &[f64]) -> Unloaded {
+pub(crate) fn check(name: &str, mut unload: Unload<'_>, theta: &[f64]) -> Unloaded {
     let unloaded =
         unload.solve(theta, &UnloadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert_closes(name, &unloaded);

@@ -28,7 +28,7 @@ pub struct Load {
     pub foundation: Option<FoundationLoad>,
     /// Facet set, for all but a body force.
     pub facets: Option<String>,
-    /// Whether the rim of a pressure's facets may move freely, so that it has no potential.
+    /// Rim of a pressure's facets that moves.
     pub rim: Option<Rim>,
 }
 
@@ -36,8 +36,10 @@ pub struct Load {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rim {
-    /// Rim that may move freely.
+    /// Rim that may move freely, so that the pressure has no potential.
     Loose,
+    /// Rim with a lid that moves with it and bears the pressure too.
+    Closed,
 }
 
 /// An elastic foundation.
@@ -101,7 +103,11 @@ impl Load {
                 sinew_energy::Load::Traction { facets: facets()?, value: *value }
             }
             (None, None, Some(p), None, None) => {
-                sinew_energy::Load::Pressure { facets: facets()?, magnitude: magnitude(p) }
+                let (facets, magnitude) = (facets()?, magnitude(p));
+                match self.rim {
+                    Some(Rim::Closed) => sinew_energy::Load::CavityPressure { facets, magnitude },
+                    _ => sinew_energy::Load::Pressure { facets, magnitude },
+                }
             }
             (None, None, None, Some(p), None) => {
                 sinew_energy::Load::ThesisPressure { facets: facets()?, magnitude: magnitude(p) }

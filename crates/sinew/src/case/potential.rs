@@ -1,6 +1,6 @@
 //! Cases without a potential: mixed elements, and pressures whose rim moves freely.
 
-use super::{Case, CaseError};
+use super::{Case, CaseError, Rim};
 use sinew_energy::Body;
 
 impl Case {
@@ -17,10 +17,11 @@ impl Case {
             );
             return Err(self.source.error(&["formulation"], reason));
         }
-        let number = self.loads.iter().position(|load| load.rim.is_some()).unwrap_or_default();
+        let is_loose = |load: &super::Load| load.rim == Some(Rim::Loose);
+        let number = self.loads.iter().position(is_loose).unwrap_or_default();
         let reason = format!(
             "a pressure whose rim moves freely has no potential, by which emulators learn and answers are refined; {solve}; for \
-             other commands hold the rim, or write a `traction`"
+             other commands hold the rim, or write rim = \"closed\" for a lid that moves with it"
         );
         Err(self.source.error(&["loads", &number.to_string(), "rim"], reason))
     }
@@ -35,9 +36,7 @@ impl Case {
             let facets = mesh.facet_sets().get(name).into_iter().flatten();
             let nodes: Vec<usize> = facets.flat_map(|&f| mesh.nodes_of_facet(f)).collect();
             if body.followers.iter().any(|follower| follower.nodes == nodes) {
-                let reason = format!(
-                    "the rim of `{name}` moves freely; hold it, close the surface, or {LOOSE}"
-                );
+                let reason = format!("the rim of `{name}` moves freely; hold it, or {LOOSE}");
                 return Err(self.source.error(&["loads", &number.to_string()], reason));
             }
         }
@@ -46,5 +45,5 @@ impl Case {
 }
 
 /// Advice about a pressure whose rim moves freely.
-pub(super) const LOOSE: &str = "write rim = \"loose\" beside the pressure: the body is then solved by a balance of forces, \
-                                and no emulator is trained on it";
+pub(super) const LOOSE: &str = "write rim = \"closed\" beside the pressure for a lid that moves with it, or rim = \"loose\": the \
+                                body is then solved by a balance of forces, and no emulator is trained on it";

@@ -260,6 +260,15 @@ fn bodies_without_a_potential_are_balances_and_refused_elsewhere() {
     // A rim that is held needs no balance though it may be loose.
     let held = "{ clamped = \"x_min\" }, { clamped = \"x_max\" }, { clamped = \"y_min\" }, { clamped = \"y_max\" }";
     assert!(case(&BENT.replace("{ clamped = \"x_min\" }", held)).body().is_ok());
+    // A lid that moves with the rim gives it a potential.
+    refusal(BENT, &["rim = \"closed\""]);
+    refusal(&silent, &["rim = \"closed\"", "lid"]);
+    let closed = case(&BENT.replace("loose", "closed")).body().unwrap();
+    assert_eq!((closed.has_potential(), closed.pressures[0].lids.len()), (true, 1));
+    let traction = BENT.replace("pressure = \"p\"", "traction = [0.0, 0.0, 1.0]");
+    let traction = traction.replace("loose", "closed").replace(", p = [0.05, 0.2]", "");
+    refusal(&traction, &["loads.0.rim", "only a `pressure`"]);
+    refusal(&BENT.replace("loose", "open"), &["loads.0.rim", "closed"]);
     // Of two pressures the one that says nothing is told.
     let two = BENT.replace("loads = [", "loads = [{ pressure = 0.1, facets = \"z_max\" }, ");
     refusal(&two, &["loads.0", "`z_max`"]);

@@ -85,6 +85,23 @@ fn of_hexahedra() {
     check_both("Q1 shell", sphere_octant([1.0, 2.0], [1, 2]).hexahedra(), 0.03);
 }
 
+/// A side of a block under the pressure behind a lid over its rim.
+#[test]
+fn of_lids() {
+    let lidded = |mesh: AnyMesh| {
+        let mut scene = loaded(mesh);
+        let magnitude = Magnitude::Fixed(0.8);
+        scene.loads.push(Load::CavityPressure { facets: "z_max".into(), magnitude });
+        scene
+    };
+    let block = || box_tetrahedra([1.0; 3], [2, 2, 1]).distorted(3, 0.3);
+    check("P1", &lidded(block().into()).lower().unwrap(), 0.03);
+    check("P1 averaged", &lidded(block().into()).averaged().lower().unwrap(), 0.03);
+    check("P2", &lidded(block().quadratic().into()).lower().unwrap(), 0.02);
+    let hexahedra = box_hexahedra([1.0; 3], [2, 2, 1]).distorted(3, 0.3);
+    check("Q1", &lidded(hexahedra.into()).lower().unwrap(), 0.03);
+}
+
 #[test]
 fn of_triangles() {
     let mesh = rectangle_triangles([1.0; 2], [3, 3]).distorted(3, 0.3);
