@@ -58,6 +58,14 @@ impl Field {
         self.select(&source)
     }
 
+    /// Adds rows of zeros up to so many.
+    pub(crate) fn resize(&mut self, rows: usize) {
+        match &mut self.values {
+            FieldValues::Float(values) => values.resize(rows * self.components, 0.0),
+            FieldValues::Integer(values) => values.resize(rows * self.components, 0),
+        }
+    }
+
     pub(crate) fn as_labels(&self) -> Option<&[i64]> {
         match &self.values {
             FieldValues::Integer(values) if self.components == 1 => Some(values),

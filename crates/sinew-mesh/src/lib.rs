@@ -93,6 +93,7 @@ mod naming;
 mod prolongation;
 mod quadratic;
 mod quality;
+mod regions;
 mod selection;
 mod surface;
 mod topology;
@@ -111,7 +112,7 @@ pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
 pub use io::{
     MixedMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_merged,
     read_mesh, read_npy, to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu,
-    to_vtu_with, write_pvd, write_surface, write_vtu,
+    to_vtu_with, write_carp, write_pvd, write_surface, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,

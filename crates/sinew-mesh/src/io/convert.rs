@@ -39,6 +39,8 @@ pub(crate) fn to_mesh<const N: usize>(
         coincident_nodes,
         merged_nodes,
         left_out: std::mem::take(&mut grid.left_out),
+        notes: std::mem::take(&mut grid.notes),
+        in_micrometres: grid.in_micrometres,
         ..ReadReport::default()
     };
     for (name, facets) in named_facets(&grid, &sorted, &matched) {

@@ -25,6 +25,10 @@ pub(crate) struct UnstructuredGrid {
     pub sides: BTreeMap<String, Vec<(usize, usize)>>,
     /// Arrays and elements that the reader left out, a phrase each.
     pub left_out: Vec<String>,
+    /// Other remarks of the reader, a phrase each.
+    pub notes: Vec<String>,
+    /// Whether the reader took the file's lengths for µm, and made mm of them.
+    pub in_micrometres: bool,
     /// Whether nodes at one place become one.
     pub merge: bool,
     /// Place of the points, for errors.
@@ -46,6 +50,8 @@ impl Default for UnstructuredGrid {
             node_sets: BTreeMap::new(),
             sides: BTreeMap::new(),
             left_out: Vec::new(),
+            notes: Vec::new(),
+            in_micrometres: false,
             merge: false,
             points_at: Place::default(),
             cells_at: Place::default(),

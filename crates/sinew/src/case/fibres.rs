@@ -226,7 +226,10 @@ pub(super) fn directions(
     for index in 0..columns[0].len() {
         let given: Vec<_> = columns.iter().map(|column| column[index]).collect();
         let frame = completed(&given);
-        let frame = frame.map_err(|reason| error("field", format!("row {index}: {reason}")))?;
+        let frame = frame.map_err(|reason| {
+            let cut = "; cells without fibres are cut away by `keep` under [mesh]";
+            error("field", format!("row {index}: {reason}{cut}"))
+        })?;
         directions.extend_from_slice(&frame[..law.directions]);
     }
     Ok(directions)
