@@ -177,6 +177,7 @@ fn points(cursor: &mut Cursor<'_>, grid: &mut UnstructuredGrid) -> Result<(), Pr
 /// A word for the type, the nodes, and the label of a region, if any.
 fn elements(cursor: &mut Cursor<'_>, grid: &mut UnstructuredGrid) -> Result<(), Problem> {
     let count = header(cursor, "the number of elements")?;
+    grid.cells_at = cursor.here();
     let mut labels: Vec<Option<i64>> = Vec::new();
     rows(cursor, "elements", count, |words| {
         element(words, grid)?;
@@ -224,12 +225,11 @@ fn element(words: Words<'_, '_>, grid: &mut UnstructuredGrid) -> Result<i64, Pro
 fn fibres(cursor: &mut Cursor<'_>, grid: &mut UnstructuredGrid) -> Result<(), Problem> {
     let what = "the number of directions per element";
     let start = cursor.position();
-    let axes = match words(cursor).map(Iterator::count) {
+    let columns = words(cursor).map(Iterator::count);
+    cursor.rewind(start);
+    let axes = match columns {
         Some(columns @ (3 | 6)) => columns / 3,
-        _ => {
-            cursor.rewind(start);
-            header(cursor, what)?
-        }
+        _ => header(cursor, what)?,
     };
     if !(1..=DIRECTIONS.len()).contains(&axes) {
         let value = axes.try_into().unwrap_or(i64::MAX);
