@@ -1,7 +1,9 @@
 //! Regions of a mesh by sets and labels of its cells: what they hold, the facets between them, and parts cut out.
 
+use crate::field::are_labels;
 use crate::topology::{FacetKey, facet_key, facets};
 use crate::{Defect, Facet, Mesh, SelectionError, boundary_facets, remove_unused_nodes};
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// Begins the names of the facet sets behind which a region was cut away.
@@ -10,9 +12,6 @@ const CUT: &str = "cut:";
 /// Stands for the space around a mesh.
 const OUTSIDE: &str = "outside";
 
-/// A field with more labels than this is taken for numbering.
-const MOST_LABELS: usize = 64;
-
 /// Cells of a region, and facets of others behind which it was cut away.
 struct Region {
     inside: Vec<bool>,
@@ -20,32 +19,32 @@ struct Region {
 }
 
 impl<const N: usize> Mesh<N> {
-    /// The cells of a named set, or of a label: `region:3` are those at which the integer cell field `region` is 3. The field may be
-    /// left out, `3`, where it is called `region` or is the only one. `None` where the mesh has neither, or no cell has the label.
+    /// The cells of a named set, or of a label: `region:3` are those at which the cell field `region` of whole numbers is 3. The field
+    /// may be left out, `3`, where it is called `region` or is the only one. `None` where the mesh has neither, or no cell has the label.
     pub fn cells_of(&self, name: &str) -> Option<Vec<usize>> {
         if let Some(cells) = self.cell_sets.get(name) {
             return Some(cells.clone());
         }
         let name = self.full_name(name);
         let (field, label) = name.rsplit_once(':')?;
-        let (labels, label) = (self.cell_fields.get(field)?.as_labels()?, label.parse().ok()?);
+        let (labels, label) = (self.cell_fields.get(field)?.to_labels()?, label.parse().ok()?);
         let cells: Vec<usize> = (0..labels.len()).filter(|&cell| labels[cell] == label).collect();
         (!cells.is_empty()).then_some(cells)
     }
 
-    /// Names that [`Mesh::cells_of`] knows, but for those of fields with more than 64 labels.
+    /// Names that [`Mesh::cells_of`] knows, but for those of fields that number the cells.
     pub fn names_of_cells(&self) -> Vec<String> {
         let labelled = self.labels().flat_map(|(name, labels)| {
             let all: BTreeSet<i64> = labels.iter().copied().collect();
-            let few = all.len() <= MOST_LABELS;
+            let few = are_labels(all.len(), labels.len());
             all.into_iter().filter(move |_| few).map(move |label| format!("{name}:{label}"))
         });
         self.cell_sets.keys().cloned().chain(labelled).collect()
     }
 
-    /// Integer cell fields with one component.
-    fn labels(&self) -> impl Iterator<Item = (&String, &[i64])> {
-        self.cell_fields.iter().filter_map(|(name, field)| Some((name, field.as_labels()?)))
+    /// Cell fields of whole numbers.
+    fn labels(&self) -> impl Iterator<Item = (&String, Cow<'_, [i64]>)> {
+        self.cell_fields.iter().filter_map(|(name, field)| Some((name, field.to_labels()?)))
     }
 
     /// A name of cells, with the field of a bare label.
@@ -102,7 +101,7 @@ impl<const N: usize> Mesh<N> {
         }
         for (name, labels) in self.labels() {
             let own: BTreeSet<i64> = cut.keys().map(|gone| labels[gone.cell]).collect();
-            for (gone, &facet) in cut.iter().filter(|_| own.len() <= MOST_LABELS) {
+            for (gone, &facet) in cut.iter().filter(|_| are_labels(own.len(), cut.len())) {
                 add(&format!("{name}:{}", labels[gone.cell]), facet);
             }
         }

@@ -19,3 +19,4 @@ mod round_trip;
 mod selection;
 mod surfaces;
 mod unread;
+mod writers;

@@ -142,6 +142,14 @@ impl MeshSource {
             return Ok(());
         }
         let file = self.file.as_deref().unwrap_or(Path::new("the mesh"));
+        if x.min(y) <= SURFACE_HEIGHT * x.max(y).max(z) {
+            let plane = if x < y { "y–z" } else { "x–z" };
+            let reason = format!(
+                "{} is a plane mesh in the plane {plane}, and a plane body lies in x–y: turn it there in the program that made it",
+                file.display()
+            );
+            return Err(self.file_error(source, reason));
+        }
         let rim = mesh.boundary_facets().len();
         let advice = if rim == 0 {
             "fill it with tetrahedra first, for example by gmsh, TetGen or fTetWild. The wall of a ventricle is filled between \
