@@ -3,7 +3,7 @@
 
 use sinew::{Body, Case, Options, Solver};
 use sinew_mesh::{Field, TetMesh, box_tetrahedra, enclosed_volume, read_mesh, write_carp};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Edge of a cube \[mm\].
@@ -71,11 +71,11 @@ rv.between = [12, 2]
 valves.any = [{ between = [1, 3] }, { between = [2, 4] }]
 "#;
 
-fn written(folder: &Path, case: &str) -> Case {
+fn written(folder: &Path, case: &str) -> PathBuf {
     write_carp(folder.join("heart"), &heart()).unwrap();
     let file = folder.join("case.toml");
     std::fs::write(&file, case).unwrap();
-    Case::read(&file).unwrap()
+    file
 }
 
 fn inflated(body: &Body) -> Vec<f64> {
@@ -85,7 +85,7 @@ fn inflated(body: &Body) -> Vec<f64> {
 #[test]
 fn ventricles_cut_out_of_a_heart_inflate_like_a_wall_made_alone() {
     let folder = tempfile::tempdir().unwrap();
-    let cut = written(folder.path(), &format!("{LAW}{CUT}")).body().unwrap();
+    let cut = Case::read(&written(folder.path(), &format!("{LAW}{CUT}"))).unwrap().body().unwrap();
     let made = Case::parse(&format!("{LAW}[mesh]"), "made").unwrap().on(ventricles().into());
     let made = made.body().unwrap();
     assert_eq!(cut.positions, made.positions);
@@ -184,4 +184,17 @@ fn the_program_tells_units_fibres_and_cuts() {
     assert!(!told.contains("converted to mm"), "{told}");
     let (code, told) = solve(whole.replace("\"heart\"", "\"hart\""), &[]);
     assert!(code == Some(2) && told.contains("there is no file hart"), "{told}");
+}
+
+#[test]
+fn a_plane_mesh_that_stands_upright_is_told_apart_from_a_surface() {
+    for file in ["gmsh_plane_xz.msh", "abaqus_plane_xz.inp", "pyvista_plane_xz.vtu"] {
+        let path = format!("{}/../../fixtures/writers/{file}", env!("CARGO_MANIFEST_DIR"));
+        let case = format!(
+            "law = \"linear-elastic-plane-stress\"\nsupports = [{{ clamped = \"left\" }}]\nmesh.file = \"{path}\"\n\
+             parameters = {{ mu = [1.0, 2.0], lambda = [1.0, 2.0] }}\nselect.left.nearest = [0.0, 0.0, 0.0]\n"
+        );
+        let error = Case::parse(&case, "plate.toml").unwrap().body().unwrap_err().to_string();
+        assert!(error.contains("in the plane x–z") && error.contains("lies in x–y"), "{error}");
+    }
 }
