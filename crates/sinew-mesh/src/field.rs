@@ -69,14 +69,6 @@ impl Field {
         self.select(&source)
     }
 
-    /// Adds rows of zeros up to so many.
-    pub(crate) fn resize(&mut self, rows: usize) {
-        match &mut self.values {
-            FieldValues::Float(values) => values.resize(rows * self.components, 0.0),
-            FieldValues::Integer(values) => values.resize(rows * self.components, 0),
-        }
-    }
-
     /// Whole numbers, one per row.
     pub(crate) fn to_labels(&self) -> Option<Cow<'_, [i64]>> {
         let is_label = |x: &f64| x.fract() == 0.0 && x.abs() < MOST_EXACT;

@@ -227,11 +227,6 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
         _ if obj::looks_like_it(content) => obj::parse(bytes),
         // Binary STL with a wrong length is recognised by its name only.
         _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(bytes),
-        _ if [".bpts", ".belem", ".blon"].iter().any(|ending| file.ends_with(ending)) => {
-            let (what, value) = ("the format", "CARP in binary".into());
-            let advice = "write it as text with `meshtool convert -ofmt=carp_txt`";
-            Err((Place::default(), Problem::Unsupported { what, value, advice }))
-        }
         _ => Err((Place::default(), Problem::UnknownFormat)),
     }
 }

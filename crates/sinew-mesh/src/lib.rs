@@ -49,21 +49,22 @@
 //! | PVD | | [`write_pvd`] |
 //! | gmsh MSH, text and binary | 2.2, 4.1, with parametric nodes or in partitions | |
 //! | Abaqus and CalculiX input (inp) | one body, flat or as one part with one instance, either with the mesh | |
+//! | CARP of openCARP (`.pts` in µm, `.elem`, `.lon`, `.surf`, `.vtx`) | by any of the first three or the name without ending | [`write_carp`] |
 //! | NumPy npy | floats, integers, booleans; both byte orders | [`to_npy`] |
 //!
 //! [`read`] and [`read_mesh`] tell the format by the content; both
 //! read quadratic cells and hexahedra too. Solid cells with negative volume are repaired and counted
 //! in the [`ReadReport`], as are nodes of no cell, which are left out, and nodes at the place of another, which [`read_merged`]
 //! makes one. Triangles among tetrahedra (quadrilaterals among hexahedra) become facet
-//! sets: named by gmsh's physical groups, or by the values of integer cell fields
+//! sets: named by gmsh's physical groups, or by the values of cell fields of whole numbers
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
 //! [`Mesh::nodes_where_nonzero`]. The sets and surfaces of an Abaqus file keep their names: `*NSET` names nodes, `*ELSET` cells (or
 //! facets, of shells on a solid), `*SURFACE` facets; keywords that make nodes or bring them from other files are refused. Where
-//! a file has no sets, a [`Selection`] names them by place. Polygons and strips of surfaces are read as triangles, voxels as
+//! a file has no sets, a [`Selection`] names them by place, or between two regions; [`Mesh::keep`] cuts regions out. Polygons and strips of surfaces are read as triangles, voxels as
 //! hexahedra, Lagrange cells of first and second order as the cells that they equal. Arrays of text and bits, element data of
 //! the boundary alone, masses, springs, reference points and elements of an Abaqus assembly are left out; the report names
 //! them. Other cells, and cells folded over, are refused with advice; so are XDMF, FEBio, DOLFIN XML, Nastran, LS-DYNA, MEDIT,
-//! PLY, HDF5, Exodus and Netgen files, by name.
+//! PLY, OFF, HDF5, Exodus, Netgen, I-DEAS universal, SU2 and Tecplot files, by name.
 //!
 //! ## Sets in VTK files
 //!

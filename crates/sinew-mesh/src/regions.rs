@@ -13,10 +13,7 @@ const CUT: &str = "cut:";
 const OUTSIDE: &str = "outside";
 
 /// Cells of a region, and facets of others behind which it was cut away.
-struct Region {
-    inside: Vec<bool>,
-    behind: HashSet<Facet>,
-}
+type Region = (HashSet<usize>, HashSet<Facet>);
 
 impl<const N: usize> Mesh<N> {
     /// The cells of a named set, or of a label: `region:3` are those at which the cell field `region` of whole numbers is 3. The field
@@ -43,24 +40,18 @@ impl<const N: usize> Mesh<N> {
     }
 
     /// Cell fields of whole numbers.
-    fn labels(&self) -> impl Iterator<Item = (&String, Cow<'_, [i64]>)> {
-        self.cell_fields.iter().filter_map(|(name, field)| Some((name, field.to_labels()?)))
+    fn labels(&self) -> impl Iterator<Item = (&str, Cow<'_, [i64]>)> {
+        self.cell_fields
+            .iter()
+            .filter_map(|(name, field)| Some((name.as_str(), field.to_labels()?)))
     }
 
     /// A name of cells, with the field of a bare label.
     fn full_name(&self, name: &str) -> String {
-        let fields: Vec<&String> = self.labels().map(|(field, _)| field).collect();
-        let field = fields.iter().find(|field| *field == &"region" || fields.len() == 1);
-        match (field, name.parse::<i64>()) {
-            (Some(field), Ok(label)) if !self.cell_sets.contains_key(name) => {
-                format!("{field}:{label}")
-            }
-            _ => name.to_string(),
-        }
-    }
-
-    fn unknown_cells(&self, name: &str) -> SelectionError {
-        SelectionError::UnknownCells { name: name.into(), known: self.names_of_cells() }
+        let fields: Vec<&str> = self.labels().map(|(field, _)| field).collect();
+        let field = fields.iter().find(|field| **field == "region" || fields.len() == 1);
+        let field = field.filter(|_| name.parse::<i64>().is_ok());
+        field.map_or(name.into(), |field| format!("{field}:{name}"))
     }
 
     /// Cuts all cells away but those of these sets and labels ([`Mesh::cells_of`]). Sets and fields keep what is left; a facet between
@@ -71,61 +62,50 @@ impl<const N: usize> Mesh<N> {
     /// [`SelectionError::UnknownCells`], no names, a mesh that violates [`Mesh::check`].
     pub fn keep<S: AsRef<str>>(&mut self, names: &[S]) -> Result<(), SelectionError> {
         self.check()?;
-        let mut stays = vec![false; self.cells.len()];
-        for name in names.iter().map(AsRef::as_ref) {
-            let cells = self.cells_of(name).ok_or_else(|| self.unknown_cells(name))?;
-            cells.into_iter().for_each(|cell| stays[cell] = true);
+        let mut kept = BTreeSet::new();
+        for name in names {
+            let cells = self.cells_of(name.as_ref());
+            kept.extend(cells.ok_or_else(|| self.unknown_cells(name.as_ref()))?);
         }
-        let kept: Vec<usize> = (0..stays.len()).filter(|&cell| stays[cell]).collect();
         if kept.is_empty() {
             return Err(Defect::NoCells { wanted: Self::ELEMENT.plural }.into());
         }
         let (staying, going): (Vec<Facet>, Vec<Facet>) =
-            facets(self).partition(|facet| stays[facet.cell]);
-        let behind: HashMap<FacetKey, Facet> =
-            going.into_iter().map(|facet| (facet_key(self, facet), facet)).collect();
-        let twin = |facet: Facet| Some((*behind.get(&facet_key(self, facet))?, facet));
-        let cut: HashMap<Facet, Facet> = staying.into_iter().filter_map(twin).collect();
+            facets(self).partition(|facet| kept.contains(&facet.cell));
+        let by_key = |facet: Facet| (facet_key(self, facet), facet);
+        let going: HashMap<FacetKey, Facet> = going.into_iter().map(by_key).collect();
+        let behind = |facet: Facet| Some((*going.get(&facet_key(self, facet))?, facet));
+        let cut: HashMap<Facet, Facet> = staying.into_iter().filter_map(behind).collect();
 
         let mut sets = std::mem::take(&mut self.facet_sets);
+        sets.values_mut().flatten().for_each(|facet| *facet = *cut.get(facet).unwrap_or(facet));
+        for name in self.names_of_cells() {
+            let cells = self.cells_of(&name).unwrap_or_default();
+            let gone = cut.iter().filter(|(gone, _)| cells.binary_search(&gone.cell).is_ok());
+            sets.entry(format!("{CUT}{name}")).or_default().extend(gone.map(|(_, facet)| *facet));
+        }
+        let kept: Vec<usize> = kept.into_iter().collect();
+        let place = |cell: usize| kept.binary_search(&cell).ok();
         for set in sets.values_mut() {
-            set.iter_mut().for_each(|facet| *facet = *cut.get(facet).unwrap_or(facet));
-        }
-        let mut add = |name: &str, facet: Facet| {
-            sets.entry(format!("{CUT}{name}")).or_default().push(facet);
-        };
-        for (gone, &facet) in &cut {
-            let of = |set: &[usize]| set.binary_search(&gone.cell).is_ok();
-            let named = self.cell_sets.iter().filter(|(_, set)| of(set));
-            named.for_each(|(name, _)| add(name, facet));
-        }
-        for (name, labels) in self.labels() {
-            let own: BTreeSet<i64> = cut.keys().map(|gone| labels[gone.cell]).collect();
-            for (gone, &facet) in cut.iter().filter(|_| are_labels(own.len(), cut.len())) {
-                add(&format!("{name}:{}", labels[gone.cell]), facet);
-            }
-        }
-
-        let mut place = vec![0; stays.len()];
-        kept.iter().enumerate().for_each(|(new, &old)| place[old] = new);
-        for set in sets.values_mut() {
-            set.retain(|facet| stays[facet.cell]);
-            set.iter_mut().for_each(|facet| facet.cell = place[facet.cell]);
-            set.sort_unstable();
-            set.dedup();
+            let placed = |facet: &Facet| Some(Facet { cell: place(facet.cell)?, ..*facet });
+            let own: BTreeSet<Facet> = set.iter().filter_map(placed).collect();
+            *set = own.into_iter().collect();
         }
         for set in self.cell_sets.values_mut() {
-            set.retain(|&cell| stays[cell]);
-            set.iter_mut().for_each(|cell| *cell = place[*cell]);
+            *set = set.iter().filter_map(|&cell| place(cell)).collect();
         }
         self.cells = kept.iter().map(|&cell| self.cells[cell]).collect();
         self.cell_fields.values_mut().for_each(|field| *field = field.select(&kept));
-        self.facet_sets = sets;
         remove_unused_nodes(self);
-        self.facet_sets.retain(|_, set| !set.is_empty());
+        sets.retain(|_, set| !set.is_empty());
+        self.facet_sets = sets;
         self.cell_sets.retain(|_, set| !set.is_empty());
         self.node_sets.retain(|_, set| !set.is_empty());
         Ok(())
+    }
+
+    fn unknown_cells(&self, name: &str) -> SelectionError {
+        SelectionError::UnknownCells { name: name.into(), known: self.names_of_cells() }
     }
 
     /// See [`Selection::between`](crate::Selection::between).
@@ -135,33 +115,30 @@ impl<const N: usize> Mesh<N> {
     ) -> Result<Vec<Facet>, SelectionError> {
         let (one, other) = (self.region(one)?, self.region(other)?);
         let of = |a: &Region, b: &Region, facet: &Facet| {
-            a.inside[facet.cell] && !b.inside[facet.cell] && !a.behind.contains(facet)
+            a.0.contains(&facet.cell) && !b.0.contains(&facet.cell) && !a.1.contains(facet)
         };
         let ours = facets(self).filter(|facet| of(&one, &other, facet));
         let ours: HashMap<FacetKey, Facet> =
             ours.map(|facet| (facet_key(self, facet), facet)).collect();
         let theirs = facets(self).filter(|facet| of(&other, &one, facet));
         let shared = theirs.filter_map(|facet| ours.get(&facet_key(self, facet)).copied());
-        let beyond = other.behind.iter().filter(|facet| of(&one, &other, facet));
-        let before = one.behind.iter().filter(|facet| of(&other, &one, facet));
-        Ok(shared.chain(beyond.copied()).chain(before.copied()).collect())
+        let cut = [(&one, &other), (&other, &one)].into_iter();
+        let cut = cut.flat_map(|(a, b)| b.1.iter().copied().filter(|facet| of(a, b, facet)));
+        Ok(shared.chain(cut).collect())
     }
 
     fn region(&self, name: &str) -> Result<Region, SelectionError> {
-        let behind = self.facet_sets.get(&format!("{CUT}{}", self.full_name(name)));
         let cells = self.cells_of(name);
-        let behind: HashSet<Facet> = match (behind, &cells) {
-            (Some(facets), _) => facets.iter().copied().collect(),
-            (None, Some(_)) => HashSet::new(),
-            (None, None) if name == OUTSIDE => {
+        let behind = match self.facet_sets.get(&format!("{CUT}{}", self.full_name(name))) {
+            Some(facets) => facets.clone(),
+            None if cells.is_some() => Vec::new(),
+            None if name == OUTSIDE => {
                 let cuts = self.facet_sets.iter().filter(|(name, _)| name.starts_with(CUT));
                 let cut: HashSet<&Facet> = cuts.flat_map(|(_, facets)| facets).collect();
                 boundary_facets(self).into_iter().filter(|facet| !cut.contains(facet)).collect()
             }
-            (None, None) => return Err(self.unknown_cells(name)),
+            None => return Err(self.unknown_cells(name)),
         };
-        let mut inside = vec![false; self.cells.len()];
-        cells.into_iter().flatten().for_each(|cell| inside[cell] = true);
-        Ok(Region { inside, behind })
+        Ok((cells.into_iter().flatten().collect(), behind.into_iter().collect()))
     }
 }

@@ -1,8 +1,8 @@
 //! Writing of CARP meshes.
 
-use super::carp::{DIRECTIONS, ELEMENTS, PER_MM, REGION, with};
+use super::carp::{DIRECTIONS, PER_MM, REGION, with};
 use crate::{Mesh, MeshError, Problem};
-use std::fmt::Write;
+use std::fmt::Display;
 use std::path::Path;
 
 /// Writes the files of a CARP mesh, whose path is given without ending: `.pts` in µm, of a mesh in mm, and `.elem` with the labels
@@ -23,62 +23,54 @@ use std::path::Path;
 /// Quadratic cells, of which CARP has none; a mesh that violates [`Mesh::check`]; files that cannot be written.
 pub fn write_carp<const N: usize>(stem: impl AsRef<Path>, mesh: &Mesh<N>) -> Result<(), MeshError> {
     mesh.check()?;
-    let kind = Mesh::<N>::ELEMENT;
-    let word = |vtk: u8| ELEMENTS.iter().find(|(_, of, _)| *of == vtk).map(|(word, ..)| *word);
-    let (Some(cell_word), Some(facet_word)) = (word(kind.vtk_type), word(kind.facet_vtk_type))
-    else {
-        let (what, value) = ("the kind of cell", kind.name.into());
-        let advice = "CARP has linear cells only: write the mesh before it is made quadratic";
-        return Err(MeshError::Cells(Box::new(Problem::Unsupported { what, value, advice })));
+    let (word, facet_word) = match N {
+        3 => ("Tr ", "Ln "),
+        4 => ("Tt ", "Tr "),
+        8 => ("Hx ", "Qd "),
+        _ => {
+            let (what, value) = ("the kind of cell", Mesh::<N>::ELEMENT.name.into());
+            let advice = "CARP has linear cells only: write the mesh before it is made quadratic";
+            return Err(MeshError::Cells(Box::new(Problem::Unsupported { what, value, advice })));
+        }
     };
-    let save =
-        |ending: &str, text: String| super::save(&with(stem.as_ref(), ending), text.as_bytes());
-    let row = |numbers: &mut dyn Iterator<Item = f64>| {
-        numbers.map(|x| x.to_string()).collect::<Vec<_>>().join(" ") + "\n"
-    };
-    let listed = |word: &str, nodes: &[usize]| {
-        nodes.iter().fold(word.to_string(), |line, node| format!("{line} {node}"))
-    };
-
-    let mut points = format!("{}\n", mesh.points.len());
-    points.extend(mesh.points.iter().map(|x| row(&mut x.iter().map(|x| x * PER_MM))));
-    save("pts", points)?;
-
+    let file = |ending: &str| with(stem.as_ref(), ending);
+    let points = mesh.points.iter().map(|x| x.map(|x| x * PER_MM).to_vec());
+    save(&file("pts"), mesh.points.len(), "", points)?;
     let labels = mesh.cell_fields.get(REGION).and_then(|field| field.as_labels());
-    let mut elements = format!("{}\n", mesh.cells.len());
-    for (index, cell) in mesh.cells.iter().enumerate() {
-        let mut nodes = cell.to_vec();
+    let elements = mesh.cells.iter().enumerate().map(|(index, cell)| {
+        let mut row: Vec<i64> = cell.iter().map(|&node| node as i64).collect();
         if N == 8 {
-            nodes.swap(5, 7);
+            row.swap(5, 7);
         }
-        elements += &listed(cell_word, &nodes);
-        if let Some(labels) = labels {
-            let _ = write!(elements, " {}", labels[index]);
-        }
-        elements.push('\n');
+        row.extend(labels.map(|labels| labels[index]));
+        row
+    });
+    save(&file("elem"), mesh.cells.len(), word, elements)?;
+    let fields = DIRECTIONS.map(|name| mesh.cell_fields.get(name)?.to_vectors::<3>());
+    let columns: Vec<_> = fields.into_iter().map_while(|column| column).collect();
+    let rows = (0..mesh.cells.len()).map(|cell| columns.iter().flat_map(|c| c[cell]).collect());
+    if !columns.is_empty() {
+        save::<f64>(&file("lon"), columns.len(), "", rows)?;
     }
-    save("elem", elements)?;
-
-    let directions =
-        DIRECTIONS.iter().map_while(|name| mesh.cell_fields.get(*name)?.to_vectors::<3>());
-    let directions: Vec<Vec<[f64; 3]>> = directions.collect();
-    if !directions.is_empty() {
-        let mut text = format!("{}\n", directions.len());
-        let of_cell = |cell: usize| row(&mut directions.iter().flat_map(|rows| rows[cell]));
-        text.extend((0..mesh.cells.len()).map(of_cell));
-        save("lon", text)?;
-    }
-    for (name, facets) in mesh.facet_sets.iter().filter(|_| kind.dimension == 3) {
-        let mut text = format!("{}\n", facets.len());
-        for &facet in facets {
-            text += &(listed(facet_word, &mesh.nodes_of_facet(facet).collect::<Vec<_>>()) + "\n");
-        }
-        save(&format!("{name}.surf"), text)?;
+    for (name, facets) in mesh.facet_sets.iter().filter(|_| N > 3) {
+        let rows = facets.iter().map(|&facet| mesh.nodes_of_facet(facet).collect());
+        save(&file(&format!("{name}.surf")), facets.len(), facet_word, rows)?;
     }
     for (name, nodes) in &mesh.node_sets {
-        let mut text = format!("{}\nextra\n", nodes.len());
-        text.extend(nodes.iter().map(|node| format!("{node}\n")));
-        save(&format!("{name}.vtx"), text)?;
+        let rows = nodes.iter().map(|&node| vec![node]);
+        save(&file(&format!("{name}.vtx")), format!("{}\nextra", nodes.len()), "", rows)?;
     }
     Ok(())
+}
+
+/// Writes a number, and a line with a word and numbers for each row.
+fn save<T: ToString>(
+    path: &Path,
+    number: impl Display,
+    word: &str,
+    rows: impl Iterator<Item = Vec<T>>,
+) -> Result<(), MeshError> {
+    let joined = |row: Vec<T>| row.iter().map(T::to_string).collect::<Vec<_>>().join(" ");
+    let rows: String = rows.map(|row| format!("{word}{}\n", joined(row))).collect();
+    super::save(path, format!("{number}\n{rows}").as_bytes())
 }

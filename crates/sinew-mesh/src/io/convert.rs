@@ -36,7 +36,6 @@ pub(crate) fn to_mesh<const N: usize>(
         coincident_nodes,
         merged_nodes,
         left_out: std::mem::take(&mut grid.left_out),
-        notes: std::mem::take(&mut grid.notes),
         in_micrometres: grid.in_micrometres,
         ..ReadReport::default()
     };
@@ -187,7 +186,7 @@ fn match_facets<const N: usize>(mesh: &Mesh<N>, boundary_cells: &[(usize, FacetK
 type Facets = BTreeMap<usize, Option<Facet>>;
 
 /// Facets by the names of groups and sides. Without groups each value of an integer cell field names those that have it, such
-/// as `region:1`; without such a field all are `facets`, and whole numbers of real fields name some of them.
+/// as `region:1`; without such a field all are `facets`; whole numbers of real fields name some too.
 fn named_facets<const N: usize>(
     grid: &UnstructuredGrid,
     sorted: &SortedCells<N>,
@@ -200,27 +199,23 @@ fn named_facets<const N: usize>(
             named.entry(name.clone()).or_default().push(*facet);
         }
     }
-    for is_integer in [true, false] {
-        if !named.is_empty() || matched.is_empty() {
-            break;
-        }
-        if !is_integer {
-            named.insert("facets".into(), matched.values().copied().collect());
-        }
+    if named.is_empty() && !matched.is_empty() {
+        let mut all = true;
         for (name, field) in &grid.cell_fields {
             let Some(labels) = field.to_labels() else { continue };
-            if field.as_labels().is_some() != is_integer {
-                continue;
-            }
             let own: BTreeSet<i64> = matched.keys().map(|&index| labels[index]).collect();
-            if are_labels(own.len(), matched.len()) {
-                for (&index, facet) in matched {
-                    named.entry(format!("{name}:{}", labels[index])).or_default().push(*facet);
-                }
-            } else {
+            if !are_labels(own.len(), matched.len()) {
                 let what = "facet sets by the field";
                 left_out.push(format!("{what} `{name}`, a numbering of {} values,", own.len()));
+                continue;
             }
+            all &= field.as_labels().is_none();
+            for (&index, facet) in matched {
+                named.entry(format!("{name}:{}", labels[index])).or_default().push(*facet);
+            }
+        }
+        if all {
+            named.insert("facets".into(), matched.values().copied().collect());
         }
     }
     for (name, sides) in &grid.sides {

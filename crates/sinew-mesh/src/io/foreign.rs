@@ -31,12 +31,7 @@ const FORMATS: [Foreign; 14] = [
     (&[b"ply\n", b"ply\r"], &[], "PLY", "save the surface as .stl or .obj"),
     (&[b"\x89HDF"], &[], "HDF5 (MED, CGNS or the data of XDMF)", BY_MESHIO),
     (&[b"CDF\x01", b"CDF\x02"], &[], "Exodus", BY_MESHIO),
-    (
-        &[b"-1"],
-        &[b"2411", b"2420"],
-        "I-DEAS universal (.unv)",
-        "save it from gmsh or Salome as .msh",
-    ),
+    (&[b"-1"], &[b"2411", b"2420"], "I-DEAS universal (.unv)", "save it as .msh"),
     (&[b"NDIME="], &[], "SU2", BY_MESHIO),
     (&[b"TITLE", b"VARIABLES"], &[b"ZONE"], "Tecplot", BY_MESHIO),
     (&[b"OFF\n", b"OFF\r"], &[], "OFF", "save the surface as .stl or .obj"),

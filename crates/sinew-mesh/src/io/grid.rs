@@ -25,8 +25,6 @@ pub(crate) struct UnstructuredGrid {
     pub sides: BTreeMap<String, Vec<(usize, usize)>>,
     /// Arrays and elements that the reader left out, a phrase each.
     pub left_out: Vec<String>,
-    /// Other remarks of the reader, a phrase each.
-    pub notes: Vec<String>,
     /// Whether the reader took the file's lengths for µm, and made mm of them.
     pub in_micrometres: bool,
     /// Whether nodes at one place become one.
@@ -50,7 +48,6 @@ impl Default for UnstructuredGrid {
             node_sets: BTreeMap::new(),
             sides: BTreeMap::new(),
             left_out: Vec::new(),
-            notes: Vec::new(),
             in_micrometres: false,
             merge: false,
             points_at: Place::default(),

@@ -24,8 +24,6 @@ pub struct ReadReport {
     pub merged_nodes: usize,
     /// Arrays and elements of the file that are nothing of a mesh, such as arrays of text.
     pub left_out: Vec<String>,
-    /// Other remarks, a phrase each, such as elements without fibre.
-    pub notes: Vec<String>,
     /// Whether the file's lengths were taken for µm, the unit of CARP, and converted to mm.
     pub in_micrometres: bool,
 }
@@ -66,8 +64,7 @@ impl ReadReport {
         let counted = some.map(|(count, what, how)| format!("{} {how}", counted(count, what)));
         let left_out = self.left_out.iter().map(|what| format!("{what} left out"));
         let unit = "coordinates converted to mm from µm, the unit of CARP";
-        let unit = self.in_micrometres.then(|| unit.to_string());
-        counted.chain(left_out).chain(unit).chain(self.notes.iter().cloned()).collect()
+        counted.chain(left_out).chain(self.in_micrometres.then(|| unit.into())).collect()
     }
 }
 

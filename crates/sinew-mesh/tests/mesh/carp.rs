@@ -53,13 +53,11 @@ fn any_of_its_files_or_the_bare_name_opens_a_mesh() {
         let fibres = Field::vectors(&[[1.0, 0.0, 0.0], [0.0; 3]]);
         assert_eq!(mesh.cell_fields()["fibre"], fibres);
         let said = [
+            "fibres of 1 of 2 elements, which are zero, left out",
             "coordinates converted to mm from µm, the unit of CARP",
-            "1 of 2 elements without fibre",
         ];
-        assert_eq!(
-            (report.changes(), report.warnings().len()),
-            (said.map(String::from).to_vec(), 0)
-        );
+        let said = said.map(String::from).to_vec();
+        assert_eq!((report.changes(), report.warnings().len()), (said, 0));
     }
     // A folder of that name is no obstacle, nor is a dot in it.
     std::fs::create_dir(folder.path().join("heart")).unwrap();
@@ -72,14 +70,11 @@ fn any_of_its_files_or_the_bare_name_opens_a_mesh() {
 }
 
 #[test]
-fn rows_may_have_more_words_comments_and_blank_lines() {
+fn line_ends_and_forms_of_numbers_do_not_matter() {
     let folder = with(&[
-        (
-            "heart.pts",
-            "# by hand\r\n5 points\r\n0 0 0 a\r\n\r\n1e3 0 0\r\n0 1.0E+3 0\r\n0 0 1000\r\n0 0 -500.5\r\n\r\n",
-        ),
-        ("heart.elem", "2\nTt 0 1 2 3\nTt 0 2 1 4\n"),
-        ("heart.lon", "1 0 0 0 1 0\n0 0 1 1 0 0"),
+        ("heart.pts", "5\r\n0 0 0\r\n\r\n1e3 0 0\r\n0 1.0E+3 0\r\n0 0 1000\r\n0 0 -500.5\r\n\r\n"),
+        ("heart.elem", "2\nTt 0 1 2 3\r\nTt\t0 2 1 4"),
+        ("heart.lon", "2\n1 0 0 0 1 0\n0 0 1 1 0 0"),
     ]);
     let mesh = tets(&folder);
     assert_eq!(mesh.points, tets(&with(&[])).points);
@@ -93,38 +88,23 @@ fn rows_may_have_more_words_comments_and_blank_lines() {
 #[test]
 fn surfaces_and_vertices_are_named_by_their_files() {
     let folder = with(&[
-        ("heart.base.surf", "1\nTr 1 0 3\n"),
+        ("heart.base.surf", "1\nTr 1 0 3 1.5\n"),
+        ("heart.surf", "2\nTr 0 3 2\nTr 4 3 2\n"),
         ("apex.surf.vtx", "2\nextra\n4\n4\n"),
-        ("pacing.vtx", "2\n3\n0\n"),
-        ("both.surf", "1 endo\nTr 0 4 2\n2\nTr 0 3 2\nTr 4 3 2\n"),
+        ("pacing.vtx", "2\nintra\n3\n0\n"),
     ]);
     let (mesh, report) = read_mesh::<4>(folder.path().join("heart.pts")).unwrap();
-    let names = ["base", "both:1", "both:endo"];
+    let names = ["base", "heart"];
     assert_eq!(mesh.facet_sets.keys().collect::<Vec<_>>(), names);
     let corners = names.map(|name| mesh.nodes_of_facets(&mesh.facet_sets[name]));
-    assert_eq!(corners, [vec![0, 1, 3], vec![0, 2, 3], vec![0, 2, 4]]);
+    assert_eq!(corners, [vec![0, 1, 3], vec![0, 2, 3]]);
     assert_eq!((&mesh.node_sets["apex"], &mesh.node_sets["pacing"]), (&vec![4], &vec![0, 3]));
-    assert!(report.warnings()[0].contains("`both:1` lacks 1"), "{report:?}");
+    assert!(report.warnings()[0].contains("`heart` lacks 1"), "{report:?}");
     assert_eq!(mesh.cell_fields["fibre"].rows(), 2);
-}
-
-#[test]
-fn a_file_belongs_to_the_mesh_that_it_is_named_after() {
-    let other =
-        [FILES[0], FILES[1]].map(|(name, text)| (name.replace("heart", "heart_fine"), text));
-    let folder = with(&[
-        (&other[0].0, other[0].1),
-        (&other[1].0, other[1].1),
-        ("heart_fine_endo.surf", "1\nTr 0 2 3\n"),
-        ("heart-epi.surf", "1\nTr 1 2 3\n"),
-        ("base.surf", "1\nTr 1 0 3\n"),
-    ]);
-    let (mesh, report) = read(folder.path().join("heart")).unwrap();
-    assert_eq!(mesh.facet_sets().keys().collect::<Vec<_>>(), ["heart-epi"]);
-    let said = "base.surf, which may be of another mesh of the folder (else call it heart.base.surf), left out";
-    assert_eq!(report.changes()[0], said);
-    let (mesh, _) = read(folder.path().join("heart_fine.elem")).unwrap();
-    assert_eq!(mesh.facet_sets().keys().collect::<Vec<_>>(), ["heart_fine_endo"]);
+    // Beside another mesh only files of the mesh's name are its own.
+    std::fs::write(folder.path().join("fine.pts"), "0\n").unwrap();
+    let (mesh, _) = read_mesh::<4>(folder.path().join("heart.elem")).unwrap();
+    assert!(mesh.facet_sets.len() == 2 && mesh.node_sets.is_empty());
 }
 
 #[test]
@@ -196,10 +176,10 @@ fn hexahedra_are_numbered_as_the_manual_has_them() {
 #[test]
 fn errors_name_file_line_and_way_out() {
     let cases: [(&str, &str, &[&str]); 18] = [
-        ("heart.pts", "6\n0 0 0\n", &["heart.pts", "points: expected 6 of them, found 1"]),
-        ("heart.pts", "1\n0 0 0\n1 1 1\n", &["heart.pts", "expected 1 of them, found 2"]),
-        ("heart.pts", "5\n0 0 0\n1 nan 0\n", &["heart.pts, line 3", "a coordinate in µm", "`nan`"]),
-        ("heart.pts", "5\n0 0 0\n1 0\n", &["heart.pts, line 3", "which is missing"]),
+        ("heart.pts", "6\n0 0 0\n", &["heart.pts", "the declared count is wrong"]),
+        ("heart.pts", "1\n0 0 0\n1 1 1\n", &["heart.pts, line 3", "no more rows", "`1`"]),
+        ("heart.pts", "5\n0 0 0\n1 nan 0\n", &["heart.pts, line 3", "finite", "NaN"]),
+        ("heart.pts", "5\n0 0 0\n1 0\nx", &["heart.pts, line 4", "finite", "`x`"]),
         ("heart.pts", "", &["heart.pts", "the number of points"]),
         (
             "heart.elem",
@@ -216,24 +196,16 @@ fn errors_name_file_line_and_way_out() {
         (
             "heart.elem",
             "2\nTt 0 1 2 3 7\nPy 0 1 2 3 4 7\n",
-            &["heart.elem, line 2", "pyramid", "split"],
+            &["heart.elem, line 3", "`Py`", "split"],
         ),
         ("heart.elem", "1\nTt 0 1 1 3 7\n", &["heart.elem", "cell 0 names node 1 twice"]),
         ("heart.elem", "1\nLn 0 1 7\n", &["heart.elem", "no tetrahedra"]),
-        (
-            "heart.lon",
-            "1\n1 0 0\n",
-            &["heart.lon", "rows of directions: expected 2 of them, found 1"],
-        ),
-        ("heart.lon", "3\n1 0 0\n", &["heart.lon, line 1", "3", "1..=2"]),
-        (
-            "heart.lon",
-            "2\n1 0 0 0 1 0\n1 0 0\n",
-            &["heart.lon, line 3", "component of a direction"],
-        ),
-        ("base.surf", "2\nTr 0 1 3\n", &["base.surf", "an element of the surface"]),
+        ("heart.lon", "1\n1 0 0\n", &["heart.lon, line 3", "three finite numbers"]),
+        ("heart.lon", "3\n1 0 0\n", &["heart.lon, line 1", "1 or 2 directions", "`3`"]),
+        ("heart.lon", "2\n1 0 0 0 1 0\n1 0 0\n", &["heart.lon, line 4", "three finite numbers"]),
+        ("base.surf", "2\nTr 0 1 3\n", &["base.surf", "an element"]),
         ("base.surf", "1\nTt 0 1 2 3\n", &["base.surf, line 2", "a Tr or Qd"]),
-        ("apex.vtx", "2\nintra\n3\n", &["apex.vtx", "vertices: expected 2 of them, found 1"]),
+        ("apex.vtx", "2\nintra\n3\n", &["apex.vtx", "a node"]),
     ];
     for (name, text, parts) in cases {
         let folder = with(&[(name, text)]);
@@ -247,10 +219,6 @@ fn errors_name_file_line_and_way_out() {
     let error = read(folder.path().join("heart")).unwrap_err();
     let MeshError::File { path, .. } = error else { panic!("{error}") };
     assert!(path.ends_with("heart.elem"));
-    let binary = folder.path().join("heart.bpts");
-    std::fs::write(&binary, "5 0\0\0").unwrap();
-    let error = read(binary).unwrap_err().to_string();
-    assert!(error.contains("CARP in binary") && error.contains("meshtool"), "{error}");
 }
 
 /// Damaged meshes for each of five files.
@@ -262,7 +230,7 @@ fn damaged_files() {
     let folder = with(&[
         ("heart.elem", "3\nTt 0 1 2 3 7\nTr 0 1 3 4\nTt 0 2 1 4 10\n"),
         ("heart.lon", "2\n1 0 0 0 1 0\n0 0 0 0 0 0\n0 1 0 0 0 1\n"),
-        ("base.surf", "1\nTr 1 0 3\n1 side\nTr 0 3 2\n"),
+        ("base.surf", "2\nTr 1 0 3\nTr 0 3 2\n"),
         ("apex.vtx", "2\nextra\n4\n3\n"),
     ]);
     let well = Cell::new(0);
@@ -289,7 +257,7 @@ fn damaged_files() {
         std::fs::write(&path, sound).unwrap();
     }
     // Neither are all of them refused, nor none.
-    assert!((1_000..15_000).contains(&well.get()), "{}", well.get());
+    assert!((100..15_000).contains(&well.get()), "{}", well.get());
 }
 
 #[test]

@@ -182,7 +182,7 @@ fn fields_of_writers_are_there() {
     assert_eq!(mesh.nodes_where_nonzero("held").unwrap().len(), 4);
     let (mesh, report) = read(fixture("carp_bar.pts")).unwrap();
     assert_eq!(extents(mesh.points()), [2.0, 1.0, 1.0]);
-    assert_eq!(report.notes, ["6 of 12 elements without fibre"]);
+    assert_eq!(report.left_out, ["fibres of 6 of 12 elements, which are zero,"]);
     assert_eq!(mesh.cell_fields()["sheet"].to_vectors::<3>().unwrap()[0], [0.0, 1.0, 0.0]);
     let (mesh, _) = read(fixture("vtk_labels_and_numbers.vtu")).unwrap();
     assert_eq!(mesh.cell_fields()["stiffness"].to_f64()[0], 0.25);

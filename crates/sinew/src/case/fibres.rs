@@ -226,16 +226,13 @@ pub(super) fn directions(
     for index in 0..columns[0].len() {
         let given: Vec<_> = columns.iter().map(|column| column[index]).collect();
         let frame = completed(&given);
-        let frame = frame.map_err(|reason| {
-            let cut = "; cells without fibres are cut away by `keep` under [mesh]";
-            error("field", format!("row {index}: {reason}{cut}"))
-        })?;
+        let frame = frame.map_err(|reason| error("field", format!("row {index}: {reason}")))?;
         directions.extend_from_slice(&frame[..law.directions]);
     }
     Ok(directions)
 }
 
-const NO_DIRECTION: &str = "a direction without length, or along the one before; give three finite numbers, one of them not 0";
+const NO_DIRECTION: &str = "a direction without length, or along the one before; give three finite numbers, one of them not 0, or cut cells without fibres away by `keep` under [mesh]";
 
 /// Unit vectors along the given directions, made perpendicular in their order, and others that complete the frame.
 fn completed(given: &[[f64; 3]]) -> Result<[[f64; 3]; 3], &'static str> {

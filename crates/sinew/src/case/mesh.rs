@@ -1,7 +1,7 @@
 //! Meshes: from a file, or made.
 
 use super::CaseError;
-use super::source::{CellName, Source, exactly};
+use super::source::{Source, cell_name, exactly};
 use super::units::LENGTH;
 use serde::Deserialize;
 use sinew_energy::listed;
@@ -33,7 +33,7 @@ pub struct MeshSource {
     /// Unit of length of the numbers above and in the file; mm by default, µm of CARP files.
     pub unit: Option<String>,
     /// Sets and labels of the cells that are not cut away; all if none is named.
-    pub keep: Vec<CellName>,
+    pub keep: Vec<toml::Value>,
     /// Whether nodes at the same place in the file become one.
     pub merge: bool,
     /// Changes of the file's mesh by its reader, once a body was made of it.
@@ -142,16 +142,10 @@ impl MeshSource {
             return Ok(());
         }
         let file = self.file.as_deref().unwrap_or(Path::new("the mesh"));
-        if x.min(y) <= SURFACE_HEIGHT * x.max(y).max(z) {
-            let plane = if x < y { "y–z" } else { "x–z" };
-            let reason = format!(
-                "{} is a plane mesh in the plane {plane}, and a plane body lies in x–y: turn it there in the program that made it",
-                file.display()
-            );
-            return Err(self.file_error(source, reason));
-        }
         let rim = mesh.boundary_facets().len();
-        let advice = if rim == 0 {
+        let advice = if x.min(y) <= SURFACE_HEIGHT * z {
+            "a plane body lies in x–y; turn this one there in the program that made it".to_string()
+        } else if rim == 0 {
             "fill it with tetrahedra first, for example by gmsh, TetGen or fTetWild. The wall of a ventricle is filled between \
              its surfaces by `sinew mesh ventricle`"
                 .to_string()
@@ -197,10 +191,11 @@ impl MeshSource {
             mesh.map_points(|x| x.map(|x| scale * x));
         }
         if !self.keep.is_empty() {
-            let names: Vec<&str> = self.keep.iter().map(|name| name.0.as_str()).collect();
+            let names: Vec<String> = self.keep.iter().map(cell_name).collect();
             let all = mesh.cell_count();
             mesh.keep(&names).map_err(|why| source.error(&["mesh", "keep"], why.to_string()))?;
-            report.notes.push(format!("{} of {all} cells kept", mesh.cell_count()));
+            let gone = all - mesh.cell_count();
+            report.left_out.push(format!("{gone} of {all} cells, which `keep` does not name,"));
         }
         if self.file.is_some() {
             // The first reading stands for all.

@@ -77,12 +77,9 @@ impl Case {
 
     /// Advice about the unit of a mesh that makes a body of a size \[mm\] that no tissue has.
     fn fitting_unit(&self, size: f64) -> String {
-        let read = self.mesh.report.get();
-        let scale = match read.is_some_and(|report| report.in_micrometres) {
-            true => MICROMETRE,
-            false => self.mesh.scale(&self.source).unwrap_or(1.0),
-        };
-        let bare = size / scale;
+        let scale = self.mesh.scale(&self.source).unwrap_or(1.0);
+        let converted = self.mesh.report.get().is_some_and(|report| report.in_micrometres);
+        let bare = size / if converted { MICROMETRE } else { scale };
         let fits = (SIZES[0]..=SIZES[1]).contains(&bare);
         match (length_within(bare, SIZES), &self.mesh.unit) {
             (_, Some(unit)) if fits => {

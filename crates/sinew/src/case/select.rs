@@ -1,6 +1,6 @@
 //! Sets of nodes and facets by where they are.
 
-use super::source::{CellName, Source, advise, exactly, exactly_if_any, meant};
+use super::source::{Source, advise, cell_name, exactly, exactly_if_any, meant};
 use super::{Case, CaseError};
 use serde::Deserialize;
 use sinew_mesh::{AnyMesh, ReadReport, Selection, TriangleMesh, read_mesh};
@@ -30,7 +30,7 @@ pub struct Select {
     pub set: Option<String>,
     /// Facets between the cells of two sets or labels.
     #[serde(deserialize_with = "exactly_if_any")]
-    pub between: Option<[CellName; 2]>,
+    pub between: Option<[toml::Value; 2]>,
     /// Points in at least one of these.
     pub any: Option<Vec<Select>>,
     /// These do not hold together.
@@ -151,7 +151,7 @@ impl Select {
         all.extend(facing.map(|f| Selection::facing(f.direction, f.degrees)));
         all.extend(nearest.map(Selection::nearest));
         all.extend(set.clone().map(Selection::set));
-        all.extend(between.as_ref().map(|[one, other]| Selection::between(&one.0, &other.0)));
+        all.extend(between.as_ref().map(|[a, b]| Selection::between(cell_name(a), cell_name(b))));
         if let Some(near) = near {
             all.extend(near.selections(scale)?);
         }

@@ -191,23 +191,9 @@ pub(crate) fn advise<'a>(
     }
 }
 
-/// Name of cells: a set, a label such as `region:3`, or a label alone, which may be a number.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "toml::Value")]
-pub struct CellName(pub String);
-
-impl TryFrom<toml::Value> for CellName {
-    type Error = String;
-
-    fn try_from(value: toml::Value) -> Result<Self, String> {
-        match value {
-            toml::Value::String(name) => Ok(Self(name)),
-            toml::Value::Integer(label) => Ok(Self(label.to_string())),
-            other => Err(format!(
-                "{other} is not a name of cells; give a set, or a label such as 3 or \"region:3\""
-            )),
-        }
-    }
+/// Name of cells: a set, a label such as `region:3`, or the number of a label.
+pub(crate) fn cell_name(value: &toml::Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), String::from)
 }
 
 /// An array that holds as many values as are read, not more: the TOML reader overlooks those.
