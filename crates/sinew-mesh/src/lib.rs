@@ -60,11 +60,15 @@
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
 //! [`Mesh::nodes_where_nonzero`]. The sets and surfaces of an Abaqus file keep their names: `*NSET` names nodes, `*ELSET` cells (or
 //! facets, of shells on a solid), `*SURFACE` facets; keywords that make nodes or bring them from other files are refused. Where
-//! a file has no sets, a [`Selection`] names them by place, or between two regions; [`Mesh::keep`] cuts regions out. Polygons and strips of surfaces are read as triangles, voxels as
-//! hexahedra, Lagrange cells of first and second order as the cells that they equal. Arrays of text and bits, element data of
+//! a file has no sets, a [`Selection`] names them by place, or between two regions; [`Mesh::keep`] cuts regions out. Polygons and
+//! strips of surfaces are read as triangles, voxels as hexahedra, Lagrange cells of first and second order as the cells that they equal. Arrays of text and bits, element data of
 //! the boundary alone, masses, springs, reference points and elements of an Abaqus assembly are left out; the report names
 //! them. Other cells, and cells folded over, are refused with advice; so are XDMF, FEBio, DOLFIN XML, Nastran, LS-DYNA, MEDIT,
 //! PLY, OFF, HDF5, Exodus, Netgen, I-DEAS universal, SU2 and Tecplot files, by name.
+//!
+//! CARP files are told by their names, not by their content. Coordinates become mm, as [`ReadReport::in_micrometres`] says; labels are
+//! the cell field `region`, directions the cell fields `fibre` and `sheet`, zero where an element has none. `.surf` files in the folder
+//! are facet sets and `.vtx` files node sets: `base` of `heart.base.surf` and, beside a single mesh, of `base.surf`.
 //!
 //! ## Sets in VTK files
 //!

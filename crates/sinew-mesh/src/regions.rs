@@ -6,7 +6,7 @@ use crate::{Defect, Facet, Mesh, SelectionError, boundary_facets, remove_unused_
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-/// Begins the names of the facet sets behind which a region was cut away.
+/// Begins the names of the facet sets behind which a region was cut away, and names all of them together.
 const CUT: &str = "cut:";
 
 /// Stands for the space around a mesh.
@@ -55,8 +55,8 @@ impl<const N: usize> Mesh<N> {
     }
 
     /// Cuts all cells away but those of these sets and labels ([`Mesh::cells_of`]). Sets and fields keep what is left; a facet between
-    /// both sides becomes one of the cell that stays. Facet sets such as `cut:region:3` hold the facets behind which cells of that name
-    /// were, for [`Selection::between`](crate::Selection::between).
+    /// both sides becomes one of the cell that stays. The facet set `cut:` holds the facets behind which cells were, others such as
+    /// `cut:region:3` those behind which cells of that name were, for [`Selection::between`](crate::Selection::between).
     ///
     /// # Errors
     /// [`SelectionError::UnknownCells`], no names, a mesh that violates [`Mesh::check`].
@@ -79,6 +79,7 @@ impl<const N: usize> Mesh<N> {
 
         let mut sets = std::mem::take(&mut self.facet_sets);
         sets.values_mut().flatten().for_each(|facet| *facet = *cut.get(facet).unwrap_or(facet));
+        sets.entry(CUT.into()).or_default().extend(cut.values());
         for name in self.names_of_cells() {
             let cells = self.cells_of(&name).unwrap_or_default();
             let gone = cut.iter().filter(|(gone, _)| cells.binary_search(&gone.cell).is_ok());
@@ -133,8 +134,7 @@ impl<const N: usize> Mesh<N> {
             Some(facets) => facets.clone(),
             None if cells.is_some() => Vec::new(),
             None if name == OUTSIDE => {
-                let cuts = self.facet_sets.iter().filter(|(name, _)| name.starts_with(CUT));
-                let cut: HashSet<&Facet> = cuts.flat_map(|(_, facets)| facets).collect();
+                let cut: HashSet<&Facet> = self.facet_sets.get(CUT).into_iter().flatten().collect();
                 boundary_facets(self).into_iter().filter(|facet| !cut.contains(facet)).collect()
             }
             None => return Err(self.unknown_cells(name)),

@@ -82,12 +82,7 @@ impl<'m, const N: usize> Places<'m, N> {
                 Ok(Chosen { nodes: vec![true; self.mesh.points.len()], facets })
             }
             Rule::Set { name } => self.set(name),
-            Rule::Between { regions } => {
-                let facets = &self.between[regions];
-                let mut nodes = vec![false; self.mesh.points.len()];
-                self.mesh.nodes_of_facets(facets).into_iter().for_each(|node| nodes[node] = true);
-                Ok(Chosen { nodes, facets: self.among(facets) })
-            }
+            Rule::Between { regions } => Ok(self.of_facets(&self.between[regions], &[])),
             // The others have a distance.
             _ => Ok(self.with_facets(vec![false; self.mesh.points.len()])),
         }
@@ -100,27 +95,29 @@ impl<'m, const N: usize> Places<'m, N> {
         Chosen { nodes, facets }
     }
 
-    fn among(&self, facets: &[Facet]) -> Vec<bool> {
+    /// Facets with their nodes and others.
+    fn of_facets(&self, facets: &[Facet], others: &[usize]) -> Chosen {
+        let mut nodes = vec![false; self.mesh.points.len()];
+        let own = self.mesh.nodes_of_facets(facets);
+        own.iter().chain(others).for_each(|&node| nodes[node] = true);
         let facets: HashSet<_> = facets.iter().collect();
-        self.boundary.iter().map(|facet| facets.contains(facet)).collect()
+        let facets = self.boundary.iter().map(|facet| facets.contains(facet)).collect();
+        Chosen { nodes, facets }
     }
 
     fn set(&self, name: &str) -> Result<Chosen, SelectionError> {
-        let Mesh { node_sets, facet_sets, points, .. } = self.mesh;
-        let mut nodes = vec![false; points.len()];
-        if let Some(facets) = facet_sets.get(name) {
-            let all = self.mesh.nodes_of_facets(facets);
-            all.iter()
-                .chain(node_sets.get(name).into_iter().flatten())
-                .for_each(|&node| nodes[node] = true);
-            return Ok(Chosen { nodes, facets: self.among(facets) });
+        let Mesh { node_sets, facet_sets, .. } = self.mesh;
+        match (facet_sets.get(name), node_sets.get(name)) {
+            (Some(facets), others) => Ok(self.of_facets(facets, others.map_or(&[], Vec::as_slice))),
+            (None, Some(set)) => {
+                let nodes = self.of_facets(&[], set).nodes;
+                Ok(self.with_facets(nodes))
+            }
+            (None, None) => {
+                let known = node_sets.keys().chain(facet_sets.keys()).cloned().collect();
+                Err(SelectionError::UnknownSet { name: name.into(), known })
+            }
         }
-        let Some(set) = node_sets.get(name) else {
-            let known = node_sets.keys().chain(facet_sets.keys()).cloned().collect();
-            return Err(SelectionError::UnknownSet { name: name.into(), known });
-        };
-        set.iter().for_each(|&node| nodes[node] = true);
-        Ok(self.with_facets(nodes))
     }
 
     /// Distance of each node outside a region, zero or less inside; `None` for conditions without a distance.

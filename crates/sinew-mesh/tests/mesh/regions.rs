@@ -131,3 +131,15 @@ fn names_that_mean_nothing_are_refused_with_those_that_there_are() {
     any.keep(&["first"]).unwrap();
     assert_eq!(any.cell_count(), 48);
 }
+
+#[test]
+fn what_was_cut_away_without_a_name_is_not_outside() {
+    let mut bar = bar();
+    bar.cell_fields.clear();
+    bar.keep(&["first"]).unwrap();
+    let names: Vec<&String> =
+        bar.facet_sets.keys().filter(|name| name.starts_with("cut:")).collect();
+    assert_eq!((names, bar.facet_sets["cut:"].len()), (vec!["cut:"], 8));
+    let outside = bar.select("outside", &Selection::between("first", "outside")).unwrap();
+    assert_eq!(outside.facets, boundary_facets(&bar).len() - 8);
+}

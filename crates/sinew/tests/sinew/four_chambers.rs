@@ -180,7 +180,7 @@ fn the_program_tells_units_fibres_and_cuts() {
         parts.iter().for_each(|part| assert!(told.contains(part), "{part}: {told}"));
     }
     let (_, told) = solve(whole.replace("[select]", "unit = \"mm\"\n[select]"), &[]);
-    assert!(told.contains("the body is") && told.contains("write \"mm\" in place of"), "{told}");
+    assert!(told.contains("the body is") && told.contains("say so: unit = \"um\""), "{told}");
     assert!(!told.contains("converted to mm"), "{told}");
     let (code, told) = solve(whole.replace("\"heart\"", "\"hart\""), &[]);
     assert!(code == Some(2) && told.contains("there is no file hart"), "{told}");
