@@ -36,7 +36,7 @@ pub(super) fn read(stem: &Path) -> Result<(String, Grid), MeshError> {
     grid.cells_at = Place { byte: 0, line: Some(1) };
     in_file(&with(stem, "pts"), |cursor| {
         for _ in 0..cursor.count(I64, "the number of points")? {
-            grid.points.push(vector(cursor)?.map(|x| x / PER_MM));
+            grid.points.push(vector(cursor, "three finite coordinates")?.map(|x| x / PER_MM));
         }
         Ok(())
     })?;
@@ -57,7 +57,7 @@ pub(super) fn read(stem: &Path) -> Result<(String, Grid), MeshError> {
                 return Err(Problem::expected("1 or 2 directions per element", axes.to_string()));
             }
             for at in 0..axes * labels.len() {
-                columns[at % axes].push(vector(cursor)?);
+                columns[at % axes].push(vector(cursor, "three finite components per element")?);
             }
             Ok(())
         })?;
@@ -140,10 +140,10 @@ fn in_file<T>(
     content.map_err(|problem| MeshError::in_file(&name, cursor.fault(problem)))
 }
 
-fn vector(cursor: &mut Cursor<'_>) -> Result<[f64; 3], Problem> {
-    let row = cursor.reals(F64, 3, "three finite numbers")?;
+fn vector(cursor: &mut Cursor<'_>, what: &'static str) -> Result<[f64; 3], Problem> {
+    let row = cursor.reals(F64, 3, what)?;
     let is_finite = row.iter().all(|x| x.is_finite());
-    let problem = || Problem::expected("three finite numbers", format!("{row:?}"));
+    let problem = || Problem::expected(what, format!("{row:?}"));
     is_finite.then(|| [row[0], row[1], row[2]]).ok_or_else(problem)
 }
 

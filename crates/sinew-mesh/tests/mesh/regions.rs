@@ -139,7 +139,7 @@ fn what_was_cut_away_without_a_name_is_not_outside() {
     bar.keep(&["first"]).unwrap();
     let names: Vec<&String> =
         bar.facet_sets.keys().filter(|name| name.starts_with("cut:")).collect();
-    assert_eq!((names, bar.facet_sets["cut:"].len()), (vec!["cut:"], 8));
+    assert_eq!((names.len(), bar.facet_sets["cut:"].len()), (1, 8));
     let outside = bar.select("outside", &Selection::between("first", "outside")).unwrap();
     assert_eq!(outside.facets, boundary_facets(&bar).len() - 8);
 }
