@@ -4,6 +4,7 @@ mod carp;
 mod carp_write;
 mod convert;
 mod cursor;
+mod files;
 mod foreign;
 mod gmsh;
 mod gmsh2;
@@ -42,6 +43,7 @@ pub use vtu_write::{to_pvd, to_vtu, to_vtu_with};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
 use cursor::Fault;
+use files::{load, save};
 use grid::UnstructuredGrid;
 
 /// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input, STL or OBJ file, or from the files of a CARP mesh.
@@ -229,14 +231,4 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
         _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(bytes),
         _ => Err((Place::default(), Problem::UnknownFormat)),
     }
-}
-
-fn load(path: &Path) -> Result<(String, Vec<u8>), MeshError> {
-    let failed = |source| MeshError::File { path: path.into(), source };
-    Ok((path.display().to_string(), std::fs::read(path).map_err(failed)?))
-}
-
-fn save(path: &Path, bytes: &[u8]) -> Result<(), MeshError> {
-    let failed = |source| MeshError::File { path: path.into(), source };
-    std::fs::write(path, bytes).map_err(failed)
 }

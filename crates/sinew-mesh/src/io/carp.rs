@@ -2,6 +2,7 @@
 //! surfaces (`.surf`) and vertices (`.vtx`) beside them (openCARP user manual, "File formats").
 
 use super::cursor::{Cursor, number};
+use super::files::load;
 use super::grid::{UnstructuredGrid as Grid, cell_type};
 use super::number::NumberType::{F64, I64};
 use crate::{Field, MeshError, Place, Problem};
@@ -131,7 +132,7 @@ fn in_file<T>(
     path: &Path,
     read: impl FnOnce(&mut Cursor<'_>) -> Result<T, Problem>,
 ) -> Result<T, MeshError> {
-    let (name, bytes) = super::load(path)?;
+    let (name, bytes) = load(path)?;
     let mut cursor = Cursor::new(&bytes);
     let content = read(&mut cursor).and_then(|content| match cursor.word() {
         Some(more) => Err(Problem::expected("no more rows than the first line says", more)),

@@ -72,5 +72,5 @@ fn save<T: ToString>(
 ) -> Result<(), MeshError> {
     let joined = |row: Vec<T>| row.iter().map(T::to_string).collect::<Vec<_>>().join(" ");
     let rows: String = rows.map(|row| format!("{word}{}\n", joined(row))).collect();
-    super::save(path, format!("{number}\n{rows}").as_bytes())
+    super::files::save(path, format!("{number}\n{rows}").as_bytes())
 }
