@@ -2,9 +2,9 @@
 
 use crate::{
     Defect, Element, Facet, Field, HexMesh, Mesh, MeshError, QuadraticTetMesh,
-    QuadraticTriangleMesh, TetMesh, TriangleMesh,
+    QuadraticTriangleMesh, SelectionError, TetMesh, TriangleMesh,
 };
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A mesh of any one kind of cell, as files hold it.
@@ -94,28 +94,22 @@ impl AnyMesh {
         with_cells!(self, mesh => &mut mesh.facet_sets)
     }
 
-    /// The cells of a named set, or of a label: `region:3` are those at which the integer cell field `region` is 3. `None` where
-    /// the mesh has neither, or no cell has the label.
+    /// The cells of a named set or of a label, see [`Mesh::cells_of`].
     pub fn cells_of(&self, name: &str) -> Option<Vec<usize>> {
-        if let Some(cells) = with_cells!(self, mesh => mesh.cell_sets.get(name)) {
-            return Some(cells.clone());
-        }
-        let (field, label) = name.rsplit_once(':')?;
-        let (labels, label) = (self.cell_fields().get(field)?.as_labels()?, label.parse().ok()?);
-        let cells: Vec<usize> = (0..labels.len()).filter(|&cell| labels[cell] == label).collect();
-        (!cells.is_empty()).then_some(cells)
+        with_cells!(self, mesh => mesh.cells_of(name))
     }
 
     /// Names that [`AnyMesh::cells_of`] knows.
     pub fn names_of_cells(&self) -> Vec<String> {
-        let sets = with_cells!(self, mesh => mesh.cell_sets.keys().cloned());
-        let fields =
-            self.cell_fields().iter().filter_map(|(name, field)| Some((name, field.as_labels()?)));
-        let labelled = fields.flat_map(|(name, labels)| {
-            let labels: BTreeSet<i64> = labels.iter().copied().collect();
-            labels.into_iter().map(move |label| format!("{name}:{label}"))
-        });
-        sets.chain(labelled).collect()
+        with_cells!(self, mesh => mesh.names_of_cells())
+    }
+
+    /// Cuts all but named cells away, see [`Mesh::keep`].
+    ///
+    /// # Errors
+    /// As [`Mesh::keep`].
+    pub fn keep<S: AsRef<str>>(&mut self, names: &[S]) -> Result<(), SelectionError> {
+        with_cells!(self, mesh => mesh.keep(names))
     }
 
     /// The nodes at which a scalar point field is not zero, see [`Mesh::nodes_where_nonzero`].

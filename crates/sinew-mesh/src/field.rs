@@ -3,6 +3,17 @@
 use crate::{Defect, Field, FieldValues, Mesh};
 use std::borrow::Cow;
 
+/// Labels of a field; more are taken for numbering, unless each has several rows.
+const MOST_LABELS: usize = 64;
+
+/// Real numbers below this have no digits that were rounded off, 2⁵³.
+const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// Whether a number of distinct values in so many rows are labels.
+pub(crate) fn are_labels(distinct: usize, rows: usize) -> bool {
+    distinct <= MOST_LABELS || 4 * distinct <= rows
+}
+
 impl Field {
     /// A real number per row.
     pub fn scalars(values: Vec<f64>) -> Self {
@@ -56,6 +67,17 @@ impl Field {
             }
         }
         self.select(&source)
+    }
+
+    /// Whole numbers, one per row.
+    pub(crate) fn to_labels(&self) -> Option<Cow<'_, [i64]>> {
+        let is_label = |x: &f64| x.fract() == 0.0 && x.abs() < MOST_EXACT;
+        match &self.values {
+            FieldValues::Float(values) if self.components == 1 && values.iter().all(is_label) => {
+                Some(values.iter().map(|&x| x as i64).collect())
+            }
+            _ => self.as_labels().map(Cow::Borrowed),
+        }
     }
 
     pub(crate) fn as_labels(&self) -> Option<&[i64]> {

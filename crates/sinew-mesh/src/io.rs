@@ -1,7 +1,10 @@
 //! Reading and writing mesh files.
 
+mod carp;
+mod carp_write;
 mod convert;
 mod cursor;
+mod files;
 mod foreign;
 mod gmsh;
 mod gmsh2;
@@ -30,6 +33,7 @@ mod vtu_write;
 
 use std::path::Path;
 
+pub use carp_write::write_carp;
 pub use mixed::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy};
 pub use report::ReadReport;
@@ -39,18 +43,19 @@ pub use vtu_write::{to_pvd, to_vtu, to_vtu_with};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
 use cursor::Fault;
+use files::{load, save};
 use grid::UnstructuredGrid;
 
-/// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input, STL or OBJ file. The content decides
-/// the format and the kind of cell: the first that the file has of quadratic tetrahedra, hexahedra, tetrahedra,
-/// quadratic triangles and triangles.
+/// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input, STL or OBJ file, or from the files of a CARP mesh.
+/// The content decides the format and the kind of cell: the first that the file has of quadratic tetrahedra, hexahedra, tetrahedra,
+/// quadratic triangles and triangles. CARP meshes are told by the name: `heart.pts`, `heart.elem`, or `heart` alone.
 ///
 /// # Errors
 /// [`MeshError::File`] when the file cannot be read, [`MeshError::Content`] with the place and
 /// the reason when its content cannot.
 pub fn read(path: impl AsRef<Path>) -> Result<(AnyMesh, ReadReport), MeshError> {
-    let (name, bytes) = load(path.as_ref())?;
-    parse(&name, &bytes)
+    let (name, grid) = open(path.as_ref())?;
+    to_any(grid).map_err(|fault| MeshError::in_file(&name, fault))
 }
 
 /// Reads a mesh as [`read`] does, and makes one node of those at the same place, within [`crate::SELECTION_TOLERANCE`]: the first,
@@ -59,9 +64,9 @@ pub fn read(path: impl AsRef<Path>) -> Result<(AnyMesh, ReadReport), MeshError> 
 /// # Errors
 /// As [`read`].
 pub fn read_merged(path: impl AsRef<Path>) -> Result<(AnyMesh, ReadReport), MeshError> {
-    let (name, bytes) = load(path.as_ref())?;
-    let merged = |grid| to_any(UnstructuredGrid { merge: true, ..grid });
-    parse_grid(&name, &bytes).and_then(merged).map_err(|fault| MeshError::in_file(&name, fault))
+    let (name, grid) = open(path.as_ref())?;
+    let merged = to_any(UnstructuredGrid { merge: true, ..grid });
+    merged.map_err(|fault| MeshError::in_file(&name, fault))
 }
 
 /// Reads a mesh of cells with `N` nodes: 4 of tetrahedra, 3 of triangles, 10 and 6 of quadratic ones, 8 of hexahedra;
@@ -78,11 +83,11 @@ pub fn read_merged(path: impl AsRef<Path>) -> Result<(AnyMesh, ReadReport), Mesh
 pub fn read_mesh<const N: usize>(
     path: impl AsRef<Path>,
 ) -> Result<(Mesh<N>, ReadReport), MeshError> {
-    let (name, bytes) = load(path.as_ref())?;
-    parse_mesh(&name, &bytes)
+    let (name, grid) = open(path.as_ref())?;
+    convert::to_mesh(grid).map_err(|fault| MeshError::in_file(&name, fault))
 }
 
-/// Reads the bytes of a mesh file; `file` is its name for errors. See [`read`].
+/// Reads the bytes of a mesh file; `file` is its name for errors. See [`read`], which alone reads CARP meshes of several files.
 ///
 /// # Errors
 /// [`MeshError::Content`] with the place and the reason.
@@ -198,6 +203,16 @@ pub fn write_pvd(path: impl AsRef<Path>, series: &[(f64, &Path)]) -> Result<(), 
     save(path.as_ref(), to_pvd(series)?.as_bytes())
 }
 
+/// The content of a file, or of the files of a CARP mesh, and the name for errors about its cells.
+fn open(path: &Path) -> Result<(String, UnstructuredGrid), MeshError> {
+    if let Some(stem) = carp::stem(path) {
+        return carp::read(&stem);
+    }
+    let (name, bytes) = load(path)?;
+    let grid = parse_grid(&name, &bytes).map_err(|fault| MeshError::in_file(&name, fault))?;
+    Ok((name, grid))
+}
+
 /// Picks the reader by the first bytes, which are more reliable than a file name.
 fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let content = cursor::without_mark(bytes).trim_ascii_start();
@@ -216,14 +231,4 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
         _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(bytes),
         _ => Err((Place::default(), Problem::UnknownFormat)),
     }
-}
-
-fn load(path: &Path) -> Result<(String, Vec<u8>), MeshError> {
-    let failed = |source| MeshError::File { path: path.into(), source };
-    Ok((path.display().to_string(), std::fs::read(path).map_err(failed)?))
-}
-
-fn save(path: &Path, bytes: &[u8]) -> Result<(), MeshError> {
-    let failed = |source| MeshError::File { path: path.into(), source };
-    std::fs::write(path, bytes).map_err(failed)
 }

@@ -49,21 +49,26 @@
 //! | PVD | | [`write_pvd`] |
 //! | gmsh MSH, text and binary | 2.2, 4.1, with parametric nodes or in partitions | |
 //! | Abaqus and CalculiX input (inp) | one body, flat or as one part with one instance, either with the mesh | |
+//! | CARP of openCARP (`.pts` in µm, `.elem`, `.lon`, `.surf`, `.vtx`) | by any of the first three or the name without ending | [`write_carp`] |
 //! | NumPy npy | floats, integers, booleans; both byte orders | [`to_npy`] |
 //!
 //! [`read`] and [`read_mesh`] tell the format by the content; both
 //! read quadratic cells and hexahedra too. Solid cells with negative volume are repaired and counted
 //! in the [`ReadReport`], as are nodes of no cell, which are left out, and nodes at the place of another, which [`read_merged`]
 //! makes one. Triangles among tetrahedra (quadrilaterals among hexahedra) become facet
-//! sets: named by gmsh's physical groups, or by the values of integer cell fields
+//! sets: named by gmsh's physical groups, or by the values of cell fields of whole numbers
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
 //! [`Mesh::nodes_where_nonzero`]. The sets and surfaces of an Abaqus file keep their names: `*NSET` names nodes, `*ELSET` cells (or
 //! facets, of shells on a solid), `*SURFACE` facets; keywords that make nodes or bring them from other files are refused. Where
-//! a file has no sets, a [`Selection`] names them by place. Polygons and strips of surfaces are read as triangles, voxels as
-//! hexahedra, Lagrange cells of first and second order as the cells that they equal. Arrays of text and bits, element data of
+//! a file has no sets, a [`Selection`] names them by place, or between two regions; [`Mesh::keep`] cuts regions out. Polygons and
+//! strips of surfaces are read as triangles, voxels as hexahedra, Lagrange cells of first and second order as the cells that they equal. Arrays of text and bits, element data of
 //! the boundary alone, masses, springs, reference points and elements of an Abaqus assembly are left out; the report names
 //! them. Other cells, and cells folded over, are refused with advice; so are XDMF, FEBio, DOLFIN XML, Nastran, LS-DYNA, MEDIT,
-//! PLY, HDF5, Exodus and Netgen files, by name.
+//! PLY, OFF, HDF5, Exodus, Netgen, I-DEAS universal, SU2 and Tecplot files, by name.
+//!
+//! CARP files are told by their names, not by their content. Coordinates become mm, as [`ReadReport::in_micrometres`] says; labels are
+//! the cell field `region`, directions the cell fields `fibre` and `sheet`, zero where an element has none. `.surf` files in the folder
+//! are facet sets and `.vtx` files node sets: `base` of `heart.base.surf` and, beside a single mesh, of `base.surf`.
 //!
 //! ## Sets in VTK files
 //!
@@ -93,6 +98,7 @@ mod naming;
 mod prolongation;
 mod quadratic;
 mod quality;
+mod regions;
 mod selection;
 mod simplices;
 mod surface;
@@ -112,7 +118,7 @@ pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
 pub use io::{
     MixedMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_merged,
     read_mesh, read_npy, to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu,
-    to_vtu_with, write_pvd, write_surface, write_vtu,
+    to_vtu_with, write_carp, write_pvd, write_surface, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,

@@ -47,6 +47,7 @@ pub(crate) enum Rule {
     Nearer { surface: Surfaces, others: Surfaces },
     Nearest { point: [f64; 3] },
     Set { name: String },
+    Between { regions: [String; 2] },
     All(Vec<Selection>),
     Any(Vec<Selection>),
     Not(Box<Selection>),
@@ -135,6 +136,24 @@ impl Selection {
         Self(Rule::Set { name: name.into() })
     }
 
+    /// Facets between the cells of two regions, each a set or label that [`AnyMesh::cells_of`] knows; those of the first, where the
+    /// mesh has both. They stay known where [`Mesh::keep`] cuts one of the two away. With `"outside"` in the place of a region: facets
+    /// of the other that have no cell behind, nor had one before a cut.
+    ///
+    /// ```
+    /// use sinew_mesh::{Field, Selection, box_tetrahedra};
+    ///
+    /// let mut bar = box_tetrahedra([3.0, 1.0, 1.0], [3, 1, 1]);
+    /// bar.cell_fields.insert("region".into(), Field::labels((0..18).map(|cell| cell / 6).collect()));
+    /// bar.keep(&["region:1"])?;
+    /// assert_eq!(bar.select("left", &Selection::between("region:1", "region:0"))?.facets, 2);
+    /// assert_eq!(bar.select("free", &Selection::between("region:1", "outside"))?.facets, 8);
+    /// # Ok::<(), sinew_mesh::SelectionError>(())
+    /// ```
+    pub fn between(one: impl Into<String>, other: impl Into<String>) -> Self {
+        Self(Rule::Between { regions: [one.into(), other.into()] })
+    }
+
     /// Intersection of this and the other.
     pub fn and(self, other: Self) -> Self {
         match self.0 {
@@ -156,6 +175,16 @@ impl Selection {
         Self(Rule::Not(Box::new(self)))
     }
 
+    /// Pairs of regions that it names.
+    fn interfaces(&self) -> Vec<&[String; 2]> {
+        match &self.0 {
+            Rule::Between { regions } => vec![regions],
+            Rule::All(all) | Rule::Any(all) => all.iter().flat_map(Self::interfaces).collect(),
+            Rule::Not(inner) => inner.interfaces(),
+            _ => Vec::new(),
+        }
+    }
+
     /// Whether normals decide, so that nodes inside the body do not belong.
     fn reads_normals(&self) -> bool {
         match &self.0 {
@@ -168,7 +197,8 @@ impl Selection {
 }
 
 impl<const N: usize> Mesh<N> {
-    /// Names the nodes and the facets of the boundary that a selection chooses, in place of sets of that name.
+    /// Names the nodes and the facets that a selection chooses, in place of sets of that name: facets of the boundary, and inner ones
+    /// of [`Selection::between`].
     ///
     /// # Errors
     /// A selection without nodes, which says how near the nearest came; lengths, directions and sets that make no sense.
@@ -177,7 +207,7 @@ impl<const N: usize> Mesh<N> {
         name: &str,
         selection: &Selection,
     ) -> Result<Selected, SelectionError> {
-        let places = Places::new(self)?;
+        let places = Places::new(self, selection)?;
         let chosen = places.choose(selection)?;
         let pick = |all: &[bool]| (0..all.len()).filter(|&at| all[at]).collect::<Vec<_>>();
         let facets: Vec<Facet> =

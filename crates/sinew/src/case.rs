@@ -145,7 +145,7 @@ const MOST_LOST: [(Formulation, f64); 2] =
     [(Formulation::Plain, 0.15), (Formulation::Averaged, 0.3)];
 
 /// Endings of files of meshes.
-const MESHES: [&str; 7] = ["vtk", "vtu", "vtp", "msh", "inp", "stl", "obj"];
+const MESHES: [&str; 9] = ["vtk", "vtu", "vtp", "msh", "inp", "stl", "obj", "pts", "elem"];
 
 impl Case {
     /// Reads a case file, or the built-in scene of that name where there is no such file. A mesh file is relative to the
@@ -219,9 +219,9 @@ impl Case {
 
     /// Case with the mesh of another file.
     pub fn with_mesh(mut self, file: PathBuf) -> Self {
-        let MeshSource { unit, merge, .. } = self.mesh;
+        let MeshSource { unit, merge, keep, .. } = self.mesh;
         let file = Some(file);
-        self.mesh = MeshSource { file, unit, merge, is_other: true, ..MeshSource::default() };
+        self.mesh = MeshSource { file, unit, merge, keep, is_other: true, ..MeshSource::default() };
         self
     }
 
@@ -243,8 +243,8 @@ impl Case {
     /// ```
     pub fn on(mut self, mesh: sinew_mesh::AnyMesh) -> Self {
         let given = Some(Arc::new(mesh));
-        let MeshSource { unit, merge, .. } = self.mesh;
-        self.mesh = MeshSource { given, unit, merge, ..MeshSource::default() };
+        let MeshSource { unit, merge, keep, .. } = self.mesh;
+        self.mesh = MeshSource { given, unit, merge, keep, ..MeshSource::default() };
         self
     }
 

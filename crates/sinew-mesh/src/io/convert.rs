@@ -5,13 +5,10 @@ use super::grid::{UnstructuredGrid, cell_type, vtk_type};
 use super::report::ReadReport;
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_field, check_points};
+use crate::field::are_labels;
 use crate::topology::{FacetKey, facet_key, facets, sorted_key};
 use crate::{Defect, Facet, Field, Mesh, Problem, remove_unused_nodes, repair_orientation};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-
-/// An integer cell field with more values than this on the facets of a file is taken for
-/// numbering rather than for names of facet sets.
-const MOST_LABELS: usize = 64;
 
 /// Makes a mesh of the cells with `N` nodes.
 pub(crate) fn to_mesh<const N: usize>(
@@ -39,9 +36,10 @@ pub(crate) fn to_mesh<const N: usize>(
         coincident_nodes,
         merged_nodes,
         left_out: std::mem::take(&mut grid.left_out),
+        in_micrometres: grid.in_micrometres,
         ..ReadReport::default()
     };
-    for (name, facets) in named_facets(&grid, &sorted, &matched) {
+    for (name, facets) in named_facets(&grid, &sorted, &matched, &mut report.left_out) {
         let lacking = facets.iter().filter(|facet| facet.is_none()).count();
         if lacking > 0 {
             report.incomplete_sets.insert(name.clone(), lacking);
@@ -188,11 +186,12 @@ fn match_facets<const N: usize>(mesh: &Mesh<N>, boundary_cells: &[(usize, FacetK
 type Facets = BTreeMap<usize, Option<Facet>>;
 
 /// Facets by the names of groups and sides. Without groups each value of an integer cell field names those that have it, such
-/// as `region:1`; without such a field all are `facets`.
+/// as `region:1`; without such a field all are `facets`; whole numbers of real fields name some too.
 fn named_facets<const N: usize>(
     grid: &UnstructuredGrid,
     sorted: &SortedCells<N>,
     matched: &Facets,
+    left_out: &mut Vec<String>,
 ) -> BTreeMap<String, Vec<Option<Facet>>> {
     let mut named = BTreeMap::<String, Vec<_>>::new();
     for (name, members) in &grid.groups {
@@ -200,17 +199,24 @@ fn named_facets<const N: usize>(
             named.entry(name.clone()).or_default().push(*facet);
         }
     }
-    if named.is_empty() {
+    if named.is_empty() && !matched.is_empty() {
+        let mut all = true;
         for (name, field) in &grid.cell_fields {
-            let Some(labels) = field.as_labels() else { continue };
+            let Some(labels) = field.to_labels() else { continue };
             let own: BTreeSet<i64> = matched.keys().map(|&index| labels[index]).collect();
-            for (&index, facet) in matched.iter().filter(|_| own.len() <= MOST_LABELS) {
+            if !are_labels(own.len(), matched.len()) {
+                let what = "facet sets by the field";
+                left_out.push(format!("{what} `{name}`, a numbering of {} values,", own.len()));
+                continue;
+            }
+            all &= field.as_labels().is_none();
+            for (&index, facet) in matched {
                 named.entry(format!("{name}:{}", labels[index])).or_default().push(*facet);
             }
         }
-    }
-    if named.is_empty() && !matched.is_empty() {
-        named.insert("facets".into(), matched.values().copied().collect());
+        if all {
+            named.insert("facets".into(), matched.values().copied().collect());
+        }
     }
     for (name, sides) in &grid.sides {
         let of = |&(index, opposite)| Some(Facet { cell: sorted.cell_at(index)?, opposite });

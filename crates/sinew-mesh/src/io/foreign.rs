@@ -6,7 +6,7 @@ type Foreign = (&'static [&'static [u8]], &'static [&'static [u8]], &'static str
 
 const BY_MESHIO: &str = "write it as .vtu with `meshio convert`";
 
-const FORMATS: [Foreign; 10] = [
+const FORMATS: [Foreign; 14] = [
     (
         &[b"<"],
         &[b"<Xdmf"],
@@ -31,6 +31,10 @@ const FORMATS: [Foreign; 10] = [
     (&[b"ply\n", b"ply\r"], &[], "PLY", "save the surface as .stl or .obj"),
     (&[b"\x89HDF"], &[], "HDF5 (MED, CGNS or the data of XDMF)", BY_MESHIO),
     (&[b"CDF\x01", b"CDF\x02"], &[], "Exodus", BY_MESHIO),
+    (&[b"-1"], &[b"2411", b"2420"], "I-DEAS universal (.unv)", "save it as .msh"),
+    (&[b"NDIME="], &[], "SU2", BY_MESHIO),
+    (&[b"TITLE", b"VARIABLES"], &[b"ZONE"], "Tecplot", BY_MESHIO),
+    (&[b"OFF\n", b"OFF\r"], &[], "OFF", "save the surface as .stl or .obj"),
     (&[b"mesh3d", b"dimension"], &[b"volumeelements"], "Netgen (.vol)", "export it as gmsh2"),
 ];
 

@@ -25,6 +25,8 @@ pub(crate) struct UnstructuredGrid {
     pub sides: BTreeMap<String, Vec<(usize, usize)>>,
     /// Arrays and elements that the reader left out, a phrase each.
     pub left_out: Vec<String>,
+    /// Whether the reader took the file's lengths for µm, and made mm of them.
+    pub in_micrometres: bool,
     /// Whether nodes at one place become one.
     pub merge: bool,
     /// Place of the points, for errors.
@@ -46,6 +48,7 @@ impl Default for UnstructuredGrid {
             node_sets: BTreeMap::new(),
             sides: BTreeMap::new(),
             left_out: Vec::new(),
+            in_micrometres: false,
             merge: false,
             points_at: Place::default(),
             cells_at: Place::default(),

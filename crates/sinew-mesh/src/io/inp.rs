@@ -35,7 +35,10 @@ pub(crate) fn looks_like_it(content: &[u8]) -> bool {
 pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let mut cursor = Cursor::new(bytes);
     let blocks = blocks(&mut cursor)?;
-    read(&blocks, bytes.len()).map_err(|(at, problem)| (cursor.place(at), problem))
+    let first = blocks.iter().find(|block| block.keyword == "ELEMENT");
+    let cells_at = cursor.place(first.map_or(0, |block| block.at));
+    let grid = read(&blocks, bytes.len()).map_err(|(at, problem)| (cursor.place(at), problem))?;
+    Ok(UnstructuredGrid { cells_at, ..grid })
 }
 
 /// A problem and the byte of its line.

@@ -24,6 +24,8 @@ pub struct ReadReport {
     pub merged_nodes: usize,
     /// Arrays and elements of the file that are nothing of a mesh, such as arrays of text.
     pub left_out: Vec<String>,
+    /// Whether the file's lengths were taken for µm, the unit of CARP, and converted to mm.
+    pub in_micrometres: bool,
 }
 
 impl ReadReport {
@@ -60,7 +62,9 @@ impl ReadReport {
         ];
         let some = counts.into_iter().filter(|(count, ..)| *count > 0);
         let counted = some.map(|(count, what, how)| format!("{} {how}", counted(count, what)));
-        counted.chain(self.left_out.iter().map(|what| format!("{what} left out"))).collect()
+        let left_out = self.left_out.iter().map(|what| format!("{what} left out"));
+        let unit = "coordinates converted to mm from µm, the unit of CARP";
+        counted.chain(left_out).chain(self.in_micrometres.then(|| unit.into())).collect()
     }
 }
 

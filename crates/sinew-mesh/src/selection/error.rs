@@ -29,6 +29,9 @@ pub enum SelectionError {
     /// A set that the mesh does not have.
     #[error("the mesh has neither node set nor facet set `{name}`, only {}", known.join(", "))]
     UnknownSet { name: String, known: Vec<String> },
+    /// Cells that the mesh does not have, with those that it has.
+    #[error("the mesh has no set of cells `{name}`, only {}", known.join(", "))]
+    UnknownCells { name: String, known: Vec<String> },
     /// A combination of nothing.
     #[error("a combination of no selections; give at least one")]
     NoSelections,

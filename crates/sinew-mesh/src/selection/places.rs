@@ -3,14 +3,16 @@
 use super::{Rule, Selection, SelectionError};
 use crate::{Facet, Mesh, SELECTION_TOLERANCE, boundary_facets, extents};
 use nalgebra::Vector3;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 type Point = Vector3<f64>;
 
-/// Places of the nodes and facets of the boundary.
+/// Places of the nodes and facets of the boundary, and of facets between regions.
 pub(super) struct Places<'m, const N: usize> {
     mesh: &'m Mesh<N>,
     pub boundary: Vec<Facet>,
+    /// Facets between the regions that the selection names.
+    between: HashMap<[String; 2], Vec<Facet>>,
     /// Outward unit normals of the boundary.
     normals: Vec<Point>,
     /// Distance that counts as zero.
@@ -24,14 +26,22 @@ pub(super) struct Chosen {
 }
 
 impl<'m, const N: usize> Places<'m, N> {
-    pub(super) fn new(mesh: &'m Mesh<N>) -> Result<Self, SelectionError> {
+    pub(super) fn new(mesh: &'m Mesh<N>, selection: &Selection) -> Result<Self, SelectionError> {
         mesh.check()?;
-        let boundary = boundary_facets(mesh);
+        let mut boundary = boundary_facets(mesh);
+        let mut between = HashMap::new();
+        for regions in selection.interfaces() {
+            let facets = mesh.facets_between(regions)?;
+            boundary.extend(&facets);
+            between.insert(regions.clone(), facets);
+        }
+        boundary.sort_unstable();
+        boundary.dedup();
         let normals = boundary.iter().map(|&facet| normal(mesh, facet)).collect();
         let of_cells = mesh.cells.as_flattened().iter().map(|&node| mesh.points[node]);
         let size = extents(&of_cells.collect::<Vec<_>>());
         let diagonal = Point::from(size.map(|edge| edge.max(0.0))).norm();
-        Ok(Self { mesh, boundary, normals, tolerance: SELECTION_TOLERANCE * diagonal })
+        Ok(Self { mesh, boundary, between, normals, tolerance: SELECTION_TOLERANCE * diagonal })
     }
 
     pub(super) fn choose(&self, selection: &Selection) -> Result<Chosen, SelectionError> {
@@ -72,6 +82,7 @@ impl<'m, const N: usize> Places<'m, N> {
                 Ok(Chosen { nodes: vec![true; self.mesh.points.len()], facets })
             }
             Rule::Set { name } => self.set(name),
+            Rule::Between { regions } => Ok(self.of_facets(&self.between[regions], &[])),
             // The others have a distance.
             _ => Ok(self.with_facets(vec![false; self.mesh.points.len()])),
         }
@@ -84,24 +95,29 @@ impl<'m, const N: usize> Places<'m, N> {
         Chosen { nodes, facets }
     }
 
+    /// Facets with their nodes and others.
+    fn of_facets(&self, facets: &[Facet], others: &[usize]) -> Chosen {
+        let mut nodes = vec![false; self.mesh.points.len()];
+        let own = self.mesh.nodes_of_facets(facets);
+        own.iter().chain(others).for_each(|&node| nodes[node] = true);
+        let facets: HashSet<_> = facets.iter().collect();
+        let facets = self.boundary.iter().map(|facet| facets.contains(facet)).collect();
+        Chosen { nodes, facets }
+    }
+
     fn set(&self, name: &str) -> Result<Chosen, SelectionError> {
-        let Mesh { node_sets, facet_sets, points, .. } = self.mesh;
-        let mut nodes = vec![false; points.len()];
-        if let Some(facets) = facet_sets.get(name) {
-            let all = self.mesh.nodes_of_facets(facets);
-            all.iter()
-                .chain(node_sets.get(name).into_iter().flatten())
-                .for_each(|&node| nodes[node] = true);
-            let facets: HashSet<_> = facets.iter().collect();
-            let facets = self.boundary.iter().map(|facet| facets.contains(facet)).collect();
-            return Ok(Chosen { nodes, facets });
+        let Mesh { node_sets, facet_sets, .. } = self.mesh;
+        match (facet_sets.get(name), node_sets.get(name)) {
+            (Some(facets), others) => Ok(self.of_facets(facets, others.map_or(&[], Vec::as_slice))),
+            (None, Some(set)) => {
+                let nodes = self.of_facets(&[], set).nodes;
+                Ok(self.with_facets(nodes))
+            }
+            (None, None) => {
+                let known = node_sets.keys().chain(facet_sets.keys()).cloned().collect();
+                Err(SelectionError::UnknownSet { name: name.into(), known })
+            }
         }
-        let Some(set) = node_sets.get(name) else {
-            let known = node_sets.keys().chain(facet_sets.keys()).cloned().collect();
-            return Err(SelectionError::UnknownSet { name: name.into(), known });
-        };
-        set.iter().for_each(|&node| nodes[node] = true);
-        Ok(self.with_facets(nodes))
     }
 
     /// Distance of each node outside a region, zero or less inside; `None` for conditions without a distance.
@@ -226,6 +242,7 @@ impl Selection {
             Rule::Nearer { .. } => "the side of the nearer surface",
             Rule::Nearest { .. } => "the nearest node",
             Rule::Set { .. } => "the set",
+            Rule::Between { .. } => "the surface between the regions",
             Rule::All(_) => "the combination",
             Rule::Any(_) => "any of them together",
             Rule::Not(_) => "the rest",

@@ -4,6 +4,7 @@
 mod ventricles;
 
 mod abaqus;
+mod carp;
 mod chambers;
 mod damage;
 mod fixtures;
@@ -13,7 +14,9 @@ mod mutations;
 mod organs;
 mod population;
 mod refusals;
+mod regions;
 mod round_trip;
 mod selection;
 mod surfaces;
 mod unread;
+mod writers;

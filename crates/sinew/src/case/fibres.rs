@@ -225,7 +225,7 @@ pub(super) fn directions(
     Ok(directions)
 }
 
-const NO_DIRECTION: &str = "a direction without length, or along the one before; give three finite numbers, one of them not 0";
+const NO_DIRECTION: &str = "a direction without length, or along the one before; give three finite numbers, one of them not 0, or cut cells without fibres away by `keep` under [mesh]";
 
 /// Unit vectors along the given directions, made perpendicular in their order, and others that complete the frame.
 fn completed(given: &[[f64; 3]]) -> Result<[[f64; 3]; 3], &'static str> {

@@ -1,13 +1,15 @@
 //! Meshes: from a file, or made.
 
 use super::CaseError;
-use super::source::{Source, exactly};
+use super::source::{Source, cell_name, exactly};
 use super::units::LENGTH;
 use serde::Deserialize;
 use sinew_energy::listed;
 use sinew_mesh::{
-    AnyMesh, Biventricle, IdealLiver, ReadReport, TruncatedEllipsoid, box_hexahedra, box_tetrahedra,
+    AnyMesh, Biventricle, IdealLiver, MeshError, ReadReport, TruncatedEllipsoid, box_hexahedra,
+    box_tetrahedra,
 };
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
@@ -15,7 +17,7 @@ use std::sync::{Arc, OnceLock};
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshSource {
-    /// A VTK, VTU, gmsh or Abaqus file, relative to the case file.
+    /// A VTK, VTU, gmsh, Abaqus or CARP file, relative to the case file.
     pub file: Option<PathBuf>,
     /// A box.
     #[serde(rename = "box")]
@@ -28,8 +30,10 @@ pub struct MeshSource {
     pub liver: Option<LiverMesh>,
     /// Cells of what is made.
     pub element: Option<Element>,
-    /// Unit of length of the numbers above and in the file; mm by default.
+    /// Unit of length of the numbers above and in the file; mm by default, µm of CARP files.
     pub unit: Option<String>,
+    /// Sets and labels of the cells that are not cut away; all if none is named.
+    pub keep: Vec<toml::Value>,
     /// Whether nodes at the same place in the file become one.
     pub merge: bool,
     /// Changes of the file's mesh by its reader, once a body was made of it.
@@ -116,11 +120,19 @@ pub enum Element {
 /// \[relative to their extent\].
 const SURFACE_HEIGHT: f64 = 1e-3;
 
+/// Micrometre, the unit of CARP files \[mm\].
+pub(super) const MICROMETRE: f64 = 1e-3;
+
 impl MeshSource {
     /// The unit of length \[mm\].
     pub(super) fn scale(&self, source: &Source) -> Result<f64, CaseError> {
         let found = LENGTH.unit(self.unit.as_deref().unwrap_or("mm"));
         found.map(|(_, mm)| mm).map_err(|reason| source.error(&["mesh", "unit"], reason))
+    }
+
+    /// The factor of lengths that a reader returned.
+    pub(super) fn factor(&self, scale: f64, report: &ReadReport) -> f64 {
+        if report.in_micrometres && self.unit.is_some() { scale / MICROMETRE } else { scale }
     }
 
     /// Refuses a surface in the place of a body.
@@ -131,7 +143,9 @@ impl MeshSource {
         }
         let file = self.file.as_deref().unwrap_or(Path::new("the mesh"));
         let rim = mesh.boundary_facets().len();
-        let advice = if rim == 0 {
+        let advice = if x.min(y) <= SURFACE_HEIGHT * z {
+            "a plane body lies in x–y; turn this one there in the program that made it".to_string()
+        } else if rim == 0 {
             "fill it with tetrahedra first, for example by gmsh, TetGen or fTetWild. The wall of a ventricle is filled between \
              its surfaces by `sinew mesh ventricle`"
                 .to_string()
@@ -167,39 +181,50 @@ impl MeshSource {
             let reason = "nodes of a file are merged, not those of a mesh that is made or in memory; leave it out";
             return Err(source.error(&["mesh", "merge"], reason.into()));
         }
-        let mut mesh = match &self.given {
-            Some(mesh) => (**mesh).clone(),
+        let (mut mesh, mut report) = match &self.given {
+            Some(mesh) => ((**mesh).clone(), ReadReport::default()),
             None => self.read_or_made(source)?,
         };
+        let scale = self.factor(scale, &report);
+        report.in_micrometres &= self.unit.is_none();
         if scale != 1.0 {
             mesh.map_points(|x| x.map(|x| scale * x));
+        }
+        if !self.keep.is_empty() {
+            let names: Vec<String> = self.keep.iter().map(cell_name).collect();
+            let all = mesh.cell_count();
+            mesh.keep(&names).map_err(|why| source.error(&["mesh", "keep"], why.to_string()))?;
+            let gone = all - mesh.cell_count();
+            report.left_out.push(format!("{gone} of {all} cells, which `keep` does not name,"));
+        }
+        if self.file.is_some() {
+            // The first reading stands for all.
+            let _ = self.report.set(report);
         }
         Ok(mesh)
     }
 
-    /// The mesh of the file or of the numbers, in its unit.
-    fn read_or_made(&self, source: &Source) -> Result<AnyMesh, CaseError> {
+    /// The mesh of the file or of the numbers, in its unit, and what its reader changed.
+    fn read_or_made(&self, source: &Source) -> Result<(AnyMesh, ReadReport), CaseError> {
         let element = self.element.unwrap_or_default();
         let made = (&self.cuboid, &self.ellipsoid, &self.biventricle, &self.liver);
-        Ok(match (&self.file, made) {
+        let mesh = match (&self.file, made) {
             (Some(file), (None, None, None, None)) => {
                 if self.element.is_some() {
                     let reason = "a file holds its own kind of cell; leave it out".into();
                     return Err(source.error(&["mesh", "element"], reason));
                 }
                 let error = |reason| self.file_error(source, reason);
-                if !file.exists() {
-                    let reason = format!(
-                        "there is no file {}; put it there, or name another with --mesh FILE",
-                        file.display()
-                    );
-                    return Err(error(reason));
-                }
                 let read = if self.merge { sinew_mesh::read_merged } else { sinew_mesh::read };
-                let (mesh, report) = read(file).map_err(|reason| error(reason.to_string()))?;
-                // The first reading stands for all.
-                let _ = self.report.set(report);
-                mesh
+                return read(file).map_err(|reason| match reason {
+                    MeshError::File { path, source } if source.kind() == ErrorKind::NotFound => {
+                        error(format!(
+                            "there is no file {}; put it there, or name another with --mesh FILE",
+                            path.display()
+                        ))
+                    }
+                    reason => error(reason.to_string()),
+                });
             }
             (None, (Some(cuboid), None, None, None)) => cuboid.make(element, source)?,
             (None, (None, Some(ellipsoid), None, None)) => ellipsoid.make(element, source)?,
@@ -210,7 +235,8 @@ impl MeshSource {
                     "give one of `file`, `box`, `ellipsoid`, `biventricle` and `liver`".into();
                 return Err(source.error(&["mesh"], reason));
             }
-        })
+        };
+        Ok((mesh, ReadReport::default()))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Probable mistakes in a case that can be solved: sizes, stiffnesses and supports outside those of soft tissue.
 
 use super::Case;
+use super::mesh::MICROMETRE;
 use super::units::length_within;
 use crate::output::least_and_largest_ratio;
 use rayon::prelude::*;
@@ -76,11 +77,15 @@ impl Case {
 
     /// Advice about the unit of a mesh that makes a body of a size \[mm\] that no tissue has.
     fn fitting_unit(&self, size: f64) -> String {
-        let bare = size / self.mesh.scale(&self.source).unwrap_or(1.0);
+        let scale = self.mesh.scale(&self.source).unwrap_or(1.0);
+        let converted = self.mesh.report.get().is_some_and(|report| report.in_micrometres);
+        let bare = size / if converted { MICROMETRE } else { scale };
         let fits = (SIZES[0]..=SIZES[1]).contains(&bare);
         match (length_within(bare, SIZES), &self.mesh.unit) {
             (_, Some(unit)) if fits => {
-                format!("if its lengths are in mm, leave out unit = \"{unit}\" under [mesh]")
+                format!(
+                    "if its lengths are in mm, write \"mm\" in place of unit = \"{unit}\" under [mesh]"
+                )
             }
             (Some(unit), _) => format!(
                 "if its lengths are in another unit, say so: unit = \"{unit}\" under [mesh]"

@@ -1,9 +1,9 @@
 //! Sets of nodes and facets by where they are.
 
-use super::source::{Source, advise, exactly, exactly_if_any, meant};
+use super::source::{Source, advise, cell_name, exactly, exactly_if_any, meant};
 use super::{Case, CaseError};
 use serde::Deserialize;
-use sinew_mesh::{AnyMesh, Selection, TriangleMesh, read_mesh};
+use sinew_mesh::{AnyMesh, ReadReport, Selection, TriangleMesh, read_mesh};
 use std::path::{Path, PathBuf};
 
 /// Conditions on nodes and facets, all of which hold. Lengths are in mm.
@@ -28,6 +28,9 @@ pub struct Select {
     pub nearest: Option<[f64; 3]>,
     /// Members of a set of the mesh, or of another selection.
     pub set: Option<String>,
+    /// Facets between the cells of two sets or labels.
+    #[serde(deserialize_with = "exactly_if_any")]
+    pub between: Option<[toml::Value; 2]>,
     /// Points in at least one of these.
     pub any: Option<Vec<Select>>,
     /// These do not hold together.
@@ -108,6 +111,9 @@ pub struct SelectNear {
     pub rather_than: Vec<PathBuf>,
 }
 
+/// The factor of the lengths of a file that was read.
+type Scale<'s> = &'s dyn Fn(&ReadReport) -> f64;
+
 impl Select {
     /// This and all selections within it.
     fn walk<'s>(&'s self, visit: &mut dyn FnMut(&'s Self)) {
@@ -134,8 +140,9 @@ impl Select {
     }
 
     /// The selection; files of surfaces are scaled to mm.
-    fn selection(&self, scale: f64) -> Result<Selection, String> {
-        let Self { plane, beyond, cuboid, sphere, facing, near, nearest, set, any, not } = self;
+    fn selection(&self, scale: Scale<'_>) -> Result<Selection, String> {
+        let Self { plane, beyond, cuboid, sphere, facing, near, nearest, set, between, any, not } =
+            self;
         let mut all: Vec<Selection> = Vec::new();
         all.extend(plane.map(|p| Selection::near_plane(p.point, p.normal, p.within)));
         all.extend(beyond.map(|p| Selection::half_space(p.point, p.normal)));
@@ -144,6 +151,7 @@ impl Select {
         all.extend(facing.map(|f| Selection::facing(f.direction, f.degrees)));
         all.extend(nearest.map(Selection::nearest));
         all.extend(set.clone().map(Selection::set));
+        all.extend(between.as_ref().map(|[a, b]| Selection::between(cell_name(a), cell_name(b))));
         if let Some(near) = near {
             all.extend(near.selections(scale)?);
         }
@@ -155,13 +163,13 @@ impl Select {
             all.push(not.selection(scale)?.opposite());
         }
         all.into_iter().reduce(Selection::and).ok_or_else(|| {
-            "give at least one of plane, beyond, box, sphere, facing, near, nearest, set, any and not".into()
+            "give at least one of plane, beyond, box, sphere, facing, near, nearest, set, between, any and not".into()
         })
     }
 }
 
 impl SelectNear {
-    fn selections(&self, scale: f64) -> Result<Vec<Selection>, String> {
+    fn selections(&self, scale: Scale<'_>) -> Result<Vec<Selection>, String> {
         let surface = surface(&self.surface, scale)?;
         let others = self.rather_than.iter().map(|file| self::surface(file, scale));
         let others = others.collect::<Result<Vec<_>, _>>()?;
@@ -174,8 +182,9 @@ impl SelectNear {
     }
 }
 
-fn surface(file: &Path, scale: f64) -> Result<TriangleMesh, String> {
-    let (mut surface, _) = read_mesh::<3>(file).map_err(|error| error.to_string())?;
+fn surface(file: &Path, scale: Scale<'_>) -> Result<TriangleMesh, String> {
+    let (mut surface, report) = read_mesh::<3>(file).map_err(|error| error.to_string())?;
+    let scale = scale(&report);
     surface.points.iter_mut().flatten().for_each(|x| *x *= scale);
     Ok(surface)
 }
@@ -250,7 +259,8 @@ impl Case {
                 return Err(self.source.error(&["select", name], reason.into()));
             }
             for &name in &ready {
-                select(name, &self.select[name], scale, mesh, &self.source)?;
+                let scale = |report: &ReadReport| self.mesh.factor(scale, report);
+                select(name, &self.select[name], &scale, mesh, &self.source)?;
             }
             left.retain(|name| !ready.contains(name));
         }
@@ -261,7 +271,7 @@ impl Case {
 fn select(
     name: &str,
     select: &Select,
-    scale: f64,
+    scale: Scale<'_>,
     mesh: &mut AnyMesh,
     source: &Source,
 ) -> Result<(), CaseError> {

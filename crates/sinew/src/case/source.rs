@@ -191,6 +191,11 @@ pub(crate) fn advise<'a>(
     }
 }
 
+/// Name of cells: a set, a label such as `region:3`, or the number of a label.
+pub(crate) fn cell_name(value: &toml::Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), String::from)
+}
+
 /// An array that holds as many values as are read, not more: the TOML reader overlooks those.
 pub(crate) fn exactly<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
     deserializer: D,

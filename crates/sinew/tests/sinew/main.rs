@@ -8,6 +8,7 @@ mod campaigns;
 mod case_files;
 mod command_lines;
 mod damaged_cases;
+mod four_chambers;
 mod keys;
 mod locking;
 mod newcomer;
