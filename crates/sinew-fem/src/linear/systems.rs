@@ -104,11 +104,13 @@ impl System<'_> {
     }
 
     /// Overwrites forces with the change of the free displacements by the stiffness that was factorised last. Conjugate gradients leave a residual of
-    /// [`CORRECTION`].
+    /// [`CORRECTION`], and NaN where they do not converge.
     pub(crate) fn back_substitute(&self, forces: &mut [f64]) {
         if self.iterates {
-            let (change, _, _) = self.iterate_again(forces, CORRECTION);
-            forces.copy_from_slice(&change);
+            match self.iterate_again(forces, CORRECTION) {
+                (change, _, End::Converged) => forces.copy_from_slice(&change),
+                _ => forces.fill(f64::NAN),
+            }
         } else {
             self.factor.solve(forces);
         }
