@@ -1,7 +1,6 @@
 //! Edges and facets.
 
 use crate::{Facet, HexMesh, Mesh, TetMesh};
-use std::collections::HashMap;
 
 /// The unique undirected edges as `[larger node, smaller node]`, ascending: the order
 /// `[sender, receiver]` of the thesis' graphs. An edge with a middle node counts as its two halves.
@@ -25,11 +24,12 @@ pub fn edges<const N: usize>(mesh: &Mesh<N>) -> Vec<[usize; 2]> {
 
 /// The facets that belong to one cell only, ascending by cell.
 pub fn boundary_facets<const N: usize>(mesh: &Mesh<N>) -> Vec<Facet> {
-    let mut owners = HashMap::with_capacity(mesh.cells.len() * N);
-    for facet in facets(mesh) {
-        *owners.entry(facet_key(mesh, facet)).or_insert(0usize) += 1;
-    }
-    facets(mesh).filter(|&facet| owners[&facet_key(mesh, facet)] == 1).collect()
+    let mut sides: Vec<_> = facets(mesh).map(|facet| (facet_key(mesh, facet), facet)).collect();
+    sides.sort_unstable();
+    let alone = sides.chunk_by(|a, b| a.0 == b.0).filter(|sides| sides.len() == 1);
+    let mut boundary: Vec<_> = alone.map(|sides| sides[0].1).collect();
+    boundary.sort_unstable();
+    boundary
 }
 
 /// Every facet of every cell, inner ones twice.

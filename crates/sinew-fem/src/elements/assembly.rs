@@ -3,6 +3,7 @@
 use crate::diagnose::named::CellValue;
 use crate::elements::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete};
 use crate::elements::cells::{MOST_WORST, least, per_cell};
+use crate::elements::convex::make_convex;
 use crate::elements::patch::PatchResponse;
 use crate::elements::predicted::{PredictedStress, replace_stress};
 use crate::elements::state::State;
@@ -40,6 +41,8 @@ pub(crate) struct Assembly {
     pub(crate) patches: Vec<PatchResponse>,
     /// Whether the bulk modulus acts as a constraint on J.
     pub(crate) nearly_incompressible: bool,
+    /// Number of tangents that lost negative eigenvalues, where they shall.
+    pub(crate) convex: Option<usize>,
 }
 
 /// Residual at equilibrium as a multiple of the estimated rounding error: measured residuals are 0.9–1.6 of it.
@@ -79,6 +82,7 @@ impl Assembly {
             points: vec![(Mat3::ZERO, Response::INADMISSIBLE); points],
             patches: Vec::new(),
             nearly_incompressible: false,
+            convex: None,
         }
     }
 
@@ -199,6 +203,9 @@ impl Assembly {
                         self.nearly_incompressible,
                     );
                 }
+                if let Some(count) = &mut self.convex {
+                    *count += usize::from(make_convex(&mut tangent));
+                }
                 add_stiffness(&tangent, shape, volume, &mut blocks);
                 self.points[point] = (h, response);
             }
@@ -268,6 +275,11 @@ impl Assembly {
                         self.nearly_incompressible,
                     );
                 }
+            }
+            if let Some(count) = &mut self.convex {
+                let points = patch.points.iter_mut();
+                *count +=
+                    points.filter_map(|(_, r)| make_convex(&mut r.tangent).then_some(())).count();
             }
             let places = sparsity.cells.of(index);
             let lower =

@@ -6,7 +6,7 @@ mod multigrid;
 mod pattern;
 
 use crate::linear::conjugate_gradients::{End, conjugate_gradients};
-use crate::linear::factor::{MOST_SHIFTS, shift_of};
+use crate::linear::factor::shift_of;
 use crate::linear::sparsity::Sparsity;
 use multigrid::Multigrid;
 use pattern::Pattern;
@@ -59,8 +59,8 @@ impl Aggregation {
         self.hierarchy = None;
     }
 
-    /// Solves with a matrix plus the least tried shift for which conjugate gradients meet no negative curvature: the solution and the
-    /// shift [relative to the mean diagonal]. `None` where they do not converge.
+    /// Solves with a matrix plus the least of `shifts` tried for which conjugate gradients meet no negative curvature: the solution and the
+    /// shift [relative to the mean diagonal]. `None` where there is none, or they do not converge.
     ///
     /// Trials begin without a shift and go on one below the last one. A hierarchy that is present is that of an earlier matrix; it serves all trials unless they take too long.
     /// `positions` are those of the deformed body.
@@ -70,16 +70,17 @@ impl Aggregation {
         positions: &[f64],
         right: &[f64],
         tolerance: f64,
+        shifts: usize,
     ) -> Option<(Vec<f64>, f64)> {
         self.mean = matrix.sparsity.mean_diagonal(matrix.entries);
         let (first, mut matching) = (self.shift.saturating_sub(1).max(LEAST_SHIFT), false);
         self.shift = 0;
         loop {
-            if self.shift >= MOST_SHIFTS {
+            if self.shift >= shifts {
                 return None;
             }
             if self.hierarchy.is_none() {
-                let number = self.build(matrix, positions)?;
+                let number = self.build(matrix, positions, shifts)?;
                 matching = number == self.shift;
             }
             let most =
@@ -100,11 +101,11 @@ impl Aggregation {
 
     /// Builds a hierarchy with the present shift, or the first of growing ones that allows it; returns the number of that one. Smaller shifts leave the
     /// matrix indefinite.
-    fn build(&mut self, matrix: Matrix<'_>, positions: &[f64]) -> Option<usize> {
+    fn build(&mut self, matrix: Matrix<'_>, positions: &[f64], shifts: usize) -> Option<usize> {
         let pattern = self.pattern.get_or_insert_with(|| Arc::new(Pattern::new(matrix.sparsity)));
         let modes = pattern.rigid_modes(matrix.sparsity, positions);
         let mut number = self.shift;
-        while number < MOST_SHIFTS {
+        while number < shifts {
             let blocks = pattern.blocks(matrix.entries, shift_of(number), self.mean);
             self.hierarchy = Multigrid::new(blocks, &modes);
             if self.hierarchy.is_some() {

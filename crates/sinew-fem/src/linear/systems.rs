@@ -6,6 +6,7 @@ use crate::elements::state::load_gradient;
 use crate::elements::system::System;
 use crate::linear::aggregation::{MOST_ITERATIONS, Matrix};
 use crate::linear::conjugate_gradients::End;
+use crate::linear::factor::MOST_SHIFTS;
 use crate::linear::gmres::{LinearOutcome, gmres};
 use crate::linear::method::{MOST_COUNTED, MOST_SINGLE, Method};
 
@@ -77,18 +78,23 @@ impl System<'_> {
         let scattered = |i: usize| ((i * 7919) % 1009) as f64 - 503.7;
         let right: Vec<f64> = (0..self.sparsity.unknowns()).map(scattered).collect();
         self.aggregation.drop_hierarchy();
-        self.iterate(&right, PROBE).map(|(_, shift)| shift)
+        self.iterate(&right, PROBE, MOST_SHIFTS).map(|(_, shift)| shift)
     }
 
     /// Solves with the stiffness that was assembled last plus the least shift that makes it positive definite, by conjugate gradients to a residual of
     /// `tolerance` times the right-hand side: the solution and the shift \[relative to the mean diagonal\]. `None` where they do not converge.
-    pub(crate) fn iterate(&mut self, right: &[f64], tolerance: f64) -> Option<(Vec<f64>, f64)> {
+    pub(crate) fn iterate(
+        &mut self,
+        right: &[f64],
+        tolerance: f64,
+        shifts: usize,
+    ) -> Option<(Vec<f64>, f64)> {
         let positions = self.body.positions.as_flattened().iter();
         let positions: Vec<f64> =
             positions.zip(&self.assembly.displacement).map(|(x, u)| x + u).collect();
         let matrix = Matrix { sparsity: &self.sparsity, entries: &self.assembly.matrix };
         self.iterates = true;
-        self.aggregation.solve_shifted(matrix, &positions, right, tolerance)
+        self.aggregation.solve_shifted(matrix, &positions, right, tolerance, shifts)
     }
 
     /// Solves with the stiffness and the shift of the last [`System::iterate`].
@@ -98,11 +104,13 @@ impl System<'_> {
     }
 
     /// Overwrites forces with the change of the free displacements by the stiffness that was factorised last. Conjugate gradients leave a residual of
-    /// [`CORRECTION`].
+    /// [`CORRECTION`], and NaN where they do not converge.
     pub(crate) fn back_substitute(&self, forces: &mut [f64]) {
         if self.iterates {
-            let (change, _, _) = self.iterate_again(forces, CORRECTION);
-            forces.copy_from_slice(&change);
+            match self.iterate_again(forces, CORRECTION) {
+                (change, _, End::Converged) => forces.copy_from_slice(&change),
+                _ => forces.fill(f64::NAN),
+            }
         } else {
             self.factor.solve(forces);
         }

@@ -20,7 +20,7 @@ pub struct Iteration {
     pub worst_cell: usize,
     /// Fraction of the Newton step that was taken from here; 0 when none was.
     pub step: f64,
-    /// Multiple of the mean diagonal that made the stiffness positive definite; 0 when it was.
+    /// Multiple of the mean diagonal that made the stiffness positive definite, 1e-6 where cells without negative eigenvalues did; 0 when it was.
     pub shift: f64,
 }
 

@@ -17,6 +17,7 @@ use crate::elements::predicted::{PredictedStress, is_nearly_incompressible};
 use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{Residual, System};
+use crate::linear::factor::MOST_SHIFTS;
 use crate::linear::method::MOST_COUNTED;
 use crate::linear::vector::dot;
 use crate::solve::line::Line;
@@ -43,6 +44,9 @@ const FULL_STEPS: usize = 2;
 
 /// Residual \[relative to the forces\] of the displacements that follow supports: the steps after them correct it.
 const SUPPORTS: f64 = 1e-4;
+
+/// Shift \[relative to the mean diagonal\] that stands for convex cells, which needed none.
+const CONVEX: f64 = 1e-6;
 
 /// Relative accuracy from which an equilibrium counts as intermediate.
 const ROUGH: f64 = 1e-6;
@@ -235,7 +239,7 @@ impl System<'_> {
         if search.stale {
             self.aggregation.drop_hierarchy();
         }
-        let mut iterated = self.iterated(&right, forcing);
+        let mut iterated = self.iterated_convex(search, &right, forcing);
         let (shift, negative) = match &iterated {
             Some((_, shift)) => (*shift, usize::from(*shift > 0.0)),
             None => self.factorise(true)?,
@@ -264,12 +268,34 @@ impl System<'_> {
         Some(())
     }
 
+    /// [`System::iterated`] for the stiffness, or for that of convex cells where it is indefinite.
+    fn iterated_convex(
+        &mut self,
+        search: &Search<'_>,
+        right: &[f64],
+        tolerance: f64,
+    ) -> Option<(Vec<f64>, f64)> {
+        if self.method != Method::Aggregation {
+            return None;
+        }
+        if let Some(plain) = self.iterate(right, tolerance, 1) {
+            return Some(plain);
+        }
+        self.assembly.convex = Some(0);
+        self.assemble_at(search);
+        if self.assembly.convex.take() > Some(0) {
+            self.aggregation.drop_hierarchy();
+        }
+        let (change, shift) = self.iterated(right, tolerance)?;
+        Some((change, shift.max(CONVEX)))
+    }
+
     /// [`System::iterate`] where that is the method of the search, which goes on with factors if it fails.
     fn iterated(&mut self, right: &[f64], tolerance: f64) -> Option<(Vec<f64>, f64)> {
         if self.method != Method::Aggregation {
             return None;
         }
-        let iterated = self.iterate(right, tolerance);
+        let iterated = self.iterate(right, tolerance, MOST_SHIFTS);
         if iterated.is_none() {
             self.method = Method::Factor;
             self.aggregation.clear();

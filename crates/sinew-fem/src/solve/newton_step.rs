@@ -155,6 +155,9 @@ impl Solver<'_> {
         let mut direction = vec![0.0; from.len()];
         self.system.add_newton_step(gradient, &mut direction);
         let promised = -dot(gradient, &direction);
+        if !promised.is_finite() {
+            return Err(SolveError::Singular);
+        }
         let mut step = NewtonStep {
             displacement: from.to_vec(),
             energy_norm: promised.max(0.0).sqrt(),

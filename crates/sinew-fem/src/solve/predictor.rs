@@ -9,6 +9,7 @@
 use crate::Method;
 use crate::elements::supports::place;
 use crate::elements::system::System;
+use crate::linear::factor::MOST_SHIFTS;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sinew_num::Mat3;
 
@@ -36,7 +37,7 @@ impl System<'_> {
         if self.method == Method::Aggregation {
             self.aggregation.drop_hierarchy();
             let right: Vec<f64> = self.sparsity.gather(&forces).map(|f| -f).collect();
-            if let Some((change, _)) = self.iterate(&right, ACCURACY) {
+            if let Some((change, _)) = self.iterate(&right, ACCURACY, MOST_SHIFTS) {
                 self.sparsity.scatter(change, u);
             }
         } else if self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {

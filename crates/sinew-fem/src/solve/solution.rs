@@ -25,7 +25,7 @@ pub struct Solution {
     pub load_factor: f64,
     /// Norm of the unbalanced nodal forces \[stress·length²\].
     pub residual: f64,
-    /// Error that the iteration leaves: mean nodal length of the Newton step that would follow \[length\]; `None` without a potential.
+    /// Error that the iteration leaves: mean nodal length of the Newton step that would follow \[length\]; `None` without a potential, or where conjugate gradients do not tell it.
     pub iteration_error: Option<f64>,
     /// Norm of the residual of the volume constraint \[length³\].
     pub volume_residual: f64,
@@ -66,6 +66,7 @@ impl Solution {
             system.add_newton_step(&system.assembly.gradient, &mut next);
             mean_and_largest(&next)[0]
         });
+        let iteration_error = iteration_error.filter(|error| error.is_finite());
         Self {
             displacement: found.unknowns.displacement,
             pressure: found.unknowns.pressure,

@@ -130,6 +130,9 @@ impl System<'_> {
         let (shift, _) = self.factorise(true).ok_or(SolveError::Singular)?;
         let mut change: Vec<f64> = rate.iter().map(|r| -r).collect();
         self.back_substitute(&mut change);
+        if change.iter().any(|x| !x.is_finite()) {
+            return Err(SolveError::Singular);
+        }
         let mut response = motion.to_vec();
         self.sparsity.scatter(change, &mut response);
         Ok((response, shift == 0.0))

@@ -1,0 +1,48 @@
+//! Tangents without negative eigenvalues.
+
+use nalgebra::SMatrix;
+
+/// Negative eigenvalue \[relative to the mean one\] that a tangent may keep.
+const NEARLY: f64 = 1e-2;
+
+/// Replaces the negative eigenvalues of a tangent by zero, if there are any (J. Teran, E. Sifakis, G. Irving, R. Fedkiw, Symposium on Computer Animation,
+/// 2005); whether it did.
+pub(crate) fn make_convex(tangent: &mut [[f64; 9]; 9]) -> bool {
+    let matrix = SMatrix::<f64, 9, 9>::from_fn(|i, j| 0.5 * (tangent[i][j] + tangent[j][i]));
+    let nearly = SMatrix::identity() * (NEARLY / 9.0 * matrix.trace().abs());
+    if (matrix + nearly).cholesky().is_some() {
+        return false;
+    }
+    let eigen = matrix.symmetric_eigen();
+    let negative = eigen.eigenvalues.map(|value| value.min(0.0));
+    let part =
+        eigen.eigenvectors * SMatrix::from_diagonal(&negative) * eigen.eigenvectors.transpose();
+    for (i, row) in tangent.iter_mut().enumerate() {
+        row.iter_mut().enumerate().for_each(|(j, entry)| *entry -= part[(i, j)]);
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn negative_eigenvalues_become_zero_and_others_stay() {
+        let entry = |i: usize, j: usize| ((3 * i * j + 5 * (i + j)) % 7) as f64 - 2.0;
+        let before = SMatrix::<f64, 9, 9>::from_fn(entry);
+        let mut tangent: [[f64; 9]; 9] =
+            std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
+        assert!(make_convex(&mut tangent));
+        let after = SMatrix::<f64, 9, 9>::from_fn(|i, j| tangent[i][j]);
+        let sorted = |matrix: SMatrix<f64, 9, 9>| {
+            let mut values: [f64; 9] = matrix.symmetric_eigenvalues().into();
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        for (before, after) in sorted(before).into_iter().zip(sorted(after)) {
+            assert!((before.max(0.0) - after).abs() < 1e-12, "{before} became {after}");
+        }
+        assert!(!make_convex(&mut tangent));
+    }
+}
