@@ -55,7 +55,7 @@ impl Solver<'_> {
             return Err(SolveError::VolumeControl { problem: "supports prescribe a motion" });
         }
         let Some(first) = potential.pressures.first() else {
-            let problem = "no pressure acts on a surface whose rim is held";
+            let problem = "no pressure acts on a surface whose rim is held or has a lid";
             return Err(SolveError::VolumeControl { problem });
         };
         Ok(PressureSurface { magnitude: Magnitude::Fixed(1.0), ..first.clone() })
