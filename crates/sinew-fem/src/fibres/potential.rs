@@ -227,6 +227,21 @@ mod tests {
     }
 
     #[test]
+    fn conjugate_gradients_meet_a_closed_form() {
+        const SIZE: usize = 200;
+        let row = |i: usize| {
+            let beside = i.checked_sub(1).map(|above| Triplet::new(above, i, -1.0));
+            beside.into_iter().chain([Triplet::new(i, i, 2.0)])
+        };
+        let upper: Vec<_> = (0..SIZE).flat_map(row).collect();
+        for (i, x) in iterated(&upper, &[1.0; SIZE]).unwrap().into_iter().enumerate() {
+            let exact = ((i + 1) * (SIZE - i)) as f64 / 2.0;
+            assert!((x / exact - 1.0).abs() < 1e-11, "{x} instead of {exact}");
+        }
+        assert_eq!(iterated(&[Triplet::new(0, 0, -1.0)], &[1.0]), None);
+    }
+
+    #[test]
     fn flat_cells_are_named() {
         let mut mesh = box_tetrahedra([1.0; 3], [1; 3]);
         mesh.cells[4].swap(1, 2);
