@@ -57,7 +57,8 @@ impl<'m> Laplacian<'m> {
         let mut unknown = vec![usize::MAX; prescribed.len()];
         free.iter().enumerate().for_each(|(at, &node)| unknown[node] = at);
         let mut right = vec![0.0; free.len()];
-        let mut upper = Vec::with_capacity(10 * self.mesh.cells.len());
+        // Entries of each column from the diagonal up.
+        let mut columns: Vec<Vec<(usize, f64)>> = vec![Vec::new(); free.len()];
         for (cell, nodes) in self.mesh.cells.iter().enumerate() {
             let (shape, volume) = (&self.shape_gradients[cell], self.volumes[cell]);
             let weight = volume * conductivity.map_or(1.0, |k| k[cell]);
@@ -71,13 +72,21 @@ impl<'m> Laplacian<'m> {
                     match prescribed[second] {
                         Some(value) => right[unknown[first]] -= entry * value,
                         None if unknown[first] <= unknown[second] => {
-                            upper.push(Triplet::new(unknown[first], unknown[second], entry));
+                            let column = &mut columns[unknown[second]];
+                            match column.iter_mut().find(|(row, _)| *row == unknown[first]) {
+                                Some((_, sum)) => *sum += entry,
+                                None => column.push((unknown[first], entry)),
+                            }
                         }
                         None => {}
                     }
                 }
             }
         }
+        let columns = columns.iter().enumerate();
+        let upper: Vec<_> = columns
+            .flat_map(|(at, column)| column.iter().map(move |&(row, x)| Triplet::new(row, at, x)))
+            .collect();
         let large = free.len() > LARGE;
         match large.then(|| iterated(&upper, &right)).flatten() {
             Some(solution) => right = solution,
@@ -215,6 +224,21 @@ mod tests {
         let values = laplacian.solve(&prescribed, 0.0, Some(&conductivity)).unwrap();
         let middle = mesh.points.iter().zip(&values).filter(|(x, _)| x[0] == 1.0);
         middle.for_each(|(_, value)| assert!((value - 0.5).abs() < 1e-14));
+    }
+
+    #[test]
+    fn conjugate_gradients_meet_a_closed_form() {
+        const SIZE: usize = 200;
+        let row = |i: usize| {
+            let beside = i.checked_sub(1).map(|above| Triplet::new(above, i, -1.0));
+            beside.into_iter().chain([Triplet::new(i, i, 2.0)])
+        };
+        let upper: Vec<_> = (0..SIZE).flat_map(row).collect();
+        for (i, x) in iterated(&upper, &[1.0; SIZE]).unwrap().into_iter().enumerate() {
+            let exact = ((i + 1) * (SIZE - i)) as f64 / 2.0;
+            assert!((x / exact - 1.0).abs() < 1e-11, "{x} instead of {exact}");
+        }
+        assert_eq!(iterated(&[Triplet::new(0, 0, -1.0)], &[1.0]), None);
     }
 
     #[test]

@@ -9,7 +9,7 @@
 //!   the energy enough.
 //! - A step that raises the energy turns no cell by more than half a radian, and raises it within bounds.
 //!
-//! Where there is a potential, a shift makes the stiffness positive definite, so that steps descend. Without one, steps
+//! Where there is a potential, a shift makes the stiffness positive definite, in large bodies after its cells are made convex, so that steps descend. Without one, steps
 //! use the unsymmetric or indefinite stiffness itself; only the volume of the cells limits their length.
 
 use crate::elements::moduli::bulk_to_shear;
