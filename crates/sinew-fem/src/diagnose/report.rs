@@ -12,10 +12,9 @@ use crate::diagnose::named::CellValue;
 use crate::elements::cells::{
     MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
-use crate::elements::check::check_length;
 use crate::elements::state::State;
 use crate::{Solution, SolveError, locking};
-use forces::Forces;
+use forces::{Forces, check};
 use sinew_energy::Body;
 
 /// Numbers that tell whether a solution can be trusted; its `Display` is a readable block.
@@ -113,19 +112,6 @@ impl SolutionReport {
         let reaction = |i: usize| self.reactions.iter().map(|r| r.force[i]).sum::<f64>();
         [0, 1, 2].map(|i| self.loads[i] + self.elastic_supports[i] + reaction(i))
     }
-}
-
-/// Requires arrays of the lengths of a body's.
-fn check(
-    body: &Body,
-    displacement: &[f64],
-    pressure: &[f64],
-    theta: &[f64],
-) -> Result<(), SolveError> {
-    body.check_theta(theta)?;
-    check_length(body.prescribed.len(), displacement)?;
-    let unknowns = body.pressure_field.as_ref().map_or(0, |field| field.unknowns);
-    check_length(unknowns, pressure)
 }
 
 fn relative(residual: f64, scale: f64) -> f64 {

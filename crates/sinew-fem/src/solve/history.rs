@@ -1,6 +1,5 @@
 //! History of a solve, iteration by iteration.
 
-use crate::solve::watch::short;
 use std::fmt;
 
 /// One Newton iteration: the state it started from and the step it took.
@@ -63,4 +62,9 @@ impl fmt::Display for History {
         }
         Ok(())
     }
+}
+
+/// A number about one in eight characters, larger ones by their exponent.
+pub(crate) fn short(value: f64) -> String {
+    if value.abs() < 1e3 { format!("{value:.6}") } else { format!("{value:.2e}") }
 }

@@ -1,6 +1,7 @@
 //! Watching a solve while it runs.
 
 use crate::diagnose::named::CellValue;
+use crate::solve::history::short;
 use crate::{Advice, History, Iteration, NotConverged, SolveError};
 use std::fmt;
 
@@ -59,11 +60,6 @@ impl fmt::Display for Progress<'_> {
             self.step
         )
     }
-}
-
-/// A number about one in eight characters, larger ones by their exponent.
-pub(crate) fn short(value: f64) -> String {
-    if value.abs() < 1e3 { format!("{value:.6}") } else { format!("{value:.2e}") }
 }
 
 /// Prints one line per iteration to the standard error stream, for [`crate::Solver::solve_watched`].

@@ -1,9 +1,24 @@
 //! Nodal forces and energies of a solution.
 
+use crate::SolveError;
+use crate::elements::check::check_length;
 use crate::elements::followers::Followers;
 use crate::elements::state::{State, load_gradient};
 use sinew_energy::Body;
 use sinew_num::Mat3;
+
+/// Requires arrays of the lengths of a body's.
+pub(super) fn check(
+    body: &Body,
+    displacement: &[f64],
+    pressure: &[f64],
+    theta: &[f64],
+) -> Result<(), SolveError> {
+    body.check_theta(theta)?;
+    check_length(body.prescribed.len(), displacement)?;
+    let unknowns = body.pressure_field.as_ref().map_or(0, |field| field.unknowns);
+    check_length(unknowns, pressure)
+}
 
 /// Forces on a body.
 pub(super) struct Forces {

@@ -1,7 +1,6 @@
 //! Reactions of the supports.
 
-use super::check;
-use super::forces::Forces;
+use super::forces::{Forces, check};
 use crate::SolveError;
 use crate::elements::state::State;
 use crate::elements::supports::part;
@@ -39,7 +38,7 @@ pub struct Reaction {
 /// ```
 ///
 /// # Errors
-/// Arrays that are not of this body, by their lengths.
+/// Arrays of other lengths than the body's.
 pub fn reactions(
     body: &Body,
     displacement: &[f64],
