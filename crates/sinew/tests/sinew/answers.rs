@@ -252,7 +252,7 @@ fn what_no_tissue_has_is_warned_of() {
     said(
         "[mesh]",
         "[mesh]\nunit = \"m\"",
-        &["mesh", "mm in size", "between 1 and 1000 mm", "are in mm, leave out"],
+        &["mesh", "mm in size", "between 1 and 1000 mm", "are in mm, write \"mm\""],
     );
     said("mu = [8.0, 16.0]", "mu = [8e3, 16e6]", &["line 9, parameters", "kPa", "unit = \"Pa\""]);
     let soft = "mu = { range = [8.0, 16.0], unit = \"Pa\" }";

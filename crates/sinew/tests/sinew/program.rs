@@ -304,8 +304,9 @@ fn a_campaign_in_shards_is_that_of_one_process() {
     let [parts, whole] =
         ["parts", "whole"].map(|run| table(&folder.join(run).join("sample/cases.csv")));
     assert_eq!(parts.len(), whole.len());
+    // Reactions across the load cancel to rounding errors of forces of some kPa mm².
     for (a, b) in parts.iter().zip(&whole) {
-        assert!((a - b).abs() <= 1e-10 * b.abs(), "{a} for {b}");
+        assert!((a - b).abs() <= 1e-10 * b.abs().max(1e-3), "{a} for {b}");
     }
     // Another campaign does not mix with it, and damage is noticed.
     let (_, told) = refused(folder, "sample bar.toml --count 12 --solve --out parts --shard 1/4");
