@@ -90,11 +90,11 @@ impl Fibres {
             ));
         }
         for name in self.fields() {
-            if let Some(field) = other.cell_fields().get(name) {
-                mesh.cell_fields_mut().insert(name.into(), field.clone());
-            } else if let Some(field) = other.point_fields().get(name) {
-                mesh.point_fields_mut().insert(name.into(), field.clone());
-            }
+            let of_cells = other.cell_fields().get(name);
+            let Some(field) = of_cells.or_else(|| other.point_fields().get(name)) else {
+                return Err(format!("{} has no field `{name}`", file.display()));
+            };
+            put(mesh, name, field.clone(), of_cells.is_some());
         }
         Ok(())
     }
@@ -161,10 +161,16 @@ fn relative(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
 pub(super) fn write(rows: &[[[f64; 3]; 3]], mesh: &mut AnyMesh) {
     for (index, name) in WRITTEN.iter().enumerate() {
         let rows: Vec<_> = rows.iter().map(|frame| frame[index]).collect();
-        let of_cells = rows.len() == mesh.cell_count();
-        let fields = if of_cells { mesh.cell_fields_mut() } else { mesh.point_fields_mut() };
-        fields.insert((*name).into(), Field::vectors(&rows));
+        put(mesh, name, Field::vectors(&rows), rows.len() == mesh.cell_count());
     }
+}
+
+/// Puts a field of cells, or of nodes, in the place of both that have its name.
+fn put(mesh: &mut AnyMesh, name: &str, field: Field, of_cells: bool) {
+    mesh.cell_fields_mut().remove(name);
+    mesh.point_fields_mut().remove(name);
+    let fields = if of_cells { mesh.cell_fields_mut() } else { mesh.point_fields_mut() };
+    fields.insert(name.into(), field);
 }
 
 /// Unit directions per cell or node, as many as the law reads, one after the other.

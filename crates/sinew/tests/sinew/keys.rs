@@ -176,6 +176,11 @@ fn factors_are_read_from_fields_of_cells_and_of_nodes() {
     };
     let turned = body(&from(&fibres, &other));
     assert!((turned.material.directions(5)[0][1] - 0.5_f64.sqrt()).abs() < 1e-12);
+    // A field that the second file lacks is not that of the body's own file.
+    let helix = other.cell_fields.remove("helix").unwrap();
+    mesh.cell_fields.insert("helix".into(), helix);
+    sinew_mesh::write_vtu(&file, &mesh).unwrap();
+    refusal(&from(&fibres, &other), &["fibres.file", "no field `helix`"]);
     other.points.swap(3, 4);
     refusal(&from(&fibres, &other), &["fibres.file", "same order"]);
     let nodes = with(" = { nodes = \"scar\", factor = 10.0 }");
