@@ -50,7 +50,7 @@ pub use clusters::halves;
 pub use dirichlet::Dirichlet;
 pub use error::{CoordinateError, require_count, require_finite, require_positive};
 pub use motions::{Anchor, Motions};
-pub use polynomial::{MOST, all_terms, check_terms};
+pub use polynomial::{all_terms, check_terms};
 pub use principal::PrincipalDirections;
 pub use scaling::{OutputScale, ParameterRange, ParameterScale, ParameterScaling};
 pub use tree::MotionTree;

@@ -25,11 +25,11 @@ pub(crate) fn matrix(values: &[f64], rows: usize, device: &Device) -> Tensor<2> 
     Tensor::from_data(TensorData::new(values, [rows, columns]), device)
 }
 
-/// Values of a tensor on the host.
-pub(crate) fn values<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f64>> {
-    let data: TensorData = tensor.into_data();
-    Ok(match data.as_slice::<f32>() {
+/// Numbers of a tensor on the host.
+pub(crate) fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f64> {
+    let data = tensor.into_data();
+    match data.as_slice::<f32>() {
         Ok(values) => values.iter().map(|&value| f64::from(value)).collect(),
         Err(_) => data.iter::<f64>().collect(),
-    })
+    }
 }

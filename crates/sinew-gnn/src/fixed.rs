@@ -1,8 +1,9 @@
 //! NetworkPrediction on one geometry, whose message passing is done once.
 
 use burn::tensor::Tensor;
+use std::sync::Arc;
 
-use crate::arrays::{parameter_tensor, values};
+use crate::arrays::{numbers, parameter_tensor};
 use crate::error::{Error, Result};
 use crate::graph_network::GraphNetwork;
 use crate::map::OutputMap;
@@ -22,7 +23,7 @@ pub struct FixedGeometry {
     parameters: ParameterScaling,
     node_parts: Vec<(usize, Tensor<2>)>,
     global: Option<Tensor<2>>,
-    output: OutputMap,
+    output: Arc<OutputMap>,
 }
 
 /// Displacements for a batch of parameter sets.
@@ -83,8 +84,7 @@ impl FixedGeometry {
             let inputs = self.inputs(chunk)?;
             let output =
                 self.emulator.decode_from(&self.node_parts, self.global.clone(), inputs.clone());
-            let output = self.output.complete(output, inputs);
-            displacement.extend(values(self.output.displacement(output))?);
+            displacement.extend(numbers(self.output.displacement(output, &inputs)));
         }
         self.prediction(thetas, displacement)
     }
@@ -107,10 +107,8 @@ impl FixedGeometry {
                 self.global.clone(),
                 inputs.clone(),
             );
-            let tangent = self.output.complete_tangents(tangent, inputs.clone());
-            let output = self.output.complete(output, inputs);
-            let tangent = values(self.output.tangent(&output, tangent))?;
-            displacement.extend(values(self.output.displacement(output))?);
+            let tangent = self.output.tangents(&output, &tangent, &inputs);
+            displacement.extend(numbers(self.output.displacement(output, &inputs)));
             for (set, theta) in chunk.iter().enumerate() {
                 for (parameter, slope) in self.parameters.slopes(theta).into_iter().enumerate() {
                     let from = (parameter * chunk.len() + set) * degrees_of_freedom;

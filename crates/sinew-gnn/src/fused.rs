@@ -26,7 +26,6 @@
 //! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser, in place;
 //! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
 //! - [`Lanes`]: a tensor as the number type of a formula;
-//! - [`rigid_motions`]: motions of nested clusters, composed;
 //! - [`fused_potential`]: an energy from outside of Burn whose backward pass is its residual.
 //!
 //! Every operation has its double in plain tensors in [`mod@reference`], which it agrees with to
@@ -44,11 +43,11 @@ mod error;
 mod host;
 mod index;
 mod lanes;
+mod mapped;
 mod mlp;
 mod mlp_backward;
 mod mlp_kernel;
 mod moments;
-mod motions;
 mod normalise;
 mod orthogonalise;
 mod perceptron;
@@ -68,9 +67,9 @@ pub use elementwise::activate;
 pub use error::IndexError;
 pub use index::GatherPlan;
 pub use lanes::Lanes;
+pub(crate) use mapped::{FieldMap, mapped};
 pub use mlp::gathered_mlp;
 pub use moments::{AdamRule, adam_direction, descend, momentum_direction};
-pub use motions::rigid_motions;
 pub use orthogonalise::orthogonalise;
 pub use perceptron::{Input, LayerNormalisation, PerceptronWeights};
 pub use potential::fused_potential;

@@ -4,6 +4,7 @@ use crate::fused::{GatherPlan, Input};
 use burn::module::{Module, Param, ParamId};
 use burn::tensor::{Device, Tensor};
 
+use crate::arrays::numbers;
 use crate::config::{Decoding, GraphNetworkConfig};
 use crate::error::Result;
 use crate::graph::Graph;
@@ -18,8 +19,22 @@ pub struct Output {
     pub nodes: Tensor<3>,
     /// `[batch, virtual nodes, 6]`, where they are decoded.
     pub clusters: Option<Tensor<3>>,
-    /// Displacement that is added to that of the outputs, `[batch, real nodes, D]`: that of anchors, where there are some.
-    pub added: Option<Tensor<3>>,
+}
+
+impl Output {
+    /// Outputs of clusters and then of nodes, a row for each sample.
+    pub(crate) fn rows(&self, samples: usize) -> Vec<Vec<f64>> {
+        let parts: Vec<_> =
+            self.clusters.iter().chain([&self.nodes]).cloned().map(numbers).collect();
+        let row = |sample: usize| {
+            let part = |part: &'_ Vec<f64>| {
+                let length = part.len() / samples;
+                part[sample * length..(sample + 1) * length].to_vec()
+            };
+            parts.iter().flat_map(part).collect()
+        };
+        (0..samples).map(row).collect()
+    }
 }
 
 /// Embeddings of the nodes of a geometry that are decoded, `[nodes, 2 M]`, layer by layer.
@@ -263,13 +278,11 @@ impl GraphNetwork {
     /// The outputs of all decoders, in their order.
     fn gathered(&self, mut parts: Vec<Tensor<3>>) -> Output {
         match self.config.decoding {
-            Decoding::Components => {
-                Output { nodes: Tensor::cat(parts, 2), clusters: None, added: None }
-            }
+            Decoding::Components => Output { nodes: Tensor::cat(parts, 2), clusters: None },
             Decoding::Motions { .. } => {
                 let nodes = parts.remove(0);
                 let clusters = (!parts.is_empty()).then(|| Tensor::cat(parts, 1));
-                Output { nodes, clusters, added: None }
+                Output { nodes, clusters }
             }
         }
     }

@@ -141,7 +141,6 @@ mod random;
 pub mod recipe;
 mod schedule;
 mod store;
-mod supports;
 mod surrogate;
 mod tensors;
 mod training;

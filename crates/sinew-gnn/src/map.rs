@@ -2,289 +2,179 @@
 
 use std::sync::Arc;
 
-use crate::fused::rigid_motions;
-use burn::tensor::{Device, Tensor, TensorData};
-use sinew_emulate::coordinates::{Anchors, Coordinates, MOST, MotionTree};
+use burn::tensor::Tensor;
+use sinew_emulate::coordinates::{Coordinates, OutputScale};
 
-use crate::arrays::matrix;
+use crate::arrays::numbers;
 use crate::data::Geometry;
+use crate::fused::{FieldMap, mapped};
 use crate::graph_network::Output;
-use crate::supports::Supports;
-use sinew_emulate::coordinates::OutputScale;
 
-/// Map from network outputs to displacements, prescribed ones written over them.
-#[derive(Debug, Clone)]
+/// Map from network outputs to displacements of one geometry, prescribed ones written over them, in double precision.
+///
+/// Outputs of a sample are a row: those of clusters, then those of nodes. The Taylor polynomial of the coordinates is added to them.
+#[derive(Debug)]
 pub(crate) struct OutputMap {
-    /// Displacement of a zero output, `[1, real nodes, D]`.
-    origin: Tensor<3>,
-    rule: Rule,
-    supports: Supports,
-    /// Outputs with a Taylor polynomial in the parameters.
-    slopes: Option<Slopes>,
-    /// Further solved states, whose displacements are added.
-    anchors: Option<Arc<Anchors>>,
-}
-
-/// Outputs per unit of each term of the standardised parameters, see [`terms`].
-#[derive(Debug, Clone)]
-struct Slopes {
-    /// `[terms, 6 × clusters]`.
-    clusters: Tensor<2>,
-    /// `[terms, 3 × real nodes]`.
-    nodes: Tensor<2>,
-    /// `[terms of the parameters, 1]`: rates of the logarithm of an amplitude a, which multiplies the terms. The last term
-    /// is then 1 − a.
-    rates: Option<Tensor<2>>,
-}
-
-impl Slopes {
-    fn new(coordinates: &Coordinates, of_clusters: usize, device: &Device) -> Option<Self> {
-        let (slopes, rates) = (coordinates.slopes(), coordinates.rates());
-        let part = |range: fn(&[f64], usize) -> &[f64]| {
-            let rows: Vec<f64> =
-                slopes.iter().flat_map(|row| range(row, of_clusters)).copied().collect();
-            matrix(&rows, slopes.len(), device)
-        };
-        (!slopes.is_empty()).then(|| Self {
-            clusters: part(|row, at| &row[..at]),
-            nodes: part(|row, at| &row[at..]),
-            rates: (!rates.is_empty()).then(|| matrix(rates, rates.len(), device)),
-        })
-    }
-
-    /// Taylor terms at parameters, a row for each sample.
-    fn terms(&self, parameters: Tensor<2>) -> Tensor<2> {
-        let plain = Tensor::cat(terms(parameters.clone()), 1);
-        match &self.rates {
-            None => plain.slice_dim(1, 0..self.nodes.dims()[0]),
-            Some(rates) => {
-                let bounded = (plain.clone().matmul(rates.clone()) / MOST).tanh();
-                let amplitude = (bounded * MOST).exp();
-                Tensor::cat(vec![plain * amplitude.clone(), amplitude.neg() + 1.0], 1)
-            }
-        }
-    }
-
-    /// Derivatives of these along a direction of the parameters in each row.
-    fn terms_along(&self, parameters: Tensor<2>, direction: Tensor<2>) -> Tensor<2> {
-        let change = Tensor::cat(terms_along(parameters.clone(), direction.clone()), 1);
-        match &self.rates {
-            None => change.slice_dim(1, 0..self.nodes.dims()[0]),
-            Some(rates) => {
-                let plain = Tensor::cat(terms(parameters.clone()), 1);
-                let bounded = (plain.clone().matmul(rates.clone()) / MOST).tanh();
-                let slope = (bounded.clone() * bounded.clone()).neg() + 1.0;
-                let amplitude = (bounded * MOST).exp();
-                let of_amplitude = amplitude.clone() * slope * change.clone().matmul(rates.clone());
-                let change = change * amplitude + plain * of_amplitude.clone();
-                Tensor::cat(vec![change, of_amplitude.neg()], 1)
-            }
-        }
-    }
-
-    /// Adds the Taylor polynomial of `terms` to `output`, a row for each sample.
-    fn add_to(&self, output: Output, terms: Tensor<2>) -> Output {
-        let expanded = |outputs: Tensor<3>, slopes: &Tensor<2>| {
-            let polynomial = terms.clone().matmul(slopes.clone()).reshape(outputs.dims());
-            outputs + polynomial
-        };
-        Output {
-            nodes: expanded(output.nodes, &self.nodes),
-            clusters: output.clusters.map(|clusters| expanded(clusters, &self.clusters)),
-            added: output.added,
-        }
-    }
-}
-
-/// The parameters, then their products `p_i p_j` with `j ≥ i`, ordered by i.
-fn terms(parameters: Tensor<2>) -> Vec<Tensor<2>> {
-    let count = parameters.dims()[1];
-    let part = |range| parameters.clone().slice_dim(1, range);
-    let products = (0..count).map(|i| part(i..i + 1) * part(i..count));
-    std::iter::once(parameters.clone()).chain(products).collect()
-}
-
-/// Derivatives of the terms along a direction of the parameters in each row.
-fn terms_along(parameters: Tensor<2>, direction: Tensor<2>) -> Vec<Tensor<2>> {
-    let count = parameters.dims()[1];
-    let part = |of: &Tensor<2>, range| of.clone().slice_dim(1, range);
-    let products = (0..count).map(|i| {
-        part(&direction, i..i + 1) * part(&parameters, i..count)
-            + part(&parameters, i..i + 1) * part(&direction, i..count)
-    });
-    std::iter::once(direction.clone()).chain(products).collect()
-}
-
-/// Map from outputs to displacements beyond those of zero outputs.
-#[derive(Debug, Clone)]
-#[expect(clippy::large_enum_variant, reason = "there is one of them per geometry")]
-enum Rule {
-    /// Times `[1, real nodes, D]`.
-    Scale(Tensor<3>),
-    /// Applied from the right, one after the other, to outputs flattened over nodes and components.
-    Matrices(Vec<Tensor<2>>),
-    Motions(Arc<MotionTree>),
+    coordinates: Coordinates,
+    /// Displacement of a unit output of each degree of freedom, where outputs are components of the displacement.
+    scale: Vec<f64>,
+    /// Displacement of zero outputs.
+    origin: Vec<f64>,
+    /// Displacement of supports, and the rows of the projectors on what they leave free.
+    held: Vec<f64>,
+    projectors: Vec<f64>,
+    dimensions: usize,
 }
 
 impl OutputMap {
-    pub(crate) fn new(
-        geometry: &Geometry,
-        scales: &OutputScale,
-        [nodes, dimensions]: [usize; 2],
-        device: &Device,
-    ) -> Self {
+    pub(crate) fn new(geometry: &Geometry, scales: &OutputScale, dimensions: usize) -> Self {
+        let (coordinates, dirichlet) = (geometry.coordinates.clone(), &geometry.dirichlet);
+        let degrees_of_freedom = dirichlet.prescribed.len();
         // Per component or per degree of freedom.
-        let field = |values: &[f64]| {
-            let values: Vec<f64> =
-                values.iter().copied().cycle().take(nodes * dimensions).collect();
-            matrix(&values, nodes, device).unsqueeze_dim::<3>(0)
-        };
-        let rule = match &geometry.coordinates {
-            Coordinates::Components => Rule::Scale(field(&scales.scale)),
-            Coordinates::Motions(motions) => Rule::Motions(motions.tree().clone()),
-            Coordinates::Principal(directions) => {
-                let matrix = |(entries, columns): (&[f32], usize)| {
-                    let shape = [entries.len() / columns.max(1), columns];
-                    Tensor::from_data(TensorData::new(entries.to_vec(), shape), device)
-                };
-                Rule::Matrices(directions.matrices().map(matrix).collect())
-            }
-        };
-        let clusters = match &rule {
-            Rule::Motions(tree) => tree.centres.len(),
-            Rule::Scale(_) | Rule::Matrices(_) => 0,
-        };
+        let field =
+            |values: &[f64]| values.iter().copied().cycle().take(degrees_of_freedom).collect();
         Self {
-            slopes: Slopes::new(&geometry.coordinates, 6 * clusters, device),
-            origin: field(geometry.coordinates.origin().unwrap_or(&scales.mean)),
-            rule,
-            supports: Supports::new(&geometry.dirichlet, dimensions, device),
-            anchors: geometry.coordinates.anchors().cloned(),
-        }
-    }
-
-    /// The outputs at standardised parameters, one row per sample, from the network's.
-    pub(crate) fn complete(&self, output: Output, parameters: Tensor<2>) -> Output {
-        let added = self.of_anchors(&parameters, None);
-        let output = match &self.slopes {
-            Some(slopes) => {
-                let terms = slopes.terms(parameters);
-                slopes.add_to(output, terms)
-            }
-            None => output,
-        };
-        Output { added, ..output }
-    }
-
-    /// Displacements of anchors, a row for each sample, or their changes along directions. They are computed in double precision and are
-    /// constants of a training: nothing is learned through them.
-    fn of_anchors(&self, parameters: &Tensor<2>, along: Option<&Tensor<2>>) -> Option<Tensor<3>> {
-        let anchors = self.anchors.as_ref()?;
-        let numbers = |x: &Tensor<2>| -> Vec<f64> {
-            x.clone().into_data().iter::<f32>().map(f64::from).collect()
-        };
-        let ([rows, _], [nodes, dimensions]) = (parameters.dims(), self.dims());
-        let found = anchors.at_parameters(&numbers(parameters), along.map(numbers).as_deref());
-        // A surrogate is assembled with as many parameters as its anchors have.
-        let found = found.unwrap_or_else(|_| vec![f64::NAN; rows * nodes * dimensions]);
-        Some(matrix(&found, rows, &parameters.device()).reshape([rows, nodes, dimensions]))
-    }
-
-    /// Complete outputs at standardised parameters where a network adds nothing.
-    pub(crate) fn without_network(&self, parameters: Tensor<2>) -> Output {
-        let ([nodes, dimensions], samples) = (self.dims(), parameters.dims()[0]);
-        let zeros = |rows, columns| Tensor::zeros([samples, rows, columns], &parameters.device());
-        let clusters = match &self.rule {
-            Rule::Motions(tree) => Some(zeros(tree.centres.len(), 6)),
-            Rule::Scale(_) | Rule::Matrices(_) => None,
-        };
-        let nodes = zeros(nodes, dimensions);
-        self.complete(Output { nodes, clusters, added: None }, parameters)
-    }
-
-    /// Completes derivatives of the outputs in the standardised parameters, those of all samples by the first before those by
-    /// the second.
-    pub(crate) fn complete_tangents(&self, change: Output, parameters: Tensor<2>) -> Output {
-        let Some(slopes) = &self.slopes else { return change }; // anchors come with slopes
-        let [rows, count] = parameters.dims();
-        let units = Tensor::eye(count, &parameters.device()).reshape([count, 1, count]);
-        let directions = units.repeat_dim(1, rows).reshape([count * rows, count]);
-        let parameters = parameters.repeat_dim(0, count);
-        let added = self.of_anchors(&parameters, Some(&directions));
-        let terms = slopes.terms_along(parameters, directions);
-        Output { added, ..slopes.add_to(change, terms) }
-    }
-
-    /// Displacements `[batch, real nodes, D]` of complete outputs.
-    pub(crate) fn displacement(&self, output: Output) -> Tensor<3> {
-        let increment = match (&self.rule, output.clusters) {
-            (Rule::Motions(tree), Some(clusters)) => rigid_motions(clusters, output.nodes, tree),
-            _ => self.linear(output.nodes),
-        };
-        let increment = output.added.into_iter().fold(increment, |sum, added| sum + added);
-        self.supports.write_over(increment + self.origin.clone())
-    }
-
-    /// Change of the displacements `[directions · batch, real nodes, D]` along changes of the outputs, samples fastest.
-    pub(crate) fn tangent(&self, output: &Output, change: Output) -> Tensor<3> {
-        let added = change.added;
-        let change = match (&self.rule, &output.clusters, change.clusters) {
-            (Rule::Motions(tree), Some(clusters), Some(cluster_change)) => {
-                let shape = change.nodes.dims();
-                let numbers =
-                    |x: &Tensor<3>| -> Vec<f32> { x.clone().into_data().iter::<f32>().collect() };
-                let at = (&numbers(clusters)[..], &numbers(&output.nodes)[..]);
-                let along = (&numbers(&cluster_change)[..], &numbers(&change.nodes)[..]);
-                let tangent = tree.tangent(at, along);
-                let tangent: Vec<f32> = tangent.into_iter().map(|t| t as f32).collect();
-                Tensor::from_data(TensorData::new(tangent, shape), &change.nodes.device())
-            }
-            _ => self.linear(change.nodes),
-        };
-        self.supports.project(added.into_iter().fold(change, |sum, added| sum + added))
-    }
-
-    fn linear(&self, output: Tensor<3>) -> Tensor<3> {
-        match &self.rule {
-            Rule::Scale(scale) => output * scale.clone(),
-            Rule::Matrices(matrices) => {
-                let [batch, nodes, dimensions] = output.dims();
-                let flat = output.reshape([batch, nodes * dimensions]);
-                let mapped = matrices.iter().fold(flat, |row, matrix| row.matmul(matrix.clone()));
-                mapped.reshape([batch, nodes, dimensions])
-            }
-            // Without outputs of clusters, the clusters stay at rest.
-            Rule::Motions(tree) => {
-                let [batch, ..] = output.dims();
-                let clusters = Tensor::zeros([batch, tree.centres.len(), 6], &output.device());
-                rigid_motions(clusters, output, tree)
-            }
-        }
-    }
-
-    /// Map on the device of an automatically differentiated network.
-    pub(crate) fn lifted(&self) -> Self {
-        Self {
-            origin: Tensor::from_inner(self.origin.clone()),
-            rule: match &self.rule {
-                Rule::Scale(scale) => Rule::Scale(Tensor::from_inner(scale.clone())),
-                Rule::Matrices(all) => {
-                    Rule::Matrices(all.iter().cloned().map(Tensor::from_inner).collect())
-                }
-                Rule::Motions(tree) => Rule::Motions(tree.clone()),
-            },
-            supports: self.supports.lifted(),
-            slopes: self.slopes.as_ref().map(|slopes| Slopes {
-                clusters: Tensor::from_inner(slopes.clusters.clone()),
-                nodes: Tensor::from_inner(slopes.nodes.clone()),
-                rates: slopes.rates.clone().map(Tensor::from_inner),
-            }),
-            anchors: self.anchors.clone(),
+            scale: field(&scales.scale),
+            origin: field(coordinates.origin().unwrap_or(&scales.mean)),
+            held: dirichlet.held(dimensions),
+            projectors: dirichlet.projectors(dimensions),
+            coordinates,
+            dimensions,
         }
     }
 
     /// Nodes and components of a displacement.
     pub(crate) fn dims(&self) -> [usize; 2] {
-        self.supports.dims()
+        [self.origin.len() / self.dimensions, self.dimensions]
+    }
+
+    /// Displacements `[batch, real nodes, D]` of a network's outputs at standardised parameters, one row per sample.
+    pub(crate) fn displacement(
+        self: &Arc<Self>,
+        output: Output,
+        parameters: &Tensor<2>,
+    ) -> Tensor<3> {
+        let samples = Samples { map: self.clone(), parameters: rows(parameters) };
+        mapped(output.clusters, output.nodes, Arc::new(samples))
+    }
+
+    /// Displacements where a network adds nothing.
+    pub(crate) fn without_network(self: &Arc<Self>, parameters: &Tensor<2>) -> Tensor<3> {
+        let ([nodes, dimensions], [samples, _]) = (self.dims(), parameters.dims());
+        let nodes = Tensor::zeros([samples, nodes, dimensions], &parameters.device());
+        self.displacement(Output { nodes, clusters: None }, parameters)
+    }
+
+    /// Derivatives of the displacements in the standardised parameters, those of all samples by the first before those by the
+    /// second, from a network's outputs and their derivatives in the same order.
+    pub(crate) fn tangents(
+        &self,
+        output: &Output,
+        change: &Output,
+        parameters: &Tensor<2>,
+    ) -> Vec<f64> {
+        let parameters = rows(parameters);
+        let (samples, count) = (parameters.len(), parameters.first().map_or(0, Vec::len));
+        let (outputs, changes) = (output.rows(samples), change.rows(samples * count));
+        let tangent = |(row, change): (usize, Vec<f64>)| {
+            let sample = row % samples;
+            let mut direction = vec![0.0; count];
+            direction[row / samples] = 1.0;
+            let (at, along) = (&parameters[sample], Some(&direction[..]));
+            let outputs = self.completed(&outputs[sample], at, None);
+            let change = self.completed(&change, at, along);
+            let mut tangent = match &self.coordinates {
+                Coordinates::Motions(motions) => motions.tree().tangent(&outputs, &change),
+                _ => self.moved(&change),
+            };
+            self.add_anchors(&mut tangent, at, along);
+            self.project(&tangent)
+        };
+        changes.into_iter().enumerate().flat_map(tangent).collect()
+    }
+
+    /// A network's outputs and the polynomial's, or their derivatives along a direction of the parameters.
+    fn completed(&self, outputs: &[f64], parameters: &[f64], along: Option<&[f64]>) -> Vec<f64> {
+        let mut completed = self.coordinates.expansion(parameters, along);
+        let of_clusters = match &self.coordinates {
+            Coordinates::Motions(motions) => motions.tree().of_clusters(),
+            Coordinates::Components | Coordinates::Principal(_) => 0,
+        };
+        completed.resize(of_clusters + self.origin.len(), 0.0);
+        // Without outputs of clusters, these follow the polynomial.
+        let first = completed.len() - outputs.len();
+        completed[first..].iter_mut().zip(outputs).for_each(|(sum, y)| *sum += y);
+        completed
+    }
+
+    /// Displacement of completed outputs beyond that of zero outputs.
+    fn moved(&self, outputs: &[f64]) -> Vec<f64> {
+        match &self.coordinates {
+            Coordinates::Components => scaled(outputs, &self.scale),
+            Coordinates::Principal(directions) => directions.moved(outputs),
+            Coordinates::Motions(motions) => motions.tree().moved(outputs),
+        }
+    }
+
+    /// Adds the displacement of further solved states, or its change along a direction. It is a constant of a training: nothing is
+    /// learned through it.
+    fn add_anchors(&self, displacement: &mut [f64], parameters: &[f64], along: Option<&[f64]>) {
+        if let Some(anchors) = self.coordinates.anchors() {
+            // A surrogate is assembled with as many parameters as its anchors have.
+            let added = anchors.at_parameters(parameters, along);
+            let added = added.unwrap_or_else(|_| vec![f64::NAN; displacement.len()]);
+            displacement.iter_mut().zip(added).for_each(|(u, added)| *u += added);
+        }
+    }
+
+    /// What supports leave free of a displacement. Projectors are symmetric: they pull cotangents back as well.
+    fn project(&self, displacement: &[f64]) -> Vec<f64> {
+        let rows = self.projectors.chunks_exact(self.dimensions).enumerate();
+        let entry = |(dof, row): (usize, &[f64])| {
+            let node = dof / self.dimensions * self.dimensions;
+            row.iter().zip(&displacement[node..]).map(|(q, u)| q * u).sum()
+        };
+        rows.map(entry).collect()
+    }
+}
+
+fn scaled(values: &[f64], scale: &[f64]) -> Vec<f64> {
+    values.iter().zip(scale).map(|(value, scale)| value * scale).collect()
+}
+
+fn rows(parameters: &Tensor<2>) -> Vec<Vec<f64>> {
+    let [samples, count] = parameters.dims();
+    let values = numbers(parameters.clone());
+    (0..samples).map(|row| values[row * count..(row + 1) * count].to_vec()).collect()
+}
+
+/// The map at the standardised parameters of each sample.
+#[derive(Debug)]
+struct Samples {
+    map: Arc<OutputMap>,
+    parameters: Vec<Vec<f64>>,
+}
+
+impl FieldMap for Samples {
+    fn displacement(&self, sample: usize, outputs: &[f64]) -> Vec<f64> {
+        let (map, parameters) = (&*self.map, &self.parameters[sample]);
+        let mut displacement = map.moved(&map.completed(outputs, parameters, None));
+        map.add_anchors(&mut displacement, parameters, None);
+        displacement.iter_mut().zip(&map.origin).for_each(|(u, origin)| *u += origin);
+        let free = map.project(&displacement);
+        free.iter().zip(&map.held).map(|(free, held)| free + held).collect()
+    }
+
+    fn pull_back(&self, sample: usize, outputs: &[f64], cotangent: &[f64]) -> Vec<f64> {
+        let map = &*self.map;
+        let free = map.project(cotangent);
+        match &map.coordinates {
+            Coordinates::Components => scaled(&free, &map.scale),
+            Coordinates::Principal(directions) => directions.pull_back(&free),
+            Coordinates::Motions(motions) => {
+                let outputs = map.completed(outputs, &self.parameters[sample], None);
+                motions.tree().pull_back(&outputs, &free)
+            }
+        }
     }
 }

@@ -5,7 +5,7 @@ use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};
 use sinew_graph::{ColumnStatistics, FeatureMatrix, FeatureStatistics};
 
-use crate::arrays::{matrix, parameter_tensor, values};
+use crate::arrays::{matrix, numbers, parameter_tensor};
 use crate::config::{Decoding, GraphNetworkConfig};
 use crate::data::{DataSet, Geometry, Sample};
 use crate::error::Result;
@@ -192,7 +192,7 @@ impl Surrogate {
         let local = self.prepare(geometry)?.embedding(&self.emulator);
         let of_nodes = local[0].clone();
         let columns = of_nodes.dims()[1];
-        Ok(values(of_nodes)?.chunks(columns).map(<[f64]>::to_vec).collect())
+        Ok(numbers(of_nodes).chunks(columns).map(<[f64]>::to_vec).collect())
     }
 
     /// Standardised parameters `[batch, parameters]` of some samples.
@@ -236,7 +236,7 @@ impl Surrogate {
         let global = self.scales.global.standardise("global features", &shape(geometry))?.values;
         let device = self.emulator.device();
         let table = |values: &[f64], rows| matrix(values, rows, &device);
-        let output = OutputMap::new(geometry, &self.scales.output, [nodes, dimensions], &device);
+        let output = OutputMap::new(geometry, &self.scales.output, dimensions).into();
         Ok(GeometryTensors {
             graph: Graph::new(&geometry.topology)?,
             nodes: table(&features.nodes.values, features.nodes.rows),

@@ -4,6 +4,7 @@ use crate::graph::Graph;
 use crate::graph_network::{Embedding, GraphNetwork};
 use crate::map::OutputMap;
 use burn::tensor::Tensor;
+use std::sync::Arc;
 
 /// A geometry's tensors, without automatic differentiation.
 #[derive(Debug, Clone)]
@@ -17,7 +18,7 @@ pub(crate) struct GeometryTensors {
     /// `[1, global features]`, standardised.
     pub global: Option<Tensor<2>>,
     /// Map from network outputs to nodal displacements \[length\].
-    pub output: OutputMap,
+    pub output: Arc<OutputMap>,
 }
 
 impl GeometryTensors {
@@ -37,7 +38,7 @@ impl GeometryTensors {
             parameters = Tensor::from_inner(parameters);
         }
         let output = emulator.decode(local, self.global.clone(), parameters.clone());
-        self.output.displacement(self.output.complete(output, parameters))
+        self.output.displacement(output, &parameters)
     }
 
     /// Tensors on the device of an automatically differentiated network.
@@ -47,7 +48,7 @@ impl GeometryTensors {
             nodes: Tensor::from_inner(self.nodes.clone()),
             edges: Tensor::from_inner(self.edges.clone()),
             global: self.global.clone().map(Tensor::from_inner),
-            output: self.output.lifted(),
+            output: self.output.clone(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::coordinates::anchors::Anchors;
 use crate::coordinates::motions::Motions;
+use crate::coordinates::polynomial::expansion;
 use crate::coordinates::principal::PrincipalDirections;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -36,6 +37,12 @@ impl Coordinates {
             Self::Motions(motions) => motions.rates(),
             Self::Components | Self::Principal(_) => &[],
         }
+    }
+
+    /// Outputs of the Taylor polynomial at standardised parameters, those of clusters before those of nodes, or their
+    /// derivatives along a direction of the parameters; empty without a polynomial.
+    pub fn expansion(&self, parameters: &[f64], along: Option<&[f64]>) -> Vec<f64> {
+        expansion((self.slopes(), self.rates()), parameters, along)
     }
 
     /// Further solved states whose displacements are added; none where outputs follow one state.

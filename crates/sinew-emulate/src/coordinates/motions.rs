@@ -18,7 +18,7 @@ use crate::coordinates::dirichlet::Dirichlet;
 use crate::coordinates::error::{
     CoordinateError, Result, require_count, require_finite, require_positive,
 };
-use crate::coordinates::polynomial::{all_terms, check_terms, terms, with_amplitude};
+use crate::coordinates::polynomial::{all_terms, check_terms, expansion};
 
 /// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
 /// displacement, `u = T_root ∘ … ∘ T_parent(X + d) − X`.
@@ -211,14 +211,9 @@ impl Motions {
     /// Displacement of the Taylor expansion alone, node by node \[length\].
     pub(crate) fn expanded(&self, parameters: &[f64]) -> Result<Vec<f64>> {
         check_terms(self.slopes.len() - usize::from(!self.rates.is_empty()), parameters.len())?;
-        let mut terms = with_amplitude(terms(parameters), &self.rates);
-        terms.truncate(self.slopes.len());
-        let clusters = 6 * self.tree.centres.len();
-        let mut outputs = vec![0.0; clusters + self.origin.len()];
-        for (slope, term) in self.slopes.iter().zip(terms) {
-            outputs.iter_mut().zip(slope).for_each(|(y, slope)| *y += term * slope);
-        }
-        let moved = self.tree.moved(&outputs[..clusters], &outputs[clusters..]);
+        let mut outputs = expansion((&self.slopes, &self.rates), parameters, None);
+        outputs.resize(self.tree.of_clusters() + self.origin.len(), 0.0);
+        let moved = self.tree.moved(&outputs);
         Ok(moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect())
     }
 

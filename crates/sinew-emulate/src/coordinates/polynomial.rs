@@ -3,27 +3,58 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::coordinates::error::{CoordinateError, Result, require_count};
+use crate::coordinates::turning::Number;
+use sinew_num::Slope;
 
 /// Terms of a polynomial: the parameters, and then their products `p_i p_j` with `j ≥ i`, those with the first, with the second and so
 /// on.
-pub(crate) fn terms(parameters: &[f64]) -> Vec<f64> {
-    let products = (0..parameters.len())
-        .flat_map(|i| parameters[i..].iter().map(move |other| parameters[i] * other));
-    parameters.iter().copied().chain(products).collect()
+pub(crate) fn terms<S: Number>(parameters: &[S]) -> Vec<S> {
+    let products = (0..parameters.len()).flat_map(|i| {
+        parameters[i..].iter().map(move |other| parameters[i].clone() * other.clone())
+    });
+    parameters.iter().cloned().chain(products).collect()
 }
 
 /// The logarithm of an amplitude is at most about this: displacements between a twentieth and twenty times those at the centre.
-pub const MOST: f64 = 3.0;
+const MOST: f64 = 3.0;
 
 /// The terms times an amplitude `a = exp(s)`, `s = MOST tanh(Σ rateₖ termₖ / MOST)`, and after them `1 − a`; without rates the terms alone.
-pub(crate) fn with_amplitude(mut terms: Vec<f64>, rates: &[f64]) -> Vec<f64> {
-    if !rates.is_empty() {
-        let sum: f64 = rates.iter().zip(&terms).map(|(rate, term)| rate * term).sum();
-        let amplitude = (MOST * (sum / MOST).tanh()).exp();
-        terms.iter_mut().for_each(|term| *term *= amplitude);
-        terms.push(1.0 - amplitude);
+fn with_amplitude<S: Number>(mut terms: Vec<S>, rates: &[f64]) -> Vec<S> {
+    let sum = rates.iter().zip(&terms).map(|(rate, term)| term.clone() * *rate);
+    if let Some(sum) = sum.reduce(|sum, term| sum + term) {
+        let amplitude = sum.chain(|sum| {
+            let bounded = (sum / MOST).tanh();
+            let amplitude = (MOST * bounded).exp();
+            [amplitude, amplitude * (1.0 - bounded * bounded)]
+        });
+        terms.iter_mut().for_each(|term| *term = term.clone() * amplitude.clone());
+        terms.push(amplitude * -1.0 + 1.0);
     }
     terms
+}
+
+/// Outputs of a Taylor polynomial at standardised parameters, or their derivatives along a direction of these. `slopes` are the
+/// outputs per unit of each term, `rates` those of the logarithm of an amplitude. Empty without slopes.
+pub(crate) fn expansion(
+    (slopes, rates): (&[Vec<f64>], &[f64]),
+    parameters: &[f64],
+    along: Option<&[f64]>,
+) -> Vec<f64> {
+    let terms: Vec<f64> = match along {
+        None => with_amplitude(terms(parameters), rates),
+        Some(direction) => {
+            let pairs = parameters.iter().zip(direction);
+            let duals = pairs.map(|(&value, &slope)| Slope { value, gradient: [slope] });
+            let terms = with_amplitude(terms(&duals.collect::<Vec<_>>()), rates);
+            terms.into_iter().map(|term| term.gradient[0]).collect()
+        }
+    };
+    let mut outputs = vec![0.0; slopes.first().map_or(0, Vec::len)];
+    // A polynomial of first order has slopes of its first terms alone.
+    for (slope, term) in slopes.iter().zip(terms) {
+        outputs.iter_mut().zip(slope).for_each(|(y, slope)| *y += term * slope);
+    }
+    outputs
 }
 
 /// Number of terms up to second order.

@@ -28,9 +28,41 @@ struct Factor {
     entries: Arc<[f32]>,
 }
 
+/// Sums of a product that run beside one another, so that it is vectorised.
+const LANES: usize = 8;
+
 impl Factor {
     fn new(columns: usize, entries: impl Iterator<Item = f64>) -> Self {
         Self { columns, entries: entries.map(|entry| entry as f32).collect() }
+    }
+
+    /// Product of a row with the matrix.
+    fn after(&self, row: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; self.columns];
+        for (value, entries) in row.iter().zip(self.entries.chunks_exact(self.columns)) {
+            product
+                .iter_mut()
+                .zip(entries)
+                .for_each(|(sum, entry)| *sum += value * f64::from(*entry));
+        }
+        product
+    }
+
+    /// Product of a row with the transpose of the matrix.
+    fn before(&self, row: &[f64]) -> Vec<f64> {
+        let (parts, rest) = row.as_chunks::<LANES>();
+        let rows = self.entries.chunks_exact(self.columns).map(|entries| {
+            let (of_parts, of_rest) = entries.as_chunks::<LANES>();
+            let mut sums = [0.0; LANES];
+            for (values, entries) in parts.iter().zip(of_parts) {
+                for lane in 0..LANES {
+                    sums[lane] += values[lane] * f64::from(entries[lane]);
+                }
+            }
+            let rest = rest.iter().zip(of_rest).map(|(value, entry)| value * f64::from(*entry));
+            sums.iter().sum::<f64>() + rest.sum::<f64>()
+        });
+        rows.collect()
     }
 }
 
@@ -143,9 +175,14 @@ impl PrincipalDirections {
         &self.slopes
     }
 
-    /// The map's matrices, to be applied from the right one after the other: entries row by row, and columns.
-    pub fn matrices(&self) -> impl Iterator<Item = (&[f32], usize)> {
-        self.factors.iter().map(|factor| (&*factor.entries, factor.columns))
+    /// Change of the displacement by outputs, node by node.
+    pub fn moved(&self, outputs: &[f64]) -> Vec<f64> {
+        self.factors.iter().fold(outputs.to_vec(), |row, factor| factor.after(&row))
+    }
+
+    /// Cotangent of the outputs, from that of the displacement.
+    pub fn pull_back(&self, cotangent: &[f64]) -> Vec<f64> {
+        self.factors.iter().rev().fold(cotangent.to_vec(), |row, factor| factor.before(&row))
     }
 }
 

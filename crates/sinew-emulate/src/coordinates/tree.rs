@@ -34,9 +34,9 @@ struct Motion<S> {
 }
 
 impl MotionTree {
-    /// Numbers of outputs of all clusters and of all nodes.
-    pub fn lengths(&self) -> (usize, usize) {
-        (6 * self.cluster_parents.len(), 3 * self.node_parents.len())
+    /// Number of outputs of all clusters, which come before those of the nodes.
+    pub fn of_clusters(&self) -> usize {
+        6 * self.cluster_parents.len()
     }
 
     /// Motions of all clusters, parents before children.
@@ -85,8 +85,10 @@ impl MotionTree {
         std::array::from_fn(|i| own[i].clone() + (x[i] - centre[i]))
     }
 
-    fn displacement<S: Number>(&self, motions: &[Motion<S>], outputs: &[S]) -> Vec<S> {
-        let rows = outputs.chunks_exact(3).enumerate();
+    fn displacement<S: Number>(&self, outputs: &[S]) -> Vec<S> {
+        let (clusters, nodes) = outputs.split_at(self.of_clusters());
+        let motions = self.cluster_motions(clusters);
+        let rows = nodes.chunks_exact(3).enumerate();
         let displaced = rows.flat_map(|(node, output)| {
             let parent = self.node_parents[node];
             let own = scale(&self.node_scales[node], output);
@@ -99,46 +101,24 @@ impl MotionTree {
         displaced.collect()
     }
 
-    /// Displacements of outputs of clusters and nodes, node by node \[length\].
-    pub fn moved(&self, clusters: &[f64], nodes: &[f64]) -> Vec<f64> {
-        self.displacement(&self.cluster_motions(clusters), nodes)
+    /// Displacements of outputs, node by node \[length\].
+    pub fn moved(&self, outputs: &[f64]) -> Vec<f64> {
+        self.displacement(outputs)
     }
 
-    /// Derivatives of the displacements along changes of the outputs, by forward mode: samples of outputs of clusters and nodes, and
-    /// directions times samples of changes, the samples fastest.
-    pub fn tangent(
-        &self,
-        (clusters, nodes): (&[f32], &[f32]),
-        (cluster_change, node_change): (&[f32], &[f32]),
-    ) -> Vec<f64> {
-        let (of_clusters, of_nodes) = self.lengths();
-        let samples = nodes.len() / of_nodes.max(1);
-        let dual = |values: &[f32], changes: &[f32]| -> Vec<Slope<1>> {
-            let pairs = values.iter().zip(changes);
-            pairs.map(|(v, c)| Slope { value: f64::from(*v), gradient: [f64::from(*c)] }).collect()
-        };
-        let changes =
-            cluster_change.chunks_exact(of_clusters).zip(node_change.chunks_exact(of_nodes));
-        let tangents = changes.enumerate().flat_map(|(row, (cluster_change, node_change))| {
-            let part = |values: &'_ [f32], length| {
-                let first = (row % samples) * length;
-                values[first..first + length].to_vec()
-            };
-            let clusters = dual(&part(clusters, of_clusters), cluster_change);
-            let nodes = dual(&part(nodes, of_nodes), node_change);
-            let displacement = self.displacement(&self.cluster_motions(&clusters), &nodes);
-            displacement.into_iter().map(|u| u.gradient[0]).collect::<Vec<_>>()
-        });
-        tangents.collect()
+    /// Derivative of the displacement at outputs along a change of them, by forward mode.
+    pub fn tangent(&self, outputs: &[f64], change: &[f64]) -> Vec<f64> {
+        let pairs = outputs.iter().zip(change);
+        let duals: Vec<Slope<1>> =
+            pairs.map(|(&value, &change)| Slope { value, gradient: [change] }).collect();
+        self.displacement(&duals).into_iter().map(|u| u.gradient[0]).collect()
     }
 
-    /// Pulls the gradient of a displacement back to outputs of clusters and nodes, where they are.
-    pub fn pull_back(
-        &self,
-        (clusters, nodes): (&[f64], &[f64]),
-        cotangent: &[f64],
-        (to_clusters, to_nodes): (&mut [f64], &mut [f64]),
-    ) {
+    /// Cotangent of the outputs, from that of the displacement.
+    pub fn pull_back(&self, outputs: &[f64], cotangent: &[f64]) -> Vec<f64> {
+        let mut gradient = vec![0.0; outputs.len()];
+        let (clusters, nodes) = outputs.split_at(self.of_clusters());
+        let (to_clusters, to_nodes) = gradient.split_at_mut(self.of_clusters());
         let motions = self.cluster_motions(clusters);
         let mut shifts = vec![[0.0; 3]; motions.len()];
         let mut rotations = vec![Mat3::ZERO; motions.len()];
@@ -175,6 +155,7 @@ impl MotionTree {
             let [d, e, f] = turned;
             to.copy_from_slice(&scale_back(&self.cluster_scales[cluster], &[a, b, c, d, e, f]));
         }
+        gradient
     }
 }
 
@@ -239,26 +220,27 @@ mod tests {
             node_scales: (0..NODES).map(|n| mixing(n as f64)).collect(),
             cluster_scales: (0..CLUSTERS).map(|c| mixing(10.0 + c as f64)).collect(),
         };
-        let values = |count: usize, seed: f64| -> Vec<f32> {
-            (0..count).map(|i| wave(seed + 2.3 * i as f64) as f32).collect()
+        let length = 6 * CLUSTERS + 3 * NODES;
+        let values =
+            |seed: f64| -> Vec<f64> { (0..length).map(|i| wave(seed + 2.3 * i as f64)).collect() };
+        let moved = |outputs: &[f64], change: &[f64], step: f64| {
+            let pairs = outputs.iter().zip(change);
+            tree.moved(&pairs.map(|(y, change)| y + step * change).collect::<Vec<_>>())
         };
-        let at = (values(2 * 6 * CLUSTERS, 3.0), values(2 * 3 * NODES, 4.0));
-        let along = (values(4 * 6 * CLUSTERS, 5.0), values(4 * 3 * NODES, 6.0));
-        let moved = |sample: usize, row: usize, step: f64| {
-            let shift = |at: &[f32], along: &[f32], length: usize| -> Vec<f64> {
-                let (at, along) = (&at[sample * length..], &along[row * length..]);
-                (0..length).map(|i| f64::from(at[i]) + step * f64::from(along[i])).collect()
-            };
-            let clusters = shift(&at.0, &along.0, 6 * CLUSTERS);
-            tree.moved(&clusters, &shift(&at.1, &along.1, 3 * NODES))
-        };
-        let found = tree.tangent((&at.0, &at.1), (&along.0, &along.1));
         const STEP: f64 = 1e-6;
-        for (row, found) in found.chunks_exact(3 * NODES).enumerate() {
-            let (ahead, behind) = (moved(row % 2, row, STEP), moved(row % 2, row, -STEP));
-            for ((a, b), found) in ahead.iter().zip(&behind).zip(found) {
+        for seed in [3.0, 4.0] {
+            let (outputs, change, cotangent) =
+                (values(seed), values(seed + 2.0), values(seed + 4.0));
+            let found = tree.tangent(&outputs, &change);
+            let (ahead, behind) = (moved(&outputs, &change, STEP), moved(&outputs, &change, -STEP));
+            for ((a, b), found) in ahead.iter().zip(&behind).zip(&found) {
                 assert!(((a - b) / (2.0 * STEP) - found).abs() < 1e-7, "{found}");
             }
+            // The pull-back is the transpose of the tangent.
+            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let back = tree.pull_back(&outputs, &cotangent[..3 * NODES]);
+            let (forward, backward) = (product(&found, &cotangent), product(&change, &back));
+            assert!((forward - backward).abs() < 1e-12 * forward.abs(), "{forward} {backward}");
         }
     }
 }

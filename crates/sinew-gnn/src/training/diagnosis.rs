@@ -55,8 +55,7 @@ impl Trainer {
     fn zero_output_loss(&self) -> Result<f64> {
         self.mean_loss(&self.batches(&self.data.training), |batch| {
             let output = &self.surrogate.prepared[batch.geometry].output;
-            let nothing = output.without_network(self.surrogate.parameters_of(batch.samples)?);
-            Ok(output.displacement(nothing))
+            Ok(output.without_network(&self.surrogate.parameters_of(batch.samples)?))
         })
     }
 

@@ -136,7 +136,8 @@ fn learning_rates_that_are_too_high_are_reported() {
 #[test]
 fn data_fits_report_learning_rates_that_are_too_high() {
     let (_, data) = plane_data();
-    for learning_rate in [30.0, 1e6] {
+    // From rates of some hundreds smaller steps from the best weights still recover.
+    for learning_rate in [1e3, 1e4, 1e6] {
         let surrogate = untrained(&data, &small_config(&data, 2), 1, &devices()[0]);
         let objective = data_fit(&surrogate);
         let config = config(80, learning_rate);

@@ -1,10 +1,25 @@
-use super::{MotionTree, rigid_motions};
+use super::{FieldMap, mapped};
 use crate::fused::testing::{Comparison, device, random};
 use burn::tensor::{DType, Tensor};
+use sinew_emulate::coordinates::MotionTree;
 use std::sync::Arc;
 
 const NODES: usize = 5;
 const CLUSTERS: usize = 4;
+
+impl FieldMap for MotionTree {
+    fn displacement(&self, _: usize, outputs: &[f64]) -> Vec<f64> {
+        self.moved(outputs)
+    }
+
+    fn pull_back(&self, _: usize, outputs: &[f64], cotangent: &[f64]) -> Vec<f64> {
+        self.pull_back(outputs, cotangent)
+    }
+}
+
+fn rigid_motions(clusters: Tensor<3>, nodes: Tensor<3>, tree: &Arc<MotionTree>) -> Tensor<3> {
+    mapped(Some(clusters), nodes, tree.clone())
+}
 
 /// Five nodes in two clusters, these in one, and that beside a lonely root; scales that mix all outputs.
 fn tree() -> Arc<MotionTree> {
