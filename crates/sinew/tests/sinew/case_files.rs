@@ -402,11 +402,11 @@ fn files_are_read_by_place_surface_and_format() {
     );
     assert!(error.contains("16 edges of its rim") && error.contains("fTetWild"), "{error}");
     sinew_mesh::write_surface(
-        path("closed.vtk"),
+        path("closed.vtp"),
         &sinew_mesh::extract_surface(&wall, &sinew_mesh::boundary_facets(&wall)).mesh,
     )
     .unwrap();
-    let error = case("closed.vtk", "").unwrap_err().to_string();
+    let error = case("closed.vtp", "").unwrap_err().to_string();
     assert!(error.contains("a surface of") && error.contains("TetGen"), "{error}");
 }
 

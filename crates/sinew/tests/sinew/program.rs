@@ -386,12 +386,21 @@ fn trainings_begin_from_what_there_is() {
 
 /// Surfaces of a ventricle of a few millimetres, as tools of the field write them.
 fn surfaces(folder: &Path) {
-    use sinew_mesh::{TruncatedEllipsoid, VtkEncoding, extract_surface, to_vtk_surface};
+    use sinew_mesh::{TruncatedEllipsoid, extract_surface};
     let mesh = TruncatedEllipsoid::LAND.wall([1, 32, 16]).tetrahedra();
     for name in ["endo", "epi"] {
         let surface = extract_surface(&mesh, &mesh.facet_sets[name]).mesh;
-        let file = to_vtk_surface(&surface, VtkEncoding::Ascii).unwrap();
-        assert!(String::from_utf8_lossy(&file).contains("DATASET POLYDATA"));
+        let rows = |rows: Vec<String>| rows.join("\n");
+        let points = surface.points.iter().map(|[x, y, z]| format!("{x:?} {y:?} {z:?}"));
+        let cells = surface.cells.iter().map(|[a, b, c]| format!("3 {a} {b} {c}"));
+        let file = format!(
+            "# vtk DataFile Version 4.2\n{name}\nASCII\nDATASET POLYDATA\nPOINTS {} double\n{}\nPOLYGONS {} {}\n{}\n",
+            surface.points.len(),
+            rows(points.collect()),
+            surface.cells.len(),
+            4 * surface.cells.len(),
+            rows(cells.collect())
+        );
         std::fs::write(folder.join(format!("{name}.vtk")), file).unwrap();
     }
 }
