@@ -179,14 +179,10 @@ pub fn write_surface(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<(), 
         "stl" => to_stl(mesh)?,
         "obj" => to_obj(mesh)?,
         _ => {
-            let advice = "name the file .vtp, .stl or .obj";
-            let value = ending.clone();
-            let problem =
-                Problem::Unsupported { what: "the ending of a surface's file,", value, advice };
-            return Err(MeshError::in_file(
-                &path.display().to_string(),
-                (Place::default(), problem),
-            ));
+            let (what, advice) =
+                ("the ending of a surface's file,", "name the file .vtp, .stl or .obj");
+            let fault = (Place::default(), Problem::unsupported(what, ending, advice));
+            return Err(MeshError::in_file(&path.display().to_string(), fault));
         }
     };
     save(path, &bytes)
@@ -214,8 +210,7 @@ fn open(path: &Path) -> Result<(String, UnstructuredGrid), MeshError> {
 fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let content = cursor::without_mark(bytes).trim_ascii_start();
     if let Some((format, advice)) = foreign::format(content) {
-        let (what, value) = ("the format", format.into());
-        return Err((Place::default(), Problem::Unsupported { what, value, advice }));
+        return Err((Place::default(), Problem::unsupported("the format", format, advice)));
     }
     match content {
         [b'$', ..] => gmsh::parse(bytes),

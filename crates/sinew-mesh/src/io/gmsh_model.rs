@@ -61,20 +61,16 @@ impl Gmsh<'_> {
 
     /// Adds an element with the tags of its nodes and returns its index.
     pub(super) fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize, Problem> {
-        for tag in nodes {
-            let Some(&index) = self.node_index.get(tag) else {
-                return Err(Problem::expected("the tag of a node in $Nodes", tag.to_string()));
-            };
-            self.grid.connectivity.push(index as i64);
-        }
-        if kind == vtk_type::QUADRATIC_TETRAHEDRON
-            && let [.., second_last, last] = self.grid.connectivity.as_mut_slice()
-        {
+        let index = |tag: &i64| match self.node_index.get(tag) {
+            Some(&index) => Ok(index as i64),
+            None => Err(Problem::expected("the tag of a node in $Nodes", tag.to_string())),
+        };
+        let mut nodes = nodes.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+        if kind == vtk_type::QUADRATIC_TETRAHEDRON {
             // gmsh numbers the middles of the edges 23 and 13 the other way round.
-            std::mem::swap(second_last, last);
+            nodes.swap(8, 9);
         }
-        self.grid.types.push(kind);
-        self.grid.offsets.push(self.grid.connectivity.len());
+        self.grid.push(kind, &nodes);
         Ok(self.grid.types.len() - 1)
     }
 
@@ -106,11 +102,8 @@ pub(super) fn element_type(gmsh_type: i64) -> Result<(u8, usize), Problem> {
         18 => (26, 15),
         19 => (27, 13),
         _ => {
-            return Err(Problem::Unsupported {
-                what: "gmsh element type",
-                value: gmsh_type.to_string(),
-                advice: "save the mesh with first-order elements (Mesh.ElementOrder = 1)",
-            });
+            let advice = "save the mesh with first-order elements (Mesh.ElementOrder = 1)";
+            return Err(Problem::unsupported("gmsh element type", gmsh_type.to_string(), advice));
         }
     })
 }

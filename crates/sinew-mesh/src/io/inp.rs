@@ -107,26 +107,16 @@ fn scopes<'b, 'a>(blocks: &'b [Block<'a>]) -> Result<Vec<(Scope, &'b Block<'a>)>
             // A mesh may stand in the instance in place of the part.
             "INSTANCE" => (instances, in_part) = (instances + 1, true),
             unread if UNREAD.contains(&unread) => {
-                return Err((
-                    block.at,
-                    Problem::Unsupported {
-                        what: "the keyword",
-                        value: format!("*{unread}"),
-                        advice: "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do",
-                    },
-                ));
+                let (what, value) = ("the keyword", format!("*{unread}"));
+                let advice = "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do";
+                return Err((block.at, Problem::unsupported(what, value, advice)));
             }
             _ => {}
         }
         if parts > 1 || instances > 1 {
-            return Err((
-                block.at,
-                Problem::Unsupported {
-                    what: "an assembly with a second",
-                    value: format!("*{}", block.keyword),
-                    advice: "write the body alone: a flat file, or one part with one instance",
-                },
-            ));
+            let (what, value) = ("an assembly with a second", format!("*{}", block.keyword));
+            let advice = "write the body alone: a flat file, or one part with one instance";
+            return Err((block.at, Problem::unsupported(what, value, advice)));
         }
         let scope = if in_part || !has_assembly { Scope::Part } else { Scope::Assembly };
         scoped.push((scope, block));
@@ -140,13 +130,9 @@ impl Model {
         block.allow(&["NSET", "SYSTEM"]).map_err(head)?;
         let system = block.option("SYSTEM").unwrap_or(b"R");
         if !system.eq_ignore_ascii_case(b"R") {
-            let value = String::from_utf8_lossy(system).into_owned();
+            let (what, value) = ("the coordinate system of nodes", String::from_utf8_lossy(system));
             let advice = "write the nodes in Cartesian coordinates";
-            return Err(head(Problem::Unsupported {
-                what: "the coordinate system of nodes",
-                value,
-                advice,
-            }));
+            return Err(head(Problem::unsupported(what, value, advice)));
         }
         if scope == Scope::Assembly {
             // Reference points.
@@ -231,20 +217,20 @@ impl Model {
             let what = format!("nodes of element {id}, a {name}");
             return Err(Problem::Count { what, expected: kind.nodes, found: nodes.len() });
         }
-        for node in nodes {
-            let expected = "the number of a node that the file has";
-            let index = self.nodes.ids.get(node);
-            let index = index.ok_or_else(|| Problem::expected(expected, node.to_string()))?;
-            self.grid.connectivity.push(*index as i64);
-        }
+        let index = |node: &i64| match self.nodes.ids.get(node) {
+            Some(&index) => Ok(index as i64),
+            None => {
+                Err(Problem::expected("the number of a node that the file has", node.to_string()))
+            }
+        };
+        let nodes = nodes.iter().map(index).collect::<Result<Vec<_>, _>>()?;
         if self.elements.ids.insert(id, self.grid.types.len()).is_some() {
             return Err(Problem::expected(
                 "the number of an element that is not used yet",
                 id.to_string(),
             ));
         }
-        self.grid.types.push(kind.vtk_type);
-        self.grid.offsets.push(self.grid.connectivity.len());
+        self.grid.push(kind.vtk_type, &nodes);
         self.kinds.push(kind);
         Ok(())
     }

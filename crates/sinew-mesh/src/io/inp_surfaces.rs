@@ -38,9 +38,8 @@ impl Surfaces {
             "ELEMENT" => false,
             "NODE" => true,
             other => {
-                let (what, value) = ("the type of surface", other.into());
                 let advice = "define the surface by TYPE=ELEMENT or TYPE=NODE";
-                return Err(head(Problem::Unsupported { what, value, advice }));
+                return Err(head(Problem::unsupported("the type of surface", other, advice)));
             }
         };
         let instance = model.instance.as_ref();

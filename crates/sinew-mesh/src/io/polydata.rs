@@ -77,11 +77,10 @@ impl PolyData {
             }
         }
         if !grid.cell_fields.is_empty() && rows.len() > MOST_REPEATED * cells.max(1) {
-            return Err(Problem::Unsupported {
-                what: "cell fields on polygons or strips of",
-                value: format!("{} triangles each", rows.len() / cells.max(1)),
-                advice: "split them into triangles first, for example with VTK's \"Triangulate\"",
-            });
+            let what = "cell fields on polygons or strips of";
+            let value = format!("{} triangles each", rows.len() / cells.max(1));
+            let advice = "split them into triangles first, for example with VTK's \"Triangulate\"";
+            return Err(Problem::unsupported(what, value, advice));
         }
         // A field of another size is refused with the grid.
         for field in grid.cell_fields.values_mut().filter(|field| field.rows() == cells) {

@@ -80,11 +80,8 @@ impl Reader<'_> {
             "UNSTRUCTURED_GRID" => {}
             "POLYDATA" => self.is_surface = true,
             _ => {
-                return Err(Problem::Unsupported {
-                    what: "dataset type",
-                    value: dataset.into(),
-                    advice: "save it as an unstructured grid, or a surface as poly data",
-                });
+                let advice = "save it as an unstructured grid, or a surface as poly data";
+                return Err(Problem::unsupported("dataset type", dataset, advice));
             }
         }
         if binary {
@@ -374,25 +371,9 @@ impl Reader<'_> {
 
     fn number_type(&mut self) -> Result<NumberType, Problem> {
         let name = self.cursor.text("a number type")?;
-        Ok(match name.to_ascii_lowercase().as_str() {
-            "char" | "signed_char" | "vtktypeint8" => NumberType::I8,
-            "unsigned_char" | "vtktypeuint8" => NumberType::U8,
-            "short" | "vtktypeint16" => NumberType::I16,
-            "unsigned_short" | "vtktypeuint16" => NumberType::U16,
-            // Identifiers are always written with 32 bits.
-            "int" | "vtkidtype" | "vtktypeint32" => NumberType::I32,
-            "unsigned_int" | "vtktypeuint32" => NumberType::U32,
-            "long" | "long_long" | "vtktypeint64" => NumberType::I64,
-            "unsigned_long" | "unsigned_long_long" | "vtktypeuint64" => NumberType::U64,
-            "float" | "vtktypefloat32" => NumberType::F32,
-            "double" | "vtktypefloat64" => NumberType::F64,
-            _ => {
-                return Err(Problem::Unsupported {
-                    what: "number type",
-                    value: name.into(),
-                    advice: "save the array with a type from char to double, or without this array",
-                });
-            }
+        NumberType::named(&name.to_ascii_lowercase().replace("vtktype", "")).ok_or_else(|| {
+            let advice = "save the array with a type from char to double, or without this array";
+            Problem::unsupported("number type", name, advice)
         })
     }
 
