@@ -63,7 +63,6 @@ mod body;
 mod cavity;
 pub mod conformance;
 mod discretisation;
-mod dual;
 mod elements;
 mod error;
 mod frames;
