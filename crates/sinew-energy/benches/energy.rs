@@ -7,8 +7,8 @@ use sinew_energy::laws::{
     NeoHookean,
 };
 use sinew_energy::{
-    Barriers, Body, Exact, FiniteElement, Law, Magnitude, Nodes, PressureForm, PressureSurface,
-    Response, Scene, Support, SurfaceResponse, response_by_jets, stress_by_slopes,
+    Barriers, Body, Exact, Law, Magnitude, Nodes, PressureForm, PressureSurface, Response, Scene,
+    Support, SurfaceResponse, response_by_jets, stress_by_slopes,
 };
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use std::hint::black_box;

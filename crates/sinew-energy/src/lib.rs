@@ -94,7 +94,7 @@ mod unit;
 pub use body::{Body, BodyArrays};
 pub use cavity::{Cavity, CavityPart, Lid, PressedLid, SymmetryPlane};
 pub use discretisation::Discretisation;
-pub use elements::{FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint};
+pub use elements::{FacetPoint, FacetRule, Nodes, QuadraturePoint};
 pub use error::{SceneError, ThetaError, listed, requirement};
 pub use frames::Frames;
 pub use guard::{Barriers, Exact, Guard};

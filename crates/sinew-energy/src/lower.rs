@@ -7,7 +7,7 @@ mod overlaps;
 mod supports;
 
 use crate::discretisation::Elements;
-use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
+use crate::elements::{Nodes, QuadraturePoint};
 use crate::error::listed;
 use crate::patches::patches;
 use crate::{Body, BodyArrays, Load, Magnitude, PressureField, Sampling, Scene, SceneError};
@@ -31,11 +31,11 @@ impl Scene {
         with_cells!(&self.mesh, mesh => lowered(self, mesh, None))
     }
 
-    /// Lowers as [`Scene::lower`] does, integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
+    /// Lowers as [`Scene::lower`] does, integrated by a rule of one's choice instead of [`Nodes::QUADRATURE`].
     ///
     /// ```
     /// # use sinew_energy::{Parameter, Scene, Support, laws::NeoHookean};
-    /// use sinew_energy::{FiniteElement, Nodes};
+    /// use sinew_energy::Nodes;
     ///
     /// let mesh = sinew_mesh::box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]).quadratic();
     /// let cells = mesh.cells.len();
@@ -86,10 +86,7 @@ struct Setup<'a, const N: usize> {
 }
 
 /// The rule that a scene is integrated with.
-fn own_rule<const N: usize>(scene: &Scene) -> &'static [QuadraturePoint]
-where
-    Nodes<N>: FiniteElement<N>,
-{
+fn own_rule<const N: usize>(scene: &Scene) -> &'static [QuadraturePoint] {
     match scene.discretisation.elements {
         Elements::Mixed => Nodes::<N>::FINE_QUADRATURE,
         Elements::Displacement | Elements::Averaged { .. } => Nodes::<N>::QUADRATURE,
@@ -101,10 +98,7 @@ fn lowered<const N: usize>(
     scene: &Scene,
     mesh: &Mesh<N>,
     rule: Option<&[QuadraturePoint]>,
-) -> Result<Body, SceneError>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+) -> Result<Body, SceneError> {
     let setup = Setup { scene, mesh, rule: rule.unwrap_or(own_rule::<N>(scene)) };
     let (rule, law, points) = (setup.rule, scene.material.law(), &mesh.points);
     setup.check_elements()?;
@@ -168,10 +162,7 @@ where
     }))
 }
 
-impl<const N: usize> Setup<'_, N>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+impl<const N: usize> Setup<'_, N> {
     /// Checks the law against the cells, the cells against the formulation, and the rule.
     fn check_elements(&self) -> Result<(), SceneError> {
         let (law, element) = (self.scene.material.law(), Mesh::<N>::ELEMENT);

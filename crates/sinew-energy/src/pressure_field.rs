@@ -1,6 +1,6 @@
 //! The field of pressure of mixed elements.
 
-use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
+use crate::elements::{Nodes, QuadraturePoint};
 use sinew_mesh::Mesh;
 
 /// A continuous linear pressure `p`: adds `∫ p (J − 1) − ½ p²/κ dV` to the potential, stationary in p.
@@ -27,10 +27,7 @@ impl PressureField {
         (cell, &self.cells[cell * self.corners..][..self.corners], &self.shape[local])
     }
 
-    pub(crate) fn new<const N: usize>(rule: &[QuadraturePoint], mesh: &Mesh<N>) -> Self
-    where
-        Nodes<N>: FiniteElement<N>,
-    {
+    pub(crate) fn new<const N: usize>(rule: &[QuadraturePoint], mesh: &Mesh<N>) -> Self {
         let shape: Vec<_> = rule.iter().map(|p| Nodes::<N>::corner_shape(p.at)).collect();
         let corners = shape[0].len();
         let of_cells = || mesh.cells.iter().flat_map(|nodes| &nodes[..corners]);

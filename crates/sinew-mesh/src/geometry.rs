@@ -1,6 +1,6 @@
 //! Volumes, Jacobians, orientation, and distances that count as none.
 
-use crate::Mesh;
+use crate::{Element, Mesh};
 use nalgebra::Vector3;
 
 /// Distance from a plane, a box or a sphere that still counts as on it \[relative to the diagonal of the mesh\]: files with six
@@ -84,9 +84,53 @@ impl<const N: usize> Mesh<N> {
         a.cross(&b)
     }
 
+    /// Values of the shape functions of a cell at a point of the reference element, see [`crate::Element::nodes`].
+    ///
+    /// ```
+    /// use sinew_mesh::Mesh;
+    /// assert_eq!(Mesh::<4>::shape([0.25; 3]), [0.25; 4]);
+    /// let sum: f64 = Mesh::<10>::shape([0.1, 0.2, 0.3]).iter().sum();
+    /// assert!((sum - 1.0).abs() < 1e-15);
+    /// ```
+    pub fn shape(at: [f64; 3]) -> [f64; N] {
+        let element = Self::ELEMENT;
+        let l = barycentric(element, at);
+        std::array::from_fn(|a| match a.checked_sub(element.corners) {
+            None if N == 8 => (0..3).map(|i| factor(element, a, i, at)).product(),
+            None if element.is_quadratic() => l[a] * (2.0 * l[a] - 1.0),
+            None => l[a],
+            Some(edge) => 4.0 * l[element.edges[edge][0]] * l[element.edges[edge][1]],
+        })
+    }
+
+    /// Derivatives of the shape functions along the reference axes; those of triangles along the third are zero.
+    pub fn shape_derivatives(at: [f64; 3]) -> [[f64; 3]; N] {
+        let element = Self::ELEMENT;
+        let l = barycentric(element, at);
+        let slope = |corner: usize, axis: usize| match corner {
+            _ if axis >= element.dimension => 0.0,
+            0 => -1.0,
+            _ => f64::from(u8::from(corner == axis + 1)),
+        };
+        let derivative = |a: usize, i: usize| match a.checked_sub(element.corners) {
+            None if N == 8 => {
+                let across =
+                    factor(element, a, (i + 1) % 3, at) * factor(element, a, (i + 2) % 3, at);
+                (2.0 * element.nodes[a][i] - 1.0) * across
+            }
+            None if element.is_quadratic() => (4.0 * l[a] - 1.0) * slope(a, i),
+            None => slope(a, i),
+            Some(edge) => {
+                let [b, c] = [0, 1].map(|end| element.edges[edge][end]);
+                4.0 * (l[b] * slope(c, i) + l[c] * slope(b, i))
+            }
+        };
+        std::array::from_fn(|a| std::array::from_fn(|i| derivative(a, i)))
+    }
+
     /// Derivatives of the position along the reference axes.
     fn tangents(&self, cell: usize, at: [f64; 3]) -> [Vector3<f64>; 3] {
-        let slopes = shape_derivatives::<N>(at);
+        let slopes = Self::shape_derivatives(at);
         let corners = self.corners(cell);
         let mut tangents = [Vector3::zeros(); 3];
         // Differences to one node, so that nothing cancels far from the origin.
@@ -99,40 +143,15 @@ impl<const N: usize> Mesh<N> {
     }
 }
 
-/// Derivatives of the shape functions along the reference axes.
-fn shape_derivatives<const N: usize>(at: [f64; 3]) -> [[f64; 3]; N] {
-    let element = Mesh::<N>::ELEMENT;
-    if N == 8 {
-        return std::array::from_fn(|a| {
-            let up = element.nodes[a];
-            let factor = |i: usize| if up[i] == 1.0 { at[i] } else { 1.0 - at[i] };
-            let sign = |i: usize| 2.0 * up[i] - 1.0;
-            std::array::from_fn(|i| sign(i) * factor((i + 1) % 3) * factor((i + 2) % 3))
-        });
-    }
-    let axes = 0..element.dimension;
-    let slope = |corner: usize, axis: usize| match corner {
-        0 => -1.0,
-        _ => f64::from(u8::from(corner == axis + 1)),
-    };
-    let barycentric = |corner: usize| match corner {
-        0 => 1.0 - axes.clone().map(|axis| at[axis]).sum::<f64>(),
-        _ => at[corner - 1],
-    };
-    let mut derivatives = [[0.0; 3]; N];
-    for (a, derivative) in derivatives.iter_mut().enumerate() {
-        for axis in axes.clone() {
-            derivative[axis] = match a.checked_sub(element.corners) {
-                None if element.is_quadratic() => (4.0 * barycentric(a) - 1.0) * slope(a, axis),
-                None => slope(a, axis),
-                Some(edge) => {
-                    let [b, c] = [0, 1].map(|end| element.edges[edge][end]);
-                    4.0 * (barycentric(b) * slope(c, axis) + barycentric(c) * slope(b, axis))
-                }
-            };
-        }
-    }
-    derivatives
+/// Barycentric coordinates of a point of a simplex.
+fn barycentric(element: &Element, at: [f64; 3]) -> [f64; 4] {
+    let first = at[..element.dimension].iter().fold(1.0, |rest, x| rest - x);
+    [first, at[0], at[1], at[2]]
+}
+
+/// The factor along one axis of a shape function of the hexahedron.
+fn factor(element: &Element, node: usize, axis: usize, at: [f64; 3]) -> f64 {
+    if element.nodes[node][axis] == 1.0 { at[axis] } else { 1.0 - at[axis] }
 }
 
 const SIXTH: f64 = 1.0 / 6.0;

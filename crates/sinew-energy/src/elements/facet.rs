@@ -1,7 +1,7 @@
 //! Shape functions and quadrature on the facets of elements.
 
-use super::triangles::SIX_POINTS;
-use super::{FiniteElement, Nodes, QuadraturePoint};
+use super::QuadraturePoint;
+use sinew_mesh::Mesh;
 
 /// Shape functions of a facet at its quadrature points.
 ///
@@ -34,22 +34,11 @@ pub struct FacetPoint {
 const G: f64 = 0.577_350_269_189_625_8;
 
 impl FacetRule {
-    pub(super) fn linear_triangle() -> Self {
-        Self::triangle::<3>(Nodes::<3>::QUADRATURE)
-    }
-
-    pub(super) fn quadratic_triangle() -> Self {
-        Self::triangle::<6>(SIX_POINTS)
-    }
-
-    fn triangle<const N: usize>(rule: &[QuadraturePoint]) -> Self
-    where
-        Nodes<N>: FiniteElement<N>,
-    {
+    pub(super) fn triangle<const N: usize>(rule: &[QuadraturePoint]) -> Self {
         let points = rule.iter().map(|point| {
-            let slopes = Nodes::<N>::shape_derivatives(point.at);
+            let slopes = Mesh::<N>::shape_derivatives(point.at);
             let slope = [0, 1].map(|i| slopes.iter().map(|s| s[i]).collect());
-            let shape = Nodes::<N>::shape(point.at).to_vec();
+            let shape = Mesh::<N>::shape(point.at).to_vec();
             FacetPoint { weight: point.weight, shape, slope }
         });
         Self { nodes: N, corners: 3, dimension: 3, points: points.collect() }

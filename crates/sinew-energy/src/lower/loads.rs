@@ -2,22 +2,19 @@
 
 use super::{Held, Setup, finite};
 use crate::cavity::{Cavity, FLAT, Surroundings, sorted};
-use crate::elements::{FiniteElement, Nodes};
+use crate::elements::Nodes;
 use crate::rim::rim_origin;
 use crate::{
     Load, Magnitude, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError,
 };
-use sinew_mesh::{boundary_facets, extents};
+use sinew_mesh::{Mesh, boundary_facets, extents};
 use sinew_num::sub3;
 use std::collections::{HashMap, HashSet};
 
-impl<const N: usize> Setup<'_, N>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+impl<const N: usize> Setup<'_, N> {
     /// Loads and springs per reference volume and area, and forces on nodes.
     pub(super) fn reference_loads(&self) -> Result<ReferenceLoads, SceneError> {
-        let shapes = self.rule.iter().map(|p| Nodes::<N>::shape(p.at).to_vec()).collect();
+        let shapes = self.rule.iter().map(|p| Mesh::<N>::shape(p.at).to_vec()).collect();
         let mut loads = ReferenceLoads { shapes, ..ReferenceLoads::default() };
         for load in &self.scene.loads {
             match load {

@@ -1,6 +1,6 @@
 //! Quadrature over solid meshes, independent of that of the solver's potential.
 
-use sinew_energy::{FiniteElement, Nodes, QuadraturePoint};
+use sinew_energy::{Nodes, QuadraturePoint};
 use sinew_mesh::Mesh;
 use sinew_num::Mat3;
 
@@ -37,13 +37,10 @@ impl<const N: usize> Point<N> {
 pub(crate) fn points<const N: usize>(
     mesh: &Mesh<N>,
     rule: &[QuadraturePoint],
-) -> impl Iterator<Item = Point<N>>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+) -> impl Iterator<Item = Point<N>> {
     let shapes: Vec<_> = rule
         .iter()
-        .map(|p| (p.weight, Nodes::<N>::shape(p.at), Nodes::<N>::shape_derivatives(p.at)))
+        .map(|p| (p.weight, Mesh::<N>::shape(p.at), Mesh::<N>::shape_derivatives(p.at)))
         .collect();
     mesh.cells.iter().flat_map(move |&nodes| {
         let corners = nodes.map(|node| mesh.points[node]);
