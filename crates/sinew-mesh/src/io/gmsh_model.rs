@@ -52,9 +52,8 @@ impl Gmsh<'_> {
 
     /// Adds a node.
     pub(super) fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<(), Problem> {
-        if self.node_index.insert(tag, self.grid.points.len()).is_some() {
-            return Err(Problem::expected("a node tag that is not used yet", tag.to_string()));
-        }
+        let before = self.node_index.insert(tag, self.grid.points.len());
+        Problem::unless_used(before, "a node tag that is not used yet", tag)?;
         self.grid.points.push(point);
         Ok(())
     }
@@ -81,29 +80,16 @@ impl Gmsh<'_> {
     }
 }
 
+/// VTK types of gmsh's element types from 0 on; 0 where there is none.
+const VTK_TYPES: [u8; 20] =
+    [0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 0, 0, 1, 23, 25, 26, 27];
+
 /// VTK type and number of nodes of a gmsh element type.
 pub(super) fn element_type(gmsh_type: i64) -> Result<(u8, usize), Problem> {
-    Ok(match gmsh_type {
-        1 => (3, 2),
-        2 => (5, 3),
-        3 => (9, 4),
-        4 => (10, 4),
-        5 => (12, 8),
-        6 => (13, 6),
-        7 => (14, 5),
-        8 => (21, 3),
-        9 => (22, 6),
-        10 => (28, 9),
-        11 => (24, 10),
-        12 => (29, 27),
-        15 => (1, 1),
-        16 => (23, 8),
-        17 => (25, 20),
-        18 => (26, 15),
-        19 => (27, 13),
-        _ => {
-            let advice = "save the mesh with first-order elements (Mesh.ElementOrder = 1)";
-            return Err(Problem::unsupported("gmsh element type", gmsh_type.to_string(), advice));
-        }
+    let vtk_type = usize::try_from(gmsh_type).ok().and_then(|index| VTK_TYPES.get(index).copied());
+    let found = vtk_type.and_then(|vtk_type| Some((vtk_type, cell_type(vtk_type).2?)));
+    found.ok_or_else(|| {
+        let advice = "save the mesh with first-order elements (Mesh.ElementOrder = 1)";
+        Problem::unsupported("gmsh element type", gmsh_type.to_string(), advice)
     })
 }

@@ -76,10 +76,7 @@ fn read(blocks: &[Block<'_>], bytes: usize) -> Result<UnstructuredGrid, Wrong> {
     for (_, block) in each("INSTANCE") {
         model.place(block)?;
     }
-    for (scope, block) in each("ELSET") {
-        model.read_set(*scope, block)?;
-    }
-    for (scope, block) in each("NSET") {
+    for (scope, block) in each("ELSET").chain(each("NSET")) {
         model.read_set(*scope, block)?;
     }
     let mut surfaces = Surfaces::default();
@@ -166,12 +163,8 @@ impl Model {
         for (x, word) in point.iter_mut().zip(words) {
             *x = real(word)?;
         }
-        if self.nodes.ids.insert(id, self.grid.points.len()).is_some() {
-            return Err(Problem::expected(
-                "the number of a node that is not used yet",
-                id.to_string(),
-            ));
-        }
+        let before = self.nodes.ids.insert(id, self.grid.points.len());
+        Problem::unless_used(before, "the number of a node that is not used yet", id)?;
         self.grid.points.push(point);
         Ok(())
     }
@@ -204,10 +197,8 @@ impl Model {
             return Err((at, Problem::Missing { expected: "the other nodes of the last element" }));
         }
         let added = first..self.grid.types.len();
-        block
-            .name("ELSET")
-            .map_or(Ok(()), |name| self.elements.add(scope, &name, added))
-            .map_err(head)
+        let name = block.name("ELSET");
+        name.map_or(Ok(()), |name| self.elements.add(scope, &name, added)).map_err(head)
     }
 
     /// An element's number and its nodes, which stand in the order of VTK.
@@ -224,12 +215,8 @@ impl Model {
             }
         };
         let nodes = nodes.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-        if self.elements.ids.insert(id, self.grid.types.len()).is_some() {
-            return Err(Problem::expected(
-                "the number of an element that is not used yet",
-                id.to_string(),
-            ));
-        }
+        let before = self.elements.ids.insert(id, self.grid.types.len());
+        Problem::unless_used(before, "the number of an element that is not used yet", id)?;
         self.grid.push(kind.vtk_type, &nodes);
         self.kinds.push(kind);
         Ok(())

@@ -5,7 +5,7 @@ use super::cursor::{Cursor, Endian, Fault, number};
 use super::grid::UnstructuredGrid;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
-use super::vtk::checked_offsets;
+use super::vtk::checked_ends;
 use super::vtu_data::{Layout, Source, ascii, read_array};
 use crate::{Field, FieldValues, Place, Problem};
 use quick_xml::events::{BytesStart, Event};
@@ -360,9 +360,9 @@ impl<'a> Parser<'a> {
             None if count == 0 && self.is_surface => Ok(None),
             None => Err(Problem::Missing { expected: "an array named offsets" }),
             Some(offsets) => {
-                let offsets = checked_offsets(&offsets, nodes.len());
-                let offsets = offsets.inspect_err(|_| self.item = offsets_at)?;
-                Ok(Some(CellList { offsets, nodes, at: Place::at(nodes_at) }))
+                let ends = checked_ends(&offsets, nodes.len());
+                let ends = ends.inspect_err(|_| self.item = offsets_at)?;
+                Ok(Some(CellList { ends, nodes, at: Place::at(nodes_at) }))
             }
         }
     }
@@ -386,7 +386,7 @@ impl<'a> Parser<'a> {
                 return Err(missing("an array named types"));
             }
             self.grid.cells_at = list.at;
-            (self.grid.offsets, self.grid.connectivity) = (list.offsets, list.nodes);
+            (self.grid.ends, self.grid.connectivity) = (list.ends, list.nodes);
         }
         Ok(())
     }
