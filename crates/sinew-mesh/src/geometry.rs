@@ -1,6 +1,6 @@
 //! Volumes, Jacobians, orientation, and distances that count as none.
 
-use crate::{Element, Mesh};
+use crate::{Mesh, QuadraturePoint};
 use nalgebra::Vector3;
 
 /// Distance from a plane, a box or a sphere that still counts as on it \[relative to the diagonal of the mesh\]: files with six
@@ -54,9 +54,9 @@ impl<const N: usize> Mesh<N> {
         match N {
             4 => a.cross(&b).dot(&c) / 6.0,
             3 => a.cross(&b).norm() / 2.0,
-            6 => TRIANGLE_RULE.iter().map(|&at| self.area_vector(cell, at).norm() / 6.0).sum(),
-            10 => TETRAHEDRON_RULE.iter().map(|&(at, w)| w * self.jacobian(cell, at)).sum(),
-            _ => CUBE_RULE.iter().map(|&at| self.jacobian(cell, at) / 8.0).sum(),
+            6 => integral(Self::QUADRATURE, |at| self.area_vector(cell, at).norm()),
+            // The Jacobian of a quadratic tetrahedron is a cubic.
+            _ => integral(Self::FINE_QUADRATURE, |at| self.jacobian(cell, at)),
         }
     }
 
@@ -84,50 +84,6 @@ impl<const N: usize> Mesh<N> {
         a.cross(&b)
     }
 
-    /// Values of the shape functions of a cell at a point of the reference element, see [`crate::Element::nodes`].
-    ///
-    /// ```
-    /// use sinew_mesh::Mesh;
-    /// assert_eq!(Mesh::<4>::shape([0.25; 3]), [0.25; 4]);
-    /// let sum: f64 = Mesh::<10>::shape([0.1, 0.2, 0.3]).iter().sum();
-    /// assert!((sum - 1.0).abs() < 1e-15);
-    /// ```
-    pub fn shape(at: [f64; 3]) -> [f64; N] {
-        let element = Self::ELEMENT;
-        let l = barycentric(element, at);
-        std::array::from_fn(|a| match a.checked_sub(element.corners) {
-            None if N == 8 => (0..3).map(|i| factor(element, a, i, at)).product(),
-            None if element.is_quadratic() => l[a] * (2.0 * l[a] - 1.0),
-            None => l[a],
-            Some(edge) => 4.0 * l[element.edges[edge][0]] * l[element.edges[edge][1]],
-        })
-    }
-
-    /// Derivatives of the shape functions along the reference axes; those of triangles along the third are zero.
-    pub fn shape_derivatives(at: [f64; 3]) -> [[f64; 3]; N] {
-        let element = Self::ELEMENT;
-        let l = barycentric(element, at);
-        let slope = |corner: usize, axis: usize| match corner {
-            _ if axis >= element.dimension => 0.0,
-            0 => -1.0,
-            _ => f64::from(u8::from(corner == axis + 1)),
-        };
-        let derivative = |a: usize, i: usize| match a.checked_sub(element.corners) {
-            None if N == 8 => {
-                let across =
-                    factor(element, a, (i + 1) % 3, at) * factor(element, a, (i + 2) % 3, at);
-                (2.0 * element.nodes[a][i] - 1.0) * across
-            }
-            None if element.is_quadratic() => (4.0 * l[a] - 1.0) * slope(a, i),
-            None => slope(a, i),
-            Some(edge) => {
-                let [b, c] = [0, 1].map(|end| element.edges[edge][end]);
-                4.0 * (l[b] * slope(c, i) + l[c] * slope(b, i))
-            }
-        };
-        std::array::from_fn(|a| std::array::from_fn(|i| derivative(a, i)))
-    }
-
     /// Derivatives of the position along the reference axes.
     fn tangents(&self, cell: usize, at: [f64; 3]) -> [Vector3<f64>; 3] {
         let slopes = Self::shape_derivatives(at);
@@ -143,45 +99,9 @@ impl<const N: usize> Mesh<N> {
     }
 }
 
-/// Barycentric coordinates of a point of a simplex.
-fn barycentric(element: &Element, at: [f64; 3]) -> [f64; 4] {
-    let first = at[..element.dimension].iter().fold(1.0, |rest, x| rest - x);
-    [first, at[0], at[1], at[2]]
+fn integral(rule: &[QuadraturePoint], value: impl Fn([f64; 3]) -> f64) -> f64 {
+    rule.iter().map(|point| point.weight * value(point.at)).sum()
 }
-
-/// The factor along one axis of a shape function of the hexahedron.
-fn factor(element: &Element, node: usize, axis: usize, at: [f64; 3]) -> f64 {
-    if element.nodes[node][axis] == 1.0 { at[axis] } else { 1.0 - at[axis] }
-}
-
-const SIXTH: f64 = 1.0 / 6.0;
-
-/// Three points of equal weight, degree 2.
-const TRIANGLE_RULE: [[f64; 3]; 3] =
-    [[SIXTH, SIXTH, 0.0], [4.0 * SIXTH, SIXTH, 0.0], [SIXTH, 4.0 * SIXTH, 0.0]];
-
-/// Points with weights, degree 3: the Jacobian of a quadratic tetrahedron is a cubic.
-const TETRAHEDRON_RULE: [([f64; 3], f64); 5] = [
-    ([0.25; 3], -2.0 / 15.0),
-    ([SIXTH; 3], 0.075),
-    ([0.5, SIXTH, SIXTH], 0.075),
-    ([SIXTH, 0.5, SIXTH], 0.075),
-    ([SIXTH, SIXTH, 0.5], 0.075),
-];
-
-/// Gauss' points on the unit interval, degree 3.
-pub(crate) const LOW: f64 = 0.211_324_865_405_187_1;
-pub(crate) const HIGH: f64 = 1.0 - LOW;
-const CUBE_RULE: [[f64; 3]; 8] = [
-    [LOW, LOW, LOW],
-    [HIGH, LOW, LOW],
-    [LOW, HIGH, LOW],
-    [HIGH, HIGH, LOW],
-    [LOW, LOW, HIGH],
-    [HIGH, LOW, HIGH],
-    [LOW, HIGH, HIGH],
-    [HIGH, HIGH, HIGH],
-];
 
 /// Makes every solid cell positive by mirroring the local order of the negative ones (tetrahedra swap
 /// their vertices 1 and 2, hexahedra bottom and top), and returns how many it mirrored. Facet sets

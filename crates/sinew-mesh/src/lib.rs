@@ -98,6 +98,7 @@ mod naming;
 mod prolongation;
 mod quadratic;
 mod quality;
+mod reference;
 mod regions;
 mod selection;
 mod simplices;
@@ -129,6 +130,7 @@ pub use prolongation::Prolongation;
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
 };
+pub use reference::QuadraturePoint;
 pub use selection::{Selected, Selection, SelectionError};
 pub use surface::{Surface, enclosed_volume, extract_surface};
 pub use topology::{boundary_facets, edges, remove_unused_nodes};

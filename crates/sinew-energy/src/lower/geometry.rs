@@ -1,9 +1,8 @@
 //! Shape functions at the quadrature points of a mesh.
 
 use super::own_rule;
-use crate::elements::{Nodes, QuadraturePoint};
 use crate::{Scene, SceneError};
-use sinew_mesh::Mesh;
+use sinew_mesh::{Mesh, QuadraturePoint};
 use sinew_num::{cross, dot3};
 
 /// Gradients of the shape functions at each quadrature point, and the volumes that the points stand for.
