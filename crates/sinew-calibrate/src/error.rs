@@ -1,6 +1,5 @@
 //! Errors of a patient, with numbers and advice.
 
-use sinew_energy::ThetaError;
 use sinew_fem::fibres::FibreError;
 use sinew_fem::{SolveError, UnloadError};
 use thiserror::Error;
@@ -8,7 +7,6 @@ use thiserror::Error;
 /// A patient that makes no sense.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum PatientError {
     /// The body cannot be unloaded.
     #[error(transparent)]
@@ -16,9 +14,6 @@ pub enum PatientError {
     /// The body cannot be solved.
     #[error(transparent)]
     Body(#[from] SolveError),
-    /// Values of law and loads that make no sense.
-    #[error("at {state}: {source}")]
-    Theta { state: String, source: ThetaError },
     /// A name, number, segment or place of a patient that makes no sense, with advice.
     #[error("{0}")]
     Input(String),

@@ -6,8 +6,10 @@ use crate::polynomial::Polynomial;
 use crate::problem::Problem;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use sinew_sample::LogDensity;
+use std::borrow::Cow;
 
 /// Covariance of the errors of all data, in units of their given standard deviations, factorised.
+#[derive(Clone)]
 pub(crate) struct Noise {
     factor: Cholesky<f64, Dyn>,
     log_determinant: f64,
@@ -97,20 +99,13 @@ impl<'a> Target<'a> {
     /// Logarithm of the emulator's likelihood.
     pub(crate) fn log_likelihood(&self, y: &[f64]) -> f64 {
         let residual = &self.problem.measured - self.predicted(y);
-        let own;
-        let noise = match &self.fixed {
-            Some(noise) => noise,
-            None => {
-                own = self.noise(y);
-                &own
-            }
-        };
-        self.power * noise.log_likelihood(&residual)
+        self.power * self.noise(y).log_likelihood(&residual)
     }
 
-    fn noise(&self, y: &[f64]) -> Noise {
-        let factors = self.problem.log_factors(y);
-        Noise::new(self.problem, &factors, Some(&self.emulator.leave_one_out))
+    fn noise(&self, y: &[f64]) -> Cow<'_, Noise> {
+        let (factors, error) = (self.problem.log_factors(y), &self.emulator.leave_one_out);
+        let own = || Cow::Owned(Noise::new(self.problem, &factors, Some(error)));
+        self.fixed.as_ref().map_or_else(own, Cow::Borrowed)
     }
 }
 
@@ -123,14 +118,7 @@ impl LogDensity for Target<'_> {
         let problem = self.problem;
         let (values, slopes) = self.emulator.at(&problem.standardised(y));
         let residual = &problem.measured - values;
-        let own;
-        let noise = match &self.fixed {
-            Some(noise) => noise,
-            None => {
-                own = self.noise(y);
-                &own
-            }
-        };
+        let noise = self.noise(y);
         let solved = noise.solve(&residual);
         let pulled = slopes.tr_mul(&solved);
         for (at, unknown) in problem.unknowns.iter().enumerate() {

@@ -35,7 +35,8 @@ impl fmt::Display for At {
 }
 
 /// Direction of a segment's strain, a line of the tissue in the image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Direction {
     /// Around the long axis, in the layer of equal depth.
     Circumferential,

@@ -7,8 +7,8 @@ use sinew_energy::laws::{
     NeoHookean,
 };
 use sinew_energy::{
-    Barriers, Body, Exact, FiniteElement, Law, Magnitude, Nodes, PressureForm, PressureSurface,
-    Response, Scene, Support, SurfaceResponse, response_by_jets, stress_by_slopes,
+    Barriers, Body, Exact, FacetRule, Law, Magnitude, PressureForm, PressureSurface, Response,
+    Scene, Support, SurfaceResponse, response_by_jets, stress_by_slopes,
 };
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use std::hint::black_box;
@@ -103,7 +103,7 @@ fn pressure(criterion: &mut Criterion) {
         magnitude: Magnitude::Fixed(1.0),
         triangles: Some(PressureForm::Follower),
         lids: Vec::new(),
-        rule: Nodes::<4>::facet_rule(),
+        rule: FacetRule::of_cells::<4>(),
         nodes,
         positions,
     };

@@ -6,36 +6,31 @@ use std::fmt::Debug;
 /// Bounds on the arguments of an energy density.
 ///
 /// The solver uses [`Exact`], which is zero-sized and compiles to nothing; training uses
-/// [`Barriers`]. A guard is the identity at every admissible state.
+/// [`Barriers`]. A guard is the identity at every admissible state, and everywhere in what it does not define.
 pub trait Guard: Copy + Debug + Send + Sync + 'static {
     /// Guarded `J − 1` from `J − 1`.
-    fn volume_change<S: Scalar>(&self, volume_change: S) -> S;
+    fn volume_change<S: Scalar>(&self, volume_change: S) -> S {
+        volume_change
+    }
     /// Guarded first invariant, as `I₁ − 3` from `I₁ − 3`.
-    fn first_invariant<S: Scalar>(&self, excess: S) -> S;
+    fn first_invariant<S: Scalar>(&self, excess: S) -> S {
+        excess
+    }
     /// Guarded fibre invariant, as `I₄ − 1` from `I₄ − 1`.
-    fn fibre_invariant<S: Scalar>(&self, excess: S) -> S;
+    fn fibre_invariant<S: Scalar>(&self, excess: S) -> S {
+        excess
+    }
     /// Guarded exponent of a Fung-type exponential.
-    fn exponent<S: Scalar>(&self, exponent: S) -> S;
+    fn exponent<S: Scalar>(&self, exponent: S) -> S {
+        exponent
+    }
 }
 
 /// No guard: the energy as it is defined, +∞ outside its domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exact;
 
-impl Guard for Exact {
-    fn volume_change<S: Scalar>(&self, volume_change: S) -> S {
-        volume_change
-    }
-    fn first_invariant<S: Scalar>(&self, excess: S) -> S {
-        excess
-    }
-    fn fibre_invariant<S: Scalar>(&self, excess: S) -> S {
-        excess
-    }
-    fn exponent<S: Scalar>(&self, exponent: S) -> S {
-        exponent
-    }
-}
+impl Guard for Exact {}
 
 /// The barriers of the thesis for training, eqs. (3.17)–(3.19).
 ///

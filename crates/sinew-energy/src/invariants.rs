@@ -4,7 +4,6 @@
 //! rule: Taylor numbers in the arguments (2 for an isotropic law, 3 with fibres, 8 with a whole
 //! frame) instead of the nine entries of ∇u, times the arguments' own derivatives in closed form.
 
-use crate::dual::Dual;
 use crate::law::finite_or_infinite;
 use crate::{Guard, Law, Response};
 use sinew_num::{Jet, Mat3, Scalar, Slope, dot3};
@@ -161,10 +160,10 @@ impl<L: InvariantLaw<D>, const D: usize> Law<D> for L {
     ) -> Mat3<f64> {
         let state = State::new(displacement_gradient, directions);
         match const { arguments(D) } {
-            2 => stress_rate::<L, D, 2>(self, parameters, rates, &state),
-            3 => stress_rate::<L, D, 3>(self, parameters, rates, &state),
-            5 => stress_rate::<L, D, 5>(self, parameters, rates, &state),
-            _ => stress_rate::<L, D, 8>(self, parameters, rates, &state),
+            2 => stress_rate::<L, D, 3>(self, parameters, rates, &state),
+            3 => stress_rate::<L, D, 4>(self, parameters, rates, &state),
+            5 => stress_rate::<L, D, 6>(self, parameters, rates, &state),
+            _ => stress_rate::<L, D, 9>(self, parameters, rates, &state),
         }
     }
 }
@@ -277,23 +276,18 @@ fn stress<L: InvariantLaw<D>, G: Guard, const D: usize, const K: usize>(
     (finite_or_infinite(slope.value), stress)
 }
 
+/// The last variable of the `K` runs along the rates.
 fn stress_rate<L: InvariantLaw<D>, const D: usize, const K: usize>(
     law: &L,
     parameters: &[f64],
     rates: &[f64],
     state: &State<D>,
 ) -> Mat3<f64> {
-    let mut moving = constants::<L, _, D>(parameters, |value| Dual {
-        value: Slope::<K>::constant(value),
-        derivative: Slope::constant(0.0),
-    });
-    moving.iter_mut().zip(rates).for_each(|(p, rate)| p.derivative = Slope::constant(*rate));
-    let arguments = state.seeded(|value, index| Dual {
-        value: Slope::<K>::variable(value, index),
-        derivative: Slope::constant(0.0),
-    });
-    let density = law.density_of(&moving[..L::PARAMETERS.len()], &arguments, &crate::Exact);
-    state.pull_back(&density.derivative.gradient)
+    let mut moving = constants::<L, _, D>(parameters, Jet::<K>::constant);
+    moving.iter_mut().zip(rates).for_each(|(p, rate)| p.gradient[K - 1] = *rate);
+    let arguments = state.seeded(Jet::<K>::variable);
+    let jet = law.density_of(&moving[..L::PARAMETERS.len()], &arguments, &crate::Exact);
+    state.pull_back(&jet.hessian[K - 1])
 }
 
 fn response<L: InvariantLaw<D>, const D: usize, const K: usize>(
@@ -380,7 +374,7 @@ fn delta(i: usize, j: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::rate_by_slopes;
+    use crate::law::rate_by_jets;
     use crate::laws::{ActiveTension, Guccione, HolzapfelOgden, NeoHookean};
 
     /// Compares the stress rate by invariants with that by the strain; they differ by rounding errors only.
@@ -390,7 +384,7 @@ mod tests {
             let rates: Vec<_> =
                 (0..parameters.len()).map(|i| f64::from(u8::from(i == index))).collect();
             let found = Law::stress_rate(&law, parameters, &rates, &h, &frame);
-            let expected = rate_by_slopes(&law, parameters, &rates, &h, &frame);
+            let expected = rate_by_jets(&law, parameters, &rates, &h, &frame);
             let size = expected.squared_norm().sqrt();
             let off = Mat3::from_fn(|i, j| found[i][j] - expected[i][j]).squared_norm().sqrt();
             assert!(size > 0.0 && off <= 1e-13 * size, "{} {index}: {off:e} of {size}", L::NAME);

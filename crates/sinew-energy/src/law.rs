@@ -1,6 +1,5 @@
 //! Strain-energy laws.
 
-use crate::dual::Dual;
 use crate::material::AtPoints;
 use crate::{Exact, Guard, Material};
 use sinew_num::{Jet, Mat3, Scalar, Slope};
@@ -162,28 +161,27 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
         displacement_gradient: &Mat3<f64>,
         directions: &[[f64; 3]; D],
     ) -> Mat3<f64> {
-        rate_by_slopes(self, parameters, rates, displacement_gradient, directions)
+        rate_by_jets(self, parameters, rates, displacement_gradient, directions)
     }
 }
 
-/// [`Law::stress_rate`] by first-order Taylor numbers in the strain and along the rates.
-pub(crate) fn rate_by_slopes<L: Law<D>, const D: usize>(
+/// [`Law::stress_rate`] by second-order jets in the strain and, as the last variable, along the rates.
+pub(crate) fn rate_by_jets<L: Law<D>, const D: usize>(
     law: &L,
     parameters: &[f64],
     rates: &[f64],
     displacement_gradient: &Mat3<f64>,
     directions: &[[f64; 3]; D],
 ) -> Mat3<f64> {
-    let still = |value: Slope<9>| Dual { value, derivative: Slope::constant(0.0) };
-    let moving = |(&value, &rate): (&f64, &f64)| Dual {
-        value: Slope::<9>::constant(value),
-        derivative: Slope::constant(rate),
-    };
-    let parameters: Vec<_> = parameters.iter().zip(rates).map(moving).collect();
-    let h = displacement_gradient.seeded(|value, index| still(Slope::variable(value, index)));
-    let directions = directions.map(|d| d.map(|x| still(Slope::constant(x))));
-    let change = law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
-    Mat3::from_fn(|i, j| change[3 * i + j])
+    let mut moving: Vec<_> = parameters.iter().map(|&p| Jet::<10>::constant(p)).collect();
+    moving.iter_mut().zip(rates).for_each(|(p, rate)| p.gradient[9] = *rate);
+    let jet = law.density(
+        &moving,
+        &displacement_gradient.seeded(Jet::variable),
+        &directions.map(|d| d.map(Jet::constant)),
+        &Exact,
+    );
+    Mat3::from_fn(|i, j| jet.hessian[9][3 * i + j])
 }
 
 /// [`Law::stress`] by first-order Taylor numbers whatever the law overrides: the reference of closed

@@ -7,13 +7,12 @@ mod overlaps;
 mod supports;
 
 use crate::discretisation::Elements;
-use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::error::listed;
 use crate::patches::patches;
 use crate::{Body, BodyArrays, Load, Magnitude, PressureField, Sampling, Scene, SceneError};
 use geometry::{places, shape_functions};
 use overlaps::check_overlaps;
-use sinew_mesh::{Facet, Mesh, boundary_facets, with_cells};
+use sinew_mesh::{Facet, Mesh, QuadraturePoint, boundary_facets, with_cells};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 pub(crate) use supports::Held;
@@ -31,11 +30,11 @@ impl Scene {
         with_cells!(&self.mesh, mesh => lowered(self, mesh, None))
     }
 
-    /// Lowers as [`Scene::lower`] does, integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
+    /// Lowers as [`Scene::lower`] does, integrated by a rule of one's choice instead of [`Mesh::QUADRATURE`].
     ///
     /// ```
     /// # use sinew_energy::{Parameter, Scene, Support, laws::NeoHookean};
-    /// use sinew_energy::{FiniteElement, Nodes};
+    /// use sinew_mesh::Mesh;
     ///
     /// let mesh = sinew_mesh::box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]).quadratic();
     /// let cells = mesh.cells.len();
@@ -44,7 +43,7 @@ impl Scene {
     ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0))
     ///     .support(Support::clamped("x_min"));
     /// // Degree five instead of two, for curved cells or laws with exponentials.
-    /// let rule = Nodes::<10>::FINE_QUADRATURE;
+    /// let rule = Mesh::<10>::FINE_QUADRATURE;
     /// let (usual, fine) = (block.lower()?, block.lower_with(rule)?);
     /// assert_eq!((usual.points_per_cell, fine.points_per_cell), (4, rule.len()));
     /// assert!((fine.volumes.iter().sum::<f64>() - 2.0).abs() < 1e-12);
@@ -86,13 +85,10 @@ struct Setup<'a, const N: usize> {
 }
 
 /// The rule that a scene is integrated with.
-fn own_rule<const N: usize>(scene: &Scene) -> &'static [QuadraturePoint]
-where
-    Nodes<N>: FiniteElement<N>,
-{
+fn own_rule<const N: usize>(scene: &Scene) -> &'static [QuadraturePoint] {
     match scene.discretisation.elements {
-        Elements::Mixed => Nodes::<N>::FINE_QUADRATURE,
-        Elements::Displacement | Elements::Averaged { .. } => Nodes::<N>::QUADRATURE,
+        Elements::Mixed => Mesh::<N>::FINE_QUADRATURE,
+        Elements::Displacement | Elements::Averaged { .. } => Mesh::<N>::QUADRATURE,
     }
 }
 
@@ -101,10 +97,7 @@ fn lowered<const N: usize>(
     scene: &Scene,
     mesh: &Mesh<N>,
     rule: Option<&[QuadraturePoint]>,
-) -> Result<Body, SceneError>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+) -> Result<Body, SceneError> {
     let setup = Setup { scene, mesh, rule: rule.unwrap_or(own_rule::<N>(scene)) };
     let (rule, law, points) = (setup.rule, scene.material.law(), &mesh.points);
     setup.check_elements()?;
@@ -168,10 +161,7 @@ where
     }))
 }
 
-impl<const N: usize> Setup<'_, N>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+impl<const N: usize> Setup<'_, N> {
     /// Checks the law against the cells, the cells against the formulation, and the rule.
     fn check_elements(&self) -> Result<(), SceneError> {
         let (law, element) = (self.scene.material.law(), Mesh::<N>::ELEMENT);
@@ -188,7 +178,7 @@ where
             )));
         }
         let measure = |rule: &[QuadraturePoint]| rule.iter().map(|p| p.weight).sum::<f64>();
-        let (sum, needed) = (measure(self.rule), measure(Nodes::<N>::QUADRATURE));
+        let (sum, needed) = (measure(self.rule), measure(Mesh::<N>::QUADRATURE));
         let is_positive =
             |p: &QuadraturePoint| p.weight > 0.0 && p.at.iter().all(|x| x.is_finite());
         // Written so that a NaN is an error as well.

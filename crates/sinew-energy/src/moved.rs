@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 /// Material directions where a body is given another shape at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Fibres {
     /// Directions that move with the tissue: a direction m becomes f m / |f m|, those after the first orthonormal to the ones before.
     #[default]

@@ -1,7 +1,6 @@
 //! The field of pressure of mixed elements.
 
-use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
-use sinew_mesh::Mesh;
+use sinew_mesh::{Mesh, QuadraturePoint};
 
 /// A continuous linear pressure `p`: adds `∫ p (J − 1) − ½ p²/κ dV` to the potential, stationary in p.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,11 +26,14 @@ impl PressureField {
         (cell, &self.cells[cell * self.corners..][..self.corners], &self.shape[local])
     }
 
-    pub(crate) fn new<const N: usize>(rule: &[QuadraturePoint], mesh: &Mesh<N>) -> Self
-    where
-        Nodes<N>: FiniteElement<N>,
-    {
-        let shape: Vec<_> = rule.iter().map(|p| Nodes::<N>::corner_shape(p.at)).collect();
+    pub(crate) fn new<const N: usize>(rule: &[QuadraturePoint], mesh: &Mesh<N>) -> Self {
+        // Linear, whatever the cells are.
+        let shape = |point: &QuadraturePoint| match N {
+            6 => Mesh::<3>::shape(point.at).to_vec(),
+            10 => Mesh::<4>::shape(point.at).to_vec(),
+            _ => Mesh::<N>::shape(point.at).to_vec(),
+        };
+        let shape: Vec<_> = rule.iter().map(shape).collect();
         let corners = shape[0].len();
         let of_cells = || mesh.cells.iter().flat_map(|nodes| &nodes[..corners]);
         let mut nodes: Vec<_> = of_cells().copied().collect();

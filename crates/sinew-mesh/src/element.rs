@@ -103,9 +103,6 @@ const QUADRATIC_TRIANGLE: Element = Element {
     plural: "quadratic triangles",
     vtk_type: 22,
     facet_vtk_type: 21,
-    dimension: 2,
-    corners: 3,
-    facet_corners: 2,
     facets: &[&[1, 2, 4], &[2, 0, 5], &[0, 1, 3]],
     edges: &[&[0, 1, 3], &[1, 2, 4], &[2, 0, 5]],
     nodes: &[
@@ -117,7 +114,7 @@ const QUADRATIC_TRIANGLE: Element = Element {
         [0.0, 0.5, 0.0],
     ],
     mirrored: &[0, 2, 1, 5, 4, 3],
-    mirrored_facets: &[0, 2, 1],
+    ..TRIANGLE
 };
 
 const TETRAHEDRON: Element = Element {
@@ -140,9 +137,6 @@ const QUADRATIC_TETRAHEDRON: Element = Element {
     plural: "quadratic tetrahedra",
     vtk_type: 24,
     facet_vtk_type: 22,
-    dimension: 3,
-    corners: 4,
-    facet_corners: 3,
     facets: &[&[1, 2, 3, 5, 9, 8], &[0, 3, 2, 7, 9, 6], &[0, 1, 3, 4, 8, 7], &[0, 2, 1, 6, 5, 4]],
     edges: &[&[0, 1, 4], &[1, 2, 5], &[2, 0, 6], &[0, 3, 7], &[1, 3, 8], &[2, 3, 9]],
     nodes: &[
@@ -158,7 +152,7 @@ const QUADRATIC_TETRAHEDRON: Element = Element {
         [0.0, 0.5, 0.5],
     ],
     mirrored: &[0, 2, 1, 3, 6, 5, 4, 7, 9, 8],
-    mirrored_facets: &[0, 2, 1, 3],
+    ..TETRAHEDRON
 };
 
 const HEXAHEDRON: Element = Element {

@@ -1,6 +1,6 @@
 //! Volumes, Jacobians, orientation, and distances that count as none.
 
-use crate::Mesh;
+use crate::{Mesh, QuadraturePoint};
 use nalgebra::Vector3;
 
 /// Distance from a plane, a box or a sphere that still counts as on it \[relative to the diagonal of the mesh\]: files with six
@@ -54,9 +54,9 @@ impl<const N: usize> Mesh<N> {
         match N {
             4 => a.cross(&b).dot(&c) / 6.0,
             3 => a.cross(&b).norm() / 2.0,
-            6 => TRIANGLE_RULE.iter().map(|&at| self.area_vector(cell, at).norm() / 6.0).sum(),
-            10 => TETRAHEDRON_RULE.iter().map(|&(at, w)| w * self.jacobian(cell, at)).sum(),
-            _ => CUBE_RULE.iter().map(|&at| self.jacobian(cell, at) / 8.0).sum(),
+            6 => integral(Self::QUADRATURE, |at| self.area_vector(cell, at).norm()),
+            // The Jacobian of a quadratic tetrahedron is a cubic.
+            _ => integral(Self::FINE_QUADRATURE, |at| self.jacobian(cell, at)),
         }
     }
 
@@ -86,7 +86,7 @@ impl<const N: usize> Mesh<N> {
 
     /// Derivatives of the position along the reference axes.
     fn tangents(&self, cell: usize, at: [f64; 3]) -> [Vector3<f64>; 3] {
-        let slopes = shape_derivatives::<N>(at);
+        let slopes = Self::shape_derivatives(at);
         let corners = self.corners(cell);
         let mut tangents = [Vector3::zeros(); 3];
         // Differences to one node, so that nothing cancels far from the origin.
@@ -99,70 +99,9 @@ impl<const N: usize> Mesh<N> {
     }
 }
 
-/// Derivatives of the shape functions along the reference axes.
-fn shape_derivatives<const N: usize>(at: [f64; 3]) -> [[f64; 3]; N] {
-    let element = Mesh::<N>::ELEMENT;
-    if N == 8 {
-        return std::array::from_fn(|a| {
-            let up = element.nodes[a];
-            let factor = |i: usize| if up[i] == 1.0 { at[i] } else { 1.0 - at[i] };
-            let sign = |i: usize| 2.0 * up[i] - 1.0;
-            std::array::from_fn(|i| sign(i) * factor((i + 1) % 3) * factor((i + 2) % 3))
-        });
-    }
-    let axes = 0..element.dimension;
-    let slope = |corner: usize, axis: usize| match corner {
-        0 => -1.0,
-        _ => f64::from(u8::from(corner == axis + 1)),
-    };
-    let barycentric = |corner: usize| match corner {
-        0 => 1.0 - axes.clone().map(|axis| at[axis]).sum::<f64>(),
-        _ => at[corner - 1],
-    };
-    let mut derivatives = [[0.0; 3]; N];
-    for (a, derivative) in derivatives.iter_mut().enumerate() {
-        for axis in axes.clone() {
-            derivative[axis] = match a.checked_sub(element.corners) {
-                None if element.is_quadratic() => (4.0 * barycentric(a) - 1.0) * slope(a, axis),
-                None => slope(a, axis),
-                Some(edge) => {
-                    let [b, c] = [0, 1].map(|end| element.edges[edge][end]);
-                    4.0 * (barycentric(b) * slope(c, axis) + barycentric(c) * slope(b, axis))
-                }
-            };
-        }
-    }
-    derivatives
+fn integral(rule: &[QuadraturePoint], value: impl Fn([f64; 3]) -> f64) -> f64 {
+    rule.iter().map(|point| point.weight * value(point.at)).sum()
 }
-
-const SIXTH: f64 = 1.0 / 6.0;
-
-/// Three points of equal weight, degree 2.
-const TRIANGLE_RULE: [[f64; 3]; 3] =
-    [[SIXTH, SIXTH, 0.0], [4.0 * SIXTH, SIXTH, 0.0], [SIXTH, 4.0 * SIXTH, 0.0]];
-
-/// Points with weights, degree 3: the Jacobian of a quadratic tetrahedron is a cubic.
-const TETRAHEDRON_RULE: [([f64; 3], f64); 5] = [
-    ([0.25; 3], -2.0 / 15.0),
-    ([SIXTH; 3], 0.075),
-    ([0.5, SIXTH, SIXTH], 0.075),
-    ([SIXTH, 0.5, SIXTH], 0.075),
-    ([SIXTH, SIXTH, 0.5], 0.075),
-];
-
-/// Gauss' points on the unit interval, degree 3.
-pub(crate) const LOW: f64 = 0.211_324_865_405_187_1;
-pub(crate) const HIGH: f64 = 1.0 - LOW;
-const CUBE_RULE: [[f64; 3]; 8] = [
-    [LOW, LOW, LOW],
-    [HIGH, LOW, LOW],
-    [LOW, HIGH, LOW],
-    [HIGH, HIGH, LOW],
-    [LOW, LOW, HIGH],
-    [HIGH, LOW, HIGH],
-    [LOW, HIGH, HIGH],
-    [HIGH, HIGH, HIGH],
-];
 
 /// Makes every solid cell positive by mirroring the local order of the negative ones (tetrahedra swap
 /// their vertices 1 and 2, hexahedra bottom and top), and returns how many it mirrored. Facet sets

@@ -26,7 +26,6 @@ mod sets;
 mod stl;
 mod surface_write;
 mod vtk;
-mod vtk_write;
 mod vtu;
 mod vtu_data;
 mod vtu_write;
@@ -37,8 +36,7 @@ pub use carp_write::write_carp;
 pub use mixed::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy};
 pub use report::ReadReport;
-pub use surface_write::{to_obj, to_stl, to_vtk_surface, to_vtp};
-pub use vtk_write::{VtkEncoding, to_vtk};
+pub use surface_write::{to_obj, to_stl, to_vtp};
 pub use vtu_write::{to_pvd, to_vtu, to_vtu_with};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
@@ -177,19 +175,14 @@ pub fn write_surface(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<(), 
     let path = path.as_ref();
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let bytes = match ending.as_str() {
-        "vtk" => to_vtk_surface(mesh, VtkEncoding::Binary)?,
         "vtp" => to_vtp(mesh)?,
-        "stl" => to_stl(mesh, VtkEncoding::Binary)?,
+        "stl" => to_stl(mesh)?,
         "obj" => to_obj(mesh)?,
         _ => {
-            let advice = "name the file .vtk, .vtp, .stl or .obj";
-            let value = ending.clone();
-            let problem =
-                Problem::Unsupported { what: "the ending of a surface's file,", value, advice };
-            return Err(MeshError::in_file(
-                &path.display().to_string(),
-                (Place::default(), problem),
-            ));
+            let (what, advice) =
+                ("the ending of a surface's file,", "name the file .vtp, .stl or .obj");
+            let fault = (Place::default(), Problem::unsupported(what, ending, advice));
+            return Err(MeshError::in_file(&path.display().to_string(), fault));
         }
     };
     save(path, &bytes)
@@ -217,8 +210,7 @@ fn open(path: &Path) -> Result<(String, UnstructuredGrid), MeshError> {
 fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let content = cursor::without_mark(bytes).trim_ascii_start();
     if let Some((format, advice)) = foreign::format(content) {
-        let (what, value) = ("the format", format.into());
-        return Err((Place::default(), Problem::Unsupported { what, value, advice }));
+        return Err((Place::default(), Problem::unsupported("the format", format, advice)));
     }
     match content {
         [b'$', ..] => gmsh::parse(bytes),

@@ -42,7 +42,7 @@
 //!
 //! | format | read | written |
 //! |---|---|---|
-//! | legacy VTK, text and binary | grids and surfaces (POLYDATA); 2.0 to 4.2, 5.1 | [`to_vtk`], [`to_vtk_surface`]: 5.1 |
+//! | legacy VTK, text and binary | grids and surfaces (POLYDATA); 2.0 to 4.2, 5.1 | |
 //! | VTU, VTP | text, base64, appended raw or base64; plain or zlib | [`write_vtu`], [`to_vtp`]: base64 |
 //! | STL, text and binary | corners at the same place become one node | [`to_stl`] |
 //! | OBJ | faces, lines and groups | [`to_obj`] |
@@ -98,6 +98,7 @@ mod naming;
 mod prolongation;
 mod quadratic;
 mod quality;
+mod reference;
 mod regions;
 mod selection;
 mod simplices;
@@ -116,9 +117,9 @@ pub use generate::{
 };
 pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
 pub use io::{
-    MixedMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_merged,
-    read_mesh, read_npy, to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu,
-    to_vtu_with, write_carp, write_pvd, write_surface, write_vtu,
+    MixedMesh, NpyArray, ReadReport, parse, parse_mesh, parse_npy, read, read_merged, read_mesh,
+    read_npy, to_npy, to_obj, to_pvd, to_stl, to_vtp, to_vtu, to_vtu_with, write_carp, write_pvd,
+    write_surface, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,
@@ -129,6 +130,7 @@ pub use prolongation::Prolongation;
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
 };
+pub use reference::QuadraturePoint;
 pub use selection::{Selected, Selection, SelectionError};
 pub use surface::{Surface, enclosed_volume, extract_surface};
 pub use topology::{boundary_facets, edges, remove_unused_nodes};

@@ -1,7 +1,6 @@
 //! Surfaces of tetrahedral meshes.
 
-use crate::geometry::{HIGH, LOW};
-use crate::{Element, Facet, Mesh, TetMesh, TriangleMesh};
+use crate::{Element, Facet, Mesh, QuadraturePoint, TetMesh, TriangleMesh};
 use nalgebra::Vector3;
 
 /// A surface with the node numbers of its tetrahedral mesh.
@@ -62,55 +61,27 @@ pub fn enclosed_volume<const N: usize>(mesh: &Mesh<N>, facets: &[Facet]) -> f64 
 /// Signed volume between a facet and the origin.
 fn cone_volume<const N: usize>(mesh: &Mesh<N>, facet: Facet) -> f64 {
     let nodes = mesh.nodes_of_facet(facet).map(|node| Vector3::from(mesh.points[node]));
-    let mut x = [Vector3::zeros(); 6];
-    x.iter_mut().zip(nodes).for_each(|(slot, node)| *slot = node);
-    let cone = |(at, [along_s, along_t]): (Vector3<f64>, [Vector3<f64>; 2])| {
-        along_s.cross(&along_t).dot(&at) / 3.0
+    let cone = |shape: &[f64], slopes: &[[f64; 3]]| {
+        let at: Vector3<f64> = nodes.clone().zip(shape).map(|(x, n)| x * *n).sum();
+        let along = |axis: usize| -> Vector3<f64> {
+            nodes.clone().zip(slopes).map(|(x, slope)| x * slope[axis]).sum()
+        };
+        along(0).cross(&along(1)).dot(&at) / 3.0
+    };
+    let triangle = |&QuadraturePoint { at, weight }: &QuadraturePoint| {
+        weight * cone(&Mesh::<6>::shape(at), &Mesh::<6>::shape_derivatives(at))
+    };
+    // The lowest facet of a hexahedron, whose four nodes are the first.
+    let quadrilateral = |&QuadraturePoint { at: [x, y, _], weight }: &QuadraturePoint| {
+        let at = [x, y, 0.0];
+        2.0 * weight * cone(&Mesh::<8>::shape(at), &Mesh::<8>::shape_derivatives(at))
     };
     match N {
-        4 => x[0].cross(&x[1]).dot(&x[2]) / 6.0,
-        10 => TRIANGLE_RULE.iter().map(|&(at, w)| w * cone(curved_triangle(&x, at))).sum(),
-        _ => QUADRILATERAL_RULE.iter().map(|&at| 0.25 * cone(quadrilateral(&x, at))).sum(),
+        4 => cone(&Mesh::<3>::shape([0.0; 3]), &Mesh::<3>::shape_derivatives([0.0; 3])) / 2.0,
+        10 => Mesh::<6>::FINE_QUADRATURE.iter().map(triangle).sum(),
+        _ => Mesh::<8>::QUADRATURE[..4].iter().map(quadrilateral).sum(),
     }
 }
-
-/// Position on a quadratic triangle and its derivatives along both parameters.
-fn curved_triangle(x: &[Vector3<f64>; 6], [s, t]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>; 2]) {
-    let r = 1.0 - s - t;
-    let at = x[0] * (r * (2.0 * r - 1.0)) + x[1] * (s * (2.0 * s - 1.0));
-    let at = at
-        + x[2] * (t * (2.0 * t - 1.0))
-        + (x[3] * (r * s) + x[4] * (s * t) + x[5] * (t * r)) * 4.0;
-    let back = x[0] * (1.0 - 4.0 * r);
-    let along_s = back + x[1] * (4.0 * s - 1.0) + (x[3] * (r - s) + (x[4] - x[5]) * t) * 4.0;
-    let along_t = back + x[2] * (4.0 * t - 1.0) + (x[5] * (r - t) + (x[4] - x[3]) * s) * 4.0;
-    (at, [along_s, along_t])
-}
-
-/// Position on a bilinear quadrilateral and its derivatives along both parameters.
-fn quadrilateral(x: &[Vector3<f64>; 6], [s, t]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>; 2]) {
-    let (low, high) = (x[0].lerp(&x[1], s), x[3].lerp(&x[2], s));
-    let along_s = (x[1] - x[0]).lerp(&(x[2] - x[3]), t);
-    (low.lerp(&high, t), [along_s, high - low])
-}
-
-const C: f64 = 0.445_948_490_915_965;
-const D: f64 = 0.091_576_213_509_771;
-const WEIGHT_C: f64 = 0.5 * 0.223_381_589_678_011;
-const WEIGHT_D: f64 = 0.5 * 0.109_951_743_655_322;
-/// Degree 4, that of the cone over a quadratic triangle (D. A. Dunavant, Int. J. Numer. Meth. Engng
-/// 21, 1985).
-const TRIANGLE_RULE: [([f64; 2], f64); 6] = [
-    ([C, C], WEIGHT_C),
-    ([1.0 - 2.0 * C, C], WEIGHT_C),
-    ([C, 1.0 - 2.0 * C], WEIGHT_C),
-    ([D, D], WEIGHT_D),
-    ([1.0 - 2.0 * D, D], WEIGHT_D),
-    ([D, 1.0 - 2.0 * D], WEIGHT_D),
-];
-
-/// Gauss' rule of degree 3 along each side; the cone is of degree 2.
-const QUADRILATERAL_RULE: [[f64; 2]; 4] = [[LOW, LOW], [HIGH, LOW], [LOW, HIGH], [HIGH, HIGH]];
 
 #[cfg(test)]
 mod tests {

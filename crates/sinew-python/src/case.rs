@@ -9,7 +9,9 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sinew::case::Formulation;
-use sinew::{Body, Case, admissible, locking_in_words, outside, theta_in_words, theta_of};
+use sinew::{
+    Body, Case, TrainingOptions, admissible, locking_in_words, outside, theta_in_words, theta_of,
+};
 use sinew_emulate::{Answers, Design, simulate_by};
 use sinew_energy::{Fibres, Sampling};
 use sinew_fem::{LoadSteps, Options, Unload, UnloadOptions, locking};
@@ -323,7 +325,7 @@ impl NativeCase {
     ) -> PyResult<NativeEmulator> {
         let training = training::replaced(self.case.training.clone(), options)
             .map_err(|reason| Kind::Case.of(py, reason))?;
-        let options = training::options(&training, folder, resume, restart);
+        let options = TrainingOptions { folder, resume, restart, ..training.options() };
         NativeEmulator::trained(py, self.body.clone(), training, options, listener)
     }
 

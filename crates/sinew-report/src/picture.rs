@@ -1,7 +1,7 @@
 //! Drawings as data: charts of curves and points, maps of colours.
 
+use crate::Table;
 use crate::format::{digits, rounded, seconds};
-use crate::{Table, Value};
 use serde::{Deserialize, Serialize};
 
 /// Drawings that belong together.
@@ -134,33 +134,6 @@ impl Chart {
                 .unzip();
             let series = Series { hints, ..Series::new(&row.method, Style::Marked, points) };
             chart.series.push(series);
-        }
-        chart
-    }
-
-    /// Densities of one error of a table, with medians and published figures.
-    pub fn densities(table: &Table, error: usize) -> Self {
-        let column = &table.errors[error];
-        let mut chart = Self::new(
-            format!("Density of {}", column.name),
-            [&column.head(), "density per decade"],
-            [true, false],
-        );
-        for row in table.ranked() {
-            let Value::Distribution(found) = &row.errors[error].value else { continue };
-            let highest = found.density.iter().map(|p| p[1]).fold(0.0, f64::max);
-            // Tails that could not be seen would stretch the axis.
-            let seen = found.density.iter().filter(|p| p[1] > 2e-3 * highest).copied();
-            chart.series.push(Series::new(&row.method, Style::Area, seen));
-            let level = |value, published| Level {
-                name: row.method.clone(),
-                value,
-                upright: true,
-                published,
-            };
-            chart.levels.push(level(found.q50, false));
-            let verdict = row.errors[error].verdict.iter();
-            chart.levels.extend(verdict.map(|verdict| level(verdict.limit, true)));
         }
         chart
     }

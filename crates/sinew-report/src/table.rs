@@ -121,7 +121,7 @@ impl Cell {
 /// assert!(refused.contains("emulator: the first time is NaN"));
 /// # Ok::<(), sinew_report::ReportError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// The problem or quantity; empty in tables of one problem.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -157,14 +157,10 @@ impl Row {
         time: impl Into<Cell>,
     ) -> Result<Self, ReportError> {
         let row = Self {
-            subject: String::new(),
             method: method.into(),
-            about: String::new(),
-            reference: String::new(),
-            warnings: Vec::new(),
             errors: vec![error.into()],
             times: vec![time.into()],
-            others: Vec::new(),
+            ..Self::default()
         };
         row.check(&["the first error"], &["the first time"])?;
         Ok(row)

@@ -40,6 +40,23 @@ fn table() -> Table {
     table
 }
 
+fn densities(table: &Table, error: usize) -> Chart {
+    let name = table.errors[error].head();
+    let mut chart = Chart::new("Density", [&name, "density per decade"], [true, false]);
+    for row in table.ranked() {
+        let Value::Distribution(found) = &row.errors[error].value else { continue };
+        chart.series.push(Series::new(&row.method, Style::Area, found.density.iter().copied()));
+        let level = |value, published| {
+            let name = row.method.clone();
+            Level { name, value, upright: true, published }
+        };
+        chart.levels.push(level(found.q50, false));
+        let verdict = row.errors[error].verdict.iter();
+        chart.levels.extend(verdict.map(|verdict| level(verdict.limit, true)));
+    }
+    chart
+}
+
 fn report() -> Report {
     let provenance = Provenance {
         command: "study --scene once && echo \"<done>\"".into(),
@@ -52,7 +69,7 @@ fn report() -> Report {
     let table = table();
     let figures = [
         Block::charts("Speed", "", [Chart::speed_against_error(&table, 0)]),
-        Block::charts("Densities", "", [0, 1].map(|error| Chart::densities(&table, error))),
+        Block::charts("Densities", "", [0, 1].map(|error| densities(&table, error))),
         Block::Figure(Figure {
             title: "Maps".into(),
             caption: "a <caption>".into(),

@@ -19,8 +19,8 @@ pub(crate) mod synthesise;
 pub(crate) mod train;
 pub(crate) mod unload;
 
-use anyhow::{Context, Result};
-use batch::{Answer, Batch, ThetaArguments, Written};
+use anyhow::{Context, Result, ensure};
+use batch::{Batch, ThetaArguments, Written};
 use clap::Args;
 use sinew::case::{Formulation, doubtful_displacements};
 use sinew::{
@@ -378,14 +378,12 @@ fn check_vtu(file: &Path) -> Result<()> {
 /// Requires that the folder of a file exists.
 fn check_folder(file: &Path) -> Result<()> {
     let folder = file.parent().unwrap_or(file);
-    match folder.as_os_str().is_empty() || folder.is_dir() {
-        true => Ok(()),
-        false => refuse(format!(
-            "-o {}: there is no folder {}; make it, or name another file",
-            file.display(),
-            folder.display()
-        )),
-    }
+    let (named, place) = (file.display(), folder.display());
+    ensure!(
+        folder.as_os_str().is_empty() || folder.is_dir(),
+        Usage(format!("-o {named}: there is no folder {place}; make it, or name another file"))
+    );
+    Ok(())
 }
 
 /// Refuses to replace a file that a command did not write: its own begin with its mark.

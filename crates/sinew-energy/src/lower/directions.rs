@@ -2,15 +2,12 @@
 
 use super::Setup;
 use super::geometry::{DIRECTION_TOLERANCE, orthonormalise};
-use crate::elements::{FiniteElement, Nodes};
 use crate::{Material, SceneError};
+use sinew_mesh::Mesh;
 use sinew_num::dot3;
 use std::sync::Arc;
 
-impl<const N: usize> Setup<'_, N>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+impl<const N: usize> Setup<'_, N> {
     /// The material with orthonormal directions at each quadrature point, from one row per cell, point or node that is so to the
     /// digits of a file.
     pub(super) fn material(&self) -> Result<Arc<dyn Material>, SceneError> {
@@ -43,7 +40,7 @@ where
 
     /// Directions of nodes at the quadrature points.
     fn interpolated(&self, rows: &[[f64; 3]], needed: usize) -> Result<Vec<[f64; 3]>, SceneError> {
-        let shapes: Vec<_> = self.rule.iter().map(|point| Nodes::<N>::shape(point.at)).collect();
+        let shapes: Vec<_> = self.rule.iter().map(|point| Mesh::<N>::shape(point.at)).collect();
         let mut directions = Vec::with_capacity(needed * self.mesh.cells.len() * shapes.len());
         for (cell, nodes) in self.mesh.cells.iter().enumerate() {
             for shape in &shapes {

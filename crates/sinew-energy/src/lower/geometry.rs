@@ -1,9 +1,8 @@
 //! Shape functions at the quadrature points of a mesh.
 
 use super::own_rule;
-use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::{Scene, SceneError};
-use sinew_mesh::Mesh;
+use sinew_mesh::{Mesh, QuadraturePoint};
 use sinew_num::{cross, dot3};
 
 /// Gradients of the shape functions at each quadrature point, and the volumes that the points stand for.
@@ -11,11 +10,8 @@ use sinew_num::{cross, dot3};
 pub(super) fn shape_functions<const N: usize>(
     mesh: &Mesh<N>,
     rule: &[QuadraturePoint],
-) -> Result<(Vec<[[f64; 3]; N]>, Vec<f64>), SceneError>
-where
-    Nodes<N>: FiniteElement<N>,
-{
-    let derivatives: Vec<_> = rule.iter().map(|p| Nodes::<N>::shape_derivatives(p.at)).collect();
+) -> Result<(Vec<[[f64; 3]; N]>, Vec<f64>), SceneError> {
+    let derivatives: Vec<_> = rule.iter().map(|p| Mesh::<N>::shape_derivatives(p.at)).collect();
     let mut gradients = Vec::with_capacity(mesh.cells.len() * rule.len());
     let mut volumes = Vec::with_capacity(mesh.cells.len() * rule.len());
     for (cell, nodes) in mesh.cells.iter().enumerate() {
@@ -41,10 +37,7 @@ where
 fn gradients_at<const N: usize>(
     nodes: &[[f64; 3]; N],
     derivatives: &[[f64; 3]; N],
-) -> ([[f64; 3]; N], f64)
-where
-    Nodes<N>: FiniteElement<N>,
-{
+) -> ([[f64; 3]; N], f64) {
     // Columns of the Jacobian; differences first, so that nothing cancels far from the origin.
     let mut columns = [[0.0; 3]; 3];
     for (x, slope) in nodes.iter().zip(derivatives).skip(1) {
@@ -71,12 +64,9 @@ where
 }
 
 /// Places of the quadrature points of a scene, cell by cell.
-pub(super) fn places<const N: usize>(scene: &Scene, mesh: &Mesh<N>) -> Vec<[f64; 3]>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+pub(super) fn places<const N: usize>(scene: &Scene, mesh: &Mesh<N>) -> Vec<[f64; 3]> {
     let rule = own_rule::<N>(scene).iter();
-    let shapes: Vec<[f64; N]> = rule.map(|point| Nodes::<N>::shape(point.at)).collect();
+    let shapes: Vec<[f64; N]> = rule.map(|point| Mesh::<N>::shape(point.at)).collect();
     let place = |cell: &[usize; N], shape: &[f64; N]| -> [f64; 3] {
         std::array::from_fn(|i| {
             cell.iter().zip(shape).map(|(&node, n)| n * mesh.points[node][i]).sum()

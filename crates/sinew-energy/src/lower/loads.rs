@@ -2,22 +2,19 @@
 
 use super::{Held, Setup, finite};
 use crate::cavity::{Cavity, FLAT, Surroundings, sorted};
-use crate::elements::{FiniteElement, Nodes};
 use crate::rim::rim_origin;
 use crate::{
-    Load, Magnitude, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError,
+    FacetRule, Load, Magnitude, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface,
+    SceneError,
 };
-use sinew_mesh::{boundary_facets, extents};
+use sinew_mesh::{Mesh, boundary_facets, extents};
 use sinew_num::sub3;
 use std::collections::{HashMap, HashSet};
 
-impl<const N: usize> Setup<'_, N>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+impl<const N: usize> Setup<'_, N> {
     /// Loads and springs per reference volume and area, and forces on nodes.
     pub(super) fn reference_loads(&self) -> Result<ReferenceLoads, SceneError> {
-        let shapes = self.rule.iter().map(|p| Nodes::<N>::shape(p.at).to_vec()).collect();
+        let shapes = self.rule.iter().map(|p| Mesh::<N>::shape(p.at).to_vec()).collect();
         let mut loads = ReferenceLoads { shapes, ..ReferenceLoads::default() };
         for load in &self.scene.loads {
             match load {
@@ -73,7 +70,13 @@ where
         [normal, tangential]: [f64; 2],
     ) -> Result<ReferenceSurface, SceneError> {
         let nodes = self.facet_nodes(name)?.into_iter().flatten().collect();
-        Ok(ReferenceSurface { rule: Nodes::<N>::facet_rule(), nodes, traction, normal, tangential })
+        Ok(ReferenceSurface {
+            rule: FacetRule::of_cells::<N>(),
+            nodes,
+            traction,
+            normal,
+            tangential,
+        })
     }
 
     pub(super) fn nodal_force(
@@ -135,7 +138,7 @@ where
         for load in &self.scene.loads {
             let Some((form, name, magnitude)) = load.pressure() else { continue };
             let (points, facets) = (&self.mesh.points, self.facet_nodes(name)?);
-            let rule = Nodes::<N>::facet_rule();
+            let rule = FacetRule::of_cells::<N>();
             if matches!(load, Load::CavityPressure { .. }) {
                 pressures.push(self.cavity_pressure(name, magnitude, held)?);
                 continue;
@@ -179,7 +182,7 @@ where
                 "the lids of `{name}` close no cavity: {what}; take a pressure without lids, whose rim is held or loose"
             ))
         };
-        let (points, rule) = (&self.mesh.points, Nodes::<N>::facet_rule());
+        let (points, rule) = (&self.mesh.points, FacetRule::of_cells::<N>());
         if rule.dimension == 2 {
             return Err(refuse("a section of triangles has no lids"));
         }

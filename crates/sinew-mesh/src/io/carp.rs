@@ -167,9 +167,8 @@ fn element<'a>(cursor: &mut Cursor<'a>, grid: &mut Grid) -> Result<&'a [u8], Pro
         "Qd" => 9,
         "Ln" | "Cx" => 3,
         _ => {
-            let (what, value) = ("the element type", word.into());
             let advice = "give Tt, Hx, Tr, Qd or Ln with its nodes; split others into tetrahedra";
-            return Err(Problem::Unsupported { what, value, advice });
+            return Err(Problem::unsupported("the element type", word, advice));
         }
     };
     let mut nodes = nodes(cursor, cell_type(kind).2.unwrap_or(0), grid.points.len())?;

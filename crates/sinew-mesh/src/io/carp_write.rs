@@ -28,9 +28,9 @@ pub fn write_carp<const N: usize>(stem: impl AsRef<Path>, mesh: &Mesh<N>) -> Res
         4 => ("Tt ", "Tr "),
         8 => ("Hx ", "Qd "),
         _ => {
-            let (what, value) = ("the kind of cell", Mesh::<N>::ELEMENT.name.into());
+            let (what, kind) = ("the kind of cell", Mesh::<N>::ELEMENT.name);
             let advice = "CARP has linear cells only: write the mesh before it is made quadratic";
-            return Err(MeshError::Cells(Box::new(Problem::Unsupported { what, value, advice })));
+            return Err(MeshError::Cells(Box::new(Problem::unsupported(what, kind, advice))));
         }
     };
     let file = |ending: &str| with(stem.as_ref(), ending);

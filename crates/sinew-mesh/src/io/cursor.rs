@@ -52,6 +52,24 @@ impl Problem {
     pub(super) fn expected(expected: &'static str, found: impl AsRef<[u8]>) -> Self {
         Problem::Expected { expected, found: excerpt(found.as_ref()) }
     }
+
+    /// Refuses a number or name that stood in the file before.
+    pub(super) fn unless_used<T>(
+        before: Option<T>,
+        expected: &'static str,
+        found: impl ToString,
+    ) -> Result<(), Self> {
+        before.map_or(Ok(()), |_| Err(Self::expected(expected, found.to_string())))
+    }
+
+    /// Content of a kind that cannot be read, and the advice what to do.
+    pub(super) fn unsupported(
+        what: &'static str,
+        value: impl Into<String>,
+        advice: &'static str,
+    ) -> Self {
+        Problem::Unsupported { what, value: value.into(), advice }
+    }
 }
 
 /// A word as a number.

@@ -80,19 +80,15 @@ impl Gmsh<'_> {
             "2.2" | "2.1" | "2" => Version::Two,
             "4.1" => Version::Four,
             _ => {
-                return Err(Problem::Unsupported {
-                    what: "MSH version",
-                    value: version.into(),
-                    advice: "convert it with `gmsh -save -format msh41`",
-                });
+                let advice = "convert it with `gmsh -save -format msh41`";
+                return Err(Problem::unsupported("MSH version", version, advice));
             }
         };
         let binary: u8 = self.cursor.parse("the file type 0 or 1")?;
         let size: usize = self.cursor.parse("the data size")?;
         if size != 8 {
-            let (what, value) = ("data size", size.to_string());
             let advice = "save the mesh with a 64-bit gmsh";
-            return Err(Problem::Unsupported { what, value, advice });
+            return Err(Problem::unsupported("data size", size.to_string(), advice));
         }
         self.cursor.line();
         if binary == 1 {

@@ -52,29 +52,24 @@ impl Gmsh<'_> {
 
     /// Adds a node.
     pub(super) fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<(), Problem> {
-        if self.node_index.insert(tag, self.grid.points.len()).is_some() {
-            return Err(Problem::expected("a node tag that is not used yet", tag.to_string()));
-        }
+        let before = self.node_index.insert(tag, self.grid.points.len());
+        Problem::unless_used(before, "a node tag that is not used yet", tag)?;
         self.grid.points.push(point);
         Ok(())
     }
 
     /// Adds an element with the tags of its nodes and returns its index.
     pub(super) fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize, Problem> {
-        for tag in nodes {
-            let Some(&index) = self.node_index.get(tag) else {
-                return Err(Problem::expected("the tag of a node in $Nodes", tag.to_string()));
-            };
-            self.grid.connectivity.push(index as i64);
-        }
-        if kind == vtk_type::QUADRATIC_TETRAHEDRON
-            && let [.., second_last, last] = self.grid.connectivity.as_mut_slice()
-        {
+        let index = |tag: &i64| match self.node_index.get(tag) {
+            Some(&index) => Ok(index as i64),
+            None => Err(Problem::expected("the tag of a node in $Nodes", tag.to_string())),
+        };
+        let mut nodes = nodes.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+        if kind == vtk_type::QUADRATIC_TETRAHEDRON {
             // gmsh numbers the middles of the edges 23 and 13 the other way round.
-            std::mem::swap(second_last, last);
+            nodes.swap(8, 9);
         }
-        self.grid.types.push(kind);
-        self.grid.offsets.push(self.grid.connectivity.len());
+        self.grid.push(kind, &nodes);
         Ok(self.grid.types.len() - 1)
     }
 
@@ -85,32 +80,16 @@ impl Gmsh<'_> {
     }
 }
 
+/// VTK types of gmsh's element types from 0 on; 0 where there is none.
+const VTK_TYPES: [u8; 20] =
+    [0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 0, 0, 1, 23, 25, 26, 27];
+
 /// VTK type and number of nodes of a gmsh element type.
 pub(super) fn element_type(gmsh_type: i64) -> Result<(u8, usize), Problem> {
-    Ok(match gmsh_type {
-        1 => (3, 2),
-        2 => (5, 3),
-        3 => (9, 4),
-        4 => (10, 4),
-        5 => (12, 8),
-        6 => (13, 6),
-        7 => (14, 5),
-        8 => (21, 3),
-        9 => (22, 6),
-        10 => (28, 9),
-        11 => (24, 10),
-        12 => (29, 27),
-        15 => (1, 1),
-        16 => (23, 8),
-        17 => (25, 20),
-        18 => (26, 15),
-        19 => (27, 13),
-        _ => {
-            return Err(Problem::Unsupported {
-                what: "gmsh element type",
-                value: gmsh_type.to_string(),
-                advice: "save the mesh with first-order elements (Mesh.ElementOrder = 1)",
-            });
-        }
+    let vtk_type = usize::try_from(gmsh_type).ok().and_then(|index| VTK_TYPES.get(index).copied());
+    let found = vtk_type.and_then(|vtk_type| Some((vtk_type, cell_type(vtk_type).2?)));
+    found.ok_or_else(|| {
+        let advice = "save the mesh with first-order elements (Mesh.ElementOrder = 1)";
+        Problem::unsupported("gmsh element type", gmsh_type.to_string(), advice)
     })
 }

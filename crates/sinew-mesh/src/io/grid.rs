@@ -6,14 +6,14 @@ use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
 /// The content of a mesh file before it becomes a [`crate::Mesh`]. Readers only
-/// guarantee that `offsets` ascends within `connectivity`; the rest is checked in one place.
-#[derive(Debug)]
+/// guarantee that `ends` ascend within `connectivity`; the rest is checked in one place.
+#[derive(Debug, Default)]
 pub(crate) struct UnstructuredGrid {
     pub points: Vec<[f64; 3]>,
     /// VTK cell type of each cell.
     pub types: Vec<u8>,
-    /// `connectivity[offsets[c]..offsets[c + 1]]` are the nodes of cell `c`.
-    pub offsets: Vec<usize>,
+    /// The nodes of cell `c` stand in `connectivity` before `ends[c]`, behind those of the cell before.
+    pub ends: Vec<usize>,
     pub connectivity: Vec<i64>,
     pub point_fields: BTreeMap<String, Field>,
     pub cell_fields: BTreeMap<String, Field>,
@@ -35,30 +35,10 @@ pub(crate) struct UnstructuredGrid {
     pub cells_at: Place,
 }
 
-impl Default for UnstructuredGrid {
-    fn default() -> Self {
-        UnstructuredGrid {
-            points: Vec::new(),
-            types: Vec::new(),
-            offsets: vec![0],
-            connectivity: Vec::new(),
-            point_fields: BTreeMap::new(),
-            cell_fields: BTreeMap::new(),
-            groups: BTreeMap::new(),
-            node_sets: BTreeMap::new(),
-            sides: BTreeMap::new(),
-            left_out: Vec::new(),
-            in_micrometres: false,
-            merge: false,
-            points_at: Place::default(),
-            cells_at: Place::default(),
-        }
-    }
-}
-
 impl UnstructuredGrid {
     pub(super) fn cell(&self, index: usize) -> &[i64] {
-        &self.connectivity[self.offsets[index]..self.offsets[index + 1]]
+        let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.connectivity[start..self.ends[index]]
     }
 
     /// Number of nodes of cells at the place of another, and of those that become one with it where nodes are merged.
@@ -91,8 +71,10 @@ impl UnstructuredGrid {
 
     /// Gives Lagrange cells of first and second order, voxels and pixels the types whose nodes these have.
     pub(super) fn rename_equal_cells(&mut self) {
-        for (index, kind) in self.types.iter_mut().enumerate() {
-            let nodes = &mut self.connectivity[self.offsets[index]..self.offsets[index + 1]];
+        let mut start = 0;
+        for (kind, end) in self.types.iter_mut().zip(&self.ends) {
+            let nodes = &mut self.connectivity[start..*end];
+            start = *end;
             *kind = match (*kind, nodes.len()) {
                 (68, 2) => 3,
                 (68, 3) => 21,
@@ -117,7 +99,7 @@ impl UnstructuredGrid {
     pub(super) fn push(&mut self, vtk_type: u8, nodes: &[i64]) {
         self.types.push(vtk_type);
         self.connectivity.extend_from_slice(nodes);
-        self.offsets.push(self.connectivity.len());
+        self.ends.push(self.connectivity.len());
     }
 }
 

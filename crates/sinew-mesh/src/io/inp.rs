@@ -76,10 +76,7 @@ fn read(blocks: &[Block<'_>], bytes: usize) -> Result<UnstructuredGrid, Wrong> {
     for (_, block) in each("INSTANCE") {
         model.place(block)?;
     }
-    for (scope, block) in each("ELSET") {
-        model.read_set(*scope, block)?;
-    }
-    for (scope, block) in each("NSET") {
+    for (scope, block) in each("ELSET").chain(each("NSET")) {
         model.read_set(*scope, block)?;
     }
     let mut surfaces = Surfaces::default();
@@ -107,26 +104,16 @@ fn scopes<'b, 'a>(blocks: &'b [Block<'a>]) -> Result<Vec<(Scope, &'b Block<'a>)>
             // A mesh may stand in the instance in place of the part.
             "INSTANCE" => (instances, in_part) = (instances + 1, true),
             unread if UNREAD.contains(&unread) => {
-                return Err((
-                    block.at,
-                    Problem::Unsupported {
-                        what: "the keyword",
-                        value: format!("*{unread}"),
-                        advice: "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do",
-                    },
-                ));
+                let (what, value) = ("the keyword", format!("*{unread}"));
+                let advice = "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do";
+                return Err((block.at, Problem::unsupported(what, value, advice)));
             }
             _ => {}
         }
         if parts > 1 || instances > 1 {
-            return Err((
-                block.at,
-                Problem::Unsupported {
-                    what: "an assembly with a second",
-                    value: format!("*{}", block.keyword),
-                    advice: "write the body alone: a flat file, or one part with one instance",
-                },
-            ));
+            let (what, value) = ("an assembly with a second", format!("*{}", block.keyword));
+            let advice = "write the body alone: a flat file, or one part with one instance";
+            return Err((block.at, Problem::unsupported(what, value, advice)));
         }
         let scope = if in_part || !has_assembly { Scope::Part } else { Scope::Assembly };
         scoped.push((scope, block));
@@ -140,13 +127,9 @@ impl Model {
         block.allow(&["NSET", "SYSTEM"]).map_err(head)?;
         let system = block.option("SYSTEM").unwrap_or(b"R");
         if !system.eq_ignore_ascii_case(b"R") {
-            let value = String::from_utf8_lossy(system).into_owned();
+            let (what, value) = ("the coordinate system of nodes", String::from_utf8_lossy(system));
             let advice = "write the nodes in Cartesian coordinates";
-            return Err(head(Problem::Unsupported {
-                what: "the coordinate system of nodes",
-                value,
-                advice,
-            }));
+            return Err(head(Problem::unsupported(what, value, advice)));
         }
         if scope == Scope::Assembly {
             // Reference points.
@@ -180,12 +163,8 @@ impl Model {
         for (x, word) in point.iter_mut().zip(words) {
             *x = real(word)?;
         }
-        if self.nodes.ids.insert(id, self.grid.points.len()).is_some() {
-            return Err(Problem::expected(
-                "the number of a node that is not used yet",
-                id.to_string(),
-            ));
-        }
+        let before = self.nodes.ids.insert(id, self.grid.points.len());
+        Problem::unless_used(before, "the number of a node that is not used yet", id)?;
         self.grid.points.push(point);
         Ok(())
     }
@@ -218,10 +197,8 @@ impl Model {
             return Err((at, Problem::Missing { expected: "the other nodes of the last element" }));
         }
         let added = first..self.grid.types.len();
-        block
-            .name("ELSET")
-            .map_or(Ok(()), |name| self.elements.add(scope, &name, added))
-            .map_err(head)
+        let name = block.name("ELSET");
+        name.map_or(Ok(()), |name| self.elements.add(scope, &name, added)).map_err(head)
     }
 
     /// An element's number and its nodes, which stand in the order of VTK.
@@ -231,20 +208,16 @@ impl Model {
             let what = format!("nodes of element {id}, a {name}");
             return Err(Problem::Count { what, expected: kind.nodes, found: nodes.len() });
         }
-        for node in nodes {
-            let expected = "the number of a node that the file has";
-            let index = self.nodes.ids.get(node);
-            let index = index.ok_or_else(|| Problem::expected(expected, node.to_string()))?;
-            self.grid.connectivity.push(*index as i64);
-        }
-        if self.elements.ids.insert(id, self.grid.types.len()).is_some() {
-            return Err(Problem::expected(
-                "the number of an element that is not used yet",
-                id.to_string(),
-            ));
-        }
-        self.grid.types.push(kind.vtk_type);
-        self.grid.offsets.push(self.grid.connectivity.len());
+        let index = |node: &i64| match self.nodes.ids.get(node) {
+            Some(&index) => Ok(index as i64),
+            None => {
+                Err(Problem::expected("the number of a node that the file has", node.to_string()))
+            }
+        };
+        let nodes = nodes.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+        let before = self.elements.ids.insert(id, self.grid.types.len());
+        Problem::unless_used(before, "the number of an element that is not used yet", id)?;
+        self.grid.push(kind.vtk_type, &nodes);
         self.kinds.push(kind);
         Ok(())
     }

@@ -27,11 +27,8 @@ const OTHERS: [(&[&str], u8, usize); 2] = [
 
 /// Meaning of a type's name, such as `C3D10H`: family, number of nodes, letters of the variant.
 pub(super) fn kind(name: &str) -> Result<Kind, Problem> {
-    let unknown = || Problem::Unsupported {
-        what: "the element type",
-        value: name.into(),
-        advice: "use C3D4, C3D10 or C3D8 (with any letters behind), or S3, M3D3 and CPS3 for surfaces and plane bodies",
-    };
+    let advice = "use C3D4, C3D10 or C3D8 (with any letters behind), or S3, M3D3 and CPS3 for surfaces and plane bodies";
+    let unknown = || Problem::unsupported("the element type", name, advice);
     let upper = name.to_uppercase();
     // Masses, springs and connectors are no cells.
     if let Some((.., vtk_type, nodes)) = OTHERS.iter().find(|(names, ..)| names.contains(&&*upper))

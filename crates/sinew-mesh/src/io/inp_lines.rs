@@ -117,11 +117,10 @@ impl<'a> Block<'a> {
     pub(super) fn allow(&self, known: &[&str]) -> Result<(), Problem> {
         match self.options.iter().find(|(key, _)| !known.contains(&key.as_str())) {
             None => Ok(()),
-            Some((key, _)) => Err(Problem::Unsupported {
-                what: "the option",
-                value: format!("{key} of *{}", self.keyword),
-                advice: "write the mesh without it",
-            }),
+            Some((key, _)) => {
+                let value = format!("{key} of *{}", self.keyword);
+                Err(Problem::unsupported("the option", value, "write the mesh without it"))
+            }
         }
     }
 }

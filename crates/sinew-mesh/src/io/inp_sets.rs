@@ -45,9 +45,8 @@ impl Sets {
         set.extend(members.into_iter().take(self.room.saturating_add(1)));
         let added = set.len() - before;
         if added > self.room {
-            let (what, value) = ("the set", name.shown.clone());
             let advice = "all sets together have too many members for a file of this size";
-            return Err(Problem::Unsupported { what, value, advice });
+            return Err(Problem::unsupported("the set", &name.shown, advice));
         }
         self.room -= added;
         Ok(())

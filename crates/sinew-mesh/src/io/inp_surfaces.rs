@@ -38,9 +38,8 @@ impl Surfaces {
             "ELEMENT" => false,
             "NODE" => true,
             other => {
-                let (what, value) = ("the type of surface", other.into());
                 let advice = "define the surface by TYPE=ELEMENT or TYPE=NODE";
-                return Err(head(Problem::Unsupported { what, value, advice }));
+                return Err(head(Problem::unsupported("the type of surface", other, advice)));
             }
         };
         let instance = model.instance.as_ref();
@@ -58,13 +57,9 @@ impl Surfaces {
                 self.add(&mut surface, model, cell, &face).map_err(here)?;
             }
         }
-        if self.surfaces.insert(name.shown.clone(), surface).is_some() {
-            return Err(head(Problem::expected(
-                "the name of a surface that is not used yet",
-                name.shown,
-            )));
-        }
-        Ok(())
+        let before = self.surfaces.insert(name.shown.clone(), surface);
+        let expected = "the name of a surface that is not used yet";
+        Problem::unless_used(before, expected, name.shown).map_err(head)
     }
 
     /// Adds a face of an element, or all its faces that no other shares where none is named.

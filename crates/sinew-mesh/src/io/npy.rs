@@ -1,6 +1,6 @@
 //! NumPy's npy arrays (NEP 1, "A Simple File Format for NumPy Arrays").
 
-use super::cursor::{Cursor, Encoding, Endian};
+use super::cursor::{Cursor, Encoding, Endian, excerpt};
 use super::number::NumberType;
 use crate::{FieldValues, MeshError, Problem};
 
@@ -94,25 +94,10 @@ fn entry<'h>(header: &'h str, key: &'static str) -> Result<&'h str, Problem> {
 fn number_type(header: &str) -> Result<(NumberType, Endian), Problem> {
     let text = entry(header, "'descr':")?;
     let descr = text.strip_prefix('\'').and_then(|t| t.split_once('\'')).map_or(text, |(d, _)| d);
-    let kind = match descr.get(1..).unwrap_or_default() {
-        "f4" => NumberType::F32,
-        "f8" => NumberType::F64,
-        "i1" => NumberType::I8,
-        "u1" | "b1" => NumberType::U8,
-        "i2" => NumberType::I16,
-        "u2" => NumberType::U16,
-        "i4" => NumberType::I32,
-        "u4" => NumberType::U32,
-        "i8" => NumberType::I64,
-        "u8" => NumberType::U64,
-        _ => {
-            return Err(Problem::Unsupported {
-                what: "npy number type",
-                value: super::cursor::excerpt(descr.as_bytes()),
-                advice: "save the array as float64 or int64",
-            });
-        }
-    };
+    let kind = NumberType::named(descr.get(1..).unwrap_or_default()).ok_or_else(|| {
+        let (value, advice) = (excerpt(descr.as_bytes()), "save the array as float64 or int64");
+        Problem::unsupported("npy number type", value, advice)
+    })?;
     let endian = if descr.starts_with('>') { Endian::Big } else { Endian::Little };
     Ok((kind, endian))
 }

@@ -19,6 +19,24 @@ pub(crate) enum NumberType {
 }
 
 impl NumberType {
+    /// The type with a name of legacy VTK, VTK XML or NumPy, in small letters.
+    pub(super) fn named(name: &str) -> Option<NumberType> {
+        Some(match name {
+            "char" | "signed_char" | "int8" | "i1" => NumberType::I8,
+            "unsigned_char" | "uint8" | "u1" | "b1" => NumberType::U8,
+            "short" | "int16" | "i2" => NumberType::I16,
+            "unsigned_short" | "uint16" | "u2" => NumberType::U16,
+            // Identifiers are always written with 32 bits.
+            "int" | "vtkidtype" | "int32" | "i4" => NumberType::I32,
+            "unsigned_int" | "uint32" | "u4" => NumberType::U32,
+            "long" | "long_long" | "int64" | "i8" => NumberType::I64,
+            "unsigned_long" | "unsigned_long_long" | "uint64" | "u8" => NumberType::U64,
+            "float" | "float32" | "f4" => NumberType::F32,
+            "double" | "float64" | "f8" => NumberType::F64,
+            _ => return None,
+        })
+    }
+
     /// Bytes of one number in binary files.
     pub(super) fn size(self) -> usize {
         use NumberType::*;

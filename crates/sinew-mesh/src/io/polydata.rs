@@ -9,8 +9,8 @@ const MOST_REPEATED: usize = 64;
 
 /// Cells as the nodes of all of them and where those of each begin.
 pub(crate) struct CellList {
-    /// `nodes[offsets[c]..offsets[c + 1]]` are those of cell `c`.
-    pub offsets: Vec<usize>,
+    /// The nodes of cell `c` stand in `nodes` before `ends[c]`, behind those of the cell before.
+    pub ends: Vec<usize>,
     pub nodes: Vec<i64>,
     /// Place of the nodes in the file.
     pub at: Place,
@@ -51,7 +51,7 @@ impl PolyData {
 
     /// Number of cells in all lists.
     pub(super) fn cell_count(&self) -> usize {
-        self.lists.iter().flatten().map(|list| list.offsets.len() - 1).sum()
+        self.lists.iter().flatten().map(|list| list.ends.len()).sum()
     }
 
     /// Adds the cells to a grid: polygons as fans of triangles around their first corner, strips as their triangles. Each
@@ -70,18 +70,19 @@ impl PolyData {
             if kind >= Kind::Polygons || grid.types.is_empty() {
                 grid.cells_at = list.at;
             }
-            for pair in list.offsets.windows(2) {
-                add(grid, kind, &list.nodes[pair[0]..pair[1]]);
+            let mut start = 0;
+            for end in list.ends {
+                add(grid, kind, &list.nodes[start..end]);
+                start = end;
                 rows.resize(grid.types.len(), row);
                 row += 1;
             }
         }
         if !grid.cell_fields.is_empty() && rows.len() > MOST_REPEATED * cells.max(1) {
-            return Err(Problem::Unsupported {
-                what: "cell fields on polygons or strips of",
-                value: format!("{} triangles each", rows.len() / cells.max(1)),
-                advice: "split them into triangles first, for example with VTK's \"Triangulate\"",
-            });
+            let what = "cell fields on polygons or strips of";
+            let value = format!("{} triangles each", rows.len() / cells.max(1));
+            let advice = "split them into triangles first, for example with VTK's \"Triangulate\"";
+            return Err(Problem::unsupported(what, value, advice));
         }
         // A field of another size is refused with the grid.
         for field in grid.cell_fields.values_mut().filter(|field| field.rows() == cells) {

@@ -1,62 +1,35 @@
-//! Writing surfaces: legacy POLYDATA, VTP, STL and OBJ.
+//! Writing surfaces: VTP, STL and OBJ.
 
-use super::vtk_write::{Shape, VtkEncoding, to_legacy};
-use super::vtu_write::to_xml;
+use super::vtu_write::{Shape, to_xml};
 use crate::{MeshError, TriangleMesh};
 use std::fmt::Write as _;
-
-/// A surface as a legacy VTK file of version 5.1 with polygons (POLYDATA); its sets are written as fields, see the
-/// crate's page.
-///
-/// # Errors
-/// When the mesh breaks a rule of [`crate::Mesh::check`] or a name cannot be written.
-pub fn to_vtk_surface(mesh: &TriangleMesh, encoding: VtkEncoding) -> Result<Vec<u8>, MeshError> {
-    to_legacy(mesh, encoding, Shape::Surface)
-}
 
 /// A surface as a VTP file; its sets are written as fields, see the crate's page.
 ///
 /// # Errors
-/// As [`to_vtk_surface`].
+/// When the mesh breaks a rule of [`crate::Mesh::check`] or a name cannot be written.
 pub fn to_vtp(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshError> {
     to_xml(mesh, Shape::Surface, &[])
 }
 
-/// A surface as an STL file, which keeps the triangles only: no fields and sets, and of coordinates in binary files their
-/// single precision.
+/// A surface as a binary STL file, which keeps the triangles only: no fields and sets, and coordinates in single precision.
 ///
 /// # Errors
 /// When the mesh breaks a rule of [`crate::Mesh::check`].
-pub fn to_stl(mesh: &TriangleMesh, encoding: VtkEncoding) -> Result<Vec<u8>, MeshError> {
+pub fn to_stl(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshError> {
     mesh.check()?;
     let normal = |cell: usize| {
         let [a, b, c] = mesh.corners(cell);
         (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default()
     };
-    if encoding == VtkEncoding::Binary {
-        let mut bytes = format!("{:<80}", "triangles of a sinew mesh").into_bytes();
-        bytes.extend((mesh.cells.len() as u32).to_le_bytes());
-        for cell in 0..mesh.cells.len() {
-            let rows = [normal(cell)].into_iter().chain(mesh.corners(cell));
-            bytes.extend(rows.flat_map(<[f64; 3]>::from).flat_map(|x| (x as f32).to_le_bytes()));
-            bytes.extend([0; 2]);
-        }
-        return Ok(bytes);
-    }
-    let mut text = String::from("solid sinew\n");
+    let mut bytes = format!("{:<80}", "triangles of a sinew mesh").into_bytes();
+    bytes.extend((mesh.cells.len() as u32).to_le_bytes());
     for cell in 0..mesh.cells.len() {
-        let row = |text: &mut String, [x, y, z]: [f64; 3]| _ = writeln!(text, " {x:?} {y:?} {z:?}");
-        text += "facet normal";
-        row(&mut text, normal(cell).into());
-        text += "outer loop\n";
-        for corner in mesh.corners(cell) {
-            text += "vertex";
-            row(&mut text, corner.into());
-        }
-        text += "endloop\nendfacet\n";
+        let rows = [normal(cell)].into_iter().chain(mesh.corners(cell));
+        bytes.extend(rows.flat_map(<[f64; 3]>::from).flat_map(|x| (x as f32).to_le_bytes()));
+        bytes.extend([0; 2]);
     }
-    text += "endsolid sinew\n";
-    Ok(text.into_bytes())
+    Ok(bytes)
 }
 
 /// A surface as an OBJ file, which keeps points and triangles bit for bit, but no fields and sets.

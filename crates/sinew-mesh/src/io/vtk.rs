@@ -55,7 +55,7 @@ impl Reader<'_> {
         if self.grid.points.is_empty() {
             return Err(Problem::Missing { expected: "a POINTS section" });
         }
-        let (expected, found) = (self.grid.offsets.len() - 1, self.grid.types.len());
+        let (expected, found) = (self.grid.ends.len(), self.grid.types.len());
         if expected != found {
             return Err(Problem::Count { what: "CELL_TYPES".into(), expected, found });
         }
@@ -80,11 +80,8 @@ impl Reader<'_> {
             "UNSTRUCTURED_GRID" => {}
             "POLYDATA" => self.is_surface = true,
             _ => {
-                return Err(Problem::Unsupported {
-                    what: "dataset type",
-                    value: dataset.into(),
-                    advice: "save it as an unstructured grid, or a surface as poly data",
-                });
+                let advice = "save it as an unstructured grid, or a surface as poly data";
+                return Err(Problem::unsupported("dataset type", dataset, advice));
             }
         }
         if binary {
@@ -110,7 +107,7 @@ impl Reader<'_> {
             b"CELLS" if !self.is_surface => {
                 let list = self.cells()?;
                 self.grid.cells_at = list.at;
-                (self.grid.offsets, self.grid.connectivity) = (list.offsets, list.nodes);
+                (self.grid.ends, self.grid.connectivity) = (list.ends, list.nodes);
             }
             b"CELL_TYPES" => self.cell_types()?,
             b"POINT_DATA" => {
@@ -118,7 +115,7 @@ impl Reader<'_> {
                 self.attributes_of = Some(Owner::Points(declared));
             }
             b"CELL_DATA" => {
-                let listed = self.grid.offsets.len() - 1;
+                let listed = self.grid.ends.len();
                 let cells = if self.is_surface { self.surface.cell_count() } else { listed };
                 let declared = self.attributes("CELL_DATA", cells)?;
                 self.attributes_of = Some(Owner::Cells(declared));
@@ -171,25 +168,24 @@ impl Reader<'_> {
         self.end_of_header();
         let at = self.cursor.here();
         let list = self.cursor.integers(NumberType::I32, size, "the cell list")?;
-        let (mut offsets, mut connectivity) = (vec![0], Vec::with_capacity(list.len()));
+        let (mut ends, mut nodes) = (Vec::new(), Vec::with_capacity(list.len()));
         let mut rest = list.as_slice();
         while let [length, tail @ ..] = rest {
-            let nodes = usize::try_from(*length).ok().and_then(|length| tail.get(..length));
-            let Some(nodes) = nodes else {
+            let cell = usize::try_from(*length).ok().and_then(|length| tail.get(..length));
+            let Some(cell) = cell else {
                 let most = tail.len() as i64;
                 let (what, value) = ("the number of nodes of a cell", *length);
                 return Err(Problem::Range { what, value, least: 0, most });
             };
-            connectivity.extend_from_slice(nodes);
-            offsets.push(connectivity.len());
-            rest = &tail[nodes.len()..];
+            nodes.extend_from_slice(cell);
+            ends.push(nodes.len());
+            rest = &tail[cell.len()..];
         }
-        let found = offsets.len() - 1;
-        if found != count {
+        if ends.len() != count {
             let what = "cells in the cell list".into();
-            return Err(Problem::Count { what, expected: count, found });
+            return Err(Problem::Count { what, expected: count, found: ends.len() });
         }
-        Ok(CellList { offsets, nodes: connectivity, at })
+        Ok(CellList { ends, nodes, at })
     }
 
     /// `CELLS n m`, then arrays of `n` offsets and `m` nodes.
@@ -200,13 +196,13 @@ impl Reader<'_> {
         let kind = self.number_type()?;
         self.end_of_header();
         let offsets = self.cursor.integers(kind, offsets, "offsets of cells")?;
-        let offsets = checked_offsets(&offsets, nodes)?;
+        let ends = checked_ends(&offsets, nodes)?;
         self.keyword("CONNECTIVITY")?;
         let kind = self.number_type()?;
         self.end_of_header();
         let at = self.cursor.here();
         let nodes = self.cursor.integers(kind, nodes, "nodes of cells")?;
-        Ok(CellList { offsets, nodes, at })
+        Ok(CellList { ends, nodes, at })
     }
 
     fn cell_types(&mut self) -> Result<(), Problem> {
@@ -374,25 +370,9 @@ impl Reader<'_> {
 
     fn number_type(&mut self) -> Result<NumberType, Problem> {
         let name = self.cursor.text("a number type")?;
-        Ok(match name.to_ascii_lowercase().as_str() {
-            "char" | "signed_char" | "vtktypeint8" => NumberType::I8,
-            "unsigned_char" | "vtktypeuint8" => NumberType::U8,
-            "short" | "vtktypeint16" => NumberType::I16,
-            "unsigned_short" | "vtktypeuint16" => NumberType::U16,
-            // Identifiers are always written with 32 bits.
-            "int" | "vtkidtype" | "vtktypeint32" => NumberType::I32,
-            "unsigned_int" | "vtktypeuint32" => NumberType::U32,
-            "long" | "long_long" | "vtktypeint64" => NumberType::I64,
-            "unsigned_long" | "unsigned_long_long" | "vtktypeuint64" => NumberType::U64,
-            "float" | "vtktypefloat32" => NumberType::F32,
-            "double" | "vtktypefloat64" => NumberType::F64,
-            _ => {
-                return Err(Problem::Unsupported {
-                    what: "number type",
-                    value: name.into(),
-                    advice: "save the array with a type from char to double, or without this array",
-                });
-            }
+        NumberType::named(&name.to_ascii_lowercase().replace("vtktype", "")).ok_or_else(|| {
+            let advice = "save the array with a type from char to double, or without this array";
+            Problem::unsupported("number type", name, advice)
         })
     }
 
@@ -435,7 +415,7 @@ fn attribute_components(keyword: &[u8]) -> Option<usize> {
 }
 
 /// Offsets ascend from 0 to the length of the connectivity.
-pub(crate) fn checked_offsets(offsets: &[i64], nodes: usize) -> Result<Vec<usize>, Problem> {
+pub(crate) fn checked_ends(offsets: &[i64], nodes: usize) -> Result<Vec<usize>, Problem> {
     let what = "an offset of a cell";
     let most = nodes as i64;
     let (first, last) = (offsets.first().copied(), offsets.last().copied());
@@ -446,7 +426,7 @@ pub(crate) fn checked_offsets(offsets: &[i64], nodes: usize) -> Result<Vec<usize
     if let Some(pair) = offsets.windows(2).find(|pair| pair[0] > pair[1]) {
         return Err(Problem::Range { what, value: pair[1], least: pair[0], most });
     }
-    Ok(offsets.iter().map(|&offset| offset as usize).collect())
+    Ok(offsets.iter().skip(1).map(|&offset| offset as usize).collect())
 }
 
 /// Name of a field, whose blanks and the like stand as `%20` in files.

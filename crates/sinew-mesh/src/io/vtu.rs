@@ -5,7 +5,7 @@ use super::cursor::{Cursor, Endian, Fault, number};
 use super::grid::UnstructuredGrid;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
-use super::vtk::checked_offsets;
+use super::vtk::checked_ends;
 use super::vtu_data::{Layout, Source, ascii, read_array};
 use crate::{Field, FieldValues, Place, Problem};
 use quick_xml::events::{BytesStart, Event};
@@ -174,13 +174,12 @@ impl<'a> Parser<'a> {
     }
 
     fn file_header(&mut self, tag: &BytesStart<'a>) -> Result<(), Problem> {
-        let unsupported = |what, value, advice| Problem::Unsupported { what, value, advice };
         match self.attribute(tag, "type")?.unwrap_or_default() {
             kind if kind == "UnstructuredGrid" => {}
             kind if kind == "PolyData" => self.is_surface = true,
             kind => {
                 let advice = "save it as an unstructured grid (.vtu) or a surface (.vtp)";
-                return Err(unsupported("VTK XML file type", kind, advice));
+                return Err(Problem::unsupported("VTK XML file type", kind, advice));
             }
         }
         let big = self.attribute(tag, "byte_order")?.is_some_and(|order| order == "BigEndian");
@@ -192,7 +191,7 @@ impl<'a> Parser<'a> {
             zlib if zlib == "vtkZLibDataCompressor" => self.layout.zlib = true,
             other => {
                 let advice = "save the file with zlib compression or none";
-                return Err(unsupported("compressor", other, advice));
+                return Err(Problem::unsupported("compressor", other, advice));
             }
         }
         Ok(())
@@ -200,11 +199,8 @@ impl<'a> Parser<'a> {
 
     fn piece(&mut self, tag: &BytesStart<'a>) -> Result<(), Problem> {
         if self.piece.is_some() {
-            return Err(Problem::Unsupported {
-                what: "number of pieces",
-                value: "2 or more".into(),
-                advice: "merge the pieces into one, for example with \"Merge Blocks\"",
-            });
+            let advice = "merge the pieces into one, for example with \"Merge Blocks\"";
+            return Err(Problem::unsupported("number of pieces", "2 or more", advice));
         }
         let points = self.number(tag, "NumberOfPoints")?;
         let (counts, expected) = if self.is_surface {
@@ -228,7 +224,7 @@ impl<'a> Parser<'a> {
         Ok(Header {
             name: self.attribute(tag, "Name")?.unwrap_or_default(),
             components: self.number(tag, "NumberOfComponents")?.unwrap_or(1),
-            kind: number_type(&kind_name),
+            kind: NumberType::named(&kind_name.to_ascii_lowercase()),
             kind_name,
             format: self.attribute(tag, "format")?.unwrap_or_else(|| "ascii".into()),
             offset: self.number(tag, "offset")?,
@@ -290,10 +286,9 @@ impl<'a> Parser<'a> {
         rows: Option<usize>,
         text: &[u8],
     ) -> Result<FieldValues, Problem> {
-        let kind = header.kind.ok_or_else(|| Problem::Unsupported {
-            what: "array type",
-            value: header.kind_name.clone(),
-            advice: "save the array as numbers, or without this array",
+        let kind = header.kind.ok_or_else(|| {
+            let advice = "save the array as numbers, or without this array";
+            Problem::unsupported("array type", &header.kind_name, advice)
         })?;
         let expected = rows.map(|rows| rows.saturating_mul(header.components));
         let values = match (header.format.as_str(), header.offset, self.appended) {
@@ -365,9 +360,9 @@ impl<'a> Parser<'a> {
             None if count == 0 && self.is_surface => Ok(None),
             None => Err(Problem::Missing { expected: "an array named offsets" }),
             Some(offsets) => {
-                let offsets = checked_offsets(&offsets, nodes.len());
-                let offsets = offsets.inspect_err(|_| self.item = offsets_at)?;
-                Ok(Some(CellList { offsets, nodes, at: Place::at(nodes_at) }))
+                let ends = checked_ends(&offsets, nodes.len());
+                let ends = ends.inspect_err(|_| self.item = offsets_at)?;
+                Ok(Some(CellList { ends, nodes, at: Place::at(nodes_at) }))
             }
         }
     }
@@ -391,7 +386,7 @@ impl<'a> Parser<'a> {
                 return Err(missing("an array named types"));
             }
             self.grid.cells_at = list.at;
-            (self.grid.offsets, self.grid.connectivity) = (list.offsets, list.nodes);
+            (self.grid.ends, self.grid.connectivity) = (list.ends, list.nodes);
         }
         Ok(())
     }
@@ -407,22 +402,6 @@ fn section_named(name: &[u8]) -> Option<Section> {
         b"PointData" => Section::PointData,
         b"CellData" => Section::CellData,
         b"FieldData" => Section::Other,
-        _ => return None,
-    })
-}
-
-fn number_type(name: &str) -> Option<NumberType> {
-    Some(match name {
-        "Int8" => NumberType::I8,
-        "UInt8" => NumberType::U8,
-        "Int16" => NumberType::I16,
-        "UInt16" => NumberType::U16,
-        "Int32" => NumberType::I32,
-        "UInt32" => NumberType::U32,
-        "Int64" => NumberType::I64,
-        "UInt64" => NumberType::U64,
-        "Float32" => NumberType::F32,
-        "Float64" => NumberType::F64,
         _ => return None,
     })
 }

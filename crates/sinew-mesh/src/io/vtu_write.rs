@@ -1,7 +1,6 @@
 //! Writing VTU files and PVD series.
 
 use super::sets::fields_with_sets;
-use super::vtk_write::Shape;
 use crate::{Defect, Field, FieldValues, Mesh, MeshError};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use quick_xml::escape::escape;
@@ -26,6 +25,15 @@ pub fn to_vtu_with<const N: usize>(
     numbers: &[(String, f64)],
 ) -> Result<Vec<u8>, MeshError> {
     to_xml(mesh, Shape::Grid, numbers)
+}
+
+/// Kind of VTK data set, which names the cells of a mesh.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Shape {
+    /// Cells of any kind.
+    Grid,
+    /// Polygons.
+    Surface,
 }
 
 pub(crate) fn to_xml<const N: usize>(

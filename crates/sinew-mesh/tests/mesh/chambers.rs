@@ -1,9 +1,9 @@
 //! Walls between surfaces: those of an ideal ventricle, whose wall is known, and of a person where they are.
 
+use crate::legacy::{VtkEncoding, to_vtk_surface};
 use sinew_mesh::{
-    Chamber, ChamberError, Size, TriangleMesh, Trim, TruncatedEllipsoid, VtkEncoding, WallOptions,
+    Chamber, ChamberError, Size, TriangleMesh, Trim, TruncatedEllipsoid, WallOptions,
     boundary_facets, enclosed_volume, extract_surface, parse_mesh, quality, read_mesh, to_stl,
-    to_vtk_surface,
 };
 use std::f64::consts::PI;
 use std::io::Write;
@@ -19,7 +19,7 @@ fn ideal() -> [TriangleMesh; 2] {
     let mesh = IDEAL.wall([1, 64, 40]).tetrahedra();
     ["endo", "epi"].map(|name| {
         let surface = extract_surface(&mesh, &mesh.facet_sets[name]).mesh;
-        let file = to_vtk_surface(&surface, VtkEncoding::Ascii).unwrap();
+        let file = to_vtk_surface(&surface, VtkEncoding::Ascii);
         parse_mesh::<3>(name, &file).unwrap().0
     })
 }
@@ -134,7 +134,7 @@ fn units_orientation_and_place_change_nothing() {
     assert!(b.dihedral.min > 14.0, "{b}");
     // Triangles without a common list of points.
     let soup = surfaces.each_ref().map(|surface| {
-        let file = to_stl(surface, VtkEncoding::Binary).unwrap();
+        let file = to_stl(surface).unwrap();
         parse_mesh::<3>("soup.stl", &file).unwrap().0
     });
     let wall = chamber(&soup).wall(&nodes(1500)).unwrap();

@@ -9,6 +9,7 @@ mod chambers;
 mod damage;
 mod fixtures;
 mod left_out;
+mod legacy;
 mod modes;
 mod mutations;
 mod organs;

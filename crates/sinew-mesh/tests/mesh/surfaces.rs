@@ -1,8 +1,9 @@
 //! Surfaces in files: those of VTK are what they were made from, our own come back as they were, damaged ones are named.
 
+use crate::legacy::{VtkEncoding, to_stl_text, to_vtk_surface};
 use sinew_mesh::{
-    Facet, Field, TriangleMesh, VtkEncoding, boundary_facets, box_tetrahedra, extract_surface,
-    parse, parse_mesh, read_mesh, to_obj, to_stl, to_vtk_surface, to_vtp, write_surface,
+    Facet, Field, TriangleMesh, boundary_facets, box_tetrahedra, extract_surface, parse,
+    parse_mesh, read_mesh, to_obj, to_stl, to_vtp, write_surface,
 };
 use std::path::PathBuf;
 
@@ -89,8 +90,8 @@ fn surface() -> TriangleMesh {
 fn our_own_files_come_back() {
     let mesh = surface();
     let whole = [
-        to_vtk_surface(&mesh, VtkEncoding::Ascii).unwrap(),
-        to_vtk_surface(&mesh, VtkEncoding::Binary).unwrap(),
+        to_vtk_surface(&mesh, VtkEncoding::Ascii),
+        to_vtk_surface(&mesh, VtkEncoding::Binary),
         to_vtp(&mesh).unwrap(),
     ];
     for file in whole {
@@ -98,13 +99,13 @@ fn our_own_files_come_back() {
     }
     let (again, _) = parse_mesh::<3>("surface.obj", &to_obj(&mesh).unwrap()).unwrap();
     assert_eq!((&again.points, &again.cells), (&mesh.points, &mesh.cells));
-    for encoding in [VtkEncoding::Ascii, VtkEncoding::Binary] {
-        let (again, _) = parse_mesh::<3>("surface.stl", &to_stl(&mesh, encoding).unwrap()).unwrap();
+    for file in [to_stl_text(&mesh), to_stl(&mesh).unwrap()] {
+        let (again, _) = parse_mesh::<3>("surface.stl", &file).unwrap();
         // These coordinates are exact in single precision too, and corners are one point again.
         assert_eq!((corners(&again), again.points.len()), (corners(&mesh), mesh.points.len()));
     }
     let folder = tempfile::tempdir().unwrap();
-    for ending in ["vtk", "vtp", "stl", "OBJ"] {
+    for ending in ["vtp", "stl", "OBJ"] {
         let path = folder.path().join(format!("surface.{ending}"));
         write_surface(&path, &mesh).unwrap();
         assert_eq!(read_mesh::<3>(&path).unwrap().0.cells.len(), mesh.cells.len());
@@ -144,8 +145,8 @@ fn a_byte_order_mark_changes_nothing_but_places() {
     let mesh = surface();
     let files = [
         ("surface.obj", to_obj(&mesh).unwrap()),
-        ("surface.stl", to_stl(&mesh, VtkEncoding::Ascii).unwrap()),
-        ("surface.vtk", to_vtk_surface(&mesh, VtkEncoding::Binary).unwrap()),
+        ("surface.stl", to_stl_text(&mesh)),
+        ("surface.vtk", to_vtk_surface(&mesh, VtkEncoding::Binary)),
         ("surface.vtp", to_vtp(&mesh).unwrap()),
         ("plate.msh", std::fs::read(fixture("gmsh_plate.msh")).unwrap()),
     ];
@@ -181,11 +182,11 @@ fn damaged_surfaces_are_named_with_their_place() {
     let error =
         refused("a.stl", b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 x\n");
     assert!(error.contains("line 5") && error.contains("`x`"), "{error}");
-    let mut binary = to_stl(&surface(), VtkEncoding::Binary).unwrap();
+    let mut binary = to_stl(&surface()).unwrap();
     binary.truncate(binary.len() - 20);
     let error = refused("a.STL", &binary);
     assert!(error.contains("triangles: only") && error.contains("byte 80"), "{error}");
-    let text = String::from_utf8(to_vtk_surface(&surface(), VtkEncoding::Ascii).unwrap()).unwrap();
+    let text = String::from_utf8(to_vtk_surface(&surface(), VtkEncoding::Ascii)).unwrap();
     let error = refused("a.vtk", text.replace("POLYDATA", "STRUCTURED_GRID").as_bytes());
     assert!(error.contains("line 4") && error.contains("poly data"), "{error}");
     let cells = surface().cells.len();

@@ -1,7 +1,6 @@
 //! Quadrature over solid meshes, independent of that of the solver's potential.
 
-use sinew_energy::{FiniteElement, Nodes, QuadraturePoint};
-use sinew_mesh::Mesh;
+use sinew_mesh::{Mesh, QuadraturePoint};
 use sinew_num::Mat3;
 
 /// A quadrature point of a mesh.
@@ -37,13 +36,10 @@ impl<const N: usize> Point<N> {
 pub(crate) fn points<const N: usize>(
     mesh: &Mesh<N>,
     rule: &[QuadraturePoint],
-) -> impl Iterator<Item = Point<N>>
-where
-    Nodes<N>: FiniteElement<N>,
-{
+) -> impl Iterator<Item = Point<N>> {
     let shapes: Vec<_> = rule
         .iter()
-        .map(|p| (p.weight, Nodes::<N>::shape(p.at), Nodes::<N>::shape_derivatives(p.at)))
+        .map(|p| (p.weight, Mesh::<N>::shape(p.at), Mesh::<N>::shape_derivatives(p.at)))
         .collect();
     mesh.cells.iter().flat_map(move |&nodes| {
         let corners = nodes.map(|node| mesh.points[node]);
@@ -73,7 +69,7 @@ mod tests {
         let field: Vec<_> =
             mesh.points.iter().flat_map(|x| [x[0] + 2.0 * x[1], x[2], 1.0]).collect();
         let (mut volume, mut integral) = (0.0, 0.0);
-        for point in points(&mesh, Nodes::<10>::FINE_QUADRATURE) {
+        for point in points(&mesh, Mesh::<10>::FINE_QUADRATURE) {
             volume += point.volume;
             integral += point.volume * point.value(&field)[0];
             let slope = point.slope(&field);

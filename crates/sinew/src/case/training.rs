@@ -78,6 +78,26 @@ impl RecipeName {
 }
 
 impl Training {
+    /// These settings, and those of `own` where they are not given; a budget replaces another, whichever kind it is.
+    pub fn or(self, own: Self) -> Self {
+        let (minutes, steps) = match (self.minutes, self.steps) {
+            (None, None) => (own.minutes, own.steps),
+            budget => budget,
+        };
+        Self {
+            recipe: self.recipe,
+            samples: self.samples.or(own.samples),
+            target: self.target.or(own.target),
+            minutes,
+            steps,
+            seed: self.seed.or(own.seed),
+            held_out: self.held_out.or(own.held_out),
+            anchors: self.anchors.or(own.anchors),
+            design: self.design.or(own.design),
+            network: self.network.or(own.network),
+        }
+    }
+
     /// Trains by the recipe.
     ///
     /// # Errors

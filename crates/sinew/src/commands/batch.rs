@@ -3,7 +3,7 @@
 use super::{MOST_WARNINGS, Usage, refuse};
 use anyhow::Result;
 use clap::Args;
-use sinew::output::{MOST_BYTES, Quality, Results, Row};
+use sinew::output::{MOST_BYTES, Results, Row};
 use sinew::{Body, admissible, outside, parse_theta_but, read_rows, theta_in_words};
 use std::path::Path;
 
@@ -37,17 +37,6 @@ struct Asked {
     /// Empty where it could not be read.
     theta: Vec<f64>,
     failure: Option<String>,
-}
-
-/// Answer to an open row.
-#[derive(Debug, Default)]
-pub(crate) struct Answer<'a> {
-    /// Displacements, one by each name.
-    pub fields: Vec<&'a [f64]>,
-    /// Force balance of the first of them, for loads without a potential.
-    pub pressure: &'a [f64],
-    pub quality: Option<Quality>,
-    pub warnings: Vec<String>,
 }
 
 /// All rows, in their order.
@@ -199,7 +188,7 @@ impl Batch {
         }
     }
 
-    /// Writes all rows, with the answers to the open ones, and says where; returns how many failed.
+    /// Writes all rows, with what was found for the open ones, and says where; returns how many failed.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -207,20 +196,16 @@ impl Batch {
         &self,
         body: &Body,
         names: &[&str],
-        answers: Vec<Answer<'_>>,
+        found: Vec<Row<'_>>,
         written: &Written,
         folder: &Path,
     ) -> Result<usize> {
         let failed = self.rows.len() - self.open().count();
-        let mut answers = answers.into_iter();
+        let mut found = found.into_iter();
         let row = |asked: &Asked| {
-            let answer = match asked.failure {
-                None => answers.next().unwrap_or_default(),
-                Some(_) => Answer::default(),
-            };
-            let Answer { fields, pressure, quality, warnings } = answer;
+            let found = if asked.failure.is_none() { found.next() } else { None };
             let (theta, failure) = (asked.theta.clone(), asked.failure.clone());
-            Row { theta, fields, pressure, quality, warnings, failure }
+            Row { theta, failure, ..found.unwrap_or_default() }
         };
         let rows = self.rows.iter().map(row).collect();
         let names = names.to_vec();

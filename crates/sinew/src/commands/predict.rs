@@ -2,13 +2,13 @@
 
 mod answer;
 use super::{
-    Answer, Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen,
-    refuse, tell_doubtful, warn_of_locking,
+    Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen, refuse,
+    tell_doubtful, warn_of_locking,
 };
 use anyhow::Result;
 use clap::Args;
 use rayon::prelude::*;
-use sinew::output::{Quality, displacement_in_words};
+use sinew::output::{Quality, Row, displacement_in_words};
 use sinew::{Body, Case, Emulator, EmulatorError, Estimate, Prediction, Warning, theta_in_words};
 use sinew_emulate::{Correction, Counter, Terminal};
 use std::path::Path;
@@ -131,11 +131,11 @@ impl Predict {
             let between = if error.is_empty() { "" } else { "; " };
             format!(": displacement {moved}{between}{error}")
         });
-        let answer = |place: usize| Answer {
+        let answer = |place: usize| Row {
             fields: vec![prediction.field(place)],
-            pressure: &[],
             quality: estimates.get(place).map(|found| quality(found, unit)),
             warnings: others(&prediction.warnings[place]),
+            ..Row::default()
         };
         let answers = (0..prediction.thetas.len()).map(answer).collect();
         batch.write(body, &["predicted"], answers, &self.asked.written, folder)
@@ -241,11 +241,11 @@ impl Correct {
         }
         let predicted = emulator.predict(&batch.thetas())?.fields();
         let unit = &body.units.length;
-        let answers = corrected.iter().zip(&predicted).map(|(found, before)| Answer {
+        let answers = corrected.iter().zip(&predicted).map(|(found, before)| Row {
             fields: vec![&found.displacement, before],
-            pressure: &[],
             quality: Some(quality(&found.estimate, unit)),
             warnings: others(&found.warnings),
+            ..Row::default()
         });
         let answers = answers.collect();
         batch.write(body, &["corrected", "predicted"], answers, &self.asked.written, folder)

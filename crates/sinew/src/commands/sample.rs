@@ -235,8 +235,8 @@ impl Merge {
         if !failed.is_empty() {
             store::write_bytes(&folder.join("failures.csv"), table(&body, &failed).as_bytes())?;
         }
-        let (solved, thetas) = (found.fields.len(), &found.thetas[..]);
-        Fields { body: &body, thetas, found: vec![("solved", found.fields)] }.write(&folder, 0)?;
+        let solved = found.fields.len();
+        write(&body, found, &folder)?;
         println!("{solved} of {count} samples solved, {} without equilibrium", failed.len());
         println!("written: {}", folder.display());
         Ok(())

@@ -2,13 +2,12 @@
 
 use super::along::Way;
 use super::{
-    Answer, Batch, CaseArguments, ThetaArguments, Written, make_folder, refuse, solved_by,
-    warn_of_locking,
+    Batch, CaseArguments, ThetaArguments, Written, make_folder, refuse, solved_by, warn_of_locking,
 };
 use anyhow::Result;
 use clap::Args;
 use sinew::case::Formulation;
-use sinew::output::{displacement_in_words, least_and_largest_ratio};
+use sinew::output::{Row, displacement_in_words, least_and_largest_ratio};
 use sinew::{Body, Case, Simulations, Warning};
 use sinew_fem::{LoadSteps, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
@@ -79,15 +78,15 @@ impl Solve {
 }
 
 /// Equilibria as they are written.
-fn answers(found: &Simulations) -> Vec<Answer<'_>> {
+fn answers(found: &Simulations) -> Vec<Row<'_>> {
     let Simulations { thetas, fields, pressures, jumped, .. } = found;
     let answer = |place: usize| {
         let jumps = jumped.iter().filter(|theta| **theta == thetas[place]);
-        Answer {
+        Row {
             fields: vec![&fields[place]],
             pressure: pressures.get(place).map_or(&[], Vec::as_slice),
             warnings: jumps.map(|_| Warning::Jumped.to_string()).collect(),
-            ..Answer::default()
+            ..Row::default()
         }
     };
     (0..fields.len()).map(answer).collect()

@@ -78,22 +78,21 @@ impl Train {
         let (case, body, folder) = self.case.open()?;
         warn_of_locking(sinew_fem::locking_at_centre(&body));
         let own = case.training;
-        // A budget on the command line replaces the case's, whichever kind it is.
-        let (minutes, steps) = match (self.minutes, self.steps) {
-            (None, None) => (own.minutes, own.steps),
-            given => given,
-        };
-        let training = Training {
+        let given = Training {
             recipe: self.recipe.unwrap_or(own.recipe),
-            // All stored simulations by default.
-            samples: self.samples.or(own.samples).or(self.simulations.as_ref().map(|_| usize::MAX)),
-            target: self.target.or(own.target),
-            anchors: self.anchors.or(own.anchors),
-            seed: self.seed.or(own.seed),
-            minutes,
-            steps,
-            ..own
+            samples: self.samples,
+            target: self.target,
+            anchors: self.anchors,
+            seed: self.seed,
+            minutes: self.minutes,
+            steps: self.steps,
+            ..Training::default()
         };
+        let mut training = given.or(own);
+        if self.simulations.is_some() {
+            // All stored simulations by default.
+            training.samples.get_or_insert(usize::MAX);
+        }
         if let Some(few @ 0..=1) = training.samples {
             return refuse(format!("{few} simulations to learn from: give at least 2 (--samples)"));
         }

@@ -2,7 +2,8 @@
 
 use super::{CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, refuse, warn_of_locking};
 use anyhow::{Context, Result, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sinew::output::displacement_in_words;
 use sinew::stresses::add_stresses;
 use sinew::{Body, Case, mesh_at_rest, theta_in_words};
@@ -37,17 +38,16 @@ pub(crate) struct UnloadCommand {
     #[arg(short, long, visible_alias = "out", value_name = "FILE", default_value = "rest.vtu")]
     output: PathBuf,
     /// Whether fibre directions of the image are pulled back to the reference configuration, or kept
-    #[arg(long, value_name = "HOW", default_value = "carried")]
-    fibres: Convention,
+    #[arg(long, value_name = "HOW", default_value = "carried", value_parser = PossibleValuesParser::new(["carried", "kept"]).map(convention))]
+    fibres: Fibres,
     /// Write stress, strain and volumes of the image too, at cells and averaged to nodes, and its fibres as fibre_in_image
     #[arg(long)]
     fields: bool,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Convention {
-    Carried,
-    Kept,
+/// Convention of a name.
+fn convention(name: String) -> Fibres {
+    if name == "kept" { Fibres::Kept } else { Fibres::Carried }
 }
 
 impl UnloadCommand {
@@ -61,11 +61,7 @@ impl UnloadCommand {
         let [theta] = &thetas[..] else {
             return refuse(format!("--theta: give one set of parameters, not {}", thetas.len()));
         };
-        let fibres = match self.fibres {
-            Convention::Carried => Fibres::Carried,
-            Convention::Kept => Fibres::Kept,
-        };
-        let mut unload = Unload::new(&image)?.fibres(fibres);
+        let mut unload = Unload::new(&image)?.fibres(self.fibres);
         if let Some(thin) = unload.thin_wall() {
             eprintln!("warning: {thin}");
         }

@@ -1,7 +1,7 @@
 //! Entries of the data: what they are measurements of, with values and standard deviations.
 
 use super::prepared::IMAGE;
-use super::tables::{Along, Entry, Quantity, Settings};
+use super::tables::{Entry, Quantity, Settings};
 use crate::case::{Case, CaseError, LENGTH, VOLUME, advise};
 use sinew_calibrate::{At, Datum, Direction, Observable, Segments};
 use sinew_energy::Body;
@@ -55,7 +55,7 @@ impl Reader<'_> {
                 }
                 Ok(vec![(Observable::volume(cavity, at), self.value()?)])
             }
-            (None, Some(along), None) => self.strains(direction(along), from, at),
+            (None, Some(along), None) => self.strains(along, from, at),
             (None, None, Some(along)) => {
                 let point = entry.point.ok_or_else(|| {
                     self.error("point", "the point is missing: point = [x, y, z] in mm")
@@ -197,14 +197,5 @@ impl Reader<'_> {
                 format!("the standard deviation is {}; give a positive number", deviation.0),
             )),
         }
-    }
-}
-
-fn direction(along: Along) -> Direction {
-    match along {
-        Along::Circumferential => Direction::Circumferential,
-        Along::Longitudinal => Direction::Longitudinal,
-        Along::Radial => Direction::Radial,
-        Along::Fibre => Direction::Fibre,
     }
 }

@@ -3,7 +3,7 @@
 use super::PatientFile;
 use super::measured::Reader;
 use super::prepared::{COMMON, IMAGE, Prepared, own_factor};
-use super::tables::{Fibres, LogNormal, Quantity};
+use super::tables::{LogNormal, Quantity};
 use crate::case::{Case, CaseError, LENGTH, STRESS, VOLUME, advise};
 use sinew_calibrate::{
     Datum, Kind, Observable, Prior, Problem, Segments, Unknown, WallCoordinates,
@@ -33,10 +33,7 @@ impl PatientFile {
         let mut prepared = Prepared {
             pressures: pressures(case, &body),
             at_rest: settings.image_at_rest,
-            fibres: match settings.fibres {
-                Fibres::Carried => sinew_energy::Fibres::Carried,
-                Fibres::Kept => sinew_energy::Fibres::Kept,
-            },
+            fibres: settings.fibres,
             reported: Vec::new(),
             body,
             problem,

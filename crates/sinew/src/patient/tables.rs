@@ -1,7 +1,8 @@
 //! The tables of a patient file.
 
 use serde::Deserialize;
-use sinew_calibrate::CalibrateOptions;
+use sinew_calibrate::{CalibrateOptions, Direction};
+use sinew_energy::Fibres;
 use std::collections::BTreeMap;
 
 /// Tables of a patient file beside its case, whose keys are read elsewhere.
@@ -50,7 +51,7 @@ pub(super) struct Entry {
     /// Facet set of the cavity whose volume it is.
     pub volume: Option<String>,
     /// Direction of the strain that it is.
-    pub strain: Option<Along>,
+    pub strain: Option<Direction>,
     /// Direction of the displacement that it is.
     pub displacement: Option<[f64; 3]>,
     /// Place of the displacement in the image \[mm\].
@@ -69,16 +70,6 @@ pub(super) struct Entry {
     pub sd: Option<Quantity>,
     /// Unit of the value.
     pub unit: Option<String>,
-}
-
-/// Direction of a strain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Along {
-    Circumferential,
-    Longitudinal,
-    Radial,
-    Fibre,
 }
 
 /// Settings of a calibration.
@@ -115,15 +106,6 @@ pub(super) struct Settings {
     pub rounds: Option<usize>,
     /// Highest degree of the emulator's polynomials.
     pub degree: Option<usize>,
-}
-
-/// Convention of the fibres.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Fibres {
-    #[default]
-    Carried,
-    Kept,
 }
 
 /// A log-normal prior.

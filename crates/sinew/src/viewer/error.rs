@@ -152,9 +152,8 @@ fn errors(
 /// Ends of the error's scale: 0.3 times the 5 % quantile of the means, and the largest error but one in twenty.
 fn scale(known: &Errors) -> [f64; 2] {
     let quantile = |which: usize, share: f64| {
-        let mut sorted: Vec<f64> = known.levels.iter().map(|levels| levels[which]).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let value = sorted[(share * (sorted.len() - 1) as f64).round() as usize];
+        let all: Vec<f64> = known.levels.iter().map(|levels| levels[which]).collect();
+        let value = sinew_sample::quantile(&all, share);
         // Two digits are enough for the ends of a scale.
         digits(value, 2).parse().unwrap_or(value)
     };

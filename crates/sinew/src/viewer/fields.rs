@@ -10,6 +10,7 @@ use sinew_emulate::PodRegression;
 use sinew_energy::Body;
 use sinew_fem::{CellStress, cell_stresses};
 use sinew_report::{Quantity, Source};
+use sinew_sample::quantile;
 
 /// Highest total degree of the polynomials.
 const DEGREE: usize = 5;
@@ -62,7 +63,8 @@ pub(super) fn colours(
         let regression =
             PodRegression::fit_polynomial(&body.parameters, &fitted.thetas, &samples, DEGREE)?;
         let compact = Compact::of(regression, None, &fitted.thetas, ROUNDING)?;
-        let scale = scale(truth.iter().flatten().copied());
+        let all = truth.concat();
+        let scale = COLOURED.map(|share| quantile(&all, share));
         let truth = Sampled { thetas: checked.thetas.clone(), fields: truth };
         let error = relative(&compact, &truth, Clone::clone)?;
         let quantity = Quantity {
@@ -91,12 +93,4 @@ fn stressed(body: &Body, sampled: &Sampled) -> Stressed {
     });
     let (thetas, cells) = found.collect::<Vec<_>>().into_iter().unzip();
     Stressed { thetas, cells }
-}
-
-/// Values of the first and the last colour: nearly all lie between.
-fn scale(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let at = |share: f64| sorted[(share * (sorted.len() - 1) as f64).round() as usize];
-    COLOURED.map(at)
 }

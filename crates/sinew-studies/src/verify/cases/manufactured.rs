@@ -5,7 +5,7 @@ use crate::verify::integrate::points;
 use crate::verify::solve::{BOUNDARY, equilibrium, scene, with_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{FiniteElement, Load, Nodes, Support};
+use sinew_energy::{FacetRule, Load, Support};
 use sinew_mesh::{AnyMesh, Mesh, TetMesh, box_hexahedra, box_tetrahedra};
 use sinew_num::{Jet, Mat3, Scalar, Slope};
 use std::f64::consts::PI;
@@ -141,7 +141,6 @@ fn ladder<const M: usize>(
 /// Relative errors in L² and H¹ of the compressible body.
 fn solve<const N: usize>(mesh: Mesh<N>) -> Result<([f64; 2], Cost)>
 where
-    Nodes<N>: FiniteElement<N>,
     AnyMesh: From<Mesh<N>>,
 {
     let exact = |x: [f64; 3]| Compressible::displacement(x);
@@ -183,7 +182,7 @@ fn pressure_error(mesh: &Mesh<10>, at_node: &[f64]) -> f64 {
         ..TetMesh::default()
     };
     let (mut off, mut size) = (0.0, 0.0);
-    for point in points(&corners, Nodes::<10>::FINE_QUADRATURE) {
+    for point in points(&corners, Mesh::<10>::FINE_QUADRATURE) {
         let exact: f64 = Incompressible::pressure(point.at);
         let found: f64 = (0..4).map(|a| point.shape[a] * at_node[point.nodes[a]]).sum();
         off += point.volume * (found - exact).powi(2);
@@ -192,10 +191,7 @@ fn pressure_error(mesh: &Mesh<10>, at_node: &[f64]) -> f64 {
     (off / size).sqrt()
 }
 
-fn displacement_errors<E: Exact, const N: usize>(mesh: &Mesh<N>, displacement: &[f64]) -> [f64; 2]
-where
-    Nodes<N>: FiniteElement<N>,
-{
+fn displacement_errors<E: Exact, const N: usize>(mesh: &Mesh<N>, displacement: &[f64]) -> [f64; 2] {
     let mut sums = [[0.0; 2]; 2];
     for point in points(mesh, fine_rule::<N>()) {
         let (u, h) = (point.value(displacement), point.slope(displacement));
@@ -213,11 +209,8 @@ where
 }
 
 /// A rule that is fine enough for squares of the error.
-fn fine_rule<const N: usize>() -> &'static [sinew_energy::QuadraturePoint]
-where
-    Nodes<N>: FiniteElement<N>,
-{
-    if N == 4 { Nodes::<10>::FINE_QUADRATURE } else { Nodes::<N>::FINE_QUADRATURE }
+fn fine_rule<const N: usize>() -> &'static [sinew_mesh::QuadraturePoint] {
+    if N == 4 { Mesh::<10>::FINE_QUADRATURE } else { Mesh::<N>::FINE_QUADRATURE }
 }
 
 fn taylor<E: Exact>(at: [f64; 3]) -> [Jet<3>; 3] {
@@ -241,10 +234,11 @@ fn stress<E: Exact>(at: [f64; 3], [shear, lame]: [f64; 2]) -> [[Slope<3>; 3]; 3]
 }
 
 /// Adds the nodal forces of `−Div P`.
-fn add_body_force<E: Exact, const N: usize>(mesh: &Mesh<N>, theta: [f64; 2], force: &mut [[f64; 3]])
-where
-    Nodes<N>: FiniteElement<N>,
-{
+fn add_body_force<E: Exact, const N: usize>(
+    mesh: &Mesh<N>,
+    theta: [f64; 2],
+    force: &mut [[f64; 3]],
+) {
     for point in points(mesh, fine_rule::<N>()) {
         let stress = stress::<E>(point.at, theta);
         for i in 0..3 {
@@ -258,7 +252,7 @@ where
 
 /// Adds the nodal forces of `PN` on the side x = 1.
 fn add_traction<E: Exact>(mesh: &Mesh<10>, theta: [f64; 2], force: &mut [[f64; 3]]) {
-    let rule = Nodes::<10>::facet_rule();
+    let rule = FacetRule::of_cells::<10>();
     for facet in &mesh.facet_sets["x_max"] {
         let nodes: Vec<_> = sinew_mesh::QuadraticTetMesh::ELEMENT.facets[facet.opposite]
             .iter()

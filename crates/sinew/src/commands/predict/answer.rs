@@ -2,11 +2,9 @@
 
 use super::{Asked, others};
 use crate::commands::plan::table;
-use crate::commands::{
-    Answer as Cells, Batch, Neighbour, chosen, refuse, tell_doubtful, trained, warn_of_locking,
-};
+use crate::commands::{Batch, Neighbour, chosen, refuse, tell_doubtful, trained, warn_of_locking};
 use anyhow::{Result, bail};
-use sinew::output::{Quality, displacement_in_words, mean_and_largest};
+use sinew::output::{Quality, Row, displacement_in_words, mean_and_largest};
 use sinew::{Body, Case};
 use sinew_emulate::{Answer, Answers, Emulator, Method, Terminal};
 use std::path::Path;
@@ -88,11 +86,11 @@ fn part<'b>(
         found.seconds,
         answers.len() - more
     );
-    let cells = answers.iter().map(|answer| Cells {
+    let cells = answers.iter().map(|answer| Row {
         fields: vec![&answer.displacement],
-        pressure: &[],
         quality: Some(quality(answer)),
         warnings: others(&answer.warnings),
+        ..Row::default()
     });
     batch.write(body, &["answer"], cells.collect(), &asked.written, folder)
 }

@@ -1,80 +1,99 @@
-//! Writing legacy VTK files.
+//! Writers of formats that the crate only reads: legacy VTK of version 5.1 (VTK 9), and STL as text.
 
-use super::cursor::{Encoding, Endian};
-use super::sets::fields_with_sets;
-use super::vtk;
-use crate::{Field, FieldValues, Mesh, MeshError};
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
+use sinew_mesh::{Field, FieldValues, Mesh, TriangleMesh};
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 /// Characters of names that become `%20` and the like, as in VTK itself.
 const SEPARATORS: AsciiSet = CONTROLS.add(b' ').add(b'"').add(b'%');
 
-/// Text or binary numbers in a legacy VTK file.
+/// Text or big-endian binary numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VtkEncoding {
-    /// Decimal text that reads back to the same number.
+pub(crate) enum VtkEncoding {
     Ascii,
-    /// Big-endian binary, bit for bit.
     Binary,
 }
 
-/// The mesh as a legacy VTK file of version 5.1 (VTK 9, ParaView 5.8 and later), whose integers
-/// have 64 bits on every machine. Its sets are written as fields, see the crate's page.
-///
-/// # Errors
-/// When the mesh breaks a rule of [`Mesh::check`] or a name cannot be written.
-pub fn to_vtk<const N: usize>(mesh: &Mesh<N>, encoding: VtkEncoding) -> Result<Vec<u8>, MeshError> {
-    to_legacy(mesh, encoding, Shape::Grid)
+/// Mesh as an unstructured grid, its sets as fields.
+pub(crate) fn to_vtk<const N: usize>(mesh: &Mesh<N>, encoding: VtkEncoding) -> Vec<u8> {
+    let kind = i32::from(Mesh::<N>::ELEMENT.vtk_type);
+    written(mesh, encoding, "UNSTRUCTURED_GRID", "CELLS", Some(kind))
 }
 
-/// Kind of VTK data set, which names the cells of a mesh.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Shape {
-    /// Cells of any kind.
-    Grid,
-    /// Polygons.
-    Surface,
+/// Surface as polygons (POLYDATA), its sets as fields.
+pub(crate) fn to_vtk_surface(mesh: &TriangleMesh, encoding: VtkEncoding) -> Vec<u8> {
+    written(mesh, encoding, "POLYDATA", "POLYGONS", None)
 }
 
-pub(crate) fn to_legacy<const N: usize>(
+/// Triangles of a surface as STL text.
+pub(crate) fn to_stl_text(mesh: &TriangleMesh) -> Vec<u8> {
+    let mut text = String::from("solid sinew\n");
+    for cell in 0..mesh.cells.len() {
+        let corners = mesh.corners(cell);
+        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize();
+        let [x, y, z]: [f64; 3] = normal.into();
+        let _ = writeln!(text, "facet normal {x:?} {y:?} {z:?}\nouter loop");
+        for [x, y, z] in corners.map(<[f64; 3]>::from) {
+            let _ = writeln!(text, "vertex {x:?} {y:?} {z:?}");
+        }
+        text += "endloop\nendfacet\n";
+    }
+    (text + "endsolid sinew\n").into_bytes()
+}
+
+fn written<const N: usize>(
     mesh: &Mesh<N>,
     encoding: VtkEncoding,
-    shape: Shape,
-) -> Result<Vec<u8>, MeshError> {
-    mesh.check()?;
+    dataset: &str,
+    list: &str,
+    kind: Option<i32>,
+) -> Vec<u8> {
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
-    let (point_fields, cell_fields) = fields_with_sets(mesh)?;
-    let (name, encoding) = match encoding {
-        VtkEncoding::Ascii => ("ASCII", Encoding::Text),
-        VtkEncoding::Binary => ("BINARY", Encoding::Binary(Endian::Big)),
-    };
-    let (dataset, list) = match shape {
-        Shape::Grid => ("UNSTRUCTURED_GRID", "CELLS"),
-        Shape::Surface => ("POLYDATA", "POLYGONS"),
-    };
+    let [point_fields, cell_fields] = fields_with_sets(mesh);
+    let name = if encoding == VtkEncoding::Ascii { "ASCII" } else { "BINARY" };
     let mut file = Writer { bytes: Vec::new(), encoding };
-    let magic = String::from_utf8_lossy(vtk::MAGIC);
-    file.text(&format!("{magic} 5.1\nsinew mesh\n{name}\nDATASET {dataset}\n"));
+    file.text(&format!("# vtk DataFile Version 5.1\nsinew mesh\n{name}\nDATASET {dataset}\n"));
     file.text(&format!("POINTS {nodes} double\n"));
     file.floats(mesh.points.as_flattened(), 3);
     file.text(&format!("{list} {} {}\nOFFSETS vtktypeint64\n", cells + 1, cells * N));
     file.integers((0..=cells).map(|cell| (cell * N) as i64), 1);
     file.text("CONNECTIVITY vtktypeint64\n");
     file.integers(mesh.cells.as_flattened().iter().map(|&node| node as i64), N);
-    if shape == Shape::Grid {
+    if let Some(kind) = kind {
         file.text(&format!("CELL_TYPES {cells}\n"));
-        let types = std::iter::repeat_n(i32::from(Mesh::<N>::ELEMENT.vtk_type), cells);
-        file.numbers(types, 1, i32::to_string, i32::to_be_bytes);
+        file.numbers(std::iter::repeat_n(kind, cells), 1, i32::to_string, i32::to_be_bytes);
     }
     file.fields("POINT_DATA", nodes, &point_fields);
     file.fields("CELL_DATA", cells, &cell_fields);
-    Ok(file.bytes)
+    file.bytes
+}
+
+/// Fields of nodes and cells, with the sets by the names that the crate gives them in VTK files.
+fn fields_with_sets<const N: usize>(mesh: &Mesh<N>) -> [BTreeMap<String, Field>; 2] {
+    let [mut points, mut cells] = [mesh.point_fields.clone(), mesh.cell_fields.clone()];
+    let marks = |rows: usize, members: &[(usize, i64)]| {
+        let mut marks = vec![0; rows];
+        members.iter().for_each(|&(index, bit)| marks[index] |= bit);
+        Field::labels(marks)
+    };
+    let plain = |set: &[usize]| set.iter().map(|&index| (index, 1)).collect::<Vec<_>>();
+    for (name, set) in &mesh.node_sets {
+        points.insert(format!("node_set:{name}"), marks(mesh.points.len(), &plain(set)));
+    }
+    for (name, set) in &mesh.cell_sets {
+        cells.insert(format!("cell_set:{name}"), marks(mesh.cells.len(), &plain(set)));
+    }
+    for (name, set) in &mesh.facet_sets {
+        let bits: Vec<_> = set.iter().map(|facet| (facet.cell, 1 << facet.opposite)).collect();
+        cells.insert(format!("facet_set:{name}"), marks(mesh.cells.len(), &bits));
+    }
+    [points, cells]
 }
 
 struct Writer {
     bytes: Vec<u8>,
-    encoding: Encoding,
+    encoding: VtkEncoding,
 }
 
 impl Writer {
@@ -120,13 +139,13 @@ impl Writer {
         bytes: impl Fn(T) -> [u8; N],
     ) {
         match self.encoding {
-            Encoding::Text => {
+            VtkEncoding::Ascii => {
                 for (index, value) in values.enumerate() {
                     self.text(&text(&value));
                     self.text(if (index + 1) % per_line == 0 { "\n" } else { " " });
                 }
             }
-            Encoding::Binary(_) => {
+            VtkEncoding::Binary => {
                 values.for_each(|value| self.bytes.extend_from_slice(&bytes(value)));
                 self.text("\n");
             }

@@ -1,7 +1,6 @@
 //! Shape functions and quadrature on the facets of elements.
 
-use super::triangles::SIX_POINTS;
-use super::{FiniteElement, Nodes, QuadraturePoint};
+use sinew_mesh::{Mesh, QuadraturePoint};
 
 /// Shape functions of a facet at its quadrature points.
 ///
@@ -34,48 +33,49 @@ pub struct FacetPoint {
 const G: f64 = 0.577_350_269_189_625_8;
 
 impl FacetRule {
-    pub(super) fn linear_triangle() -> Self {
-        Self::triangle::<3>(Nodes::<3>::QUADRATURE)
+    /// The rule on the facets of cells with `N` nodes.
+    ///
+    /// ```
+    /// use sinew_energy::FacetRule;
+    /// let rule = FacetRule::of_cells::<10>();
+    /// assert_eq!((rule.nodes, rule.corners, rule.points.len()), (6, 3, 6));
+    /// ```
+    pub fn of_cells<const N: usize>() -> Self {
+        match N {
+            3 => Self::linear_edge(),
+            6 => Self::quadratic_edge(),
+            4 => Self::face::<3>(3, Mesh::<3>::QUADRATURE.to_vec()),
+            10 => Self::face::<6>(3, Mesh::<6>::FINE_QUADRATURE.to_vec()),
+            _ => {
+                // The lowest facet of the hexahedron, whose four nodes are the first.
+                let lowest = Mesh::<8>::QUADRATURE[..4].iter();
+                let point = |&QuadraturePoint { at: [x, y, _], weight }: &QuadraturePoint| {
+                    QuadraturePoint { at: [x, y, 0.0], weight: 2.0 * weight }
+                };
+                Self::face::<8>(4, lowest.map(point).collect())
+            }
+        }
     }
 
-    pub(super) fn quadratic_triangle() -> Self {
-        Self::triangle::<6>(SIX_POINTS)
-    }
-
-    fn triangle<const N: usize>(rule: &[QuadraturePoint]) -> Self
-    where
-        Nodes<N>: FiniteElement<N>,
-    {
-        let points = rule.iter().map(|point| {
-            let slopes = Nodes::<N>::shape_derivatives(point.at);
+    /// The rule on the face of the reference element with `N` nodes where the third coordinate is 0.
+    fn face<const N: usize>(corners: usize, rule: Vec<QuadraturePoint>) -> Self {
+        let nodes = if N == 8 { 4 } else { N };
+        let points = rule.into_iter().map(|QuadraturePoint { at, weight }| {
+            let slopes = &Mesh::<N>::shape_derivatives(at)[..nodes];
             let slope = [0, 1].map(|i| slopes.iter().map(|s| s[i]).collect());
-            let shape = Nodes::<N>::shape(point.at).to_vec();
-            FacetPoint { weight: point.weight, shape, slope }
+            FacetPoint { weight, shape: Mesh::<N>::shape(at)[..nodes].to_vec(), slope }
         });
-        Self { nodes: N, corners: 3, dimension: 3, points: points.collect() }
+        Self { nodes, corners, dimension: 3, points: points.collect() }
     }
 
-    pub(super) fn quadrilateral() -> Self {
-        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-        let points = corners.map(|[s, t]| {
-            let at = [G * s, G * t];
-            let factor = |corner: [f64; 2], i: usize| 0.5 * (1.0 + corner[i] * at[i]);
-            let shape = corners.iter().map(|&c| factor(c, 0) * factor(c, 1)).collect();
-            let slope =
-                [0, 1].map(|i| corners.iter().map(|&c| 0.5 * c[i] * factor(c, 1 - i)).collect());
-            FacetPoint { weight: 1.0, shape, slope }
-        });
-        Self { nodes: 4, corners: 4, dimension: 3, points: points.into() }
-    }
-
-    pub(super) fn linear_edge() -> Self {
+    fn linear_edge() -> Self {
         let shape = vec![0.5, 0.5];
         let slope = [vec![-0.5, 0.5], vec![0.0; 2]];
         let points = vec![FacetPoint { weight: 2.0, shape, slope }];
         Self { nodes: 2, corners: 2, dimension: 2, points }
     }
 
-    pub(super) fn quadratic_edge() -> Self {
+    fn quadratic_edge() -> Self {
         let points = [-G, G].map(|s| FacetPoint {
             weight: 1.0,
             shape: vec![0.5 * s * (s - 1.0), 0.5 * s * (s + 1.0), 1.0 - s * s],
