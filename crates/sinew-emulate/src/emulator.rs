@@ -10,9 +10,9 @@ use crate::store::record::Record;
 use crate::store::{content, read_json, write_json};
 use crate::{Body, Error, PodRegression, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
-use sinew_fem::{FrozenTangent, Solver, SolverPool};
+use sinew_fem::{FrozenStiffness, Solver, SolverPool};
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::OnceLock;
 use std::time::Instant;
 
 /// An emulator of one body, from [`Train::train`](crate::Train::train) or [`Emulator::load`].
@@ -24,7 +24,7 @@ pub struct Emulator<'b> {
     pub record: Record,
     pub(crate) solvers: SolverPool<'b>,
     /// Stiffness at the centre of the ranges, factorised when it is first needed.
-    pub(crate) held: Mutex<Option<Arc<FrozenTangent<'b>>>>,
+    pub(crate) held: OnceLock<FrozenStiffness<'b>>,
 }
 
 /// Displacements for some parameters.
@@ -153,7 +153,7 @@ impl<'b> Emulator<'b> {
 
     /// Emulator of a predictor of `body`.
     pub fn new(body: &'b Body, predictor: Box<dyn Predictor + 'b>, record: Record) -> Self {
-        Self { body, predictor, record, solvers: SolverPool::new(body), held: Mutex::new(None) }
+        Self { body, predictor, record, solvers: SolverPool::new(body), held: OnceLock::new() }
     }
 
     /// Splits the emulator into its predictor and the record of how that was made.

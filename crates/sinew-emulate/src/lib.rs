@@ -37,7 +37,7 @@
 //!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
 //!   ([`Evaluation`]).
 //! - [`Answers`]: displacements to a prescribed accuracy, by the method with the fewest expected Newton steps.
-//! - [`FrozenStiffness`]: predictions of unseen bodies, by quasi-Newton steps from the solution of another body with its stiffness.
+//! - [`Emulator::frozen_stiffness`]: predictions of unseen bodies, by quasi-Newton steps from the solution of another body with its stiffness.
 //! - [`TrainingOptions`]: budget, seed, folder of stored and resumed results. [`Observer`] receives progress; a reason to distrust a
 //!   result is a [`Warning`] in it.
 //!
@@ -85,7 +85,6 @@ pub use estimate::evaluation::{Corrected, Evaluation, Times};
 pub use estimate::quantiles::Quantiles;
 pub use estimate::stages::Stage;
 pub use estimate::{Distance, Estimate};
-pub use predict::frozen_stiffness::FrozenStiffness;
 pub use predict::regression::{
     Interpolation, PodRegression, RegressionError, RegressionParts, SizeRegression,
 };

@@ -21,9 +21,6 @@ pub(crate) const MOST_STEPS: usize = 4;
 /// a linear body it is the relative error of the prediction.
 const FAR: f64 = 1.0 / 3.0;
 
-/// Quasi-Newton steps with a neighbour's stiffness at most. They cost about as much as one Newton step.
-const QUASI_NEWTON: usize = 8;
-
 /// Displacement of a body at one parameter set, with a checked estimate of its error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
@@ -57,21 +54,6 @@ pub(crate) fn check_accuracy(accuracy: f64) -> Result<()> {
     let (what, advice) = ("the accuracy", "give a number from 1e-10 to 0.5, such as 1e-3");
     let makes_sense = (1e-10..=0.5).contains(&accuracy);
     if makes_sense { Ok(()) } else { Err(Error::Setting { what, value: accuracy, advice }) }
-}
-
-/// Answer by quasi-Newton steps from a prediction with the solver's last factor, and the number of steps; its error is infinite where they do
-/// not contract. With `seen`, they contracted at a neighbour.
-pub(crate) fn converged(
-    solver: &Solver<'_>,
-    predicted: &[f64],
-    theta: &[f64],
-    (accuracy, seen): (f64, bool),
-) -> Result<(Answer, usize)> {
-    let found = match seen {
-        true => solver.converge_near(predicted, theta, accuracy, QUASI_NEWTON)?,
-        false => solver.converge(predicted, theta, accuracy, QUASI_NEWTON)?,
-    };
-    Ok((Answer::predicted(found.displacement, found.error, 0), found.steps))
 }
 
 /// Answer by Newton steps from a prediction until the estimated error is below the tolerance, or `None` if they do not

@@ -29,13 +29,13 @@
 //! - If there are several stable equilibria, [`Solver::solve`] finds one of them in few iterations;
 //!   [`LoadSteps::Always`] finds that of a rising load. [`Solver::under_rising_load`] compares both; [`Sweep::jumped`]
 //!   lists samples of a sweep that may be on another branch.
-//! - [`Solver::converge`] solves to a prescribed accuracy by quasi-Newton steps with a neighbour's stiffness. Their contraction bounds the error.
+//! - [`Solver::refine`] solves to a prescribed accuracy by quasi-Newton steps with a neighbour's stiffness. Their contraction bounds the error.
 //! - [`sweep`] solves for many θ on all cores, each from its neighbour; [`resume_sweep`] can be stopped and resumed.
 //! - [`Solver::softest_mode`] gives the buckling mode, to displace a body from an unstable equilibrium.
 //! - [`Solver::follow`] traces the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
 //! - [`Solver::trace`] gives the equilibria at parameters in their order, each from the one before.
-//! - [`FrozenTangent`] lowers the potential energy at many θ by quasi-Newton steps with one factorised stiffness.
+//! - [`FrozenStiffness`] lowers the potential energy at many θ, and of other bodies, by the same steps with one factorised stiffness.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - Solver, sweep and report take a body without a potential, too, whose equilibria are not minima, such as incompressible bodies by the
 //!   mixed elements of Taylor and Hood and pressures on surfaces with a loose rim.
@@ -74,7 +74,7 @@
 //! K\,\frac{\partial u}{\partial\theta_j} = -\frac{\partial r}{\partial\theta_j}, \qquad K z = \frac{\partial q}{\partial u}, \qquad \frac{\mathrm dq}{\mathrm d\theta_j} = -z\cdot\frac{\partial r}{\partial\theta_j}
 //! ```
 //!
-//! Error of an iterate by [`Solver::converge`], in the mean nodal length, from the longer of two steps and its contraction ratio κ (Deuflhard, *Newton Methods for Nonlinear Problems*, 2.1). The scale γ of the quasi-Newton step is the largest of all steps', one at least, lest soft modes hide behind stiff ones:
+//! Error of an iterate by [`Solver::refine`], in the mean nodal length, from the longer of two steps and its contraction ratio κ (Deuflhard, *Newton Methods for Nonlinear Problems*, 2.1). The scale γ of the quasi-Newton step is the largest of all steps', one at least, lest soft modes hide behind stiff ones:
 //!
 //! ```math
 //! \|u - u^*\| \lesssim \frac{6}{1-\kappa}\,m, \qquad m = \max\bigl(\|\gamma K_0^{-1} r\|,\ \|H r\|\bigr), \qquad \kappa = \max\bigl(\tfrac12,\ m/m_{\text{before}}\bigr) < 1
@@ -101,8 +101,7 @@ pub use linear::matrix::Stiffness;
 pub use linear::method::Method;
 pub use solve::buckling::SoftestMode;
 pub use solve::continuation::{Curve, CurvePoint};
-pub use solve::converge::Converged;
-pub use solve::frozen_tangent::{Descent, FrozenTangent};
+pub use solve::frozen_stiffness::FrozenStiffness;
 pub use solve::history::{History, Iteration};
 pub use solve::line::Line;
 pub use solve::nested::coarse_displacement;
@@ -110,6 +109,7 @@ pub use solve::newton_step::NewtonStep;
 pub use solve::options::{LoadSteps, Options};
 pub use solve::order::neighbours;
 pub use solve::pool::SolverPool;
+pub use solve::refine::{Refined, Stop};
 pub use solve::series::IterationSeries;
 pub use solve::solution::Solution;
 pub use solve::solver::Solver;

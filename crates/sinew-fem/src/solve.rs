@@ -2,8 +2,7 @@
 
 pub(crate) mod buckling;
 pub(crate) mod continuation;
-pub(crate) mod converge;
-pub(crate) mod frozen_tangent;
+pub(crate) mod frozen_stiffness;
 pub(crate) mod history;
 pub(crate) mod limit_point;
 pub(crate) mod line;
@@ -19,6 +18,7 @@ pub(crate) mod path;
 pub(crate) mod plane;
 pub(crate) mod pool;
 pub(crate) mod predictor;
+pub(crate) mod refine;
 pub(crate) mod search;
 pub(crate) mod sensitivity;
 pub(crate) mod series;

@@ -85,8 +85,8 @@ pub(crate) fn of_simulations(
 
 /// A displacement one Newton step nearer to equilibrium at the centre of the parameter range, or the same where it inverts a cell.
 pub(crate) fn nearer(body: &Body, displacement: &[f64]) -> Result<Vec<f64>> {
-    match Solver::new(body)?.newton_step(displacement, &body.centre()) {
-        Ok(step) => Ok(step.displacement),
+    match Solver::new(body)?.newton_steps(displacement, &body.centre(), 1) {
+        Ok(mut steps) => Ok(steps.remove(0).displacement),
         Err(SolveError::Inadmissible { .. }) => Ok(displacement.to_vec()),
         Err(other) => Err(other.into()),
     }
@@ -95,6 +95,6 @@ pub(crate) fn nearer(body: &Body, displacement: &[f64]) -> Result<Vec<f64>> {
 /// Energy that a Newton step from `displacement` would gain at the centre of the parameter range, relative to the
 /// work of the loads: how far it is from equilibrium.
 pub(crate) fn excess(body: &Body, displacement: &[f64]) -> Result<f64> {
-    let step = Solver::new(body)?.newton_step(displacement, &body.centre())?;
+    let step = Solver::new(body)?.newton_steps(displacement, &body.centre(), 1)?.remove(0);
     Ok(0.5 * step.energy_norm.powi(2) / work(body, displacement))
 }

@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Emulator, Parameter, TrainingOptions};
 use sinew_emulate::{
-    Budget, Design, Error, Estimate, FrozenStiffness, Prediction, split_seed, store,
+    Budget, Design, Error, Estimate, Prediction, split_seed, store,
 };
-use sinew_fem::Solver;
+use sinew_fem::{FrozenStiffness, Solver};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -196,8 +196,8 @@ fn unseen(options: &Options, shapes: Shapes) -> Result<Vec<Outcome>> {
             Ok(())
         };
         for steps in STEPS {
-            let found = stiffness.descend(&body, &theta, steps)?;
-            let fields = found.into_iter().map(|descent| descent.displacement).collect();
+            let found = theta.iter().map(|theta| stiffness.descend(&body, theta, steps));
+            let fields = found.map(|found| Ok(found?.displacement)).collect::<Result<_>>()?;
             judge(&format!("frozen stiffness, {steps} steps"), fields)?;
         }
     }

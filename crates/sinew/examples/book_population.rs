@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let theta = vec![0.2, 1.8, 2.5, 2.0, 9.0 * MMHG];
 
     // The first answer: steps with the mean's stiffness, which knows neither shape nor scar.
-    let first = known.descend(&patient, std::slice::from_ref(&theta), 30)?.remove(0);
+    let first = known.descend(&patient, &theta, 30)?;
     println!(
         "{} steps, {:.0} ms, {:.1e} of the unbalanced forces are left",
         first.steps,

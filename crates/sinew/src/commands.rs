@@ -182,7 +182,8 @@ impl Neighbour {
                 error => anyhow::anyhow!("--from {name}: {error}"),
             }
         };
-        FrozenStiffness::new(other).and_then(|known| known.on(body)).map_err(unlike)
+        let known = FrozenStiffness::new(other).map_err(|error| unlike(error.into()))?;
+        Emulator::frozen_stiffness(body, &known).map_err(unlike)
     }
 }
 

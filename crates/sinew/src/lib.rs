@@ -99,13 +99,15 @@ pub use patient::{PatientFile, Prepared, Reported};
 pub use sinew_emulate::recipe;
 pub use sinew_emulate::{
     Answer, Answers, Correction, Design, Emulator, Error as EmulatorError, Estimate, Evaluation,
-    FrozenStiffness, Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning,
+    Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning,
     simulate,
 };
 pub use sinew_energy::{
     Body, Law, Load, Parameter, Sampling, Scene, SceneError, Support, ThetaError, Unit, laws,
 };
-pub use sinew_fem::{FrozenTangent, Line, Options, Solution, SolveError, Solver, sweep};
+pub use sinew_fem::{
+    FrozenStiffness, Line, Options, Refined, Solution, SolveError, Solver, Stop, sweep,
+};
 #[cfg(feature = "networks")]
 pub use sinew_gnn::{Backend, Recipe, load, recipe};
 pub use sinew_mesh::MeshError;

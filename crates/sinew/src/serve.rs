@@ -302,9 +302,9 @@ impl<'b> Service<'b> {
         }
         let predicted = self.emulator()?.predict(&[theta.to_vec()])?.displacement;
         match model {
-            Model::Corrected => {
-                self.solvers.with(|solver| Ok(solver.newton_step(&predicted, theta)?.displacement))
-            }
+            Model::Corrected => self.solvers.with(|solver| {
+                Ok(solver.newton_steps(&predicted, theta, 1)?.remove(0).displacement)
+            }),
             _ => Ok(predicted),
         }
     }

@@ -5,15 +5,17 @@ use crate::parameters::extrapolation;
 use crate::recipe::progress::{Counter, Observer};
 use crate::refine::defects::{Defect, corrected, place};
 use crate::refine::plan::{Centre, FEW, Method, Plan};
-use crate::refine::{Answer, confirmed, converged, is_far};
+use crate::refine::{Answer, confirmed, is_far};
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
-use sinew_fem::{CHAIN, Options, Solver, neighbours, sweep};
+use sinew_fem::{CHAIN, Options, Refined, SolveError, Solver, Stop, neighbours, sweep};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// Answers between two progress reports: several chains of neighbours.
 const AT_ONCE: usize = 100;
+/// Quasi-Newton steps with a neighbour's stiffness at most. They cost about as much as one Newton step.
+const QUASI_NEWTON: usize = 9;
 /// Largest error that quasi-Newton steps are to leave. The length of a linear step tells less of larger ones: a thin strip that rotates had
 /// an error of 2.4e-2 for an estimate of 1.4e-2.
 const LINEAR: f64 = 2e-3;
@@ -50,7 +52,7 @@ impl Answers {
     /// Displacements of a body at each of `thetas` to a relative `accuracy`, by the method that costs least; every answer is checked.
     ///
     /// An `emulator` of the body is one of the methods. It may also give the initial guess of the solve behind a Taylor
-    /// expansion. The emulator of [`FrozenStiffness::on`](crate::FrozenStiffness::on) needs neither training nor an earlier
+    /// expansion. The one of [`Emulator::frozen_stiffness`] needs neither training nor an earlier
     /// solve of the body.
     ///
     /// ```
@@ -96,17 +98,15 @@ impl Answers {
         if let Some(emulator) = emulator {
             let predict =
                 |theta: &Vec<f64>| Ok(emulator.predict(std::slice::from_ref(theta))?.displacement);
-            let predictions = (plan.method(), &predict as &Predict<'_>);
+            let guess = Guess { emulator, method: plan.method(), predict: &predict, accuracy };
             if thetas.len() >= MANY && thetas.len() * body.prescribed.len() >= MANY * LARGE {
-                found.grow(emulator, predictions, &mut counter)?;
+                found.grow(&guess, &mut counter)?;
             }
-            let open = found.open();
-            found.confirm(&open, emulator, predictions, accuracy, &mut counter)?;
+            found.confirm(&found.open(), &guess, &mut counter)?;
         }
         found.solve(&mut counter)?;
-        let none =
-            || Err(Error::Refused("no answer was found; solve it from rest (sinew solve)".into()));
-        let answers = found.answers.into_iter().map(|answer| answer.unwrap_or_else(none)).collect();
+        let answered = |answer: Option<_>| answer.expect("an answer or a reason for each set");
+        let answers = found.answers.into_iter().map(answered).collect();
         Ok(Self { plan, answers, seconds: start.elapsed().as_secs_f64() })
     }
 }
@@ -137,10 +137,8 @@ impl Emulator<'_> {
     /// # Errors
     /// θ of the wrong length, an accuracy outside 1e-10 to 0.5, no equilibrium.
     pub fn answer(&self, theta: &[f64], accuracy: f64) -> Result<Answer> {
-        let found = Answers::to(self.body, &[theta.to_vec()], accuracy, Some(self), &mut ())?;
-        found.answers.into_iter().next().unwrap_or(Err(Error::Refused(
-            "no answer was found; solve it from rest (sinew solve)".into(),
-        )))
+        let one = [theta.to_vec()];
+        Answers::to(self.body, &one, accuracy, Some(self), &mut ())?.answers.remove(0)
     }
 }
 
@@ -163,12 +161,18 @@ struct Stepping {
     seen: usize,
 }
 
-/// Predicts the displacement at θ.
-type Predict<'a> = dyn Fn(&Vec<f64>) -> Result<Vec<f64>> + Sync + 'a;
 /// Answers of a chain, and the errors of their predictions.
 type Chained = (Vec<(usize, Result<Answer>)>, Vec<Defect>);
-/// A method and its predictions.
-type Predictions<'a> = (Method, &'a Predict<'a>);
+
+/// Initial guesses by a method, and the tolerance of the answers that begin at them.
+#[derive(Clone, Copy)]
+struct Guess<'a, 'b> {
+    emulator: &'a Emulator<'b>,
+    method: Method,
+    /// Displacement at θ.
+    predict: &'a (dyn Fn(&Vec<f64>) -> Result<Vec<f64>> + Sync),
+    accuracy: f64,
+}
 
 impl Found<'_> {
     /// Parameter sets without an answer.
@@ -176,25 +180,26 @@ impl Found<'_> {
         (0..self.thetas.len()).filter(|&case| self.answers[case].is_none()).collect()
     }
 
+    /// The parameters of some sets.
+    fn thetas(&self, cases: &[usize]) -> Vec<Vec<f64>> {
+        cases.iter().map(|&case| self.thetas[case].clone()).collect()
+    }
+
     /// Answers sets by steps from predictions, which the errors at sets before correct. Each chain of neighbours reuses the stiffness of its
     /// last Newton step.
     fn confirm(
         &mut self,
         cases: &[usize],
-        emulator: &Emulator<'_>,
-        predictions: Predictions<'_>,
-        accuracy: f64,
+        guess: &Guess<'_, '_>,
         counter: &mut Counter<'_>,
     ) -> Result<()> {
-        let thetas: Vec<_> = cases.iter().map(|&case| self.thetas[case].clone()).collect();
-        let ordered: Vec<usize> =
-            neighbours(&thetas).into_iter().map(|place| cases[place]).collect();
+        let order = neighbours(&self.thetas(cases));
+        let ordered: Vec<usize> = order.into_iter().map(|place| cases[place]).collect();
         // Few at first: their errors correct the others.
         let (first, rest) = ordered.split_at(CHAIN.min(ordered.len()));
         let mut known = Vec::new();
         for cases in std::iter::once(first).chain(rest.chunks(AT_ONCE)) {
-            let chain =
-                |cases: &[usize]| self.chain(cases, emulator, predictions, (accuracy, &known));
+            let chain = |cases: &[usize]| self.chain(cases, guess, &known);
             let found: Vec<_> = cases.par_chunks(CHAIN).map(chain).collect::<Result<_>>()?;
             for (answers, defects) in found {
                 answers.into_iter().for_each(|(case, answer)| self.answers[case] = Some(answer));
@@ -207,30 +212,24 @@ impl Found<'_> {
     }
 
     /// Answers to neighbours, one after the other, and the errors of their predictions.
-    fn chain(
-        &self,
-        cases: &[usize],
-        emulator: &Emulator<'_>,
-        (method, predict): Predictions<'_>,
-        (accuracy, known): (f64, &[Defect]),
-    ) -> Result<Chained> {
-        emulator.solvers.with(|solver| {
-            let descends = emulator.predictor.newton_steps() > 0.0;
-            let mut stepping = Stepping { accuracy, descends, held: None, seen: 0 };
+    fn chain(&self, cases: &[usize], guess: &Guess<'_, '_>, known: &[Defect]) -> Result<Chained> {
+        guess.emulator.solvers.with(|solver| {
+            let descends = guess.emulator.predictor.newton_steps() > 0.0;
+            let mut stepping = Stepping { accuracy: guess.accuracy, descends, held: None, seen: 0 };
             let (mut found, mut own) = (Vec::with_capacity(cases.len()), Vec::new());
             for &case in cases {
                 let (start, theta) = (Instant::now(), &self.thetas[case]);
                 let place = place(self.body, theta);
                 // Rest in the place of a failed prediction.
                 let rest = |_| vec![0.0; self.body.prescribed.len()];
-                let predicted = predict(theta).unwrap_or_else(rest);
+                let predicted = (guess.predict)(theta).unwrap_or_else(rest);
                 let near = corrected(&predicted, &place, known.iter().chain(&own));
                 let mut answer = self.stepped(solver, &near, theta, &mut stepping)?;
                 if let Ok(answer) = &mut answer {
                     let pairs = answer.displacement.iter().zip(&predicted);
                     own.push(Defect { place, field: pairs.map(|(u, p)| u - p).collect() });
                     if answer.method != Method::Solver {
-                        answer.method = method;
+                        answer.method = guess.method;
                         answer.warnings.extend(extrapolation(self.body, theta));
                     }
                     answer.seconds = start.elapsed().as_secs_f64();
@@ -251,17 +250,20 @@ impl Found<'_> {
         stepping: &mut Stepping,
     ) -> Result<Result<Answer>> {
         let mut from = predicted.to_vec();
-        let accuracy = stepping.accuracy.min(LINEAR);
+        let stop = Stop::within(stepping.accuracy.min(LINEAR), QUASI_NEWTON);
         if let Some(held) = &stepping.held {
-            let near = (accuracy, stepping.seen > 0 && similar(held, theta));
-            let (answer, steps) = converged(solver, predicted, theta, near)?;
-            if answer.is_within(stepping.accuracy) {
-                stepping.seen =
-                    if steps >= CHECKED { TRUSTED } else { stepping.seen.saturating_sub(1) };
-                return Ok(Ok(answer));
+            let contracts = stepping.seen > 0 && similar(held, theta);
+            match solver.refine(predicted, theta, Stop { contracts, ..stop }) {
+                Ok(Refined { displacement, error: Some(error), steps, .. }) => {
+                    let fewer = stepping.seen.saturating_sub(1);
+                    stepping.seen = if steps >= CHECKED { TRUSTED } else { fewer };
+                    return Ok(Ok(Answer::predicted(displacement, error, 0)));
+                }
+                // Each step lowers the energy.
+                Ok(refined) => from = refined.displacement,
+                Err(SolveError::Inadmissible { .. }) => {}
+                Err(other) => return Err(other.into()),
             }
-            // Each step lowers the energy.
-            from = answer.displacement;
         }
         (stepping.held, stepping.seen) = (None, 0);
         if self.thetas.len() < FEW {
@@ -274,10 +276,11 @@ impl Found<'_> {
         };
         if solved.is_stable() {
             stepping.held = Some(theta.to_vec());
-            let (answer, _) = converged(solver, &solved.displacement, theta, (accuracy, false))?;
-            if answer.is_within(stepping.accuracy) {
+            let found = solver.refine(&solved.displacement, theta, stop)?;
+            if let Some(error) = found.error {
                 let Answer { steps, warnings, .. } = solved.into();
-                return Ok(Ok(Answer { steps, warnings, ..answer }));
+                let answer = Answer::predicted(found.displacement, error, steps);
+                return Ok(Ok(Answer { warnings, ..answer }));
             }
         }
         Ok(exact(solver, &solved.displacement, theta, solved.iterations()))
@@ -304,29 +307,26 @@ impl Found<'_> {
 
     /// Regression for many sets. It is fitted to accurate answers at some sets, refitted as their number doubles, and
     /// predicts the other sets. For most of these the error estimate is small enough without a step.
-    fn grow(
-        &mut self,
-        emulator: &Emulator<'_>,
-        predictions: Predictions<'_>,
-        counter: &mut Counter<'_>,
-    ) -> Result<()> {
-        let accuracy = (SHARP * self.accuracy).max(SHARPEST);
+    fn grow(&mut self, guess: &Guess<'_, '_>, counter: &mut Counter<'_>) -> Result<()> {
+        let guess = Guess { accuracy: (SHARP * guess.accuracy).max(SHARPEST), ..*guess };
         let first = self.spread(FIRST);
-        self.confirm(&first, emulator, predictions, accuracy, counter)?;
+        self.confirm(&first, &guess, counter)?;
         let mut known = self.answered(&first);
         let Ok(mut regression) = self.fitted(&known) else { return Ok(()) };
         while known.len() < MOST_LEARNED {
             let next = self.spread(known.len().min(MOST_LEARNED - known.len()));
             let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
-            self.confirm(&next, emulator, (Method::Regression, &predict), accuracy, counter)?;
+            let guess = Guess { method: Method::Regression, predict: &predict, ..guess };
+            self.confirm(&next, &guess, counter)?;
             known.extend(self.answered(&next));
             let (thetas, fields) = self.samples(&known);
             let Ok(grown) = regression.refitted(&thetas, &fields) else { break };
             regression = grown;
         }
         let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
-        let open = self.open();
-        self.confirm(&open, emulator, (Method::Regression, &predict), self.accuracy, counter)
+        let accuracy = self.accuracy;
+        let guess = Guess { method: Method::Regression, predict: &predict, accuracy, ..guess };
+        self.confirm(&self.open(), &guess, counter)
     }
 
     /// At most `count` of the open sets, evenly over their order.
@@ -359,7 +359,7 @@ impl Found<'_> {
     /// Solves the open sets, neighbours one after the other.
     fn solve(&mut self, counter: &mut Counter<'_>) -> Result<()> {
         for cases in self.open().chunks(AT_ONCE) {
-            let thetas: Vec<_> = cases.iter().map(|&case| self.thetas[case].clone()).collect();
+            let thetas = self.thetas(cases);
             let solved = sweep(self.body, &thetas, &Options::default(), || ())?.results;
             for (&case, solution) in cases.iter().zip(solved) {
                 self.answers[case] = Some(solution.map(Answer::from).map_err(Error::from));

@@ -5,9 +5,7 @@ use crate::predict::taylor;
 use crate::{Emulator, Estimate, Prediction, Result, Warning};
 use rayon::prelude::*;
 use sinew_energy::metrics::mean_and_largest;
-use sinew_fem::{Descent, FrozenTangent, NewtonStep, SolveError};
-use std::sync::Arc;
-use std::time::Instant;
+use sinew_fem::{FrozenStiffness, NewtonStep, Refined, SolveError, Stop};
 
 /// Mean nodal length of the first Newton step \[relative to the displacement\]. Above it, a correction may raise the error.
 /// Below 2 %, every step lowered the error on the thesis' scenes.
@@ -26,8 +24,6 @@ pub struct Correction {
     pub steps: Vec<NewtonStep>,
     /// Error estimate of the corrected displacement.
     pub estimate: Estimate,
-    /// Wall-clock time of the prediction that was corrected \[s\].
-    pub predict_s: f64,
     /// Reasons not to trust it.
     pub warnings: Vec<Warning>,
 }
@@ -42,22 +38,20 @@ impl<'b> Emulator<'b> {
     /// As [`Emulator::predict`], and a prediction that inverts a cell.
     pub fn correct(&self, theta: &[f64], steps: usize) -> Result<Correction> {
         check_length(self.body, theta)?;
-        let start = Instant::now();
         let predicted = self.predict(&[theta.to_vec()])?.displacement;
-        let predict_s = start.elapsed().as_secs_f64();
         let steps = self.solvers.with(|solver| solver.newton_steps(&predicted, theta, steps))?;
         let mut warnings = extrapolation(self.body, theta);
         warnings.extend(misgivings(&predicted, &steps));
         let displacement = steps.last().map_or(predicted, |step| step.displacement.clone());
         let estimate = self.estimate_of(&displacement, theta)?;
         warnings.extend(estimate.warnings.iter().cloned());
-        Ok(Correction { displacement, steps, estimate, predict_s, warnings })
+        Ok(Correction { displacement, steps, estimate, warnings })
     }
 
     /// The predictions for `thetas` after at most `steps` quasi-Newton steps, which lower the energy. All steps use the
     /// stiffness at the centre of the parameters' ranges, so that a step costs a gradient and a back-substitution. Error
     /// and time lie between those of the prediction and of Newton steps. If a prediction inverts cells, the steps start
-    /// from the state of that stiffness. With `steps = 0` the predictions are returned. A case with a large residual at the
+    /// from the state of that stiffness ([`FrozenStiffness::descend`]). With `steps = 0` the predictions are returned. A case with a large residual at the
     /// end carries a warning.
     ///
     /// # Errors
@@ -68,19 +62,19 @@ impl<'b> Emulator<'b> {
         }
         let held = self.held()?;
         let mut prediction = self.predict(thetas)?;
-        let refine = |(case, theta): (usize, &Vec<f64>)| -> Result<Descent> {
-            let found = match held.descend(prediction.field(case), theta, steps) {
-                Err(SolveError::Inadmissible { .. }) => {
-                    held.descend(&held.displacement, theta, steps)
-                }
-                found => found,
-            };
-            Ok(found?)
+        let refine = |(case, theta): (usize, &Vec<f64>)| match held.refine(
+            self.body,
+            prediction.field(case),
+            theta,
+            Stop::after(steps),
+        ) {
+            Err(SolveError::Inadmissible { .. }) => held.descend(self.body, theta, steps),
+            found => found,
         };
-        let refined: Vec<Descent> =
-            thetas.par_iter().enumerate().map(refine).collect::<Result<_>>()?;
-        for (descent, warnings) in refined.iter().zip(&mut prediction.warnings) {
-            let residual = descent.unbalanced();
+        let refined = thetas.par_iter().enumerate().map(refine);
+        let refined: Vec<Refined> = refined.collect::<std::result::Result<_, _>>()?;
+        for (refined, warnings) in refined.iter().zip(&mut prediction.warnings) {
+            let residual = refined.unbalanced();
             warnings.extend((residual > UNBALANCED).then_some(Warning::Unbalanced { residual }));
         }
         prediction.displacement = refined.into_iter().flat_map(|d| d.displacement).collect();
@@ -88,16 +82,15 @@ impl<'b> Emulator<'b> {
     }
 
     /// Stiffness at the centre, factorised once. Threads that need it at the same time may each factorise it.
-    fn held(&self) -> Result<Arc<FrozenTangent<'b>>> {
-        let kept = || self.held.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if let Some(held) = &*kept() {
-            return Ok(held.clone());
+    fn held(&self) -> Result<&FrozenStiffness<'b>> {
+        if let Some(held) = self.held.get() {
+            return Ok(held);
         }
         let centre = self.body.centre();
         let state = self.predict(std::slice::from_ref(&centre))?.displacement;
         let state = taylor::admissible(self.body, &state);
-        let held = self.solvers.with(|solver| solver.frozen_tangent(&state, &centre))?;
-        Ok(kept().get_or_insert_with(|| Arc::new(held)).clone())
+        let held = self.solvers.with(|solver| solver.frozen_stiffness(&state, &centre))?;
+        Ok(self.held.get_or_init(|| held))
     }
 }
 

@@ -117,10 +117,8 @@ impl Plan {
             return Err(Error::Interrupted { stage: "plan".into() });
         }
         counter.finish("solved twice");
-        let plan = |&sets: &usize| match &measured {
-            Some((counted, _)) => Self::counted(counted, body, sets, accuracy, emulator),
-            None => Self::unmeasured(sets, accuracy, Method::Solver),
-        };
+        let counted = measured.as_ref().map(|(counted, _)| counted);
+        let plan = |&sets: &usize| Self::of(counted, body, sets, accuracy, emulator);
         Ok(counts.iter().map(plan).collect())
     }
 
@@ -140,12 +138,8 @@ impl Plan {
             let method = if emulator.is_some() { Method::Emulator } else { Method::Solver };
             return Ok((Self::unmeasured(sets, accuracy, method), None));
         };
-        Ok(match Counted::measure(body, theta, emulator, counter)? {
-            Some((counted, centre)) => {
-                (Self::counted(&counted, body, sets, accuracy, emulator), Some(centre))
-            }
-            None => (Self::unmeasured(sets, accuracy, Method::Solver), None),
-        })
+        let (counted, centre) = Counted::measure(body, theta, emulator, counter)?.unzip();
+        Ok((Self::of(counted.as_ref(), body, sets, accuracy, emulator), centre))
     }
 
     fn unmeasured(sets: usize, accuracy: f64, method: Method) -> Self {
@@ -153,13 +147,16 @@ impl Plan {
         Self { sets, accuracy, step_s: None, costs }
     }
 
-    fn counted(
-        counted: &Counted,
+    fn of(
+        counted: Option<&Counted>,
         body: &Body,
         sets: usize,
         accuracy: f64,
         emulator: Option<&Emulator<'_>>,
     ) -> Self {
+        let Some(counted) = counted else {
+            return Self::unmeasured(sets, accuracy, Method::Solver);
+        };
         let mut plan = Self { sets, accuracy, step_s: None, costs: Vec::new() };
         plan.step_s = Some(counted.step_s);
         let each = if plan.sets < CHAIN { counted.near } else { counted.near.min(SWEPT) };

@@ -1,14 +1,14 @@
 //! Answers to an accuracy against solves.
 
 use sinew_emulate::{
-    Answer, Answers, Body, CaseErrors, Design, Emulator, Error, Errors, FrozenStiffness, Method,
-    Plan, Predictor, Record, Train, TrainingOptions, recipe::Taylor,
+    Answer, Answers, Body, CaseErrors, Design, Emulator, Error, Errors, Method, Plan, Predictor,
+    Record, Train, TrainingOptions, recipe::Taylor,
 };
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::metrics::displacement_error;
 use sinew_energy::{Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
-use sinew_fem::{Options, Solver, sweep};
+use sinew_fem::{FrozenStiffness, Options, Solver, sweep};
 use sinew_mesh::{TruncatedEllipsoid, VentricleShape, box_tetrahedra};
 use std::path::Path;
 
@@ -160,7 +160,7 @@ fn an_unseen_ventricle_is_answered_from_the_stiffness_of_another() {
     let known = FrozenStiffness::new(&mean).unwrap();
     for numbers in UNSEEN {
         let body = ventricle(&numbers);
-        let emulator = known.on(&body).unwrap();
+        let emulator = Emulator::frozen_stiffness(&body, &known).unwrap();
         let thetas = Design::LatinHypercube.sample(&body.parameters, 100, 7).unwrap();
         let solved = sweep(&body, &thetas, &Options::default(), || ()).unwrap();
         let truths: Vec<_> = solved.results.into_iter().map(Result::unwrap).collect();
@@ -197,10 +197,11 @@ fn an_unseen_ventricle_is_answered_from_the_stiffness_of_another() {
 fn another_body_that_does_not_fit_is_refused() {
     let (mean, bar) = (ventricle(&[]), bar());
     let known = FrozenStiffness::new(&mean).unwrap();
-    let refused = known.on(&bar).err().unwrap();
+    let refused = Emulator::frozen_stiffness(&bar, &known).err().unwrap();
     assert!(matches!(refused, Error::Solve(sinew_fem::SolveError::OtherBody { .. })), "{refused}");
     let folder = Path::new("never written");
-    assert!(matches!(known.on(&mean).unwrap().save(folder), Err(Error::NotStored { .. })));
+    let own = Emulator::frozen_stiffness(&mean, &known).unwrap();
+    assert!(matches!(own.save(folder), Err(Error::NotStored { .. })));
 }
 
 /// The wall between two ellipsoids; the shorter diagonals of its surface, along which its cells are cut, change with the axes.
@@ -224,7 +225,7 @@ fn an_ellipsoid_is_answered_from_one_whose_cells_are_cut_along_other_diagonals()
     for axes in [[22.0, 40.0, 10.0], [24.0, 60.0, 9.0], [18.0, 70.0, 12.0], [30.0, 45.0, 10.0]] {
         let body = chamber(axes);
         other_cells += usize::from(body.cells != known.cells);
-        let emulator = frozen.on(&body).unwrap();
+        let emulator = Emulator::frozen_stiffness(&body, &frozen).unwrap();
         for theta in Design::LatinHypercube.sample(&body.parameters, 5, 3).unwrap() {
             let answer = emulator.answer(&theta, 1e-3).unwrap();
             let error = true_error(&body, &theta, &answer.displacement);
@@ -256,7 +257,8 @@ fn an_ellipsoid_is_answered_from_one_whose_cells_are_cut_along_other_diagonals()
     };
     // Other numbers of the nodes are another mesh.
     let (plain, turned) = (bar(false), bar(true));
-    assert!(FrozenStiffness::new(&plain).unwrap().on(&turned).is_err());
+    let plain = FrozenStiffness::new(&plain).unwrap();
+    assert!(Emulator::frozen_stiffness(&turned, &plain).is_err());
 }
 
 /// A predictor that is wrong: the solution of other parameters, times a factor.
@@ -304,7 +306,8 @@ fn one_set_takes_no_more_newton_steps_than_a_solve() {
     let (bar, unseen, mean) = (bar(), ventricle(&UNSEEN[0]), ventricle(&[]));
     let known = FrozenStiffness::new(&mean).unwrap();
     // 16 quasi-Newton steps, a gradient and a back-substitution each, cost as much as 2.4 Newton steps.
-    let frozen = single(&unseen, Some(&known.on(&unseen).unwrap()), 2.4, "frozen stiffness");
+    let emulator = Emulator::frozen_stiffness(&unseen, &known).unwrap();
+    let frozen = single(&unseen, Some(&emulator), 2.4, "frozen stiffness");
     println!("frozen stiffness: {frozen:?}");
     assert!(frozen[0] <= frozen[1]);
     for body in [&bar, &unseen] {

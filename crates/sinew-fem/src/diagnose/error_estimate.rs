@@ -5,8 +5,8 @@
 //! nearby and the steps converge to it (Newton–Kantorovich theorem; P. Deuflhard, Newton Methods for Nonlinear
 //! Problems, 2011, chapter 2).
 
-use crate::elements::supports::place;
 use crate::linear::vector::{dot, norm, relative};
+use crate::solve::refine::energy_at_rest;
 use crate::{NewtonStep, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;
@@ -29,8 +29,6 @@ pub struct ErrorEstimate {
     pub residual: f64,
     /// Total potential energy Π at this displacement \[stress·length³\]; +∞ where it is not admissible.
     pub energy: f64,
-    /// Π of the reference configuration, where supports prescribe no motion \[stress·length³\].
-    pub energy_at_rest: Option<f64>,
     /// Number of Newton steps to the equilibrium; each costs a factorisation.
     pub newton_steps: usize,
     /// The distance to the equilibrium nearby, or why none was found.
@@ -140,18 +138,15 @@ impl Solver<'_> {
         most: usize,
     ) -> Result<ErrorEstimate, SolveError> {
         let start = Instant::now();
-        self.check(displacement, theta)?;
-        let body = self.body();
-        let rest = body.prescribed.iter().all(|u| u.is_none_or(|u| u == 0.0));
+        let from = self.placed(displacement, theta)?;
         let mut estimate = ErrorEstimate {
             residual: f64::INFINITY,
             energy: f64::INFINITY,
-            energy_at_rest: rest.then(|| body.value(&vec![0.0; displacement.len()], theta)),
             newton_steps: 0,
             distance: Err(NotNearEquilibrium::Inadmissible { cell: 0 }),
             seconds: 0.0,
         };
-        let distance = self.contract(displacement, (theta, most), &mut estimate);
+        let distance = self.contract((displacement, from), (theta, most), &mut estimate);
         estimate.distance = match distance {
             Ok(distance) => distance,
             Err(SolveError::Inadmissible { cell }) => {
@@ -169,12 +164,10 @@ impl Solver<'_> {
     /// Takes Newton steps until they contract; writes residual and energy of the given displacement to `estimate`.
     fn contract(
         &mut self,
-        displacement: &[f64],
+        (displacement, mut from): (&[f64], Vec<f64>),
         (theta, most): (&[f64], usize),
         estimate: &mut ErrorEstimate,
     ) -> Result<Result<Distance, NotNearEquilibrium>, SolveError> {
-        let mut from = displacement.to_vec();
-        place(self.body(), 1.0, &mut from);
         for steps in 1..=MOST_STEPS {
             let step = self.step_from(&from, theta, &mut None)?;
             let residual = relative(step.residual_before, step.force_scale);
@@ -184,15 +177,16 @@ impl Solver<'_> {
             estimate.newton_steps = steps;
             let balanced = step.residual_before <= self.system.assembly.tolerance();
             if step.shift == 0.0 && (step.length == 1.0 || balanced) {
-                let found = self.simplified_steps(&from, &step, theta);
-                if let Some(found) = found {
-                    let energy = found.energy;
-                    let at_rest = estimate.energy_at_rest;
+                if let Some((distance, energy)) =
+                    self.simplified_steps((displacement, &from), &step, theta)
+                {
                     let noise = self.system.assembly.energy_noise;
-                    if let Some(at_rest) = at_rest.filter(|rest| energy > rest + noise) {
-                        return Ok(Err(NotNearEquilibrium::AboveRest { energy, at_rest }));
-                    }
-                    return Ok(Ok(self.distance(displacement, found)));
+                    let at_rest = energy_at_rest(self.body(), theta);
+                    let above = at_rest.filter(|rest| energy > rest + noise);
+                    return Ok(match above {
+                        Some(at_rest) => Err(NotNearEquilibrium::AboveRest { energy, at_rest }),
+                        None => Ok(distance),
+                    });
                 }
             } else if step.length == 0.0 {
                 return Ok(Err(NotNearEquilibrium::Stuck { residual }));
@@ -208,14 +202,16 @@ impl Solver<'_> {
         Ok(Err(NotNearEquilibrium::Diverges { steps, residual }))
     }
 
-    /// Simplified steps after a whole Newton step, if each is at most a quarter of the one before. A single one may be
-    /// short by chance: in a slender body that rotates, the axial stresses are corrected before the bending.
+    /// Distance of a displacement to the end of simplified steps after a whole Newton step, if each is at most a quarter of the one before,
+    /// and the energy before the last. A single one may be
+    /// short by chance: in a slender body that rotates, the axial stresses are corrected before the bending. The steps that would follow are
+    /// a geometric series with the contraction ratio.
     fn simplified_steps(
         &self,
-        from: &[f64],
+        (displacement, from): (&[f64], &[f64]),
         step: &NewtonStep,
         theta: &[f64],
-    ) -> Option<Contracted> {
+    ) -> Option<(Distance, f64)> {
         let mut gradient = vec![0.0; from.len()];
         let mut at = step.displacement.clone();
         let mut last = difference(&at, from);
@@ -240,35 +236,25 @@ impl Solver<'_> {
             at.iter_mut().zip(&next).for_each(|(u, d)| *u += d);
             (last, size) = (next, now);
         }
-        self.body().value(&at, theta).is_finite().then_some(Contracted {
-            equilibrium: at,
-            energy,
-            last,
-            ratio,
-            slowest,
-        })
-    }
-
-    /// Distance to the equilibrium; the steps that would follow are a geometric series with the contraction ratio.
-    fn distance(&self, displacement: &[f64], found: Contracted) -> Distance {
-        let Contracted { equilibrium, last, ratio: contraction, slowest, .. } = found;
-        let error = difference(displacement, &equilibrium);
+        if !self.body().value(&at, theta).is_finite() {
+            return None;
+        }
+        let error = difference(displacement, &at);
         let free: Vec<f64> = self.system.sparsity.gather(&error).collect();
         let mut forces = vec![0.0; free.len()];
         self.system.apply(&free, &mut forces);
         let open = |ratio: f64| ratio / (1.0 - ratio);
         let ([mean, largest], [mean_of_last, largest_of_last]) =
             (mean_and_largest(&error), mean_and_largest(&last));
-        let left_open = SAFETY * open(slowest) * mean_of_last;
-        let open = open(contraction);
-        Distance {
+        let distance = Distance {
             energy_norm: dot(&free, &forces).max(0.0).sqrt(),
-            mean: mean + open * mean_of_last,
-            largest: largest + open * largest_of_last,
-            contraction,
-            equilibrium,
-            left_open,
-        }
+            mean: mean + open(ratio) * mean_of_last,
+            largest: largest + open(ratio) * largest_of_last,
+            contraction: ratio,
+            equilibrium: at,
+            left_open: SAFETY * open(slowest) * mean_of_last,
+        };
+        Some((distance, energy))
     }
 
     /// Unbalanced forces \[relative to loads and reactions\] at an admissible displacement.
@@ -282,18 +268,6 @@ impl Solver<'_> {
             Err(_) => f64::INFINITY,
         }
     }
-}
-
-/// Simplified steps that contract.
-struct Contracted {
-    equilibrium: Vec<f64>,
-    /// Energy before the last step.
-    energy: f64,
-    last: Vec<f64>,
-    /// Contraction ratio of the last step.
-    ratio: f64,
-    /// Largest contraction ratio of all steps.
-    slowest: f64,
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {

@@ -13,6 +13,7 @@ use crate::elements::cells::{
     MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
 use crate::elements::state::State;
+use crate::linear::vector::relative;
 use crate::{Solution, SolveError, locking};
 use forces::{Forces, check};
 use sinew_energy::Body;
@@ -112,8 +113,4 @@ impl SolutionReport {
         let reaction = |i: usize| self.reactions.iter().map(|r| r.force[i]).sum::<f64>();
         [0, 1, 2].map(|i| self.loads[i] + self.elastic_supports[i] + reaction(i))
     }
-}
-
-fn relative(residual: f64, scale: f64) -> f64 {
-    if residual == 0.0 { 0.0 } else { residual / scale }
 }

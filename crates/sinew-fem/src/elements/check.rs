@@ -30,3 +30,15 @@ pub(crate) fn check_length(needed: usize, values: &[f64]) -> Result<(), SolveErr
     }
     Err(SolveError::Initial { given, finite, needed })
 }
+
+/// Checks that a body has a potential, and that a displacement and θ are of it.
+pub(crate) fn check_potential(
+    body: &Body,
+    displacement: &[f64],
+    theta: &[f64],
+) -> Result<(), SolveError> {
+    if !body.has_potential() {
+        return Err(SolveError::NoPotential);
+    }
+    check_state(body, displacement, theta)
+}

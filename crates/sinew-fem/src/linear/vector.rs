@@ -43,6 +43,11 @@ pub(crate) fn norm(x: &[f64]) -> f64 {
     if PLAIN.contains(&plain) { plain } else { x.iter().copied().collect::<Norm>().value() }
 }
 
+/// Adds a multiple of a vector.
+pub(crate) fn add(to: &mut [f64], factor: f64, from: &[f64]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from);
+}
+
 /// Residual relative to a force; zero for 0/0.
 pub(crate) fn relative(residual: f64, force: f64) -> f64 {
     if residual == 0.0 { 0.0 } else { residual / force }

@@ -9,7 +9,7 @@ use sinew_energy::Body;
 use sinew_num::Mat3;
 
 /// Constant of the sufficient decrease (Armijo) condition (Nocedal & Wright, 3.1).
-const SUFFICIENT: f64 = 1e-4;
+pub(crate) const SUFFICIENT: f64 = 1e-4;
 /// Largest rotation \[rad\] of a cell in a step that raises the energy. Measured over the range of both beams:
 /// 0.45–0.55 need 6–7 iterations everywhere, 0.4 and 0.7 up to 14 at some θ.
 const MOST_ROTATION: f64 = 0.5;

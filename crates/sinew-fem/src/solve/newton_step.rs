@@ -4,11 +4,10 @@ use crate::elements::cells::inadmissible;
 use crate::elements::predicted::PredictedStress;
 use crate::elements::supports::place;
 use crate::linear::vector::dot;
+use crate::solve::line_search::SUFFICIENT;
 use crate::{SolveError, Solver};
 use std::time::Instant;
 
-/// Constant of the sufficient decrease (Armijo) condition (Nocedal & Wright, 3.1).
-const SUFFICIENT: f64 = 1e-4;
 /// Shorter steps correct nothing.
 const SHORTEST_STEP: f64 = 1.0 / 64.0;
 
@@ -47,64 +46,55 @@ impl NewtonStep {
 }
 
 impl Solver<'_> {
-    /// One step of Newton's method from a displacement \[length\] near equilibrium. Prescribed components are put in
-    /// their places first.
-    ///
-    /// # Errors
-    /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where the displacement inverts a
-    /// cell, [`SolveError::Singular`].
-    pub fn newton_step(
-        &mut self,
-        displacement: &[f64],
-        theta: &[f64],
-    ) -> Result<NewtonStep, SolveError> {
-        Ok(self.newton_steps(displacement, theta, 1)?.remove(0))
-    }
-
-    /// At most `count` steps of Newton's method, each from where the one before ended; fewer when one of length 0 ends them.
+    /// At most `count` steps of Newton's method from a displacement \[length\] near equilibrium, each from where the one before ended; fewer when
+    /// one of length 0 ends them. Prescribed components are put in their places first.
     ///
     /// From the second step on the geometric stiffness is built from the stress that the step before foresaw, as in
     /// [`Solver::solve`].
     ///
     /// # Errors
-    /// As for [`Solver::newton_step`].
+    /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where the displacement inverts a
+    /// cell, [`SolveError::Singular`].
     pub fn newton_steps(
         &mut self,
         displacement: &[f64],
         theta: &[f64],
         count: usize,
     ) -> Result<Vec<NewtonStep>, SolveError> {
-        self.check(displacement, theta)?;
-        let mut from = displacement.to_vec();
-        place(self.body(), 1.0, &mut from);
-        let mut predicted = None;
-        let mut steps: Vec<NewtonStep> = Vec::with_capacity(count);
-        for _ in 0..count {
-            let step = self.step_from(&from, theta, &mut predicted)?;
-            from.clone_from(&step.displacement);
-            let stuck = step.length == 0.0;
-            steps.push(step);
-            if stuck {
-                break;
-            }
+        let from = self.placed(displacement, theta)?;
+        let (mut predicted, mut steps) = (None, Vec::<NewtonStep>::new());
+        while steps.len() < count && steps.last().is_none_or(|step| step.length > 0.0) {
+            let from = steps.last().map_or(&from, |step| &step.displacement);
+            steps.push(self.step_from(from, theta, &mut predicted)?);
         }
         Ok(steps)
     }
 
-    /// Displacement \[length\] after a step with the stiffness that was factorised last, by [`Solver::newton_step`] or
+    /// A displacement of this body with prescribed components in their places.
+    pub(crate) fn placed(
+        &self,
+        displacement: &[f64],
+        theta: &[f64],
+    ) -> Result<Vec<f64>, SolveError> {
+        self.check(displacement, theta)?;
+        let mut placed = displacement.to_vec();
+        place(self.body(), 1.0, &mut placed);
+        Ok(placed)
+    }
+
+    /// Displacement \[length\] after a whole step with the stiffness that was factorised last, by [`Solver::newton_steps`] or
     /// [`Solver::sensitivity_at`]: one gradient and one back-substitution, where the two states are near to each other.
     ///
     /// # Errors
     /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where it inverts a cell, or
     /// [`SolveError::Singular`] where nothing was factorised.
-    pub fn step_with_frozen_tangent(
+    pub fn simplified_step(
         &mut self,
         displacement: &[f64],
         theta: &[f64],
     ) -> Result<Vec<f64>, SolveError> {
-        self.check(displacement, theta)?;
-        let (mut moved, mut forces) = (displacement.to_vec(), vec![0.0; displacement.len()]);
-        place(self.body(), 1.0, &mut moved);
+        let (mut moved, mut forces) =
+            (self.placed(displacement, theta)?, vec![0.0; displacement.len()]);
         if !self.body().value_and_gradient(&moved, theta, &mut forces).is_finite() {
             return Err(inadmissible(self.body(), &moved));
         }

@@ -1,6 +1,6 @@
 //! The solver: what is prepared once per body.
 
-use crate::elements::check::{check_length, check_state};
+use crate::elements::check::{check_length, check_potential, check_state};
 use crate::elements::predicted::{PredictedStress, is_nearly_incompressible};
 use crate::elements::state::State;
 use crate::elements::system::{System, Unknowns};
@@ -101,10 +101,7 @@ impl<'p> Solver<'p> {
 
     /// Checks that there is a potential, and that a displacement and θ are of this body.
     pub(crate) fn check(&self, displacement: &[f64], theta: &[f64]) -> Result<(), SolveError> {
-        if !self.body().has_potential() {
-            return Err(SolveError::NoPotential);
-        }
-        check_state(self.body(), displacement, theta)
+        check_potential(self.body(), displacement, theta)
     }
 
     /// The unknowns at a displacement, without pressures, if it is one of this body.

@@ -1,8 +1,7 @@
 //! Many θ of one body.
 
-use crate::solve::frozen_tangent::Potential;
 use crate::solve::order::neighbours;
-use crate::{LoadSteps, Options, Progress, Solution, SolveError, Solver};
+use crate::{LoadSteps, Options, Progress, Solution, SolveError, Solver, Stop};
 use rayon::prelude::*;
 use sinew_energy::Body;
 use std::ops::ControlFlow;
@@ -199,9 +198,9 @@ impl Solver<'_> {
         if !guess.iter().all(|u| u.is_finite()) {
             guess.clone_from(displacement);
         }
-        let potential = Potential { body: self.body(), theta, frames: &self.body().frames };
-        if let Ok(descent) = self.system.relax(potential, &guess, STEPS, ENOUGH) {
-            guess = descent.displacement;
+        let stop = Stop { residual: ENOUGH, ..Stop::after(STEPS) };
+        if let Ok(refined) = self.refine(&guess, theta, stop) {
+            guess = refined.displacement;
         }
         self.solve_from(&guess, theta, options)
     }

@@ -6,6 +6,7 @@
 //! stiffness, so that fill is that of its Cholesky factor.
 
 use crate::linear::sparsity::Sparsity;
+use crate::linear::vector::add;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
 use faer::linalg::matmul::matmul;
@@ -199,11 +200,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
     sums.iter().sum::<f64>() + rest
-}
-
-/// Adds a multiple of a vector.
-fn add(to: &mut [f64], factor: f64, from: &[f64]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from);
 }
 
 /// Whether a column of some structure joins the front of a child: it follows that front's columns, and adds few entries.

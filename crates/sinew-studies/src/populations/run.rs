@@ -8,7 +8,8 @@ use super::stage::{INFLATED, Individual, RECTANGLES, SPEED, Stage};
 use super::{inflated, rectangles};
 use crate::program::Growing;
 use anyhow::{Context, Result};
-use sinew_emulate::{Emulator, FrozenStiffness};
+use sinew_emulate::Emulator;
+use sinew_fem::FrozenStiffness;
 use sinew_report::{Report, Section};
 use std::path::PathBuf;
 
@@ -175,13 +176,12 @@ fn refined(method: &str) -> String {
 /// The mean body of the population, on the mesh of a group.
 fn one_stiffness(stage: &Stage, group: &Group, study: &mut Study) -> Result<()> {
     let Some(mean) = stage.mean_like(&group.individuals[0].body)? else { return Ok(()) };
-    let emulator = FrozenStiffness::new(&mean)?;
+    let stiffness = FrozenStiffness::new(&mean)?;
     for steps in FROM_ANOTHER {
         let name = format!("frozen stiffness, {steps} steps");
         let about = "from solution and stiffness of the mean body, one solve in all";
         study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
-            let theta = std::slice::from_ref(&individual.theta);
-            Ok(emulator.descend(&individual.body, theta, steps)?.remove(0).displacement)
+            Ok(stiffness.descend(&individual.body, &individual.theta, steps)?.displacement)
         })?);
     }
     Ok(())

@@ -110,7 +110,7 @@ pub(super) fn second_order(
             let from = from(&away)?;
             let moved: Vec<f64> = at.iter().zip(&away).map(|(x, away)| x + away).collect();
             let theta = scaling.unstandardise(&moved)?;
-            match solver.step_with_frozen_tangent(&from, &theta) {
+            match solver.simplified_step(&from, &theta) {
                 Ok(to) => {
                     let moved = to.iter().zip(&from);
                     sum.iter_mut()

@@ -7,7 +7,7 @@ use crate::elements::predicted::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{System, Unknowns};
-use crate::linear::vector::dot;
+use crate::linear::vector::{add, dot};
 use sinew_energy::{Body, Response, with_nodes};
 use sinew_num::Mat3;
 
@@ -223,7 +223,7 @@ impl System<'_> {
             self.back_substitute(&mut change);
             let mut nodal = vec![0.0; displacement.len()];
             self.sparsity.scatter(change, &mut nodal);
-            add_multiple(-1.0, enriched.couple(&nodal).as_flattened(), image.as_flattened_mut());
+            add(image.as_flattened_mut(), -1.0, enriched.couple(&nodal).as_flattened());
             let curvature = product(&direction, &image);
             // Written so that a NaN is no minimum.
             let convex = curvature > 0.0;
@@ -233,8 +233,8 @@ impl System<'_> {
                     .is_some();
             }
             let length = size / curvature;
-            add_multiple(-length, &nodal, displacement);
-            add_multiple(-length, image.as_flattened(), residual.as_flattened_mut());
+            add(displacement, -length, &nodal);
+            add(residual.as_flattened_mut(), -length, image.as_flattened());
             energy += length * size;
             last[step % LAST] = length * size;
             let added = last.iter().sum::<f64>() / energy;
@@ -247,15 +247,11 @@ impl System<'_> {
             let mut next = enriched.precondition(&residual);
             let before = size;
             size = product(&residual, &next);
-            add_multiple(size / before, direction.as_flattened(), next.as_flattened_mut());
+            add(next.as_flattened_mut(), size / before, direction.as_flattened());
             direction = next;
         }
         true
     }
-}
-
-fn add_multiple(factor: f64, of: &[f64], to: &mut [f64]) {
-    to.iter_mut().zip(of).for_each(|(to, of)| *to += factor * of);
 }
 
 /// Mean Cauchy stress `P : F / 3J`.

@@ -8,7 +8,8 @@ use sinew_energy::{
 };
 use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
 use sinew_fem::{
-    Advice, CurvePoint, Line, LoadSteps, NotConverged, Options, Solution, SolveError, Solver, sweep,
+    Advice, CurvePoint, Line, LoadSteps, NotConverged, Options, Solution, SolveError, Solver, Stop,
+    sweep,
 };
 use sinew_mesh::{TetMesh, TruncatedEllipsoid, box_tetrahedra};
 
@@ -254,12 +255,12 @@ fn a_displacement_and_theta_that_are_swapped_are_called_that() {
     let body = column(0.001, 0.0);
     let mut solver = Solver::new(&body).unwrap();
     let (rest, theta, options) = (vec![0.0; body.prescribed.len()], [1.0, 1.0], Options::default());
-    let held = solver.frozen_tangent(&rest, &theta).unwrap();
+    let held = solver.frozen_stiffness(&rest, &theta).unwrap();
     let errors = [
         solver.solve_from(&theta, &rest, &options).unwrap_err(),
-        solver.newton_step(&theta, &rest).unwrap_err(),
-        solver.frozen_tangent(&theta, &rest).err().unwrap(),
-        held.descend(&theta, &rest, 3).unwrap_err(),
+        solver.newton_steps(&theta, &rest, 1).unwrap_err(),
+        solver.frozen_stiffness(&theta, &rest).err().unwrap(),
+        held.refine(&body, &theta, &rest, Stop::after(3)).unwrap_err(),
     ];
     for error in errors {
         assert!(matches!(error, SolveError::Swapped { parameters: 2, .. }), "{error}");

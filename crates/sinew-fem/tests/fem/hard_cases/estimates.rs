@@ -5,7 +5,7 @@ use crate::hard_cases::checks::*;
 use sinew_energy::laws::{Guccione, NeoHookean};
 use sinew_energy::metrics::displacement_error;
 use sinew_energy::{Body, Load, Magnitude, Scene, Support};
-use sinew_fem::{ErrorEstimate, NotNearEquilibrium, Options, Solver};
+use sinew_fem::{ErrorEstimate, NotNearEquilibrium, Options, SolveError, Solver, Stop};
 use sinew_mesh::box_tetrahedra;
 
 fn estimate(body: &Body, guess: &[f64], theta: &[f64]) -> ErrorEstimate {
@@ -78,7 +78,7 @@ fn a_short_newton_step_in_a_stiffening_law_is_no_small_error() {
     // The equilibrium of two thousand times the load, far beyond.
     let guess = solve(&pulled_by(1e4), &theta).unwrap().displacement;
     let mut solver = Solver::new(&body).unwrap();
-    let step = solver.newton_step(&guess, &theta).unwrap();
+    let step = solver.newton_steps(&guess, &theta, 1).unwrap().remove(0);
     let of_step = mean(&step.displacement, &guess) / step.length.max(f64::MIN_POSITIVE);
     let found = estimate(&body, &guess, &theta);
     println!(
@@ -107,11 +107,11 @@ fn a_pressure_beyond_the_limit_point_has_no_estimate() {
     let mut solver = Solver::new(&body).unwrap();
     let bears = [1.0, 5.0, 0.05];
     let known = solver.solve(&bears, &Options::default()).unwrap().displacement;
-    let held = solver.frozen_tangent(&known, &bears).unwrap();
+    let held = solver.frozen_stiffness(&known, &bears).unwrap();
     let beyond = [1.0, 5.0, 2.0];
     assert!(solver.solve(&beyond, &Options::default()).is_err(), "there is no equilibrium");
     for steps in [0, 4, 200] {
-        let moved = held.descend(&known, &beyond, steps).unwrap();
+        let moved = held.refine(&body, &known, &beyond, Stop::after(steps)).unwrap();
         let found = estimate(&body, &moved.displacement, &beyond);
         let reason = found.distance.expect_err("no equilibrium is near");
         println!("after {steps} steps: {reason}");
@@ -145,7 +145,8 @@ fn slender_bodies_that_turn_far_have_true_estimates_or_none() {
             let guess: Vec<f64> =
                 known.iter().zip(&slopes[0]).map(|(u, slope)| u + by_log * slope).collect();
             let theta = [mu, 120.0];
-            let Ok(step) = solver.newton_step(&guess, &theta) else { continue };
+            let Ok(step) = solver.newton_steps(&guess, &theta, 1) else { continue };
+            let step = &step[0];
             let truth = solver.solve(&theta, &Options::default()).unwrap().displacement;
             let one_step = mean(&step.displacement, &guess) / step.length.max(f64::MIN_POSITIVE);
             understated_by_one_step += usize::from(mean(&guess, &truth) > 2.0 * one_step);
@@ -201,13 +202,18 @@ fn unbalanced_forces_are_relative_to_the_own_ones() {
     let (large, small, theta) = (block(1.0), block(1e-3), [50.0, 50.0]);
     let mut solver = Solver::new(&large).unwrap();
     let known = solver.solve(&theta, &Options::default()).unwrap().displacement;
-    let held = solver.frozen_tangent(&known, &theta).unwrap();
+    let held = solver.frozen_stiffness(&known, &theta).unwrap();
     let truth = solve(&small, &theta).unwrap().displacement;
     let rest = vec![0.0; truth.len()];
-    let found = held.descend_on(&small, &rest, &theta, 1).unwrap();
+    let found = held.refine(&small, &rest, &theta, Stop::after(1)).unwrap();
     let off = mean(&found.displacement, &truth) / mean(&rest, &truth);
     println!("{off:.2} off, {:.1e} unbalanced", found.unbalanced());
     assert!(off > 0.05 && found.unbalanced() > 0.02);
+    // The solution of the large body inverts cells of the small one, until it is shortened.
+    let whole = held.refine(&small, &known, &theta, Stop::after(40));
+    assert!(matches!(whole, Err(SolveError::Inadmissible { .. })));
+    let shortened = held.descend(&small, &theta, 40).unwrap();
+    assert!(mean(&shortened.displacement, &truth) < 1e-6 * mean(&rest, &truth));
     // By the body itself.
     let mut gradient = vec![0.0; truth.len()];
     small.value_and_gradient(&found.displacement, &theta, &mut gradient);

@@ -4,16 +4,16 @@ use crate::hard_cases::bodies::*;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{Guccione, NeoHookean};
 use sinew_energy::{Body, Load, Scene, Support};
-use sinew_fem::{FrozenTangent, Options, SolveError, Solver};
+use sinew_fem::{FrozenStiffness, Options, SolveError, Solver, Stop};
 use sinew_mesh::box_tetrahedra;
 
 /// Steps that a solve by Newton's method is worth.
 const MANY: usize = 60;
 
-fn held_at<'b>(body: &'b Body, theta: &[f64]) -> FrozenTangent<'b> {
+fn held_at<'b>(body: &'b Body, theta: &[f64]) -> FrozenStiffness<'b> {
     let mut solver = Solver::new(body).unwrap();
     let known = solver.solve(theta, &Options::default()).unwrap().displacement;
-    solver.frozen_tangent(&known, theta).unwrap()
+    solver.frozen_stiffness(&known, theta).unwrap()
 }
 
 fn beam(load: f64) -> Body {
@@ -28,7 +28,7 @@ fn stiffness_of_another_size_leads_to_equilibrium() {
     let held = held_at(&body, &[100.0, 100.0]);
     for theta in [[20.0, 20.0], [10.0, 100.0], [1e4, 1e4]] {
         let exact = solve(&body, &theta).unwrap();
-        let found = held.descend(&held.displacement, &theta, MANY).unwrap();
+        let found = held.refine(&body, &held.displacement, &theta, Stop::after(MANY)).unwrap();
         println!(
             "{theta:?} {} {:e} {:e}",
             found.steps, found.residual_before, found.residual_after
@@ -50,7 +50,7 @@ fn steps_from_an_inverted_cell_name_it() {
     let held = held_at(&body, &[2.0, 2.0]);
     let mut solver = Solver::new(&body).unwrap();
     let rest = vec![0.0; held.displacement.len()];
-    solver.newton_step(&rest, &[2.0, 2.0]).unwrap();
+    solver.newton_steps(&rest, &[2.0, 2.0], 1).unwrap();
     for cell in [17, 101] {
         // A cell's last node goes to the other side of the three others.
         let nodes = body.nodes_of_cell(cell);
@@ -63,8 +63,8 @@ fn steps_from_an_inverted_cell_name_it() {
         let worst = (0..body.cell_count()).min_by(|&a, &b| ratio(a).total_cmp(&ratio(b))).unwrap();
         let expected = SolveError::Inadmissible { cell: worst };
         let theta = [2.0, 2.0];
-        assert_eq!(solver.step_with_frozen_tangent(&turned, &theta).unwrap_err(), expected);
-        assert_eq!(held.descend(&turned, &theta, 3).unwrap_err(), expected);
+        assert_eq!(solver.simplified_step(&turned, &theta).unwrap_err(), expected);
+        assert_eq!(held.refine(&body, &turned, &theta, Stop::after(3)).unwrap_err(), expected);
     }
 }
 
@@ -73,13 +73,32 @@ fn steps_from_an_inverted_cell_name_it() {
 fn an_equilibrium_is_left_as_it_is() {
     let body = beam(-0.01);
     let held = held_at(&body, &[2.0, 2.0]);
-    let found = held.descend(&held.displacement, &[2.0, 2.0], MANY).unwrap();
+    let found = held.refine(&body, &held.displacement, &[2.0, 2.0], Stop::after(MANY)).unwrap();
     let moved = found.displacement.iter().zip(&held.displacement).map(|(a, b)| (a - b).abs());
     assert!(moved.fold(0.0, f64::max) < 1e-10);
-    let energies =
-        (0..8).map(|steps| held.descend(&held.displacement, &[1.0, 3.0], steps).unwrap());
+    let energies = (0..8).map(|steps| {
+        held.refine(&body, &held.displacement, &[1.0, 3.0], Stop::after(steps)).unwrap()
+    });
     let energies: Vec<f64> = energies.map(|found| found.energy).collect();
     assert!(energies.windows(2).all(|pair| pair[1] <= pair[0]), "{energies:?}");
+}
+
+/// A residual that is asked for ends the steps, and so does their number.
+#[test]
+fn steps_end_at_the_first_bound() {
+    let body = beam(-0.01);
+    let held = held_at(&body, &[2.0, 2.0]);
+    let after =
+        |mu: f64, stop: Stop| held.refine(&body, &held.displacement, &[mu, 3.0], stop).unwrap();
+    let whole = after(1.0, Stop::after(MANY));
+    let rough = after(1.0, Stop { residual: 1e-3, ..Stop::after(MANY) });
+    assert!(rough.unbalanced() <= 1e-3 && rough.unbalanced() > 10.0 * whole.unbalanced());
+    assert!(rough.steps < whole.steps && whole.error.is_none());
+    assert_eq!(after(1.0, Stop::after(rough.steps)).displacement, rough.displacement);
+    let within = after(1.9, Stop::within(1e-4, MANY));
+    assert!(within.error.is_some_and(|error| error <= 1e-4), "{within:?}");
+    assert_eq!(after(1.9, Stop::within(1e-4, within.steps)).error, None);
+    assert_eq!(after(1.0, Stop::within(1e-4, MANY)).error, None); // too far
 }
 
 /// Supports along turned axes, with motions that are prescribed, stay where they are.
@@ -89,7 +108,8 @@ fn prescribed_motions_in_turned_frames_are_kept() {
     let body = Scene { supports, ..scene(NeoHookean, cube(3)) }.lower().unwrap();
     let held = held_at(&body, &[1.0, 1.0]);
     let exact = solve(&body, &[3.0, 0.5]).unwrap();
-    let found = held.descend(&vec![0.0; 3 * body.nodes], &[3.0, 0.5], MANY).unwrap();
+    let found =
+        held.refine(&body, &vec![0.0; 3 * body.nodes], &[3.0, 0.5], Stop::after(MANY)).unwrap();
     let off = found.displacement.iter().zip(&exact.displacement).map(|(a, b)| (a - b).abs());
     assert!(off.fold(0.0, f64::max) < 1e-7);
 }
@@ -104,7 +124,7 @@ fn descents_near_overflow_have_numbers() {
     let held = held_at(&body, &[2.0, 8.0, 2.0, 4.0]);
     for factor in [2.0, 10.0, 50.0, 1e3] {
         let stiff = [2.0, 8.0 * factor, 2.0 * factor, 4.0 * factor];
-        match held.descend(&held.displacement, &stiff, MANY) {
+        match held.refine(&body, &held.displacement, &stiff, Stop::after(MANY)) {
             Ok(found) => {
                 println!("{factor}: {} steps, {:e}", found.steps, found.residual_after);
                 let before = body.value(&held.displacement, &stiff);
@@ -123,14 +143,16 @@ fn a_start_that_turns_a_cell_over_is_refused_with_the_cell() {
     let mut turned = vec![0.0; 3 * body.nodes];
     let node = (0..body.nodes).find(|&node| body.positions[node] == [5.0, 0.5, 0.5]).unwrap();
     turned[3 * node] = -3.0;
-    let Err(SolveError::Inadmissible { cell }) = held.descend(&turned, &[2.0, 2.0], 3) else {
+    let Err(SolveError::Inadmissible { cell }) =
+        held.refine(&body, &turned, &[2.0, 2.0], Stop::after(3))
+    else {
         panic!("an inverted cell has no energy");
     };
     assert!(body.cell_nodes().nth(cell).unwrap().contains(&node));
-    assert!(held.descend(&[0.0], &[2.0, 2.0], 3).is_err());
-    assert!(held.descend(&held.displacement, &[2.0], 3).is_err());
+    assert!(held.refine(&body, &[0.0], &[2.0, 2.0], Stop::after(3)).is_err());
+    assert!(held.refine(&body, &held.displacement, &[2.0], Stop::after(3)).is_err());
     let solver = Solver::new(&body).unwrap();
-    assert!(solver.frozen_tangent(&turned, &[2.0, 2.0]).is_err());
+    assert!(solver.frozen_stiffness(&turned, &[2.0, 2.0]).is_err());
 }
 
 /// The stiffness of one shape leads to the equilibrium of another, with a scar that it does not know; a body of other cells or supports is
@@ -149,12 +171,13 @@ fn the_stiffness_of_another_body_leads_to_equilibrium_or_is_refused() {
     let met = met.stiffened(&factors.collect::<Vec<_>>()).unwrap();
     let held = held_at(&known, &[2.0, 2.0]);
     let exact = solve(&met, &[1.0, 4.0]).unwrap();
-    let found = held.descend_on(&met, &held.displacement, &[1.0, 4.0], MANY).unwrap();
+    let found = held.refine(&met, &held.displacement, &[1.0, 4.0], Stop::after(MANY)).unwrap();
     assert_close(found.energy, exact.energy, 1e-9);
-    let refused = |body: &Body| match held.descend_on(body, &held.displacement, &[1.0, 4.0], 3) {
-        Err(error) => error.to_string(),
-        Ok(_) => panic!("another body"),
-    };
+    let refused =
+        |body: &Body| match held.refine(body, &held.displacement, &[1.0, 4.0], Stop::after(3)) {
+            Err(error) => error.to_string(),
+            Ok(_) => panic!("another body"),
+        };
     assert!(refused(&beam(-0.01)).contains("nodes"));
     assert!(refused(&shaped(0.1, vec![Support::clamped("x_max")])).contains("held components"));
 }
@@ -177,7 +200,7 @@ fn a_descent_that_arrives_nowhere_says_so() {
         let (at, theta) = ([2.0, 8.0, 2.0, 4.0], [1.0, 8.0, 2.0, 4.0]);
         let held = held_at(&known, &at);
         let exact = solve(&met, &theta).unwrap().displacement;
-        let found = held.descend_on(&met, &held.displacement, &theta, 32).unwrap();
+        let found = held.refine(&met, &held.displacement, &theta, Stop::after(32)).unwrap();
         let size = exact.iter().map(|u| u * u).sum::<f64>().sqrt();
         let off = found.displacement.iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         let (off, left) = (off.sqrt() / size, found.unbalanced());
@@ -213,10 +236,11 @@ fn supports_that_turn_with_the_shape_are_followed() {
     );
     let held = held_at(&known, &[2.0, 2.0]);
     let exact = solve(&met, &[1.0, 4.0]).unwrap();
-    let found = held.descend_on(&met, &held.displacement, &[1.0, 4.0], MANY).unwrap();
+    let found = held.refine(&met, &held.displacement, &[1.0, 4.0], Stop::after(MANY)).unwrap();
     let off = found.displacement.iter().zip(&exact.displacement).map(|(a, b)| (a - b).abs());
     assert!(off.fold(0.0, f64::max) < 1e-6);
     let across = shaped(0.0, std::f64::consts::FRAC_PI_2);
-    let refused = held.descend_on(&across, &held.displacement, &[1.0, 4.0], MANY).unwrap_err();
+    let refused =
+        held.refine(&across, &held.displacement, &[1.0, 4.0], Stop::after(MANY)).unwrap_err();
     assert!(refused.to_string().contains("directions of supports"), "{refused}");
 }

@@ -8,7 +8,8 @@ use crate::populations::variant::{Inputs, Pace, Variant};
 use crate::timing::cpu_seconds_of;
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
-use sinew_emulate::{Design, FrozenStiffness};
+use sinew_emulate::Design;
+use sinew_fem::FrozenStiffness;
 use sinew_gnn::{DataSet, Surrogate};
 use sinew_report::{Chart, Distribution};
 
@@ -225,12 +226,11 @@ pub(super) fn one_stiffness(
 ) -> Result<Measured> {
     const STEPS: usize = 32;
     let mean = ventricles.mean()?;
-    let emulator = FrozenStiffness::new(&mean)?;
+    let stiffness = FrozenStiffness::new(&mean)?;
     let about = "from solution and stiffness of the mean ventricle, one solve in all";
     let names = [&*format!("frozen stiffness, {STEPS} steps"), about];
     let told = Inputs { numbers: ALL, coarse: false };
     compared.measured(names, (0.0, 0), told, |ventricle| {
-        let theta = std::slice::from_ref(&ventricle.theta);
-        Ok(emulator.descend(&ventricle.body, theta, STEPS)?.remove(0).displacement)
+        Ok(stiffness.descend(&ventricle.body, &ventricle.theta, STEPS)?.displacement)
     })
 }
