@@ -57,7 +57,7 @@ enum Task {
     /// Calibrate synthetic patients: coverage of intervals, and distance of posteriors from brute force
     ReproduceCalibration(Options),
     /// Measure the coverage of 95 % intervals of Gaussian processes on twenty problems, none of them of the thesis: number of
-    /// data sets or `FIRST..END`, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
+    /// data sets or `FIRST..END`, `--only NAME,…`, `--evidence joint|unit`, `--points N`
     Coverage(Options),
     /// Compare error estimates of emulators with true errors, on bodies and ranges that nothing was tuned for
     CoverageEstimates(Options),

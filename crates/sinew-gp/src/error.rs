@@ -27,6 +27,16 @@ pub enum GpError {
     TooLarge { observations: usize, gigabytes: f64, most: f64 },
 }
 
+/// Leaves with [`GpError::Invalid`] and a text in the manner of `format!` unless a condition holds.
+macro_rules! ensure {
+    ($holds:expr, $($text:tt)+) => {
+        match $holds {
+            true => {}
+            false => return Err($crate::GpError::Invalid(format!($($text)+))),
+        }
+    };
+}
+
 /// Result with an error of this crate.
 pub(crate) type Result<T, E = GpError> = std::result::Result<T, E>;
 
@@ -38,10 +48,6 @@ pub(crate) fn place(coordinates: &[f64]) -> String {
 
 /// Requires equal numbers of both.
 pub(crate) fn check_lengths(points: usize, values: usize) -> Result<()> {
-    match points == values {
-        true => Ok(()),
-        false => Err(GpError::Invalid(format!(
-            "{points} points but {values} values; give one value for each point"
-        ))),
-    }
+    ensure!(points == values, "{points} points but {values} values; give one value for each point");
+    Ok(())
 }

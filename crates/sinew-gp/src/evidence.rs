@@ -31,24 +31,18 @@ pub enum Evidence {
 
 impl Evidence {
     pub(crate) fn resolve<const D: usize>(self, groups: &[Compiled<D>], parameters: usize) -> Self {
-        let measured = groups.iter().any(|g| g.role == Role::Observed && !g.values.is_empty());
+        let measured =
+            groups.iter().any(|g| g.given.role == Role::Observed && !g.given.values.is_empty());
         let trivial = groups.iter().any(Compiled::is_trivially_satisfied);
         let believed = |group: &Compiled<D>| {
-            group.role == Role::Imposed && matches!(group.noise, Noise::Exact | Noise::Known(_))
+            group.given.role == Role::Imposed
+                && matches!(group.given.noise, Noise::Exact | Noise::Known(_))
         };
         match self {
             Self::Auto if parameters > 0 && groups.iter().any(believed) => Self::UnitInformation,
             Self::Auto if trivial && measured => Self::UnitInformation,
             Self::Auto => Self::Joint,
             chosen => chosen,
-        }
-    }
-
-    /// Power that the probability of `imposed` values is raised to.
-    pub(crate) fn weight(self, imposed: usize) -> f64 {
-        match self {
-            Self::UnitInformation => 1.0 / imposed.max(1) as f64,
-            Self::Joint | Self::Auto => 1.0,
         }
     }
 }

@@ -7,13 +7,8 @@ pub(crate) mod resolve;
 pub(crate) mod warning;
 mod warnings;
 
-use crate::error::{GpError, Result};
-use crate::fit::optimise::minimise;
-use crate::instances::instance;
-use crate::model::Model;
-use crate::model::parameter::FreeParameter;
-use crate::posterior::conditional::Conditional;
-use crate::posterior::ensemble::Ensemble;
+use crate::fit::optimise::maximise;
+use crate::{Conditional, Ensemble, FreeParameter, GpError, Model, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -132,10 +127,7 @@ impl<const D: usize> Model<D> {
         }
         // Lengthscales of every other one are those of its equation.
         scanned.iter_mut().skip(1).step_by(2).for_each(|start| self.scale_lengths(start));
-        let value = |x: Vec<f64>| {
-            let value = self.log_evidence(&x).map(|value| value + self.log_hyperprior(&x));
-            (value.unwrap_or(f64::NEG_INFINITY), x)
-        };
+        let value = |x: Vec<f64>| (self.log_posterior(&x), x);
         let mut scanned: Vec<(f64, Vec<f64>)> = scanned.into_par_iter().map(value).collect();
         scanned.sort_by(|a, b| b.0.total_cmp(&a.0));
         starts.truncate(starts.len() - chosen);
@@ -155,12 +147,13 @@ impl<const D: usize> Model<D> {
     }
 
     fn climbed_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>> {
+        ensure!(
+            !starts.is_empty(),
+            "no starts are given; give one at least, or let `Model::fit` draw some"
+        );
         starts.iter().try_for_each(|start| self.check_count(start))?;
         let model = Arc::new(self);
-        let climb = |start: Vec<f64>| {
-            let outcome = model.climb(&start, iterations);
-            Restart { outcome, start }
-        };
+        let climb = |start: Vec<f64>| Restart { outcome: model.climb(&start, iterations), start };
         let restarts: Vec<Restart> = starts.into_par_iter().map(climb).collect();
         let rank = |restart: &Restart| match &restart.outcome {
             Ok(outcome) => (!outcome.collapsed, outcome.log_posterior),
@@ -168,10 +161,7 @@ impl<const D: usize> Model<D> {
         };
         let best = (0..restarts.len())
             .max_by(|a, b| rank(&restarts[*a]).partial_cmp(&rank(&restarts[*b])).expect("numbers"))
-            .ok_or_else(|| {
-                let text = "no starts are given; give one at least, or let `Model::fit` draw some";
-                GpError::Invalid(text.into())
-            })?;
+            .expect("a start");
         // Until more points of an equation everywhere have left the answer as it is.
         let unsettled = model.source.as_ref().map(|_| model.places().len());
         if let Err(last) = &restarts[best].outcome {
@@ -200,20 +190,18 @@ impl<const D: usize> Model<D> {
     fn climb(self: &Arc<Self>, start: &[f64], iterations: usize) -> Result<Outcome> {
         let mut last = None;
         let mut trace = Vec::new();
-        let evaluate = |x: &[f64]| {
-            let found = self.evaluate_posterior(x).map_err(|error| last = Some(error)).ok()?;
-            Some((-found.value, found.gradient.iter().map(|g| -g).collect()))
-        };
-        let watch = |x: &[f64], _: f64| trace.push(self.theta_values(x));
-        let found = minimise(evaluate, start, &self.scaled_bounds(), iterations, watch);
+        let evaluate =
+            |x: &[f64]| self.evaluate_posterior(x).map_err(|error| last = Some(error)).ok();
+        let watch = |x: &[f64]| trace.push(self.theta_values(x));
+        let found = maximise(evaluate, start, &self.scaled_bounds(), iterations, watch);
         let Some(found) = found else {
             let jitter = f64::NAN;
             return Err(last.unwrap_or(GpError::NotPositiveDefinite { size: self.size, jitter }));
         };
         let conditional = Conditional::new(self.clone(), &found.point)?;
         Ok(Outcome {
-            log_evidence: -found.value - self.log_hyperprior(&found.point),
-            log_posterior: -found.value,
+            log_evidence: found.value - self.log_hyperprior(&found.point),
+            log_posterior: found.value,
             evaluations: found.evaluations,
             jitter: conditional.jitter(),
             collapsed: conditional.is_collapsed(),

@@ -5,14 +5,12 @@
 #[cfg(not(test))]
 macro_rules! instance {
     ($D:ident, $owner:ident::$function:ident, $signature:ty) => {
-        $crate::instances::instance!(
+        instance!(
             @ $D, $signature, $owner::<1>::$function, $owner::<2>::$function, $owner::<3>::$function
         )
     };
     ($D:ident, $function:ident, $signature:ty) => {
-        $crate::instances::instance!(
-            @ $D, $signature, $function::<1>, $function::<2>, $function::<3>
-        )
+        instance!(@ $D, $signature, $function::<1>, $function::<2>, $function::<3>)
     };
     (@ $D:ident, $signature:ty, $one:expr, $two:expr, $three:expr) => {{
         type Signature<const $D: usize> = $signature;
@@ -27,11 +25,9 @@ macro_rules! instance {
 #[cfg(test)]
 macro_rules! instance {
     ($D:ident, $owner:ident::$function:ident, $signature:ty) => {
-        $owner::<$D>::$function
+        $owner::<$D>::$function as $signature
     };
     ($D:ident, $function:ident, $signature:ty) => {
-        $function::<$D>
+        $function::<$D> as $signature
     };
 }
-
-pub(crate) use instance;

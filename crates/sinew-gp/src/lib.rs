@@ -86,10 +86,12 @@
 //! \mathbb E[A u] = A m + A k_{\cdot y}\,C^{-1}(y-m), \qquad \operatorname{var}[A u] = A A' k - A k_{\cdot y}\,C^{-1} (A k_{\cdot y})^{\mathsf T}
 //! ```
 
+#[macro_use]
 mod error;
+#[macro_use]
+mod instances;
 mod evidence;
 mod fit;
-mod instances;
 mod kernel;
 mod model;
 mod posterior;
@@ -99,6 +101,7 @@ mod semilinear;
 mod series;
 
 pub use error::GpError;
+use error::Result;
 pub use evidence::{Evaluation, Evidence};
 pub use fit::warning::Warning;
 pub use fit::{Fit, FitOptions, Outcome, Restart};

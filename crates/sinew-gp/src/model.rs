@@ -6,19 +6,15 @@ pub(crate) mod data;
 mod lengths;
 pub(crate) mod parameter;
 
-use crate::error::{GpError, Result};
 use crate::evidence::gram::PairPlan;
-use crate::evidence::{Evaluation, Evidence};
-use crate::instances::instance;
-use crate::kernel::{Hyperparameter, Measure};
 use crate::model::compile::{Compiled, compile, largest};
-use crate::model::data::{Data, Group, Noise, Role, check, no_data, noise_name};
-use crate::model::parameter::{FreeParameter, Hyperprior};
+use crate::model::data::{Group, Role, check, no_data, noise_name};
+use crate::prior::Part;
 use crate::prior::coefficients::{PointCoefficients, register};
-use crate::prior::{Part, Prior};
-use crate::problem::domain::Domain;
-use crate::problem::field::Field;
-use crate::problem::operator::Parameter;
+use crate::{
+    Data, Domain, Evaluation, Evidence, Field, FreeParameter, GpError, Hyperparameter, Hyperprior,
+    Measure, Noise, Parameter, Prior, Result,
+};
 
 /// A positive number, with bounds and starts in units of `unit`.
 fn positive(
@@ -116,9 +112,9 @@ impl<const D: usize> Model<D> {
         for number in order {
             let own = compile(&prior, &groups[number], number, &mut theta)?;
             let own = Compiled { offset: size, first_leg, ..own };
-            size += own.values.len();
+            size += own.given.values.len();
             first_leg += own.legs.len();
-            imposed = if own.role == Role::Imposed { size } else { imposed };
+            imposed = if own.given.role == Role::Imposed { size } else { imposed };
             compiled.push(own);
         }
         if size == 0 {
@@ -140,8 +136,7 @@ impl<const D: usize> Model<D> {
             evidence,
         };
         model.lay_out_parameters();
-        model.check_names()?;
-        model.check_sizes()?;
+        model.check_parameters()?;
         Ok(model)
     }
 
@@ -160,8 +155,13 @@ impl<const D: usize> Model<D> {
         self.parameters.iter().zip(scaled).map(|(p, x)| p.hyperprior.log_density(*x).0).sum()
     }
 
-    /// Logarithm of evidence times prior density, with its gradient: what fits maximise, and what
-    /// NUTS and Laplace explore.
+    /// Logarithm of evidence times prior density; −∞ where the evidence has no value.
+    pub(crate) fn log_posterior(&self, scaled: &[f64]) -> f64 {
+        let value = self.log_evidence(scaled).map(|value| value + self.log_hyperprior(scaled));
+        value.ok().filter(|value| value.is_finite()).unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// [`Model::log_posterior`] with its gradient: what fits maximise, and what NUTS and Laplace explore.
     pub(crate) fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation> {
         let mut evaluation = self.evaluate(scaled)?;
         let priors = self.parameters.iter().map(|p| p.hyperprior).zip(scaled);
@@ -193,58 +193,41 @@ impl<const D: usize> Model<D> {
     /// Refuses a parameter vector of wrong length.
     pub(crate) fn check_count(&self, scaled: &[f64]) -> Result<()> {
         let (found, expected) = (scaled.len(), self.parameters.len());
-        match found == expected {
-            true => Ok(()),
-            false => Err(GpError::Invalid(format!(
-                "{found} parameters given, the model has {expected}; give one value for each"
-            ))),
-        }
+        ensure!(
+            found == expected,
+            "{found} parameters given, the model has {expected}; give one value for each"
+        );
+        Ok(())
     }
 
-    /// Requires that no parameter of the equation is called like one of the prior or the noise.
-    fn check_names(&self) -> Result<()> {
-        let clashes = |parameter: &&Parameter| {
-            self.parameters.iter().filter(|p| p.name == parameter.name()).count() > 1
-        };
-        match self.theta.iter().find(clashes) {
-            Some(clash) => Err(GpError::Invalid(format!(
-                "parameter {} has the name of an amplitude, lengthscale or noise; call it otherwise",
-                clash.name()
-            ))),
-            None => Ok(()),
-        }
-    }
-
-    /// Requires that variances are numbers: covariances are made of them.
-    fn check_sizes(&self) -> Result<()> {
-        let is_size =
-            |(k, p): &(usize, &FreeParameter)| p.logarithmic && !self.theta_range().contains(k);
-        let of_size = self.parameters.iter().enumerate().filter(is_size);
-        let representable = |p: &FreeParameter| p.bounds.iter().all(|end| (end * end).is_normal());
-        match of_size.map(|(_, p)| p).find(|p| !representable(p)) {
-            Some(FreeParameter { name, bounds: [lower, upper], .. }) => {
-                Err(GpError::Invalid(format!(
-                    "by the size of the data {name} is between {lower:e} and {upper:e}, whose squares are not numbers of double precision; give values, conditions and coordinates in a unit in which they are between 1e-140 and 1e140"
-                )))
+    /// Requires that no parameter of the equation is called like one of the prior or the noise, and that the variances that
+    /// covariances are made of are numbers.
+    fn check_parameters(&self) -> Result<()> {
+        for (k, FreeParameter { name, bounds, .. }) in self.parameters.iter().enumerate() {
+            if self.theta_range().contains(&k) {
+                ensure!(
+                    self.parameters.iter().filter(|p| p.name == *name).count() == 1,
+                    "parameter {name} has the name of an amplitude, lengthscale or noise; call it otherwise"
+                );
+                continue;
             }
-            None => Ok(()),
+            let [lower, upper] = bounds;
+            ensure!(
+                bounds.iter().all(|end| (end * end).is_normal()),
+                "by the size of the data {name} is between {lower:e} and {upper:e}, whose squares are not numbers of double precision; give values, conditions and coordinates in a unit in which they are between 1e-140 and 1e140"
+            );
         }
+        Ok(())
     }
 
     fn lay_out_parameters(&mut self) {
         let middle = self.middle();
         let scales = self.amplitude_scales(&middle);
         let mut parameters = Vec::new();
-        for (number, (part, scale)) in self.prior.parts.iter().zip(&scales).enumerate() {
+        for (number, (part, scale)) in (1..).zip(self.prior.parts.iter().zip(&scales)) {
             self.part_offsets.push(parameters.len());
-            let number = number + 1;
-            let name = format!("amplitude {number}");
-            parameters.push(positive(
-                name,
-                *scale,
-                AMPLITUDE,
-                Hyperprior::about(*scale, DEVIATION),
-            ));
+            let hyperprior = Hyperprior::about(*scale, DEVIATION);
+            parameters.push(positive(format!("amplitude {number}"), *scale, AMPLITUDE, hyperprior));
             for hyperparameter in part.kernel.hyperparameters() {
                 let free = of_kernel(&hyperparameter, number, &self.prior.domain);
                 parameters.push(FreeParameter { name: distinct(free.name, &parameters), ..free });
@@ -252,7 +235,7 @@ impl<const D: usize> Model<D> {
         }
         self.theta_offset = parameters.len();
         for parameter in &self.theta {
-            let bounds = parameter.bounds();
+            let bounds = parameter.bounds;
             parameters.push(FreeParameter {
                 name: parameter.name().to_string(),
                 logarithmic: bounds[0] > 0.0,
@@ -263,12 +246,12 @@ impl<const D: usize> Model<D> {
         }
         let scale = largest(&scales);
         for group in &mut self.groups {
-            if let Noise::Learned | Noise::StudentT(_) = group.noise {
+            if let Noise::Learned | Noise::StudentT(_) = group.given.noise {
                 group.learned = Some(parameters.len());
                 // Of conditions that are all zero, what functions of the data's size would break them by.
                 let broken = || scale * largest(&group.operator_sizes(&middle));
-                let scale = spread(&group.values).unwrap_or_else(broken);
-                let hyperprior = match group.role {
+                let scale = spread(&group.given.values).unwrap_or_else(broken);
+                let hyperprior = match group.given.role {
                     Role::Observed => Hyperprior::about(NOISE_MEDIAN * scale, NOISE_DEVIATION),
                     Role::Imposed => Hyperprior::Flat,
                 };
@@ -278,10 +261,10 @@ impl<const D: usize> Model<D> {
         }
         // Weights last: they are nobody's result.
         for group in &mut self.groups {
-            let Noise::StudentT(freedom) = group.noise else { continue };
+            let Noise::StudentT(freedom) = group.given.noise else { continue };
             group.weighted = Some(parameters.len());
             let hyperprior = Hyperprior::Gamma { shape: 0.5 * freedom };
-            for value in 0..group.values.len() {
+            for value in 0..group.given.values.len() {
                 let name = format!("weight {value} of {}", noise_name(group.number));
                 parameters.push(positive(name, 1.0, WEIGHT, hyperprior));
             }
@@ -295,7 +278,7 @@ impl<const D: usize> Model<D> {
     fn amplitude_scales(&self, middle: &[f64]) -> Vec<f64> {
         let of = |role: Role| {
             let mut scales = vec![0.0_f64; self.prior.parts.len()];
-            for group in self.groups.iter().filter(|group| group.role == role) {
+            for group in self.groups.iter().filter(|group| group.given.role == role) {
                 let (size, sizes) = (group.residual_size(middle), group.operator_sizes(middle));
                 let most = largest(&sizes);
                 for (scale, own) in scales.iter_mut().zip(&sizes) {

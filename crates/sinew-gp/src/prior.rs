@@ -4,17 +4,15 @@ pub(crate) mod coefficients;
 pub(crate) mod constraint;
 pub(crate) mod structure;
 
-use crate::error::{GpError, Result};
-use crate::instances::instance;
-use crate::kernel::{Kernel, check_declarations};
-use crate::model::data::{Data, Group, Noise};
-use crate::prior::constraint::{Constraints, Feature, constraints, unconstrained};
+use crate::error::place;
+use crate::kernel::check_declarations;
+use crate::model::data::Group;
+use crate::prior::constraint::unconstrained;
 use crate::prior::structure::{AxisStructure, Lift};
-use crate::problem::Problem;
-use crate::problem::domain::{Domain, Side};
-use crate::problem::field::Field;
-use crate::problem::operator::Operator;
-use crate::series::Series;
+use crate::{
+    Constraints, Data, Domain, Feature, Field, Kernel, Noise, Operator, Problem, Result, Series,
+    Side, constraints,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
@@ -63,6 +61,9 @@ pub struct Prior<const D: usize> {
     pub(crate) stretches: [Option<Stretch>; D],
 }
 
+/// The prior of a problem and a kernel, with the conditions or without.
+type Built<const D: usize> = fn(&Problem<D>, &dyn Kernel<D>, bool) -> Result<Prior<D>>;
+
 impl<const D: usize> Prior<D> {
     /// A prior all of whose functions satisfy the conditions exactly (HCGP, Definition 4.4.1 and
     /// §4.7). Traces on faces that the conditions leave free get `kernel` on the face's axes.
@@ -71,7 +72,7 @@ impl<const D: usize> Prior<D> {
     /// If conditions conflict at a corner; if the kernel is too rough for the equation, is along an axis that there is not, or
     /// has a hyperparameter without a range.
     pub fn constrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
-        Self::of(problem, constraints(problem)?, kernel)
+        instance!(D, Prior::built, Built<D>)(problem, kernel, true)
     }
 
     /// A prior that ignores the conditions (UCGP).
@@ -79,19 +80,14 @@ impl<const D: usize> Prior<D> {
     /// # Errors
     /// If the kernel is too rough for the equation, is along an axis that there is not, or has a hyperparameter without a range.
     pub fn unconstrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
-        Self::of(problem, unconstrained(), kernel)
+        instance!(D, Prior::built, Built<D>)(problem, kernel, false)
     }
 
-    fn of(problem: &Problem<D>, built: Constraints<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
-        instance!(
-            D,
-            Prior::built,
-            fn(&Problem<D>, Constraints<D>, &dyn Kernel<D>) -> Result<Prior<D>>
-        )(problem, built, kernel)
-    }
-
-    fn built(problem: &Problem<D>, built: Constraints<D>, kernel: &dyn Kernel<D>) -> Result<Self> {
-        let Constraints { mean, features } = built;
+    fn built(problem: &Problem<D>, kernel: &dyn Kernel<D>, constrained: bool) -> Result<Self> {
+        let Constraints { mean, features } = match constrained {
+            true => constraints(problem)?,
+            false => unconstrained(),
+        };
         check_declarations(kernel, &vec![1.0; kernel.hyperparameters().len()])?;
         kernel.check_smoothness(problem.equation())?;
         check_mean(problem.domain(), &mean)?;
@@ -120,11 +116,10 @@ impl<const D: usize> Prior<D> {
     /// If there is no such axis, it belongs to a polygon, or the width is not finite and above 0.
     pub fn stretched(mut self, axis: &str, side: Side, width: f64) -> Result<Self> {
         let axis = self.domain.free_axis(axis, "one that does not")?;
-        if !(width.is_finite() && width > 0.0) {
-            return Err(GpError::Invalid(format!(
-                "a stretch of width {width}; give a finite one above 0, in the unit of the axis"
-            )));
-        }
+        ensure!(
+            width.is_finite() && width > 0.0,
+            "a stretch of width {width}; give a finite one above 0, in the unit of the axis"
+        );
         let ends = self.domain.ends(axis);
         self.stretches[axis] = Some(Stretch { ends, side, width });
         Ok(self)
@@ -178,22 +173,10 @@ impl<const D: usize> Prior<D> {
         points: usize,
         seed: u64,
     ) -> Result<Self> {
-        instance!(
-            D,
-            Prior::with_observed_conditions,
-            fn(&Problem<D>, &dyn Kernel<D>, usize, u64) -> Result<Prior<D>>
-        )(problem, kernel, points, seed)
-    }
-
-    fn with_observed_conditions(
-        problem: &Problem<D>,
-        kernel: &dyn Kernel<D>,
-        points: usize,
-        seed: u64,
-    ) -> Result<Self> {
-        let mut prior = Self::unconstrained(problem, kernel)?;
-        prior.boundary = pseudo_observations(problem, points, seed)?;
-        Ok(prior)
+        type Observed<const D: usize> = fn(&Problem<D>, usize, u64) -> Result<Vec<Group<D>>>;
+        let prior = Self::unconstrained(problem, kernel)?;
+        let boundary = instance!(D, pseudo_observations, Observed<D>)(problem, points, seed)?;
+        Ok(Self { boundary, ..prior })
     }
 }
 
@@ -203,14 +186,14 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<()>
     if mean.is_zero() {
         return Ok(());
     }
-    let undefined = |x: &[f64; D]| !mean.value(*x).is_finite();
-    match domain.sample(PLACES, 0)?.iter().find(|x| undefined(x)) {
-        Some(x) => Err(GpError::Invalid(format!(
+    for x in domain.sample(PLACES, 0)? {
+        ensure!(
+            mean.value(x).is_finite(),
             "the conditions' formulas have no finite value at {}; conditions are continued into the domain, so give formulas that are defined all over it",
-            crate::error::place(x)
-        ))),
-        None => Ok(()),
+            place(&x)
+        );
     }
+    Ok(())
 }
 
 /// The conditions of all faces as observations, about `points` in all.

@@ -7,11 +7,8 @@ pub(crate) mod functional;
 pub(crate) mod operator;
 pub(crate) mod polygon;
 
-use crate::error::{GpError, Result};
-use crate::problem::condition::{Condition, Periodicity};
-use crate::problem::domain::{Domain, Side, no_polygon};
-use crate::problem::field::Field;
-use crate::problem::operator::Operator;
+use crate::problem::domain::no_polygon;
+use crate::{Condition, Domain, Field, GpError, Operator, Periodicity, Result, Side};
 
 /// A domain, a linear equation on it, and conditions on parts of its boundary.
 #[derive(Clone, Debug)]
@@ -50,7 +47,7 @@ impl<const D: usize> Problem<D> {
         let places = self.domain.on_face(axis, side, FACE_PLACES, 0);
         let axis = self.domain.free_axis(axis, ON_EDGES)?;
         let face = self.domain.face(axis, side);
-        let place = &mut self.faces[axis][side.index()];
+        let place = &mut self.faces[axis][side as usize];
         if place.is_some() || self.periodic[axis].is_some() {
             return Err(over_determined(&face));
         }

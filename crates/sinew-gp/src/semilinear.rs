@@ -8,20 +8,16 @@
 
 mod tangent;
 
-use crate::error::{GpError, Result, place};
-use crate::evidence::Evidence;
+use crate::error::{Result, place};
 use crate::fit::hold_out::{Candidate, PLACES};
 use crate::fit::resolve::{RESOLVED, RESOLVED_ALONE, ROUNDS, spread_out};
-use crate::fit::{Fit, FitOptions};
-use crate::kernel::Kernel;
-use crate::model::data::{Data, Noise, Role, check, no_data};
-use crate::model::{FIRST_POINTS, Model, POINTS_SEED};
-use crate::posterior::conditional::Conditional;
-use crate::prior::Prior;
-use crate::problem::Problem;
-use crate::problem::domain::Domain;
-use crate::problem::operator::{Derivative, Parameter};
-use crate::series::{MOST_VARIABLES, Series};
+use crate::model::data::{Role, check, no_data};
+use crate::model::{FIRST_POINTS, POINTS_SEED};
+use crate::series::MOST_VARIABLES;
+use crate::{
+    Conditional, Data, Derivative, Domain, Evidence, Fit, FitOptions, GpError, Kernel, Model,
+    Noise, Parameter, Prior, Problem, Series,
+};
 use std::sync::Arc;
 
 /// Function of the arguments, the term's parameters, and the place.

@@ -123,9 +123,8 @@ impl Series {
         let mut coefficients = vec![0.0; degrees.size()];
         coefficients[0] = value;
         if degrees.degrees[index] > 0 {
-            let mut powers = [0; MOST_VARIABLES];
-            powers[index] = 1;
-            coefficients[degrees.position(&powers[..degrees.count])] = 1.0;
+            let later = degrees.as_slice()[index + 1..].iter();
+            coefficients[later.map(|d| usize::from(*d) + 1).product::<usize>()] = 1.0;
         }
         Self::new(degrees, coefficients)
     }

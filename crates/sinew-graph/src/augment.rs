@@ -32,11 +32,10 @@ pub fn augment(
     config: &AugmentationConfig,
 ) -> Result<Topology, GraphError> {
     let real_nodes = positions.len();
-    if real_nodes < 2 {
-        return Err(GraphError(format!(
-            "a graph needs at least 2 nodes, the mesh has {real_nodes}: was the file read completely, and does it hold cells of the expected kind?"
-        )));
-    }
+    ensure!(
+        real_nodes >= 2,
+        "a graph needs at least 2 nodes, the mesh has {real_nodes}: was the file read completely, and does it hold cells of the expected kind?"
+    );
     let extent = check_positions(positions)?;
     check_edges(mesh_edges, real_nodes)?;
     check_config(config, real_nodes)?;
@@ -91,39 +90,28 @@ fn in_unit_box(positions: &[[f64; 3]], (corner, longest): Extent) -> Vec<[f64; 3
 
 fn check_edges(mesh_edges: &[[usize; 2]], nodes: usize) -> Result<(), GraphError> {
     for (edge, &[a, b]) in mesh_edges.iter().enumerate() {
-        if a >= nodes || b >= nodes {
-            return Err(GraphError(format!(
-                "mesh edge {edge} joins the nodes {a} and {b}, but there are {nodes} nodes, counted from 0: do the edges and the positions belong to the same mesh?"
-            )));
-        }
-        if a == b {
-            return Err(GraphError(format!(
-                "mesh edge {edge} joins node {a} to itself: remove cells that repeat a node"
-            )));
-        }
+        ensure!(
+            a < nodes && b < nodes,
+            "mesh edge {edge} joins the nodes {a} and {b}, but there are {nodes} nodes, counted from 0: do the edges and the positions belong to the same mesh?"
+        );
+        ensure!(
+            a != b,
+            "mesh edge {edge} joins node {a} to itself: remove cells that repeat a node"
+        );
     }
     Ok(())
 }
 
 fn check_config(config: &AugmentationConfig, nodes: usize) -> Result<(), GraphError> {
-    if config.runs == 0 {
-        return Err(GraphError(
-            "k-means needs at least 1 run, `runs` is 0: 10 is a good number".into(),
-        ));
-    }
+    ensure!(config.runs > 0, "k-means needs at least 1 run, `runs` is 0: 10 is a good number");
     let mut leaves = nodes;
     for (layer, &roots) in (1..).zip(&config.roots_per_layer) {
-        if roots == 0 {
-            return Err(GraphError(format!(
-                "layer {layer} asks for 0 roots: shorten `roots_per_layer` instead"
-            )));
-        }
-        if roots >= leaves {
-            let suggestion = AugmentationConfig::for_nodes(nodes).roots_per_layer;
-            return Err(GraphError(format!(
-                "layer {layer} asks for {roots} roots of {leaves} leaves: each layer must be smaller than the one before; for this mesh `AugmentationConfig::for_nodes` gives {suggestion:?}"
-            )));
-        }
+        ensure!(roots > 0, "layer {layer} asks for 0 roots: shorten `roots_per_layer` instead");
+        ensure!(
+            roots < leaves,
+            "layer {layer} asks for {roots} roots of {leaves} leaves: each layer must be smaller than the one before; for this mesh `AugmentationConfig::for_nodes` gives {:?}",
+            AugmentationConfig::for_nodes(nodes).roots_per_layer
+        );
         leaves = roots;
     }
     Ok(())

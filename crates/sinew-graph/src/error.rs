@@ -4,3 +4,13 @@
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct GraphError(pub(crate) String);
+
+/// Leaves with a [`GraphError`] and a text in the manner of `format!` unless a condition holds.
+macro_rules! ensure {
+    ($holds:expr, $($text:tt)+) => {
+        match $holds {
+            true => {}
+            false => return Err($crate::GraphError(format!($($text)+))),
+        }
+    };
+}

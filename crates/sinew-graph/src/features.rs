@@ -57,19 +57,17 @@ fn edge_features(
 
 /// The first `dimensions` coordinates must tell the whole shape.
 fn check_dimensions(positions: &[[f64; 3]], dimensions: usize) -> Result<(), GraphError> {
-    if !(1..=3).contains(&dimensions) {
-        return Err(GraphError(format!(
-            "{dimensions} space dimensions were asked for: use 1, 2 or 3"
-        )));
-    }
+    ensure!(
+        (1..=3).contains(&dimensions),
+        "{dimensions} space dimensions were asked for: use 1, 2 or 3"
+    );
     for axis in dimensions..3 {
         let [lowest, highest] = range(positions, axis);
-        if lowest != highest {
-            let suggestion = axis + 1;
-            return Err(GraphError(format!(
-                "coordinate {axis} runs from {lowest} to {highest}, but only {dimensions} dimensions enter the edge features: use {suggestion}"
-            )));
-        }
+        ensure!(
+            lowest == highest,
+            "coordinate {axis} runs from {lowest} to {highest}, but only {dimensions} dimensions enter the edge features: use {}",
+            axis + 1
+        );
     }
     Ok(())
 }

@@ -25,9 +25,10 @@
 //! # Ok::<(), sinew_graph::GraphError>(())
 //! ```
 
+#[macro_use]
+mod error;
 mod augment;
 mod config;
-mod error;
 mod features;
 mod kmeans;
 mod matrix;

@@ -59,27 +59,24 @@ impl FeatureMatrix {
 
     /// Size as needed and every value finite.
     pub(crate) fn check(&self, what: &'static str, rows: usize) -> Result<(), GraphError> {
-        if self.rows != rows {
-            return Err(GraphError(format!(
-                "{what}: {rows} rows needed, {} given: use the mesh the graph was built of",
-                self.rows
-            )));
+        ensure!(
+            self.rows == rows,
+            "{what}: {rows} rows needed, {} given: use the mesh the graph was built of",
+            self.rows
+        );
+        let (columns, values) = (self.columns, self.values.len());
+        ensure!(
+            self.rows.checked_mul(columns) == Some(values),
+            "a table of {rows} rows and {columns} columns cannot hold {values} values"
+        );
+        for (at, value) in self.values.iter().enumerate() {
+            ensure!(
+                value.is_finite(),
+                "{what}: row {}, column {} is {value}: features must be finite",
+                at / columns,
+                at % columns
+            );
         }
-        if self.rows.checked_mul(self.columns) != Some(self.values.len()) {
-            let values = self.values.len();
-            return Err(GraphError(format!(
-                "a table of {rows} rows and {} columns cannot hold {values} values",
-                self.columns
-            )));
-        }
-        match self.values.iter().position(|value| !value.is_finite()) {
-            None => Ok(()),
-            Some(at) => Err(GraphError(format!(
-                "{what}: row {}, column {} is {}: features must be finite",
-                at / self.columns,
-                at % self.columns,
-                self.values[at]
-            ))),
-        }
+        Ok(())
     }
 }

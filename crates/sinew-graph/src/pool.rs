@@ -16,11 +16,10 @@ pub fn pool_positions(
 ) -> Result<Vec<[f64; 3]>, GraphError> {
     topology.validate_clusters()?;
     let (expected, found) = (topology.real_nodes, positions.len());
-    if expected != found {
-        return Err(GraphError(format!(
-            "node positions: {expected} rows needed, {found} given: use the mesh the graph was built of"
-        )));
-    }
+    ensure!(
+        expected == found,
+        "node positions: {expected} rows needed, {found} given: use the mesh the graph was built of"
+    );
     check_positions(positions)?;
     let pooled = pool(topology, positions.as_flattened(), 3);
     Ok(pooled.chunks_exact(3).map(|x| [x[0], x[1], x[2]]).collect())

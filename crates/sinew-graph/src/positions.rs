@@ -9,18 +9,17 @@ pub(crate) type Extent = ([f64; 3], f64);
 pub(crate) fn check_positions(positions: &[[f64; 3]]) -> Result<Extent, GraphError> {
     let (mut corner, mut longest) = ([0.0; 3], 0.0f64);
     for axis in 0..3 {
-        if let Some(node) = positions.iter().position(|x| !x[axis].is_finite()) {
-            let value = positions[node][axis];
-            return Err(GraphError(format!(
+        for (node, value) in positions.iter().map(|x| x[axis]).enumerate() {
+            ensure!(
+                value.is_finite(),
                 "coordinate {axis} of node {node} is {value}: repair the mesh, or leave the node out if no cell uses it"
-            )));
+            );
         }
         let [lowest, highest] = range(positions, axis);
-        if highest - lowest == f64::INFINITY {
-            return Err(GraphError(format!(
-                "coordinate {axis} runs from {lowest:e} to {highest:e}, a distance beyond double precision: choose a larger unit of length"
-            )));
-        }
+        ensure!(
+            highest - lowest < f64::INFINITY,
+            "coordinate {axis} runs from {lowest:e} to {highest:e}, a distance beyond double precision: choose a larger unit of length"
+        );
         corner[axis] = lowest;
         longest = longest.max(highest - lowest);
     }

@@ -68,12 +68,7 @@ impl ColumnStatistics {
             .columns;
         for table in tables.clone() {
             table.check(what, table.rows)?;
-            if table.columns != columns {
-                let found = table.columns;
-                return Err(GraphError(format!(
-                    "{what}: {columns} columns needed, {found} given: all geometries and their statistics must use the same features"
-                )));
-            }
+            same_columns(what, columns, table.columns)?;
         }
         let column = |c: usize| {
             let tables = tables.clone();
@@ -93,14 +88,8 @@ impl ColumnStatistics {
         table: &FeatureMatrix,
     ) -> Result<FeatureMatrix, GraphError> {
         table.check(what, table.rows)?;
-        for found in [self.scale.len(), table.columns] {
-            if self.mean.len() != found {
-                let expected = self.mean.len();
-                return Err(GraphError(format!(
-                    "{what}: {expected} columns needed, {found} given: all geometries and their statistics must use the same features"
-                )));
-            }
-        }
+        same_columns(what, self.mean.len(), self.scale.len())?;
+        same_columns(what, self.mean.len(), table.columns)?;
         let mut standardised = table.clone();
         for (at, value) in standardised.values.iter_mut().enumerate() {
             let column = at % table.columns;
@@ -109,6 +98,14 @@ impl ColumnStatistics {
         standardised.check(what, table.rows)?;
         Ok(standardised)
     }
+}
+
+fn same_columns(what: &str, expected: usize, found: usize) -> Result<(), GraphError> {
+    ensure!(
+        expected == found,
+        "{what}: {expected} columns needed, {found} given: all geometries and their statistics must use the same features"
+    );
+    Ok(())
 }
 
 /// Two passes, the first relative to the first value: exact for a constant column.

@@ -110,23 +110,23 @@ impl Topology {
             self.clusters.iter().zip(&self.roots_per_layer).enumerate()
         {
             count("leaves", leaves, clusters.len())?;
-            if roots > leaves {
-                return Err(GraphError(format!(
-                    "root {leaves} of layer {} has no leaves: its features would be undefined",
-                    layer + 1
-                )));
-            }
+            ensure!(
+                roots <= leaves,
+                "root {leaves} of layer {} has no leaves: its features would be undefined",
+                layer + 1
+            );
             let mut used = vec![false; roots];
             for (leaf, &root) in clusters.iter().enumerate() {
                 *used.get_mut(root).ok_or_else(|| GraphError(format!(
                     "leaf {leaf} of layer {layer} names root {root}, the layer above has {roots}"
                 )))? = true;
             }
-            if let Some(root) = used.iter().position(|used| !used) {
-                return Err(GraphError(format!(
+            for (root, used) in used.into_iter().enumerate() {
+                ensure!(
+                    used,
                     "root {root} of layer {} has no leaves: its features would be undefined",
                     layer + 1
-                )));
+                );
             }
             leaves = roots;
         }
@@ -137,17 +137,15 @@ impl Topology {
         count("receivers", self.senders.len(), self.receivers.len())?;
         let mut before = [0, 0];
         for (edge, [sender, receiver]) in self.edges().enumerate() {
-            if sender >= self.nodes || receiver >= sender {
-                return Err(GraphError(format!(
-                    "edge {edge} runs from {sender} to {receiver} in a graph of {} nodes: senders must exist and exceed their receivers, a pair is stored once",
-                    self.nodes
-                )));
-            }
-            if edge > 0 && [sender, receiver] <= before {
-                return Err(GraphError(format!(
-                    "edge {edge} does not follow its predecessor in order: sort the edges, drop repeats"
-                )));
-            }
+            ensure!(
+                sender < self.nodes && receiver < sender,
+                "edge {edge} runs from {sender} to {receiver} in a graph of {} nodes: senders must exist and exceed their receivers, a pair is stored once",
+                self.nodes
+            );
+            ensure!(
+                edge == 0 || before < [sender, receiver],
+                "edge {edge} does not follow its predecessor in order: sort the edges, drop repeats"
+            );
             before = [sender, receiver];
         }
         Ok(())
@@ -164,11 +162,10 @@ impl Topology {
         let mut within_last = 0usize;
         for (edge, [sender, receiver]) in self.edges().enumerate() {
             let (from, to) = (layer_of[sender], layer_of[receiver]);
-            if from > to + 1 {
-                return Err(GraphError(format!(
-                    "edge {edge} joins layer {from} to layer {to}, which do not follow each other"
-                )));
-            }
+            ensure!(
+                from <= to + 1,
+                "edge {edge} joins layer {from} to layer {to}, which do not follow each other"
+            );
             if from == to + 1 {
                 let root = starts[from] + self.clusters[to][receiver - starts[to]];
                 upward[receiver] += 1;
@@ -181,20 +178,18 @@ impl Topology {
         }
         for node in 0..starts[layers] {
             let (found, own) = (upward[node], to_root[node]);
-            if (found, own) != (1, 1) {
-                return Err(GraphError(format!(
-                    "node {node} of layer {} is joined to {found} nodes of the layer above, of which {own} is its root: it must be exactly its root",
-                    layer_of[node]
-                )));
-            }
+            ensure!(
+                (found, own) == (1, 1),
+                "node {node} of layer {} is joined to {found} nodes of the layer above, of which {own} is its root: it must be exactly its root",
+                layer_of[node]
+            );
         }
         let roots = self.roots_per_layer[layers - 1];
         let expected = roots * (roots - 1) / 2;
-        if within_last != expected {
-            return Err(GraphError(format!(
-                "the {roots} roots of the last layer share {within_last} edges, all {expected} are needed"
-            )));
-        }
+        ensure!(
+            within_last == expected,
+            "the {roots} roots of the last layer share {within_last} edges, all {expected} are needed"
+        );
         Ok(())
     }
 }
@@ -207,13 +202,11 @@ fn component_sizes(nodes: usize, edges: impl Iterator<Item = [usize; 2]>) -> Vec
 }
 
 fn count(what: &'static str, expected: usize, found: usize) -> Result<(), GraphError> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(GraphError(format!(
-            "{what}: {expected} expected, {found} found; build the topology with `augment`"
-        )))
-    }
+    ensure!(
+        expected == found,
+        "{what}: {expected} expected, {found} found; build the topology with `augment`"
+    );
+    Ok(())
 }
 
 /// Content of a file before it is checked.
@@ -235,12 +228,11 @@ impl TryFrom<UncheckedTopology> for Topology {
         let UncheckedTopology { real_nodes, nodes, senders, receivers, roots_per_layer, clusters } =
             read;
         // Before anything is allocated for a number of nodes that only the file claims.
-        if senders.len() < nodes.saturating_sub(1) {
-            return Err(GraphError(format!(
-                "{} edges cannot connect {nodes} nodes: is the file complete?",
-                senders.len()
-            )));
-        }
+        ensure!(
+            senders.len() >= nodes.saturating_sub(1),
+            "{} edges cannot connect {nodes} nodes: is the file complete?",
+            senders.len()
+        );
         let topology = Self { real_nodes, nodes, senders, receivers, roots_per_layer, clusters };
         topology.validate()?;
         Ok(topology)

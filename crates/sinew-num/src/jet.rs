@@ -1,7 +1,7 @@
 //! Second-order Taylor numbers: value, gradient and Hessian.
 
 use crate::scalar::taylor_operators;
-use std::ops::{Add, Mul, Sub};
+use std::ops::Mul;
 
 /// A value with its gradient and Hessian in `N` variables: one evaluation of an energy in the
 /// nine entries of ∇u gives stress and tangent.
@@ -53,20 +53,6 @@ impl<const N: usize> Jet<N> {
             }
         }
         self
-    }
-}
-
-impl<const N: usize> Add for Jet<N> {
-    type Output = Self;
-    fn add(self, right: Self) -> Self {
-        self.zip(right, |a, b| a + b)
-    }
-}
-
-impl<const N: usize> Sub for Jet<N> {
-    type Output = Self;
-    fn sub(self, right: Self) -> Self {
-        self.zip(right, |a, b| a - b)
     }
 }
 

@@ -96,10 +96,22 @@ impl Scalar for f64 {
     }
 }
 
-/// Operators shared by the truncated Taylor types: those with a plain number on the right, and
+/// Operators shared by the truncated Taylor types: sums, those with a plain number on the right, and
 /// division through the reciprocal's chain rule.
 macro_rules! taylor_operators {
     ($name:ident) => {
+        impl<const N: usize> std::ops::Add for $name<N> {
+            type Output = Self;
+            fn add(self, right: Self) -> Self {
+                self.zip(right, |a, b| a + b)
+            }
+        }
+        impl<const N: usize> std::ops::Sub for $name<N> {
+            type Output = Self;
+            fn sub(self, right: Self) -> Self {
+                self.zip(right, |a, b| a - b)
+            }
+        }
         impl<const N: usize> std::ops::Add<f64> for $name<N> {
             type Output = Self;
             fn add(mut self, right: f64) -> Self {

@@ -1,7 +1,7 @@
 //! First-order Taylor numbers: value and gradient.
 
 use crate::scalar::taylor_operators;
-use std::ops::{Add, Mul, Sub};
+use std::ops::Mul;
 
 /// A value with its gradient in `N` variables: one evaluation of an energy gives its stress.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,22 +34,10 @@ impl<const N: usize> Slope<N> {
         self.gradient.iter_mut().for_each(|g| *g *= df);
         self
     }
-}
 
-impl<const N: usize> Add for Slope<N> {
-    type Output = Self;
-    fn add(mut self, right: Self) -> Self {
-        self.value += right.value;
-        (0..N).for_each(|i| self.gradient[i] += right.gradient[i]);
-        self
-    }
-}
-
-impl<const N: usize> Sub for Slope<N> {
-    type Output = Self;
-    fn sub(mut self, right: Self) -> Self {
-        self.value -= right.value;
-        (0..N).for_each(|i| self.gradient[i] -= right.gradient[i]);
+    fn zip(mut self, right: Self, op: impl Fn(f64, f64) -> f64) -> Self {
+        self.value = op(self.value, right.value);
+        (0..N).for_each(|i| self.gradient[i] = op(self.gradient[i], right.gradient[i]));
         self
     }
 }

@@ -22,18 +22,11 @@ pub(crate) struct PairPlan<const D: usize> {
 impl<const D: usize> PairPlan<D> {
     pub(crate) fn new(part: &Part<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
         let stationary = part.kernel.is_stationary();
-        let mut entries: Vec<Orders<D>> = Vec::new();
-        let mut reads = Vec::new();
-        for beta in first {
-            for other in second {
-                let orders = Orders { first: *beta, second: *other };
-                let entry = if stationary {
-                    Orders { first: orders.sums(), second: [0; D] }
-                } else {
-                    orders
-                };
-                reads.push(position(&mut entries, entry));
-            }
+        let (mut entries, mut reads) = (Vec::new(), Vec::new());
+        for (first, second) in first.iter().flat_map(|a| second.iter().map(move |b| (*a, *b))) {
+            let orders = Orders { first, second };
+            let summed = Orders { first: orders.sums(), second: [0; D] };
+            reads.push(position(&mut entries, if stationary { summed } else { orders }));
         }
         let odd = |orders: &[usize; D]| stationary && orders.iter().sum::<usize>() % 2 == 1;
         let signs = second.iter().map(|orders| if odd(orders) { -1.0 } else { 1.0 }).collect();

@@ -1,16 +1,12 @@
 //! A model at given parameters: its covariance, factored.
 
-use crate::error::{GpError, Result};
 use crate::evidence::factor::Factor;
 use crate::evidence::gram::{Block, PairPlan, Scratch, Side};
 use crate::evidence::inverse::for_columns;
-use crate::evidence::{Evaluation, Evidence};
-use crate::instances::instance;
-use crate::model::Model;
 use crate::model::compile::Compiled;
-use crate::model::data::Noise;
 use crate::prior::Part;
 use crate::prior::coefficients::PointCoefficients;
+use crate::{Evaluation, Evidence, GpError, Model, Noise, Result};
 use faer::Par;
 use sinew_num::on_ready_threads;
 use std::f64::consts::PI;
@@ -87,7 +83,7 @@ impl<'a, const D: usize> State<'a, D> {
                 Leg { group, points, coefficients }
             }));
         }
-        let sigma = |group: &Compiled<D>| match (group.noise, group.learned) {
+        let sigma = |group: &Compiled<D>| match (group.given.noise, group.learned) {
             (_, Some(position)) => scaled[position].exp(),
             (Noise::Known(sigma), None) => sigma,
             _ => 0.0,
@@ -131,7 +127,7 @@ impl<'a, const D: usize> State<'a, D> {
         let mut residual = Vec::with_capacity(self.model.size);
         for (group, monomials) in self.model.groups.iter().zip(&self.monomials) {
             let start = residual.len();
-            residual.extend_from_slice(&group.values);
+            residual.extend_from_slice(&group.given.values);
             for leg in &group.legs {
                 leg.add_mean(monomials, -1.0, &mut residual[start..]);
             }
@@ -183,7 +179,7 @@ impl<'a, const D: usize> State<'a, D> {
     pub(crate) fn rows(&self, group: usize, column: usize) -> (usize, std::ops::Range<usize>) {
         let group = &self.model.groups[group];
         let start = column.saturating_sub(group.offset);
-        (start, group.offset + start..group.offset + group.values.len())
+        (start, group.offset + start..group.offset + group.given.values.len())
     }
 
     /// Adds noise and jitter to the diagonal and factorises, with more jitter where needed.
@@ -223,7 +219,10 @@ impl<'a, const D: usize> State<'a, D> {
 
     /// Power that the probability of imposed rows is raised to.
     pub(crate) fn weight(&self) -> f64 {
-        self.model.evidence.weight(self.model.imposed)
+        match self.model.evidence {
+            Evidence::UnitInformation => 1.0 / self.model.imposed.max(1) as f64,
+            Evidence::Joint | Evidence::Auto => 1.0,
+        }
     }
 
     pub(crate) fn value(&self, factored: &Factored) -> f64 {
@@ -269,12 +268,10 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// As [`Model::log_evidence`].
     pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation> {
-        instance!(D, Model::value_and_gradient, fn(&Model<D>, &[f64]) -> Result<Evaluation>)(
-            self, parameters,
-        )
+        instance!(D, Model::computed, fn(&Model<D>, &[f64]) -> Result<Evaluation>)(self, parameters)
     }
 
-    fn value_and_gradient(&self, parameters: &[f64]) -> Result<Evaluation> {
+    fn computed(&self, parameters: &[f64]) -> Result<Evaluation> {
         let state = State::new(self, parameters)?;
         let evaluate = || {
             let factored = state.factored()?;

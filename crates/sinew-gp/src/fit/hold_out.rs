@@ -1,11 +1,8 @@
 //! The error of collocation, from places that the fit does not know of.
 
-use crate::error::{GpError, Result};
-use crate::fit::{Fit, HoldOut};
-use crate::model::Model;
+use crate::fit::HoldOut;
 use crate::model::compile::Compiled;
-use crate::model::data::Noise;
-use crate::problem::operator::Operator;
+use crate::{Fit, GpError, Model, Noise, Operator, Result};
 
 /// Points that are left out at most, for time.
 const MOST_LEFT_OUT: usize = 200;
@@ -49,7 +46,7 @@ impl<const D: usize> Fit<D> {
         let (model, conditional) = (self.model(), self.conditional()?);
         let (mut own, mut term) = (Vec::new(), 0.0_f64);
         for group in model.equations() {
-            let at = &group.points;
+            let at = &group.given.points;
             term = term.max(NOTHING * conditional.prior_spread(&model.prior.equation, at)?);
             for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
                 own.push((conditional.left_out(row)[0], *at));
@@ -73,9 +70,9 @@ impl<const D: usize> Fit<D> {
         let model = self.model();
         let mut exact = model.equations();
         let Some(group) = exact.next() else { return Ok(Vec::new()) };
-        let (f, count) = (group.values[0], group.values.len());
-        let even = count >= EVEN && group.values.iter().all(|value| *value == f);
-        let even = even && group.noise == Noise::Exact && exact.next().is_none();
+        let (f, count) = (group.given.values[0], group.given.values.len());
+        let even = count >= EVEN && group.given.values.iter().all(|value| *value == f);
+        let even = even && group.given.noise == Noise::Exact && exact.next().is_none();
         let source = |x: &[f64; D]| model.source.as_ref().map(|source| source.value(*x));
         let known = |x: &[f64; D]| source(x).or(even.then_some(f));
         let places = model.prior.domain.sample(PLACES, seed)?;
@@ -92,20 +89,23 @@ impl<const D: usize> Fit<D> {
 impl<const D: usize> Model<D> {
     /// Model with noise of this standard deviation on equations that were exact.
     pub(crate) fn with_noise(mut self, sigma: f64) -> Self {
-        let exact = |g: &&mut Compiled<D>| g.is_equation && g.noise == Noise::Exact;
+        let exact =
+            |g: &&mut Compiled<D>| g.given.operator.is_none() && g.given.noise == Noise::Exact;
         for group in self.groups.iter_mut().filter(exact) {
-            group.noise = Noise::Known(sigma);
+            group.given.noise = Noise::Known(sigma);
         }
         self
     }
 
     /// Groups of values of the right-hand side.
     fn equations(&self) -> impl Iterator<Item = &Compiled<D>> {
-        self.groups.iter().filter(|group| group.is_equation && !group.points.is_empty())
+        self.groups
+            .iter()
+            .filter(|group| group.given.operator.is_none() && !group.given.points.is_empty())
     }
 
     /// All collocation points.
     pub(crate) fn places(&self) -> Vec<[f64; D]> {
-        self.equations().flat_map(|group| group.points.iter().copied()).collect()
+        self.equations().flat_map(|group| group.given.points.iter().copied()).collect()
     }
 }

@@ -1,11 +1,8 @@
 //! Parameters of the equation that the data do not tell.
 
-use crate::error::Result;
 use crate::evidence::state::State;
-use crate::fit::Fit;
-use crate::fit::optimise::{Evaluated, minimise};
-use crate::fit::warning::Warning;
-use crate::model::Model;
+use crate::fit::optimise::maximise;
+use crate::{Fit, Model, Result, Warning};
 
 /// Standard deviation in units of that of the prior from which on a parameter has not contracted.
 const WIDE: f64 = 0.5;
@@ -59,6 +56,7 @@ impl<const D: usize> Fit<D> {
         let [lower, upper] = bounds[k];
         let value = |n: usize| lower + (n as f64 + 0.5) / VALUES as f64 * (upper - lower);
         let first = (0..VALUES).filter(|n| value(*n) < fitted[k]).count();
+        let evaluate = |x: &[f64]| model.evaluate_posterior(x).ok();
         let (most, mut profile) = (of_data(fitted)?, Vec::new());
         for path in [(0..first).rev().collect::<Vec<_>>(), (first..VALUES).collect()] {
             let (mut before, mut at) = (fitted.clone(), fitted.clone());
@@ -68,7 +66,7 @@ impl<const D: usize> Fit<D> {
                     at.iter().zip(&before).map(|(x, b)| 2.0 * x - b).collect();
                 start[k] = value(n);
                 bounds[k] = [start[k]; 2];
-                let found = minimise(|x| model.negative(x), &start, &bounds, ITERATIONS, |_, _| ());
+                let found = maximise(evaluate, &start, &bounds, ITERATIONS, |_| ());
                 let Some(found) = found else { break };
                 before = std::mem::replace(&mut at, found.point);
                 let log = of_data(&at)? - most;
@@ -105,11 +103,5 @@ impl<const D: usize> Model<D> {
     /// Warning of a parameter that the data do not tell.
     pub(crate) fn unidentified(&self, k: usize) -> Warning {
         Warning::Unidentified { parameter: self.parameters[k].name.clone() }
-    }
-
-    /// Evidence times prior density as an objective: the negative logarithm with its gradient.
-    fn negative(&self, x: &[f64]) -> Evaluated {
-        let found = self.evaluate_posterior(x).ok()?;
-        Some((-found.value, found.gradient.iter().map(|g| -g).collect()))
     }
 }

@@ -1,11 +1,12 @@
-//! Minimisation within a box by a limited-memory quasi-Newton method.
+//! Maximisation within a box by a limited-memory quasi-Newton method, which minimises the negative objective.
 
+use crate::Evaluation;
 use nalgebra::DVector;
 use std::collections::VecDeque;
 
-/// End of a minimisation.
+/// End of a maximisation.
 #[derive(Clone, Debug)]
-pub(crate) struct Minimum {
+pub(crate) struct Maximum {
     pub point: Vec<f64>,
     pub value: f64,
     pub evaluations: usize,
@@ -22,10 +23,7 @@ const ARMIJO: f64 = 1e-4;
 const WOLFE: f64 = 0.9;
 const LINE_SEARCH_STEPS: usize = 25;
 
-/// An objective's value and gradient; `None` where it has none.
-pub(crate) type Evaluated = Option<(f64, Vec<f64>)>;
-
-/// A point with value and gradient.
+/// A point with value and gradient of the negative objective.
 struct Visited {
     x: DVector<f64>,
     value: f64,
@@ -39,12 +37,12 @@ struct Search<F> {
     memory: VecDeque<(DVector<f64>, DVector<f64>)>,
 }
 
-impl<F: FnMut(&[f64]) -> Evaluated> Search<F> {
+impl<F: FnMut(&[f64]) -> Option<Evaluation>> Search<F> {
     fn evaluate(&mut self, x: DVector<f64>) -> Option<Visited> {
         self.evaluations += 1;
-        let (value, gradient) = (self.objective)(x.as_slice())?;
+        let Evaluation { value, gradient, .. } = (self.objective)(x.as_slice())?;
         let finite = value.is_finite() && gradient.iter().all(|g| g.is_finite());
-        finite.then(|| Visited { x, value, gradient: gradient.into() })
+        finite.then(|| Visited { x, value: -value, gradient: -DVector::from(gradient) })
     }
 
     /// Sets components of `v` to zero along which the gradient points out of the box at its boundary.
@@ -117,22 +115,22 @@ impl<F: FnMut(&[f64]) -> Evaluated> Search<F> {
     }
 }
 
-/// A local minimum of `objective` within `bounds`, from `start`; `None` if it has no value there.
+/// A local maximum of `objective` within `bounds`, from `start`; `None` if it has no value there.
 ///
 /// `watch` sees every accepted point.
-pub(crate) fn minimise(
-    objective: impl FnMut(&[f64]) -> Evaluated,
+pub(crate) fn maximise(
+    objective: impl FnMut(&[f64]) -> Option<Evaluation>,
     start: &[f64],
     bounds: &[[f64; 2]],
     most_iterations: usize,
-    mut watch: impl FnMut(&[f64], f64),
-) -> Option<Minimum> {
+    mut watch: impl FnMut(&[f64]),
+) -> Option<Maximum> {
     let mut search =
         Search { objective, bounds: bounds.to_vec(), evaluations: 0, memory: VecDeque::new() };
     let start = DVector::from_column_slice(start);
     let start = search.moved(&start, &start, 0.0);
     let mut at = search.evaluate(start)?;
-    watch(at.x.as_slice(), at.value);
+    watch(at.x.as_slice());
     let mut idle = 0;
     for _ in 0..most_iterations {
         if search.held(&at, at.gradient.clone()).amax() < GRADIENT_TOLERANCE {
@@ -158,42 +156,46 @@ pub(crate) fn minimise(
         }
         let decrease = (at.value - next.value) / at.value.abs().max(next.value.abs()).max(1.0);
         at = next;
-        watch(at.x.as_slice(), at.value);
+        watch(at.x.as_slice());
         idle = if decrease < DECREASE_TOLERANCE { idle + 1 } else { 0 };
         if idle == 2 {
             break;
         }
     }
-    let (point, value) = (at.x.as_slice().to_vec(), at.value);
-    Some(Minimum { point, value, evaluations: search.evaluations })
+    let (point, value) = (at.x.as_slice().to_vec(), -at.value);
+    Some(Maximum { point, value, evaluations: search.evaluations })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn rosenbrock(x: &[f64]) -> Evaluated {
+    /// The negative of Rosenbrock's function.
+    fn rosenbrock(x: &[f64]) -> Option<Evaluation> {
         let (a, b) = (1.0 - x[0], x[1] - x[0] * x[0]);
-        Some((a * a + 100.0 * b * b, vec![-2.0 * a - 400.0 * x[0] * b, 200.0 * b]))
+        let gradient = vec![2.0 * a + 400.0 * x[0] * b, -200.0 * b];
+        Some(Evaluation { value: -a * a - 100.0 * b * b, gradient, jitter: 0.0 })
     }
 
     #[test]
     fn finds_the_valley_and_stops_at_bounds() {
-        let free = minimise(rosenbrock, &[-1.2, 1.0], &[[-5.0, 5.0]; 2], 200, |_, _| ()).unwrap();
-        assert!((free.point[0] - 1.0).abs() < 1e-4 && free.value < 1e-8, "{free:?}");
+        let free = maximise(rosenbrock, &[-1.2, 1.0], &[[-5.0, 5.0]; 2], 200, |_| ()).unwrap();
+        assert!((free.point[0] - 1.0).abs() < 1e-4 && free.value > -1e-8, "{free:?}");
         assert!(free.evaluations < 80, "{}", free.evaluations);
-        let bound = minimise(rosenbrock, &[-1.2, 1.0], &[[-5.0, 0.5], [-5.0, 5.0]], 200, |_, _| ())
-            .unwrap();
+        let bound =
+            maximise(rosenbrock, &[-1.2, 1.0], &[[-5.0, 0.5], [-5.0, 5.0]], 200, |_| ()).unwrap();
         assert!((bound.point[0] - 0.5).abs() < 1e-12);
         assert!((bound.point[1] - 0.25).abs() < 1e-5, "{bound:?}");
     }
 
     #[test]
     fn steps_into_nothing_are_taken_back() {
-        let log_barrier =
-            |x: &[f64]| (x[0] > 0.0).then(|| (x[0] - x[0].ln(), vec![1.0 - 1.0 / x[0]]));
-        let found = minimise(log_barrier, &[1e-3], &[[-10.0, 10.0]], 100, |_, _| ()).unwrap();
+        let log_barrier = |x: &[f64]| {
+            let gradient = vec![1.0 / x[0] - 1.0];
+            (x[0] > 0.0).then(|| Evaluation { value: x[0].ln() - x[0], gradient, jitter: 0.0 })
+        };
+        let found = maximise(log_barrier, &[1e-3], &[[-10.0, 10.0]], 100, |_| ()).unwrap();
         assert!((found.point[0] - 1.0).abs() < 1e-4);
-        assert!(minimise(log_barrier, &[-1.0], &[[-10.0, 10.0]], 100, |_, _| ()).is_none());
+        assert!(maximise(log_barrier, &[-1.0], &[[-10.0, 10.0]], 100, |_| ()).is_none());
     }
 }

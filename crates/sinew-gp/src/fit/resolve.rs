@@ -1,13 +1,9 @@
 //! The fit of a model: many starts, points where the equation is off, and what stays off as noise.
 
-use crate::error::{GpError, Result};
+use crate::fit::HoldOut;
 use crate::fit::hold_out::{Candidate, EVEN};
-use crate::fit::{Fit, FitOptions, HoldOut};
-use crate::instances::instance;
-use crate::model::Model;
-use crate::model::data::{Data, Group, Noise, Role};
-use crate::prior::Prior;
-use crate::problem::domain::Side;
+use crate::model::data::{Group, Role};
+use crate::{Data, Fit, FitOptions, GpError, Model, Noise, Prior, Result, Side};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -82,10 +78,10 @@ impl<const D: usize> Model<D> {
         if self.theta.is_empty() && self.source.is_some() {
             return RESOLVED_ALONE;
         }
-        let observed = self.groups.iter().filter(|group| group.role == Role::Observed);
-        let values = observed.map(|group| match &group.averages {
+        let observed = self.groups.iter().filter(|group| group.given.role == Role::Observed);
+        let values = observed.map(|group| match &group.given.averages {
             Some(averages) => averages.counts.iter().sum(),
-            None => group.values.len() as f64,
+            None => group.given.values.len() as f64,
         });
         RESOLVED * (FEW_VALUES / values.sum::<f64>().max(FEW_VALUES)).sqrt()
     }

@@ -1,12 +1,9 @@
 //! Tests behind the warnings of a fit.
 
-use crate::error::Result;
-use crate::fit::warning::Warning;
-use crate::fit::{Fit, HoldOut};
-use crate::instances::instance;
-use crate::model::Model;
+use crate::fit::HoldOut;
 use crate::model::compile::Compiled;
-use crate::model::data::{Noise, Role, noise_name};
+use crate::model::data::{Role, noise_name};
+use crate::{Fit, Model, Noise, Result, Warning};
 
 /// Values below which a level of noise is mostly what is believed of it: the standard deviation of its logarithm from n
 /// values is about (2n)^−½.
@@ -43,11 +40,11 @@ impl<const D: usize> Fit<D> {
     fn faults(&self) -> Result<Vec<Warning>> {
         let model = self.model();
         let mut warnings = at_bounds(model, &self.outcome().parameters);
-        let observed = |g: &&Compiled<D>| g.role == Role::Observed;
+        let observed = |g: &&Compiled<D>| g.given.role == Role::Observed;
         for group in model.groups.iter().filter(observed) {
-            if let (Some(noise), true) = (group.learned, group.values.len() < FEW) {
+            if let (Some(noise), true) = (group.learned, group.given.values.len() < FEW) {
                 let noise = model.parameters[noise].name.clone();
-                warnings.push(Warning::FewValues { noise, values: group.values.len() });
+                warnings.push(Warning::FewValues { noise, values: group.given.values.len() });
             }
         }
         if !model.theta.is_empty() && !model.groups.iter().any(|g| observed(&g)) {
@@ -76,13 +73,14 @@ impl<const D: usize> Fit<D> {
     fn outliers(&self) -> Result<Vec<Warning>> {
         let (model, conditional) = (self.model(), self.conditional()?);
         let mut outliers = Vec::new();
-        let noisy = |g: &&Compiled<D>| g.role == Role::Observed && g.noise != Noise::Exact;
+        let noisy =
+            |g: &&Compiled<D>| g.given.role == Role::Observed && g.given.noise != Noise::Exact;
         for group in model.groups.iter().filter(noisy) {
             let score = |row: usize| {
                 let [residual, deviation] = conditional.left_out(row);
                 residual / deviation
             };
-            let step = 1 + group.values.len() / MOST_VALUES;
+            let step = 1 + group.given.values.len() / MOST_VALUES;
             let numbered = group.rows().enumerate().step_by(step);
             let scores: Vec<(usize, f64)> = numbered.map(|(own, row)| (own, score(row))).collect();
             // Learned noise is as large as the outlier makes it: others then are closer than their deviation says.
@@ -100,8 +98,8 @@ impl<const D: usize> Fit<D> {
             let found: Vec<(usize, f64)> = scores.into_iter().filter(|(_, z)| far(*z)).collect();
             let worst = found.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
             let Some((value, z)) = worst.copied() else { continue };
-            let (noise, at) = (noise_name(group.number), group.points[value].to_vec());
-            let (measured, others) = (group.values[value], found.len() - 1);
+            let (noise, at) = (noise_name(group.number), group.given.points[value].to_vec());
+            let (measured, others) = (group.given.values[value], found.len() - 1);
             outliers.push(Warning::Outlier { noise, value, at, measured, z, others });
         }
         Ok(outliers)

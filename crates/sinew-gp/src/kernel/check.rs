@@ -1,10 +1,8 @@
 //! Checks that every kernel must pass, for those of this crate and of its users.
 
 use super::{Hyperparameter, Kernel, Measure, Orders, Request};
-use crate::error::{GpError, Result, place};
-use crate::problem::domain::Domain;
-use crate::problem::operator::Operator;
-use crate::series::Series;
+use crate::error::{Result, place};
+use crate::{Domain, Operator, Series};
 use nalgebra::DMatrix;
 
 /// Checks what is said of the hyperparameters, symmetry, positive definiteness, and the covariance of slopes by Taylor series
@@ -39,14 +37,13 @@ pub fn check_kernel<const D: usize>(
 impl<const D: usize> dyn Kernel<D> + '_ {
     /// Refuses operators that take more derivatives than its functions have.
     pub(crate) fn check_smoothness(&self, operator: &Operator<D>) -> Result<()> {
-        let needs = operator.order();
-        match self.smoothness().filter(|has| *has < needs) {
-            Some(has) => fault(format!(
-                "the {} kernel has {has} derivatives, the operator takes {needs}; use a smoother kernel",
-                self.name()
-            )),
-            None => Ok(()),
-        }
+        let (needs, has) = (operator.order(), self.smoothness().unwrap_or(usize::MAX));
+        ensure!(
+            needs <= has,
+            "the {} kernel has {has} derivatives, the operator takes {needs}; use a smoother kernel",
+            self.name()
+        );
+        Ok(())
     }
 }
 
@@ -57,36 +54,21 @@ pub(crate) fn check_declarations<const D: usize>(
     values: &[f64],
 ) -> Result<()> {
     let declared = kernel.hyperparameters();
-    if values.len() != declared.len() {
-        return fault(format!(
-            "{} hyperparameter values for a kernel that names {}",
-            values.len(),
-            declared.len()
-        ));
-    }
-    for (hyperparameter, value) in declared.iter().zip(values) {
-        let usable = *value > 0.0 && value.is_finite();
-        let value = (!usable).then_some("try it at a finite value above 0");
-        if let Some(problem) = unusable::<D>(hyperparameter).or(value) {
-            let (name, of) = (hyperparameter.name, kernel.name());
-            return fault(format!("hyperparameter {name} of the {of} kernel: {problem}"));
+    let (count, expected) = (values.len(), declared.len());
+    ensure!(count == expected, "{count} hyperparameter values for a kernel that names {expected}");
+    for (Hyperparameter { name, measure }, value) in declared.into_iter().zip(values) {
+        let own = format!("hyperparameter {name} of the {} kernel", kernel.name());
+        if let Measure::Length { axis } | Measure::Width { axis, .. } = measure {
+            ensure!(axis < D, "{own}: its axis is not one of the domain's");
         }
+        if let Measure::Number { lower, upper } | Measure::Width { lower, upper, .. } = measure {
+            let ordered = 0.0 < lower && lower < upper && upper.is_finite();
+            ensure!(ordered, "{own}: give it finite bounds above 0 in ascending order");
+        }
+        let usable = *value > 0.0 && value.is_finite();
+        ensure!(usable, "{own}: try it at a finite value above 0");
     }
     Ok(())
-}
-
-/// Reason for which a hyperparameter cannot be adjusted, if there is one.
-fn unusable<const D: usize>(hyperparameter: &Hyperparameter) -> Option<&'static str> {
-    match hyperparameter.measure {
-        Measure::Length { axis } | Measure::Width { axis, .. } if axis >= D => {
-            Some("its axis is not one of the domain's")
-        }
-        Measure::Length { .. } => None,
-        Measure::Number { lower, upper } | Measure::Width { lower, upper, .. } => {
-            let ordered = 0.0 < lower && lower < upper && upper.is_finite();
-            (!ordered).then_some("give it finite bounds above 0 in ascending order")
-        }
-    }
 }
 
 struct Checked<'a, const D: usize> {
@@ -126,25 +108,21 @@ impl<const D: usize> Checked<'_, D> {
         for (i, j) in (0..count).flat_map(|i| (0..=i).map(move |j| (i, j))) {
             let (x, y) = (points[i], points[j]);
             let [forward, backward] = [self.value(x, y), self.value(y, x)];
-            if !forward.is_finite() {
-                let (x, y) = (place(&x), place(&y));
-                return fault(format!("k(x, x') = {forward} at x = {x}, x' = {y}"));
-            }
-            if !close(forward, backward, forward.abs(), SYMMETRY_TOLERANCE) {
-                return fault(format!(
-                    "not symmetric: k(x, x') = {forward}, k(x', x) = {backward}"
-                ));
-            }
+            let (at, other) = (place(&x), place(&y));
+            ensure!(forward.is_finite(), "k(x, x') = {forward} at x = {at}, x' = {other}");
+            ensure!(
+                close(forward, backward, forward.abs(), SYMMETRY_TOLERANCE),
+                "not symmetric: k(x, x') = {forward}, k(x', x) = {backward}"
+            );
             (covariance[(i, j)], covariance[(j, i)]) = (forward, forward);
         }
         let variance = covariance.amax().max(f64::MIN_POSITIVE);
         let eigenvalue = covariance.symmetric_eigenvalues().min() / variance;
-        if eigenvalue >= -VALUE_ERROR * count as f64 {
-            return Ok(());
-        }
-        fault(format!(
+        ensure!(
+            eigenvalue >= -VALUE_ERROR * count as f64,
             "the covariance of {count} points has the eigenvalue {eigenvalue:e} in units of the variance"
-        ))
+        );
+        Ok(())
     }
 
     /// ∂∂′k of two points, or of one with itself, against differences of the formula.
@@ -175,18 +153,12 @@ impl<const D: usize> Checked<'_, D> {
             let terms = steps.map(|(a, b)| a * b * self.value(moved(x, a), moved(y, b)));
             let expected = terms.iter().sum::<f64>() / (2.0 * step).powi(2);
             let unit = self.extents[d].powi(2);
-            if !close(given * unit, expected * unit, expected.abs() * unit, SLOPE_TOLERANCE) {
-                let at = if x == y { " where x' = x" } else { "" };
-                let along = d + 1;
-                return fault(format!(
-                    "second derivative along axis {along} of both arguments: {given} in the table, {expected} by central differences{at}"
-                ));
-            }
+            let (along, at) = (d + 1, if x == y { " where x' = x" } else { "" });
+            ensure!(
+                close(given * unit, expected * unit, expected.abs() * unit, SLOPE_TOLERANCE),
+                "second derivative along axis {along} of both arguments: {given} in the table, {expected} by central differences{at}"
+            );
         }
         Ok(())
     }
-}
-
-fn fault(text: String) -> Result<()> {
-    Err(GpError::Invalid(text))
 }

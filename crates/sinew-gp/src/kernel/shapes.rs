@@ -1,8 +1,7 @@
 //! Kernels beside the squared exponential.
 
 use super::{Formula, Hyperparameter, Measure};
-use crate::error::{GpError, Result};
-use crate::series::Series;
+use crate::{Result, Series};
 use std::f64::consts::PI;
 
 /// One length for each axis.
@@ -93,11 +92,10 @@ pub fn linear<const D: usize>() -> Formula<D> {
 /// # Errors
 /// If the period is not finite and above 0.
 pub fn periodic<const D: usize>(axis: usize, period: f64) -> Result<Formula<D>> {
-    if !(period.is_finite() && period > 0.0) {
-        return Err(GpError::Invalid(format!(
-            "a periodic kernel of period {period}; give a finite one above 0"
-        )));
-    }
+    ensure!(
+        period.is_finite() && period > 0.0,
+        "a periodic kernel of period {period}; give a finite one above 0"
+    );
     let measure = Measure::Width { axis, lower: 0.1, upper: 30.0 };
     let width = Hyperparameter { name: "width", measure };
     let formula = move |h: &[Series], x: &[Series; D], y: &[Series; D]| {

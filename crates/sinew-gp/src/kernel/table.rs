@@ -8,7 +8,7 @@ impl<const D: usize> Request<'_, D> {
     pub(crate) fn derivatives(&self, table: &mut [f64]) {
         match self.kernel.as_squared_exponential() {
             Some(closed) => closed.derivatives(self, table),
-            None => self.by_formula(table),
+            None => self.expand(None, |entry, value| table[entry] = value),
         }
     }
 
@@ -23,17 +23,8 @@ impl<const D: usize> Request<'_, D> {
         if let Some(closed) = self.kernel.as_squared_exponential() {
             return closed.derivatives_and_pull_back(self, [table, weights], weigh, gradient);
         }
-        self.by_formula(table);
+        self.derivatives(table);
         weigh(table, weights);
-        self.pull_back_by_formula(weights, gradient);
-    }
-
-    fn by_formula(&self, table: &mut [f64]) {
-        self.expand(None, |entry, value| table[entry] = value);
-    }
-
-    /// The gradient, one hyperparameter at a time.
-    fn pull_back_by_formula(&self, weights: &[f64], gradient: &mut [f64]) {
         for (number, slope) in gradient.iter_mut().enumerate() {
             let value = self.hyperparameters[number];
             self.expand(Some(number), |entry, d| *slope += weights[entry] * d * value);
@@ -70,7 +61,7 @@ impl<const D: usize> Request<'_, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::{Orders, SquaredExponential};
+    use crate::kernel::{Formula, Orders, SquaredExponential};
 
     #[test]
     fn the_closed_form_is_that_of_the_formula() {
@@ -80,14 +71,16 @@ mod tests {
         let order = |a, b| Orders { first: [a, b], second: [0, 0] };
         let orders: Vec<Orders<2>> =
             (0..25).map(|k| order(k % 5, k / 5)).filter(|o| o.first[1] != 3).collect();
-        let kernel = SquaredExponential::new();
-        let request = Request {
-            kernel: &kernel,
+        let (kernel, formula) = (SquaredExponential::new(), SquaredExponential::new().into());
+        let of = |kernel| Request {
+            kernel,
             hyperparameters: &[0.6, 0.8],
             first: axes.each_ref().map(Vec::as_slice),
             second: [axes[0][4], axes[1][4]],
             orders: &orders,
         };
+        let (request, by_formula): (Request<'_, 2>, Request<'_, 2>) =
+            (of(&kernel), of(&formula as &Formula<2>));
         let sizes = orders.len() * COUNT;
         let weight = |k: usize| ((k * 7 + 3) % 11) as f64 / 11.0 - 0.4;
         let given: Vec<f64> = (0..sizes).map(weight).collect();
@@ -97,8 +90,8 @@ mod tests {
         request.derivatives_and_pull_back(memory, &mut weigh, &mut gradient);
         let (mut again, mut series, mut expected) = (table.clone(), table.clone(), [0.0; 2]);
         request.derivatives(&mut again);
-        request.by_formula(&mut series);
-        request.pull_back_by_formula(&given, &mut expected);
+        let memory = [&mut series[..], &mut weights[..]];
+        by_formula.derivatives_and_pull_back(memory, &mut weigh, &mut expected);
         assert_eq!(table, again);
         for (rows, rows_of_series) in table.chunks(COUNT).zip(series.chunks(COUNT)) {
             let scale = rows_of_series.iter().fold(1.0_f64, |most, x| most.max(x.abs()));

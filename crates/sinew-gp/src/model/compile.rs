@@ -1,10 +1,8 @@
 //! Observations in numbers: what does not change with the parameters.
 
-use crate::error::{GpError, Result};
-use crate::model::data::{Averages, Group, Noise, Role};
-use crate::prior::Prior;
+use crate::model::data::{Averages, Group, Role};
 use crate::prior::coefficients::{PartCoefficients, PointCoefficients};
-use crate::problem::operator::Parameter;
+use crate::{Noise, Parameter, Prior, Result};
 
 /// Relative size of a residual that counts as agreement of an exact value with the boundary.
 const AGREEMENT: f64 = 1e-8;
@@ -14,42 +12,35 @@ const AGREEMENT: f64 = 1e-8;
 pub(crate) struct Compiled<const D: usize> {
     /// Position among the groups as they were given.
     pub number: usize,
-    /// Points, the first of each observation.
-    pub points: Vec<[f64; D]>,
-    /// Whether the values are those of the problem's equation.
-    pub is_equation: bool,
+    /// The observations, but for those of which the prior leaves nothing to tell.
+    pub given: Group<D>,
     /// Legs of an observation, which is the sum of the operator's values over these: one set of points, or the
     /// two ends of a jump, the second with the opposite sign.
     pub legs: Vec<PointCoefficients<D>>,
     /// Number of the first among the legs of all groups.
     pub first_leg: usize,
-    pub values: Vec<f64>,
-    pub noise: Noise,
     /// Position of the logarithm of a learned standard deviation, or of the scale of Student's t distribution, among the parameters.
     pub learned: Option<usize>,
     /// Position of the logarithm of the first value's weight in that distribution; the others follow.
     pub weighted: Option<usize>,
-    /// Number of values that each observation stands for, where it is a mean of many.
-    pub averages: Option<Averages>,
     /// Position of the first observation in the covariance matrix.
     pub offset: usize,
-    pub role: Role,
 }
 
 impl<const D: usize> Compiled<D> {
     /// Rows of the covariance matrix.
     pub(crate) fn rows(&self) -> std::ops::Range<usize> {
-        self.offset..self.offset + self.values.len()
+        self.offset..self.offset + self.given.values.len()
     }
 
     /// Whether imposed values without a known noise are met by the prior mean alone, once the
     /// terms with parameters in front are left out.
     pub(crate) fn is_trivially_satisfied(&self) -> bool {
-        let noisy = matches!(self.noise, Noise::Known(_));
-        if self.role != Role::Imposed || self.values.is_empty() || noisy {
+        let Group { role, values, noise, .. } = &self.given;
+        if *role != Role::Imposed || values.is_empty() || matches!(noise, Noise::Known(_)) {
             return false;
         }
-        let mut residual = self.values.clone();
+        let mut residual = values.clone();
         let mut size = largest(&residual);
         let means = self.legs.iter().flat_map(|leg| leg.monomials.iter().zip(&leg.mean));
         for (monomial, mean) in means {
@@ -63,8 +54,8 @@ impl<const D: usize> Compiled<D> {
 
     /// Divisors of the noise variance of each observation, at parameters on their scales.
     pub(crate) fn weights(&self, scaled: &[f64]) -> Vec<f64> {
-        let count = self.values.len();
-        match (self.weighted, &self.averages) {
+        let count = self.given.values.len();
+        match (self.weighted, &self.given.averages) {
             (Some(first), _) => scaled[first..first + count].iter().map(|w| w.exp()).collect(),
             (_, Some(averages)) => averages.counts.clone(),
             _ => vec![1.0; count],
@@ -73,15 +64,16 @@ impl<const D: usize> Compiled<D> {
 
     /// Logarithm of the likelihood of what values differ by from their averages, and its derivative in ln σ.
     pub(crate) fn scatter(&self, sigma: f64) -> (f64, f64) {
-        let Some(Averages { squares, freedom, .. }) = self.averages else { return (0.0, 0.0) };
+        let averages = self.given.averages.as_ref();
+        let Some(Averages { squares, freedom, .. }) = averages else { return (0.0, 0.0) };
         let ratio = squares / (sigma * sigma);
         (-0.5 * ratio - freedom * sigma.ln(), ratio - freedom)
     }
 
     /// Root mean square of what values differ from the prior mean by.
     pub(crate) fn residual_size(&self, theta: &[f64]) -> f64 {
-        let count = self.values.len().max(1) as f64;
-        let mut residual = self.values.clone();
+        let count = self.given.values.len().max(1) as f64;
+        let mut residual = self.given.values.clone();
         self.legs.iter().for_each(|leg| leg.add_mean(&leg.factors(theta), -1.0, &mut residual));
         (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt()
     }
@@ -89,7 +81,7 @@ impl<const D: usize> Compiled<D> {
     /// Size of the operator on functions of size one of each part that vary over the whole domain: a derivative is
     /// of the size of one over the extent, whatever the unit of length.
     pub(crate) fn operator_sizes(&self, theta: &[f64]) -> Vec<f64> {
-        let count = self.values.len().max(1) as f64;
+        let count = self.given.values.len().max(1) as f64;
         let size = |leg: &PointCoefficients<D>, part: usize| {
             let PartCoefficients { orders, arrays } = &leg.parts[part];
             let shrink = |orders: &[usize; D]| -> f64 {
@@ -127,33 +119,21 @@ pub(crate) fn compile<const D: usize>(
     let whose = format!("observation group {}", number + 1);
     let mut coefficients =
         |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
-    let (mut values, mut places) = (group.values.clone(), group.points.clone());
+    let mut given = group.clone();
     let mut legs = vec![coefficients(&group.points)?];
     for (factor, points) in &group.further {
         legs.push(coefficients(points)?.scaled(*factor));
     }
     if group.further.is_empty() && group.noise == Noise::Exact {
-        let kept = informative(&legs[0], &values, number + 1)?;
-        if kept.len() < values.len() {
-            places = kept.iter().map(|index| group.points[*index]).collect();
-            values = kept.iter().map(|index| values[*index]).collect();
-            legs = vec![coefficients(&places)?];
+        let kept = informative(&legs[0], &group.values, number + 1)?;
+        if kept.len() < group.values.len() {
+            given.points = kept.iter().map(|index| group.points[*index]).collect();
+            given.values = kept.iter().map(|index| group.values[*index]).collect();
+            legs = vec![coefficients(&given.points)?];
         }
     }
-    Ok(Compiled {
-        number,
-        legs,
-        values,
-        points: places,
-        is_equation: group.operator.is_none(),
-        noise: group.noise,
-        learned: None,
-        weighted: None,
-        averages: group.averages.clone(),
-        offset: 0,
-        first_leg: 0,
-        role: group.role,
-    })
+    let (learned, weighted) = (None, None);
+    Ok(Compiled { number, given, legs, learned, weighted, offset: 0, first_leg: 0 })
 }
 
 /// Positions of the observations on which the prior has any freedom; the others must agree.
@@ -171,17 +151,13 @@ fn informative<const D: usize>(
             kept.push(index);
             continue;
         }
-        let prescribed: f64 = match built.mean.as_slice() {
-            [mean] => mean[index],
-            // With unknown parameters in front, nothing can be said of the value.
-            _ => continue,
-        };
-        let residual = value - prescribed;
-        if residual.abs() > AGREEMENT * largest(values).max(largest(&built.mean[0])) {
-            return Err(GpError::Invalid(format!(
-                "value {index} of observation group {group} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
-            )));
-        }
+        // With unknown parameters in front, nothing can be said of the value.
+        let [mean] = &built.mean[..] else { continue };
+        let residual = value - mean[index];
+        ensure!(
+            residual.abs() <= AGREEMENT * largest(values).max(largest(mean)),
+            "value {index} of observation group {group} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
+        );
     }
     Ok(kept)
 }

@@ -1,10 +1,7 @@
 //! Observed and imposed values.
 
-use crate::error::{GpError, Result, check_lengths, place};
-use crate::problem::domain::Domain;
-use crate::problem::field::Field;
-use crate::problem::functional::Functional;
-use crate::problem::operator::Operator;
+use crate::error::{Result, check_lengths, place};
+use crate::{Domain, Field, Functional, GpError, Operator};
 
 /// Standard deviation of the error of observations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -204,6 +201,9 @@ impl<const D: usize> Data<D> {
 
 /// Refuses data that are not numbers or not of the domain, before anything is computed with them.
 pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> Result<()> {
+    if groups.iter().all(|group| group.points.is_empty() && group.values.is_empty()) {
+        return Err(no_data());
+    }
     for (index, group) in groups.iter().enumerate() {
         // As noises are numbered.
         let number = index + 1;
@@ -212,49 +212,39 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
             let further = || group.further.iter().filter_map(|(_, points)| points.get(index));
             let points = || std::iter::once(point).chain(further());
             let coordinates = points().flatten().map(|c| ("point", c));
-            let mut numbers = coordinates.chain([("value", value)]);
-            if let Some((what, found)) = numbers.find(|(_, number)| !number.is_finite()) {
-                return Err(GpError::Invalid(format!(
+            for (what, found) in coordinates.chain([("value", value)]) {
+                ensure!(
+                    found.is_finite(),
                     "{what} number {index} of observation group {number} is {found}; remove it from the data"
-                )));
+                );
             }
-            // Rounding leaves points of the boundary next to it.
-            let stands_for_many = group.averages.is_some();
-            let outside = points().find(|point| !domain.contains_within(**point, 1e-9));
-            if let Some(outside) = outside.filter(|_| !stands_for_many) {
-                return Err(GpError::Invalid(format!(
+            // Points that stand for many may lie anywhere; rounding leaves those of the boundary next to it.
+            for point in points().filter(|_| group.averages.is_none()) {
+                ensure!(
+                    domain.contains_within(*point, 1e-9),
                     "point {index} of observation group {number} {} lies outside the domain; check its unit, or remove it",
-                    place(outside)
-                )));
+                    place(point)
+                );
             }
         }
         match group.noise {
-            Noise::Known(sigma) if !(sigma.is_finite() && sigma > 0.0) => {
-                return Err(GpError::Invalid(format!(
-                    "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
-                )));
-            }
-            Noise::StudentT(freedom) if !(freedom.is_finite() && freedom >= 1.0) => {
-                return Err(GpError::Invalid(format!(
-                    "Student's t with {freedom} degrees of freedom for {}; give 1 or more, as 4",
-                    noise_name(index)
-                )));
-            }
             Noise::Exact => check_contradictions(group, number, &domain.extents())?,
-            Noise::Known(_) | Noise::Learned | Noise::StudentT(_) => {}
+            Noise::Known(sigma) => ensure!(
+                sigma.is_finite() && sigma > 0.0,
+                "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
+            ),
+            Noise::Learned => ensure!(
+                !group.points.is_empty(),
+                "observation group {number} has no points, so that its noise cannot be learned; leave it out"
+            ),
+            Noise::StudentT(freedom) => ensure!(
+                freedom.is_finite() && freedom >= 1.0,
+                "Student's t with {freedom} degrees of freedom for {}; give 1 or more, as 4",
+                noise_name(index)
+            ),
         }
     }
-    let empty = |group: &Group<D>| group.points.is_empty();
-    if groups.iter().all(empty) {
-        return Err(no_data());
-    }
-    match groups.iter().position(|group| empty(group) && group.noise == Noise::Learned) {
-        Some(index) => Err(GpError::Invalid(format!(
-            "observation group {} has no points, so that its noise cannot be learned; leave it out",
-            index + 1
-        ))),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 /// Name of the noise of a group of observations, by which messages call the group.
@@ -270,20 +260,15 @@ pub(crate) fn no_data() -> GpError {
 /// Refuses numbers that are not finite.
 pub(crate) fn check_finite<'a>(
     what: &str,
-    mut numbers: impl Iterator<Item = (usize, &'a f64)>,
+    numbers: impl Iterator<Item = (usize, &'a f64)>,
 ) -> Result<()> {
-    match numbers.find(|(_, number)| !number.is_finite()) {
-        Some((index, number)) => Err(GpError::Invalid(format!(
+    for (index, number) in numbers {
+        ensure!(
+            number.is_finite(),
             "{what} number {index} of the prediction is {number}; give a finite one"
-        ))),
-        None => Ok(()),
+        );
     }
-}
-
-/// Refuses places of a prediction that are not numbers.
-pub(crate) fn check_places<const D: usize>(points: &[[f64; D]]) -> Result<()> {
-    let numbered = points.iter().enumerate();
-    check_finite("point", numbered.flat_map(|(index, point)| point.iter().map(move |c| (index, c))))
+    Ok(())
 }
 
 /// Relative difference up to which noise-free values of one point are the same.

@@ -1,8 +1,6 @@
 //! Lengths of the waves of an equation.
 
-use crate::kernel::Measure;
-use crate::model::Model;
-use crate::problem::operator::Term;
+use crate::{Measure, Model, Term};
 use std::f64::consts::PI;
 
 impl<const D: usize> Model<D> {

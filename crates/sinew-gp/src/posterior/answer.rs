@@ -1,10 +1,6 @@
 //! Answer of a fit in short: parameters with intervals, warnings, and marginal bands of u.
 
-use crate::error::Result;
-use crate::fit::Fit;
-use crate::posterior::conditional::Prediction;
-use crate::posterior::ensemble::Ensemble;
-use crate::posterior::laplace::ensemble;
+use crate::{Ensemble, Fit, GpError, Prediction, Result, Warning, ensemble};
 use std::fmt;
 
 /// Draws and seed of a fit's own ensemble.
@@ -47,32 +43,26 @@ impl<const D: usize> fmt::Display for Fit<D> {
         let learned = model.groups.iter().filter_map(|group| group.learned);
         for position in model.theta_range().chain(learned) {
             let name = &model.parameters()[position].name;
-            let found =
-                self.parameter(name).and_then(|value| Ok((value, self.interval(name, 0.95)?)));
-            let told = self.ensemble().and_then(|ensemble| ensemble.identifies(name));
-            match found {
-                Ok((_, [lower, upper])) if told == Ok(false) => writeln!(
-                    formatter,
-                    "{name} unidentified, 95 % of its prior between {lower:.4e} and {upper:.4e}"
-                )?,
-                Ok((value, [lower, upper])) => writeln!(
-                    formatter,
-                    "{name} {value:.4e}, 95 % between {lower:.4e} and {upper:.4e}"
-                )?,
+            let found = || {
+                let told = match self.ensemble()?.identifies(name)? {
+                    true => format!("{:.4e}, 95 %", self.parameter(name)?),
+                    false => "unidentified, 95 % of its prior".into(),
+                };
+                Ok::<_, GpError>((told, self.interval(name, 0.95)?))
+            };
+            match found() {
+                Ok((told, [lower, upper])) => {
+                    writeln!(formatter, "{name} {told} between {lower:.4e} and {upper:.4e}")?;
+                }
                 Err(error) => writeln!(formatter, "{name}: {error}")?,
             }
         }
-        match self.warnings() {
-            Ok(warnings) => {
-                for warning in warnings {
-                    writeln!(formatter, "warning: {warning}")?;
-                }
-            }
-            Err(error) => writeln!(formatter, "warning: {error}")?,
-        }
-        for warning in self.ensemble().iter().flat_map(|ensemble| ensemble.warnings()) {
-            writeln!(formatter, "warning: {warning}")?;
-        }
-        Ok(())
+        let of_fit = match self.warnings() {
+            Ok(warnings) => warnings.iter().map(Warning::to_string).collect(),
+            Err(error) => vec![error.to_string()],
+        };
+        let of_draws = self.ensemble().into_iter().flat_map(|ensemble| ensemble.warnings());
+        let mut warnings = of_fit.into_iter().chain(of_draws.map(Warning::to_string));
+        warnings.try_for_each(|warning| writeln!(formatter, "warning: {warning}"))
     }
 }

@@ -1,15 +1,13 @@
 //! Posterior of u and of linear functionals of it at given parameters.
 
-use crate::error::{GpError, Result, check_lengths};
+use crate::error::{Result, check_lengths};
 use crate::evidence::factor::Factor;
 use crate::evidence::gram::{PairPlan, Scratch, Side};
 use crate::evidence::state::{Factored, State};
-use crate::instances::instance;
-use crate::model::data::{Role, check_finite, check_places};
-use crate::model::{Model, spread};
+use crate::model::data::{Role, check_finite};
+use crate::model::spread;
 use crate::prior::coefficients::PointCoefficients;
-use crate::problem::functional::Functional;
-use crate::problem::operator::Operator;
+use crate::{Functional, GpError, Model, Operator};
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side as Triangle};
@@ -30,6 +28,9 @@ pub struct Conditional<const D: usize> {
     factor: Factor,
     pub(crate) jitter: f64,
 }
+
+/// A question about an operator at points.
+type Asked<const D: usize, T> = fn(&Conditional<D>, &Operator<D>, &[[f64; D]]) -> Result<T>;
 
 /// Share of the variance of measured values below which a posterior that explains no more of it has collapsed.
 const COLLAPSE: f64 = 0.1;
@@ -72,7 +73,7 @@ impl<const D: usize> Query<'_, D> {
                     plans.push((part, leg, PairPlan::new(of, first, second)));
                 }
             }
-            for own in 0..group.values.len() {
+            for own in 0..group.given.values.len() {
                 covariances.fill(0.0);
                 for (part, leg, plan) in &plans {
                     let second = self.state.side(*part, *leg);
@@ -149,11 +150,7 @@ impl<const D: usize> Conditional<D> {
     /// As [`Conditional::predict`]; and if the operator has parameters that the model lacks, or takes
     /// more derivatives than are supported or the kernel's functions have.
     pub fn mean_of(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
-        instance!(
-            D,
-            Conditional::mean_at,
-            fn(&Conditional<D>, &Operator<D>, &[[f64; D]]) -> Result<Vec<f64>>
-        )(self, operator, points)
+        instance!(D, Conditional::mean_at, Asked<D, Vec<f64>>)(self, operator, points)
     }
 
     fn mean_at(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
@@ -175,11 +172,7 @@ impl<const D: usize> Conditional<D> {
         operator: &Operator<D>,
         points: &[[f64; D]],
     ) -> Result<Prediction> {
-        instance!(
-            D,
-            Conditional::predicted,
-            fn(&Conditional<D>, &Operator<D>, &[[f64; D]]) -> Result<Prediction>
-        )(self, operator, points)
+        instance!(D, Conditional::predicted, Asked<D, Prediction>)(self, operator, points)
     }
 
     fn predicted(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Prediction> {
@@ -236,14 +229,14 @@ impl<const D: usize> Conditional<D> {
         let (mut left, mut variation) = (0.0, 0.0);
         let sigmas: Vec<f64> = state.sigmas().collect();
         for (group, sigma) in self.model.groups.iter().zip(&state.noise) {
-            if group.role != Role::Observed || *sigma == 0.0 {
+            if group.given.role != Role::Observed || *sigma == 0.0 {
                 continue;
             }
             // In units of the noise, so that groups of different units count alike. The posterior mean at an observation
             // is y − σ² α.
             left += group.rows().map(|row| (sigmas[row] * self.weights[row]).powi(2)).sum::<f64>();
-            let spread = spread(&group.values).unwrap_or_default() / sigma;
-            variation += spread * spread * group.values.len() as f64;
+            let spread = spread(&group.given.values).unwrap_or_default() / sigma;
+            variation += spread * spread * group.given.values.len() as f64;
         }
         left > (1.0 - COLLAPSE) * variation && variation > 0.0
     }
@@ -269,7 +262,8 @@ impl<const D: usize> Conditional<D> {
         let (model, prior) = (&self.model, &self.model.prior);
         let state = State::new(model, &self.parameters)?;
         prior.check_roughness(operator)?;
-        check_places(points)?;
+        let numbered = points.iter().enumerate();
+        check_finite("point", numbered.flat_map(|(k, x)| x.iter().map(move |c| (k, c))))?;
         let mut theta = model.theta.clone();
         let places = (points, "the prediction");
         let points = PointCoefficients::new(prior, operator, places, &mut theta)?;
@@ -303,11 +297,7 @@ impl<const D: usize> Conditional<D> {
 
     /// Posterior mean and covariance of an operator at points.
     fn joint(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)> {
-        instance!(
-            D,
-            Conditional::jointly,
-            fn(&Conditional<D>, &Operator<D>, &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)>
-        )(self, operator, points)
+        instance!(D, Conditional::jointly, Asked<D, (Vec<f64>, Mat<f64>)>)(self, operator, points)
     }
 
     fn jointly(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)> {

@@ -1,12 +1,6 @@
 //! Several probable parameter vectors: predictions that include what is not known of them.
 
-use crate::error::{GpError, Result};
-use crate::fit::Fit;
-use crate::fit::warning::Warning;
-use crate::model::Model;
-use crate::posterior::conditional::{Conditional, Prediction};
-use crate::problem::functional::Functional;
-use crate::problem::operator::Operator;
+use crate::{Conditional, Fit, Functional, GpError, Model, Operator, Prediction, Result, Warning};
 use rayon::prelude::*;
 use sinew_sample::{quantile, split_seed};
 use std::sync::Arc;
@@ -224,12 +218,11 @@ const NEARLY_ALL: f64 = 0.99;
 pub(crate) const TRUSTED: f64 = 0.4;
 
 fn check_share(share: f64) -> Result<()> {
-    match (0.0..=1.0).contains(&share) {
-        true => Ok(()),
-        false => Err(GpError::Invalid(format!(
-            "a level or share of {share}; give a number between 0 and 1, as 0.95"
-        ))),
-    }
+    ensure!(
+        (0.0..=1.0).contains(&share),
+        "a level or share of {share}; give a number between 0 and 1, as 0.95"
+    );
+    Ok(())
 }
 
 fn no_draws() -> GpError {

@@ -1,11 +1,9 @@
 //! Draws about the fit, weighed by the posterior.
 
-use crate::error::Result;
-use crate::fit::Fit;
-use crate::instances::instance;
-use crate::posterior::ensemble::{Ensemble, TRUSTED};
-use crate::posterior::nuts::{NutsOptions, nuts, sampled};
+use crate::posterior::ensemble::TRUSTED;
+use crate::posterior::nuts::sampled;
 use crate::posterior::space::Space;
+use crate::{Ensemble, Fit, NutsOptions, Result, nuts};
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

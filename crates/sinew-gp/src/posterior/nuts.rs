@@ -3,12 +3,9 @@
 //! The space is stretched by the curvature at the maximum, and each parameter's interval is opened up by
 //! a logistic map, so that one step size serves all directions.
 
-use crate::error::Result;
-use crate::fit::Fit;
-use crate::instances::instance;
-use crate::posterior::ensemble::Ensemble;
 use crate::posterior::laplace::{LEAST, moved};
 use crate::posterior::space::{Space, not_drawn};
+use crate::{Ensemble, Fit, Result};
 use sinew_sample::{Chains, Laplace, nuts as chains, split_seed};
 
 /// Options of the sampling of parameters.

@@ -3,9 +3,8 @@
 //! Each parameter is a logistic function of its q, which opens its interval up; the density of q is the posterior's times
 //! |dx/dq|, so that its maximum lies inside even where the posterior's is at a bound.
 
-use crate::error::{GpError, Result};
-use crate::fit::optimise::{Evaluated, minimise};
-use crate::model::Model;
+use crate::fit::optimise::maximise;
+use crate::{Evaluation, GpError, Model, Result};
 use nalgebra::{DMatrix, DVector};
 use sinew_sample::{Laplace, LogDensity};
 
@@ -47,20 +46,15 @@ impl<'a, const D: usize> Space<'a, D> {
         let mut bounds = model.scaled_bounds();
         bounds.truncate(free);
         let (fitted, held) = fitted.split_at(free);
-        let held = held.to_vec();
         let share = |(x, [lower, upper]): (&f64, &[f64; 2])| {
             let share = ((x - lower) / (upper - lower)).clamp(INWARDS, 1.0 - INWARDS);
             (share / (1.0 - share)).ln()
         };
         let mut centre: Vec<f64> = fitted.iter().zip(&bounds).map(share).collect();
-        let space = Self { model, bounds, held };
+        let space = Self { model, bounds, held: held.to_vec() };
         space.evaluate(&centre)?;
-        let negative = |q: &[f64]| -> Evaluated {
-            let (value, gradient) = space.evaluate(q).ok()?;
-            Some((-value, gradient.iter().map(|g| -g).collect()))
-        };
-        let within = vec![[-MOST, MOST]; free];
-        if let Some(found) = minimise(negative, &centre, &within, ITERATIONS, |_, _| ()) {
+        let (evaluate, within) = (|q: &[f64]| space.evaluate(q).ok(), vec![[-MOST, MOST]; free]);
+        if let Some(found) = maximise(evaluate, &centre, &within, ITERATIONS, |_| ()) {
             centre = found.point;
         }
         let covariance = space.covariance(&centre)?;
@@ -77,7 +71,7 @@ impl<'a, const D: usize> Space<'a, D> {
                 let gradient = |step: f64| {
                     let mut moved = centre.to_vec();
                     moved[column] += step;
-                    Ok::<_, GpError>(DVector::from_vec(self.evaluate(&moved)?.1))
+                    Ok::<_, GpError>(DVector::from_vec(self.evaluate(&moved)?.gradient))
                 };
                 let difference = gradient(-step)? - gradient(step)?;
                 curvature.set_column(column, &(difference / (2.0 * step)));
@@ -131,22 +125,19 @@ impl<'a, const D: usize> Space<'a, D> {
 
     /// Logarithm of the density at q; −∞ where the evidence has no value.
     pub(crate) fn log_density(&self, q: &[f64]) -> f64 {
-        let x = self.parameters(q);
-        match self.model.log_evidence(&x) {
-            Ok(value) => finite(value + self.model.log_hyperprior(&x) + Self::log_slope(q)),
-            Err(_) => f64::NEG_INFINITY,
-        }
+        self.model.log_posterior(&self.parameters(q)) + Self::log_slope(q)
     }
 
     /// Density of q and its gradient.
-    fn evaluate(&self, q: &[f64]) -> Result<(f64, Vec<f64>)> {
-        let evaluation = self.model.evaluate_posterior(&self.parameters(q))?;
-        let each = q.iter().zip(&self.bounds).zip(&evaluation.gradient);
-        let gradient = each.map(|((q, [lower, upper]), g)| {
+    fn evaluate(&self, q: &[f64]) -> Result<Evaluation> {
+        let mut found = self.model.evaluate_posterior(&self.parameters(q))?;
+        found.value += Self::log_slope(q);
+        found.gradient.truncate(q.len());
+        for ((q, [lower, upper]), g) in q.iter().zip(&self.bounds).zip(&mut found.gradient) {
             let (s, slope) = logistic(*q);
-            g * (upper - lower) * slope + 1.0 - 2.0 * s
-        });
-        Ok((evaluation.value + Self::log_slope(q), gradient.collect()))
+            *g = *g * (upper - lower) * slope + 1.0 - 2.0 * s;
+        }
+        Ok(found)
     }
 }
 
@@ -156,9 +147,9 @@ impl<const D: usize> LogDensity for Space<'_, D> {
     }
 
     fn value_and_gradient(&self, q: &[f64], gradient: &mut [f64]) -> f64 {
-        let Ok((value, slopes)) = self.evaluate(q) else { return f64::NEG_INFINITY };
-        gradient.copy_from_slice(&slopes);
-        finite(value)
+        let Ok(found) = self.evaluate(q) else { return f64::NEG_INFINITY };
+        gradient.copy_from_slice(&found.gradient);
+        found.value
     }
 }
 
@@ -167,8 +158,4 @@ pub(crate) fn not_drawn(error: sinew_sample::SampleError) -> GpError {
     GpError::Invalid(format!(
         "the posterior of the parameters gives no draws: {error}; narrow the bounds, or add values"
     ))
-}
-
-fn finite(value: f64) -> f64 {
-    if value.is_finite() { value } else { f64::NEG_INFINITY }
 }

@@ -4,11 +4,9 @@
 //! a_β = Σ_α c_α C(α, β) ∂^{α−β} φ. The parameters θ of the operator enter only through monomials,
 //! so that a_β = Σ_t μ_t(θ) A_{t,β} with constant arrays A.
 
-use crate::error::{GpError, Result, place};
-use crate::prior::Prior;
+use crate::error::{Result, place};
 use crate::problem::domain::grid;
-use crate::problem::operator::{Operator, Parameter, Term};
-use crate::series::Series;
+use crate::{Operator, Parameter, Prior, Series, Term};
 
 /// A product of powers of parameters; empty for 1.
 pub(crate) type Monomial = Vec<(usize, i32)>;
@@ -52,17 +50,12 @@ pub(crate) struct PointCoefficients<const D: usize> {
 
 /// Position of each parameter by name, added where it is new.
 pub(crate) fn register(known: &mut Vec<Parameter>, parameter: &Parameter) -> Result<usize> {
-    match known.iter().position(|other| other.name() == parameter.name()) {
-        Some(position) if known[position] == *parameter => Ok(position),
-        Some(_) => Err(GpError::Invalid(format!(
-            "parameter {} is declared twice with different bounds; clone one `Parameter`",
-            parameter.name()
-        ))),
-        None => {
-            known.push(parameter.clone());
-            Ok(known.len() - 1)
-        }
-    }
+    let name = parameter.name();
+    ensure!(
+        known.iter().all(|other| other.name() != name || other == parameter),
+        "parameter {name} is declared twice with different bounds; clone one `Parameter`"
+    );
+    Ok(position(known, parameter.clone()))
 }
 
 impl<const D: usize> PointCoefficients<D> {
@@ -83,9 +76,13 @@ impl<const D: usize> PointCoefficients<D> {
         let arrays = vec![Vec::new(); monomials.len()];
         let mut parts = vec![PartCoefficients { orders: Vec::new(), arrays }; prior.parts.len()];
         for (index, point) in points.iter().enumerate() {
-            let finite = |number: f64, what: &str| match number.is_finite() {
-                true => Ok(number),
-                false => Err(singular(what, index, whose, point)),
+            let finite = |number: f64, what: &str| {
+                ensure!(
+                    number.is_finite(),
+                    "the {what} has no finite value or derivative at point {index} of {whose} {}; move the point off the corner, or make the formula finite there",
+                    place(point)
+                );
+                Ok(number)
             };
             let factor = |term: &Term<D>, what: &str| {
                 let function =
@@ -115,14 +112,12 @@ impl<const D: usize> PointCoefficients<D> {
                         let binomial: f64 = (0..D).map(|d| choose(alpha[d], beta[d])).product();
                         for (beta, turned) in prior.turned(beta, point) {
                             let value = factor * binomial * turned * series.derivative(&rest);
-                            let row = built.row(beta, count);
-                            built.arrays[*monomial][row + index] += finite(value, "feature")?;
+                            built.add(*monomial, beta, [index, count], finite(value, "feature")?);
                         }
                     }
                 }
             }
         }
-        let parts = parts.into_iter().map(|part| part.without_zeros(count)).collect();
         Ok(Self { count, axes, extents: prior.domain.extents(), monomials, mean, parts })
     }
 
@@ -165,13 +160,6 @@ fn choose(n: usize, k: usize) -> f64 {
     (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product::<f64>().round()
 }
 
-fn singular(what: &str, index: usize, whose: &str, point: &[f64]) -> GpError {
-    let at = place(point);
-    GpError::Invalid(format!(
-        "the {what} has no finite value or derivative at point {index} of {whose} {at}; move the point off the corner, or make the formula finite there"
-    ))
-}
-
 /// The distinct monomials of an operator, and that of each of its terms and sources.
 fn monomials<const D: usize>(
     operator: &Operator<D>,
@@ -202,23 +190,13 @@ fn below<const D: usize>(alpha: [usize; D], axes: &[usize]) -> Vec<[usize; D]> {
 }
 
 impl<const D: usize> PartCoefficients<D> {
-    /// First entry of the derivative of these orders, for which room is made.
-    fn row(&mut self, orders: [usize; D], count: usize) -> usize {
-        let row = position(&mut self.orders, orders);
-        let size = self.orders.len() * count;
-        self.arrays.iter_mut().for_each(|array| array.resize(size, 0.0));
-        row * count
-    }
-
-    /// Drops derivatives that nowhere occur.
-    fn without_zeros(mut self, count: usize) -> Self {
-        let of = |array: &Vec<f64>, row: usize| array[row * count..(row + 1) * count].to_vec();
-        let occurs =
-            |row: &usize| self.arrays.iter().any(|a| of(a, *row).iter().any(|a| *a != 0.0));
-        let kept: Vec<usize> = (0..self.orders.len()).filter(occurs).collect();
-        self.orders = kept.iter().map(|row| self.orders[*row]).collect();
-        let rows = |array: &Vec<f64>| kept.iter().flat_map(|row| of(array, *row)).collect();
-        self.arrays = self.arrays.iter().map(rows).collect();
-        self
+    /// Adds to the factor of a derivative at a point of `count`, with room for a derivative that occurs for the first time.
+    fn add(&mut self, monomial: usize, orders: [usize; D], [at, count]: [usize; 2], value: f64) {
+        if value != 0.0 {
+            let row = position(&mut self.orders, orders);
+            let size = self.orders.len() * count;
+            self.arrays.iter_mut().for_each(|array| array.resize(size, 0.0));
+            self.arrays[monomial][row * count + at] += value;
+        }
     }
 }

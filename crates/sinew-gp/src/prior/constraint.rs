@@ -5,14 +5,8 @@ mod imposed;
 #[cfg(test)]
 mod tests;
 
-use crate::error::Result;
-use crate::instances::instance;
 use crate::prior::structure::{AxisStructure, Factor, Lift};
-use crate::problem::Problem;
-use crate::problem::domain::Domain;
-use crate::problem::field::{Field, constant, field};
-use crate::problem::polygon::Polygon;
-use crate::series::Series;
+use crate::{Domain, Field, Polygon, Problem, Result, Series, constant, field};
 use corners::check_corners;
 pub(crate) use imposed::Imposed;
 
@@ -43,11 +37,7 @@ impl<const D: usize> Feature<D> {
     /// Feature with one more factor.
     fn times(&self, axis: usize, own: &Factor<D>) -> Self {
         let axes = self.axes.iter().copied().filter(|d| *d != axis || own.free).collect();
-        let factor = match (self.factor.clone(), own.field.clone()) {
-            (before, None) => before,
-            (before, Some(own)) => field(move |x: [Series; D]| before.at(x.clone()) * own.at(x)),
-        };
-        Self { factor, axes }
+        Self { factor: self.factor.product(&own.field), axes }
     }
 }
 

@@ -1,11 +1,7 @@
 //! One axis of a constrained prior: what is fixed at its ends, what vanishes there, what is free.
 
 use crate::prior::constraint::Imposed;
-use crate::problem::Problem;
-use crate::problem::condition::Condition;
-use crate::problem::domain::{Domain, Side};
-use crate::problem::field::{Field, field};
-use crate::series::Series;
+use crate::{Condition, Domain, Field, Problem, Series, Side, field};
 use nalgebra::DMatrix;
 
 /// A polynomial along one axis, in the coordinate s that runs from 0 at one end to 1 at the other.
@@ -52,14 +48,13 @@ fn bubble<const D: usize>(axis: usize, [lower, upper]: [f64; 2], powers: [usize;
         let (s, rest) = ((&x[axis] - lower) / length, (upper - &x[axis]) / length);
         s.powi(powers[0]) * rest.powi(powers[1]) * scale
     });
-    let field = (powers != [0, 0]).then_some(bubble);
-    Factor { field, free: true, varies: false }
+    Factor { field: bubble, free: true, varies: false }
 }
 
 /// A shape along an axis times a free function on the face.
 fn trace<const D: usize>(axis: usize, shape: Shape) -> Factor<D> {
     let field = field(move |x: [Series; D]| shape.at(&x[axis]));
-    Factor { field: Some(field), free: false, varies: false }
+    Factor { field, free: false, varies: false }
 }
 
 /// Condition across one axis, at one end or as the difference between the upper and the lower end.
@@ -82,7 +77,7 @@ impl<const D: usize> Lift<D> {
 
     /// The coordinate of that side.
     pub(crate) fn end(&self) -> f64 {
-        self.ends[self.side().index()]
+        self.ends[self.side() as usize]
     }
 
     /// The side in words.
@@ -93,7 +88,7 @@ impl<const D: usize> Lift<D> {
     /// `x` moved to a side.
     pub(crate) fn moved(&self, x: &[Series; D], side: Side) -> [Series; D] {
         let mut face = x.clone();
-        face[self.axis] = x[self.axis].constant(self.ends[side.index()]);
+        face[self.axis] = x[self.axis].constant(self.ends[side as usize]);
         face
     }
 
@@ -119,8 +114,7 @@ impl<const D: usize> Lift<D> {
 /// Factor of a free function: of all coordinates, or of those on a face.
 #[derive(Clone, Debug)]
 pub(crate) struct Factor<const D: usize> {
-    /// `None` for one.
-    pub field: Option<Field<D>>,
+    pub field: Field<D>,
     /// Whether the function varies along the axis.
     pub free: bool,
     /// Whether the factor's size is not one.
@@ -162,9 +156,9 @@ impl Basis {
     /// polynomials with the same contact m at both, s^j/j! (1 − s)^m Σ_{k<m−j} C(m − 1 + k, k) s^k: linear ones between two
     /// Dirichlet faces as in Algorithm 3, the cubic blends B⁻ and B⁺ (4.45) with slopes. Powers of s where it has none.
     fn shape_of(&self, side: Side, j: usize) -> Shape {
-        let contact = match self.contacts[1 - side.index()] {
+        let contact = match self.contacts[1 - side as usize] {
             0 => 0,
-            other => other.max(self.contacts[side.index()]),
+            other => other.max(self.contacts[side as usize]),
         };
         // In the distance s from the end.
         let mut own = vec![0.0; j];
@@ -219,7 +213,7 @@ impl<const D: usize> AxisStructure<D> {
         let basis = Basis { axis, ends, contacts };
         let mut structure = Self { factors: vec![bubble(axis, ends, contacts)], lifts: Vec::new() };
         for (side, outwards) in Side::BOTH.into_iter().zip([-1.0, 1.0]) {
-            let given = conditions[side.index()].iter();
+            let given = conditions[side as usize].iter();
             let imposed = given.flat_map(|condition| Imposed::of(condition, axis, outwards));
             structure.lifts.extend(imposed.map(|imposed| basis.lift(Some(side), imposed)));
         }
@@ -282,7 +276,7 @@ impl<const D: usize> AxisStructure<D> {
                 let trace = field(move |x: [Series; D]| {
                     plain.at(&x[axis]) + turned.at(&x[axis]) * factor.at(x)
                 });
-                self.factors.push(Factor { field: Some(trace), free: false, varies: true });
+                self.factors.push(Factor { field: trace, free: false, varies: true });
                 continue;
             }
             let given = condition.derivatives();

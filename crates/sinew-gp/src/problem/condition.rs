@@ -1,9 +1,6 @@
 //! Boundary conditions on a face.
 
-use crate::error::{GpError, Result};
-use crate::problem::field::{Field, constant, field};
-use crate::problem::operator::MOST_DERIVATIVES;
-use crate::series::Series;
+use crate::{Field, GpError, MOST_DERIVATIVES, Result, Series, constant, field};
 
 /// A condition on one face of a box. Derivatives are taken along the outward normal n
 /// everywhere: at the lower end of an axis ∂u/∂n = −∂u/∂x. Functions do not depend on the coordinate along the face's axis.
@@ -107,13 +104,11 @@ impl<const D: usize> Condition<D> {
         match &self {
             Self::Robin { value_factor: a, slope_factor: b, data } => {
                 let first = places.first().map_or(1.0, |x| b.value(*x).signum());
-                let odd =
-                    |(a, b): &(f64, f64)| !(a.is_finite() && b.is_finite() && b * first > 0.0);
-                let mut at = places.iter().map(|x| (a.value(*x), b.value(*x)));
-                if let Some((value, slope)) = at.find(odd) {
-                    return Err(GpError::Invalid(format!(
+                for (value, slope) in places.iter().map(|x| (a.value(*x), b.value(*x))) {
+                    ensure!(
+                        value.is_finite() && slope.is_finite() && slope * first > 0.0,
                         "the Robin condition on {face} has value factor {value} and slope factor {slope}; both must be finite, and the slope's nowhere 0 (use Dirichlet)"
-                    )));
+                    );
                 }
                 let over = |part: &Field<D>| match (part.clone(), b.clone()) {
                     (part, _) if part.is_zero() => part,

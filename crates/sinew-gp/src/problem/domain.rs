@@ -1,8 +1,6 @@
 //! Domain of a problem.
 
-use crate::error::{GpError, Result};
-use crate::problem::operator::Derivative;
-use crate::problem::polygon::Polygon;
+use crate::{Derivative, GpError, Polygon, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -18,11 +16,6 @@ pub enum Side {
 impl Side {
     /// Both, lower first.
     pub const BOTH: [Self; 2] = [Self::Lower, Self::Upper];
-
-    /// 0 for lower, 1 for upper.
-    pub(crate) fn index(self) -> usize {
-        self as usize
-    }
 }
 
 /// A box with named axes, of which the first two may be restricted to a polygon.
@@ -80,21 +73,15 @@ impl<const D: usize> Domain<D> {
     /// # Errors
     /// If there are more than three axes or none, the ends of an axis are not in ascending order, or a name repeats.
     pub fn cuboid(axes: [(&str, [f64; 2]); D]) -> Result<Self> {
-        if !(1..=3).contains(&D) {
-            let text = format!("a domain of {D} axes; give it one to three");
-            return Err(GpError::Invalid(text));
-        }
+        ensure!((1..=3).contains(&D), "a domain of {D} axes; give it one to three");
         for (d, (name, [lower, upper])) in axes.iter().enumerate() {
             // Neither end nor their distance may overflow.
-            if !((upper - lower).is_finite() && lower < upper) {
-                return Err(GpError::Invalid(format!(
-                    "axis {name} runs from {lower} to {upper}; give finite bounds in ascending order"
-                )));
-            }
-            if axes[..d].iter().any(|(earlier, _)| earlier == name) {
-                let text = format!("two axes are called {name}; name each axis once");
-                return Err(GpError::Invalid(text));
-            }
+            ensure!(
+                (upper - lower).is_finite() && lower < upper,
+                "axis {name} runs from {lower} to {upper}; give finite bounds in ascending order"
+            );
+            let new = axes[..d].iter().all(|(earlier, _)| earlier != name);
+            ensure!(new, "two axes are called {name}; name each axis once");
         }
         Ok(Self {
             names: axes.map(|(name, _)| name.to_string()),
@@ -147,17 +134,15 @@ impl<const D: usize> Domain<D> {
 
     /// Position of an axis that is no part of a polygon, for which an error says what to use.
     pub(crate) fn free_axis(&self, name: &str, instead: &str) -> Result<usize> {
-        match self.axis(name)? {
-            axis if self.polygon.is_some() && axis < 2 => {
-                Err(GpError::Invalid(format!("{name} is part of the polygon; use {instead}")))
-            }
-            axis => Ok(axis),
-        }
+        let axis = self.axis(name)?;
+        let free = self.polygon.is_none() || axis >= 2;
+        ensure!(free, "{name} is part of the polygon; use {instead}");
+        Ok(axis)
     }
 
     /// Coordinate of one end of an axis.
     pub(crate) fn end(&self, axis: usize, side: Side) -> f64 {
-        self.ends(axis)[side.index()]
+        self.ends(axis)[side as usize]
     }
 
     /// Coordinates of both ends of an axis.
@@ -198,13 +183,11 @@ impl<const D: usize> Domain<D> {
         let draw = |_| std::array::from_fn(|d| random.random_range(self.lower[d]..self.upper[d]));
         let tries = (0..TRIES_PER_POINT * (count + 1)).map(draw);
         let points: Vec<_> = tries.filter(|point| self.contains(*point)).take(count).collect();
-        match points.len() == count {
-            true => Ok(points),
-            false => Err(GpError::Invalid(
-                "the domain's polygon has too small a share of its bounding box to sample from; turn it along the axes, or give points of your own"
-                    .into(),
-            )),
-        }
+        ensure!(
+            points.len() == count,
+            "the domain's polygon has too small a share of its bounding box to sample from; turn it along the axes, or give points of your own"
+        );
+        Ok(points)
     }
 
     /// Points on the face at one end of an axis, drawn uniformly.

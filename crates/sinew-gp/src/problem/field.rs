@@ -52,6 +52,12 @@ impl<const D: usize> Field<D> {
         }
     }
 
+    /// Product of two functions.
+    pub(crate) fn product(&self, other: &Self) -> Self {
+        let (own, other) = (self.clone(), other.clone());
+        field(move |x: [Series; D]| own.at(x.clone()) * other.at(x))
+    }
+
     /// Value at `x`.
     pub fn value(&self, x: [f64; D]) -> f64 {
         self.at(Series::plain(x)).value()

@@ -1,9 +1,7 @@
 //! Weighted sums of an operator's values: integrals by quadrature.
 
-use crate::error::{GpError, Result};
 use crate::problem::domain::grid;
-use crate::problem::domain::{Domain, Side};
-use crate::problem::operator::Operator;
+use crate::{Domain, Operator, Result, Side};
 use nalgebra::DMatrix;
 
 /// Σ weight · (L u)(point), a linear functional of u.
@@ -49,12 +47,10 @@ impl<const D: usize> Functional<D> {
         order: usize,
         face: Option<(usize, Side)>,
     ) -> Result<Self> {
-        if domain.cross_section().is_some() {
-            return Err(GpError::Invalid(
-                "the domain has a polygon; give points and weights of your own for the integral"
-                    .into(),
-            ));
-        }
+        ensure!(
+            domain.cross_section().is_none(),
+            "the domain has a polygon; give points and weights of your own for the integral"
+        );
         let along = |d: usize| match face {
             Some((axis, side)) if axis == d => (vec![domain.end(d, side)], vec![1.0]),
             _ => {

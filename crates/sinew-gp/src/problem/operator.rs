@@ -1,8 +1,6 @@
 //! Linear differential operators, written as they are on paper.
 
-use crate::error::{GpError, Result};
-use crate::problem::domain::Domain;
-use crate::problem::field::Field;
+use crate::{Domain, Field, Result};
 use std::ops::{Add, Mul, Neg, Sub};
 use std::sync::Arc;
 
@@ -47,8 +45,7 @@ impl<const D: usize> Derivative<D> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     name: Arc<str>,
-    lower: f64,
-    upper: f64,
+    pub(crate) bounds: [f64; 2],
 }
 
 impl Parameter {
@@ -57,13 +54,11 @@ impl Parameter {
     /// # Errors
     /// If the bounds are not finite and ascending.
     pub fn new(name: &str, [lower, upper]: [f64; 2]) -> Result<Self> {
-        if lower.is_finite() && upper.is_finite() && lower < upper {
-            Ok(Self { name: name.into(), lower, upper })
-        } else {
-            Err(GpError::Invalid(format!(
-                "parameter {name} has bounds [{lower}, {upper}]; give finite bounds in ascending order"
-            )))
-        }
+        ensure!(
+            lower.is_finite() && upper.is_finite() && lower < upper,
+            "parameter {name} has bounds [{lower}, {upper}]; give finite bounds in ascending order"
+        );
+        Ok(Self { name: name.into(), bounds: [lower, upper] })
     }
 
     /// Name of the parameter.
@@ -73,15 +68,8 @@ impl Parameter {
 
     /// Halfway between its bounds, on the scale that it is inferred on.
     pub(crate) fn middle(&self) -> f64 {
-        match self.lower > 0.0 {
-            true => (self.lower * self.upper).sqrt(),
-            false => 0.5 * (self.lower + self.upper),
-        }
-    }
-
-    /// Lower and upper bound.
-    pub(crate) fn bounds(&self) -> [f64; 2] {
-        [self.lower, self.upper]
+        let [lower, upper] = self.bounds;
+        if lower > 0.0 { (lower * upper).sqrt() } else { 0.5 * (lower + upper) }
     }
 }
 
@@ -107,15 +95,9 @@ impl<const D: usize> Term<D> {
         self
     }
 
-    fn times_field(mut self, factor: &Field<D>) -> Self {
-        let factor = factor.clone();
-        self.function = Some(match self.function {
-            None => factor,
-            Some(function) => {
-                crate::problem::field::field(move |x| factor.at(x.clone()) * function.at(x))
-            }
-        });
-        self
+    fn times_field(self, factor: &Field<D>) -> Self {
+        let own = self.function.map_or_else(|| factor.clone(), |own| factor.product(&own));
+        Self { function: Some(own), ..self }
     }
 }
 
@@ -177,13 +159,13 @@ impl<const D: usize> Operator<D> {
 
     /// Refuses derivatives of too high an order.
     pub(crate) fn check_orders(&self, domain: &Domain<D>) -> Result<()> {
-        let mut orders = self.orders().into_iter().zip(domain.names());
-        match orders.find(|(order, _)| *order > MOST_DERIVATIVES) {
-            Some((order, axis)) => Err(GpError::Invalid(format!(
+        for (order, axis) in self.orders().into_iter().zip(domain.names()) {
+            ensure!(
+                order <= MOST_DERIVATIVES,
                 "derivative of order {order} along {axis}; at most {MOST_DERIVATIVES} is supported; write the equation as one of lower order"
-            ))),
-            None => Ok(()),
+            );
         }
+        Ok(())
     }
 
     /// One summand alone.

@@ -1,6 +1,6 @@
 //! Convex polygons, and functions that vanish on their edges.
 
-use crate::error::{GpError, Result, place};
+use crate::error::{Result, place};
 use crate::series::Series;
 
 /// A convex polygon, with its corners in anticlockwise order.
@@ -27,15 +27,9 @@ impl Polygon {
     /// cross.
     pub(crate) fn new(corners: &[[f64; 2]]) -> Result<Self> {
         let count = corners.len();
-        let fail = |problem: &str| {
-            Err(GpError::Invalid(format!("polygon of {count} vertices: {problem}")))
-        };
-        if count < 3 {
-            return fail("give at least three");
-        }
-        if corners.as_flattened().iter().any(|c| !c.is_finite()) {
-            return fail("give finite coordinates");
-        }
+        ensure!(count >= 3, "polygon of {count} vertices: give at least three");
+        let finite = corners.as_flattened().iter().all(|c| c.is_finite());
+        ensure!(finite, "polygon of {count} vertices: give finite coordinates");
         let area = |corners: &[[f64; 2]]| -> f64 {
             (0..count).map(|i| cross([0.0; 2], corners[i], corners[(i + 1) % count])).sum()
         };
@@ -45,21 +39,20 @@ impl Polygon {
         }
         let at = |k: usize| corners[k % count];
         let length = |k: usize| (at(k + 1)[0] - at(k)[0]).hypot(at(k + 1)[1] - at(k)[1]);
-        let flat = |k: &usize| {
-            let sine = cross(at(*k), at(k + 1), at(k + 2)) / (length(*k) * length(k + 1));
+        for k in 0..count {
             // Of a repeated corner it is no number.
-            sine.is_nan() || sine <= LEAST_TURN
-        };
-        if let Some(corner) = (0..count).find(flat) {
-            return fail(&format!(
-                "its corner {} is re-entrant, in line with its neighbours or given twice; leave it out, or take a convex domain around yours and impose the conditions at points by `Data::imposed`",
-                place(&at(corner + 1))
-            ));
+            let sine = cross(at(k), at(k + 1), at(k + 2)) / (length(k) * length(k + 1));
+            ensure!(
+                sine > LEAST_TURN,
+                "polygon of {count} vertices: its corner {} is re-entrant, in line with its neighbours or given twice; leave it out, or take a convex domain around yours and impose the conditions at points by `Data::imposed`",
+                place(&at(k + 1))
+            );
         }
-        let crossing = |i: usize| (2..count).any(|j| cross(at(i), at(i + 1), at(i + j)) <= 0.0);
-        if (0..count).any(crossing) {
-            return fail("edges cross; give the corners in order along the boundary");
-        }
+        let simple = |i: usize| (2..count).all(|j| cross(at(i), at(i + 1), at(i + j)) > 0.0);
+        ensure!(
+            (0..count).all(simple),
+            "polygon of {count} vertices: edges cross; give the corners in order along the boundary"
+        );
         let normal = |k: usize| {
             let [[ax, ay], [bx, by]] = [at(k), at(k + 1)];
             [(ay - by) / length(k), (bx - ax) / length(k)]

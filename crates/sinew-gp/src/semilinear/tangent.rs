@@ -1,10 +1,7 @@
 //! The linear equation that a semi-linear one is next to a solution.
 
 use super::{SemiLinear, singular_term};
-use crate::error::Result;
-use crate::problem::field::{Field, field};
-use crate::problem::operator::Operator;
-use crate::series::Series;
+use crate::{Field, Operator, Result, Series, field};
 use sinew_num::dot;
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -49,6 +49,29 @@ fn the_number_of_waves_is_found() -> Result<(), GpError> {
 }
 
 #[test]
+fn the_number_of_waves_between_ends_that_are_held_is_found() -> Result<(), GpError> {
+    // u″ + k² u = 0 with u = sin nπx, 60 values with errors of 5 %.
+    let line = Domain::interval("x", [0.0, 1.0])?;
+    let [dx] = line.derivatives();
+    let square = Parameter::new("k2", [1.0, 1e4])?;
+    let held = || Condition::Dirichlet(constant(0.0));
+    let problem = Problem::new(line.clone(), dx * dx + &square * Derivative::identity())?
+        .condition("x", Side::Lower, held())?
+        .condition("x", Side::Upper, held())?;
+    let mut found = 0;
+    for set in 0..10 {
+        let k = PI * (set + 1) as f64;
+        let data = values(&line, (60, set), |[x]| (k * x).sin(), 0.05)?;
+        let fit = fitted(&problem, data.equation_everywhere(constant(0.0)))?;
+        let off = fit.parameter("k2")? / (k * k) - 1.0;
+        println!("{} half waves: off by {:.2} %", set + 1, 100.0 * off);
+        found += usize::from(off.abs() < 0.02);
+    }
+    assert!(found >= 9, "{found} of 10");
+    Ok(())
+}
+
+#[test]
 fn sizes_whose_squares_are_no_numbers_are_refused() -> Result<(), GpError> {
     let line = Domain::interval("x", [0.0, 1.0])?;
     let [dx] = line.derivatives();
@@ -112,6 +135,23 @@ fn one_exponential_does_not_tell_two_rates() -> Result<(), GpError> {
         let at = time.sample(20, seed + 70)?;
         let fit = fitted(&problem, data.equation(&at, &[0.0; 20], Noise::Exact))?;
         is_unidentified(&fit, &["c", "k"])?;
+    }
+    Ok(())
+}
+
+#[test]
+fn the_tail_of_a_decay_does_not_tell_its_rate() -> Result<(), GpError> {
+    // u′ + k u = 0 with u = e^−6t, measured where it is a hundredth of the errors and less, with the start known and without.
+    let time = Domain::interval("t", [0.0, 3.0])?;
+    let [dt] = time.derivatives();
+    let rate = Parameter::new("k", [0.02, 200.0])?;
+    let decay = Problem::new(time.clone(), dt + &rate * Derivative::identity())?;
+    let start = Condition::Dirichlet(constant(1.0));
+    let started = decay.clone().condition("t", Side::Lower, start)?;
+    let tail = Domain::interval("t", [1.6, 3.0])?;
+    for (problem, seed) in [(&decay, 0), (&decay, 1), (&started, 2), (&started, 3)] {
+        let data = values(&tail, (25, seed), |[t]| (-6.0 * t).exp(), 0.03)?;
+        is_unidentified(&fitted(problem, data.equation_everywhere(constant(0.0)))?, &["k"])?;
     }
     Ok(())
 }

@@ -1,12 +1,8 @@
 //! Whether the conditions of faces agree where these meet.
 
-use crate::error::{GpError, Result};
 use crate::prior::structure::{AxisStructure, Lift};
-use crate::problem::Problem;
-use crate::problem::domain::Domain;
 use crate::problem::domain::grid;
-use crate::problem::field::Field;
-use crate::series::Series;
+use crate::{Domain, Field, GpError, Problem, Result, Series};
 
 /// Relative difference above which two conditions conflict at a corner: data are given as formulas
 /// that agree to rounding where they agree at all.
@@ -35,13 +31,6 @@ pub(super) fn check_corners<const D: usize>(
     }
     let mut beyond = structures.iter().skip(2).flat_map(|structure| &structure.lifts);
     beyond.try_for_each(|lift| check_edges(problem, lift))
-}
-
-/// A factor that varies along an edge where a slope of the product is held.
-fn varies(face: &str, along: &str) -> GpError {
-    GpError::Invalid(format!(
-        "the factor of the Robin condition on {face} varies where it meets {along}, on which a slope is held; give a factor without slope there, or impose one of the two at points by `Data::imposed`"
-    ))
 }
 
 /// The condition of a face against the values on the edges of its polygon.
@@ -75,9 +64,12 @@ fn check_corner<const D: usize>(domain: &Domain<D>, a: &Lift<D>, b: &Lift<D>) ->
         (point[a.axis], point[b.axis]) = (a.end(), b.end());
         let x = Series::plain(point);
         for (own, other) in [(a, b), (b, a)] {
-            if !other.lets_pass(&own.imposed.value, &x) {
-                return Err(varies(&own.face(domain), &other.face(domain)));
-            }
+            ensure!(
+                other.lets_pass(&own.imposed.value, &x),
+                "the factor of the Robin condition on {} varies where it meets {}, on which a slope is held; give a factor without slope there, or impose one of the two at points by `Data::imposed`",
+                own.face(domain),
+                other.face(domain)
+            );
         }
         // ∂ along the second axis of the first face's data, against ∂ along the first of the second's.
         let [implied, asked] = [b.apply(&a.imposed.data, &x), a.apply(&b.imposed.data, &x)];
@@ -93,13 +85,12 @@ fn check_corner<const D: usize>(domain: &Domain<D>, a: &Lift<D>, b: &Lift<D>) ->
 fn agree(corner: impl FnOnce() -> String, [implied, asked]: [f64; 2], size: f64) -> Result<()> {
     let scale = (implied.abs() + asked.abs() + size).max(f64::MIN_POSITIVE);
     // NaN differs from everything.
-    if (implied - asked).abs() <= CORNER_TOLERANCE * scale || implied == asked {
-        return Ok(());
-    }
-    Err(GpError::Invalid(format!(
+    ensure!(
+        (implied - asked).abs() <= CORNER_TOLERANCE * scale || implied == asked,
         "conditions conflict at the corner {}: {implied} from one face, {asked} from the other",
         corner()
-    )))
+    );
+    Ok(())
 }
 
 /// Places along the diagonal of the domain, whose coordinates beside those of a corner are compared at.

@@ -1,9 +1,6 @@
 //! Values that conditions impose at places of the boundary.
 
-use crate::problem::condition::Condition;
-use crate::problem::field::Field;
-use crate::problem::operator::{Derivative, Operator};
-use crate::series::Series;
+use crate::{Condition, Derivative, Field, Operator, Series};
 
 /// `value` u + ∂ⁿu = `data`, with the derivative of order n along the outward normal, but for periodic axes.
 #[derive(Clone, Debug)]

@@ -2,9 +2,7 @@
 
 use super::imposed::along;
 use super::*;
-use crate::problem::condition::{Condition, Periodicity};
-use crate::problem::domain::Side;
-use crate::problem::operator::Derivative;
+use crate::{Condition, Derivative, Periodicity, Side};
 use std::f64::consts::PI;
 
 /// A smooth function without symmetries, standing for the latent functions of a prior.
