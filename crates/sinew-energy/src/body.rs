@@ -274,6 +274,24 @@ impl Body {
 
     /// Adds the nodal forces of first Piola–Kirchhoff stresses [stress·length²]; returns the integral of energy densities [stress·length³]. `law` gives both at a
     /// point and its displacement gradient H, or F̄ − I where there are patches. `None` where it does, or a cell of a patch is inverted.
+    ///
+    /// ```
+    /// use sinew_energy::{Parameter, Scene, Support, laws::NeoHookean};
+    /// use sinew_num::Mat3;
+    ///
+    /// let body = Scene::new(sinew_mesh::box_tetrahedra([1.0; 3], [2; 3]), NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+    ///     .support(Support::clamped("x_min"))
+    ///     .lower()?;
+    /// let stretched: Vec<f64> = body.positions.iter().flat_map(|x| [0.1 * x[0], 0.0, 0.0]).collect();
+    /// let (theta, mut forces) = ([1.5, 1.0], vec![0.0; stretched.len()]);
+    /// let law = |point, h: &Mat3<f64>| Some(body.material.stress(point, &theta, h, None));
+    /// let energy = body.add_stress_forces(&stretched, law, &mut forces).expect("an admissible displacement");
+    /// assert!((energy / body.value(&stretched, &theta) - 1.0).abs() < 1e-14);
+    /// assert!(forces.iter().sum::<f64>().abs() < 1e-14); // they balance
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
     pub fn add_stress_forces(
         &self,
         displacement: &[f64],

@@ -9,6 +9,12 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Sum by halves: its rounding error grows with the logarithm of the number of terms.
+///
+/// ```
+/// let tenths = vec![0.1; 1_000_000];
+/// assert!((sinew_num::sum(&tenths) - 1e5).abs() < 1e-9);
+/// assert!((tenths.iter().sum::<f64>() - 1e5).abs() > 1e-6); // one after the other
+/// ```
 pub fn sum(terms: &[f64]) -> f64 {
     /// Terms that are added one after the other.
     const FEW: usize = 8;
