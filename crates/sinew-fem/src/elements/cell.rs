@@ -144,7 +144,7 @@ impl Rounding {
     /// Adds the sums of other cells.
     pub(crate) fn merge(&mut self, other: Self) {
         self.energy += other.energy;
-        self.force.merge(other.force);
+        self.force.add(other.force.value());
     }
 
     /// Estimated norm of the error in the nodal forces.

@@ -23,13 +23,8 @@ const LEAST_SHIFT: usize = 4;
 /// Shifts from one hierarchy to the next where an indefinite matrix has none.
 const REBUILD: usize = 3;
 
-/// A matrix with its sparsity.
-#[derive(Clone, Copy)]
-pub(crate) struct Matrix<'m> {
-    pub sparsity: &'m Sparsity,
-    /// Entries of the lower half.
-    pub entries: &'m [f64],
-}
+/// A sparsity, and the entries of the lower half of a matrix.
+pub(crate) type Matrix<'m> = (&'m Sparsity, &'m [f64]);
 
 /// Solves systems with a matrix plus a multiple of its mean diagonal by conjugate gradients.
 #[derive(Default)]
@@ -75,7 +70,7 @@ impl Aggregation {
         tolerance: f64,
         shifts: usize,
     ) -> Option<(Vec<f64>, f64)> {
-        self.mean = matrix.sparsity.mean_diagonal(matrix.entries);
+        self.mean = matrix.0.mean_diagonal(matrix.1);
         let (first, mut matching) = (self.shift.saturating_sub(1).max(LEAST_SHIFT), false);
         self.shift = 0;
         loop {
@@ -106,9 +101,9 @@ impl Aggregation {
     }
 
     /// Takes a matrix, with a shift of this number.
-    fn load(&mut self, matrix: Matrix<'_>, number: usize) -> &Pattern {
-        let pattern = self.pattern.get_or_insert_with(|| Arc::new(Pattern::new(matrix.sparsity)));
-        self.blocks = Some(pattern.blocks(matrix.entries, shift_of(number), self.mean));
+    fn load(&mut self, (sparsity, entries): Matrix<'_>, number: usize) -> &Pattern {
+        let pattern = self.pattern.get_or_insert_with(|| Arc::new(Pattern::new(sparsity)));
+        self.blocks = Some(pattern.blocks(entries, shift_of(number), self.mean));
         pattern
     }
 
@@ -117,7 +112,7 @@ impl Aggregation {
     fn build(&mut self, matrix: Matrix<'_>, positions: &[f64], shifts: usize) -> Option<usize> {
         let mut number = self.shift;
         while number < shifts {
-            let modes = self.load(matrix, number).rigid_modes(matrix.sparsity, positions);
+            let modes = self.load(matrix, number).rigid_modes(matrix.0, positions);
             self.hierarchy = Multigrid::new(self.blocks.as_ref()?, &modes);
             if self.hierarchy.is_some() {
                 return Some(number);

@@ -4,7 +4,7 @@
 use crate::SolveError;
 use crate::elements::state::load_gradient;
 use crate::elements::system::System;
-use crate::linear::aggregation::{MOST_ITERATIONS, Matrix};
+use crate::linear::aggregation::MOST_ITERATIONS;
 use crate::linear::conjugate_gradients::End;
 use crate::linear::factor::MOST_SHIFTS;
 use crate::linear::gmres::{LinearOutcome, gmres};
@@ -92,7 +92,7 @@ impl System<'_> {
         let positions = self.body.positions.as_flattened().iter();
         let positions: Vec<f64> =
             positions.zip(&self.assembly.displacement).map(|(x, u)| x + u).collect();
-        let matrix = Matrix { sparsity: &self.sparsity, entries: &self.assembly.matrix };
+        let matrix = (&*self.sparsity, &self.assembly.matrix[..]);
         self.iterates = true;
         let aggregation = &mut self.aggregation;
         // On a thread of the pool, which need not be woken for each product.

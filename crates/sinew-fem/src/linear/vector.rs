@@ -22,14 +22,6 @@ impl Norm {
         }
     }
 
-    /// Adds the terms of another norm.
-    pub(crate) fn merge(&mut self, other: Self) {
-        let (small, large) =
-            if other.largest > self.largest { (*self, other) } else { (other, *self) };
-        let ratio = if small.largest > 0.0 { small.largest / large.largest } else { 0.0 };
-        *self = Self { squares: large.squares + small.squares * ratio * ratio, ..large };
-    }
-
     pub(crate) fn value(self) -> f64 {
         self.largest * self.squares.sqrt()
     }
@@ -66,17 +58,6 @@ mod tests {
             let long = norm(&[0.0, 3.0 * scale, -4.0 * scale, 12.0 * scale]);
             assert!((long / scale - 13.0).abs() < 1e-14, "{scale:e} {long:e}");
         }
-        let merged = |a: &[f64], b: &[f64]| {
-            let mut norm: Norm = a.iter().copied().collect();
-            norm.merge(b.iter().copied().collect());
-            norm.value()
-        };
-        for (a, b) in [(3e200, 4e200), (4e-200, 3e-200), (0.0, 5.0), (5.0, 0.0), (0.0, 0.0)] {
-            assert!((merged(&[a], &[b]) - a.hypot(b)).abs() <= 1e-15 * a.hypot(b), "{a} {b}");
-        }
-        assert!(
-            merged(&[1.0], &[f64::NAN]).is_nan() && !merged(&[1.0], &[f64::INFINITY]).is_finite()
-        );
         assert_eq!((norm(&[]), norm(&[0.0, -0.0])), (0.0, 0.0));
         assert!(!norm(&[1.0, f64::INFINITY]).is_finite());
         assert!(norm(&[1.0, f64::NAN]).is_nan() && norm(&[f64::NAN, 1.0]).is_nan());
