@@ -5,9 +5,16 @@ use crate::{
     Barriers, Frames, Magnitude, Material, Parameter, PressureField, PressureSurface,
     ReferenceLoads, Sampling, SceneError, Spring, ThetaError, Units,
 };
+use rayon::prelude::*;
 use sinew_mesh::{AnyMesh, Element};
-use sinew_num::{Mat3, dot};
+use sinew_num::{Mat3, dot, sum};
+use std::ops::Range;
 use std::sync::Arc;
+
+/// Points, or patches, of a share: a fixed division, so that sums do not depend on the number of threads.
+const SHARE: usize = 256;
+/// Least number of points whose shares are divided over threads.
+const LARGE: usize = 16_384;
 
 /// A body with its material, loads and supports, lowered from a [`crate::Scene`]: its total potential energy
 /// Π(u; θ), thesis eqs. (3.15)–(3.16), integrated by quadrature.
@@ -214,21 +221,21 @@ impl Body {
     /// Energy of the material and of elastic supports [stress·length³]; +∞ where a cell is inverted or an
     /// energy overflows.
     pub fn inner_value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
-        let parameters = self.law_parameters(theta);
         let springs = self.springs.iter().map(|spring| spring.value(displacement)).sum::<f64>();
-        if !self.patches.is_empty() {
-            return springs + self.patches_value(displacement, theta);
-        }
-        let mut total = springs;
-        for point in 0..self.volumes.len() {
-            let h = self.displacement_gradient(point, displacement);
-            let energy = self.material.energy(point, parameters, &h, self.barriers.as_ref());
-            total += self.volumes[point] * energy;
-            if total == f64::INFINITY {
-                break;
+        let (parameters, barriers) = (self.law_parameters(theta), self.barriers.as_ref());
+        let energy = |part: usize| match self.patches.get(part) {
+            Some(patch) => self.patch_value(patch, displacement, parameters),
+            None => {
+                let h = self.displacement_gradient(part, displacement);
+                self.volumes[part] * self.material.energy(part, parameters, &h, barriers)
             }
-        }
-        total
+        };
+        // None where the sum ends, because it is infinite.
+        let share = |parts: Range<usize>| {
+            let finite = |energy: f64| (energy != f64::INFINITY).then_some(energy);
+            parts.map(energy).try_fold(0.0, |total, energy| finite(total + energy))
+        };
+        self.shares(share).map_or(f64::INFINITY, |shares| springs + sum(&shares))
     }
 
     /// Potential of the loads alone, dead and pressures [stress·length³].
@@ -251,13 +258,11 @@ impl Body {
     ) -> f64 {
         let mut total = -dot(&self.nodal_force, displacement);
         gradient.iter_mut().zip(&self.nodal_force).for_each(|(g, f)| *g = -f);
-        total += if self.patches.is_empty() {
-            with_nodes!(self.nodes_per_cell, N => {
-                self.points_value_and_add_gradient::<N>(displacement, theta, gradient)
-            })
-        } else {
-            self.patches_value_and_add_gradient(displacement, theta, gradient)
+        let (parameters, barriers) = (self.law_parameters(theta), self.barriers.as_ref());
+        let law = |point: usize, h: &Mat3<f64>| {
+            Some(self.material.stress(point, parameters, h, barriers))
         };
+        total += self.add_stress_forces(displacement, law, gradient).unwrap_or(f64::INFINITY);
         for spring in &self.springs {
             total += spring.value_and_add_gradient(displacement, gradient);
         }
@@ -267,35 +272,74 @@ impl Body {
         total
     }
 
-    /// Energy of all points; its derivative is added to `gradient`.
-    fn points_value_and_add_gradient<const N: usize>(
+    /// Adds the nodal forces of first Piola–Kirchhoff stresses [stress·length²]; returns the integral of energy densities [stress·length³]. `law` gives both at a
+    /// point and its displacement gradient H, or F̄ − I where there are patches. `None` where it does, or a cell of a patch is inverted.
+    ///
+    /// ```
+    /// use sinew_energy::{Parameter, Scene, Support, laws::NeoHookean};
+    /// use sinew_num::Mat3;
+    ///
+    /// let body = Scene::new(sinew_mesh::box_tetrahedra([1.0; 3], [2; 3]), NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+    ///     .support(Support::clamped("x_min"))
+    ///     .lower()?;
+    /// let stretched: Vec<f64> = body.positions.iter().flat_map(|x| [0.1 * x[0], 0.0, 0.0]).collect();
+    /// let (theta, mut forces) = ([1.5, 1.0], vec![0.0; stretched.len()]);
+    /// let law = |point, h: &Mat3<f64>| Some(body.material.stress(point, &theta, h, None));
+    /// let energy = body.add_stress_forces(&stretched, law, &mut forces).expect("an admissible displacement");
+    /// assert!((energy / body.value(&stretched, &theta) - 1.0).abs() < 1e-14);
+    /// assert!(forces.iter().sum::<f64>().abs() < 1e-14); // they balance
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
+    pub fn add_stress_forces(
         &self,
         displacement: &[f64],
-        theta: &[f64],
-        gradient: &mut [f64],
-    ) -> f64 {
-        let parameters = self.law_parameters(theta);
-        let mut total = 0.0;
-        let (rows, _) = gradient.as_chunks_mut::<3>();
-        let cells = self.cells.as_chunks::<N>().0;
-        for (point, shape) in self.shape_gradients.as_chunks::<N>().0.iter().enumerate() {
-            let (nodes, volume) = (&cells[point / self.points_per_cell], self.volumes[point]);
-            let h = self.gradient_of::<N>(point, displacement);
-            let (energy, stress) =
-                self.material.stress(point, parameters, &h, self.barriers.as_ref());
-            total += volume * energy;
-            let mut sum = [0.0; 3];
-            for (&node, shape) in nodes.iter().zip(shape).skip(1) {
-                for i in 0..3 {
-                    let force =
-                        stress[i][0] * shape[0] + stress[i][1] * shape[1] + stress[i][2] * shape[2];
-                    rows[node][i] += volume * force;
-                    sum[i] += volume * force;
+        law: impl Fn(usize, &Mat3<f64>) -> Option<(f64, Mat3<f64>)> + Sync,
+        forces: &mut [f64],
+    ) -> Option<f64> {
+        let share = |parts: Range<usize>| {
+            let (mut total, mut stresses) = (0.0, Vec::with_capacity(parts.len()));
+            let mut add = |stresses: &mut Vec<_>, point: usize, h: &Mat3<f64>| {
+                let (energy, stress) = law(point, h)?;
+                total += self.volumes[point] * energy;
+                stresses.push(stress);
+                Some(())
+            };
+            for part in parts {
+                let Some(patch) = self.patches.get(part) else {
+                    let h = self.displacement_gradient(part, displacement);
+                    add(&mut stresses, part, &h)?;
+                    continue;
+                };
+                let (kinematics, first) =
+                    (self.patch_kinematics(patch, displacement)?, stresses.len());
+                for (&point, h) in patch.iter().zip(&kinematics.scaled) {
+                    add(&mut stresses, point, h)?;
                 }
+                let volumes: Vec<_> = patch.iter().map(|&point| self.volumes[point]).collect();
+                kinematics.work_conjugate(&volumes, &mut stresses[first..]);
             }
-            (0..3).for_each(|i| rows[nodes[0]][i] -= sum[i]);
+            Some((total, stresses))
+        };
+        let (totals, stresses): (Vec<f64>, Vec<_>) = self.shares(share)?.into_iter().unzip();
+        let alone = if self.patches.is_empty() { self.volumes.len() } else { 0 };
+        let points = (0..alone).chain(self.patches.iter().flatten().copied());
+        for (point, stress) in points.zip(stresses.iter().flatten()) {
+            self.add_forces(point, stress, forces);
         }
-        total
+        Some(sum(&totals))
+    }
+
+    /// Values of all shares of the points, or of the patches if there are any, on all threads where they are many; `None` where one is.
+    fn shares<T: Send>(&self, share: impl Fn(Range<usize>) -> Option<T> + Sync) -> Option<Vec<T>> {
+        let parts = if self.patches.is_empty() { self.volumes.len() } else { self.patches.len() };
+        let share = |at: usize| share(SHARE * at..parts.min(SHARE * (at + 1)));
+        let shares = 0..parts.div_ceil(SHARE);
+        match self.volumes.len() < LARGE {
+            true => shares.map(share).collect(),
+            false => shares.into_par_iter().map(share).collect(),
+        }
     }
 
     /// Whether no cell is inverted at a displacement: J > 0 at every quadrature point.

@@ -135,58 +135,21 @@ impl Body {
         Some(PatchKinematics { volume, mean: 1.0 + mean_change, gradients, scaled, scales })
     }
 
-    /// Energy of all patches [stress·length³]; +∞ where a cell is inverted.
-    pub(crate) fn patches_value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
-        let (parameters, barriers) = (self.law_parameters(theta), self.barriers.as_ref());
-        let of_patch = |patch: &Vec<usize>| {
-            let Some(kinematics) = self.patch_kinematics(patch, displacement) else {
-                return f64::INFINITY;
-            };
-            let energies = patch.iter().zip(&kinematics.scaled).map(|(&point, h)| {
-                let energy = self.material.energy(point, parameters, h, barriers);
-                self.volumes[point] * energy
-            });
-            energies.sum()
-        };
-        self.patches.iter().map(of_patch).sum()
-    }
-
-    /// Energy of all patches [stress·length³]; its derivative is added to `gradient` [stress·length²].
-    pub(crate) fn patches_value_and_add_gradient(
+    /// Energy of a patch [stress·length³]; +∞ where a cell is inverted.
+    pub(crate) fn patch_value(
         &self,
+        patch: &[usize],
         displacement: &[f64],
-        theta: &[f64],
-        gradient: &mut [f64],
+        parameters: &[f64],
     ) -> f64 {
-        let (parameters, barriers) = (self.law_parameters(theta), self.barriers.as_ref());
-        let mut total = 0.0;
-        let stress = |point: usize, h: &Mat3<f64>| {
-            let (energy, stress) = self.material.stress(point, parameters, h, barriers);
-            total += self.volumes[point] * energy;
-            Some(stress)
+        let Some(kinematics) = self.patch_kinematics(patch, displacement) else {
+            return f64::INFINITY;
         };
-        let admissible = self.add_patch_forces(displacement, stress, gradient).is_some();
-        if admissible { total } else { f64::INFINITY }
-    }
-
-    /// Adds the nodal forces of first Piola–Kirchhoff stresses in all patches, each a function of its point and of F̄ − I there;
-    /// `None` where a cell is inverted or a stress is `None`.
-    pub fn add_patch_forces(
-        &self,
-        displacement: &[f64],
-        mut stress: impl FnMut(usize, &Mat3<f64>) -> Option<Mat3<f64>>,
-        forces: &mut [f64],
-    ) -> Option<()> {
-        for patch in &self.patches {
-            let kinematics = self.patch_kinematics(patch, displacement)?;
-            let volumes: Vec<_> = patch.iter().map(|&point| self.volumes[point]).collect();
-            let stresses = patch.iter().zip(&kinematics.scaled).map(|(&point, h)| stress(point, h));
-            let mut stresses: Vec<_> = stresses.collect::<Option<_>>()?;
-            kinematics.work_conjugate(&volumes, &mut stresses);
-            let at_points = patch.iter().zip(&stresses);
-            at_points.for_each(|(&point, stress)| self.add_forces(point, stress, forces));
-        }
-        Some(())
+        let energies = patch.iter().zip(&kinematics.scaled).map(|(&point, h)| {
+            let energy = self.material.energy(point, parameters, h, self.barriers.as_ref());
+            self.volumes[point] * energy
+        });
+        energies.sum()
     }
 
     /// Adds the nodal forces of a first Piola–Kirchhoff stress at a point.

@@ -145,6 +145,13 @@ pub enum Advice {
         100.0 * (0.5 * degrees).to_radians().cos()
     )]
     Turned { degrees: f64 },
+    /// Conjugate gradients do not converge, and the factor that would take their place is too large.
+    #[error(
+        "conjugate gradients found no step, and a factor of the stiffness of {unknowns} unknowns would take {gigabytes:.1} GB, of which {most:.1} are \
+         taken unasked: raise the load in steps (LoadSteps::Always), reduce load or bulk modulus, or coarsen the mesh; where there is \
+         the memory, ask for factors (Method::Factor)"
+    )]
+    FactorTooLarge { unknowns: usize, gigabytes: f64, most: f64 },
     /// The stiffness lost positive definiteness.
     #[error(
         "the stiffness is indefinite where the iteration ended: the body may snap or buckle there; \

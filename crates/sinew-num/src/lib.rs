@@ -45,4 +45,4 @@ pub use scalar::Scalar;
 pub use simd::{Instructions, instructions};
 pub use single::Single;
 pub use slope::Slope;
-pub use vector::{add3, cross, dot, dot3, norm, sub3};
+pub use vector::{add3, cross, dot, dot3, norm, sub3, sum};

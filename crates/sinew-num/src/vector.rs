@@ -8,6 +8,23 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
+/// Sum by halves: its rounding error grows with the logarithm of the number of terms.
+///
+/// ```
+/// let tenths = vec![0.1; 1_000_000];
+/// assert!((sinew_num::sum(&tenths) - 1e5).abs() < 1e-9);
+/// assert!((tenths.iter().sum::<f64>() - 1e5).abs() > 1e-6); // one after the other
+/// ```
+pub fn sum(terms: &[f64]) -> f64 {
+    /// Terms that are added one after the other.
+    const FEW: usize = 8;
+    if terms.len() <= FEW {
+        return terms.iter().sum();
+    }
+    let (first, second) = terms.split_at(terms.len() / 2);
+    sum(first) + sum(second)
+}
+
 /// Euclidean norm.
 #[inline]
 pub fn norm(a: &[f64]) -> f64 {
@@ -44,6 +61,15 @@ pub fn sub3(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sum_of_a_million_terms_keeps_its_digits() {
+        let terms = vec![0.1; 1_000_000];
+        // 20 halvings and 8 terms, of half a rounding each; one after the other they lose a factor of 1e5.
+        assert!((sum(&terms) / 1e5 - 1.0).abs() <= 14.0 * f64::EPSILON, "{}", sum(&terms));
+        assert!((terms.iter().sum::<f64>() / 1e5 - 1.0).abs() > 1000.0 * f64::EPSILON);
+        assert_eq!((sum(&[]), sum(&[1.0, 2.0, -4.0])), (0.0, -1.0));
+    }
 
     #[test]
     fn a_cross_product_is_normal_to_both_and_its_square_is_lagranges() {

@@ -1,17 +1,16 @@
 //! Energy, nodal forces and stiffness of a body.
 
 use crate::diagnose::named::CellValue;
-use crate::elements::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete};
+use crate::elements::cell::Rounding;
 use crate::elements::cells::{MOST_WORST, least, per_cell};
-use crate::elements::convex::make_convex;
 use crate::elements::patch::PatchResponse;
-use crate::elements::predicted::{PredictedStress, replace_stress};
+use crate::elements::predicted::PredictedStress;
+use crate::elements::shares::{Point, Task};
 use crate::elements::state::State;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::Norm;
-use sinew_energy::with_nodes;
 use sinew_energy::{Body, PressureSurface, Response, SurfaceResponse};
-use sinew_num::Mat3;
+use sinew_num::{Mat3, sum};
 
 /// Π and its derivatives at one displacement, with bounds of their rounding errors.
 #[derive(Clone, Debug)]
@@ -36,7 +35,7 @@ pub(crate) struct Assembly {
     /// The cell that has it.
     pub worst_cell: usize,
     /// Displacement gradient, stress and tangent at each quadrature point.
-    points: Vec<(Mat3<f64>, Response)>,
+    points: Vec<Point>,
     /// Shared quantities of the points of each patch, if there are patches.
     pub(crate) patches: Vec<PatchResponse>,
     /// Whether the bulk modulus acts as a constraint on J.
@@ -47,6 +46,9 @@ pub(crate) struct Assembly {
 
 /// Residual at equilibrium as a multiple of the estimated rounding error: measured residuals are 0.9–1.6 of it.
 const FLOOR_FACTOR: f64 = 4.0;
+/// Largest residual of rounding errors \[relative to that multiple\]. The rounding error in the displacement of a node acts in all of its cells at once, some 20
+/// tetrahedra, whose forces the estimate adds up as if they were independent: at most √20 times as much.
+const COHERENT: f64 = 4.0;
 /// Largest residual of an equilibrium \[relative to loads and reactions\], whatever the rounding errors are.
 const MOST_LEFT: f64 = 1e-6;
 /// Least strain of a body that is not at rest.
@@ -56,15 +58,12 @@ const STRAINED: f64 = 1e-6;
 /// freely, where loads and reactions are zero. Only active stress gives forces at rest.
 fn forces_at_rest(body: &Body, theta: &[f64]) -> f64 {
     let parameters = body.law_parameters(theta);
-    let mut forces = vec![[0.0; 3]; body.nodes];
-    for (point, volume) in body.volumes.iter().enumerate() {
-        let (_, stress) = body.material.stress(point, parameters, &Mat3::ZERO, None);
-        for (&node, shape) in body.nodes_of_point(point).iter().zip(body.shape_of_point(point)) {
-            let force = stress.apply(shape);
-            (0..3).for_each(|i| forces[node][i] += volume * force[i]);
-        }
-    }
-    forces.as_flattened().iter().copied().collect::<Norm>().value()
+    let law = |point: usize, _: &Mat3<f64>| {
+        Some(body.material.stress(point, parameters, &Mat3::ZERO, None))
+    };
+    let (rest, mut forces) = (vec![0.0; 3 * body.nodes], vec![0.0; 3 * body.nodes]);
+    body.add_stress_forces(&rest, law, &mut forces);
+    forces.into_iter().collect::<Norm>().value()
 }
 
 impl Assembly {
@@ -121,13 +120,7 @@ impl Assembly {
             let entry = |row: usize, column: usize| stiffness[row][column];
             self.add_matrix(&sparsity.frames, &[spring.node], places, 1.0, entry);
         }
-        if potential.patches.is_empty() {
-            with_nodes!(potential.nodes_per_cell, N => {
-                self.add_cells::<N>(potential, sparsity, state, predicted, &mut rounding)
-            });
-        } else {
-            self.add_patches(potential, sparsity, state, predicted, &mut rounding);
-        }
+        self.add_shares(potential, sparsity, (state, predicted), &mut rounding);
         (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
         let held = potential.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
@@ -149,6 +142,11 @@ impl Assembly {
         if floor <= most || !self.is_strained() { floor } else { most }
     }
 
+    /// Whether a residual may consist of rounding errors alone: that of a search that can go no further.
+    pub(crate) fn is_nearly_balanced(&self, force: f64) -> bool {
+        force <= (COHERENT * self.tolerance()).min(MOST_LEFT * self.force_scale)
+    }
+
     fn is_strained(&self) -> bool {
         let strained = |h: &Mat3<f64>| {
             let twice = |i: usize, j: usize| {
@@ -159,135 +157,69 @@ impl Assembly {
         self.displacement_gradients().any(strained)
     }
 
-    fn add_cells<const N: usize>(
+    /// Adds cells or patches, share by share.
+    fn add_shares(
         &mut self,
-        potential: &Body,
+        body: &Body,
         sparsity: &Sparsity,
-        State { displacement, theta, pressure, .. }: State,
-        predicted: Option<&PredictedStress>,
+        (state, predicted): (State, Option<&PredictedStress>),
         rounding: &mut Rounding,
     ) {
-        let parameters = potential.law_parameters(theta);
-        self.least_volume_ratio = f64::INFINITY;
-        let shapes = potential.shape_gradients.as_chunks::<N>().0;
-        for (cell, nodes) in potential.cells.as_chunks::<N>().0.iter().enumerate() {
-            let motion = motion_of(nodes, displacement);
-            let mut blocks: NodalBlocks<N> = [[[[0.0; 3]; N]; 3]; N];
-            let first = cell * potential.points_per_cell;
-            for point in first..first + potential.points_per_cell {
-                let (shape, volume) = (&shapes[point], potential.volumes[point]);
-                let h = potential.displacement_gradient(point, displacement);
-                let mut response = potential.material.response(point, parameters, &h);
-                if let Some(&pressure) = pressure.get(point) {
-                    add_pressure(&mut response, &h, pressure);
-                }
-                let ratio = 1.0 + h.volume_change();
-                if ratio < self.least_volume_ratio {
-                    (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
-                }
-                self.energy += volume * response.energy;
-                for (&node, g) in nodes.iter().zip(shape) {
-                    for i in 0..3 {
-                        let force: f64 = (0..3).map(|j| response.stress[i][j] * g[j]).sum();
-                        self.gradient[3 * node + i] += volume * force;
-                    }
-                }
-                rounding.add_cell(shape, volume, motion, (&h, &response), 0.0);
-                let mut tangent = response.tangent;
-                if let Some(predicted) = predicted {
-                    replace_stress(
-                        &mut tangent,
-                        &h,
-                        &response.stress,
-                        &predicted[point],
-                        self.nearly_incompressible,
-                    );
-                }
-                if let Some(count) = &mut self.convex {
-                    *count += usize::from(make_convex(&mut tangent));
-                }
-                add_stiffness(&tangent, shape, volume, &mut blocks);
-                self.points[point] = (h, response);
-            }
-            complete(&mut blocks);
-            let places = sparsity.cells.of(cell);
-            let entry =
-                |row: usize, column: usize| blocks[row / 3][row % 3][column / 3][column % 3];
-            if self.add_turned(&sparsity.frames, nodes, places, 1.0, entry) {
-                continue;
-            }
-            let mut places = places.iter();
-            for a in 0..N {
-                for i in 0..3 {
-                    let row = blocks[a][i].as_flattened();
-                    for (value, &place) in row[..=3 * a + i].iter().zip(&mut places) {
-                        self.matrix[place as usize] += value;
-                    }
-                }
-            }
-        }
-    }
-
-    fn add_patches(
-        &mut self,
-        potential: &Body,
-        sparsity: &Sparsity,
-        State { displacement, theta, .. }: State,
-        predicted: Option<&PredictedStress>,
-        rounding: &mut Rounding,
-    ) {
-        let parameters = potential.law_parameters(theta);
-        self.least_volume_ratio = f64::INFINITY;
-        self.patches.clear();
+        let Self { points, gradient, matrix, patches, .. } = self;
+        let (mut least, mut energies, mut convex) = ((f64::INFINITY, 0), vec![], 0);
+        patches.clear();
         // Gradients of all points first: a patch with an inverted cell ends the assembly, and its cell must be among
         // the worst.
-        for (point, (gradient, _)) in self.points.iter_mut().enumerate() {
-            *gradient = potential.displacement_gradient(point, displacement);
-            let ratio = 1.0 + gradient.volume_change();
-            if ratio < self.least_volume_ratio {
-                let cell = point / potential.points_per_cell;
-                (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
+        let (count, patched) = (points.len(), !body.patches.is_empty());
+        let averaged = if patched { count } else { 0 };
+        for (point, (h, _)) in points[..averaged].iter_mut().enumerate() {
+            *h = body.displacement_gradient(point, state.displacement);
+            let ratio = 1.0 + h.volume_change();
+            if ratio < least.0 {
+                least = (ratio, point / body.points_per_cell);
             }
         }
-        for (index, points) in potential.patches.iter().enumerate() {
-            let Some(mut patch) = PatchResponse::new(potential, points, displacement, parameters)
-            else {
-                self.energy = f64::INFINITY;
-                return;
+        let (of_cells, of_patches) = points.split_at_mut(count - averaged);
+        let task = Task {
+            body,
+            state,
+            predicted,
+            nearly_incompressible: self.nearly_incompressible,
+            convex: self.convex.is_some(),
+        };
+        task.run(of_cells, |share| {
+            energies.push(share.energy);
+            rounding.merge(share.rounding);
+            least = share.least.filter(|of_share| of_share.0 < least.0).unwrap_or(least);
+            convex += share.convex;
+            let (parts, size) = (share.parts.clone(), body.nodes_per_cell);
+            let nodes: Vec<usize> = match body.patches.get(parts.clone()) {
+                Some(of_share) => of_share
+                    .iter()
+                    .flatten()
+                    .flat_map(|&point| body.nodes_of_point(point))
+                    .copied()
+                    .collect(),
+                _ => body.cells[parts.start * size..parts.end * size].to_vec(),
             };
-            self.energy += patch.energy;
-            let common = patch.common_stiffness(potential, points);
-            for (&point, (h, response)) in points.iter().zip(&patch.points) {
-                potential.add_forces(point, &response.stress, &mut self.gradient);
-                let motion = motion_of(potential.nodes_of_point(point), displacement);
-                let (shape, volume) = (potential.shape_of_point(point), potential.volumes[point]);
-                rounding.add_cell(shape, volume, motion, (h, response), common);
-                self.points[point] = (*h, *response);
+            let (rows, _) = gradient.as_chunks_mut::<3>();
+            for (node, force) in nodes.into_iter().zip(&share.forces) {
+                (0..3).for_each(|i| rows[node][i] += force[i]);
             }
-            if let Some(predicted) = predicted {
-                for (&point, (h, response)) in points.iter().zip(&mut patch.points) {
-                    let stress = response.stress;
-                    replace_stress(
-                        &mut response.tangent,
-                        h,
-                        &stress,
-                        &predicted[point],
-                        self.nearly_incompressible,
-                    );
+            for (&place, value) in sparsity.cells.range(parts.clone()).iter().zip(&share.lower) {
+                matrix[place as usize] += value;
+            }
+            // None after an inverted cell.
+            if patched && patches.len() == parts.start {
+                for (of_patch, (patch, of_law)) in body.patches[parts].iter().zip(share.patches) {
+                    of_patch.iter().zip(of_law).for_each(|(&point, law)| of_patches[point] = law);
+                    patches.push(patch);
                 }
             }
-            if let Some(count) = &mut self.convex {
-                let points = patch.points.iter_mut();
-                *count +=
-                    points.filter_map(|(_, r)| make_convex(&mut r.tangent).then_some(())).count();
-            }
-            let places = sparsity.cells.of(index);
-            let lower =
-                with_nodes!(potential.nodes_per_cell, N => patch.stiffness::<N>(potential, points));
-            let entry = |row: usize, column: usize| lower[row * (row + 1) / 2 + column];
-            self.add_matrix(&sparsity.frames, &patch.nodes, places, 1.0, entry);
-            self.patches.push(patch);
-        }
+        });
+        self.energy += sum(&energies);
+        (self.least_volume_ratio, self.worst_cell) = least;
+        self.convex = self.convex.map(|_| convex);
     }
 
     /// Adds a pressure; returns the norm of its nodal forces.
@@ -381,6 +313,11 @@ impl Assembly {
         least(&per_cell(&ratios, points_per_cell, f64::min), MOST_WORST)
     }
 
+    /// Displacement gradient and response at a quadrature point in the assembled state.
+    pub(crate) fn point(&self, point: usize) -> &Point {
+        &self.points[point]
+    }
+
     /// Displacement gradient and response at each quadrature point in the assembled state.
     pub(crate) fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
         self.points.iter()
@@ -402,14 +339,69 @@ pub(crate) fn add_product(
     }
 }
 
-/// Largest displacement component of some nodes.
-fn motion_of(nodes: &[usize], displacement: &[f64]) -> f64 {
-    let components = nodes.iter().flat_map(|&node| &displacement[3 * node..3 * node + 3]);
-    components.fold(0.0, |m: f64, u| m.max(u.abs()))
-}
-
 /// `A : dH`.
 pub(crate) fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
     let flat = dh.0.as_flattened();
     Mat3::from_fn(|i, j| tangent[3 * i + j].iter().zip(flat).map(|(a, h)| a * h).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_energy::laws::NeoHookean;
+    use sinew_energy::{Load, Parameter, Scene, Support};
+    use sinew_mesh::box_tetrahedra;
+
+    fn body(cells: [usize; 3]) -> Body {
+        let scene = Scene::new(box_tetrahedra([3.0, 1.0, 1.0], cells), NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+            .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+            .load(Load::BodyForce([100.0, 0.0, 0.0])) // kPa/mm
+            .support(Support::clamped("x_min"));
+        scene.lower().unwrap()
+    }
+
+    /// The line search compares both: a difference above the noise ends it.
+    #[test]
+    fn sums_of_many_cells_differ_by_less_than_their_noise() {
+        let body = body([60, 20, 20]);
+        let sparsity = Sparsity::new(&body);
+        let displacement: Vec<f64> = body
+            .positions
+            .iter()
+            .flat_map(|x| [x[0] * (1.0 + 0.3 * x[1].sin()), 0.0, 0.0])
+            .collect();
+        let state = State {
+            displacement: &displacement,
+            theta: &[1.5, 1.3],
+            load_factor: 1.0,
+            pressure: &[],
+        };
+        let mut assembly = Assembly::new(&sparsity, body.volumes.len(), displacement.len());
+        assembly.assemble(&body, &sparsity, state, None);
+        let apart = |energy: f64| (energy - state.energy(&body)).abs() / assembly.energy_noise;
+        assert!(apart(assembly.energy) <= 0.1, "{}", apart(assembly.energy));
+        // One after the other, from the work of the loads on, the roundings of so many cells exceed it.
+        let of_cell = |cell: usize| {
+            let h = body.displacement_gradient(cell, &displacement);
+            body.volumes[cell] * body.material.energy(cell, state.theta, &h, None)
+        };
+        let loads = body.load_value(&displacement, state.theta);
+        let summed =
+            (0..body.volumes.len()).map(of_cell).fold(loads, |total, energy| total + energy);
+        println!("{} and {}", apart(assembly.energy), apart(summed));
+        assert!(apart(summed) > 1.0, "{}", apart(summed));
+    }
+
+    #[test]
+    fn a_search_that_can_go_no_further_ends_near_rounding_errors_only() {
+        let body = body([1; 3]);
+        let mut assembly = Assembly::new(&Sparsity::new(&body), body.volumes.len(), 3 * body.nodes);
+        // 4 roundings are balanced, and four times as much nearly; but no more than 1e-6 of the forces.
+        (assembly.floor, assembly.force_scale) = (1e-12, 1.0);
+        assert!(assembly.is_nearly_balanced(1.6e-11) && !assembly.is_nearly_balanced(1.7e-11));
+        assembly.floor = 1e-7;
+        assert!(assembly.is_nearly_balanced(1e-6) && !assembly.is_nearly_balanced(1.1e-6));
+        assert!(!assembly.is_nearly_balanced(f64::NAN));
+    }
 }

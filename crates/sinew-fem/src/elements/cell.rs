@@ -141,6 +141,12 @@ impl Rounding {
         self.energy += volume * stiffness * strain * (1.0 + strain);
     }
 
+    /// Adds the sums of other cells.
+    pub(crate) fn merge(&mut self, other: Self) {
+        self.energy += other.energy;
+        self.force.add(other.force.value());
+    }
+
     /// Estimated norm of the error in the nodal forces.
     pub(crate) fn force_noise(&self) -> f64 {
         f64::EPSILON * self.force.value()

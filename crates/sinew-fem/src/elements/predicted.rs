@@ -7,7 +7,8 @@
 use crate::elements::assembly::{Assembly, tangent_times};
 use crate::elements::cell::{inverse, product};
 use crate::elements::moduli::bulk_to_shear;
-use sinew_energy::{Body, Response};
+use crate::elements::shares::at_points;
+use sinew_energy::Body;
 use sinew_num::Mat3;
 
 /// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
@@ -37,7 +38,8 @@ impl Assembly {
             let at_points = points.iter().zip(patch.common_stress(direction));
             at_points.for_each(|(&point, stress)| common[point] = stress);
         }
-        let predict = |(point, (h, response)): (usize, &(Mat3<f64>, Response))| {
+        let predict = |point: usize| {
+            let (h, response) = self.point(point);
             let dh = potential.displacement_gradient(point, direction);
             let inverse = inverse(h);
             let stress = product(&inverse, &response.stress);
@@ -50,7 +52,7 @@ impl Assembly {
             });
             product(&inverse, &change)
         };
-        self.responses().enumerate().map(predict).collect()
+        at_points(potential.volumes.len(), predict)
     }
 
     /// The stress at each point at a displacement; `None` where a cell is inverted or an energy overflows.
@@ -71,7 +73,7 @@ impl Assembly {
                 let h = body.displacement_gradient(point, displacement);
                 Some(second(&h, &first(point, &h)?))
             };
-            return (0..body.volumes.len()).map(at).collect();
+            return at_points(body.volumes.len(), at).into_iter().collect();
         }
         let mut found = vec![Mat3::ZERO; body.volumes.len()];
         for points in &body.patches {

@@ -61,55 +61,38 @@ impl Assembly {
         weight: f64,
         lower: impl Fn(usize, usize) -> f64,
     ) {
-        if self.add_turned(frames, nodes, places, weight, &lower) {
-            return;
-        }
-        let entries =
-            (0..3 * nodes.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
-        for (&place, (row, column)) in places.iter().zip(entries) {
-            self.matrix[place as usize] += weight * lower(row, column);
-        }
+        let rows = 0..3 * nodes.len();
+        let entries = rows.flat_map(|row| (0..=row).map(move |column| (row, column)));
+        let mut half: Vec<f64> = entries.map(|(row, column)| weight * lower(row, column)).collect();
+        turn(frames, nodes, &mut half);
+        places.iter().zip(half).for_each(|(&place, entry)| self.matrix[place as usize] += entry);
     }
+}
 
-    /// Adds `weight` times a symmetric matrix over the components of some nodes, turned into their frames.
-    /// Does nothing and returns false when none of them has one, so that nobody else pays.
-    ///
-    /// `lower` gives an entry of its lower half by row and column.
-    pub(crate) fn add_turned(
-        &mut self,
-        frames: &Frames,
-        nodes: &[usize],
-        places: &[u32],
-        weight: f64,
-        lower: impl Fn(usize, usize) -> f64,
-    ) -> bool {
-        if frames.is_empty() || nodes.iter().all(|&node| frames.get(node).is_none()) {
-            return false;
-        }
-        let axes = |node: usize| std::array::from_fn::<_, 3, _>(|i| frames.axis(3 * node + i));
-        let axes: Vec<_> = nodes.iter().map(|&node| axes(node)).collect();
-        for (a, first) in axes.iter().enumerate() {
-            for (b, second) in axes[..=a].iter().enumerate() {
-                let block: [[f64; 3]; 3] = std::array::from_fn(|i| {
-                    std::array::from_fn(|k| {
-                        let (row, column) = (3 * a + i, 3 * b + k);
-                        lower(row.max(column), row.min(column))
-                    })
-                });
-                let half = first.map(|axis| {
-                    [0, 1, 2].map(|k| (0..3).map(|i| axis[i] * block[i][k]).sum::<f64>())
-                });
-                for (i, left) in half.iter().enumerate() {
-                    let row = 3 * a + i;
-                    for (k, axis) in second.iter().enumerate().filter(|(k, _)| 3 * b + k <= row) {
-                        let entry: f64 = (0..3).map(|l| left[l] * axis[l]).sum();
-                        let place = places[row * (row + 1) / 2 + 3 * b + k];
-                        self.matrix[place as usize] += weight * entry;
-                    }
+/// Turns a symmetric matrix over the components of some nodes into their frames; `lower` is its lower half, row by row.
+/// Does nothing when none of them has one, so that nobody else pays.
+pub(crate) fn turn(frames: &Frames, nodes: &[usize], lower: &mut [f64]) {
+    if frames.is_empty() || nodes.iter().all(|&node| frames.get(node).is_none()) {
+        return;
+    }
+    let axes = |node: usize| std::array::from_fn::<_, 3, _>(|i| frames.axis(3 * node + i));
+    let axes: Vec<_> = nodes.iter().map(|&node| axes(node)).collect();
+    for (a, first) in axes.iter().enumerate() {
+        for (b, second) in axes[..=a].iter().enumerate() {
+            let place = |i: usize, k: usize| {
+                let (row, column) = (3 * a + i, 3 * b + k);
+                row.max(column) * (row.max(column) + 1) / 2 + row.min(column)
+            };
+            let block: [[f64; 3]; 3] =
+                std::array::from_fn(|i| std::array::from_fn(|k| lower[place(i, k)]));
+            let half = first
+                .map(|axis| [0, 1, 2].map(|k| (0..3).map(|i| axis[i] * block[i][k]).sum::<f64>()));
+            for (i, left) in half.iter().enumerate() {
+                for (k, axis) in second.iter().enumerate() {
+                    lower[place(i, k)] = (0..3).map(|l| left[l] * axis[l]).sum();
                 }
             }
         }
-        true
     }
 }
 

@@ -10,7 +10,7 @@ use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::linear::aggregation::Aggregation;
 use crate::linear::factor::Factor;
-use crate::linear::method::Method;
+use crate::linear::method::{MOST_SINGLE, Method};
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::norm;
 use sinew_energy::{Body, PressureSurface};
@@ -53,6 +53,10 @@ pub(crate) struct System<'p> {
     pub method: Method,
     /// Whether the last stiffness was not factorised, but has a hierarchy.
     pub iterates: bool,
+    /// Most entries of a factor that takes the place of conjugate gradients.
+    pub most_entries: usize,
+    /// Whether the present search, or the last one, failed for want of a larger one.
+    pub refused: bool,
     pub followers: Followers<'p>,
     /// The field of pressure with its coupling to displacements, if there is one.
     pub coupling: Option<Coupling<'p>>,
@@ -79,6 +83,8 @@ impl<'p> System<'p> {
             aggregation,
             method,
             iterates: false,
+            most_entries: MOST_SINGLE,
+            refused: false,
             followers,
             coupling,
         })
@@ -104,6 +110,8 @@ impl<'p> System<'p> {
             aggregation: self.aggregation.fresh(),
             method: self.method,
             iterates: false,
+            most_entries: self.most_entries,
+            refused: false,
             followers: Followers::new(&body.followers),
             coupling: None,
         })

@@ -8,6 +8,7 @@ mod pattern;
 use crate::linear::conjugate_gradients::{End, conjugate_gradients};
 use crate::linear::factor::shift_of;
 use crate::linear::sparsity::Sparsity;
+use blocks::BlockMatrix;
 use multigrid::Multigrid;
 use pattern::Pattern;
 use std::sync::Arc;
@@ -22,18 +23,15 @@ const LEAST_SHIFT: usize = 4;
 /// Shifts from one hierarchy to the next where an indefinite matrix has none.
 const REBUILD: usize = 3;
 
-/// A matrix with its sparsity.
-#[derive(Clone, Copy)]
-pub(crate) struct Matrix<'m> {
-    pub sparsity: &'m Sparsity,
-    /// Entries of the lower half.
-    pub entries: &'m [f64],
-}
+/// A sparsity, and the entries of the lower half of a matrix.
+pub(crate) type Matrix<'m> = (&'m Sparsity, &'m [f64]);
 
 /// Solves systems with a matrix plus a multiple of its mean diagonal by conjugate gradients.
 #[derive(Default)]
 pub(crate) struct Aggregation {
     pattern: Option<Arc<Pattern>>,
+    /// The last matrix over its mean diagonal, plus the shift.
+    blocks: Option<BlockMatrix<f64, 3, 3>>,
     hierarchy: Option<Multigrid>,
     /// Number of the shift of the last matrix, 0 without one.
     shift: usize,
@@ -54,9 +52,9 @@ impl Aggregation {
         *self = self.fresh();
     }
 
-    /// Frees the hierarchy alone.
+    /// Frees matrix and hierarchy.
     pub(crate) fn drop_hierarchy(&mut self) {
-        self.hierarchy = None;
+        (self.blocks, self.hierarchy) = (None, None);
     }
 
     /// Solves with a matrix plus the least of `shifts` tried for which conjugate gradients meet no negative curvature: the solution and the
@@ -72,7 +70,7 @@ impl Aggregation {
         tolerance: f64,
         shifts: usize,
     ) -> Option<(Vec<f64>, f64)> {
-        self.mean = matrix.sparsity.mean_diagonal(matrix.entries);
+        self.mean = matrix.0.mean_diagonal(matrix.1);
         let (first, mut matching) = (self.shift.saturating_sub(1).max(LEAST_SHIFT), false);
         self.shift = 0;
         loop {
@@ -83,10 +81,13 @@ impl Aggregation {
                 let number = self.build(matrix, positions, shifts)?;
                 matching = number == self.shift;
             }
+            if !matching {
+                self.load(matrix, self.shift);
+            }
             let most =
                 if matching { MOST_ITERATIONS } else { (-STALE * tolerance.log10()) as usize };
             let (solution, iterations, end) =
-                self.solve(matrix, right, tolerance, most.min(MOST_ITERATIONS));
+                self.solve(right, tolerance, most.min(MOST_ITERATIONS));
             self.iterations += iterations;
             match end {
                 End::Converged => return Some((solution, shift_of(self.shift))),
@@ -99,15 +100,20 @@ impl Aggregation {
         }
     }
 
+    /// Takes a matrix, with a shift of this number.
+    fn load(&mut self, (sparsity, entries): Matrix<'_>, number: usize) -> &Pattern {
+        let pattern = self.pattern.get_or_insert_with(|| Arc::new(Pattern::new(sparsity)));
+        self.blocks = Some(pattern.blocks(entries, shift_of(number), self.mean));
+        pattern
+    }
+
     /// Builds a hierarchy with the present shift, or the first of growing ones that allows it; returns the number of that one. Smaller shifts leave the
     /// matrix indefinite.
     fn build(&mut self, matrix: Matrix<'_>, positions: &[f64], shifts: usize) -> Option<usize> {
-        let pattern = self.pattern.get_or_insert_with(|| Arc::new(Pattern::new(matrix.sparsity)));
-        let modes = pattern.rigid_modes(matrix.sparsity, positions);
         let mut number = self.shift;
         while number < shifts {
-            let blocks = pattern.blocks(matrix.entries, shift_of(number), self.mean);
-            self.hierarchy = Multigrid::new(blocks, &modes);
+            let modes = self.load(matrix, number).rigid_modes(matrix.0, positions);
+            self.hierarchy = Multigrid::new(self.blocks.as_ref()?, &modes);
             if self.hierarchy.is_some() {
                 return Some(number);
             }
@@ -120,25 +126,31 @@ impl Aggregation {
     /// Solves with the last matrix, shift and hierarchy to a residual of `tolerance` times the right-hand side: the solution, the iterations and their end.
     pub(crate) fn solve(
         &self,
-        matrix: Matrix<'_>,
         right: &[f64],
         tolerance: f64,
         most: usize,
     ) -> (Vec<f64>, usize, End) {
-        let (Some(hierarchy), Some(pattern)) = (&self.hierarchy, &self.pattern) else {
+        let Self {
+            hierarchy: Some(hierarchy), pattern: Some(pattern), blocks: Some(blocks), ..
+        } = self
+        else {
             return (vec![f64::NAN; right.len()], 0, End::Failed);
         };
-        let shift = self.mean * shift_of(self.shift);
         let apply = |from: &[f64], to: &mut [f64]| {
-            matrix.sparsity.multiply(matrix.entries, from, to);
-            to.iter_mut().zip(from).for_each(|(to, from)| *to += shift * from);
+            blocks.for_rows(from.as_chunks().0, to.as_chunks_mut().0, |to, product| *to = product);
         };
         let precondition = |from: &[f64], to: &mut [f64]| {
             // Single precision holds no small residuals.
             let size = from.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
-            let solution = hierarchy.apply(&pattern.scattered(from, 1.0 / size));
-            pattern.gather(&solution, size / self.mean, to);
+            let scaled: Vec<_> = from.iter().map(|x| (x / size) as f32).collect();
+            let solution = hierarchy.apply(scaled.as_chunks().0);
+            let pairs = to.iter_mut().zip(solution.as_flattened());
+            pairs.for_each(|(to, x)| *to = size * f64::from(*x));
         };
-        conjugate_gradients(apply, precondition, right, tolerance, most)
+        // Matrix and right-hand side are over the mean diagonal.
+        let right = pattern.scattered(right, self.mean);
+        let (solution, iterations, end) =
+            conjugate_gradients(apply, precondition, &right, tolerance, most);
+        (pattern.gathered(&solution), iterations, end)
     }
 }

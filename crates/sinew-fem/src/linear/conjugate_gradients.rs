@@ -1,6 +1,10 @@
 //! Preconditioned conjugate gradients that notice negative curvature.
 
-use crate::linear::vector::dot;
+use rayon::prelude::*;
+use sinew_num::sum;
+
+/// Components of a task: a fixed division, so that products do not depend on the number of threads.
+const SHARE: usize = 4096;
 
 /// End of an iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +41,7 @@ pub(crate) fn conjugate_gradients(
             return (solution, iterations, End::Converged);
         }
         let turn = next / slope;
-        direction.iter_mut().zip(&image).for_each(|(p, z)| *p = z + turn * *p);
+        update(&mut direction, &image, |p, z| *p = z + turn * *p);
         slope = next;
         apply(&direction, &mut image);
         let curvature = dot(&direction, &image);
@@ -48,10 +52,20 @@ pub(crate) fn conjugate_gradients(
             return (solution, iterations, End::NegativeCurvature);
         }
         let length = slope / curvature;
-        solution.iter_mut().zip(&direction).for_each(|(x, p)| *x += length * p);
-        residual.iter_mut().zip(&image).for_each(|(r, q)| *r -= length * q);
+        update(&mut solution, &direction, |x, p| *x += length * p);
+        update(&mut residual, &image, |r, q| *r -= length * q);
     }
     (solution, most, End::Failed)
+}
+
+fn update(to: &mut [f64], from: &[f64], change: impl Fn(&mut f64, f64) + Sync) {
+    let pairs = to.par_iter_mut().zip(from).with_min_len(SHARE);
+    pairs.for_each(|(to, &from)| change(to, from));
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let shares = a.par_chunks(SHARE).zip(b.par_chunks(SHARE));
+    sum(&shares.map(|(a, b)| sinew_num::dot(a, b)).collect::<Vec<_>>())
 }
 
 #[cfg(test)]

@@ -14,7 +14,8 @@ pub enum Method {
     /// A sparse Cholesky factor of each stiffness.
     Factor,
     /// Conjugate gradients preconditioned by smoothed aggregation, no more accurate than each Newton step needs (Eisenstat–Walker). A search whose systems
-    /// take too many iterations goes on with factors. Bodies without a potential are always factorised.
+    /// take too many iterations goes on with factors of up to 4 GB, and fails where they take more ([`crate::Advice::FactorTooLarge`]). Bodies without a potential
+    /// are always factorised.
     #[doc(alias("algebraic multigrid", "AMG", "conjugate gradients"))]
     Aggregation,
 }
@@ -25,7 +26,7 @@ const SMALL: usize = 20_000;
 const SPARSE: usize = 400;
 /// Largest K/μ at rest with less than [`crate::linear::aggregation::MOST_ITERATIONS`] iterations.
 const MOST_BULK_TO_SHEAR: f64 = 3e3;
-/// Most entries of a factor in single precision: 2 GB.
+/// Most entries of a factor that is taken unasked: 2 GB in single, 4 in double precision.
 pub(crate) const MOST_SINGLE: usize = 500_000_000;
 /// Most entries of one that is computed at every solution: with 100 000 nodes it would take a quarter of the time and half as much memory again.
 pub(crate) const MOST_COUNTED: usize = 250_000_000;

@@ -3,6 +3,7 @@
 use crate::linear::ordering::fill_reducing_order;
 use faer::sparse::SymbolicSparseColMat;
 use sinew_energy::{Body, Frames};
+use std::ops::Range;
 
 /// Marks a degree of freedom that is prescribed, so no unknown.
 const PRESCRIBED: u32 = u32::MAX;
@@ -41,7 +42,13 @@ impl Slots {
     /// The places of one matrix.
     #[inline]
     pub(crate) fn of(&self, matrix: usize) -> &[u32] {
-        &self.places[self.starts[matrix]..self.starts[matrix + 1]]
+        self.range(matrix..matrix + 1)
+    }
+
+    /// The places of successive matrices.
+    #[inline]
+    pub(crate) fn range(&self, matrices: Range<usize>) -> &[u32] {
+        &self.places[self.starts[matrices.start]..self.starts[matrices.end]]
     }
 }
 

@@ -4,11 +4,11 @@
 use crate::SolveError;
 use crate::elements::state::load_gradient;
 use crate::elements::system::System;
-use crate::linear::aggregation::{MOST_ITERATIONS, Matrix};
+use crate::linear::aggregation::MOST_ITERATIONS;
 use crate::linear::conjugate_gradients::End;
 use crate::linear::factor::MOST_SHIFTS;
 use crate::linear::gmres::{LinearOutcome, gmres};
-use crate::linear::method::{MOST_COUNTED, MOST_SINGLE, Method};
+use crate::linear::method::{MOST_COUNTED, Method};
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and a step
 /// that reaches equilibrium meets the accuracy in volume.
@@ -32,7 +32,7 @@ impl System<'_> {
             coupling.factorise(self.body)?;
         }
         if self.method == Method::Aggregation {
-            if self.factor.entries() > MOST_SINGLE {
+            if self.factor.entries() > self.most_entries {
                 let shift = self.probe()?;
                 return Some((shift, usize::from(shift > 0.0)));
             }
@@ -92,15 +92,17 @@ impl System<'_> {
         let positions = self.body.positions.as_flattened().iter();
         let positions: Vec<f64> =
             positions.zip(&self.assembly.displacement).map(|(x, u)| x + u).collect();
-        let matrix = Matrix { sparsity: &self.sparsity, entries: &self.assembly.matrix };
+        let matrix = (&*self.sparsity, &self.assembly.matrix[..]);
         self.iterates = true;
-        self.aggregation.solve_shifted(matrix, &positions, right, tolerance, shifts)
+        let aggregation = &mut self.aggregation;
+        // On a thread of the pool, which need not be woken for each product.
+        rayon::scope(|_| aggregation.solve_shifted(matrix, &positions, right, tolerance, shifts))
     }
 
     /// Solves with the stiffness and the shift of the last [`System::iterate`].
     fn iterate_again(&self, right: &[f64], tolerance: f64) -> (Vec<f64>, usize, End) {
-        let matrix = Matrix { sparsity: &self.sparsity, entries: &self.assembly.matrix };
-        self.aggregation.solve(matrix, right, tolerance, MOST_ITERATIONS)
+        let aggregation = &self.aggregation;
+        rayon::scope(|_| aggregation.solve(right, tolerance, MOST_ITERATIONS))
     }
 
     /// Overwrites forces with the change of the free displacements by the stiffness that was factorised last. Conjugate gradients leave a residual of

@@ -2,6 +2,7 @@
 
 use crate::elements::cell::{is_short, volume_ratios_along};
 use crate::elements::predicted::PredictedStress;
+use crate::elements::shares::at_points;
 use crate::elements::state::State;
 use crate::elements::system::System;
 use crate::solve::search::{Search, Watchdog};
@@ -130,7 +131,7 @@ impl System<'_> {
 
     fn least_volume_ratio(&self, displacement: &[f64]) -> f64 {
         let ratio = |p| 1.0 + self.body.displacement_gradient(p, displacement).volume_change();
-        (0..self.body.volumes.len()).map(ratio).fold(f64::INFINITY, f64::min)
+        at_points(self.body.volumes.len(), ratio).into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// Predicted stress after a step.
@@ -195,10 +196,11 @@ impl System<'_> {
     /// Whether a cell becomes nearly flat along a step from the assembled state. A step through flat may end with J >
     /// 0: a bar stretched in one step may come out turned inside out.
     pub(crate) fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
-        let passes = |(point, h): (usize, &Mat3<f64>)| {
-            flattens(h, &self.body.displacement_gradient(point, direction), length)
+        let passes = |point: usize| {
+            let step = self.body.displacement_gradient(point, direction);
+            flattens(&self.assembly.point(point).0, &step, length)
         };
-        self.assembly.displacement_gradients().enumerate().any(passes)
+        at_points(self.body.volumes.len(), passes).contains(&true)
             && minds_turned_cells(self.body, theta)
     }
 
@@ -209,7 +211,7 @@ impl System<'_> {
             let twice = [h[0][1] - h[1][0], h[0][2] - h[2][0], h[1][2] - h[2][1]];
             0.5 * twice.iter().map(|w| w * w).sum::<f64>().sqrt()
         };
-        (0..self.body.volumes.len()).map(rotation).fold(0.0, f64::max)
+        at_points(self.body.volumes.len(), rotation).into_iter().fold(0.0, f64::max)
     }
 }
 

@@ -46,6 +46,9 @@ impl Path<'_, '_> {
         if let Some(found) = self.at_once(&from, patience, history) {
             return Ok((found, 1));
         }
+        if let Some(advice) = self.refused() {
+            return Err(self.failure(Some(advice), history));
+        }
         if history.iterations.len() >= self.options.iterations || !steps_allowed {
             return Err(self.failure(None, history));
         }

@@ -84,6 +84,7 @@ impl System<'_> {
         let ratio = bulk_to_shear(self.body, &search.theta);
         self.method = options.method.chosen(self.body.has_potential(), ratio, size);
         self.aggregation.clear();
+        self.refused = false;
         self.move_supports(&mut search, history)?;
         let (mut least, mut stalls, mut indefinite, mut full) = (f64::INFINITY, 0, 0, 0);
         for count in 0..EXTENSION * options.iterations_per_load {
@@ -112,7 +113,11 @@ impl System<'_> {
             }
             let record = history.iterations.last_mut()?;
             if self.body.has_potential() && gap.is_none() {
-                self.descend(&mut search, residual.force, record)?;
+                if self.descend(&mut search, residual.force, record).is_none() {
+                    let balanced = self.assembly.is_nearly_balanced(residual.force);
+                    let known = search.negative_pivots.is_some() && balanced;
+                    return known.then(|| self.found(search, residual));
+                }
                 search.stale = record.shift > 0.0 || record.step < 1.0;
                 indefinite = if record.shift > 0.0 { indefinite + 1 } else { 0 };
                 full = if record.shift > 0.0 || record.step < 1.0 { 0 } else { full + 1 };
@@ -197,6 +202,7 @@ impl System<'_> {
         let iterated = self.iterated(&right, SUPPORTS);
         let (change, shift) = match iterated {
             Some(iterated) => iterated,
+            None if self.refused => return None,
             None => {
                 let (shift, _) = self.factorise(self.body.has_potential())?;
                 let shifted = if self.body.has_potential() { 0.0 } else { shift };
@@ -242,6 +248,7 @@ impl System<'_> {
         let mut iterated = self.iterated_convex(search, &right, forcing);
         let (shift, negative) = match &iterated {
             Some((_, shift)) => (*shift, usize::from(*shift > 0.0)),
+            None if self.refused => return None,
             None => self.factorise(true)?,
         };
         search.negative_pivots = Some(negative);
@@ -290,14 +297,17 @@ impl System<'_> {
         Some((change, shift.max(CONVEX)))
     }
 
-    /// [`System::iterate`] where that is the method of the search, which goes on with factors if it fails.
+    /// [`System::iterate`] where that is the method of the search, which goes on with factors if it fails and they are not too large.
     fn iterated(&mut self, right: &[f64], tolerance: f64) -> Option<(Vec<f64>, f64)> {
         if self.method != Method::Aggregation {
             return None;
         }
         let iterated = self.iterate(right, tolerance, MOST_SHIFTS);
         if iterated.is_none() {
-            self.method = Method::Factor;
+            self.refused = self.factor.entries() > self.most_entries;
+            if !self.refused {
+                self.method = Method::Factor;
+            }
             self.aggregation.clear();
         }
         iterated
@@ -410,5 +420,38 @@ impl System<'_> {
             coupling.add_volume_changes(self.body, motion, &mut response[free..]);
         }
         response
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Advice, Method, Options, SolveError, Solver};
+    use sinew_energy::laws::NeoHookean;
+    use sinew_energy::{Load, Parameter, Scene, Support};
+    use sinew_mesh::box_tetrahedra;
+
+    #[test]
+    fn a_factor_beyond_the_bound_is_refused_with_its_size() {
+        let scene = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [24, 3, 3]), NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
+            .parameter(Parameter::log("lambda", "kPa", 1.0..=1e12))
+            .load(Load::BodyForce([0.0, 0.0, -1e-2]))
+            .support(Support::clamped("x_min"));
+        let body = scene.lower().unwrap();
+        let options = Options { method: Method::Aggregation, ..Options::default() };
+        // Conjugate gradients fail.
+        let theta = [75.0, 75e8];
+        let mut solver = Solver::new(&body).unwrap();
+        assert_eq!(solver.solve(&theta, &options).unwrap().linear_iterations, 0);
+        solver.system.most_entries = 1000;
+        let error = solver.solve(&theta, &options).unwrap_err();
+        let SolveError::NotConverged(failure) = &error else { panic!("{error}") };
+        let Advice::FactorTooLarge { unknowns, gigabytes, most } = failure.advice else {
+            panic!("{error}")
+        };
+        let [_, entries] = solver.stored_entries();
+        assert_eq!((unknowns, most), (solver.unknowns(), 8e-6));
+        assert!((gigabytes - 8e-9 * entries as f64).abs() < 1e-15);
+        assert_eq!(solver.system.method, Method::Aggregation, "no factor takes over");
     }
 }

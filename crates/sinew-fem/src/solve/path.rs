@@ -144,6 +144,9 @@ impl<'s, 'p> Path<'s, 'p> {
             let before = history.iterations.len();
             let guess = self.extrapolated(target);
             let Some(mut found) = self.equilibrium(guess, accuracy, history) else {
+                if let Some(advice) = self.refused() {
+                    return Err(Some(advice));
+                }
                 self.outlook.refuse(target);
                 // A search that ran out of iterations is no evidence.
                 let searched = history.iterations.len() < self.options.iterations;
@@ -203,6 +206,17 @@ impl<'s, 'p> Path<'s, 'p> {
     pub(crate) fn accuracy(&self) -> f64 {
         let minimised = self.system.body.has_potential() && matches!(self.along, Along::Place);
         if minimised { self.options.minimum_accuracy } else { self.options.accuracy }
+    }
+
+    /// The reason of the last failure, if it is the size of a factor.
+    pub(crate) fn refused(&self) -> Option<Advice> {
+        let gigabytes = |entries: usize| (entries * size_of::<f64>()) as f64 / 1e9;
+        let System { factor, sparsity, most_entries, refused, .. } = &*self.system;
+        refused.then(|| Advice::FactorTooLarge {
+            unknowns: sparsity.unknowns(),
+            gigabytes: gigabytes(factor.entries()),
+            most: gigabytes(*most_entries),
+        })
     }
 
     /// Whether steps have become too short, or iterations run out.

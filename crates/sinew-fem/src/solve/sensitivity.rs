@@ -150,16 +150,11 @@ fn force_change(
     let (parameters, rates) =
         (potential.law_parameters(theta), potential.law_parameters(direction));
     let mut forces = vec![0.0; displacement.len()];
-    let stress_change =
-        |point: usize, h: &Mat3<f64>| potential.material.stress_rate(point, parameters, rates, h);
-    let averaged = |point: usize, h: &Mat3<f64>| Some(stress_change(point, h));
-    if potential.add_patch_forces(displacement, averaged, &mut forces).is_none() {
+    let change = |point: usize, h: &Mat3<f64>| {
+        Some((0.0, potential.material.stress_rate(point, parameters, rates, h)))
+    };
+    if potential.add_stress_forces(displacement, change, &mut forces).is_none() {
         forces.fill(f64::NAN);
-    }
-    let alone = if potential.patches.is_empty() { potential.volumes.len() } else { 0 };
-    for point in 0..alone {
-        let h = potential.displacement_gradient(point, displacement);
-        potential.add_forces(point, &stress_change(point, &h), &mut forces);
     }
     // A load is linear in its magnitude, so its change is the load of the changed magnitude.
     let varies = |load: &&PressureSurface| matches!(load.magnitude, Magnitude::Theta(_));

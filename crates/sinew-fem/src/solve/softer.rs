@@ -1,7 +1,7 @@
 //! Nearly incompressible bodies, reached through ones with a smaller bulk modulus.
 
 use crate::Options;
-use crate::elements::system::{System, Unknowns};
+use crate::elements::system::Unknowns;
 use crate::solve::path::Path;
 use crate::solve::search::{Equilibrium, Goal, Start};
 use crate::solve::watch::Log;
@@ -57,7 +57,7 @@ impl Path<'_, '_> {
         history: &mut Log<'_>,
     ) -> Option<Unknowns> {
         let body = self.system.body.with_softer_volume(factor)?;
-        let mut system = System::new(&body).ok()?;
+        let mut system = self.system.like(&body).ok()?;
         let unknowns = from.unwrap_or_else(|| system.rest());
         let start = Start { unknowns, place: 1.0, stress: None };
         let goal =
@@ -71,7 +71,7 @@ impl Path<'_, '_> {
             return None;
         }
         let body = self.system.body.with_softer_volume(SOFTER)?;
-        let mut system = System::new(&body).ok()?;
+        let mut system = self.system.like(&body).ok()?;
         let most = history.iterations.len() + self.options.iterations / DETOUR;
         let options = Options { iterations: most.min(self.options.iterations), ..self.options };
         let mut path = Path::from_rest(&mut system, self.line.clone(), &options);

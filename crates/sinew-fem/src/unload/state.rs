@@ -4,7 +4,6 @@ use super::image::Image;
 use crate::elements::followers::Followers;
 use crate::elements::state::load_gradient;
 use crate::linear::vector::{Norm, norm};
-use rayon::prelude::*;
 use sinew_energy::Body;
 use sinew_num::Mat3;
 
@@ -82,15 +81,10 @@ fn inner_forces(rest: &Body, displacement: &[f64], theta: &[f64]) -> Option<Vec<
     for spring in &rest.springs {
         spring.value_and_add_gradient(displacement, &mut forces);
     }
-    let stress = |point: usize, h: &Mat3<f64>| {
-        let (energy, stress) = rest.material.stress(point, parameters, h, None);
-        energy.is_finite().then_some(stress)
+    let law = |point: usize, h: &Mat3<f64>| {
+        let found = rest.material.stress(point, parameters, h, None);
+        found.0.is_finite().then_some(found)
     };
-    rest.add_patch_forces(displacement, stress, &mut forces)?;
-    let alone = if rest.patches.is_empty() { rest.volumes.len() } else { 0 };
-    let stress = |point: usize| stress(point, &rest.displacement_gradient(point, displacement));
-    let stresses: Option<Vec<_>> = (0..alone).into_par_iter().map(stress).collect();
-    let at_points = stresses?.into_iter().enumerate();
-    at_points.for_each(|(point, stress)| rest.add_forces(point, &stress, &mut forces));
+    rest.add_stress_forces(displacement, law, &mut forces)?;
     Some(forces)
 }

@@ -4,7 +4,7 @@ use crate::support::ventricle::scene;
 use crate::support::{difference, gravity, lower, once};
 use crate::ventricles::ventricles;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Body, Load, Support};
+use sinew_energy::{Body, Load, Parameter, Scene, Support};
 use sinew_fem::{Method, Options, Solution, SolveError, Solver};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
@@ -113,13 +113,36 @@ fn derivatives_with_a_factor_in_single_precision_are_accurate() {
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let body = scene(ventricle(), 25.0).lower().unwrap();
-    let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| by(&body, &VENTRICLE, Method::Aggregation).unwrap().displacement)
+    let beam = |averaged: bool| {
+        let mesh = box_tetrahedra([100.0, 30.0, 30.0], [32, 10, 10]);
+        let scene = Scene::new(mesh, NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
+            .parameter(Parameter::log("lambda", "kPa", 1.0..=1e4))
+            .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
+            .support(Support::clamped("x_min"));
+        let scene = if averaged { scene.averaged() } else { scene };
+        (scene.lower().unwrap(), vec![75.0, 75.0])
     };
-    let one = on(1);
-    for threads in [2, 7] {
-        assert!(one == on(threads), "{threads} threads");
+    let bodies = [
+        (scene(ventricle(), 25.0).lower().unwrap(), VENTRICLE.to_vec()),
+        // Nodal forces and energies are divided from some 16 000 points on.
+        beam(false),
+        beam(true),
+    ];
+    for (body, theta) in bodies {
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let found = pool.install(|| by(&body, &theta, Method::Aggregation).unwrap());
+            (
+                found.displacement,
+                found.energy,
+                found.residual,
+                body.value(&vec![0.0; 3 * body.nodes], &theta),
+            )
+        };
+        let one = on(1);
+        for threads in [2, 7] {
+            assert!(one == on(threads), "{} nodes, {threads} threads", body.nodes);
+        }
     }
 }

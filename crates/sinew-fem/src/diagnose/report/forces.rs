@@ -78,15 +78,13 @@ impl Forces {
 /// Adds the nodal forces `∫ p cof F ∇N dV` of the field of pressure.
 fn add_pressure_field(body: &Body, state: State<'_>, forces: &mut [f64]) {
     let Some(field) = &body.pressure_field else { return };
-    for point in 0..body.volumes.len() {
+    let law = |point: usize, h: &Mat3<f64>| {
         let (_, corners, shape) = field.of_point(point);
         let terms = shape.iter().zip(corners).map(|(n, &c)| n * state.pressure[c]);
-        let pressure: f64 = terms.sum();
-        let h = body.displacement_gradient(point, state.displacement);
-        let cofactor = h.plus_identity().cofactors();
-        let stress = Mat3::from_fn(|i, j| pressure * cofactor[i][j]);
-        body.add_forces(point, &stress, forces);
-    }
+        let (pressure, cofactor): (f64, _) = (terms.sum(), h.plus_identity().cofactors());
+        Some((0.0, Mat3::from_fn(|i, j| pressure * cofactor[i][j])))
+    };
+    body.add_stress_forces(state.displacement, law, forces);
 }
 
 fn resultant(forces: &[f64]) -> [f64; 3] {

@@ -1,10 +1,11 @@
 //! Sparse matrices of small dense blocks.
 
+use nalgebra::SMatrix;
 use rayon::prelude::*;
 use std::ops::{AddAssign, Mul, SubAssign};
 
 /// Rows of one task: a fixed division, so that results do not depend on the number of threads.
-const ROWS: usize = 256;
+pub(super) const ROWS: usize = 256;
 
 /// A small dense matrix.
 pub(super) type Block<T, const R: usize, const C: usize> = [[T; C]; R];
@@ -51,7 +52,8 @@ impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
         self.for_rows(from, to, |to, product| (0..R).for_each(|i| to[i] -= product[i]));
     }
 
-    fn for_rows(
+    /// Calls `put` with each row of a vector and of the product with another one.
+    pub(super) fn for_rows(
         &self,
         from: &[[T; C]],
         to: &mut [[T; R]],
@@ -117,35 +119,52 @@ impl<T: Real, const R: usize, const C: usize> BlockMatrix<T, R, C> {
             starts.extend(ends.iter().map(|end| columns.len() + end));
             columns.extend(chunk_columns);
         }
-        let mut blocks = vec![[[T::default(); E]; R]; columns.len()];
-        let (mut parts, mut rest) = (Vec::new(), &mut blocks[..]);
-        for chunk in 0..self.height().div_ceil(ROWS) {
-            let size = starts[rows(chunk).end] - starts[rows(chunk).start];
-            let (part, others) = rest.split_at_mut(size);
-            parts.push(part);
-            rest = others;
-        }
-        let fill = |slots: &mut Vec<usize>, (chunk, blocks): (usize, &mut [Block<T, R, E>])| {
-            for row in rows(chunk) {
-                for slot in starts[row]..starts[row + 1] {
-                    slots[columns[slot] as usize] = slot - starts[rows(chunk).start];
-                }
-                for (middle, left) in self.row(row) {
-                    for (column, other) in right.row(middle) {
-                        add_product(left, other, &mut blocks[slots[column]]);
-                    }
+        let blocks = vec![[[T::default(); E]; R]; columns.len()];
+        let mut product = BlockMatrix { width: right.width, starts, columns, blocks };
+        let tables = || vec![0; right.width];
+        product.change_rows(tables, |slots, row, columns, blocks| {
+            for (slot, &column) in columns.iter().enumerate() {
+                slots[column as usize] = slot;
+            }
+            for (middle, left) in self.row(row) {
+                for (column, other) in right.row(middle) {
+                    add_product(left, other, &mut blocks[slots[column]]);
                 }
             }
-        };
-        parts.into_par_iter().enumerate().for_each_init(|| vec![0; right.width], fill);
-        BlockMatrix { width: right.width, starts, columns, blocks }
+        });
+        product
+    }
+
+    /// Calls `change` with each row, its columns and its blocks, and with memory that `make` makes for each task.
+    pub(super) fn change_rows<M: Send>(
+        &mut self,
+        make: impl Fn() -> M + Sync + Send,
+        change: impl Fn(&mut M, usize, &[u32], &mut [Block<T, R, C>]) + Sync + Send,
+    ) {
+        let (height, mut tasks, mut rest) = (self.height(), Vec::new(), &mut self.blocks[..]);
+        for first in (0..height).step_by(ROWS) {
+            let rows = first..height.min(first + ROWS);
+            let (blocks, others) =
+                rest.split_at_mut(self.starts[rows.end] - self.starts[rows.start]);
+            tasks.push((rows, blocks));
+            rest = others;
+        }
+        let (starts, columns) = (&self.starts, &self.columns);
+        tasks.into_par_iter().for_each_init(make, |memory, (rows, mut blocks)| {
+            for row in rows {
+                let range = starts[row]..starts[row + 1];
+                let (own, others) = blocks.split_at_mut(range.len());
+                change(memory, row, &columns[range], own);
+                blocks = others;
+            }
+        });
     }
 }
 
 impl<const R: usize, const C: usize> BlockMatrix<f64, R, C> {
     /// The matrix in single precision.
     pub(super) fn rounded(&self) -> BlockMatrix<f32, R, C> {
-        let blocks = self.blocks.iter().map(single).collect();
+        let blocks = self.blocks.par_iter().with_min_len(ROWS).map(single).collect();
         let (starts, columns) = (self.starts.clone(), self.columns.clone());
         BlockMatrix { width: self.width, starts, columns, blocks }
     }
@@ -187,35 +206,11 @@ pub(super) fn definite_inverse<const B: usize>(
 ) -> Option<Block<f64, B, B>> {
     /// Least pivot \[relative to the diagonal\]: smaller ones are rounding errors.
     const SINGULAR: f64 = 1e-14;
-    let mut lower = *block;
-    for j in 0..B {
-        for k in 0..j {
-            let factor = lower[j][k];
-            (j..B).for_each(|i| lower[i][j] -= lower[i][k] * factor);
-        }
-        let pivot = lower[j][j];
-        // Written so that a NaN is refused as well.
-        let definite = pivot > SINGULAR * block[j][j];
-        if !definite {
-            return None;
-        }
-        (j..B).for_each(|i| lower[i][j] /= pivot.sqrt());
-    }
-    let mut inverse = [[0.0; B]; B];
-    for column in 0..B {
-        let mut x = [0.0; B];
-        x[column] = 1.0;
-        for i in 0..B {
-            (0..i).for_each(|k| x[i] -= lower[i][k] * x[k]);
-            x[i] /= lower[i][i];
-        }
-        for i in (0..B).rev() {
-            (i + 1..B).for_each(|k| x[i] -= lower[k][i] * x[k]);
-            x[i] /= lower[i][i];
-        }
-        (0..B).for_each(|i| inverse[i][column] = x[i]);
-    }
-    Some(inverse)
+    let factor = SMatrix::<f64, B, B>::from_fn(|i, j| block[i][j]).cholesky()?;
+    let lower = factor.l_dirty();
+    let definite = (0..B).all(|i| lower[(i, i)] * lower[(i, i)] > SINGULAR * block[i][i]);
+    let inverse = factor.inverse();
+    definite.then(|| std::array::from_fn(|i| std::array::from_fn(|j| inverse[(i, j)])))
 }
 
 #[cfg(test)]

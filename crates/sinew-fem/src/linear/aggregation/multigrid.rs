@@ -1,6 +1,6 @@
 //! Smoothed aggregation: a hierarchy of ever coarser systems that preconditions a stiffness matrix.
 
-use super::blocks::{Block, BlockMatrix, add_product, definite_inverse, single, times};
+use super::blocks::{Block, BlockMatrix, ROWS, add_product, definite_inverse, single, times};
 use super::groups::{MODES, groups, tentative};
 use crate::linear::factor::Factor;
 use faer::Side;
@@ -47,7 +47,7 @@ struct Coarse {
 impl Multigrid {
     /// Builds the hierarchy of a matrix of nodes from their rigid motions; `None` where the matrix proves not to be positive definite.
     pub(super) fn new(
-        matrix: BlockMatrix<f64, 3, 3>,
+        matrix: &BlockMatrix<f64, 3, 3>,
         modes: &[Block<f64, 3, MODES>],
     ) -> Option<Self> {
         let mut strong = STRONG;
@@ -58,7 +58,7 @@ impl Multigrid {
                 return None;
             }
             strong *= 0.5;
-            let (level, next) = Level::new(coarse.matrix, &coarse.modes, strong)?;
+            let (level, next) = Level::new(&coarse.matrix, &coarse.modes, strong)?;
             coarser.push(level);
             coarse = next;
         }
@@ -83,7 +83,7 @@ impl Multigrid {
 
 impl<const B: usize> Level<B> {
     fn new(
-        matrix: BlockMatrix<f64, B, B>,
+        matrix: &BlockMatrix<f64, B, B>,
         modes: &[Block<f64, B, MODES>],
         strong: f64,
     ) -> Option<(Self, Coarse)> {
@@ -91,10 +91,11 @@ impl<const B: usize> Level<B> {
             let (_, block) = matrix.row(row).find(|&(column, _)| column == row)?;
             definite_inverse(block)
         };
-        let inverse_diagonal: Vec<_> = (0..matrix.height()).map(inverse).collect::<Option<_>>()?;
-        let (mut group, mut count) = groups(&matrix, strong);
+        let inverse_diagonal: Vec<_> =
+            (0..matrix.height()).into_par_iter().map(inverse).collect::<Option<_>>()?;
+        let (mut group, mut count) = groups(matrix, strong);
         if count as f64 > SLOW * matrix.height() as f64 {
-            (group, count) = groups(&matrix, 0.0);
+            (group, count) = groups(matrix, 0.0);
         }
         let single_inverse: Vec<_> = inverse_diagonal.iter().map(single).collect();
         let single_matrix = matrix.rounded();
@@ -103,15 +104,18 @@ impl<const B: usize> Level<B> {
         let (tentative, modes) = tentative(&group, count, modes);
         let mut prolongation = matrix.product(&tentative);
         let damping = -4.0 / 3.0 / f64::from(largest_eigenvalue);
-        for (row, inverse) in inverse_diagonal.iter().enumerate() {
-            let inverse = inverse.map(|row| row.map(|x| damping * x));
-            for slot in prolongation.starts[row]..prolongation.starts[row + 1] {
-                let inside = prolongation.columns[slot] == group[row];
-                let mut block = if inside { tentative.blocks[row] } else { [[0.0; MODES]; B] };
-                add_product(&inverse, &prolongation.blocks[slot], &mut block);
-                prolongation.blocks[slot] = block;
-            }
-        }
+        prolongation.change_rows(
+            || (),
+            |(), row, columns, blocks| {
+                let inverse = inverse_diagonal[row].map(|row| row.map(|x| damping * x));
+                for (&column, slot) in columns.iter().zip(blocks) {
+                    let inside = column == group[row];
+                    let mut block = if inside { tentative.blocks[row] } else { [[0.0; MODES]; B] };
+                    add_product(&inverse, slot, &mut block);
+                    *slot = block;
+                }
+            },
+        );
         let restriction = prolongation.transposed();
         let mut coarse = restriction.product(&matrix.product(&prolongation));
         fill_empty_modes(&mut coarse);
@@ -135,7 +139,8 @@ impl<const B: usize> Level<B> {
         let last = self.smooth(&mut solution, &mut residual);
         self.matrix.subtract_product(&last, &mut residual);
         let step = self.prolongation.multiply(&coarser(self.restriction.multiply(&residual)));
-        add(&step, &mut solution);
+        let rows = solution.par_iter_mut().zip(&step).with_min_len(ROWS);
+        rows.for_each(|(to, step)| (0..B).for_each(|i| to[i] += step[i]));
         self.matrix.subtract_product(&step, &mut residual);
         self.smooth(&mut solution, &mut residual);
         solution
@@ -152,19 +157,18 @@ impl<const B: usize> Level<B> {
             let k = degree as f32;
             let keep = if degree == 1 { 0.0 } else { (2.0 * k - 3.0) / (2.0 * k + 1.0) };
             let gain = (8.0 * k - 4.0) / (2.0 * k + 1.0) / self.largest_eigenvalue;
-            let rows = step.par_iter_mut().zip(&*residual).zip(&self.inverse_diagonal);
-            rows.with_min_len(512).for_each(|((step, residual), inverse)| {
+            let right = residual.par_iter().zip(&self.inverse_diagonal);
+            let rows = step.par_iter_mut().zip(&mut *solution).zip(right).with_min_len(ROWS);
+            rows.for_each(|((step, solution), (residual, inverse))| {
                 let correction = times(inverse, residual);
-                (0..B).for_each(|i| step[i] = keep * step[i] + gain * correction[i]);
+                for i in 0..B {
+                    step[i] = keep * step[i] + gain * correction[i];
+                    solution[i] += step[i];
+                }
             });
-            add(&step, solution);
         }
         step
     }
-}
-
-fn add<const B: usize>(from: &[[f32; B]], to: &mut [[f32; B]]) {
-    to.as_flattened_mut().iter_mut().zip(from.as_flattened()).for_each(|(a, b)| *a += b);
 }
 
 /// Largest eigenvalue of `D⁻¹ A`, from below, by power iteration from a scattered start. `None` where it exceeds the number of blocks of
@@ -184,9 +188,8 @@ fn largest_eigenvalue<const B: usize>(
         let scale = 1.0 / norm(&vector);
         vector.as_flattened_mut().iter_mut().for_each(|x| *x *= scale);
         let next = matrix.multiply(&vector);
-        for ((x, y), inverse) in vector.iter_mut().zip(&next).zip(inverse_diagonal) {
-            *x = times(inverse, y);
-        }
+        let rows = vector.par_iter_mut().zip(&next).zip(inverse_diagonal).with_min_len(ROWS);
+        rows.for_each(|((x, y), inverse)| *x = times(inverse, y));
         eigenvalue = norm(&vector);
     }
     let widest = matrix.starts.windows(2).map(|pair| pair[1] - pair[0]).max()?;

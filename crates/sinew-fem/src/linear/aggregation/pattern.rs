@@ -3,6 +3,10 @@
 use super::blocks::{Block, BlockMatrix};
 use super::groups::MODES;
 use crate::linear::sparsity::Sparsity;
+use rayon::prelude::*;
+
+/// No slot.
+const NONE: u32 = u32::MAX;
 
 /// The places of a matrix and its vectors in blocks of nodes.
 pub(super) struct Pattern {
@@ -12,10 +16,8 @@ pub(super) struct Pattern {
     columns: Vec<u32>,
     /// Diagonal block of each row.
     diagonal: Vec<u32>,
-    /// Transposed block of each block.
-    mirror: Vec<u32>,
-    /// Slot of each entry of the lower half among the entries of all blocks.
-    slots: Vec<u32>,
+    /// Slot in the lower half of each entry of the blocks, [`NONE`] where one of its components is prescribed.
+    slots: Vec<[[u32; 3]; 3]>,
 }
 
 impl Pattern {
@@ -55,55 +57,47 @@ impl Pattern {
             (block_starts[row] + place) as u32
         };
         let diagonal = (0..neighbours.len()).map(|row| find(row, row)).collect();
-        let pairs = neighbours.iter().enumerate();
-        let mirror = pairs
-            .flat_map(|(row, list)| list.iter().map(move |&column| (column as usize, row)))
-            .map(|(row, column)| find(row, column))
-            .collect();
-        let mut slots = Vec::with_capacity(rows.len());
+        let mut slots = vec![[[NONE; 3]; 3]; block_starts[neighbours.len()]];
         for column in 0..component.len() {
-            let mut block = (usize::MAX, 0);
-            for &row in &rows[starts[column]..starts[column + 1]] {
-                if block.0 != node(row) {
-                    block = (node(row), find(node(row), node(column)));
+            let (mut last, mut places) = (usize::MAX, [0; 2]);
+            for slot in starts[column]..starts[column + 1] {
+                let [a, b] = [rows[slot], column].map(node);
+                if a != last {
+                    (last, places) = (a, [find(a, b), find(b, a)]);
                 }
-                slots.push(9 * block.1 + 3 * (component[row] % 3) + component[column] % 3);
+                let [i, k] = [rows[slot], column].map(|unknown| component[unknown] as usize % 3);
+                slots[places[0] as usize][i][k] = slot as u32;
+                slots[places[1] as usize][k][i] = slot as u32;
             }
         }
         let columns = neighbours.concat();
-        Self { component, starts: block_starts, columns, diagonal, mirror, slots }
+        Self { component, starts: block_starts, columns, diagonal, slots }
     }
 
-    /// Blocks of the nodes of a vector times a scale.
-    pub(super) fn scattered(&self, from: &[f64], scale: f64) -> Vec<[f32; 3]> {
-        let mut blocks = vec![[0.0; 3]; self.diagonal.len()];
-        let flat = blocks.as_flattened_mut();
+    /// Blocks of the nodes of a vector, over a number; zero at prescribed components.
+    pub(super) fn scattered(&self, from: &[f64], over: f64) -> Vec<f64> {
+        let mut blocks = vec![0.0; 3 * self.diagonal.len()];
         let unknowns = self.component.iter().zip(from);
-        unknowns.for_each(|(&slot, x)| flat[slot as usize] = (scale * x) as f32);
+        unknowns.for_each(|(&slot, x)| blocks[slot as usize] = x / over);
         blocks
     }
 
-    /// Overwrites a vector with that of the given blocks times a scale.
-    pub(super) fn gather(&self, blocks: &[[f32; 3]], scale: f64, to: &mut [f64]) {
-        let flat = blocks.as_flattened();
-        let unknowns = self.component.iter().zip(to);
-        unknowns.for_each(|(&slot, to)| *to = scale * f64::from(flat[slot as usize]));
+    /// The vector with the given blocks.
+    pub(super) fn gathered(&self, blocks: &[f64]) -> Vec<f64> {
+        self.component.iter().map(|&slot| blocks[slot as usize]).collect()
     }
 
     /// The blocks of a matrix over its mean diagonal, plus a shift. Prescribed components of a node are decoupled.
     pub(super) fn blocks(&self, entries: &[f64], shift: f64, mean: f64) -> BlockMatrix<f64, 3, 3> {
-        let mut blocks = vec![[[0.0; 3]; 3]; self.columns.len()];
+        let value = |slot: u32| if slot == NONE { 0.0 } else { entries[slot as usize] / mean };
+        let block = |slots: &[[u32; 3]; 3]| slots.map(|row| row.map(value));
+        let mut blocks: Vec<_> = self.slots.par_iter().with_min_len(4096).map(block).collect();
         for &block in &self.diagonal {
-            (0..3).for_each(|i| blocks[block as usize][i][i] = 1.0);
-        }
-        let flat = blocks.as_flattened_mut().as_flattened_mut();
-        for (&slot, value) in self.slots.iter().zip(entries) {
-            let (block, inside) = (slot as usize / 9, slot as usize % 9);
-            flat[slot as usize] = value / mean;
-            flat[9 * self.mirror[block] as usize + 3 * (inside % 3) + inside / 3] = value / mean;
-        }
-        for &block in &self.diagonal {
-            (0..3).for_each(|i| blocks[block as usize][i][i] += shift);
+            let slots = &self.slots[block as usize];
+            for i in 0..3 {
+                let decoupled = if slots[i][i] == NONE { 1.0 } else { 0.0 };
+                blocks[block as usize][i][i] += shift + decoupled;
+            }
         }
         let (starts, columns) = (self.starts.clone(), self.columns.clone());
         BlockMatrix { width: self.diagonal.len(), starts, columns, blocks }

@@ -1,0 +1,190 @@
+//! Cells and patches in shares: energies, forces and stiffnesses that any thread may compute, and that are added in one order.
+
+use crate::elements::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete};
+use crate::elements::convex::make_convex;
+use crate::elements::patch::PatchResponse;
+use crate::elements::predicted::{PredictedStress, replace_stress};
+use crate::elements::state::State;
+use crate::elements::supports::turn;
+use rayon::prelude::*;
+use sinew_energy::{Body, Response, with_nodes};
+use sinew_num::Mat3;
+use std::ops::Range;
+
+/// Quadrature points of a share: a fixed division, so that sums do not depend on the number of threads. The stiffnesses of so many tetrahedra take 40 KB.
+const SHARE: usize = 64;
+/// Shares that threads compute while those before are added.
+const AT_ONCE: usize = 64;
+/// Least number of quadrature points whose work is divided.
+const LARGE: usize = 16_384;
+/// Points of one task.
+const TASK: usize = 512;
+
+/// A value of each of `count` quadrature points, on all threads where they are many.
+pub(crate) fn at_points<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    if count < LARGE {
+        (0..count).map(value).collect()
+    } else {
+        (0..count).into_par_iter().with_min_len(TASK).map(&value).collect()
+    }
+}
+
+/// Displacement gradient, stress and tangent at a quadrature point.
+pub(crate) type Point = (Mat3<f64>, Response);
+
+/// Sums over a share.
+#[derive(Default)]
+pub(crate) struct Share {
+    /// Cells, or patches if there are any.
+    pub parts: Range<usize>,
+    pub energy: f64,
+    pub rounding: Rounding,
+    /// Least volume ratio J of cells, and the one that has it.
+    pub least: Option<(f64, usize)>,
+    /// Number of tangents that lost negative eigenvalues.
+    pub convex: usize,
+    /// Force on each node, cell by cell, or point by point of each patch.
+    pub forces: Vec<[f64; 3]>,
+    /// Lower halves of the stiffnesses, row by row, along the nodes' frames.
+    pub lower: Vec<f64>,
+    /// Patches with their points, whose tangents are still those of the law; fewer than `parts` where one has an inverted cell.
+    pub patches: Vec<(PatchResponse, Vec<Point>)>,
+}
+
+/// State and stiffness that are asked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Task<'a> {
+    pub body: &'a Body,
+    pub state: State<'a>,
+    /// Stress that replaces the present one in the stiffness.
+    pub predicted: Option<&'a PredictedStress>,
+    pub nearly_incompressible: bool,
+    /// Whether tangents lose their negative eigenvalues.
+    pub convex: bool,
+}
+
+impl Task<'_> {
+    /// Computes all shares, and hands them to `add` in their order. Writes the points of cells, but not those of patches.
+    pub(crate) fn run(self, points: &mut [Point], mut add: impl FnMut(Share) + Send) {
+        let Self { body, .. } = self;
+        let large = body.volumes.len() >= LARGE && rayon::current_num_threads() > 1;
+        let (parts, plain) = match body.patches.len() {
+            0 => (body.cells.len() / body.nodes_per_cell, true),
+            patches => (patches, false),
+        };
+        let most = (SHARE * parts / body.volumes.len().max(1)).max(1);
+        let mut rest = points;
+        let own = |first: usize| {
+            let parts = first..parts.min(first + most);
+            let size = if plain { parts.len() * body.points_per_cell } else { 0 };
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(size);
+            rest = others;
+            (parts, own)
+        };
+        let mut shares: Vec<_> = (0..parts).step_by(most).map(own).collect();
+        let compute = |(parts, points): &mut (Range<usize>, &mut [Point])| {
+            let mut share = Share { parts: parts.clone(), ..Share::default() };
+            with_nodes!(body.nodes_per_cell, N => match plain {
+                true => self.cells::<N>(points, &mut share),
+                false => self.patches::<N>(&mut share),
+            });
+            share
+        };
+        if !large {
+            return shares.iter_mut().map(compute).for_each(add);
+        }
+        let mut computed: Vec<Share> = Vec::new();
+        for batch in shares.chunks_mut(AT_ONCE) {
+            let before = std::mem::take(&mut computed);
+            let next = || batch.par_iter_mut().map(compute).collect();
+            (computed, ()) = rayon::join(next, || before.into_iter().for_each(&mut add));
+        }
+        computed.into_iter().for_each(add);
+    }
+
+    /// The tangent that the stiffness is built from.
+    fn adapt(self, point: usize, h: &Mat3<f64>, response: &mut Response) -> usize {
+        let Response { stress, tangent, .. } = response;
+        if let Some(predicted) = self.predicted {
+            replace_stress(tangent, h, stress, &predicted[point], self.nearly_incompressible);
+        }
+        usize::from(self.convex && make_convex(tangent))
+    }
+
+    fn cells<const N: usize>(self, points: &mut [Point], share: &mut Share) {
+        let Self { body, state: State { displacement, theta, pressure, .. }, .. } = self;
+        let parameters = body.law_parameters(theta);
+        let shapes = body.shape_gradients.as_chunks::<N>().0;
+        let cells = &body.cells.as_chunks::<N>().0[share.parts.clone()];
+        share.forces.reserve(cells.len() * N);
+        share.lower.reserve(cells.len() * 3 * N * (3 * N + 1) / 2);
+        let of_cells = points.chunks_mut(body.points_per_cell);
+        for ((cell, nodes), points) in share.parts.clone().zip(cells).zip(of_cells) {
+            let motion = motion_of(nodes, displacement);
+            let mut blocks: NodalBlocks<N> = [[[[0.0; 3]; N]; 3]; N];
+            let mut forces = [[0.0; 3]; N];
+            for (point, slot) in (cell * body.points_per_cell..).zip(points) {
+                let (shape, volume) = (&shapes[point], body.volumes[point]);
+                let h = body.displacement_gradient(point, displacement);
+                let mut response = body.material.response(point, parameters, &h);
+                if let Some(&pressure) = pressure.get(point) {
+                    add_pressure(&mut response, &h, pressure);
+                }
+                let ratio = 1.0 + h.volume_change();
+                if share.least.is_none_or(|(least, _)| ratio < least) {
+                    share.least = Some((ratio, cell));
+                }
+                share.energy += volume * response.energy;
+                for (force, g) in forces.iter_mut().zip(shape) {
+                    for i in 0..3 {
+                        let sum: f64 = (0..3).map(|j| response.stress[i][j] * g[j]).sum();
+                        force[i] += volume * sum;
+                    }
+                }
+                share.rounding.add_cell(shape, volume, motion, (&h, &response), 0.0);
+                *slot = (h, response);
+                share.convex += self.adapt(point, &h, &mut response);
+                add_stiffness(&response.tangent, shape, volume, &mut blocks);
+            }
+            complete(&mut blocks);
+            share.forces.extend(forces);
+            let first = share.lower.len();
+            for row in 0..3 * N {
+                share.lower.extend_from_slice(&blocks[row / 3][row % 3].as_flattened()[..=row]);
+            }
+            turn(&body.frames, nodes, &mut share.lower[first..]);
+        }
+    }
+
+    fn patches<const N: usize>(self, share: &mut Share) {
+        let Self { body, state: State { displacement, theta, .. }, .. } = self;
+        let parameters = body.law_parameters(theta);
+        for points in &body.patches[share.parts.clone()] {
+            let Some(mut patch) = PatchResponse::new(body, points, displacement, parameters) else {
+                share.energy = f64::INFINITY;
+                return;
+            };
+            share.energy += patch.energy;
+            let common = patch.common_stiffness(body, points);
+            let of_law = patch.points.clone();
+            for (&point, (h, response)) in points.iter().zip(&mut patch.points) {
+                let (nodes, shape) = (body.nodes_of_point(point), body.shape_of_point(point));
+                let (motion, volume) = (motion_of(nodes, displacement), body.volumes[point]);
+                let force = |g: &[f64; 3]| response.stress.apply(g).map(|force| volume * force);
+                share.forces.extend(shape.iter().map(force));
+                share.rounding.add_cell(shape, volume, motion, (h, response), common);
+                share.convex += self.adapt(point, h, response);
+            }
+            let mut lower = patch.stiffness::<N>(body, points);
+            turn(&body.frames, &patch.nodes, &mut lower);
+            share.lower.append(&mut lower);
+            share.patches.push((patch, of_law));
+        }
+    }
+}
+
+/// Largest displacement component of some nodes.
+fn motion_of(nodes: &[usize], displacement: &[f64]) -> f64 {
+    let components = nodes.iter().flat_map(|&node| &displacement[3 * node..3 * node + 3]);
+    components.fold(0.0, |m: f64, u| m.max(u.abs()))
+}
