@@ -15,9 +15,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Emulator, Parameter, TrainingOptions};
-use sinew_emulate::{
-    Budget, Design, Error, Estimate, Prediction, split_seed, store,
-};
+use sinew_emulate::{Budget, Design, Error, Estimate, Prediction, split_seed, store};
 use sinew_fem::{FrozenStiffness, Solver};
 use std::fmt::Write as _;
 use std::path::PathBuf;

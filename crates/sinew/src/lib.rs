@@ -99,8 +99,7 @@ pub use patient::{PatientFile, Prepared, Reported};
 pub use sinew_emulate::recipe;
 pub use sinew_emulate::{
     Answer, Answers, Correction, Design, Emulator, Error as EmulatorError, Estimate, Evaluation,
-    Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning,
-    simulate,
+    Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning, simulate,
 };
 pub use sinew_energy::{
     Body, Law, Load, Parameter, Sampling, Scene, SceneError, Support, ThetaError, Unit, laws,
