@@ -136,8 +136,12 @@ impl Scratch {
                 row.fill(0.0);
                 continue;
             }
-            row.copy_from_slice(&self.exponential[..count]);
-            self.differentiated(order, axes, None).for_each(|next| multiply(row, next));
+            let mut rows = self.differentiated(order, axes, None);
+            match rows.next() {
+                Some(first) => product(row, &self.exponential, first),
+                None => row.copy_from_slice(&self.exponential[..count]),
+            }
+            rows.for_each(|next| multiply(row, next));
         }
     }
 
@@ -173,10 +177,14 @@ impl Scratch {
                     if order.first[*d] != n || beyond(order.first, axes) {
                         continue;
                     }
-                    let mut factor = [1.0; MOST_PAIRS];
-                    let others = self.differentiated(order, axes, Some(number));
-                    others.for_each(|other| multiply(&mut factor[..count], other));
-                    add_product(&mut sum[..count], &factor, weights);
+                    let mut others = self.differentiated(order, axes, Some(number));
+                    let Some(first) = others.next() else {
+                        add(&mut sum[..count], weights);
+                        continue;
+                    };
+                    let mut scaled = *first;
+                    others.for_each(|other| multiply(&mut scaled[..count], other));
+                    add_product(&mut sum[..count], &scaled, weights);
                 }
                 dilation(slope, n, &sum[..count], &self.exponential, axis);
             }
@@ -244,6 +252,22 @@ vectorised! {
     fn exponentials(squares: &mut [f64]) {
         for s in squares {
             *s = exp_of_negative(-0.5 * *s);
+        }
+    }
+}
+
+vectorised! {
+    fn product(product: &mut [f64], a: &[f64], b: &[f64]) {
+        for ((p, a), b) in product.iter_mut().zip(a).zip(b) {
+            *p = a * b;
+        }
+    }
+}
+
+vectorised! {
+    fn add(sum: &mut [f64], terms: &[f64]) {
+        for (s, t) in sum.iter_mut().zip(terms) {
+            *s += t;
         }
     }
 }
