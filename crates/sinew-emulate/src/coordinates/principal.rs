@@ -236,17 +236,8 @@ impl TryFrom<Packed> for PrincipalDirections {
 mod tests {
     use super::*;
 
-    fn mapped(basis: &PrincipalDirections, output: &[f32]) -> Vec<f64> {
-        let apply = |row: Vec<f64>, (entries, columns): (&[f32], usize)| -> Vec<f64> {
-            let column = |j: usize| {
-                let entries = entries.iter().skip(j).step_by(columns);
-                row.iter().zip(entries).map(|(x, &entry)| x * f64::from(entry)).sum()
-            };
-            (0..columns).map(column).collect()
-        };
-        let row = output.iter().map(|&x| f64::from(x)).collect();
-        let increments = basis.matrices().fold(row, apply);
-        increments.iter().zip(basis.origin()).map(|(du, u)| u + du).collect()
+    fn mapped(basis: &PrincipalDirections, output: &[f64]) -> Vec<f64> {
+        basis.moved(output).iter().zip(basis.origin()).map(|(du, u)| u + du).collect()
     }
 
     /// Directions of simulations without parameters.
@@ -285,6 +276,15 @@ mod tests {
         // A smaller power widens the small deviations: √(0.1 / 10) · 10.
         let wide = about_mean(&fields, 0.5).unwrap();
         assert!((mapped(&wide, &[0.0, 1.0, 0.0])[1] - 3.0).abs() < 1e-5);
+        // Row i of the matrix of the pull-back is column i of that of the map; more numbers than a sum has lanes.
+        let fields: Vec<Vec<f64>> =
+            (1..5).map(|k| (0..11).map(|i| ((k * i) as f64).sin()).collect()).collect();
+        let basis = about_mean(&fields, 0.7).unwrap();
+        let unit = |i: usize| (0..11).map(|j| f64::from(u8::from(i == j))).collect::<Vec<_>>();
+        for (i, j) in (0..11).flat_map(|i| (0..11).map(move |j| (i, j))) {
+            let (forward, back) = (basis.moved(&unit(i))[j], basis.pull_back(&unit(j))[i]);
+            assert!((forward - back).abs() < 1e-14, "{forward} {back}");
+        }
     }
 
     #[test]
