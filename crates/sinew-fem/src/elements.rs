@@ -10,6 +10,7 @@ pub(crate) mod moduli;
 pub(crate) mod patch;
 pub(crate) mod predicted;
 pub(crate) mod pressure_field;
+pub(crate) mod replaced;
 pub(crate) mod shares;
 pub(crate) mod state;
 pub(crate) mod supports;

@@ -127,7 +127,7 @@ impl OutputMap {
         }
     }
 
-    /// What supports leave free of a displacement. Projectors are symmetric: they pull cotangents back as well.
+    /// Part of a displacement that supports leave free. Projectors are symmetric: they pull cotangents back as well.
     fn project(&self, displacement: &[f64]) -> Vec<f64> {
         let rows = self.projectors.chunks_exact(self.dimensions).enumerate();
         let entry = |(dof, row): (usize, &[f64])| {

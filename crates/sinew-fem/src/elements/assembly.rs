@@ -4,7 +4,7 @@ use crate::diagnose::named::CellValue;
 use crate::elements::cell::Rounding;
 use crate::elements::cells::{MOST_WORST, least, per_cell};
 use crate::elements::patch::PatchResponse;
-use crate::elements::predicted::PredictedStress;
+use crate::elements::replaced::PredictedStress;
 use crate::elements::shares::{Point, Task};
 use crate::elements::state::State;
 use crate::linear::sparsity::Sparsity;

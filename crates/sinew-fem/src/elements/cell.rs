@@ -1,7 +1,7 @@
 //! Kernels of one cell.
 
 use crate::linear::vector::Norm;
-use sinew_energy::Response;
+use sinew_energy::{Frames, Response};
 use sinew_num::Mat3;
 
 /// A stiffness matrix in blocks: entry `[a][i][b][k]` is for components i of node a and k of node b.
@@ -155,6 +155,33 @@ impl Rounding {
     /// Bound on the error in the energy.
     pub(crate) fn energy_noise(&self) -> f64 {
         ENERGY_ROUNDINGS * f64::EPSILON * self.energy
+    }
+}
+
+/// Turns a symmetric matrix over the components of some nodes into their frames; `lower` is its lower half, row by row.
+/// Does nothing when none of them has one, so that nobody else pays.
+pub(crate) fn turn(frames: &Frames, nodes: &[usize], lower: &mut [f64]) {
+    if frames.is_empty() || nodes.iter().all(|&node| frames.get(node).is_none()) {
+        return;
+    }
+    let axes = |node: usize| std::array::from_fn::<_, 3, _>(|i| frames.axis(3 * node + i));
+    let axes: Vec<_> = nodes.iter().map(|&node| axes(node)).collect();
+    for (a, first) in axes.iter().enumerate() {
+        for (b, second) in axes[..=a].iter().enumerate() {
+            let place = |i: usize, k: usize| {
+                let (row, column) = (3 * a + i, 3 * b + k);
+                row.max(column) * (row.max(column) + 1) / 2 + row.min(column)
+            };
+            let block: [[f64; 3]; 3] =
+                std::array::from_fn(|i| std::array::from_fn(|k| lower[place(i, k)]));
+            let half = first
+                .map(|axis| [0, 1, 2].map(|k| (0..3).map(|i| axis[i] * block[i][k]).sum::<f64>()));
+            for (i, left) in half.iter().enumerate() {
+                for (k, axis) in second.iter().enumerate() {
+                    lower[place(i, k)] = (0..3).map(|l| left[l] * axis[l]).sum();
+                }
+            }
+        }
     }
 }
 

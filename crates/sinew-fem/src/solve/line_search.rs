@@ -1,7 +1,7 @@
 //! Line search of Newton's method.
 
 use crate::elements::cell::{is_short, volume_ratios_along};
-use crate::elements::predicted::PredictedStress;
+use crate::elements::replaced::PredictedStress;
 use crate::elements::shares::at_points;
 use crate::elements::state::State;
 use crate::elements::system::System;

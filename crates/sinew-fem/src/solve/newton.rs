@@ -13,7 +13,8 @@
 //! use the unsymmetric or indefinite stiffness itself; only the volume of the cells limits their length.
 
 use crate::elements::moduli::bulk_to_shear;
-use crate::elements::predicted::{PredictedStress, is_nearly_incompressible};
+use crate::elements::predicted::is_nearly_incompressible;
+use crate::elements::replaced::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{Residual, System};

@@ -1,7 +1,7 @@
 //! Single steps of Newton's method from a predicted displacement: its distance to equilibrium and its correction.
 
 use crate::elements::cells::inadmissible;
-use crate::elements::predicted::PredictedStress;
+use crate::elements::replaced::PredictedStress;
 use crate::elements::supports::place;
 use crate::linear::vector::dot;
 use crate::solve::line_search::SUFFICIENT;

@@ -1,6 +1,6 @@
 //! Continuation of an equilibrium along a line in loads and parameters, by load or arc length.
 
-use crate::elements::predicted::PredictedStress;
+use crate::elements::replaced::PredictedStress;
 use crate::elements::supports::place as place_supports;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::dot;

@@ -1,6 +1,6 @@
 //! The state of a search for an equilibrium.
 
-use crate::elements::predicted::PredictedStress;
+use crate::elements::replaced::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::system::{Residual, Unknowns};
 use crate::solve::line::Line;

@@ -1,7 +1,8 @@
 //! The solver: what is prepared once per body.
 
 use crate::elements::check::{check_length, check_potential, check_state};
-use crate::elements::predicted::{PredictedStress, is_nearly_incompressible};
+use crate::elements::predicted::is_nearly_incompressible;
+use crate::elements::replaced::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::norm;

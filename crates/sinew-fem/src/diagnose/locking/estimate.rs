@@ -3,7 +3,7 @@
 use super::enriched::{Enriched, Modes};
 use crate::SolveError;
 use crate::elements::cell::inverse;
-use crate::elements::predicted::PredictedStress;
+use crate::elements::replaced::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{System, Unknowns};
