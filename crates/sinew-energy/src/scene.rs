@@ -14,7 +14,7 @@ const CELLS_OF_PATCH: usize = 8;
 /// [`Scene::lower`] turns it into the plain arrays of a [`crate::Body`]. θ lists the
 /// parameters of the law in the order of [`crate::Law::PARAMETERS`] and by these names, then those of the loads, whose names are free.
 ///
-/// The cells of the mesh choose the element, see [`crate::Nodes`].
+/// The cells of the mesh choose the element, see [`sinew_mesh::Mesh`].
 /// Triangles (3 or 6 nodes) are a slice of unit thickness in plane strain.
 #[derive(Clone, Debug)]
 pub struct Scene {

@@ -167,10 +167,10 @@ pub(crate) fn write_vtu_with<const N: usize>(
     save(path.as_ref(), &to_vtu_with(mesh, numbers)?)
 }
 
-/// Writes a surface in the format that the ending of the name says: `vtk` (POLYDATA) and `stl` in binary, `vtp`, `obj`.
+/// Writes a surface in the format that the ending of the name says: `vtp`, `stl` (binary) or `obj`.
 ///
 /// # Errors
-/// As [`to_vtk_surface`], on another ending, and when the file cannot be written.
+/// As [`to_vtp`], on another ending, and when the file cannot be written.
 pub fn write_surface(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<(), MeshError> {
     let path = path.as_ref();
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();

@@ -12,7 +12,7 @@
 //! terminal as it is found.
 
 mod conditions;
-pub(crate) mod doubtful;
+mod doubtful;
 pub(crate) mod problems;
 
 use nalgebra::DMatrix;
