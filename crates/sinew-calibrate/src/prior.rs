@@ -89,7 +89,7 @@ impl Prior {
         }
     }
 
-    /// Fault of a prior that is none of a positive parameter, in words.
+    /// Fault, in words, of a prior that does not suit a positive parameter.
     pub fn fault(&self) -> Option<String> {
         let usable = |value: f64| value > 0.0 && value.is_finite();
         match *self {

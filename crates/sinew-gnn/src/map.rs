@@ -75,22 +75,22 @@ impl OutputMap {
     ) -> Vec<f64> {
         let parameters = rows(parameters);
         let (samples, count) = (parameters.len(), parameters.first().map_or(0, Vec::len));
-        let (outputs, changes) = (output.rows(samples), change.rows(samples * count));
+        let outputs = output.rows(samples).into_iter().zip(&parameters);
+        let outputs: Vec<_> = outputs.map(|(row, at)| self.completed(&row, at, None)).collect();
         let tangent = |(row, change): (usize, Vec<f64>)| {
             let sample = row % samples;
             let mut direction = vec![0.0; count];
             direction[row / samples] = 1.0;
             let (at, along) = (&parameters[sample], Some(&direction[..]));
-            let outputs = self.completed(&outputs[sample], at, None);
             let change = self.completed(&change, at, along);
             let mut tangent = match &self.coordinates {
-                Coordinates::Motions(motions) => motions.tree().tangent(&outputs, &change),
+                Coordinates::Motions(motions) => motions.tree().tangent(&outputs[sample], &change),
                 _ => self.moved(&change),
             };
             self.add_anchors(&mut tangent, at, along);
             self.project(&tangent)
         };
-        changes.into_iter().enumerate().flat_map(tangent).collect()
+        change.rows(samples * count).into_iter().enumerate().flat_map(tangent).collect()
     }
 
     /// A network's outputs and the polynomial's, or their derivatives along a direction of the parameters.

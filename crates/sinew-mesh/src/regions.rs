@@ -54,7 +54,7 @@ impl<const N: usize> Mesh<N> {
         field.map_or(name.into(), |field| format!("{field}:{name}"))
     }
 
-    /// Cuts all cells away but those of these sets and labels ([`Mesh::cells_of`]). Sets and fields keep what is left; a facet between
+    /// Cuts all cells away but those of these sets and labels ([`Mesh::cells_of`]). Sets and fields keep the remaining cells; a facet between
     /// both sides becomes one of the cell that stays. The facet set `cut:` holds the facets behind which cells were, others such as
     /// `cut:region:3` those behind which cells of that name were, for [`Selection::between`](crate::Selection::between).
     ///

@@ -12,7 +12,7 @@ pub(crate) fn out(text: Arguments<'_>) {
     note(std::io::stdout().write_fmt(text));
 }
 
-/// Keeps the first reason for which something was not printed; a pipe that its reader closed is none.
+/// Keeps the first reason for which something was not printed; a pipe that its reader closed is no reason.
 fn note(printed: std::io::Result<()>) {
     if let Err(error) = printed
         && error.kind() != std::io::ErrorKind::BrokenPipe

@@ -22,7 +22,7 @@ const SHIFT_GROWTH: f64 = 8.0;
 /// Number of shifts, none among them.
 pub(crate) const MOST_SHIFTS: usize = 13;
 
-/// Shift of a number \[relative to the mean diagonal\]; number 0 is none.
+/// Shift of a number \[relative to the mean diagonal\]; number 0 is no shift.
 pub(crate) fn shift_of(number: usize) -> f64 {
     if number == 0 { 0.0 } else { FIRST_SHIFT * SHIFT_GROWTH.powi(number as i32 - 1) }
 }

@@ -176,7 +176,7 @@ impl System<'_> {
             load_factor: search.load_factor,
             residual: residual.force,
             tolerance: assembly.tolerance().max(enough),
-            // The difference of two energies that overflow is none.
+            // The difference of two energies that overflow is not a number.
             energy: if assembly.energy.is_nan() { f64::INFINITY } else { assembly.energy },
             least_volume_ratio: assembly.least_volume_ratio,
             worst_cell: assembly.worst_cell,

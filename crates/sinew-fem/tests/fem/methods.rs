@@ -106,7 +106,7 @@ fn derivatives_with_a_factor_in_single_precision_are_accurate() {
         (columns.concat(), solver.adjoint_sensitivity(&found, &slope).unwrap())
     };
     let [direct, single] = [Method::Factor, Method::Aggregation].map(of);
-    // Residuals of 1e-10, amplified by a slender body; single precision alone leaves 1e-3.
+    // Residuals of 1e-10, amplified by a slender body; single precision alone has an error of 1e-3.
     assert!(difference(&single.0, &direct.0) < 1e-7);
     assert!(difference(&single.1, &direct.1) < 1e-7);
 }

@@ -41,7 +41,7 @@ const FORMATS: [Foreign; 14] = [
 /// Bytes in which the words of a format are looked for.
 const HEAD: usize = 4096;
 
-/// The format of a file that is none of ours, and the way out.
+/// The format of a file that is not read, and the way out.
 pub(super) fn format(content: &[u8]) -> Option<(&'static str, &'static str)> {
     let head = &content[..content.len().min(HEAD)];
     let has = |word: &&[u8]| head.windows(word.len()).any(|part| part == *word);

@@ -80,7 +80,7 @@ impl Gmsh<'_> {
     }
 }
 
-/// VTK types of gmsh's element types from 0 on; 0 where there is none.
+/// VTK types of gmsh's element types from 0 on; 0 for those without one.
 const VTK_TYPES: [u8; 20] =
     [0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 0, 0, 1, 23, 25, 26, 27];
 
