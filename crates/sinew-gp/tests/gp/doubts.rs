@@ -172,7 +172,7 @@ fn laplace_is_as_wide_as_nuts_or_says_so() -> Result<(), GpError> {
     let (problem, solution) = three_parameters()?;
     let domain = problem.domain();
     let mut unsaid = 0_u64;
-    let sets = sets(2);
+    let sets = sets(1);
     for seed in 0..sets {
         let (places, at) = (domain.sample(25, seed)?, domain.sample(30, seed + 500)?);
         let y = measured(&solution, &places, 0.008, seed);
