@@ -73,7 +73,7 @@ fn from_a_case_to_a_report() {
     assert_eq!(predicted.matches("estimated error").count(), 5, "{predicted}");
     let (mesh, _) =
         sinew_mesh::read_mesh::<4>(folder.join("out/bar/predict/regression/0004.vtu")).unwrap();
-    assert_eq!(mesh.point_fields["u_predicted"].components, 3);
+    assert_eq!(mesh.point_fields["displacement"].components, 3);
 
     let error = |told: &str| -> f64 {
         let after = told.split("estimated error ").nth(1).unwrap();
@@ -89,10 +89,11 @@ fn from_a_case_to_a_report() {
     let (mesh, _) =
         sinew_mesh::read_mesh::<4>(folder.join("out/bar/correct/regression/0000.vtu")).unwrap();
     let (solved, _) = sinew_mesh::read_mesh::<4>(folder.join("out/bar/solve/0000.vtu")).unwrap();
-    let [found, truth] = [&mesh.point_fields["u_corrected"], &solved.point_fields["u_solved"]];
+    let [found, truth] = [&mesh.point_fields["displacement"], &solved.point_fields["displacement"]];
     let pairs = found.to_f64().into_owned().into_iter().zip(truth.to_f64().into_owned());
     let apart = pairs.fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
     assert!(apart < 1e-9, "{apart:e} mm from the equilibrium after two steps");
+    assert_eq!(mesh.point_fields["displacement_predicted"].components, 3);
 
     let evaluated = done(folder, "evaluate bar.toml --cases 6");
     assert!(evaluated.contains("2 Newton steps"), "{evaluated}");
