@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn segments_are_sorted_by_their_numbers() {
         let mut names = ["strain 10 at late", "strain 2 at late", "strain 2 at early", "volume"];
-        names.sort_by_key(|name| by_numbers(name));
+        names.sort_by(|a, b| by_numbers(a).cmp(&by_numbers(b)));
         assert_eq!(names, ["strain 2 at early", "strain 2 at late", "strain 10 at late", "volume"]);
     }
 }

@@ -29,7 +29,7 @@ again; sinew merge puts the shards together:
   sinew train heart.toml --recipe hybrid --simulations OUT/sample
 
   sinew sample heart.toml --count 3000 --script slurm --shards 16    # the same as one job array
-  sh OUT/sample/slurm.sh --time=04:00:00
+  sh OUT/sample/slurm.sh --time=04:00:00     # or --script lsf, and sh OUT/sample/lsf.sh -W 240
 
 OUT is out/NAME by the `name` of the case, or of its file where it has none.
 
