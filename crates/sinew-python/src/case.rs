@@ -1,11 +1,11 @@
 //! Cases: bodies, their parameters and solutions.
 
 use crate::arrays::{matrix, rows, stacked, vector};
-use crate::emulator::NativeEmulator;
+use crate::emulator::{NativeEmulator, by_own_units};
 use crate::errors::{self, Kind};
 use crate::mesh::NativeMesh;
 use crate::{relay, results, training};
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use sinew::case::Formulation;
@@ -15,7 +15,9 @@ use sinew::{
 };
 use sinew_emulate::{Answers, Design, simulate_by};
 use sinew_energy::{Fibres, Sampling};
-use sinew_fem::{LoadSteps, Options, Unload, UnloadOptions, cell_stresses, locking};
+use sinew_fem::{
+    LoadSteps, Options, Solver, Unload, UnloadOptions, cell_stresses, held_sets, locking, reactions,
+};
 use sinew_mesh::{DISPLACEMENT, Field, to_vtu, with_cells};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -301,6 +303,34 @@ impl NativeCase {
     ) -> PyResult<Bound<'py, PyDict>> {
         let (theta, field) = (theta.as_array().to_vec(), displacement.as_array().to_vec());
         results::stresses(py, &self.body, &field, &theta)
+    }
+
+    /// Forces of the supports on the node sets that they hold \[stress·length²\], by name.
+    fn reactions(
+        &self,
+        py: Python<'_>,
+        theta: PyReadonlyArray1<'_, f64>,
+        displacement: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Vec<(String, [f64; 3])>> {
+        let (theta, field) = (theta.as_array().to_vec(), displacement.as_array().to_vec());
+        let forces = py.detach(|| reactions(&self.body, &field, &[], &theta));
+        let forces = forces.map_err(|error| Kind::Solve.of(py, error))?;
+        Ok(held_sets(&self.body).map(|(name, _)| name.clone()).zip(forces).collect())
+    }
+
+    /// Derivatives of the equilibrium's displacement by each parameter in its own unit, at one θ.
+    fn sensitivity<'py>(
+        &self,
+        py: Python<'py>,
+        theta: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let theta = self.thetas(&theta)?.concat();
+        let found = py.detach(|| {
+            let mut solver = Solver::new(&self.body)?;
+            let solution = solver.solve(&theta, &Options::default())?;
+            solver.sensitivity(&solution)
+        });
+        by_own_units(py, &self.body, found.map_err(|error| Kind::Solve.of(py, error))?)
     }
 
     /// Solutions at every row of θ: displacements (NaN for failed rows), failures by row, seconds by row, warnings.

@@ -140,6 +140,18 @@ def test_several_sets_follow_theta(bar: Case) -> None:
     assert one.theta_of() == {"mu": 9.0, "lambda": 15.0}
 
 
+def test_sensitivities_and_reactions_are_those_of_the_solver(bar: Case) -> None:
+    found, step = bar.sensitivity([10.0, 12.0]), 1e-3
+    assert found.shape == (2, len(bar.points), 3)
+    for k, by in enumerate(np.eye(2) * step):
+        ends = bar.solve(np.array([[10.0, 12.0] + by, [10.0, 12.0] - by]), progress=False).displacement
+        # The truncation of the difference is of the order of the squared step.
+        assert np.allclose((ends[0] - ends[1]) / (2 * step), found[k], rtol=0.0, atol=1e-6 * np.abs(found[k]).max())
+    force = bar.solve([10.0, 12.0]).reactions()["x_min"]
+    # The weight of the bar, 9.8e-3 mN/mm³ of 30 x 6 x 6 mm³; the residual of a solution is at most 1e-6 of it.
+    assert np.allclose(force, [0.0, 0.0, 9.8e-3 * 1080.0], rtol=0.0, atol=2e-5)
+
+
 def test_sets_without_equilibrium_are_listed() -> None:
     # A ventricle whose wall bears the first pressure and not the second, far above the range.
     case = Case.scene("IdealVentricle")

@@ -29,7 +29,7 @@ def floats(values: Any, what: str) -> Floats:
         raise CaseError(f"{what}: rows of different lengths; give as many numbers in each") from error
     if array.dtype.kind not in "fiu":
         raise CaseError(f"{what}: numbers are needed, not {array.dtype}")
-    result = np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
+    result: Floats = np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
     bad = np.argwhere(~np.isfinite(result))
     if len(bad):
         place = ", ".join(str(index) for index in bad[0])

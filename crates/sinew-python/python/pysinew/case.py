@@ -256,6 +256,10 @@ class Case:
         values, displacement, seconds = map(sets.pick, (sets.values, found["displacement"], found["seconds"]))
         return Solutions(self, values, displacement, empty, failures, seconds)
 
+    def sensitivity(self, theta: Theta = None) -> Floats:
+        """Derivative of the equilibrium's displacement by each parameter [mm per unit of the parameter], (p, nodes, 3), at one θ."""
+        return self._native.sensitivity(_theta.read(self._native, theta).single().rows)
+
     def _refuse(self, sets: _theta.Sets, failures: dict[int, str]) -> None:
         """Raises where one set was asked for and failed."""
         if sets.one and failures:

@@ -53,7 +53,8 @@ class Fields:
         """The row of one set."""
         if self.is_one and index not in (0, -1):
             raise IndexError(f"set {index}: there is one set, number 0")
-        return rows if self.is_one else rows[index]
+        row: Floats = rows if self.is_one else rows[index]
+        return row
 
     def one(self, index: int = 0) -> Floats:
         """Displacement of one set [mm], (nodes, 3)."""
@@ -79,6 +80,11 @@ class Fields:
         """Stress and strain of the cells of one set: `cauchy_stress` [kPa] and `green_lagrange_strain` (cells, 3, 3), principal values,
         `volume` [mm³] and `volume_ratio`, and for laws with fibres their direction, stretch and stress [kPa]."""
         return self.case._native.stresses(self._in_scene(index), np.ascontiguousarray(self.one(index)).ravel())
+
+    def reactions(self, index: int = 0) -> dict[str, Floats]:
+        """Forces of the supports on each node set that they hold [kPa mm² = mN], (3,), of one set."""
+        found = self.case._native.reactions(self._in_scene(index), np.ascontiguousarray(self.one(index)).ravel())
+        return {name: np.array(force) for name, force in found}
 
     def _in_scene(self, index: int) -> Floats:
         """Parameters of one set in the units of the scene."""

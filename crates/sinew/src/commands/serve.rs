@@ -93,7 +93,7 @@ impl Serve {
         println!("input: {}", parameters.join(", "));
         println!("output: {}", service.outputs().join(", "));
         if service.has_page() {
-            println!("page: http://{}/, made when it is opened first", address);
+            println!("page: http://{address}/, made when it is opened first");
         }
         println!("serving {} at http://{}", body.name, address);
         let cores = thread::available_parallelism().map_or(1, usize::from);
