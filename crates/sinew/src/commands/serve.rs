@@ -48,7 +48,7 @@ pub(crate) struct Serve {
     /// Requests that are answered at the same time [default: the processor's cores]
     #[arg(long, value_name = "COUNT")]
     threads: Option<usize>,
-    /// Time for a request to arrive \[s\]
+    /// Seconds that a request may take to arrive
     #[arg(long, value_name = "SECONDS", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
     timeout: u64,
 }

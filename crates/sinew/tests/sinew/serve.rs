@@ -304,13 +304,15 @@ fn requests_that_do_not_arrive_hold_nobody_up() {
 fn a_signal_ends_the_server_with_every_request_answered() {
     let folder = tempfile::tempdir().unwrap();
     let mut server = served(folder.path(), &["--threads", "1"]);
-    let address = server.1.clone();
+    let (address, clients) = (server.1.clone(), 40);
+    let address = address.as_str();
     let request =
         r#"{"name": "solver", "input": [[11.0, 4.0]], "outWrt": 0, "inWrt": 0, "vec": [1, 0]}"#;
-    let (pid, clients) = (server.0.id().to_string(), 40);
+    let pid = server.0.id().to_string();
     let answers: Vec<_> = std::thread::scope(|scope| {
-        let ask = || scope.spawn(|| post(&address, "/ApplyJacobian", request));
-        let asked: Vec<_> = (0..clients).map(|_| ask()).collect();
+        let asked: Vec<_> = (0..clients)
+            .map(|_| scope.spawn(|| post(address, "/ApplyJacobian", request)))
+            .collect();
         std::thread::sleep(Duration::from_millis(300));
         assert!(Command::new("kill").arg(pid).status().unwrap().success());
         asked.into_iter().map(|client| client.join().unwrap()).collect()

@@ -50,7 +50,7 @@ impl Connection {
     pub(super) fn request(&mut self) -> Result<Request, Refusal> {
         if self.held.is_empty() {
             self.until = Instant::now() + IDLE;
-            self.more().map_err(|_| None)?;
+            self.more().map_err(|_| Refusal::None)?;
         }
         self.until = Instant::now() + self.limit;
         let head = self.text_to("\r\n\r\n")?;
@@ -65,7 +65,7 @@ impl Connection {
             fields.clone().find(named).map(|(_, value)| value.trim().to_ascii_lowercase())
         };
         if field("expect").is_some_and(|value| value == "100-continue") {
-            self.stream.write_all(b"HTTP/1.1 100 Continue\r\n\r\n").map_err(|_| None)?;
+            self.stream.write_all(b"HTTP/1.1 100 Continue\r\n\r\n").map_err(|_| Refusal::None)?;
         }
         let content = match (field("transfer-encoding"), field("content-length")) {
             (Some(coding), _) if coding == "chunked" => self.chunks()?,
