@@ -105,7 +105,7 @@ impl NativeCase {
         Self::on(py, Case::from_keys(&table, name), mesh)
     }
 
-    /// What another process makes the case of: text, name of its file, whether its cells are made quadratic, and the mesh as a VTU file.
+    /// State that another process makes the case from: text, name of its file, whether its cells are made quadratic, mesh as a VTU file.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<(&str, &str, bool, Bound<'py, PyBytes>)> {
         let wrong = |error: &dyn std::fmt::Display| Kind::Case.of(py, error);
         let mesh = self.case.mesh_made().map_err(|error| wrong(&error))?;

@@ -41,7 +41,7 @@ impl Shard {
         folder.join(format!("shards/{:05}-of-{:05}", self.index, self.of))
     }
 
-    /// How far it is in the folder of a campaign.
+    /// State in the folder of a campaign.
     ///
     /// # Errors
     /// Files that cannot be read.
@@ -68,7 +68,7 @@ impl Shard {
     }
 }
 
-/// How far a shard is.
+/// State of a shard.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ShardState {
     /// Solved and sealed, with the number of samples without equilibrium.
@@ -80,7 +80,7 @@ pub enum ShardState {
     Begun {
         /// Samples that are solved or have no equilibrium.
         tried: usize,
-        /// Those without equilibrium.
+        /// Samples without equilibrium.
         failed: usize,
         /// Time since something was stored, which a running process does every ten seconds or after the solve under way.
         since: Duration,

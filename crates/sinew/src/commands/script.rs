@@ -8,7 +8,7 @@ use std::path::Path;
 pub(crate) enum Scheduler {
     /// A job array and a merge that waits for it: sh OUT/sample/slurm.sh
     Slurm,
-    /// The same for LSF: sh OUT/sample/lsf.sh
+    /// A job array of LSF and its merge: sh OUT/sample/lsf.sh
     Lsf,
     /// A workflow with a job for every shard: snakemake --snakefile OUT/sample/Snakefile
     Snakemake,

@@ -348,7 +348,7 @@ fn requests_are_read_as_clients_write_them() {
         told.split(r#"{"output":[["#).skip(1).map(|v| v.split(']').next()).collect();
     assert!(values.len() == 2 && values[0] == values[1], "{told}");
     assert!(told.matches("HTTP/1.1 200").count() == 3 && told.contains("100 Continue"), "{told}");
-    assert!(told.ends_with("Content-Length: 46\r\nConnection: close\r\n\r\n"), "{told}");
+    assert!(told.ends_with("Content-Length: 43\r\nConnection: close\r\n\r\n"), "{told}");
 }
 
 #[test]

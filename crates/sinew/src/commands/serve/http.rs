@@ -121,7 +121,7 @@ impl Connection {
         }
     }
 
-    /// So many bytes of a content that has some already.
+    /// Bytes of a content that has some already.
     fn content(&mut self, length: usize, before: usize) -> Result<Vec<u8>, Refusal> {
         if length > MOST_BYTES - before {
             let _ = self.skip(length);
