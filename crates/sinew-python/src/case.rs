@@ -126,14 +126,10 @@ impl NativeCase {
         let (mesh, _) =
             sinew_mesh::parse("mesh.vtu", mesh).map_err(|error| Kind::Case.of(py, error))?;
         let case = Case::revived(text, file, mesh).map_err(|error| Kind::Case.of(py, error))?;
-        let quadratic = quadratic.then_some(Formulation::Quadratic);
-        Self::lowered(
-            py,
-            match quadratic {
-                Some(formulation) => case.with_formulation(formulation),
-                None => case,
-            },
-        )
+        match quadratic {
+            true => Self::lowered(py, case.with_formulation(Formulation::Quadratic)),
+            false => Self::lowered(py, case),
+        }
     }
 
     #[getter]

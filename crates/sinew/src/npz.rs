@@ -18,8 +18,8 @@ pub type Named<'a> = (&'a str, &'a [usize], &'a [f64]);
 /// When a shape does not hold its numbers.
 pub fn write(path: &Path, arrays: &[Named<'_>], further: &[(&str, Vec<u8>)]) -> io::Result<()> {
     let mut archive = ZipWriter::new(io::BufWriter::new(std::fs::File::create(path)?));
-    let own = arrays.iter().map(|(name, shape, values)| (name, to_npy(shape, values).into()));
-    let further = further.iter().map(|(name, content)| (name, Cow::from(content)));
+    let own = arrays.iter().map(|(name, shape, values)| (name, Cow::Owned(to_npy(shape, values))));
+    let further = further.iter().map(|(name, content)| (name, Cow::Borrowed(&content[..])));
     for (name, content) in own.chain(further) {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)

@@ -87,7 +87,7 @@ pub enum ShardState {
     },
     /// A file, by its name, changed since the shard was sealed.
     Damaged(String),
-    /// Nothing is stored.
+    /// No file is stored.
     Missing,
 }
 
