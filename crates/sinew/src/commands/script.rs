@@ -88,7 +88,7 @@ export RAYON_NUM_THREADS=${{LSB_DJOB_NUMPROC:-1}}
 exec {sample} --shard auto:1-{shards}
 SHARD
 ) || exit
-array=$(echo "$told" | sed -n 's/^Job <\([0-9]*\)>.*//p')
+array=$(echo "$told" | sed -n 's/^Job <\([0-9]*\)>.*/\1/p')
 echo "Submitted array job $array"
 bsub -J {name} -o {log} -w "done($array)" "$@" <<'MERGE'
 #!/bin/bash
