@@ -75,12 +75,15 @@ enum Task {
     Circles,
     /// Follow the walks of docs/architecture.md through the code: every room exists and is named by the one before
     Walks,
-    /// Build the Python wheel into target/wheel/dist and run its README in a clean virtual environment; skipped with a word where Python or its
-    /// packages are missing
+    /// Build the Python wheel into target/wheel/dist and run its README in a clean virtual environment
     Wheel {
-        /// Run the Python tests instead, on a library that is compiled as the workspace's tests are
+        /// Run the Python tests instead, on a library that is compiled as the workspace's tests are; skipped with a word where Python or its
+        /// packages are missing
         #[arg(long)]
         test: bool,
+        /// Features of the wheel; `networks` trains graph networks
+        #[arg(long, conflicts_with = "test")]
+        features: Option<String>,
     },
     /// Run a campaign on a Slurm of two nodes that it starts on this machine, and one by Snakemake; skipped with a word where these are
     /// missing
@@ -125,8 +128,8 @@ fn main() -> Result<()> {
         Task::Words => words::check(),
         Task::Circles => circles::check(),
         Task::Walks => walks::check(),
-        Task::Wheel { test: false } => wheel::run(),
-        Task::Wheel { test: true } => wheel::test(&[]),
+        Task::Wheel { test: false, features } => wheel::run(features.as_deref()),
+        Task::Wheel { test: true, .. } => wheel::test(&[]),
         Task::Campaigns => command::campaigns(),
         Task::Package => package::run(),
         Task::Licences => licences::check(),

@@ -21,23 +21,27 @@ const TESTERS: [&str; 9] =
 /// A sampler of chains on several levels, its client of `sinew serve`, and what it imports without saying so.
 const SAMPLERS: [&str; 4] = ["tinyDA", "umbridge", "ray", "matplotlib<3.11"];
 
-/// Builds the wheel into `target/wheel/dist` and runs the README's program on it in a clean environment. Where Python or its packages are
-/// missing it says that this is skipped.
-pub(crate) fn run() -> Result<()> {
-    let Some((root, folder, python)) = place()? else { return Ok(()) };
+/// Builds the wheel into `target/wheel/dist` and runs the README's program on it in a clean environment.
+pub(crate) fn run(features: Option<&str>) -> Result<()> {
+    let (root, folder, python) = place()?;
+    let python = python.context(
+        "there is no Python 3 with venv and pip: install them (Debian: python3-venv), or name another by PYTHON",
+    )?;
     let builder = environment(&python, &folder.join("build"))?;
     if !install(&builder, &BUILDERS)? {
-        eprintln!("wheel: skipped, for maturin cannot be installed here");
-        return Ok(());
+        bail!("pip cannot install {}, which build the wheel", BUILDERS.join(" and "));
     }
-    let wheel = build(&root, &builder, &folder)?;
+    let wheel = build(&root, &builder, &folder, features)?;
     tried(&root, &python, &folder, &wheel)
 }
 
 /// Runs the Python tests on a library and a program in the profile of `cargo test`, of which little is left to compile after it. Where
 /// Python or its packages are missing it says that this is skipped.
 pub(crate) fn test(variables: &[(&str, &str)]) -> Result<()> {
-    let Some((root, folder, python)) = place()? else { return Ok(()) };
+    let (root, folder, Some(python)) = place()? else {
+        eprintln!("Python tests: skipped, for there is no python3 with venv here");
+        return Ok(());
+    };
     let own = environment(&python, &folder.join("tests"))?;
     if !install(&own, &TESTERS)? {
         let named = TESTERS.join(", ");
@@ -75,16 +79,12 @@ pub(crate) fn test(variables: &[(&str, &str)]) -> Result<()> {
     call(pytest.env("SINEW_PROGRAM", program))
 }
 
-/// The workspace, the folder for what is made, and a Python; `None` without a Python.
-fn place() -> Result<Option<(PathBuf, PathBuf, PathBuf)>> {
+/// The workspace, the folder for what is made, and a Python if there is one.
+fn place() -> Result<(PathBuf, PathBuf, Option<PathBuf>)> {
     let metadata = MetadataCommand::new().no_deps().exec()?;
     let folder = metadata.target_directory.into_std_path_buf().join("wheel");
     std::fs::create_dir_all(&folder)?;
-    let found = interpreter();
-    if found.is_none() {
-        eprintln!("Python: skipped, for there is no python3 with venv here");
-    }
-    Ok(found.map(|python| (metadata.workspace_root.into_std_path_buf(), folder, python)))
+    Ok((metadata.workspace_root.into_std_path_buf(), folder, interpreter()))
 }
 
 /// A Python 3 that makes virtual environments; `PYTHON` names another than `python3`.
@@ -121,7 +121,7 @@ fn call(command: &mut Command) -> Result<()> {
 }
 
 /// Builds the wheel; where its processor or system is another, for this machine only.
-fn build(root: &Path, python: &Path, folder: &Path) -> Result<PathBuf> {
+fn build(root: &Path, python: &Path, folder: &Path, features: Option<&str>) -> Result<PathBuf> {
     let out = folder.join("dist");
     let _ = std::fs::remove_dir_all(&out);
     let mut maturin = Command::new(python);
@@ -131,6 +131,7 @@ fn build(root: &Path, python: &Path, folder: &Path) -> Result<PathBuf> {
     maturin.env("PATH", std::env::join_paths(first.chain(std::env::split_paths(&path)))?);
     maturin.args(["-m", "maturin", "build", "--release", "--locked", "--manifest-path"]);
     maturin.arg(root.join("crates/sinew-python/Cargo.toml")).arg("--out").arg(&out);
+    maturin.args(features.into_iter().flat_map(|features| ["--features", features]));
     if cfg!(all(target_os = "linux", target_arch = "x86_64")) {
         maturin.args(["--zig", "--target", TARGET, "--compatibility", "manylinux2014"]);
     }

@@ -5,7 +5,7 @@ use crate::polynomial::Sample;
 use crate::{CalibrateError, Datum, Kind, Observed, Unknown};
 use nalgebra::{DMatrix, DVector};
 
-/// Unknown parameters and data. Data are sorted by kind, name and value, so that results do not depend on the order in which
+/// Unknown parameters and data. Data are sorted by kind, name (segment 2 before segment 10) and value, so that results do not depend on the order in which
 /// they are given.
 #[derive(Clone, Debug)]
 pub struct Problem {
@@ -65,7 +65,8 @@ impl Problem {
             return refuse(format!("{}: the bias is {}; give 0 or more", kind.name, kind.bias));
         }
         data.sort_by(|a, b| {
-            (&a.kind, &a.name).cmp(&(&b.kind, &b.name)).then(a.value.total_cmp(&b.value))
+            let names = by_numbers(&a.name).cmp(&by_numbers(&b.name)).then(a.name.cmp(&b.name));
+            a.kind.cmp(&b.kind).then(names).then(a.value.total_cmp(&b.value))
         });
         kinds.sort_by(|a, b| a.name.cmp(&b.name));
         let measured = DVector::from_iterator(data.len(), data.iter().map(|d| d.scaled(d.value)));
@@ -162,5 +163,30 @@ impl Problem {
         };
         let values = self.scaled(&observed.values).as_slice().to_vec();
         Sample { x: x.collect(), values, slopes, weight }
+    }
+}
+
+/// Parts of a name for sorting: text, and the number behind it.
+fn by_numbers(name: &str) -> Vec<(&str, u64)> {
+    let (mut rest, mut parts) = (name, Vec::new());
+    while !rest.is_empty() {
+        let (text, tail) =
+            rest.split_at(rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len()));
+        let digits = tail.find(|c: char| !c.is_ascii_digit()).unwrap_or(tail.len());
+        parts.push((text, tail[..digits].parse().unwrap_or(0)));
+        rest = &tail[digits..];
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::by_numbers;
+
+    #[test]
+    fn segments_are_sorted_by_their_numbers() {
+        let mut names = ["strain 10 at late", "strain 2 at late", "strain 2 at early", "volume"];
+        names.sort_by(|a, b| by_numbers(a).cmp(&by_numbers(b)));
+        assert_eq!(names, ["strain 2 at early", "strain 2 at late", "strain 10 at late", "volume"]);
     }
 }

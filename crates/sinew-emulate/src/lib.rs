@@ -99,7 +99,7 @@ pub use refine::Answer;
 pub use refine::answers::Answers;
 pub use refine::correction::Correction;
 pub use refine::plan::{Cost, Method, Plan};
-pub use sample::campaign::{Shard, merge, simulate_shard};
+pub use sample::campaign::{Shard, ShardState, merge, simulate_shard};
 pub use sample::simulate::{
     Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by,
 };

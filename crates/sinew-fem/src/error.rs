@@ -125,16 +125,14 @@ pub enum Advice {
     /// Displacements grow ever faster with the load up to a limit point, beyond which no equilibrium was found.
     #[error(
         "the curve of equilibria bends over to a limit point near {} of the load, and none was found at {}: this is what the body \
-         bears; reduce the load, stiffen the material, or follow the curve beyond it by Solver::follow, by a volume or by a prescribed \
-         motion",
+         bears; reduce the load, stiffen the material, or follow the curve beyond it by a volume or by a prescribed motion",
         part(*limit), part(*refused)
     )]
     LimitPoint { limit: f64, refused: f64 },
     /// The linear model at rest shows that the load is far beyond what the body bears.
     #[error(
         "the load is {times:.0e} times the one that would strain the body by about a quarter if it stayed linear, so that more than its \
-         first steps were not looked for; check the units of load, stiffness and mesh, or approach it along a path of rising loads \
-         (Solver::follow)"
+         first steps were not looked for; check the units of load, stiffness and mesh, or approach it along a path of rising loads"
     )]
     FarBeyond { times: f64 },
     /// A prescribed rotation so large that its nodes pass through each other on straight lines.

@@ -95,7 +95,9 @@ pub use diagnose::locking::{
 };
 pub use diagnose::named::{CellValue, RigidMode};
 pub use diagnose::report::{Reaction, SolutionReport, Warning, held_sets, reactions, report};
-pub use diagnose::stress::{CellStress, Fibre, cell_stresses, mixed_stresses};
+pub use diagnose::stress::{
+    CellStress, Fibre, cell_stresses, mixed_stresses, principal_stretches, principal_values,
+};
 pub use error::{Advice, NotConverged, SolveError};
 pub use linear::matrix::Stiffness;
 pub use linear::method::Method;

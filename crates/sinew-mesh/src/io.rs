@@ -34,10 +34,10 @@ use std::path::Path;
 
 pub use carp_write::write_carp;
 pub use mixed::MixedMesh;
-pub use npy::{NpyArray, parse_npy, to_npy};
+pub use npy::{NpyArray, parse_npy, to_npy, to_npy_of};
 pub use report::ReadReport;
 pub use surface_write::{to_obj, to_stl, to_vtp};
-pub use vtu_write::{to_pvd, to_vtu, to_vtu_with};
+pub use vtu_write::{DISPLACEMENT, to_pvd, to_vtu, to_vtu_with};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
 use cursor::Fault;

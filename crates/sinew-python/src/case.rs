@@ -1,20 +1,24 @@
 //! Cases: bodies, their parameters and solutions.
 
 use crate::arrays::{matrix, rows, stacked, vector};
-use crate::emulator::NativeEmulator;
+use crate::emulator::{NativeEmulator, by_own_units};
 use crate::errors::{self, Kind};
 use crate::mesh::NativeMesh;
 use crate::{relay, results, training};
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use sinew::case::Formulation;
+use sinew::stresses::add_stresses;
 use sinew::{
     Body, Case, TrainingOptions, admissible, locking_in_words, outside, theta_in_words, theta_of,
 };
 use sinew_emulate::{Answers, Design, simulate_by};
 use sinew_energy::{Fibres, Sampling};
-use sinew_fem::{LoadSteps, Options, Unload, UnloadOptions, locking};
+use sinew_fem::{
+    LoadSteps, Options, Solver, Unload, UnloadOptions, cell_stresses, held_sets, locking, reactions,
+};
+use sinew_mesh::{DISPLACEMENT, Field, to_vtu, with_cells};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -99,6 +103,33 @@ impl NativeCase {
         let table: toml::Table = serde_json::from_str(json)
             .map_err(|error| Kind::Case.of(py, format!("{name}: {error}")))?;
         Self::on(py, Case::from_keys(&table, name), mesh)
+    }
+
+    /// State that another process makes the case from: text, name of its file, whether its cells are made quadratic, mesh as a VTU file.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<(&str, &str, bool, Bound<'py, PyBytes>)> {
+        let wrong = |error: &dyn std::fmt::Display| Kind::Case.of(py, error);
+        let mesh = self.case.mesh_made().map_err(|error| wrong(&error))?;
+        let mesh = with_cells!(&mesh, mesh => to_vtu(mesh)).map_err(|error| wrong(&error))?;
+        let quadratic = self.case.formulation == Formulation::Quadratic;
+        Ok((self.case.text(), self.case.file(), quadratic, PyBytes::new(py, &mesh)))
+    }
+
+    /// The case of a state.
+    #[staticmethod]
+    fn revived(
+        py: Python<'_>,
+        text: &str,
+        file: &str,
+        quadratic: bool,
+        mesh: &[u8],
+    ) -> PyResult<Self> {
+        let (mesh, _) =
+            sinew_mesh::parse("mesh.vtu", mesh).map_err(|error| Kind::Case.of(py, error))?;
+        let case = Case::revived(text, file, mesh).map_err(|error| Kind::Case.of(py, error))?;
+        match quadratic {
+            true => Self::lowered(py, case.with_formulation(Formulation::Quadratic)),
+            false => Self::lowered(py, case),
+        }
     }
 
     #[getter]
@@ -221,9 +252,10 @@ impl NativeCase {
         theta_in_words(&self.body, &theta.as_array().to_vec())
     }
 
-    /// Values outside their ranges, in words.
-    fn outside(&self, thetas: PyReadonlyArray2<'_, f64>) -> Vec<String> {
-        rows(&thetas).iter().flat_map(|theta| outside(&self.body.parameters, theta)).collect()
+    /// Values outside their ranges, in words; those without a meaning are refused.
+    fn outside(&self, thetas: PyReadonlyArray2<'_, f64>) -> PyResult<Vec<String>> {
+        let thetas = self.thetas(&thetas)?;
+        Ok(thetas.iter().flat_map(|theta| outside(&self.body.parameters, theta)).collect())
     }
 
     /// The middle of the ranges, in the unit of the scene.
@@ -267,6 +299,34 @@ impl NativeCase {
     ) -> PyResult<Bound<'py, PyDict>> {
         let (theta, field) = (theta.as_array().to_vec(), displacement.as_array().to_vec());
         results::stresses(py, &self.body, &field, &theta)
+    }
+
+    /// Forces of the supports on the node sets that they hold \[stress·length²\], by name.
+    fn reactions(
+        &self,
+        py: Python<'_>,
+        theta: PyReadonlyArray1<'_, f64>,
+        displacement: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Vec<(String, [f64; 3])>> {
+        let (theta, field) = (theta.as_array().to_vec(), displacement.as_array().to_vec());
+        let forces = py.detach(|| reactions(&self.body, &field, &[], &theta));
+        let forces = forces.map_err(|error| Kind::Solve.of(py, error))?;
+        Ok(held_sets(&self.body).map(|(name, _)| name.clone()).zip(forces).collect())
+    }
+
+    /// Derivatives of the equilibrium's displacement by each parameter in its own unit, at one θ.
+    fn sensitivity<'py>(
+        &self,
+        py: Python<'py>,
+        theta: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let theta = self.thetas(&theta)?.concat();
+        let found = py.detach(|| {
+            let mut solver = Solver::new(&self.body)?;
+            let solution = solver.solve(&theta, &Options::default())?;
+            solver.sensitivity(&solution)
+        });
+        by_own_units(py, &self.body, found.map_err(|error| Kind::Solve.of(py, error))?)
     }
 
     /// Solutions at every row of θ: displacements (NaN for failed rows), failures by row, seconds by row, warnings.
@@ -363,16 +423,23 @@ impl NativeCase {
         Ok((Self::lowered(py, rest)?, numbers))
     }
 
-    /// Writes mesh and displacement of one set as a VTU file.
+    /// Writes mesh and displacement of one set as a VTU file, with stresses where θ is given.
+    #[pyo3(signature = (path, displacement, theta=None))]
     fn write_vtu(
         &self,
         py: Python<'_>,
         path: PathBuf,
         displacement: PyReadonlyArray2<'_, f64>,
+        theta: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<()> {
         let mut mesh = (*self.body.mesh).clone();
-        let field = sinew_mesh::Field::vectors(&crate::arrays::triples(&displacement));
-        mesh.point_fields_mut().insert("u".into(), field);
+        let field = crate::arrays::triples(&displacement);
+        if let Some(theta) = theta {
+            let cells = cell_stresses(&self.body, field.as_flattened(), &theta.as_array().to_vec());
+            let cells = cells.map_err(|error| Kind::Solve.of(py, error))?;
+            add_stresses(&mut mesh, &self.body, &cells);
+        }
+        mesh.point_fields_mut().insert(DISPLACEMENT.into(), Field::vectors(&field));
         mesh.write_vtu(Path::new(&path)).map_err(|error| Kind::Case.of(py, error))
     }
 

@@ -186,14 +186,7 @@ impl NativeEmulator {
         let theta = rows(&theta).concat();
         let found = py.detach(|| self.with(|emulator| emulator.sensitivity(&theta)));
         let found = found.map_err(|error| errors::emulator(py, &error))?;
-        let body = self.body();
-        let shape = [body.parameters.len(), body.nodes, 3];
-        let own = body.parameters.iter().map(|parameter| parameter.unit.in_scene(1.0));
-        let scaled = found
-            .into_iter()
-            .zip(own)
-            .flat_map(|(field, unit)| field.into_iter().map(move |u| u * unit));
-        cube(py, scaled.collect(), shape)
+        by_own_units(py, self.body(), found)
     }
 }
 
@@ -217,6 +210,20 @@ impl NativeEmulator {
         result.set_item("words", words)?;
         Ok(result)
     }
+}
+
+/// Derivatives of the displacement by each parameter in its own unit, from those in the units of the scene.
+pub(crate) fn by_own_units<'py>(
+    py: Python<'py>,
+    body: &Body,
+    found: Vec<Vec<f64>>,
+) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    let own = body.parameters.iter().map(|parameter| parameter.unit.in_scene(1.0));
+    let scaled = found
+        .into_iter()
+        .zip(own)
+        .flat_map(|(field, unit)| field.into_iter().map(move |u| u * unit));
+    cube(py, scaled.collect(), [body.parameters.len(), body.nodes, 3])
 }
 
 fn said(warnings: &[Warning]) -> Vec<String> {

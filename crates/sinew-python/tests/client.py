@@ -15,6 +15,13 @@ def within(emulator: Emulator, count: int) -> int:
     return int(np.sum(answers.within))
 
 
+def of_other_numbers(case: Case) -> Emulator:
+    case.solve(np.array([[10, 12]], dtype=np.int32))
+    case.solve(np.array([10.0, 12.0], dtype=np.float32))
+    case.train("regresion")  # type: ignore[arg-type]
+    return case.train("taylor", design="sobol")
+
+
 def middle(patient: Case, parameter: str) -> float:
     posterior: Posterior = patient.calibrate(seed=3)
     return float(np.median(posterior[parameter]))

@@ -58,6 +58,22 @@ def test_meshes_of_meshio_and_pyvista_are_the_mesh(bar: Case, tmp_path: Path) ->
     assert np.array_equal(again.solve(THETA).displacement, expected)
 
 
+def test_voxels_are_hexahedra() -> None:
+    pyvista = pytest.importorskip("pyvista")
+    image = pyvista.ImageData(dimensions=(7, 3, 3), spacing=(5.0, 3.0, 3.0))
+    # A segmented image, whose background is left out.
+    image.cell_data["label"] = np.ones(image.n_cells, dtype=int)
+    keys = {**KEYS, "supports": [{"clamped": "left"}], "select": {"left": {"plane": {"point": [0, 0, 0], "normal": [1, 0, 0]}}}}
+    hexahedra = Case(mesh={"box": {"extent": [30, 6, 6], "cells": [6, 2, 2]}, "element": "hexahedra"}, **KEYS)
+    for voxels in (image, image.threshold(0.5, scalars="label")):
+        case = Case(mesh=voxels, **keys)
+        assert case.cells.shape == (24, 8)
+        found, expected = (own.points + own_u.displacement for own, own_u in ((c, c.solve(THETA)) for c in (case, hexahedra)))
+        by_place = [np.lexsort(own.points.round(6).T) for own in (case, hexahedra)]
+        # To the solver's tolerance: nodes are numbered in another order.
+        assert np.allclose(found[by_place[0]], expected[by_place[1]], rtol=0.0, atol=1e-8)
+
+
 def test_facets_may_be_named_by_their_nodes(bar: Case) -> None:
     mesh = (bar.points, bar.cells)
     case = Case(mesh=mesh, facet_sets={"x_min": bar.facet_sets["x_min"]}, **KEYS)
@@ -124,6 +140,18 @@ def test_several_sets_follow_theta(bar: Case) -> None:
     assert one.theta_of() == {"mu": 9.0, "lambda": 15.0}
 
 
+def test_sensitivities_and_reactions_are_those_of_the_solver(bar: Case) -> None:
+    found, step = bar.sensitivity([10.0, 12.0]), 1e-3
+    assert found.shape == (2, len(bar.points), 3)
+    for k, by in enumerate(np.eye(2) * step):
+        ends = bar.solve(np.array([[10.0, 12.0] + by, [10.0, 12.0] - by]), progress=False).displacement
+        # The truncation of the difference is of the order of the squared step.
+        assert np.allclose((ends[0] - ends[1]) / (2 * step), found[k], rtol=0.0, atol=1e-6 * np.abs(found[k]).max())
+    force = bar.solve([10.0, 12.0]).reactions()["x_min"]
+    # The weight of the bar, 9.8e-3 mN/mm³ of 30 x 6 x 6 mm³; the residual of a solution is at most 1e-6 of it.
+    assert np.allclose(force, [0.0, 0.0, 9.8e-3 * 1080.0], rtol=0.0, atol=2e-5)
+
+
 def test_sets_without_equilibrium_are_listed() -> None:
     # A ventricle whose wall bears the first pressure and not the second, far above the range.
     case = Case.scene("IdealVentricle")
@@ -167,8 +195,9 @@ def test_solutions_are_those_of_the_program_to_the_bit(bar: Case, tmp_path: Path
     )
     theirs = np.load(tmp_path / "out" / "solve" / "cases.npz")
     assert np.array_equal(theirs["theta"], table)
-    assert np.array_equal(theirs["solved"], bar.solve(table).displacement)
-    assert np.array_equal(theirs["points"], bar.points)
+    assert np.array_equal(theirs["displacement"], bar.solve(table).displacement)
+    assert np.array_equal(theirs["points"], bar.points) and np.array_equal(theirs["cells"], bar.cells)
+    assert theirs["parameters"].tolist() == ["mu [kPa]", "lambda [kPa]"]
 
 
 def test_an_image_is_unloaded_and_loaded_again() -> None:

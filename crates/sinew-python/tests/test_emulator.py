@@ -127,7 +127,7 @@ def test_an_emulator_of_the_program_predicts_the_same_to_the_bit(bar: Case, tmp_
 
     run("train", "bar.toml", "--recipe", "regression", "--samples", "9", "--target", "0")
     run("predict", "bar.toml", "--theta", "mu=10,lambda=12")
-    theirs = np.load(tmp_path / "out" / "predict" / "regression" / "cases.npz")["predicted"][0]
+    theirs = np.load(tmp_path / "out" / "predict" / "regression" / "cases.npz")["displacement"][0]
     stored = bar.load(tmp_path / "out" / "regression" / "emulator").predict(THETA).displacement
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SinewWarning)

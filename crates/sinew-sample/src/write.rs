@@ -1,7 +1,7 @@
 //! Draws as files for other programs.
 
 use crate::error::SampleError;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -23,7 +23,17 @@ enum Values {
 /// arviz.from_dict({g: {n: numpy.array(x) for n, x in v.items()} for g, v in groups.items()})  # versions 1.x, which read no lists
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct ArvizDict(BTreeMap<String, BTreeMap<String, Values>>);
+pub struct ArvizDict(BTreeMap<String, Group>);
+
+/// Quantities in the order in which they were added.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Group(Vec<(String, Values)>);
+
+impl Serialize for Group {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, values)| (name, values)))
+    }
+}
 
 impl ArvizDict {
     /// Empty.
@@ -33,18 +43,20 @@ impl ArvizDict {
 
     /// Adds a quantity by chain and draw to a group such as `posterior`, `prior` or `posterior_predictive`.
     pub fn with(mut self, group: &str, name: &str, chains: Vec<Vec<f64>>) -> Self {
-        self.group(group).insert(name.into(), Values::Draws(chains));
+        self.put(group, name, Values::Draws(chains));
         self
     }
 
     /// Adds an observed value.
     pub fn with_observed(mut self, name: &str, value: f64) -> Self {
-        self.group("observed_data").insert(name.into(), Values::Observed(value));
+        self.put("observed_data", name, Values::Observed(value));
         self
     }
 
-    fn group(&mut self, name: &str) -> &mut BTreeMap<String, Values> {
-        self.0.entry(name.into()).or_default()
+    fn put(&mut self, group: &str, name: &str, values: Values) {
+        let Group(all) = self.0.entry(group.into()).or_default();
+        all.retain(|(own, _)| own != name);
+        all.push((name.into(), values));
     }
 
     /// The text of the file; numbers that are not finite become `null`.

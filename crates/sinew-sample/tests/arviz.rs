@@ -153,9 +153,12 @@ fn files_hold_every_draw_once() {
     assert_eq!((rows.len(), last.parse::<f64>().unwrap()), (5, 1e-300));
     let uneven = [("a".to_string(), chains.clone()), ("b".to_string(), vec![vec![1.0]])];
     assert!(write_csv(&path, &uneven).unwrap_err().to_string().contains("draws of b: 1"));
-    let dict = ArvizDict::new().with("posterior", "a", chains).with_observed("V", 120.0);
+    let dict = ArvizDict::new().with("posterior", "a", chains);
+    // Names keep their order; one that comes again takes the place of the earlier one.
+    let dict = dict.with_observed("V 2", 1.0).with_observed("V 10", 7.0).with_observed("V 2", 1.0);
+    let dict = dict.with_observed("V 10", 120.0);
     assert_eq!(
         dict.to_json(),
-        r#"{"observed_data":{"V":120.0},"posterior":{"a":[[1.0,2.5],[3.0,1e-300]]}}"#
+        r#"{"observed_data":{"V 2":1.0,"V 10":120.0},"posterior":{"a":[[1.0,2.5],[3.0,1e-300]]}}"#
     );
 }

@@ -167,15 +167,29 @@ impl Case {
             let advice = advise(&path.to_string_lossy(), known, "built-in scenes");
             CaseError::Unreadable { path: path.into(), source, advice }
         })?;
-        let mut case = Self::parse(&text, &path.to_string_lossy())?;
-        let folder = path.parent().unwrap_or(Path::new("."));
-        if let Some(file) = &mut case.mesh.file {
+        Ok(Self::parse(&text, &path.to_string_lossy())?.beside_its_file())
+    }
+
+    /// The case with paths of files that are relative to its own.
+    fn beside_its_file(mut self) -> Self {
+        let folder = Path::new(self.source.file()).parent().unwrap_or(Path::new("."));
+        if let Some(file) = &mut self.mesh.file {
             *file = folder.join(&*file);
         }
-        case.select.values_mut().for_each(|select| select.relative_to(folder));
-        if let Some(file) = case.fibres.as_mut().and_then(|fibres| fibres.file.as_mut()) {
+        self.select.values_mut().for_each(|select| select.relative_to(folder));
+        if let Some(file) = self.fibres.as_mut().and_then(|fibres| fibres.file.as_mut()) {
             *file = folder.join(&*file);
         }
+        self
+    }
+
+    /// The case in another process: its text, the name of its file, and its mesh as [`Case::mesh_made`] gives it there.
+    ///
+    /// # Errors
+    /// As [`Case::parse`].
+    pub fn revived(text: &str, file: &str, mesh: sinew_mesh::AnyMesh) -> Result<Self, CaseError> {
+        let mut case = Self::parse(text, file)?.beside_its_file();
+        case.mesh.made = Some(Arc::new(mesh));
         Ok(case)
     }
 
@@ -251,6 +265,19 @@ impl Case {
     /// Case in another formulation.
     pub fn with_formulation(self, formulation: Formulation) -> Self {
         Self { formulation, ..self }
+    }
+
+    /// The mesh \[mm\] before sets are chosen in it and fibres laid.
+    ///
+    /// # Errors
+    /// A mesh that cannot be read or made.
+    pub fn mesh_made(&self) -> Result<sinew_mesh::AnyMesh, CaseError> {
+        self.mesh.make(&self.source)
+    }
+
+    /// Name of the case file.
+    pub fn file(&self) -> &str {
+        self.source.file()
     }
 
     /// Text of the case file.

@@ -8,7 +8,7 @@ use sinew_energy::Body;
 pub use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::metrics::volume_ratios;
 use sinew_fem::{CellStress, held_sets, mixed_stresses, reactions};
-use sinew_mesh::{Field, MeshError};
+use sinew_mesh::{DISPLACEMENT, Field, MeshError, to_npy_of};
 use sinew_report::format::digits;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
@@ -81,7 +81,8 @@ pub struct Quality {
 pub struct Results<'a> {
     /// Their body.
     pub body: &'a Body,
-    /// Origins of the displacements, such as `"predicted"`; the first is what the others are compared with.
+    /// Origins of the displacements, such as `"predicted"`; the first is what the others are compared with. Its array is `displacement`, those
+    /// of the others are `displacement_predicted` and the like.
     pub names: Vec<&'a str>,
     /// The rows.
     pub rows: Vec<Row<'a>>,
@@ -231,12 +232,19 @@ impl Results<'_> {
             ("theta", &shapes.0, &theta),
             ("points", &shapes.2, self.body.positions.as_flattened()),
         ];
-        let named = self.names.iter().zip(&fields);
-        arrays.extend(named.map(|(name, values)| (*name, &shapes.1[..], &values[..])));
+        let names = self.arrays();
+        let named = names.iter().zip(&fields);
+        arrays.extend(named.map(|(name, values)| (&name[..], &shapes.1[..], &values[..])));
         let stresses = self.stress_arrays();
         arrays
             .extend(stresses.iter().map(|(name, shape, values)| (*name, &shape[..], &values[..])));
-        npz::write(path, &arrays)
+        npz::write(path, &arrays, &[("cells", cells(self.body)), ("parameters", heads(self.body))])
+    }
+
+    /// Names of the displacements as arrays.
+    fn arrays(&self) -> Vec<String> {
+        let others = self.names.iter().skip(1).map(|name| format!("{DISPLACEMENT}_{name}"));
+        std::iter::once(DISPLACEMENT.into()).chain(others).collect()
     }
 
     /// Numbers of stress, strain and fibres in a row of the arrays.
@@ -278,9 +286,9 @@ impl Results<'_> {
     fn picture(&self, case: usize) -> sinew_mesh::AnyMesh {
         let mut mesh = (*self.body.mesh).clone();
         let fields = &self.rows[case].fields;
-        for (name, field) in self.names.iter().zip(fields) {
+        for (name, field) in self.arrays().into_iter().zip(fields) {
             let field = Field::vectors(field.as_chunks::<3>().0);
-            mesh.point_fields_mut().insert(format!("u_{name}"), field);
+            mesh.point_fields_mut().insert(name, field);
         }
         for (name, field) in self.names.iter().zip(fields).skip(1) {
             let apart = sinew_energy::metrics::displacement_error(fields[0], field);
@@ -378,6 +386,26 @@ impl Results<'_> {
 /// θ in the parameters' own units.
 fn shown(body: &Body, theta: &[f64]) -> Vec<f64> {
     body.parameters.iter().zip(theta).map(|(p, &value)| p.unit.shown(value)).collect()
+}
+
+/// Nodes of the cells as an npy file.
+fn cells(body: &Body) -> Vec<u8> {
+    let count = body.mesh.cell_count();
+    let nodes = body.mesh.cells();
+    let bytes: Vec<u8> = nodes.iter().flat_map(|&node| (node as i64).to_le_bytes()).collect();
+    to_npy_of("<i8", &[count, nodes.len() / count.max(1)], &bytes)
+}
+
+/// Names of the parameters with their units as an npy file of texts of one length.
+fn heads(body: &Body) -> Vec<u8> {
+    let heads: Vec<String> = body.parameters.iter().map(|p| p.unit.head(&p.name)).collect();
+    let length = heads.iter().map(|head| head.chars().count()).max().unwrap_or(1);
+    let padded = |head: &String| -> Vec<char> {
+        head.chars().chain(std::iter::repeat('\0')).take(length).collect()
+    };
+    let bytes: Vec<u8> =
+        heads.iter().flat_map(padded).flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
+    to_npy_of(&format!("<U{length}"), &[heads.len()], &bytes)
 }
 
 /// A text as a cell of a CSV table.

@@ -1,7 +1,7 @@
 //! Stress, strain and fibres as fields of a mesh and as arrays.
 
 use sinew_energy::Body;
-use sinew_fem::{CellStress, Fibre};
+use sinew_fem::{CellStress, Fibre, principal_stretches, principal_values};
 use sinew_mesh::{AnyMesh, Field, FieldValues};
 
 /// A field of the cells of a body.
@@ -16,7 +16,7 @@ pub struct StressField {
 }
 
 /// The fields of stress, strain and fibres; those of fibres only where the law has some. Stresses and strains are means over the
-/// quadrature points of a cell; `volume` is that of the cell in the current configuration \[length³\], `volume_ratio` is J.
+/// quadrature points of a cell by their volumes in the reference configuration, principal values those of these means; `volume` is that of the cell in the current configuration \[length³\], `volume_ratio` is J.
 pub fn stress_fields(body: &Body, cells: &[CellStress]) -> Vec<StressField> {
     let fibres: Option<Vec<Fibre>> = cells.iter().map(|cell| cell.fibre).collect();
     let field = |name, components, values| StressField { name, components, values };
@@ -30,8 +30,8 @@ pub fn stress_fields(body: &Body, cells: &[CellStress]) -> Vec<StressField> {
     let mut fields = vec![
         tensor("cauchy_stress", |cell| &cell.cauchy),
         tensor("green_lagrange_strain", |cell| &cell.green_lagrange),
-        triple("principal_stresses", |cell| cell.principal_stresses),
-        triple("principal_stretches", |cell| cell.principal_stretches),
+        triple(STRESSES, |cell| cell.principal_stresses),
+        triple(STRETCHES, |cell| cell.principal_stretches),
         field("volume", 1, volumes.collect()),
         field("volume_ratio", 1, ratios),
     ];
@@ -44,16 +44,34 @@ pub fn stress_fields(body: &Body, cells: &[CellStress]) -> Vec<StressField> {
     fields
 }
 
+/// Fields of principal values, of which the tensors come first.
+const STRESSES: &str = "principal_stresses";
+const STRETCHES: &str = "principal_stretches";
 /// Field of directions, which is not averaged: a direction and its opposite are one fibre.
 const FIBRE: &str = "fibre";
 /// Field of cell volumes, which is not averaged: volumes add up.
 const VOLUME: &str = "volume";
 
-/// Adds stress, strain and fibres to a mesh, at its cells and averaged to its nodes by volume.
+/// Adds stress, strain and fibres to a mesh, at its cells and averaged to its nodes by their volumes in the reference configuration. Principal
+/// values at nodes are those of the averaged tensors.
 pub fn add_stresses(mesh: &mut AnyMesh, body: &Body, cells: &[CellStress]) {
+    type Values = fn(&[[f64; 3]; 3]) -> [f64; 3];
+    // Stress and strain at nodes.
+    let mut tensors: Vec<Vec<f64>> = Vec::new();
+    let principal = |averaged: &[f64], values: Values| -> Vec<f64> {
+        averaged.as_chunks::<3>().0.as_chunks::<3>().0.iter().flat_map(values).collect()
+    };
     for StressField { name, components, values } in stress_fields(body, cells) {
         if ![FIBRE, VOLUME].contains(&name) {
-            let values = FieldValues::Float(at_nodes(body, components, &values));
+            let averaged = match name {
+                STRESSES => principal(&tensors[0], principal_values),
+                STRETCHES => principal(&tensors[1], principal_stretches),
+                _ => at_nodes(body, components, &values),
+            };
+            if components == 9 {
+                tensors.push(averaged.clone());
+            }
+            let values = FieldValues::Float(averaged);
             mesh.point_fields_mut().insert(name.into(), Field { components, values });
         }
         let values = FieldValues::Float(values);

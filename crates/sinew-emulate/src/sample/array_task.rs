@@ -13,7 +13,7 @@ struct Scheduler {
     count: Option<&'static str>,
 }
 
-const SCHEDULERS: [Scheduler; 4] = [
+const SCHEDULERS: [Scheduler; 5] = [
     Scheduler {
         name: "Slurm",
         task: "SLURM_ARRAY_TASK_ID",
@@ -28,6 +28,7 @@ const SCHEDULERS: [Scheduler; 4] = [
     },
     Scheduler { name: "PBS", task: "PBS_ARRAY_INDEX", array: None, count: None },
     Scheduler { name: "Torque", task: "PBS_ARRAYID", array: None, count: None },
+    Scheduler { name: "LSF", task: "LSB_JOBINDEX", array: None, count: None },
 ];
 
 impl Shard {

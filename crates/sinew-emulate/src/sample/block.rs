@@ -17,7 +17,7 @@ const SHARE: u32 = 20;
 const REPEATED_S: f64 = 30.0;
 
 /// Folder of a block that is under way, in that of the simulations.
-const UNDER_WAY: &str = "under-way";
+pub(crate) const UNDER_WAY: &str = "under-way";
 
 /// A block that is being solved.
 pub(crate) struct Block<'a> {

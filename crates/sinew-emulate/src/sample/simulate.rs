@@ -229,7 +229,7 @@ fn solved(
 
 const THETAS: &str = "theta.npy";
 const FIELDS: &str = "displacement.npy";
-const LOG: &str = "simulations.json";
+pub(crate) const LOG: &str = "simulations.json";
 /// Names of the files that simulations are stored in.
 pub(crate) const STORED: [&str; 3] = [THETAS, FIELDS, LOG];
 

@@ -198,18 +198,24 @@ fn cell(points: &[Point], volumes: &[f64]) -> CellStress {
     CellStress {
         volume_ratio: weighted().map(|(point, w)| w * point.volume_ratio).sum(),
         green_lagrange: rows(&strain),
-        principal_stresses: principal(&cauchy),
-        principal_stretches: principal(&strain).map(|e| (1.0 + 2.0 * e).max(0.0).sqrt()),
+        principal_stresses: principal_values(&rows(&cauchy)),
+        principal_stretches: principal_stretches(&rows(&strain)),
         cauchy: rows(&cauchy),
         fibre,
     }
 }
 
 /// Eigenvalues of a symmetric tensor, largest first.
-fn principal(tensor: &Matrix3<f64>) -> [f64; 3] {
-    let mut values: [f64; 3] = SymmetricEigen::new(*tensor).eigenvalues.into();
+pub fn principal_values(tensor: &[[f64; 3]; 3]) -> [f64; 3] {
+    let tensor = Matrix3::from_fn(|i, j| tensor[i][j]);
+    let mut values: [f64; 3] = SymmetricEigen::new(tensor).eigenvalues.into();
     values.sort_by(|a, b| b.total_cmp(a));
     values
+}
+
+/// Principal stretches `√(1 + 2 E)` of a Green–Lagrange strain with the eigenvalues E, largest first.
+pub fn principal_stretches(strain: &[[f64; 3]; 3]) -> [f64; 3] {
+    principal_values(strain).map(|e| (1.0 + 2.0 * e).max(0.0).sqrt())
 }
 
 fn rows(tensor: &Matrix3<f64>) -> [[f64; 3]; 3] {

@@ -73,16 +73,21 @@ pub fn to_npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
         values.len(),
         "shape {shape:?} must fit the values"
     );
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    to_npy_of("<f8", shape, &bytes)
+}
+
+/// An array of a type that NumPy names so, such as `<i8`, from its bytes as an npy file.
+pub fn to_npy_of(descr: &str, shape: &[usize], content: &[u8]) -> Vec<u8> {
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
-    let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({lengths}), }}");
+    let mut header =
+        format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({lengths}), }}");
     // Magic, version, length, header and line break together are a multiple of 64 bytes.
     let unpadded = MAGIC.len() + 6 + header.len() + 1;
     header.push_str(&" ".repeat(unpadded.next_multiple_of(64) - unpadded));
     header.push('\n');
-    let mut bytes =
-        [MAGIC, &[2, 0], &(header.len() as u32).to_le_bytes(), header.as_bytes()].concat();
-    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-    bytes
+    let length = (header.len() as u32).to_le_bytes();
+    [MAGIC, &[2, 0], &length, header.as_bytes(), content].concat()
 }
 
 /// Text after a key of the header.

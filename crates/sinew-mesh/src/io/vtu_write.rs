@@ -7,8 +7,11 @@ use quick_xml::escape::escape;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Point field of displacements, which programs are told to move the mesh by.
+pub const DISPLACEMENT: &str = "displacement";
+
 /// The mesh as a VTU file with inline base64 arrays, bit for bit. Its sets are written as
-/// fields, see the crate's page.
+/// fields, see the crate's page. A point field [`DISPLACEMENT`] is marked as the vectors of the nodes.
 ///
 /// # Errors
 /// When the mesh breaks a rule of [`Mesh::check`] or a name cannot be written.
@@ -113,7 +116,10 @@ fn field_data(xml: &mut String, numbers: &[(String, f64)]) -> Result<(), MeshErr
 }
 
 fn fields(xml: &mut String, section: &str, fields: &BTreeMap<String, Field>) {
-    *xml += &format!("<{section}>\n");
+    let moved =
+        section == "PointData" && fields.get(DISPLACEMENT).is_some_and(|u| u.components == 3);
+    let vectors = if moved { format!(" Vectors=\"{DISPLACEMENT}\"") } else { String::new() };
+    *xml += &format!("<{section}{vectors}>\n");
     for (name, field) in fields {
         match &field.values {
             FieldValues::Float(values) => floats(xml, name, field.components, values),

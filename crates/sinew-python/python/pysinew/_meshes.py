@@ -26,6 +26,9 @@ KINDS = {
     "pyramid": (14, 5, 3),
 }
 NAMES = {number: name for name, (number, _, _) in KINDS.items()}
+# VTK's number for a hexahedron along the axes, and its nodes in the order of other hexahedra.
+VOXEL = 11
+VOXEL_ORDER = [0, 1, 3, 2, 4, 5, 7, 6]
 # Kinds of cells by their number of nodes, where nothing else is said.
 BY_NODES = {3: "triangle", 4: "tetra", 6: "triangle6", 8: "hexahedron", 10: "tetra10"}
 
@@ -154,9 +157,10 @@ def _from_pyvista(mesh: Any) -> Blocks:
     types = np.asarray(mesh.celltypes)
     order = []
     for number, cells in mesh.cells_dict.items():
-        if int(number) not in NAMES:
+        kind = "hexahedron" if number == VOXEL else NAMES.get(int(number))
+        if kind is None:
             raise CaseError(f"mesh: cells of VTK's type {number} are not computed with; triangulate the mesh")
-        blocks.add(NAMES[int(number)], np.asarray(cells))
+        blocks.add(kind, np.asarray(cells)[:, VOXEL_ORDER] if number == VOXEL else np.asarray(cells))
         order.append(np.flatnonzero(types == number))
     rows = np.concatenate(order) if order else np.zeros(0, dtype=np.int64)
     for name in mesh.point_data.keys():

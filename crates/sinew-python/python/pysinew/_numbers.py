@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -28,12 +29,26 @@ def floats(values: Any, what: str) -> Floats:
         raise CaseError(f"{what}: rows of different lengths; give as many numbers in each") from error
     if array.dtype.kind not in "fiu":
         raise CaseError(f"{what}: numbers are needed, not {array.dtype}")
-    result = np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
+    result: Floats = np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
     bad = np.argwhere(~np.isfinite(result))
     if len(bad):
         place = ", ".join(str(index) for index in bad[0])
         raise CaseError(f"{what}: {result[tuple(bad[0])]} at [{place}] is not a finite number")
     return result
+
+
+def count(value: Any, what: str, least: int = 0) -> int:
+    """A whole number that is not too small."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, Integral) or not least <= int(value) < 2**63:
+        raise CaseError(f"{what} = {value!r}: give a whole number, {least} or more")
+    return int(value)
+
+
+def choice(value: Any, choices: tuple[str, ...], what: str) -> str:
+    """One of some words."""
+    if value not in choices:
+        raise CaseError(f"{what} = {value!r}: give one of {', '.join(choices)}")
+    return str(value)
 
 
 def indices(values: Any, what: str) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 import warnings
@@ -15,6 +16,8 @@ Listener = Callable[[str, float, float, str], None]
 # None: a bar for whatever takes longer than a second; False: nothing; or a function of your own.
 ProgressArgument = Union[None, bool, Listener]
 
+# Folder of this package.
+PACKAGE = os.path.join(os.path.dirname(__file__), "")
 # Seconds before anything is shown.
 PATIENCE = 1.0
 # Seconds between two lines where there is neither a terminal nor a notebook.
@@ -78,7 +81,7 @@ class Bar:
 
     def warning(self, text: str) -> None:
         self._clear()
-        warnings.warn(text, SinewWarning, stacklevel=2)
+        warnings.warn(text, SinewWarning, stacklevel=_level())
 
     def close(self) -> None:
         self._clear()
@@ -122,6 +125,15 @@ class shown:
 
 
 def warn(texts: list[str]) -> None:
-    """Warns of each text once, at the caller of the caller."""
+    """Warns of each text once, at the line that called this package."""
     for text in dict.fromkeys(texts):
-        warnings.warn(text, SinewWarning, stacklevel=3)
+        warnings.warn(text, SinewWarning, stacklevel=_level())
+
+
+def _level() -> int:
+    """The level of the stack at which this package was called, seen from the caller."""
+    frame: Any = sys._getframe(1)
+    level = 1
+    while frame is not None and frame.f_code.co_filename.startswith(PACKAGE):
+        frame, level = frame.f_back, level + 1
+    return level

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._native import NativeCase
 from ._numbers import Floats, floats, unmasked
@@ -14,7 +15,7 @@ from .errors import CaseError
 
 # One set: {"mu": 12.0, "p": "8 mmHg"} or p numbers. Several: a table n × p, a list of such sets, or a dictionary whose values
 # are columns. None: the middle of the ranges.
-Theta = Union[None, Mapping[str, Any], Sequence[Any], Floats]
+Theta = Union[None, Mapping[str, Any], Sequence[Any], NDArray[Any]]
 
 
 class Sets(NamedTuple):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def _arrays(result: Fields, index: int, stresses: bool) -> tuple[dict[str, Any], dict[str, Any]]:
     """Fields of the nodes and of the cells."""
-    nodes = {"u": np.array(result.one(index))}
+    nodes = {"displacement": np.array(result.one(index))}
     cells = {name: values.reshape(len(values), -1) if values.ndim == 3 else values
              for name, values in result.stresses(index).items()} if stresses else {}
     return nodes, cells
@@ -41,6 +41,7 @@ def to_pyvista(result: Fields, index: int, stresses: bool) -> Any:
     nodes, cells = _arrays(result, index, stresses)
     for name, values in nodes.items():
         grid.point_data[name] = values
+    grid.set_active_vectors("displacement")
     for name, values in cells.items():
         grid.cell_data[name] = values
     return grid

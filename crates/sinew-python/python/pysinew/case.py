@@ -6,13 +6,15 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Literal, Union
+from typing import TYPE_CHECKING, Any, Literal, Union, get_args
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _meshes, _theta, _views, posterior
+from . import _meshes, _numbers, _theta, _views, posterior
 from ._native import NativeCase, calibrate, scenes, synthesise
 from ._numbers import Floats
 from ._progress import ProgressArgument, shown, warn
@@ -27,17 +29,20 @@ if TYPE_CHECKING:
 __all__ = ["Case", "Parameter", "Unloaded"]
 
 Path = Union[str, "PathLike[str]"]
+Recipe = Literal["auto", "taylor", "regression", "hybrid", "pi", "dd"]
+Design = Literal["latin-hypercube", "sobol", "uniform"]
+# Cases that went to another process or came from one, by what they are made of.
+_alive: WeakValueDictionary[tuple[str, str, bool, bytes], Case] = WeakValueDictionary()
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A free parameter with its range, in its own unit."""
+    """A free parameter with its range, in its own unit; `sampling` is `log` or `linear`."""
 
     name: str
     unit: str
     low: float
     high: float
-    #: `log` or `linear`.
     sampling: str
 
 
@@ -150,6 +155,15 @@ class Case:
         """A case from the text of a case file."""
         return cls._of(NativeCase.parse(text, name))
 
+    @cached_property
+    def _state(self) -> tuple[str, str, bool, bytes]:
+        state = self._native.state()
+        _alive.setdefault(state, self)
+        return state
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _revived, self._state
+
     def __repr__(self) -> str:
         names = ", ".join(parameter.name for parameter in self.parameters)
         return f"<Case {self.name}: {len(self.points)} nodes, {len(self.cells)} cells, parameters {names}>"
@@ -205,9 +219,11 @@ class Case:
         self,
         count: int,
         seed: int = 1,
-        design: Literal["latin-hypercube", "sobol", "uniform"] = "latin-hypercube",
+        design: Design = "latin-hypercube",
     ) -> Floats:
         """Parameter sets within the ranges, (count, p), in the parameters' own units. Same seed, same numbers."""
+        count, seed = _numbers.count(count, "count", 1), _numbers.count(seed, "seed")
+        _numbers.choice(design, get_args(Design), "design")
         return self._native.shown(self._native.sample(count, seed, design))
 
     def solve(
@@ -240,6 +256,10 @@ class Case:
         values, displacement, seconds = map(sets.pick, (sets.values, found["displacement"], found["seconds"]))
         return Solutions(self, values, displacement, empty, failures, seconds)
 
+    def sensitivity(self, theta: Theta = None) -> Floats:
+        """Derivative of the equilibrium's displacement by each parameter [mm per unit of the parameter], (p, nodes, 3), at one θ."""
+        return self._native.sensitivity(_theta.read(self._native, theta).single().rows)
+
     def _refuse(self, sets: _theta.Sets, failures: dict[int, str]) -> None:
         """Raises where one set was asked for and failed."""
         if sets.one and failures:
@@ -268,14 +288,14 @@ class Case:
 
     def train(
         self,
-        recipe: str | None = None,
+        recipe: Recipe | None = None,
         *,
         samples: int | None = None,
         target: float | None = None,
         minutes: float | None = None,
         seed: int | None = None,
         held_out: int | None = None,
-        design: str | None = None,
+        design: Design | None = None,
         folder: Path | None = None,
         resume: bool = False,
         restart: bool = False,
@@ -297,7 +317,13 @@ class Case:
             "held_out": held_out,
             "design": design,
         }
-        options = json.dumps({key: value for key, value in given.items() if value is not None}, default=_plain)
+        given = {key: value for key, value in given.items() if value is not None}
+        for key in {"samples", "seed", "held_out"} & given.keys():
+            given[key] = _numbers.count(given[key], key)
+        for key, choices in {"recipe": get_args(Recipe), "design": get_args(Design)}.items():
+            if key in given:
+                _numbers.choice(given[key], choices, key)
+        options = json.dumps(given, default=_plain)
         locking = self._native.locking()
         warn([] if locking is None else [locking])
         with shown(progress) as bar:
@@ -336,6 +362,7 @@ class Case:
 
         Raises `CalibrationError` where the solver does not confirm a posterior.
         """
+        seed = None if seed is None else _numbers.count(seed, "seed")
         with shown(progress) as bar:
             groups, words = calibrate(self._native, seed, bar)
         return posterior.read(self, json.loads(groups), words)
@@ -343,20 +370,34 @@ class Case:
     def synthesise(self, theta: Mapping[str, Any], seed: int = 1) -> Case:
         """The case with data that the solver gives at θ by name, with noise of their standard deviations."""
         pairs = [(str(name), _theta.text(str(name), value)) for name, value in theta.items()]
-        return Case._of(synthesise(self._native, pairs, seed))
+        return Case._of(synthesise(self._native, pairs, _numbers.count(seed, "seed")))
+
+
+def _revived(*state: Any) -> Case:
+    """The case of a state, whose doubts were told where it was made first."""
+    case = _alive.get(state)
+    if case is None:
+        case = Case.__new__(Case)
+        case._native = NativeCase.revived(*state)
+        case.__dict__["_state"] = state
+        _alive[state] = case
+    return case
 
 
 @dataclass(frozen=True, eq=False)
 class Unloaded:
-    """A body at rest."""
+    """A body at rest.
 
-    #: The case at rest, ready to be solved.
+    Attributes:
+        case: The case at rest, ready to be solved.
+        displacement: From the body at rest to the image [mm], (nodes, 3).
+        distance: Largest distance of a node from its image after loading from rest [mm].
+        volume_ratios: Least and largest volume of a cell at rest relative to that in the image.
+        iterations: Newton iterations.
+    """
+
     case: Case
-    #: From the body at rest to the image [mm], (nodes, 3).
     displacement: Floats
-    #: Largest distance of a node from its image after loading from rest [mm].
     distance: float
-    #: Least and largest volume of a cell at rest relative to that in the image.
     volume_ratios: tuple[float, ...]
-    #: Newton iterations.
     iterations: int

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import pathlib
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _theta
 from ._native import NativeEmulator
-from ._numbers import Floats
+from ._numbers import Floats, count
 from ._progress import ProgressArgument, shown
 from ._theta import Theta
 from .errors import CaseError
@@ -27,6 +29,13 @@ class Emulator:
     def __init__(self, case: Case, native: NativeEmulator) -> None:
         self.case = case
         self._native = native
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        with TemporaryDirectory() as folder:
+            self.save(folder)
+            found = filter(pathlib.Path.is_file, pathlib.Path(folder).rglob("*"))
+            files = {str(file.relative_to(folder)): file.read_bytes() for file in found}
+        return _revived, (self.case, files)
 
     def __repr__(self) -> str:
         return f"<Emulator of {self.case.name}: {self}>"
@@ -67,7 +76,7 @@ class Emulator:
         """Displacements; θ as in `Case.solve`. `refine` takes quasi-Newton steps with a frozen stiffness for all."""
         sets = _theta.read(self.case._native, theta)
         with shown(progress) as bar:
-            displacement, warnings = self._native.predict(sets.rows, refine, bar)
+            displacement, warnings = self._native.predict(sets.rows, count(refine, "refine"), bar)
         return Predictions(self.case, sets.pick(sets.values), sets.pick(displacement), warnings)
 
     def estimate(self, prediction: Predictions, *, progress: ProgressArgument = None) -> Estimate:
@@ -83,7 +92,7 @@ class Emulator:
         """Predictions after Newton steps, each of which about squares the error."""
         sets = _theta.read(self.case._native, theta)
         with shown(progress) as bar:
-            found = self._native.correct(sets.rows, steps, bar)
+            found = self._native.correct(sets.rows, count(steps, "steps"), bar)
         values, displacement = sets.pick(sets.values), sets.pick(found["displacement"])
         return Corrections(self.case, values, displacement, found["set_warnings"], _estimate(found, sets))
 
@@ -98,6 +107,16 @@ class Emulator:
     def save(self, folder: Path) -> None:
         """Stores it in a folder, for `Case.load` and for the program `sinew`."""
         self._native.save(folder)
+
+
+def _revived(case: Case, files: dict[str, bytes]) -> Emulator:
+    """The emulator that files hold."""
+    with TemporaryDirectory() as folder:
+        for name, content in files.items():
+            file = pathlib.Path(folder, name)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(content)
+        return case.load(folder)
 
 
 def _estimate(found: dict[str, Any], sets: _theta.Sets) -> Estimate:

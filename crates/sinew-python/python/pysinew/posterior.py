@@ -17,14 +17,17 @@ __all__ = ["Posterior"]
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Draws of the solver's posterior, by chain and draw."""
+    """Draws of the solver's posterior, by chain and draw.
 
-    #: The case with its data.
+    Attributes:
+        case: The case with its data.
+        groups: Arrays by name, (chains, draws), in the groups of arviz: `posterior`, `prior`, `posterior_predictive`; measured values in
+            `observed_data`. Names end with the unit, such as `mu [kPa]`.
+        words: The result for people, line by line.
+    """
+
     case: Case
-    #: Arrays by name, (chains, draws), in the groups of arviz: `posterior`, `prior`, `posterior_predictive`; measured values in
-    #: `observed_data`. Names end with the unit, such as `mu [kPa]`.
     groups: dict[str, dict[str, Floats]]
-    #: The result for people, line by line.
     words: list[str]
 
     def __str__(self) -> str:
@@ -47,7 +50,7 @@ class Posterior:
         import arviz
 
         groups: Any = self.groups
-        return arviz.from_dict(**groups) if hasattr(arviz, "InferenceData") else arviz.from_dict(groups)
+        return arviz.from_dict(**groups) if arviz.__version__.startswith("0.") else arviz.from_dict(groups)
 
 
 def read(case: Case, groups: dict[str, dict[str, Any]], words: list[str]) -> Posterior:

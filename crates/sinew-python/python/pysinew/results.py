@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from os import PathLike
+from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _views
 from ._numbers import Floats
+from .errors import CaseError
 
 if TYPE_CHECKING:
     from .case import Case
@@ -22,15 +24,17 @@ class Fields:
     """Displacements of a case at one parameter set, or at several.
 
     Arrays follow θ: at one set `displacement` has the shape (nodes, 3), at n sets (n, nodes, 3).
+
+    Attributes:
+        case: The case.
+        theta: Parameters in their own units, (p,) or (n, p).
+        displacement: Displacement [mm], (nodes, 3) or (n, nodes, 3); NaN where there is none.
+        warnings: Reasons not to trust each set.
     """
 
-    #: The case.
     case: Case
-    #: Parameters in their own units, (p,) or (n, p).
     theta: Floats
-    #: Displacement [mm], (nodes, 3) or (n, nodes, 3); NaN where there is none.
     displacement: Floats
-    #: Reasons not to trust each set.
     warnings: list[list[str]]
 
     def __len__(self) -> int:
@@ -45,13 +49,20 @@ class Fields:
     def _rows(self) -> Floats:
         return self.displacement.reshape(len(self), -1)
 
+    def _of(self, rows: Floats, index: int) -> Floats:
+        """The row of one set."""
+        if self.is_one and index not in (0, -1):
+            raise IndexError(f"set {index}: there is one set, number 0")
+        row: Floats = rows if self.is_one else rows[index]
+        return row
+
     def one(self, index: int = 0) -> Floats:
         """Displacement of one set [mm], (nodes, 3)."""
-        return self.displacement if self.is_one else self.displacement[index]
+        return self._of(self.displacement, index)
 
     def theta_of(self, index: int = 0) -> dict[str, float]:
         """Parameters of one set by name, in their own units."""
-        values = self.theta if self.is_one else self.theta[index]
+        values = self._of(self.theta, index)
         return {parameter.name: float(value) for parameter, value in zip(self.case.parameters, values)}
 
     @property
@@ -68,34 +79,48 @@ class Fields:
     def stresses(self, index: int = 0) -> dict[str, Floats]:
         """Stress and strain of the cells of one set: `cauchy_stress` [kPa] and `green_lagrange_strain` (cells, 3, 3), principal values,
         `volume` [mm³] and `volume_ratio`, and for laws with fibres their direction, stretch and stress [kPa]."""
-        values = np.atleast_2d(self.theta)[index if not self.is_one else 0]
-        theta = self.case._native.in_scene(values[np.newaxis])[0]
-        return self.case._native.stresses(theta, np.ascontiguousarray(self.one(index)).ravel())
+        return self.case._native.stresses(self._in_scene(index), np.ascontiguousarray(self.one(index)).ravel())
+
+    def reactions(self, index: int = 0) -> dict[str, Floats]:
+        """Forces of the supports on each node set that they hold [kPa mm² = mN], (3,), of one set."""
+        found = self.case._native.reactions(self._in_scene(index), np.ascontiguousarray(self.one(index)).ravel())
+        return {name: np.array(force) for name, force in found}
+
+    def _in_scene(self, index: int) -> Floats:
+        """Parameters of one set in the units of the scene."""
+        return self.case._native.in_scene(self._of(self.theta, index)[np.newaxis])[0]
 
     def to_pyvista(self, index: int = 0, stresses: bool = False) -> Any:
-        """A `pyvista.UnstructuredGrid` of one set, with the displacement `u`."""
+        """A `pyvista.UnstructuredGrid` of one set, with its `displacement`."""
         return _views.to_pyvista(self, index, stresses)
 
     def to_meshio(self, index: int = 0, stresses: bool = False) -> Any:
-        """A `meshio.Mesh` of one set, with the displacement `u`."""
+        """A `meshio.Mesh` of one set, with its `displacement`."""
         return _views.to_meshio(self, index, stresses)
 
     def to_xarray(self) -> Any:
         """An `xarray.Dataset` of all sets."""
         return _views.to_xarray(self)
 
-    def write(self, path: Union[str, PathLike[str]], index: int = 0) -> None:
-        """Writes one set as a VTU file with the displacement `u`, for ParaView."""
-        self.case._native.write_vtu(path, np.ascontiguousarray(self.one(index)))
+    def write(self, path: Union[str, PathLike[str]], index: int = 0, stresses: bool = False) -> None:
+        """Writes one set as a VTU file for ParaView, with its `displacement`, and with stress and strain of nodes and cells where they are
+        asked for."""
+        if not fspath(path).lower().endswith(".vtu"):
+            raise CaseError(f"{fspath(path)}: fields are written as VTU; give a name that ends with .vtu")
+        theta = self._in_scene(index) if stresses else None
+        self.case._native.write_vtu(path, np.ascontiguousarray(self.one(index)), theta)
 
 
 @dataclass(frozen=True, eq=False)
 class Solutions(Fields):
-    """Equilibria by the solver."""
+    """Equilibria by the solver, with the attributes of `Fields`.
 
-    #: Why a set has no equilibrium, by its index.
+    Attributes:
+        failures: Why a set has no equilibrium, by its index.
+        seconds: Wall time of each solve [s]; NaN where it failed.
+    """
+
     failures: dict[int, str] = field(default_factory=dict)
-    #: Wall time of each solve [s]; NaN where it failed.
     seconds: Floats = field(default_factory=lambda: np.zeros(0))
 
 
@@ -106,40 +131,46 @@ class Predictions(Fields):
 
 @dataclass(frozen=True, eq=False)
 class Answers(Fields):
-    """Displacements to an accuracy that was asked for, each with its checked error."""
+    """Displacements to an accuracy that was asked for, each with its checked error, and the attributes of `Fields`.
 
-    #: Estimated mean nodal error relative to the mean nodal displacement, () or (n,).
+    Attributes:
+        error: Estimated mean nodal error relative to the mean nodal displacement, () or (n,).
+        source: `predicted` or `solved`, set by set.
+        failures: Why a set has no answer, by its index.
+        accuracy: Error that was asked for.
+        method: Method that was expected to cost least.
+    """
+
     error: Floats = field(default_factory=lambda: np.zeros(0))
-    #: `predicted` or `solved`, set by set.
     source: list[str] = field(default_factory=list)
-    #: Why a set has no answer, by its index.
     failures: dict[int, str] = field(default_factory=dict)
-    #: Error that was asked for.
     accuracy: float = 1e-3
-    #: Method that was expected to cost least.
     method: str = ""
 
     @property
-    def within(self) -> Any:
+    def within(self) -> NDArray[np.bool_]:
         """Whether the checked error is below what was asked for, () or (n,)."""
-        return self.error <= self.accuracy
+        return np.asarray(self.error <= self.accuracy)
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Distances of displacements from the equilibria nearby, () or (n,); NaN where there is none, for which `words` say why."""
+    """Distances of displacements from the equilibria nearby, () or (n,); NaN where there is none, for which `words` say why.
 
-    #: Mean nodal distance [mm].
+    Attributes:
+        mean: Mean nodal distance [mm].
+        largest: Largest nodal distance [mm].
+        energy_norm: Energy norm of the error [√(kPa·mm³)].
+        relative: Energy norm relative to that of the displacement.
+        residual: Unbalanced nodal forces relative to loads and reactions.
+        words: The same for people, set by set.
+    """
+
     mean: Floats
-    #: Largest nodal distance [mm].
     largest: Floats
-    #: Energy norm of the error [√(kPa·mm³)].
     energy_norm: Floats
-    #: Energy norm relative to that of the displacement.
     relative: Floats
-    #: Unbalanced nodal forces relative to loads and reactions.
     residual: Floats
-    #: The same for people, set by set.
     words: list[str]
 
     def __str__(self) -> str:
@@ -148,7 +179,10 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class Corrections(Fields):
-    """Predictions after Newton steps, with the estimate of what is left."""
+    """Predictions after Newton steps, with the attributes of `Fields`.
 
-    #: Their estimate; None is never given by `Emulator.correct`.
+    Attributes:
+        estimate: Estimate of their error, which `Emulator.correct` always gives.
+    """
+
     estimate: Estimate = field(default=None)  # type: ignore[assignment]

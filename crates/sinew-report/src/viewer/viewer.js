@@ -7,6 +7,8 @@
   /** The share of a parameter's range at which a value of θ lies, on its scale, and the value at a share. */
   const shareOf = ({ range: [a, b], logarithmic }, value) => (logarithmic ? Math.log(value / a) / Math.log(b / a) : (value - a) / (b - a));
   const valueAt = ({ range: [a, b], logarithmic }, share) => (logarithmic ? a * (b / a) ** share : a + (b - a) * share);
+  /** The share at a value that is typed in the parameter's own unit: at the end of the range where it is outside; NaN where it is no number. */
+  const shareTyped = (p, typed) => clamp(shareOf(p, clamp(typed * p.size, ...p.range)));
   /** Rows of numbers, each of integers of its own number of bits, the lowest first. */
   const unpack = ({ bits, steps, integers }, size, Type) => {
     const [bytes, step, values] = [array(Uint8Array, integers), array(Float64Array, steps), new Type(bits.length * size)];
@@ -71,7 +73,7 @@
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const unit = (a) => a.map((x) => x / (Math.hypot(...a) || 1));
-  globalThis.sinewViewer = { array, regression, shareOf, valueAt, volumeOf, views: [] };
+  globalThis.sinewViewer = { array, regression, shareOf, shareTyped, valueAt, volumeOf, views: [] };
   if (typeof document === "undefined") return;
   // Words and elements.
   const digits = (x, count = 3) => {
@@ -79,8 +81,7 @@
     const size = Math.floor(Math.log10(Math.abs(x)));
     return size < -3 || size > 5 ? x.toExponential(Math.max(count - 2, 0)) : String(+x.toFixed(clamp(count - 1 - size, 0, 6)));
   };
-  const unitOf = (name) => (name === "1" ? "" : ` ${name}`);
-  const head = (name, of) => (of === "1" ? name : `${name} [${of}]`);
+  const unitOf = (name) => (name === "1" ? "" : ` ${name}`), head = (name, of) => (of === "1" ? name : `${name} [${of}]`);
   const make = (tag, properties = {}, ...children) => {
     const element = Object.assign(document.createElement(tag), properties);
     for (const [name, value] of [["role", properties.role], ["aria-label", properties.label]]) if (value) element.setAttribute(name, value);
@@ -345,7 +346,7 @@
       legend.replaceChildren(make("b", { textContent: head(name, of) }), bar, make("div", { className: "ends" }, ...ends));
       if (!emulator) return;
       const reading = (text, value, of) => make("div", {}, make("span", { textContent: text }), make("b", { textContent: digits(value) + unitOf(of) }));
-      readings.replaceChildren(reading("mean motion", state.mean, data.length), reading("largest motion", state.largest, data.length),
+      readings.replaceChildren(reading("mean motion of the surface", state.mean, data.length), reading("largest motion", state.largest, data.length),
         ...cavities.map((cavity) => reading(cavity.about, volume(cavity), emulator.volume)));
       const [mean, most, share] = [...(state.error ?? []), (100 * state.error?.[0]) / state.mean].map((e) => digits(e, 2));
       const error = `estimated error ${mean} ${data.length} in the mean (${share} %), ${most} ${data.length} at most`;
@@ -396,14 +397,13 @@
       const slider = make("input", { type: "range", min: 0, max: 1, step: 0.005, label: about });
       const number = make("input", { type: "number", min: low, max: high, step: "any", label: `${about} as a number` });
       slider.addEventListener("input", () => { stop(); setShare(index, +slider.value); });
-      number.addEventListener("change", () => { stop(); setShare(index, clamp(shareOf(p, (+number.value || low) * p.size))); });
+      number.addEventListener("change", () => { stop(); const share = shareTyped(p, number.valueAsNumber); setShare(index, share >= 0 ? share : state.shares[index]); });
       rows.append(make("label", {}, make("span", { textContent: p.name, title: `${about}, ${digits(low)} to ${digits(high)}` }), slider, number, make("small", { textContent: unitOf(p.unit) })));
       return { slider, number };
     });
     const setShare = (index, share) => {
       [state.shares[index], state.active, state.solved] = [share, index, null];
-      const text = digits(own(index), 4);
-      [sliders[index].slider.value, sliders[index].number.value] = [share, text]; sliders[index].slider.setAttribute("aria-valuetext", text + unitOf(parameters[index].unit));
+      const text = digits(own(index), 4); [sliders[index].slider.value, sliders[index].number.value] = [share, text]; sliders[index].slider.setAttribute("aria-valuetext", text + unitOf(parameters[index].unit));
       refresh(true); root.dispatchEvent(new Event("moved"));
     };
     // Buttons; each tells whether it is pressed.

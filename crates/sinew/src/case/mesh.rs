@@ -42,6 +42,9 @@ pub struct MeshSource {
     /// Instead of the first five keys, a mesh in memory, in that unit ([`Case::on`](super::Case::on)).
     #[serde(skip)]
     pub given: Option<Arc<AnyMesh>>,
+    /// Instead of all keys, the mesh that they have made \[mm\] ([`Case::revived`](super::Case::revived)).
+    #[serde(skip)]
+    pub made: Option<Arc<AnyMesh>>,
     /// Whether the file stands in the place of the case's own mesh ([`Case::with_mesh`](super::Case::with_mesh)).
     #[serde(skip)]
     pub is_other: bool,
@@ -176,6 +179,9 @@ impl MeshSource {
 
     /// The mesh \[mm\].
     pub(super) fn make(&self, source: &Source) -> Result<AnyMesh, CaseError> {
+        if let Some(made) = &self.made {
+            return Ok((**made).clone());
+        }
         let scale = self.scale(source)?;
         if self.merge && self.file.is_none() {
             let reason = "nodes of a file are merged, not those of a mesh that is made or in memory; leave it out";

@@ -28,6 +28,10 @@ impl Source {
         &self.text
     }
 
+    pub(crate) fn file(&self) -> &str {
+        &self.file
+    }
+
     /// An error at a key, given with those of the tables around it; entries of arrays by their index.
     pub(crate) fn error(&self, keys: &[&str], reason: String) -> CaseError {
         CaseError::Key {

@@ -133,6 +133,7 @@ fn arrays(body: &Body, path: &std::path::Path) -> std::io::Result<()> {
             ("prescribed", &[body.nodes, 3], &prescribed),
             ("directions", &[directions.len() / (3 * count.max(1)), count, 3], &directions),
         ],
+        &[],
     )
 }
 

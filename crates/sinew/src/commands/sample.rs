@@ -8,9 +8,10 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 use sinew::output::Fields;
 use sinew::{Body, Design, Simulations};
-use sinew_emulate::{Shard, merge, simulate_shard, store};
+use sinew_emulate::{Shard, ShardState, merge, simulate_shard, store};
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::time::Duration;
 
 /// Number and design of the parameter sets.
 #[derive(Debug, Args)]
@@ -28,7 +29,7 @@ again; sinew merge puts the shards together:
   sinew train heart.toml --recipe hybrid --simulations OUT/sample
 
   sinew sample heart.toml --count 3000 --script slurm --shards 16    # the same as one job array
-  sh OUT/sample/slurm.sh --time=04:00:00
+  sh OUT/sample/slurm.sh --time=04:00:00     # or --script lsf, and sh OUT/sample/lsf.sh -W 240
 
 OUT is out/NAME by the `name` of the case, or of its file where it has none.
 
@@ -91,6 +92,12 @@ impl Sample {
             );
         }
         let folder = folder.join("sample");
+        if let Some(shards) = self.campaign_shards().filter(|&shards| shards > self.count) {
+            let count = self.count;
+            return refuse(format!(
+                "{shards} shards of {count} samples: give at most {count} shards"
+            ));
+        }
         let design: Design = serde_json::from_value(self.design.as_str().into())?;
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
         let (path, text) = (folder.join(THETAS), table(body, &thetas));
@@ -215,7 +222,13 @@ with failures.csv where there are some. Merging again gives the same files.")]
 pub(crate) struct Merge {
     #[command(flatten)]
     case: CaseArguments,
+    /// Only tell which shards are done, begun or missing
+    #[arg(long)]
+    status: bool,
 }
+
+/// Time after which a shard that has stored nothing may have ended.
+const SILENT: Duration = Duration::from_secs(120);
 
 impl Merge {
     pub(crate) fn run(&self) -> Result<()> {
@@ -227,6 +240,9 @@ impl Merge {
                 folder.display()
             ));
         };
+        if self.status {
+            return tell_status(&campaign, &folder);
+        }
         let Campaign { count, design, seed, shards } = campaign;
         let thetas = design.sample(&body.parameters, count, seed)?;
         let found = merge(&body, &thetas, shards, &folder)?;
@@ -241,6 +257,35 @@ impl Merge {
         println!("written: {}", folder.display());
         Ok(())
     }
+}
+
+/// Prints how many shards are done, and a line for each of the others.
+fn tell_status(&Campaign { count, shards, .. }: &Campaign, folder: &Path) -> Result<()> {
+    let (mut done, mut without, mut lines) = (0, 0, Vec::new());
+    for shard in (1..=shards).filter_map(|index| Shard::new(index, shards)) {
+        let told = match shard.state(folder)? {
+            ShardState::Done { failed } => {
+                (done, without) = (done + 1, without + failed);
+                continue;
+            }
+            ShardState::Begun { tried, failed, since } => {
+                let of = shard.samples(count).len();
+                let silent = if since > SILENT { ": ended, or in a long solve" } else { "" };
+                format!(
+                    "{tried} of {of} samples tried, {failed} without equilibrium, stored {} s ago{silent}",
+                    since.as_secs()
+                )
+            }
+            ShardState::Damaged(name) => {
+                format!("{name} changed since it was solved; solve it again")
+            }
+            ShardState::Missing => "nothing stored yet".into(),
+        };
+        lines.push(format!("{shard}: {told}"));
+    }
+    println!("{done} of {shards} shards done, {without} samples without equilibrium in them");
+    lines.iter().for_each(|line| println!("{line}"));
+    Ok(())
 }
 
 /// A row per θ, in the parameters' own units.

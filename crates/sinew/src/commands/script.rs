@@ -8,6 +8,8 @@ use std::path::Path;
 pub(crate) enum Scheduler {
     /// A job array and a merge that waits for it: sh OUT/sample/slurm.sh
     Slurm,
+    /// A job array of LSF and its merge: sh OUT/sample/lsf.sh
+    Lsf,
     /// A workflow with a job for every shard: snakemake --snakefile OUT/sample/Snakefile
     Snakemake,
 }
@@ -30,6 +32,7 @@ impl Script<'_> {
     pub(crate) fn written(&self, scheduler: Scheduler) -> (&'static str, String, &'static str) {
         match scheduler {
             Scheduler::Slurm => ("slurm.sh", self.slurm(), "sh"),
+            Scheduler::Lsf => ("lsf.sh", self.lsf(), "sh"),
             Scheduler::Snakemake => {
                 ("Snakefile", self.snakemake(), "snakemake --cores all --snakefile")
             }
@@ -60,6 +63,34 @@ SHARD
 ) || exit
 echo "Submitted array job $array"
 sbatch --job-name={name} --output={log} --dependency="afterok:$array" --kill-on-invalid-dep=yes "$@" <<'MERGE'
+#!/bin/bash
+{merge}
+MERGE
+"#
+        )
+    }
+
+    fn lsf(&self) -> String {
+        let Self { name, sample, merge, folder, shards } = self;
+        let here = quoted(&std::env::current_dir().unwrap_or_default().to_string_lossy());
+        let [logs, log] = ["lsf-%J-%I.log", "lsf-%J.log"]
+            .map(|name| quoted(&folder.join(name).to_string_lossy()));
+        let (array, name) = (quoted(&format!("{name}[1-{shards}]")), quoted(name));
+        format!(
+            r#"#!/bin/sh
+# Submits {shards} shards of a campaign as a job array, and their merge. Options of bsub may follow, for both:
+#   sh lsf.sh -W 240 -n 4
+cd {here} || exit
+# A task that is stopped a minute before its time is up, with everything stored, ends with 3 and begins again.
+told=$(bsub -J {array} -o {logs} -Q 3 -wa TERM -wt 1 "$@" <<'SHARD'
+#!/bin/bash
+export RAYON_NUM_THREADS=${{LSB_DJOB_NUMPROC:-1}}
+exec {sample} --shard auto:1-{shards}
+SHARD
+) || exit
+array=$(echo "$told" | sed -n 's/^Job <\([0-9]*\)>.*/\1/p')
+echo "Submitted array job $array"
+bsub -J {name} -o {log} -w "done($array)" "$@" <<'MERGE'
 #!/bin/bash
 {merge}
 MERGE

@@ -1,16 +1,23 @@
 //! A body for samplers and other programs, over HTTP.
 
+mod http;
+
+use super::stop::signalled;
 use super::{CaseArguments, Usage, chosen, refuse, trained};
 use anyhow::Result;
 use clap::Args;
-use sinew::serve::{self, Service};
-use std::io::Read;
-use std::net::IpAddr;
+use http::{Connection, failed};
+use sinew::serve::{Response, Service};
+use std::io::{self, ErrorKind};
+use std::net::{IpAddr, TcpListener, ToSocketAddrs};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use tiny_http::{Header, Request, Response, Server};
+use std::sync::atomic::Ordering;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
 
-/// Largest request that is read \[bytes\].
-const MOST_BYTES: u64 = 1 << 20;
+/// Time between two looks whether the server is to end, and after a client that could not be taken.
+const PAUSE: Duration = Duration::from_millis(20);
 
 /// Body and address.
 #[derive(Debug, Args)]
@@ -19,7 +26,7 @@ Speaks UM-Bridge 1.0, whose clients exist in Python, R, Julia, MATLAB and C++. M
 prediction and one Newton step), solver (the equilibrium). The input is theta in the units of the case file; the output is
 one vector, whose entries are printed at the start. Evaluate, Gradient and ApplyJacobian are supported. Outside the ranges of
 the parameters, emulator and corrected answer InvalidInput unless the request's config has \"extrapolate\": true. Without a
-trained emulator there is the solver alone. Ends with Ctrl-C.
+trained emulator there is the solver alone. Ctrl-C or SIGTERM ends it, with requests under way answered.
 
 A browser shows the emulator's page at the same address. Where the sliders rest, the solver corrects the body, and the true
 error stands beside the estimated one. With another address than the loopback there is no page.
@@ -33,7 +40,7 @@ pub(crate) struct Serve {
     #[arg(long, default_value_t = 4242)]
     port: u16,
     /// Address to listen at; any address but the loopback is open to all who reach it
-    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1", value_parser = address)]
     bind: IpAddr,
     /// Name of the emulator's folder within OUT [default: the only one, or that of the case's recipe]
     #[arg(long, value_name = "NAME")]
@@ -41,6 +48,19 @@ pub(crate) struct Serve {
     /// Requests that are answered at the same time [default: the processor's cores]
     #[arg(long, value_name = "COUNT")]
     threads: Option<usize>,
+    /// Seconds that a request may take to arrive
+    #[arg(long, value_name = "SECONDS", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
+    timeout: u64,
+}
+
+/// Address by its numbers or its name.
+fn address(text: &str) -> Result<IpAddr, String> {
+    let found: Vec<IpAddr> =
+        (text, 0).to_socket_addrs().into_iter().flatten().map(|it| it.ip()).collect();
+    let chosen = found.iter().find(|address| address.is_ipv4()).or(found.first());
+    chosen
+        .copied()
+        .ok_or_else(|| "no machine has this name; give an address such as 127.0.0.1".into())
 }
 
 impl Serve {
@@ -62,77 +82,133 @@ impl Serve {
             true => service.with_page(super::export::SEED),
             false => service,
         };
-        let server = match Server::http((self.bind, self.port)) {
-            Ok(server) => server,
-            Err(error) => {
-                return refuse(format!(
-                    "--bind {} --port {}: {error}; choose another port",
-                    self.bind, self.port
-                ));
-            }
+        let listener = match TcpListener::bind((self.bind, self.port)) {
+            Ok(listener) => listener,
+            Err(error) => return refuse(self.not_bound(&error)),
         };
+        let address = listener.local_addr()?;
         let parameters: Vec<_> =
             body.parameters.iter().map(|parameter| parameter.unit.head(&parameter.name)).collect();
         println!("models: {}", service.models().join(", "));
         println!("input: {}", parameters.join(", "));
         println!("output: {}", service.outputs().join(", "));
         if service.has_page() {
-            println!("page: http://{}/, made when it is opened first", server.server_addr());
+            println!("page: http://{address}/, made when it is opened first");
         }
-        println!("serving {} at http://{}", body.name, server.server_addr());
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        std::thread::scope(|scope| {
-            for _ in 0..self.threads.unwrap_or(cores).max(1) {
-                scope.spawn(|| {
-                    while let Ok(request) = server.recv() {
-                        answer(&service, request);
+        println!("serving {} at http://{}", body.name, address);
+        let cores = thread::available_parallelism().map_or(1, usize::from);
+        let desk = Desk::new(self.threads.unwrap_or(cores).max(1));
+        self.listen(&listener, &service, &desk)
+    }
+
+    /// Takes clients until a signal comes, and ends the program when requests under way are answered.
+    fn listen(&self, listener: &TcpListener, service: &Service<'_>, desk: &Desk) -> Result<()> {
+        let (stop, limit) = (signalled()?, Duration::from_secs(self.timeout));
+        thread::scope(|scope| {
+            scope.spawn(move || {
+                loop {
+                    let taken = listener.accept().and_then(|(stream, _)| {
+                        let client = move || answer(service, desk, Connection::new(stream, limit));
+                        thread::Builder::new().spawn_scoped(scope, client)
+                    });
+                    // There are too many clients, until some leave.
+                    if taken.is_err() {
+                        thread::sleep(PAUSE);
                     }
-                });
+                }
+            });
+            while !stop.load(Ordering::Relaxed) {
+                thread::sleep(PAUSE);
             }
-        });
-        Ok(())
+            eprintln!("ending: requests under way are answered; a second signal ends at once");
+            desk.end();
+            std::process::exit(0)
+        })
+    }
+
+    fn not_bound(&self, error: &io::Error) -> String {
+        let advice = match error.kind() {
+            ErrorKind::AddrNotAvailable => {
+                "this machine has no such address; choose another --bind"
+            }
+            ErrorKind::AddrInUse => "another program listens there; choose another --port",
+            ErrorKind::PermissionDenied => "this port is not yours; choose one above 1023",
+            _ => "choose another --bind or --port",
+        };
+        format!("--bind {} --port {}: {error}: {advice}", self.bind, self.port)
     }
 }
 
-/// Answers one request, unless the client has left.
-fn answer(service: &Service<'_>, mut request: Request) {
-    let (method, url) = (request.method().to_string(), request.url().to_string());
-    let path = url.split('?').next().unwrap_or_default();
-    let reply = match content(&mut request) {
-        Err(refused) => refused,
+/// Turns of requests: as many compute at a time as there are threads.
+struct Desk {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+struct State {
+    free: usize,
+    /// Requests that have arrived and are not answered.
+    open: usize,
+    ending: bool,
+}
+
+impl Desk {
+    fn new(free: usize) -> Self {
+        let state = Mutex::new(State { free, open: 0, ending: false });
+        Self { state, changed: Condvar::new() }
+    }
+
+    fn change(&self, change: impl FnOnce(&mut State)) {
+        change(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner));
+        self.changed.notify_all();
+    }
+
+    fn wait(&self, busy: impl FnMut(&mut State) -> bool) -> MutexGuard<'_, State> {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        self.changed.wait_while(state, busy).unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The answer, once there is a turn; a refusal when the server ends before.
+    fn answer(&self, compute: impl FnOnce() -> Response) -> Response {
+        let mut state = self.wait(|state| state.free == 0 && !state.ending);
+        if state.ending {
+            let reason = "the server is ending; send the request again once it is back";
+            return failed(503, "Unavailable", reason.into());
+        }
+        state.free -= 1;
+        drop(state);
         // A panic ends one request, not the server.
-        Ok(text) => catch_unwind(AssertUnwindSafe(|| service.answer(&method, path, &text)))
-            .unwrap_or_else(|_| {
-                failed(500, "InternalError", "the program failed; its terminal says where".into())
-            }),
-    };
-    let header = Header::from_bytes("Content-Type", reply.kind);
-    let mut response = Response::from_string(reply.text).with_status_code(reply.status);
-    if let Ok(header) = header {
-        response.add_header(header);
+        let reply = catch_unwind(AssertUnwindSafe(compute)).unwrap_or_else(|_| {
+            failed(500, "InternalError", "the program failed; its terminal says where".into())
+        });
+        self.change(|state| state.free += 1);
+        reply
     }
-    let _ = request.respond(response);
+
+    /// Begins no more, and waits until all that has arrived is answered.
+    fn end(&self) {
+        self.change(|state| state.ending = true);
+        drop(self.wait(|state| state.open > 0));
+    }
 }
 
-/// Content of a request.
-fn content(request: &mut Request) -> Result<String, serve::Response> {
-    let refused = |reason: String| failed(400, "InvalidInput", reason);
-    let mut bytes = Vec::new();
-    let read = request.as_reader().take(MOST_BYTES + 1).read_to_end(&mut bytes);
-    read.map_err(|error| refused(format!("the request cannot be read: {error}; send it again")))?;
-    if bytes.len() as u64 > MOST_BYTES {
-        let reason = format!("the request is longer than {MOST_BYTES} bytes; send shorter ones");
-        return Err(failed(413, "InvalidInput", reason));
-    }
-    String::from_utf8(bytes)
-        .map_err(|error| refused(format!("the request is not UTF-8: {error}; send JSON")))
-}
-
-/// Error of the protocol.
-fn failed(status: u16, kind: &str, message: String) -> serve::Response {
-    serve::Response {
-        status,
-        kind: "application/json",
-        text: serde_json::json!({ "error": { "type": kind, "message": message } }).to_string(),
+/// Answers a client's requests until it leaves.
+fn answer(service: &Service<'_>, desk: &Desk, mut client: Connection) {
+    let mut goes_on = true;
+    while goes_on {
+        let request = match client.request() {
+            Ok(request) => request,
+            Err(None) => return,
+            Err(Some(refused)) => {
+                client.answer(&refused, false, true);
+                return;
+            }
+        };
+        desk.change(|state| state.open += 1);
+        let is_head = request.method == "HEAD";
+        let method = if is_head { "GET" } else { &request.method };
+        let reply = desk.answer(|| service.answer(method, &request.path, &request.content));
+        goes_on = client.answer(&reply, is_head, request.last);
+        desk.change(|state| state.open -= 1);
     }
 }

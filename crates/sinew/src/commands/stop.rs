@@ -8,6 +8,16 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// A flag that SIGTERM and Ctrl-C set from now on; a second signal ends the program at once.
+pub(crate) fn signalled() -> Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        flag::register_conditional_default(signal, Arc::clone(&stop))?;
+        flag::register(signal, Arc::clone(&stop))?;
+    }
+    Ok(stop)
+}
+
 /// A terminal whose run ends by a signal: after the solves that are under way, with what they found stored. A second signal ends it at once.
 pub(crate) struct Stoppable {
     terminal: Terminal,
@@ -17,12 +27,7 @@ pub(crate) struct Stoppable {
 impl Stoppable {
     /// Listens to signals from now on: for runs that ask the observer often.
     pub(crate) fn new() -> Result<Self> {
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM] {
-            flag::register_conditional_default(signal, Arc::clone(&stop))?;
-            flag::register(signal, Arc::clone(&stop))?;
-        }
-        Ok(Self { terminal: Terminal::default(), stop })
+        Ok(Self { terminal: Terminal::default(), stop: signalled()? })
     }
 }
 

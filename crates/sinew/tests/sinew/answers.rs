@@ -3,6 +3,7 @@
 use sinew::Case;
 use sinew::case::negligible_displacement;
 use sinew::output::{Fields, MOST_BYTES, Results, Row};
+use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -421,12 +422,33 @@ fn pictures_hold_stress_and_strain_where_they_are_asked_for() {
     done(folder.path(), "solve plate.toml --theta mu=10,p=1 --fields");
     let mesh = picture();
     let body = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap();
-    let u = mesh.point_fields()["u_solved"].to_f64().into_owned();
+    let u = mesh.point_fields()["displacement"].to_f64().into_owned();
     let cells = sinew_fem::cell_stresses(&body, &u, &[10.0, 1.0]).unwrap();
     let expected: Vec<f64> = cells.iter().flat_map(|cell| cell.cauchy.concat()).collect();
     let cauchy = &mesh.cell_fields()["cauchy_stress"];
     assert_eq!((cauchy.components, cauchy.to_f64().as_ref()), (9, &expected[..]));
     assert_eq!(mesh.point_fields()["principal_stresses"].rows(), body.nodes);
+    // ParaView warps by the vectors of the nodes.
+    let text = std::fs::read_to_string(folder.path().join("out/plate/solve/0000.vtu")).unwrap();
+    assert!(text.contains("<PointData Vectors=\"displacement\">"));
+    // Principal values at nodes belong to the tensor there: by its trace and its norm, to rounding errors.
+    let [tensors, values] = ["cauchy_stress", "principal_stresses"]
+        .map(|name| mesh.point_fields()[name].to_f64().into_owned());
+    for (tensor, values) in tensors.chunks(9).zip(values.chunks(3)) {
+        let [norm, own] = [tensor, values].map(|x| x.iter().map(|x| x * x).sum::<f64>());
+        let trace = tensor[0] + tensor[4] + tensor[8];
+        assert!((norm - own).abs() <= 1e-12 * norm, "{tensor:?} {values:?}");
+        assert!((trace - values.iter().sum::<f64>()).abs() <= 1e-12 * norm.sqrt());
+    }
+    let arrays = std::fs::File::open(folder.path().join("out/plate/solve/cases.npz")).unwrap();
+    let mut arrays = zip::ZipArchive::new(arrays).unwrap();
+    let mut bytes = Vec::new();
+    arrays.by_name("cells.npy").unwrap().read_to_end(&mut bytes).unwrap();
+    let cells = sinew_mesh::parse_npy("cells.npy", &bytes).unwrap();
+    assert_eq!(cells.shape, [body.cell_count(), 4]);
+    let expected = body.mesh.cells().iter().map(|&node| node as i64).collect();
+    assert_eq!(cells.values, sinew_mesh::FieldValues::Integer(expected));
+    assert!(arrays.by_name("displacement.npy").is_ok() && arrays.by_name("solved.npy").is_err());
     // The law is isotropic.
     assert!(!mesh.cell_fields().contains_key("fibre"));
 }

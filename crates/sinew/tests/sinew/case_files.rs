@@ -382,17 +382,21 @@ mod arrays {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("arrays.npz");
         let values: Vec<f64> = (0..6).map(f64::from).collect();
-        write(&path, &[("theta", &[2, 3], &values), ("energy", &[1], &[7.5])]).unwrap();
+        let cells = sinew_mesh::to_npy_of("<i8", &[1], &3_i64.to_le_bytes());
+        let arrays: &[sinew::npz::Named<'_>] =
+            &[("theta", &[2, 3], &values), ("energy", &[1], &[7.5])];
+        write(&path, arrays, &[("cells", cells.clone())]).unwrap();
         let mut archive = zip::ZipArchive::new(std::fs::File::open(path).unwrap()).unwrap();
         for (name, content) in [
             ("theta.npy", sinew_mesh::to_npy(&[2, 3], &values)),
             ("energy.npy", sinew_mesh::to_npy(&[1], &[7.5])),
+            ("cells.npy", cells),
         ] {
             let mut found = Vec::new();
             archive.by_name(name).unwrap().read_to_end(&mut found).unwrap();
             assert_eq!(found, content);
         }
-        assert_eq!(archive.len(), 2);
+        assert_eq!(archive.len(), 3);
     }
 
     #[test]

@@ -73,7 +73,7 @@ fn from_a_case_to_a_report() {
     assert_eq!(predicted.matches("estimated error").count(), 5, "{predicted}");
     let (mesh, _) =
         sinew_mesh::read_mesh::<4>(folder.join("out/bar/predict/regression/0004.vtu")).unwrap();
-    assert_eq!(mesh.point_fields["u_predicted"].components, 3);
+    assert_eq!(mesh.point_fields["displacement"].components, 3);
 
     let error = |told: &str| -> f64 {
         let after = told.split("estimated error ").nth(1).unwrap();
@@ -89,10 +89,11 @@ fn from_a_case_to_a_report() {
     let (mesh, _) =
         sinew_mesh::read_mesh::<4>(folder.join("out/bar/correct/regression/0000.vtu")).unwrap();
     let (solved, _) = sinew_mesh::read_mesh::<4>(folder.join("out/bar/solve/0000.vtu")).unwrap();
-    let [found, truth] = [&mesh.point_fields["u_corrected"], &solved.point_fields["u_solved"]];
+    let [found, truth] = [&mesh.point_fields["displacement"], &solved.point_fields["displacement"]];
     let pairs = found.to_f64().into_owned().into_iter().zip(truth.to_f64().into_owned());
     let apart = pairs.fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
     assert!(apart < 1e-9, "{apart:e} mm from the equilibrium after two steps");
+    assert_eq!(mesh.point_fields["displacement_predicted"].components, 3);
 
     let evaluated = done(folder, "evaluate bar.toml --cases 6");
     assert!(evaluated.contains("2 Newton steps"), "{evaluated}");
@@ -250,6 +251,9 @@ fn a_signal_stores_what_is_solved_and_the_same_command_goes_on() {
     let rows = std::fs::metadata(shard.join("under-way/theta.npy")).unwrap().len();
     // More than the head of the table, which is 128 bytes.
     assert!(rows > 128 && !shard.join("done.json").exists());
+    let told = done(folder, "merge bar.toml --out stopped --status");
+    assert!(told.contains("0 of 2 shards done") && told.contains("2/2: nothing"), "{told}");
+    assert!(told.contains("of 30 samples tried, 0 without equilibrium, stored "), "{told}");
     done(folder, line);
     assert!(!shard.join("under-way").exists());
     for shard in ["--out stopped --shard 2/2", "--out whole --shard 1/2", "--out whole --shard 2/2"]
@@ -285,6 +289,10 @@ fn a_campaign_in_shards_is_that_of_one_process() {
     shards.into_iter().for_each(|mut shard| assert!(shard.wait().unwrap().success()));
     let (_, told) = refused(folder, "merge bar.toml --out parts");
     assert!(told.contains("lacks the shards 2/4"), "{told}");
+    let told = done(folder, "merge bar.toml --out parts --status");
+    let expected =
+        "3 of 4 shards done, 0 samples without equilibrium in them\n2/4: nothing stored yet\n";
+    assert!(told.contains(expected), "{told}");
     // What was solved is kept.
     let fields = folder.join("parts/sample/shards/00003-of-00004/displacement.npy");
     let before = std::fs::metadata(&fields).unwrap().modified().unwrap();
@@ -324,6 +332,8 @@ fn a_campaign_in_shards_is_that_of_one_process() {
     done(folder, &format!("sample bar.toml {count} --out parts --shard 3/4"));
     done(folder, "merge bar.toml --out parts");
     assert_eq!(file("parts/sample/cases.csv"), merged[0]);
+    let (code, told) = refused(folder, "sample bar.toml --count 8 --script slurm --shards 9999");
+    assert!(code == 2 && told.contains("9999 shards of 8 samples"), "{told}");
     let (code, told) = refused(folder, "sample bar.toml --solve --shard 5/4");
     assert!(code == 2 && told.contains("INDEX/COUNT"), "{told}");
 }
@@ -382,4 +392,38 @@ fn trainings_begin_from_what_there_is() {
     assert!(code == 2 && told.contains("`pi` learns from no simulations"), "{told}");
     let (code, told) = refused(folder, &train("--recipe dd --name ../elsewhere"));
     assert!(code == 2 && told.contains("../elsewhere"), "{told}");
+}
+
+/// A scheduler that runs what it is given at once, all tasks of an array, and notes its options.
+#[cfg(unix)]
+const BSUB: &str = r#"#!/bin/sh
+echo "$@" >> options
+cat > job
+case "$2" in
+  *\[1-3\]) for LSB_JOBINDEX in 1 2 3; do export LSB_JOBINDEX; sh job >&2 || exit; done ;;
+  *) sh job >&2 || exit ;;
+esac
+echo "Job <4711> is submitted to default queue <normal>."
+"#;
+
+#[test]
+#[cfg(unix)]
+fn a_campaign_on_lsf_is_an_array_and_a_merge_that_waits_for_it() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = bar();
+    let folder = folder.path();
+    std::fs::write(folder.join("bsub"), BSUB).unwrap();
+    std::fs::set_permissions(folder.join("bsub"), PermissionsExt::from_mode(0o755)).unwrap();
+    done(folder, "sample bar.toml --count 7 --script lsf --shards 3");
+    let own = Path::new(env!("CARGO_BIN_EXE_sinew")).parent().unwrap();
+    let path = format!("{}:{}:{}", folder.display(), own.display(), std::env::var("PATH").unwrap());
+    let mut command = Command::new("sh");
+    command.current_dir(folder).args(["out/bar/sample/lsf.sh", "-W", "240"]).env("PATH", path);
+    let output = command.output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && told.contains("7 of 7 samples solved"), "{told}");
+    let options = std::fs::read_to_string(folder.join("options")).unwrap();
+    let [array, merge] = &options.lines().collect::<Vec<_>>()[..] else { panic!("{options}") };
+    assert!(array.contains("-Q 3 -wa TERM -wt 1 -W 240"), "{array}");
+    assert!(merge.contains("-w done(4711) -W 240"), "{merge}");
 }

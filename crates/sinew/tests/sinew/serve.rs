@@ -7,6 +7,7 @@ use sinew::{Body, Case, Emulator, Options, Solver, Train, TrainingOptions};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 const CASE: &str = r#"
 law = "neo-hookean"
@@ -202,15 +203,17 @@ struct Served(Child, String);
 
 impl Drop for Served {
     fn drop(&mut self) {
-        self.0.kill().unwrap();
+        let _ = self.0.kill();
         self.0.wait().unwrap();
     }
 }
 
-fn served(folder: &std::path::Path) -> Served {
+fn served(folder: &std::path::Path, options: &[&str]) -> Served {
+    std::fs::write(folder.join("heart.toml"), CASE).unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_sinew"))
         .current_dir(folder)
         .args(["serve", "heart.toml", "--port", "0"])
+        .args(options)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn()
@@ -245,8 +248,7 @@ fn post(address: &str, path: &str, text: &str) -> (u16, String) {
 #[test]
 fn a_hundred_clients_and_nonsense_leave_the_server_alive() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("heart.toml"), CASE).unwrap();
-    let server = served(folder.path());
+    let server = served(folder.path(), &[]);
     let address = server.1.as_str();
     let info = || sent(address, "GET /Info HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
     assert_eq!(info(), (200, r#"{"models":["solver"],"protocolVersion":1.0}"#.into()));
@@ -273,4 +275,97 @@ fn a_hundred_clients_and_nonsense_leave_the_server_alive() {
         answers[0]
     );
     assert_eq!(info().0, 200);
+}
+
+#[test]
+fn requests_that_do_not_arrive_hold_nobody_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = served(folder.path(), &["--threads", "1", "--timeout", "3"]);
+    let address = server.1.as_str();
+    let half = |request: &str| {
+        let mut stream = TcpStream::connect(address).unwrap();
+        stream.write_all(request.as_bytes()).unwrap();
+        stream
+    };
+    let body = "POST /Evaluate HTTP/1.1\r\nHost: x\r\nContent-Length: 5000\r\n\r\n{";
+    let held = [body, body, "GET /Info HTTP/1.1\r\nHo"].map(half);
+    let start = Instant::now();
+    let (status, told) =
+        post(address, "/Evaluate", r#"{"name": "solver", "input": [[11.0, 4.0]]}"#);
+    assert!(status == 200 && start.elapsed() < Duration::from_secs(3), "{status}: {told}");
+    for mut stream in held {
+        let mut told = String::new();
+        stream.read_to_string(&mut told).unwrap();
+        assert!(told.starts_with("HTTP/1.1 408 ") && told.contains("within 3 s"), "{told}");
+    }
+}
+
+#[test]
+fn a_signal_ends_the_server_with_every_request_answered() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut server = served(folder.path(), &["--threads", "1"]);
+    let (address, clients) = (server.1.clone(), 40);
+    let address = address.as_str();
+    let request =
+        r#"{"name": "solver", "input": [[11.0, 4.0]], "outWrt": 0, "inWrt": 0, "vec": [1, 0]}"#;
+    let pid = server.0.id().to_string();
+    let answers: Vec<_> = std::thread::scope(|scope| {
+        let asked: Vec<_> = (0..clients)
+            .map(|_| scope.spawn(|| post(address, "/ApplyJacobian", request)))
+            .collect();
+        std::thread::sleep(Duration::from_millis(300));
+        assert!(Command::new("kill").arg(pid).status().unwrap().success());
+        asked.into_iter().map(|client| client.join().unwrap()).collect()
+    });
+    assert_eq!(server.0.wait().unwrap().code(), Some(0));
+    let (given, refused): (Vec<_>, Vec<_>) = answers.iter().partition(|answer| answer.0 == 200);
+    assert!(!given.is_empty() && !refused.is_empty(), "{} given", given.len());
+    for (status, told) in refused {
+        assert!(*status == 503 && told.contains("the server is ending"), "{status}: {told}");
+    }
+}
+
+#[test]
+fn requests_are_read_as_clients_write_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = served(folder.path(), &[]);
+    let body = r#"{"name": "solver", "input": [[11.0, 4.0]]}"#;
+    let (length, half) = (body.len(), body.len() / 2);
+    let (one, other) = body.split_at(half);
+    let rest = length - half;
+    // Three on one connection: a length, chunks after a question whether to go on, and a HEAD.
+    let requests = format!(
+        "POST /Evaluate HTTP/1.1\r\nHost: x\r\ncontent-length: {length}\r\n\r\n{body}\
+         POST /Evaluate?x=1 HTTP/1.1\r\nTransfer-Encoding: chunked\r\nExpect: 100-continue\r\n\r\n\
+         {half:x}\r\n{one}\r\n{rest:X};more\r\n{other}\r\n0\r\nTrailer: 1\r\n\r\n\
+         HEAD /Info HTTP/1.1\r\nConnection: close\r\n\r\n"
+    );
+    let mut stream = TcpStream::connect(&server.1).unwrap();
+    stream.write_all(requests.as_bytes()).unwrap();
+    let mut told = String::new();
+    stream.read_to_string(&mut told).unwrap();
+    let values: Vec<_> =
+        told.split(r#"{"output":[["#).skip(1).map(|v| v.split(']').next()).collect();
+    assert!(values.len() == 2 && values[0] == values[1], "{told}");
+    assert!(told.matches("HTTP/1.1 200").count() == 3 && told.contains("100 Continue"), "{told}");
+    assert!(told.ends_with("Content-Length: 43\r\nConnection: close\r\n\r\n"), "{told}");
+}
+
+#[test]
+fn addresses_that_cannot_be_had_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("heart.toml"), CASE).unwrap();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port().to_string();
+    for (options, words) in [
+        (["--bind", "192.0.2.1", "--port", "0"], "choose another --bind"),
+        (["--bind", "localhost", "--port", &port], "choose another --port"),
+        (["--bind", "no such name", "--port", "0"], "no machine has this name"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+        let command = command.current_dir(folder.path()).args(["serve", "heart.toml"]);
+        let output = command.args(options).output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && told.contains(words), "{told}");
+    }
 }

@@ -106,6 +106,13 @@ fn distance(viewer: &Viewer, emulator: &Emulator<'_>) -> Option<f64> {
     Some(apart.fold(0.0, f64::max))
 }
 
+/// Shares at -1 and 0 of a logarithmic parameter, at 0 of a linear one from -1 to 5, and how many of a thousand numbers have none.
+const TYPED: &str = "const { shareTyped } = globalThis.sinewViewer;
+    const [log, linear] = [{ range: [8, 16], logarithmic: true, size: 1 }, { range: [-0.5, 2.5], logarithmic: false, size: 0.5 }];
+    const typed = [0, -0, -1, 5e-324, 1e308, -1e308, ...Array.from({ length: 1000 }, (_, i) => Math.sin(i * i) * 10 ** ((i % 80) - 40))];
+    const without = typed.flatMap((x) => [log, linear].map((p) => shareTyped(p, x))).filter((share) => !(share >= 0 && share <= 1));
+    console.log(JSON.stringify([shareTyped(log, -1), shareTyped(log, 0), 6 * shareTyped(linear, 0), without.length]));";
+
 /// Number of shown errors out of a hundred that are right, as the page says.
 fn right(viewer: &Viewer) -> usize {
     let told = &viewer.facts.iter().find(|(name, _)| name == "shown error").unwrap().1;
@@ -124,6 +131,8 @@ fn the_script_predicts_as_the_program_does() {
         if let Some(distance) = distance(&viewer, &emulator) {
             assert!(distance < ROUNDING, "{distance:e}");
         }
+        let shares = by_script::<Vec<f64>>(&viewer.to_html(), &[], TYPED);
+        assert!(shares.is_none_or(|shares| shares == [0.0, 0.0, 1.0, 0.0]));
     }
 }
 
