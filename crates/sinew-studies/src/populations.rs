@@ -5,6 +5,7 @@
 
 mod inflated;
 mod measure;
+mod nested;
 pub mod options;
 mod rectangles;
 mod rivals;
