@@ -4,7 +4,7 @@ use crate::error::PatientError;
 use crate::observable::Direction;
 use crate::segments::Segments;
 use nalgebra::Vector3;
-use sinew_fem::fibres::{Depth, FibreError, FibreRule, Frame, Surfaces, VentricleCoordinates};
+use sinew_fem::fibres::{Depth, FibreRule, Frame, Surfaces, VentricleCoordinates};
 use sinew_mesh::TetMesh;
 
 /// Least angle \[degrees\] between the axis and the direction of the septum.
