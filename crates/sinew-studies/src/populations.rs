@@ -7,6 +7,7 @@ mod inflated;
 mod measure;
 mod nested;
 pub mod options;
+mod prolongation;
 mod rectangles;
 mod rivals;
 mod rows;

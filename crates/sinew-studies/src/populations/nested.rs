@@ -1,9 +1,8 @@
 //! Solving on a coarse mesh first.
 
-use anyhow::Result;
+use super::prolongation::Prolongation;
 use sinew::Body;
 use sinew_fem::{Options, Solution, SolveError, Solver};
-use sinew_mesh::Prolongation;
 
 /// Parts of the coarse displacement, tried until none of the cells is inverted.
 const PARTS: [f64; 4] = [1.0, 0.9, 0.7, 0.4];

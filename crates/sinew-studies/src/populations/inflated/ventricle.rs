@@ -3,6 +3,7 @@
 use super::hull::hull_volume;
 use crate::populations::nested::{coarse_displacement, solve_nested};
 use crate::populations::options::Options;
+use crate::populations::prolongation::Prolongation;
 use crate::populations::simulated::Simulated;
 use crate::populations::stage::{Stage, shape_parameters};
 use crate::populations::variant::Inputs;
@@ -18,7 +19,7 @@ use sinew_energy::BodyArrays;
 use sinew_fem::{Options as SolverOptions, Solver};
 use sinew_gnn::Geometry;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
-use sinew_mesh::{Prolongation, VentricleShape};
+use sinew_mesh::VentricleShape;
 use std::path::Path;
 
 /// Cells through the wall, around, from apex to base: a mesh of 484 nodes, and one of 6788, the nearest to the thesis' 6784; with
