@@ -42,8 +42,6 @@ pub struct WallCoordinates {
     frames: Vec<Frame>,
     /// Vector from the axis to the centre of each cell \[length\].
     from_axis: Vec<Vector3<f64>>,
-    /// Apex of the endocardium \[length\].
-    apex: Vector3<f64>,
     /// Unit vector from the apex to the base.
     axis: Vector3<f64>,
 }
@@ -73,7 +71,7 @@ impl WallCoordinates {
         };
         let depths = mesh.cells.iter().map(depth).collect();
         let frames = coordinates.cell_frames(&FibreRule::new(0.0, 0.0)?, Depth::Thickness);
-        Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, apex, axis })
+        Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, axis })
     }
 
     /// Coordinates with angles, counted from the middle of the septum. `direction` points from the cavity to it.
