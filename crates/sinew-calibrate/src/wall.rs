@@ -4,7 +4,7 @@ use crate::error::PatientError;
 use crate::observable::Direction;
 use crate::segments::Segments;
 use nalgebra::Vector3;
-use sinew_fem::fibres::{Depth, FibreError, FibreRule, Frame, Surfaces, VentricleCoordinates};
+use sinew_fem::fibres::{Depth, FibreRule, Frame, Surfaces, VentricleCoordinates};
 use sinew_mesh::TetMesh;
 
 /// Least angle \[degrees\] between the axis and the direction of the septum.
@@ -42,8 +42,6 @@ pub struct WallCoordinates {
     frames: Vec<Frame>,
     /// Vector from the axis to the centre of each cell \[length\].
     from_axis: Vec<Vector3<f64>>,
-    /// Apex of the endocardium \[length\].
-    apex: Vector3<f64>,
     /// Unit vector from the apex to the base.
     axis: Vector3<f64>,
 }
@@ -73,7 +71,7 @@ impl WallCoordinates {
         };
         let depths = mesh.cells.iter().map(depth).collect();
         let frames = coordinates.cell_frames(&FibreRule::new(0.0, 0.0)?, Depth::Thickness);
-        Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, apex, axis })
+        Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, axis })
     }
 
     /// Coordinates with angles, counted from the middle of the septum. `direction` points from the cavity to it.
@@ -106,27 +104,6 @@ impl WallCoordinates {
         };
         self.angles = self.from_axis.iter().map(angle).collect();
         Ok(self)
-    }
-
-    /// Coordinates with angles, counted from the middle of the facets that face the other ventricle, such as the set
-    /// `septum` of a wall
-    /// between surfaces ([`sinew_mesh::ChamberWall`]).
-    ///
-    /// # Errors
-    /// A set that is not there or empty, and one around the axis or at its ends.
-    pub fn with_septum_facets(self, mesh: &TetMesh, set: &str) -> Result<Self, PatientError> {
-        let Some(facets) = mesh.facet_sets.get(set) else {
-            let known = mesh.facet_sets.keys().cloned().collect();
-            return Err(FibreError::UnknownSurface { name: set.into(), known }.into());
-        };
-        if facets.is_empty() {
-            return Err(FibreError::EmptySurface { name: set.into() }.into());
-        }
-        let nodes = mesh.nodes_of_facets(facets);
-        let place = |node: &usize| Vector3::from(mesh.points[*node]) - self.apex;
-        let middle = nodes.iter().map(place).sum::<Vector3<f64>>() / nodes.len() as f64;
-        let across = middle - self.axis * middle.dot(&self.axis);
-        self.with_septum(across.into())
     }
 
     /// Number of cells.
@@ -260,27 +237,5 @@ mod tests {
         assert!(mean("5", 1) > 0.0 && mean("6", 1) < 0.0 && mean("5", 0) > 1.0);
         assert!(mean("1", 2) > mean("7", 2) && mean("7", 2) > mean("13", 2));
         assert!(mean("17", 2) < -17.0);
-    }
-
-    #[test]
-    fn the_septum_may_be_facets() {
-        let mut mesh = TruncatedEllipsoid::LAND.wall([2, 16, 8]).tetrahedra();
-        let on_the_left = |facet: &sinew_mesh::Facet| {
-            mesh.facet_nodes(*facet).iter().all(|&node| mesh.points[node][0] < -3.0)
-        };
-        let septum = mesh.facet_sets["epi"].iter().copied().filter(on_the_left).collect();
-        mesh.facet_sets.insert("septum".into(), septum);
-        mesh.facet_sets.insert("none".into(), Vec::new());
-        let wall = WallCoordinates::new(&mesh, &SURFACES).unwrap();
-        let [by_facets, by_direction] = [
-            wall.clone().with_septum_facets(&mesh, "septum").unwrap(),
-            wall.clone().with_septum([-1.0, 0.0, 0.0]).unwrap(),
-        ];
-        for (a, b) in by_facets.angles.iter().zip(&by_direction.angles) {
-            let off = (a - b).rem_euclid(360.0);
-            assert!(off.min(360.0 - off) < 1.0, "{a} {b}");
-        }
-        assert!(wall.clone().with_septum_facets(&mesh, "none").is_err());
-        assert!(wall.with_septum_facets(&mesh, "rv").unwrap_err().to_string().contains("septum"));
     }
 }

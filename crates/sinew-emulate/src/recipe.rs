@@ -109,7 +109,7 @@ pub fn train_with<'b>(
     recipe.check()?;
     if options.anchors > 1 && !recipe.has_anchors() {
         return Err(Error::Refused(format!(
-            "the recipe `{}` has no anchors, and {} were asked for; choose taylor, pi or hybrid, or leave them out",
+            "the recipe `{}` has no anchors, and {} were asked for; choose taylor or pi, or leave them out",
             recipe.key(),
             options.anchors
         )));

@@ -39,8 +39,7 @@
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - Solver, sweep and report take a body without a potential, too, whose equilibria are not minima, such as incompressible bodies by the
 //!   mixed elements of Taylor and Hood and pressures on surfaces with a loose rim.
-//! - [`Solver::solve_watched`] hands out each iteration, [`print_progress`] prints it, [`IterationSeries`] keeps
-//!   it for ParaView; [`report()`] summarises a solution, [`locking`] estimates the locking of its elements. A solve
+//! - [`Solver::solve_watched`] hands out each iteration, [`print_progress`] prints it; [`report()`] summarises a solution, [`locking`] estimates the locking of its elements. A solve
 //!   that fails returns [`NotConverged`]: its best state, history, worst cells and advice. All of them at work:
 //!   `cargo run -p sinew-fem --example watch_iterations`.
 //! - [`Unload`] finds the reference configuration of a body whose mesh shows a loaded state, with verdicts and ∂X/∂θ.
@@ -106,13 +105,11 @@ pub use solve::continuation::{Curve, CurvePoint};
 pub use solve::frozen_stiffness::FrozenStiffness;
 pub use solve::history::{History, Iteration};
 pub use solve::line::Line;
-pub use solve::nested::coarse_displacement;
 pub use solve::newton_step::NewtonStep;
 pub use solve::options::{LoadSteps, Options};
 pub use solve::order::neighbours;
 pub use solve::pool::SolverPool;
 pub use solve::refine::{Refined, Stop};
-pub use solve::series::IterationSeries;
 pub use solve::solution::Solution;
 pub use solve::solver::Solver;
 pub use solve::sweep::{CHAIN, Earlier, Sweep, SweepError, resume_sweep, sweep};

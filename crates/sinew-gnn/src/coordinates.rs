@@ -29,8 +29,6 @@ pub enum OutputCoordinates {
     Simulations,
     /// Rigid motions of clusters and displacements of nodes within them, about rest.
     Motions,
-    /// Rigid motions about a simulation near the centre of the parameter range.
-    MotionsOfSimulation,
     /// Rigid motions about the prediction of a first, short training in [`OutputCoordinates::Motions`] for the centre, so without
     /// simulations.
     MotionsAfter(TrainingConfig),

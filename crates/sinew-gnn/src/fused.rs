@@ -58,7 +58,7 @@ pub mod reference;
 mod rows;
 mod simd;
 #[cfg(test)]
-mod testing;
+mod tests;
 
 pub use activation::Activation;
 pub use combine::{normalised, sum};

@@ -20,7 +20,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`Recipe`] names all recipes: networks ([`recipe::DataDriven`], [`recipe::PhysicsInformed`], [`recipe::Hybrid`]), regression
+//! [`Recipe`] names all recipes: networks ([`recipe::DataDriven`], [`recipe::PhysicsInformed`]), regression
 //! ([`recipe::Regression`]), the Taylor expansion ([`Recipe::Taylor`]), and [`recipe::Auto`], which chooses by errors on held-out cases. [`load`] reads an
 //! emulator from its folder.
 //!
@@ -106,7 +106,7 @@
 //! \hat u_d(X_i;\theta) = \psi_d\Bigl(z_\theta, z_{\text{global}}, \bigl[v_i, \textstyle\sum_s e_{is}\bigr]\Bigr)
 //! ```
 //!
-//! Losses: supervised ([`DataFit`], thesis (3.11)), with deformation gradients ([`DataFitWithGradient`], (B.1)), in the energy norm ([`EnergyNormFit`]), and
+//! Losses: supervised ([`DataFit`], thesis (3.11)), with deformation gradients ([`DataFitWithGradient`], (B.1)), and
 //! physics-informed, without simulations ([`MinimumPotential`], (3.12) and (3.16)):
 //!
 //! ```math
@@ -157,8 +157,7 @@ pub use graph_network::{Embedding, GraphNetwork, Output};
 pub use kernels::KernelChoice;
 pub use network::{KINDS, Network};
 pub use objective::{
-    Batch, DataFit, DataFitWithGradient, EnergyNormFit, GradientOperator, MinimumPotential,
-    Objective, Potential,
+    Batch, DataFit, DataFitWithGradient, GradientOperator, MinimumPotential, Objective, Potential,
 };
 pub use optimiser::{MuonConfig, OptimiserConfig};
 pub use recipe::{Recipe, train};

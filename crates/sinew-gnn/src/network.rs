@@ -18,9 +18,7 @@ use serde::{Deserialize, Serialize};
 use sinew_emulate::coordinates::Coordinates as Meaning;
 use sinew_emulate::coordinates::{Motions, OutputScale};
 use sinew_emulate::parts::{Session, expand, not_finite, scaling, timed, with_anchors};
-use sinew_emulate::{
-    Body, Load, Predictor, Record, Simulations, TestSet, TrainingOptions, share_of,
-};
+use sinew_emulate::{Body, Load, Predictor, Record, Simulations, TestSet, TrainingOptions};
 use sinew_fem::{Options, Solver};
 use std::path::Path;
 
@@ -201,19 +199,12 @@ pub(crate) fn train(
         }
         OutputCoordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
         // Fine-tuning has no first training that predicts a state of this body, and further anchors stand about a solved one: one solve gives it.
-        OutputCoordinates::MotionsAfter(_) | OutputCoordinates::MotionsOfSimulation
-            if anchors > 1
-                || starts && matches!(coordinates, OutputCoordinates::MotionsAfter(_)) =>
-        {
+        OutputCoordinates::MotionsAfter(_) if solves => {
             let centre = body.centre();
             let solved =
                 timed(&mut prepare_s, || Solver::new(body)?.solve(&centre, &Options::default()))?;
             session.simulations += if anchors > 1 { anchors } else { 0 };
             timed(&mut prepare_s, || expanded(session, &mut geometry, &solved.displacement))?
-        }
-        OutputCoordinates::MotionsOfSimulation => {
-            let anchor = coordinates::nearer(body, training_data.central_simulation(body))?;
-            timed(&mut prepare_s, || expanded(session, &mut geometry, &anchor))?
         }
         OutputCoordinates::MotionsAfter(first) => {
             geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);
@@ -296,17 +287,6 @@ impl<'a> TrainingData<'a> {
             displacement: self.fields.map(|fields| fields[index].clone()).unwrap_or_default(),
         };
         self.thetas.iter().enumerate().map(sample).collect()
-    }
-
-    /// The simulation whose parameters are nearest to the centre of the ranges, on the scales of their sampling.
-    pub(crate) fn central_simulation(&self, body: &Body) -> &[f64] {
-        let distance = |theta: &[f64]| -> f64 {
-            let shares = body.parameters.iter().zip(theta).map(|(p, &value)| share_of(p, value));
-            shares.map(|share| (share - 0.5).powi(2)).sum()
-        };
-        let pairs = self.thetas.iter().zip(self.fields.unwrap_or_default());
-        let nearest = pairs.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));
-        nearest.map_or(&[], |(_, field)| field)
     }
 }
 

@@ -1,12 +1,10 @@
 //! Objectives of training: data-driven and physics-informed training differ only here.
 
 mod data_fit;
-mod energy_norm_fit;
 mod gradient_fit;
 mod minimum_potential;
 
 pub use data_fit::DataFit;
-pub use energy_norm_fit::EnergyNormFit;
 pub use gradient_fit::{DataFitWithGradient, GradientOperator};
 pub use minimum_potential::{MinimumPotential, Potential};
 

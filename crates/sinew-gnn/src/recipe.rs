@@ -2,7 +2,6 @@
 
 mod auto;
 mod data_driven;
-mod hybrid;
 mod physics_informed;
 
 pub use crate::optimiser::OptimiserConfig;
@@ -10,7 +9,6 @@ pub use crate::schedule::Schedule;
 pub use crate::training::TrainingConfig;
 pub use auto::Auto;
 pub use data_driven::DataDriven;
-pub use hybrid::Hybrid;
 pub use physics_informed::PhysicsInformed;
 pub use sinew_emulate::recipe::{Regression, Taylor};
 
@@ -31,8 +29,6 @@ pub enum Recipe {
     DataDriven(DataDriven),
     /// A network by minimum potential energy, thesis (3.12): no simulation enters.
     PhysicsInformed(PhysicsInformed),
-    /// A network on simulated displacements whose errors are weighed by the body's stiffness.
-    Hybrid(Hybrid),
     /// Taylor expansion of second order about the solution at the centre of the parameters' ranges: nothing is trained.
     Taylor,
     /// Decomposition of few simulations and a Gaussian process: the best of a fixed geometry with few parameters.
@@ -52,7 +48,6 @@ impl Recipe {
         match self {
             Self::DataDriven(_) => "dd",
             Self::PhysicsInformed(_) => "pi",
-            Self::Hybrid(_) => "hybrid",
             Self::Taylor => "taylor",
             Self::Regression(_) => "regression",
             Self::Auto(_) => "auto",
@@ -63,8 +58,7 @@ impl Recipe {
     pub(crate) fn network(&self) -> Option<(&OutputCoordinates, Network, &TrainingConfig)> {
         match self {
             Self::DataDriven(DataDriven { coordinates, network, training, .. })
-            | Self::PhysicsInformed(PhysicsInformed { coordinates, network, training, .. })
-            | Self::Hybrid(Hybrid { coordinates, network, training, .. }) => {
+            | Self::PhysicsInformed(PhysicsInformed { coordinates, network, training, .. }) => {
                 Some((coordinates, *network, training))
             }
             Self::Taylor | Self::Regression(_) | Self::Auto(_) => None,
@@ -113,10 +107,6 @@ impl Train for Recipe {
                 let and = if recipe.gradient_weight > 0.0 { " and their gradients" } else { "" };
                 format!("network on {} simulations{and}", record.simulations)
             }
-            Self::Hybrid(_) => format!(
-                "network on {} simulations, in the energy norm about one of them",
-                record.simulations
-            ),
             Self::PhysicsInformed(_) if record.simulations > 0 => {
                 format!("network by minimum potential energy about {} solutions", record.simulations)
             }
@@ -140,7 +130,7 @@ impl Train for Recipe {
     }
 
     fn has_anchors(&self) -> bool {
-        matches!(self, Self::Taylor | Self::PhysicsInformed(_) | Self::Hybrid(_))
+        matches!(self, Self::Taylor | Self::PhysicsInformed(_))
     }
 
     fn network(&self) -> Option<Value> {
@@ -157,7 +147,6 @@ impl Train for Recipe {
         match self {
             Self::DataDriven(recipe) => recipe.model(session, held_out, record),
             Self::PhysicsInformed(recipe) => recipe.model(session, held_out, record),
-            Self::Hybrid(recipe) => recipe.model(session, held_out, record),
             Self::Taylor => return Taylor.predictor(session, held_out, record),
             Self::Regression(recipe) => return recipe.predictor(session, held_out, record),
             Self::Auto(recipe) => return recipe.predictor(session, held_out, record),
@@ -189,4 +178,4 @@ macro_rules! from_recipe {
         }
     )*};
 }
-from_recipe!(DataDriven, PhysicsInformed, Hybrid, Regression, Auto);
+from_recipe!(DataDriven, PhysicsInformed, Regression, Auto);

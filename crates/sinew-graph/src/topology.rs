@@ -42,16 +42,6 @@ impl Topology {
         start..start + size(layer)
     }
 
-    /// The root of every node in the layer above, virtual nodes included; those of the last layer have none.
-    pub fn parents(&self) -> Vec<Option<usize>> {
-        let above = |(layer, clusters): (usize, &Vec<usize>)| {
-            let first = self.layer(layer + 1).start;
-            clusters.iter().map(move |&root| Some(first + root)).collect::<Vec<_>>()
-        };
-        let below = self.clusters.iter().enumerate().flat_map(above);
-        below.chain(self.layer(self.clusters.len()).map(|_| None)).collect()
-    }
-
     /// The edges as `[sender, receiver]`.
     pub fn edges(&self) -> impl ExactSizeIterator<Item = [usize; 2]> {
         self.senders.iter().zip(&self.receivers).map(|(&sender, &receiver)| [sender, receiver])

@@ -95,7 +95,6 @@ mod geometry;
 mod io;
 mod mesh;
 mod naming;
-mod prolongation;
 mod quadratic;
 mod quality;
 mod reference;
@@ -126,7 +125,6 @@ pub use mesh::{
     TriangleMesh,
 };
 pub use naming::UnknownFacet;
-pub use prolongation::Prolongation;
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
 };

@@ -1,8 +1,8 @@
 //! Chains of a posterior and whether they can be trusted.
 //!
 //! A [`LogDensity`] with its gradient is sampled by [`nuts`], whitened about a mode ([`Laplace`]). [`r_hat`], [`ess_bulk`],
-//! [`ess_tail`], [`psis`] and [`RankEcdf`] judge the chains, with the numbers that `arviz` gives. [`write_csv`] and
-//! [`ArvizDict`] write them for other programs.
+//! [`ess_tail`] and [`psis`] judge the chains, with the numbers that `arviz` gives. [`write_csv`] and [`ArvizDict`] write them
+//! for other programs.
 //!
 //! ```
 //! use sinew_sample::{Laplace, LogDensity, NutsOptions, ess_bulk, nuts, r_hat};
@@ -31,7 +31,6 @@
 
 mod chains;
 mod density;
-mod ecdf;
 mod error;
 mod laplace;
 mod mixing;
@@ -43,7 +42,6 @@ mod write;
 
 pub use chains::{Chains, Summary};
 pub use density::LogDensity;
-pub use ecdf::{EcdfBand, RankEcdf};
 pub use error::SampleError;
 pub use laplace::Laplace;
 pub use mixing::{ess_bulk, ess_tail, r_hat};

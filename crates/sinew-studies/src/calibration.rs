@@ -2,6 +2,7 @@
 //! reproduce-calibration`).
 
 mod coverage;
+mod ecdf;
 mod exactness;
 mod metropolis;
 pub mod options;

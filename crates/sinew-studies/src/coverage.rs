@@ -29,12 +29,7 @@ pub struct Options {
     #[arg(long, value_delimiter = ',')]
     pub only: Vec<String>,
     /// Recipes to train
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_enum,
-        default_value = "taylor,regression,dd,hybrid,pi"
-    )]
+    #[arg(long, value_delimiter = ',', value_enum, default_value = "taylor,regression,dd,pi")]
     pub recipe: Vec<RecipeName>,
     /// Parameter sets of each body
     #[arg(long, default_value_t = 40)]

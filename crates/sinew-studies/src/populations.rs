@@ -5,7 +5,9 @@
 
 mod inflated;
 mod measure;
+mod nested;
 pub mod options;
+mod prolongation;
 mod rectangles;
 mod rivals;
 mod rows;

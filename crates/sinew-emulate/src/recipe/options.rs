@@ -46,7 +46,7 @@ pub struct TrainingOptions {
     pub thetas: Option<Vec<Vec<f64>>>,
     /// Held-out simulations at uniform parameters. They check the error estimate and give the training curves.
     pub held_out: usize,
-    /// Solved states that an expansion goes through, or the outputs of a network by energy or by hybrid training: the one at the centre of
+    /// Solved states that an expansion goes through, or the outputs of a network by energy: the one at the centre of
     /// the ranges, and others that are added where the error is largest. They count as simulations.
     pub anchors: usize,
     /// Points of the training curves.

@@ -216,10 +216,7 @@ fn check_start(start: &Path, body: &Body, recipe: &Described) -> Result<()> {
         )))
     };
     let Some(network) = &recipe.network else {
-        return refuse(format!(
-            "`{}` trains no network of its own; choose pi, hybrid or dd",
-            recipe.key
-        ));
+        return refuse(format!("`{}` trains no network of its own; choose pi or dd", recipe.key));
     };
     let Some(stored) = read_json::<Started>(&start.join(STARTED))? else {
         return refuse("it holds no run".into());

@@ -3,8 +3,7 @@
 use crate::recipe::progress::Observer;
 use crate::sample::block::UNDER_WAY;
 use crate::sample::simulate::{LOG, STORED, Simulations, simulate, store, stored};
-use crate::store::identity;
-use crate::store::{read_json, write_json};
+use crate::store::{checksums, identity, read_json, write_json};
 use crate::{Body, Error, Result};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
@@ -135,7 +134,7 @@ pub fn simulate_shard(
     }
     let stage = format!("solve shard {shard}");
     let found = simulate(body, thetas, &stage, Some(&own), observer)?;
-    let seal = Seal { shard, samples: thetas.len(), checksums: checksums(&own)? };
+    let seal = Seal { shard, samples: thetas.len(), checksums: sums(&own)? };
     write_json(&own.join(SEAL), &seal)?;
     Ok(found)
 }
@@ -183,18 +182,12 @@ pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Resu
 
 /// The first file that is not as it was sealed.
 fn damaged(seal: &Seal, folder: &Path) -> Option<String> {
-    let found = checksums(folder).unwrap_or_default();
+    let found = sums(folder).unwrap_or_default();
     let changed = seal.checksums.iter().find(|pair| !found.contains(pair));
     changed.map(|(name, _)| name.clone())
 }
 
-fn checksums(folder: &Path) -> Result<Vec<(String, u32)>> {
+fn sums(folder: &Path) -> Result<Vec<(String, u32)>> {
     let files = STORED.into_iter().filter(|name| folder.join(name).exists());
-    files
-        .map(|name| {
-            let path = folder.join(name);
-            let bytes = std::fs::read(&path).map_err(|source| Error::File { path, source })?;
-            Ok((name.to_string(), crc32fast::hash(&bytes)))
-        })
-        .collect()
+    Ok(checksums::of(folder, files.map(String::from))?.into_iter().collect())
 }

@@ -4,10 +4,10 @@ use crate::support::{GRAVITY, gravity, once, parameters, twice};
 use sinew_energy::laws::{ActiveTension, HolzapfelOgden, NeoHookean};
 use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support, SurfaceResponse};
 use sinew_fem::{
-    Advice, IterationSeries, LARGEST_BULK_TO_SHEAR, LockingWarning, Options, SolutionReport,
-    SolveError, Solver, Warning, locking, report,
+    Advice, LARGEST_BULK_TO_SHEAR, LockingWarning, Options, SolutionReport, SolveError, Solver,
+    Warning, locking, report,
 };
-use sinew_mesh::{AnyMesh, TetMesh, box_hexahedra, box_tetrahedra, read_mesh, rectangle_triangles};
+use sinew_mesh::{AnyMesh, TetMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 const THETA: [f64; 2] = [75.0, 75.0];
 /// Weight of the once clamped beam [kPa mm²].
@@ -70,34 +70,6 @@ fn a_balance_is_watched_as_well() {
         .unwrap();
     let recorded: Vec<_> = solution.history.iterations.iter().map(|i| i.residual).collect();
     assert_eq!(residuals, recorded);
-}
-
-#[test]
-fn iterations_become_files() {
-    let folder = tempfile::tempdir().unwrap();
-    let potential = once();
-    let mut series = IterationSeries::new(&potential, folder.path().join("beam"));
-    let mut solver = Solver::new(&potential).unwrap();
-    let solution =
-        solver.solve_watched(&THETA, &Options::default(), &mut |p| series.add(p)).unwrap();
-    let pvd = std::fs::read_to_string(series.finish().unwrap()).unwrap();
-    let count = solution.history.iterations.len();
-    assert_eq!(pvd.matches("<DataSet").count(), count);
-    let name = format!("beam_{:04}.vtu", count - 1);
-    assert!(pvd.contains(&name), "{pvd}");
-    let (mesh, _) = read_mesh::<4>(folder.path().join(name)).unwrap();
-    assert_eq!(*mesh.point_fields["displacement"].to_f64(), solution.displacement);
-    let ratios = mesh.cell_fields["volume_ratio"].to_f64();
-    let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
-    assert!((least - solution.least_volume_ratio).abs() < 1e-12);
-    let residual = mesh.point_fields["residual_force"].to_f64();
-    let norm = residual.iter().map(|r| r * r).sum::<f64>().sqrt();
-    // The nodes on the clamped side show no reaction.
-    assert!(norm <= solution.residual * (1.0 + 1e-12), "{norm:e} {:e}", solution.residual);
-
-    let mut lost = IterationSeries::new(&potential, folder.path().join("no/such/folder"));
-    solver.solve_watched(&THETA, &Options::default(), &mut |p| lost.add(p)).unwrap();
-    assert!(lost.finish().is_err());
 }
 
 fn solve_and_report(mesh: impl Into<AnyMesh>, loads: Vec<Load>) -> SolutionReport {

@@ -119,7 +119,7 @@ impl HostOperation for Normalised {
 #[cfg(test)]
 mod tests {
     use super::{normalised, sum};
-    use crate::fused::testing::{Comparison, device, random};
+    use crate::fused::tests::{Comparison, device, random};
     use crate::fused::{LayerNormalisation, reference};
     use burn::tensor::Tensor;
 

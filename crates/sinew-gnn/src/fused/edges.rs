@@ -173,7 +173,7 @@ mod tests {
     use super::{EdgeTopology, received_edge_sum, signed_edge_sum};
     use crate::fused::error::IndexError;
     use crate::fused::reference;
-    use crate::fused::testing::{Comparison, device, random};
+    use crate::fused::tests::{Comparison, device, random};
 
     fn topology() -> std::sync::Arc<EdgeTopology> {
         // Node 4 has no edge; node 0 has a loop; edges 1 and 2 are parallel.

@@ -62,7 +62,7 @@ impl HostOperation for Elementwise {
 #[cfg(test)]
 mod tests {
     use super::activate;
-    use crate::fused::testing::{Comparison, device, random};
+    use crate::fused::tests::{Comparison, device, random};
     use crate::fused::{Activation, reference};
 
     #[test]

@@ -105,7 +105,7 @@ impl<const D: usize> Scalar for Lanes<D> {
 #[cfg(test)]
 mod tests {
     use super::Lanes;
-    use crate::fused::testing::device;
+    use crate::fused::tests::device;
     use burn::tensor::{DType, Tensor, TensorData};
     use sinew_num::{Jet, Scalar};
 

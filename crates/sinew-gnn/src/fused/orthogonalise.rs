@@ -78,7 +78,7 @@ pub(crate) fn transposed(matrix: &[f32], columns: usize) -> Vec<f32> {
 
 #[cfg(test)]
 mod tests {
-    use crate::fused::testing::random;
+    use crate::fused::tests::random;
     use burn::optim::{MuonConfig, Optimizer};
     use burn::tensor::{Device, Tensor, TensorData};
 

@@ -109,7 +109,7 @@ impl Potential {
 #[cfg(test)]
 mod tests {
     use super::fused_potential;
-    use crate::fused::testing::{Comparison, device, random};
+    use crate::fused::tests::{Comparison, device, random};
     use burn::tensor::Tensor;
 
     /// `Σ k e^u − k u` with `k = 1 + sample`; infinite where some u exceeds 5.

@@ -1,6 +1,6 @@
 //! The recipe that held-out cases prefer.
 
-use super::{Hybrid, Recipe, Regression};
+use super::{DataDriven, Recipe, Regression};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::parts::{Session, require_finite, root_mean_square};
 use sinew_emulate::{Candidate, Errors, Predictor, Record, Result, TestSet, Train, Warning};
@@ -18,7 +18,7 @@ pub struct Auto {
 
 impl Default for Auto {
     fn default() -> Self {
-        Self { regression: Regression::default(), rivals: vec![Hybrid::default().into()] }
+        Self { regression: Regression::default(), rivals: vec![DataDriven::default().into()] }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Networks and their parts: training, objectives, recipes, damaged and resumed runs, laws over tensors.
+//! Networks and their parts: training, recipes, damaged and resumed runs, laws over tensors.
 
 mod best;
 mod common;
@@ -9,7 +9,6 @@ mod hard_cases;
 mod keeping;
 mod laws;
 mod motions;
-mod objectives;
 mod principal;
 mod recipes;
 mod support;

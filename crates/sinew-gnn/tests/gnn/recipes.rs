@@ -5,7 +5,7 @@ use sinew_emulate::{
     Design, Emulator, Errors, Observer, TestSet, TrainingOptions, Warning, simulate,
 };
 use sinew_fem::{Options, Solver};
-use sinew_gnn::recipe::{Auto, DataDriven, Hybrid, PhysicsInformed, Regression};
+use sinew_gnn::recipe::{Auto, DataDriven, PhysicsInformed, Regression};
 use sinew_gnn::{OutputCoordinates, Recipe};
 
 /// Errors over cases that the emulator has not seen, neither in training nor in calibration.
@@ -150,16 +150,6 @@ fn a_network_learns_from_the_energy_alone() {
 }
 
 #[test]
-fn a_network_learns_in_the_energy_norm() {
-    let body = beam(1.0);
-    let base = Hybrid::default();
-    let training = steps(&base.training, 600);
-    let recipe = Hybrid { simulations: 40, network: small_network(), training, ..base };
-    let emulator = Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
-    check(&emulator, 0.02, 1.0);
-}
-
-#[test]
 fn auto_says_why_it_took_what_it_took() {
     let body = beam(1.0);
     let emulator = Recipe::auto().train(&body, &TrainingOptions::default(), &mut ()).unwrap();
@@ -169,9 +159,9 @@ fn auto_says_why_it_took_what_it_took() {
     assert!(errors(&emulator).relative.max < 1e-3);
 
     // A target out of reach: regression doubles its simulations, a rival is tried, and the least error decides.
-    let base = Hybrid::default();
+    let base = DataDriven::default();
     let training = steps(&base.training, 20);
-    let rival = Hybrid { simulations: 12, network: small_network(), training, ..base };
+    let rival = DataDriven { simulations: 12, network: small_network(), training, ..base };
     let regression = Regression { simulations: 5, most: 10, target: 1e-12 };
     let recipe = Recipe::from(Auto { regression, rivals: vec![rival.into()] });
     let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
@@ -179,7 +169,7 @@ fn auto_says_why_it_took_what_it_took() {
     println!("{choice}");
     let tried: Vec<_> =
         choice.candidates.iter().map(|c| (c.recipe.as_str(), c.simulations)).collect();
-    assert_eq!(tried, [("regression", 5), ("regression", 10), ("hybrid", 12)]);
+    assert_eq!(tried, [("regression", 5), ("regression", 10), ("dd", 12)]);
     let least = choice.candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
     assert_eq!(choice.candidates[choice.taken].error, least);
     assert_eq!(choice.candidates[choice.taken].recipe, "regression");

@@ -8,7 +8,7 @@ use sinew_emulate::{
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::Solver;
-use sinew_gnn::recipe::{DataDriven, Hybrid, Regression};
+use sinew_gnn::recipe::{DataDriven, Regression};
 use sinew_gnn::{OutputCoordinates, Recipe};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -162,10 +162,10 @@ impl Observer for Impatient {
 #[test]
 fn a_resumed_run_equals_an_uninterrupted_one_bit_for_bit() {
     let body = beam(1.0);
-    let base = Hybrid::default();
+    let base = DataDriven::default();
     let training = steps(&base.training, 60);
     let recipe: Recipe =
-        Hybrid { simulations: 24, network: small_network(), training, ..base }.into();
+        DataDriven { simulations: 24, network: small_network(), training, ..base }.into();
     let folder = tempfile::tempdir().unwrap();
     let options = |name: &str, resume| TrainingOptions {
         folder: Some(folder.path().join(name)),

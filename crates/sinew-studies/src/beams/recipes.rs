@@ -4,7 +4,7 @@ use crate::beams::options::{BeamOptions, Method};
 use crate::program;
 use sinew_emulate::{Budget, TrainingOptions};
 use sinew_gnn::TrainingConfig;
-use sinew_gnn::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
+use sinew_gnn::recipe::{DataDriven, PhysicsInformed, Regression};
 use sinew_gnn::{Network, OutputCoordinates, Recipe};
 use std::path::Path;
 
@@ -54,11 +54,6 @@ fn recipe(options: &BeamOptions, method: Method) -> Recipe {
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
             let parameter_sets = if options.full { simulations } else { base.parameter_sets };
             PhysicsInformed { parameter_sets, coordinates, network, training }.into()
-        }
-        Method::Hybrid => {
-            let base = Hybrid::default();
-            let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
-            Hybrid { simulations, coordinates, network, training }.into()
         }
     }
 }

@@ -9,7 +9,7 @@ pub struct Beam {
     pub name: &'static str,
     /// Name of the built-in scene.
     pub scene: &'static str,
-    /// Medians that the thesis prints; it has no hybrid.
+    /// Medians that the thesis prints.
     pub thesis: Published,
     /// Solutions by an independent program.
     pub fixture: Fixture,

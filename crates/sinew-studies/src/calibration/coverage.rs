@@ -1,5 +1,6 @@
 //! Coverage of intervals for synthetic patients.
 
+use super::ecdf::RankEcdf;
 use super::options::Options;
 use super::patients::{self, NAMES, Synthetic};
 use super::row::row;
@@ -8,7 +9,7 @@ use anyhow::{Result, anyhow};
 use serde::{Deserialize, Serialize};
 use sinew_calibrate::{Correction, Forward, Solves, calibrate};
 use sinew_report::{Block, Chart, Section, Series, Style};
-use sinew_sample::{RankEcdf, quantile, split_seed};
+use sinew_sample::{quantile, split_seed};
 
 /// Patients of a quick check.
 const QUICK_PATIENTS: usize = 3;

@@ -29,7 +29,7 @@ pub struct Options {
     /// Recipes to train
     #[arg(long, value_delimiter = ',', value_enum, default_value = "pi,taylor,regression")]
     pub recipe: Vec<RecipeName>,
-    /// Solved states that the expansion of taylor, pi and hybrid passes through [default: 1]
+    /// Solved states that the expansion of taylor and pi passes through [default: 1]
     #[arg(long, value_name = "COUNT")]
     pub anchors: Option<usize>,
     /// Folder with left_ventricle.vtk and liver.vtk; optional
@@ -103,8 +103,7 @@ mod tests {
         let sum = seconds(&options, "liver") + seconds(&options, "twisting-cube");
         assert!((sum - 600.0).abs() < 1e-9, "{sum}");
         // Two networks of each, and none of a regression.
-        let more =
-            parse(&["--only", "liver", "--budget", "10m", "--recipe", "pi,hybrid,regression"]);
+        let more = parse(&["--only", "liver", "--budget", "10m", "--recipe", "pi,dd,regression"]);
         assert!((seconds(&more, "liver") - 300.0).abs() < 1e-9);
         // One network on the first mesh of the cube, two on the next two, one on the others.
         let cubes = parse(&["--only", "cube-meshes"]);

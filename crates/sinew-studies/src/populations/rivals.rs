@@ -1,11 +1,12 @@
 //! Regression on registered shapes.
 
+use super::nested::coarse_displacement;
 use super::stage::{Individual, Stage, shape_parameters};
 use crate::timing::cpu_seconds;
 use anyhow::Result;
 use sinew::Parameter;
 use sinew_emulate::{PodRegression, share_of};
-use sinew_fem::{Options, Solver, coarse_displacement};
+use sinew_fem::{Options, Solver};
 
 /// A method that learned from simulations.
 pub(super) struct Rival<'a> {
@@ -95,7 +96,7 @@ fn nearest(individual: &Individual, inputs: &[Vec<f64>], fields: &[Vec<f64>]) ->
 pub(super) fn coarse(stage: &Stage, individual: &Individual) -> Result<Option<Vec<f64>>> {
     let Some(body) = stage.coarse(individual)? else { return Ok(None) };
     let Individual { body: fine, theta, .. } = individual;
-    Ok(coarse_displacement(&body, fine, theta, &Options::default()).ok())
+    Ok(coarse_displacement(&body, fine, theta).ok())
 }
 
 fn input(individual: &Individual) -> Vec<f64> {

@@ -35,7 +35,7 @@ fn a_quick_run_reports_every_method_and_resumes_to_the_same_numbers() {
         let of = if table == "solver" { solver } else { emulators };
         of.row(method).unwrap_or_else(|| panic!("no row of {method}"))
     };
-    for method in ["dd", "pi", "hybrid", "pod"] {
+    for method in ["dd", "pi", "pod"] {
         let full = emulators.times.iter().position(|column| column.name == "in full").unwrap();
         assert!(row("emulators", method).times[full].value.median().unwrap() > 0.0);
     }
@@ -56,8 +56,8 @@ fn a_quick_run_reports_every_method_and_resumes_to_the_same_numbers() {
         assert!(out.join(file).metadata().unwrap().len() > 100, "{file}");
     }
     let cases = std::fs::read_to_string(out.join("samples.csv")).unwrap();
-    // Eight test cases of dd, pi, hybrid and pod, ten fixtures of both solver rows, one head line.
-    assert_eq!(cases.lines().count(), 4 * 8 + 2 * 10 + 1);
+    // Eight test cases of dd, pi and pod, ten fixtures of both solver rows, one head line.
+    assert_eq!(cases.lines().count(), 3 * 8 + 2 * 10 + 1);
 
     // As after a kill while pi was in its second training: dd is kept, pi goes on from its checkpoint.
     std::fs::remove_dir_all(out.join("once/pi/emulator")).unwrap();

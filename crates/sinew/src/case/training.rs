@@ -6,7 +6,7 @@ use sinew_emulate::{Body, Budget, Design, Emulator, Error, Observer, TrainingOpt
 #[cfg(feature = "networks")]
 use sinew_gnn::{
     Network, Recipe,
-    recipe::{Auto, DataDriven, Hybrid, PhysicsInformed},
+    recipe::{Auto, DataDriven, PhysicsInformed},
 };
 
 /// Sizes of a network, which a build without networks does not read.
@@ -31,7 +31,7 @@ pub struct Training {
     pub seed: Option<u64>,
     /// Simulations that nothing is trained on; 20 by default.
     pub held_out: Option<usize>,
-    /// Solved states that taylor, pi or hybrid stand about; 1 by default.
+    /// Solved states that taylor or pi stand about; 1 by default.
     pub anchors: Option<usize>,
     /// Design of the samples.
     pub design: Option<Design>,
@@ -43,15 +43,13 @@ pub struct Training {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecipeName {
-    /// The one of lowest error on the held-out cases: regression, and hybrid where that misses the target.
+    /// The one of lowest error on the held-out cases: regression, and dd where that misses the target.
     #[default]
     Auto,
     /// Taylor expansion of second order about one solution: nothing is trained.
     Taylor,
     /// Few simulations, their main modes, and a Gaussian process.
     Regression,
-    /// A network on simulations, supervised in the energy norm.
-    Hybrid,
     /// A network by minimum potential energy, without simulations.
     Pi,
     /// A network on simulated displacements.
@@ -65,7 +63,6 @@ impl RecipeName {
             Self::Auto => "auto",
             Self::Taylor => "taylor",
             Self::Regression => "regression",
-            Self::Hybrid => "hybrid",
             Self::Pi => "pi",
             Self::Dd => "dd",
         }
@@ -73,7 +70,7 @@ impl RecipeName {
 
     /// Whether it always trains a network.
     pub fn is_network(self) -> bool {
-        matches!(self, Self::Hybrid | Self::Pi | Self::Dd)
+        matches!(self, Self::Pi | Self::Dd)
     }
 }
 
@@ -148,11 +145,6 @@ impl Training {
             RecipeName::Auto => Auto { regression: self.regression(), ..Auto::default() }.into(),
             RecipeName::Taylor => Recipe::Taylor,
             RecipeName::Regression => self.regression().into(),
-            RecipeName::Hybrid => {
-                let own = Hybrid::default();
-                let simulations = self.samples.unwrap_or(own.simulations);
-                Hybrid { simulations, network, ..own }.into()
-            }
             RecipeName::Pi => PhysicsInformed { network, ..PhysicsInformed::default() }.into(),
             RecipeName::Dd => {
                 let own = DataDriven::default();

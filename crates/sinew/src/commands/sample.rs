@@ -26,7 +26,7 @@ again; sinew merge puts the shards together:
 
   sinew sample heart.toml --count 3000 --solve --shard 1/16    # to 16/16, anywhere with the same OUT
   sinew merge heart.toml
-  sinew train heart.toml --recipe hybrid --simulations OUT/sample
+  sinew train heart.toml --recipe dd --simulations OUT/sample
 
   sinew sample heart.toml --count 3000 --script slurm --shards 16    # the same as one job array
   sh OUT/sample/slurm.sh --time=04:00:00     # or --script lsf, and sh OUT/sample/lsf.sh -W 240

@@ -16,8 +16,8 @@ OUT/simulations, where every recipe finds those it needs. Held-out simulations a
 a network are kept (early stopping), and check the error estimate.
 
 Recipes: taylor (Taylor expansion of second order about one solve, no training), regression (POD and Gaussian process on
-few simulations: lowest error for one geometry and few parameters), dd (network, supervised), hybrid (the same in the
-energy norm), pi (network, physics-informed, without simulations), auto (regression, and hybrid if that misses the target).
+few simulations: lowest error for one geometry and few parameters), dd (network, supervised),
+pi (network, physics-informed, without simulations), auto (regression, and dd if that misses the target).
 
 Example: sinew train IdealVentricle --recipe regression --samples 50")]
 pub(crate) struct Train {
@@ -32,7 +32,7 @@ pub(crate) struct Train {
     /// Validation error, relative to the displacements, below which a regression takes no more simulations
     #[arg(long)]
     target: Option<f64>,
-    /// Solved states that the expansion of taylor, pi or hybrid passes through. They are added where the error is largest, and
+    /// Solved states that the expansion of taylor or pi passes through. They are added where the error is largest, and
     /// count as simulations
     #[arg(long, value_name = "COUNT")]
     anchors: Option<usize>,
@@ -100,7 +100,7 @@ impl Train {
             && matches!(training.recipe, RecipeName::Pi | RecipeName::Taylor)
         {
             return refuse(format!(
-                "`{}` learns from no simulations; leave --simulations out, or choose regression, hybrid, dd or auto",
+                "`{}` learns from no simulations; leave --simulations out, or choose regression, dd or auto",
                 training.recipe.key()
             ));
         }

@@ -2,7 +2,6 @@
 
 use sinew_energy::Body;
 use sinew_energy::metrics::mean_and_largest;
-use sinew_mesh::Prolongation;
 use std::fmt;
 
 /// Difference between the solutions of a body in two kinds of elements, at the nodes of the first; the second are the
@@ -23,15 +22,11 @@ pub struct FormulationDifference {
 
 /// Two solutions that cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{found} numbers are not a displacement of {nodes} nodes; give three per node")]
-#[expect(missing_docs, reason = "the message says what the fields are")]
-pub struct FormulationError {
-    pub found: usize,
-    pub nodes: usize,
-}
+#[error("{0}")]
+pub struct FormulationError(String);
 
 /// Compares a displacement with that of the same body in better elements: quadratic ones with the same nodes first
-/// ([`sinew_mesh::TetMesh::quadratic`]), or any other mesh of it, from which values are interpolated.
+/// ([`sinew_mesh::TetMesh::quadratic`]).
 ///
 /// ```
 /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -54,7 +49,7 @@ pub struct FormulationError {
 /// ```
 ///
 /// # Errors
-/// A displacement that is not of its body.
+/// A displacement that is not of its body, and bodies whose first nodes differ.
 pub fn compare_formulations(
     body: &Body,
     displacement: &[f64],
@@ -64,15 +59,17 @@ pub fn compare_formulations(
     for (body, displacement) in [(body, displacement), (better, better_displacement)] {
         let (found, nodes) = (displacement.len(), body.nodes);
         if found != 3 * nodes {
-            return Err(FormulationError { found, nodes });
+            return Err(FormulationError(format!(
+                "{found} numbers are not a displacement of {nodes} nodes; give three per node"
+            )));
         }
     }
-    let same = better.positions.starts_with(&body.positions);
-    let other = match same {
-        true => better_displacement[..displacement.len()].to_vec(),
-        false => Prolongation::new(&better.positions, &body.positions).vectors(better_displacement),
-    };
-    let apart: Vec<_> = displacement.iter().zip(&other).map(|(a, b)| a - b).collect();
+    if !better.positions.starts_with(&body.positions) {
+        let reason = "the better body does not begin with the nodes of the first; make its mesh of that one, by `quadratic`";
+        return Err(FormulationError(reason.into()));
+    }
+    let other = &better_displacement[..displacement.len()];
+    let apart: Vec<_> = displacement.iter().zip(other).map(|(a, b)| a - b).collect();
     let [mean, largest] = mean_and_largest(&apart);
     let volumes = body.cavity_volumes(displacement).into_iter();
     let volumes = volumes.zip(better.cavity_volumes(better_displacement));
@@ -80,7 +77,7 @@ pub fn compare_formulations(
     Ok(FormulationDifference {
         mean,
         largest,
-        displacement: [displacement, &other].map(|u| mean_and_largest(u)[0]),
+        displacement: [displacement, other].map(|u| mean_and_largest(u)[0]),
         cavities: names.zip(volumes.map(|(own, better)| [own, better])).collect(),
         length_unit: body.units.length.clone(),
     })

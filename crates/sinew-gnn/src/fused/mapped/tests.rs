@@ -1,5 +1,5 @@
 use super::{FieldMap, mapped};
-use crate::fused::testing::{Comparison, device, random};
+use crate::fused::tests::{Comparison, device, random};
 use burn::tensor::{DType, Tensor};
 use sinew_emulate::coordinates::MotionTree;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! Fused perceptrons against plain tensors.
 
 use super::{Input, LayerNormalisation, PerceptronWeights, evaluate, gathered_mlp};
-use crate::fused::testing::{Comparison, device, random};
+use crate::fused::tests::{Comparison, device, random};
 use crate::fused::{Activation, EdgeTopology, GatherPlan, reference};
 use burn::tensor::Tensor;
 use std::sync::Arc;

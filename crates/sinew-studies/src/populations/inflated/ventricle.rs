@@ -1,7 +1,9 @@
 //! Simulations of ventricles of random shape, kept in files that several processes may fill.
 
 use super::hull::hull_volume;
+use crate::populations::nested::{coarse_displacement, solve_nested};
 use crate::populations::options::Options;
+use crate::populations::prolongation::Prolongation;
 use crate::populations::simulated::Simulated;
 use crate::populations::stage::{Stage, shape_parameters};
 use crate::populations::variant::Inputs;
@@ -14,10 +16,10 @@ use sinew::{Body, Parameter};
 use sinew_emulate::coordinates::{Coordinates, Dirichlet};
 use sinew_emulate::{Design, Shard, split_seed, store};
 use sinew_energy::BodyArrays;
-use sinew_fem::{Options as SolverOptions, Solver, coarse_displacement};
+use sinew_fem::{Options as SolverOptions, Solver};
 use sinew_gnn::Geometry;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
-use sinew_mesh::{Prolongation, VentricleShape};
+use sinew_mesh::VentricleShape;
 use std::path::Path;
 
 /// Cells through the wall, around, from apex to base: a mesh of 484 nodes, and one of 6788, the nearest to the thesis' 6784; with
@@ -147,7 +149,7 @@ impl Ventricles {
     /// Displacements of a shape \[mm\]; NaN where the solver finds none.
     fn solve(&self, numbers: &[f64], theta: &[f64]) -> Result<Vec<f64>> {
         let [fine, coarse] = self.stage.bodies(numbers)?;
-        let solved = Solver::new(&fine)?.solve_nested(&coarse, theta, &SolverOptions::default());
+        let solved = solve_nested(&coarse, &fine, theta);
         let none = || vec![f64::NAN; 3 * fine.nodes];
         Ok(solved.map_or_else(|_| none(), |solved| solved.displacement))
     }
@@ -192,15 +194,15 @@ impl Ventricles {
     /// Mean CPU times of ventricles on the coarse mesh, at the nodes of the fine one, and of the solver by way of it \[s\]; the bodies are
     /// there.
     pub(super) fn times(&self, ventricles: &[Ventricle]) -> Result<[f64; 2]> {
-        let (options, mut seconds) = (SolverOptions::default(), [0.0; 2]);
+        let mut seconds = [0.0; 2];
         for Ventricle { numbers, theta, .. } in ventricles {
             let [fine, coarse] = self.stage.bodies(numbers)?;
             seconds[0] += cpu_seconds_of(|| {
-                coarse_displacement(&coarse, &fine, theta, &options)?;
+                coarse_displacement(&coarse, &fine, theta)?;
                 Ok(())
             })?;
             seconds[1] += cpu_seconds_of(|| {
-                Solver::new(&fine)?.solve_nested(&coarse, theta, &options)?;
+                solve_nested(&coarse, &fine, theta)?;
                 Ok(())
             })?;
         }

@@ -8,7 +8,7 @@ const HALVINGS: usize = 40;
 
 /// Band that holds the whole empirical distribution function of uniform numbers with a given probability.
 #[derive(Clone, Debug, PartialEq)]
-pub struct EcdfBand {
+pub(super) struct EcdfBand {
     /// Points in 0..1 at which the function is looked at, ascending.
     pub points: Vec<f64>,
     /// Least count of numbers up to each point.
@@ -21,7 +21,7 @@ pub struct EcdfBand {
 
 impl EcdfBand {
     /// Band of `count` uniform numbers at `points` equally spaced points that holds with probability `probability`.
-    pub fn new(count: u64, points: usize, probability: f64) -> Self {
+    pub(super) fn new(count: u64, points: usize, probability: f64) -> Self {
         let points: Vec<f64> = (1..points).map(|i| i as f64 / points as f64).collect();
         let [mut low, mut high] = [probability, 1.0 - f64::EPSILON];
         for _ in 0..HALVINGS {
@@ -86,7 +86,7 @@ fn quantile(counts: &Binomial, share: f64) -> u64 {
 
 /// Empirical distribution function of ranks against the band that it has to stay in.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RankEcdf {
+pub(super) struct RankEcdf {
     /// The band.
     pub band: EcdfBand,
     /// Count of ranks up to each point.
@@ -95,14 +95,14 @@ pub struct RankEcdf {
 
 impl RankEcdf {
     /// The function of ranks scaled to 0..=1, such as the share of draws below the truth.
-    pub fn new(ranks: &[f64], points: usize, probability: f64) -> Self {
+    pub(super) fn new(ranks: &[f64], points: usize, probability: f64) -> Self {
         let band = EcdfBand::new(ranks.len() as u64, points, probability);
         let count = |point: &f64| ranks.iter().filter(|rank| *rank <= point).count() as u64;
         Self { counts: band.points.iter().map(count).collect(), band }
     }
 
     /// Whether it is inside at every point.
-    pub fn inside(&self) -> bool {
+    pub(super) fn inside(&self) -> bool {
         let ends = self.band.lower.iter().zip(&self.band.upper);
         self.counts.iter().zip(ends).all(|(count, (low, high))| (low..=high).contains(&count))
     }
@@ -113,6 +113,35 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use serde::Deserialize;
+
+    #[derive(Deserialize)]
+    struct Fixture {
+        bands: Vec<Band>,
+    }
+
+    #[derive(Deserialize)]
+    struct Band {
+        count: u64,
+        points: usize,
+        lower: Vec<u64>,
+        upper: Vec<u64>,
+    }
+
+    #[test]
+    fn bands_are_those_of_arviz_but_for_a_count() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/chains/diagnostics.json");
+        let fixture: Fixture =
+            serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        assert_eq!(fixture.bands.len(), 3);
+        for stored in fixture.bands {
+            let found = EcdfBand::new(stored.count, stored.points, 0.95);
+            // Both search for a pointwise probability at which whole counts jump.
+            let near = |a: &[u64], b: &[u64]| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 1);
+            assert!(near(&found.lower, &stored.lower), "{:?} {:?}", found.lower, stored.lower);
+            assert!(near(&found.upper, &stored.upper), "{:?} {:?}", found.upper, stored.upper);
+        }
+    }
 
     #[test]
     fn a_band_holds_as_often_as_it_says() {

@@ -5,18 +5,8 @@ use nalgebra::{Const, Matrix3, SymmetricEigen, Vector3};
 /// Values at other points from those at the nodes of a mesh of the same body, by moving least squares (P. Lancaster & K. Salkauskas,
 /// Math. Comp. 37, 1981): fields that are linear in the position are met exactly, and points need not lie in a cell, so that the two
 /// meshes may cut a curved surface differently.
-///
-/// ```
-/// use sinew_mesh::{Prolongation, box_tetrahedra};
-///
-/// let [coarse, fine] = [[3, 1, 1], [12, 4, 4]].map(|cells| box_tetrahedra([6.0, 2.0, 2.0], cells));
-/// let field = |[x, y, z]: &[f64; 3]| [1.0 + x, 2.0 * y - z, 0.5 * x + z];
-/// let found = Prolongation::new(&coarse.points, &fine.points).vectors(&coarse.points.iter().flat_map(field).collect::<Vec<_>>());
-/// let exact = fine.points.iter().flat_map(field);
-/// assert!(found.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-12));
-/// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Prolongation {
+pub(super) struct Prolongation {
     /// Nodes and weights of the value at each point.
     rows: Vec<Vec<(usize, f64)>>,
 }
@@ -33,7 +23,7 @@ impl Prolongation {
     ///
     /// # Panics
     /// Where there is no node.
-    pub fn new(from: &[[f64; 3]], to: &[[f64; 3]]) -> Self {
+    pub(super) fn new(from: &[[f64; 3]], to: &[[f64; 3]]) -> Self {
         assert!(!from.is_empty(), "a field on no nodes has no value anywhere");
         let all: Vec<_> = (0..from.len()).map(|node| (node, 1.0)).collect();
         let directions = Neighbourhood::of(from, &[0.0; 3], all).directions();
@@ -56,7 +46,7 @@ impl Prolongation {
     ///
     /// # Panics
     /// Where there are fewer values than nodes.
-    pub fn vectors(&self, values: &[f64]) -> Vec<f64> {
+    pub(super) fn vectors(&self, values: &[f64]) -> Vec<f64> {
         let at = |row: &Vec<(usize, f64)>| -> [f64; 3] {
             std::array::from_fn(|i| {
                 row.iter().map(|(node, share)| share * values[3 * node + i]).sum()
@@ -135,7 +125,7 @@ mod tests {
 
     #[test]
     fn nodes_on_lines_are_joined_by_others_until_they_span_the_body() {
-        let bar = crate::box_tetrahedra([10.0, 2.0, 2.0], [40, 1, 1]);
+        let bar = sinew_mesh::box_tetrahedra([10.0, 2.0, 2.0], [40, 1, 1]);
         let field = |[x, y, z]: &[f64; 3]| [y - z, x + 2.0 * z, 3.0 - y];
         let values: Vec<f64> = bar.points.iter().flat_map(field).collect();
         let points = [[5.01, 0.1, 0.1], [3.3, 1.0, 1.0], [9.9, 2.0, 0.0]];

@@ -1,0 +1,81 @@
+//! Solving on a coarse mesh first.
+
+use super::prolongation::Prolongation;
+use sinew::Body;
+use sinew_fem::{Options, Solution, SolveError, Solver};
+
+/// Parts of the coarse displacement, tried until none of the cells is inverted.
+const PARTS: [f64; 4] = [1.0, 0.9, 0.7, 0.4];
+
+/// Displacement \[length\] of the equilibrium of `coarse` at the nodes of `fine`, the same body on a finer mesh: a fast
+/// approximation, and a good mean function for a regression of fine solutions.
+pub(super) fn coarse_displacement(
+    coarse: &Body,
+    fine: &Body,
+    theta: &[f64],
+) -> Result<Vec<f64>, SolveError> {
+    let solved = Solver::new(coarse)?.solve(theta, &Options::default())?;
+    let prolongation = Prolongation::new(&coarse.positions, &fine.positions);
+    let mut displacement = prolongation.vectors(&solved.displacement);
+    place(fine, &mut displacement);
+    Ok(displacement)
+}
+
+/// The equilibrium of `fine` for θ, started from that of `coarse`, the same body on a coarser mesh (nested iteration). Under
+/// large displacements most iterations only approach the equilibrium; a coarse mesh does this as well. Without a coarse
+/// equilibrium the search starts from rest.
+pub(super) fn solve_nested(
+    coarse: &Body,
+    fine: &Body,
+    theta: &[f64],
+) -> Result<Solution, SolveError> {
+    let (mut solver, options) = (Solver::new(fine)?, Options::default());
+    let found = match coarse_displacement(coarse, fine, theta) {
+        Ok(found) => found,
+        Err(SolveError::NotConverged(_)) => return solver.solve(theta, &options),
+        Err(other) => return Err(other),
+    };
+    let of_part = |part: f64| {
+        let mut guess: Vec<f64> = found.iter().map(|u| part * u).collect();
+        place(fine, &mut guess);
+        guess
+    };
+    match PARTS.map(of_part).into_iter().find(|guess| fine.value(guess, theta).is_finite()) {
+        Some(guess) => solver.solve_from(&guess, theta, &options),
+        None => solver.solve(theta, &options),
+    }
+}
+
+/// Sets prescribed degrees of freedom.
+fn place(body: &Body, displacement: &mut [f64]) {
+    for (dof, target) in body.prescribed.iter().enumerate() {
+        let Some(target) = target else { continue };
+        let off = target - body.frames.component(dof, displacement);
+        body.frames.add(dof, off, displacement);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+
+    #[test]
+    fn a_coarse_solution_saves_iterations() {
+        let [coarse, fine] = [[10, 2, 2], [40, 8, 8]].map(|cells| {
+            let mesh = sinew_mesh::box_tetrahedra([10.0, 2.0, 2.0], cells);
+            let scene = Scene::new(mesh, NeoHookean)
+                .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+                .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+                .load(Load::BodyForce([0.0, 0.0, -0.5]))
+                .support(Support::clamped("x_min"));
+            scene.lower().expect("a beam")
+        });
+        let theta = [60.0, 60.0];
+        let cold = Solver::new(&fine).unwrap().solve(&theta, &Options::default()).unwrap();
+        let nested = solve_nested(&coarse, &fine, &theta).unwrap();
+        assert!(nested.history.iterations.len() < cold.history.iterations.len());
+        let off = nested.displacement.iter().zip(&cold.displacement).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-9);
+    }
+}
