@@ -1,8 +1,10 @@
 //! Several arrays in one file that NumPy reads: a zip archive of npy files, stored as they are.
 
-use std::io::{self, Write};
+use sinew_mesh::{Field, parse_npy};
+use std::fs::File;
+use std::io::{self, Read, Write};
 use std::path::Path;
-use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
+use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 
 /// An array by name, with its shape and numbers row by row.
 pub type Named<'a> = (&'a str, &'a [usize], &'a [f64]);
@@ -15,7 +17,7 @@ pub type Named<'a> = (&'a str, &'a [usize], &'a [f64]);
 /// # Panics
 /// When a shape does not hold its numbers.
 pub fn write(path: &Path, arrays: &[Named<'_>]) -> io::Result<()> {
-    let mut archive = ZipWriter::new(io::BufWriter::new(std::fs::File::create(path)?));
+    let mut archive = ZipWriter::new(io::BufWriter::new(File::create(path)?));
     for (name, shape, values) in arrays {
         let content = sinew_mesh::to_npy(shape, values);
         let options = SimpleFileOptions::default()
@@ -25,4 +27,24 @@ pub fn write(path: &Path, arrays: &[Named<'_>]) -> io::Result<()> {
         archive.write_all(&content)?;
     }
     archive.finish()?.flush()
+}
+
+/// Reads the shape and the numbers, row by row, of an array of a file that `numpy.savez` wrote.
+///
+/// # Errors
+/// A file that cannot be read, an array that is missing, compressed or not of numbers.
+pub fn read(path: &Path, name: &str) -> io::Result<(Vec<usize>, Vec<f64>)> {
+    let mut archive = ZipArchive::new(io::BufReader::new(File::open(path)?))?;
+    let held: Vec<_> = archive.file_names().map(|file| file.trim_end_matches(".npy")).collect();
+    if !held.contains(&name) {
+        let held = held.join(", ");
+        return Err(io::Error::other(format!("there is no array `{name}`; it holds: {held}")));
+    }
+    let mut bytes = Vec::new();
+    let file = archive.by_name(&format!("{name}.npy")).map_err(io::Error::from);
+    file.and_then(|mut file| file.read_to_end(&mut bytes)).map_err(|error| {
+        io::Error::other(format!("{name}: {error}; save it by numpy.savez, without compression"))
+    })?;
+    let array = parse_npy(name, &bytes).map_err(io::Error::other)?;
+    Ok((array.shape, Field { components: 1, values: array.values }.to_f64().into_owned()))
 }

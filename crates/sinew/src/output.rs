@@ -381,7 +381,7 @@ fn shown(body: &Body, theta: &[f64]) -> Vec<f64> {
 }
 
 /// A text as a cell of a CSV table.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     match text.contains([',', '"', '\n']) {
         true => format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " ")),
         false => text.into(),
@@ -392,13 +392,13 @@ fn quoted(text: &str) -> String {
 const CURVE: &str = "curve.csv";
 
 /// Names the file of an error.
-fn failed(path: &Path) -> impl FnOnce(io::Error) -> MeshError {
+pub(crate) fn failed(path: &Path) -> impl FnOnce(io::Error) -> MeshError {
     let path = path.to_path_buf();
     move |source| MeshError::File { path, source }
 }
 
 /// Removes what an earlier run wrote, and nothing else.
-fn clear(folder: &Path) -> io::Result<()> {
+pub(crate) fn clear(folder: &Path) -> io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();

@@ -30,10 +30,10 @@ pub(crate) struct Identity {
 /// Name, range, unit and scale of a parameter. If one of them differs, the input of an emulator differs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Axis {
-    name: String,
-    range: [f64; 2],
-    unit: String,
-    logarithmic: bool,
+    pub(crate) name: String,
+    pub(crate) range: [f64; 2],
+    pub(crate) unit: String,
+    pub(crate) logarithmic: bool,
 }
 
 /// Parameters of a body, in the order of θ.
