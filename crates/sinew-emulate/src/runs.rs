@@ -1,16 +1,16 @@
 //! Emulators of stored runs of any solver: Gaussian processes of numbers or displacements over θ, without a body.
 
-use crate::predict::regression::{Conditional, folds};
+use crate::predict::regression::{Conditional, check_samples, folds};
 use crate::store::checksums::{self, SEAL};
-use crate::store::identity::Axis;
-use crate::store::{content, read_json, write_json};
+use crate::store::identity::{Axis, axis};
+use crate::store::{read_json, write_json};
 use crate::{Error, PodRegression, Result};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sinew_energy::{Parameter, Sampling};
+use sinew_energy::Parameter;
 use sinew_mesh::AnyMesh;
 use std::path::Path;
 
@@ -20,8 +20,6 @@ const COVERAGE: f64 = 0.95;
 const MOST_RUNS: usize = 1000;
 /// Seed of the order of runs, and of the choice among more than [`MOST_RUNS`].
 const SEED: u64 = 1;
-const VERSION: u32 = 1;
-const FILE: &str = "runs.json";
 const MESH: &str = "mesh.vtu";
 
 /// Results of stored runs: one number of each, or the displacement of all nodes.
@@ -51,8 +49,6 @@ pub struct LeftOut {
     pub error: f64,
     /// Root mean square of the values about their mean \[unit\].
     pub deviation: f64,
-    /// Root mean square of the values \[unit\].
-    pub size: f64,
     /// Half-width of a 95 % interval, in standard deviations of the process.
     factor: f64,
 }
@@ -69,7 +65,7 @@ impl LeftOut {
 pub struct Predicted {
     /// The number, or displacements node by node \[unit of the output\].
     pub values: Vec<f64>,
-    /// Half-width of the 95 % interval; of displacements, the bound of the root mean square nodal error \[unit of the output\].
+    /// Half-width of the 95 % interval; of displacements, of their root mean square nodal error \[unit of the output\].
     pub half_width: f64,
 }
 
@@ -103,13 +99,14 @@ pub struct RunsEmulator {
 
 #[derive(Serialize, Deserialize)]
 struct Description {
-    version: u32,
     parameters: Vec<Axis>,
     left_out: Vec<LeftOut>,
-    mesh: bool,
 }
 
 impl RunsEmulator {
+    /// File by which its folder is known.
+    pub const FILE: &str = "runs.json";
+
     /// Fits to `thetas`, one vector of the parameters per run, and outputs; displacements are of a `mesh`. Of more than a thousand
     /// runs a thousand are drawn.
     ///
@@ -121,11 +118,13 @@ impl RunsEmulator {
         outputs: &[Output],
         mesh: Option<AnyMesh>,
     ) -> Result<Self> {
+        // By the numbers of the runs as they were given.
+        outputs.iter().try_for_each(|of| check_samples(&parameters, thetas, &of.values))?;
         let mut order: Vec<usize> = (0..thetas.len()).collect();
         order.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
         order.truncate(MOST_RUNS);
         let drawn = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
-            order.iter().filter_map(|&run| rows.get(run).cloned()).collect()
+            order.iter().map(|&run| rows[run].clone()).collect()
         };
         let thetas = drawn(thetas);
         let fit = |output: &Output| -> Result<_> {
@@ -164,20 +163,12 @@ impl RunsEmulator {
     /// # Errors
     /// A file that cannot be written.
     pub fn save(&self, folder: &Path) -> Result<()> {
-        let axis = |p: &Parameter| Axis {
-            name: p.name.clone(),
-            range: p.range,
-            unit: p.unit.name().into(),
-            logarithmic: p.sampling == Sampling::Log,
-        };
         let description = Description {
-            version: VERSION,
-            parameters: self.parameters.iter().map(axis).collect(),
+            parameters: self.parameters.iter().map(|p| axis(p, p.unit.name())).collect(),
             left_out: self.left_out.clone(),
-            mesh: self.mesh.is_some(),
         };
-        write_json(&folder.join(FILE), &description)?;
-        let mut names = vec![FILE.to_string()];
+        write_json(&folder.join(Self::FILE), &description)?;
+        let mut names = vec![Self::FILE.to_string()];
         for (place, (regression, _)) in self.outputs.iter().enumerate() {
             regression.save(&folder.join(place.to_string()))?;
             names.extend(["regression.json", "modes.npy"].map(|name| format!("{place}/{name}")));
@@ -189,27 +180,14 @@ impl RunsEmulator {
         write_json(&folder.join(SEAL), &checksums::of(folder, names)?)
     }
 
-    /// Whether a folder holds such an emulator.
-    pub fn is_in(folder: &Path) -> bool {
-        folder.join(FILE).exists()
-    }
-
     /// Reads what [`RunsEmulator::save`] wrote.
     ///
     /// # Errors
     /// A folder without such an emulator, files that are damaged.
     pub fn load(folder: &Path) -> Result<Self> {
-        let file = folder.join(FILE);
-        let none = || Error::NoEmulator { folder: folder.into() };
-        if !file.exists() {
-            return Err(none());
-        }
-        checksums::check(folder)?;
-        let Description { version, parameters, left_out, mesh } =
-            read_json(&file)?.ok_or_else(none)?;
-        if version != VERSION {
-            return Err(content(&file, &format!("version {version} for {VERSION}")));
-        }
+        let Description { parameters, left_out } = read_json(&folder.join(Self::FILE))?
+            .ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
+        let sealed = checksums::check(folder)?;
         let parameter = |Axis { name, range: [low, high], unit, logarithmic }| match logarithmic {
             true => Parameter::log(name, unit.as_str(), low..=high),
             false => Parameter::linear(name, unit.as_str(), low..=high),
@@ -222,7 +200,7 @@ impl RunsEmulator {
         };
         let outputs = (0..left_out.len()).into_par_iter().map(output).collect::<Result<_>>()?;
         let read = || sinew_mesh::read(folder.join(MESH)).map(|(mesh, _)| mesh);
-        let mesh = mesh.then(read).transpose();
+        let mesh = sealed.contains_key(MESH).then(read).transpose();
         let mesh = mesh.map_err(|error| Error::Refused(error.to_string()))?;
         Ok(Self { parameters, mesh, outputs, left_out })
     }
@@ -231,15 +209,11 @@ impl RunsEmulator {
 impl LeftOut {
     /// Of errors beside the deviations of the process.
     fn of(output: &Output, values: &[Vec<f64>], errors: &[(f64, f64)]) -> Self {
-        let (runs, numbers) = (values.len(), values[0].len());
+        let runs = values.len();
         let mean_square = |sum: f64| (sum / (runs as f64 * nodes(&values[0]))).sqrt();
-        let mean = |k: usize| values.iter().map(|value| value[k]).sum::<f64>() / runs as f64;
-        let mean: Vec<f64> = (0..numbers).map(mean).collect();
-        let about = |centre: &[f64]| {
-            let square = |value: &Vec<f64>| -> f64 {
-                value.iter().zip(centre).map(|(a, b)| (a - b).powi(2)).sum()
-            };
-            mean_square(values.iter().map(square).sum())
+        let about_mean = |k: usize| {
+            let mean = values.iter().map(|value| value[k]).sum::<f64>() / runs as f64;
+            values.iter().map(|value| (value[k] - mean).powi(2)).sum::<f64>()
         };
         let mut ratios: Vec<f64> = errors.iter().map(|(error, of)| error / of).collect();
         ratios.sort_by(f64::total_cmp);
@@ -251,8 +225,7 @@ impl LeftOut {
             runs,
             folds: folds(runs),
             error: mean_square(errors.iter().map(|(error, _)| error * error).sum()),
-            deviation: about(&mean),
-            size: about(&vec![0.0; numbers]),
+            deviation: mean_square((0..values[0].len()).map(about_mean).sum()),
             factor: ratios[rank.min(runs) - 1],
         }
     }

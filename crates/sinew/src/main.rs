@@ -28,7 +28,6 @@ From a mesh to predictions:
   sinew serve beam.toml                           models for samplers in Python, R, Julia, MATLAB and C++, by UM-Bridge
 Your own solver:
   sinew train --from-table runs.csv --parameters mu,lambda    an emulator of stored runs: numbers, or --from-fields on a mesh
-  sinew predict out/runs --theta mu=75,lambda=80
 Your own heart:
   sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
   sinew train LeftVentricle --mesh wall.vtu

@@ -35,8 +35,9 @@ pub fn write(path: &Path, arrays: &[Named<'_>]) -> io::Result<()> {
 /// A file that cannot be read, an array that is missing, compressed or not of numbers.
 pub fn read(path: &Path, name: &str) -> io::Result<(Vec<usize>, Vec<f64>)> {
     let mut archive = ZipArchive::new(io::BufReader::new(File::open(path)?))?;
-    let held: Vec<_> = archive.file_names().map(|file| file.trim_end_matches(".npy")).collect();
-    if !held.contains(&name) {
+    let held = archive.file_names().flatten();
+    let held: Vec<_> = held.map(|file| file.trim_end_matches(".npy").to_string()).collect();
+    if !held.iter().any(|held| held == name) {
         let held = held.join(", ");
         return Err(io::Error::other(format!("there is no array `{name}`; it holds: {held}")));
     }

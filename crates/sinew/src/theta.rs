@@ -248,7 +248,13 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
     let units: Vec<Unit> = parameters.iter().zip(&columns).map(unit).collect::<Result<_, _>>()?;
     let row = |line: usize, text: &str| {
         let cells = cells(text);
-        one_each(&cells, &names).map_err(|reason| error(line, reason))?;
+        if cells.len() != heads.len() {
+            let (found, wanted, names) = (cells.len(), heads.len(), names.join(", "));
+            let reason = format!(
+                "{found} values for the {wanted} columns {names}; give one for each column"
+            );
+            return Err(error(line, reason));
+        }
         let read = |((parameter, &column), unit): ((&Parameter, &usize), &Unit)| {
             number(&cells[column], unit, parameter)
         };
@@ -284,18 +290,6 @@ pub(crate) fn cells(line: &str) -> Vec<String> {
         c == ',' && !quoted
     };
     line.split(divides).map(|cell| cell.trim().trim_matches('"').trim().into()).collect()
-}
-
-/// Requires a cell for each column.
-pub(crate) fn one_each(cells: &[String], names: &[&str]) -> Result<(), String> {
-    let (found, wanted) = (cells.len(), names.len());
-    match found == wanted {
-        true => Ok(()),
-        false => Err(format!(
-            "{found} values for the {wanted} columns {}; give one for each column",
-            names.join(", ")
-        )),
-    }
 }
 
 /// Requires values that the body's law has a meaning for.

@@ -116,15 +116,14 @@ impl PodRegression {
             errors = fitted.as_ref().and_then(|fitted| left_out(points, coefficients, fitted));
             fitted.unwrap_or_else(|| fit_polynomial(points, coefficients, 0))
         })?;
-        let (samples, length) = (fields.len(), fields[0].len());
-        let largest = fields.iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let failed = RegressionError::Decomposition { samples, length, largest };
-        Ok((regression, errors.ok_or(failed)?))
+        Ok((regression, errors.ok_or(RegressionError::TooFewSamples { found: fields.len() })?))
     }
 
     /// Covariance of the samples; `None` without a Gaussian process.
     pub(crate) fn conditional(&self) -> Option<Conditional> {
-        Conditional::of_fitted(&self.fitted)
+        let Fitted { interpolation, basis, .. } = &self.fitted;
+        let Interpolation::GaussianProcess { nugget, .. } = interpolation else { return None };
+        Conditional::of(basis.clone(), *nugget)
     }
 
     /// Standard deviation of a mode's coefficient at θ \[that of the process\].
@@ -207,7 +206,7 @@ fn inputs(parameters: &[Parameter], theta: &[f64]) -> RowDVector<f64> {
     RowDVector::from_iterator(theta.len(), parameters.iter().zip(theta).map(input))
 }
 
-fn check_samples(
+pub(crate) fn check_samples(
     parameters: &[Parameter],
     thetas: &[Vec<f64>],
     fields: &[Vec<f64>],

@@ -28,7 +28,7 @@ pub(crate) struct Written {
     pub(super) pictures: usize,
     /// Write cases.npz with all fields even where it takes more than 64 MB
     #[arg(long)]
-    pub(super) arrays: bool,
+    arrays: bool,
     /// Write stress, strain, volumes and fibres too: for ParaView at cells and averaged to nodes, and at cells into cases.npz
     #[arg(long)]
     pub(crate) fields: bool,

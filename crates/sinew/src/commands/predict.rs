@@ -105,15 +105,12 @@ impl Asked {
 
 impl Predict {
     pub(crate) fn run(&self) -> Result<()> {
-        let Asked { case, theta, emulator, written } = &self.asked;
+        let Asked { case, theta, written, .. } = &self.asked;
         if let Some(folder) = runs::trained(case) {
-            let solver =
-                self.accuracy.is_some() || self.refine > 0 || self.neighbour.from.is_some();
-            if solver || emulator.is_some() || written.fields || written.arrays {
-                return refuse(format!(
-                    "{} is an emulator of stored runs, without law and solver; give --theta, --pictures and --out alone",
-                    folder.display()
-                ));
+            if self.accuracy.is_some() || self.refine > 0 || self.neighbour.from.is_some() {
+                return refuse(
+                    "stored runs have no solver: leave --accuracy, --refine and --from out".into(),
+                );
             }
             return runs::predict(&folder, case, theta, written.pictures);
         }

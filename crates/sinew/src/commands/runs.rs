@@ -12,34 +12,18 @@ use sinew::{EmulatorError, Unit, values_in_words};
 use sinew_emulate::{LeftOut, Predicted, RunsEmulator};
 use std::path::{Path, PathBuf};
 
-/// Options that a training by stored runs has no meaning for.
-const OF_CASES: [&str; 12] = [
-    "case",
-    "recipe",
-    "samples",
-    "target",
-    "anchors",
-    "minutes",
-    "steps",
-    "seed",
-    "simulations",
-    "from",
-    "name",
-    "resume",
-];
-
 /// Runs of any solver.
 #[derive(Debug, Args)]
+#[group(conflicts_with_all = ["case", "recipe", "samples", "target", "anchors", "minutes", "steps", "seed", "simulations", "from", "name", "resume"])]
 pub(crate) struct RunsArguments {
     /// CSV table of runs of any solver, with names in its first line: columns of parameters (--parameters) and of outputs
-    #[arg(long, value_name = "CSV", conflicts_with_all = OF_CASES, conflicts_with = "mesh")]
+    #[arg(long, value_name = "CSV", conflicts_with = "mesh", requires = "parameters")]
     from_table: Option<PathBuf>,
     /// Archive of numpy.savez: theta (runs × parameters) and displacements (runs × nodes × 3) on the mesh of --mesh, by any solver
-    #[arg(long, value_name = "NPZ", conflicts_with_all = OF_CASES, conflicts_with = "from_table", requires = "mesh")]
+    #[arg(long, value_name = "NPZ", conflicts_with = "from_table", requires_all = ["mesh", "parameters"])]
     from_fields: Option<PathBuf>,
-    /// Columns of the table that are parameters, by names separated by commas, or the number of first columns; names of the
-    /// parameters of --from-fields
-    #[arg(long, value_name = "NAMES", conflicts_with = "case")]
+    /// Columns of the table that are parameters, by names separated by commas; names of the parameters of --from-fields
+    #[arg(long, value_name = "NAMES")]
     parameters: Option<String>,
     /// Columns of the table to emulate [default: all others]
     #[arg(long, value_name = "NAMES", requires = "from_table")]
@@ -55,7 +39,7 @@ impl RunsArguments {
     }
 
     pub(crate) fn train(&self, case: &CaseArguments, restart: bool) -> Result<()> {
-        let parameters = self.parameters.as_deref();
+        let parameters = self.parameters.as_deref().unwrap_or_default();
         let (file, runs) = match (&self.from_table, &self.from_fields, &case.file.mesh) {
             (Some(file), ..) => {
                 (file, Runs::read_table(file, parameters, self.outputs.as_deref())?)
@@ -71,9 +55,8 @@ impl RunsArguments {
                 folder.display()
             ));
         }
-        let ranges = runs.parameters.iter().map(sinew::range_in_words).collect::<Vec<_>>();
-        println!("{} runs; {}", runs.thetas.len(), ranges.join(", "));
-        let emulator = runs.train()?;
+        let Runs { parameters, thetas, outputs, mesh } = runs;
+        let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, mesh)?;
         emulator.save(&folder.join(EMULATOR))?;
         tell(&emulator);
         println!("written: {}", folder.display());
@@ -83,34 +66,23 @@ impl RunsArguments {
 
 /// Errors of runs left out.
 fn tell(emulator: &RunsEmulator) {
-    if let Some(LeftOut { runs, folds, .. }) = emulator.left_out().first() {
-        let how = match folds == runs {
-            true => "leave-one-out errors".into(),
-            false => format!("errors of {folds}-fold cross-validation"),
-        };
-        println!("{how}, root mean square over {runs} runs:");
-    }
     for left in emulator.left_out() {
-        let LeftOut { name, unit, error, deviation, size, .. } = left;
-        let (said, unit) = (digits(*error, 3), Unit::from(unit.as_str()).suffix());
-        match emulator.mesh {
-            None => println!(
-                "  {name}: {said}{unit}, {} of the standard deviation, R² {:.5}",
-                digits(error / deviation, 2),
-                left.r_squared()
-            ),
-            Some(_) => println!(
-                "  {name}: {said}{unit} over the nodes, {} of the root mean square displacement",
-                digits(error / size, 2)
-            ),
-        }
+        let LeftOut { name, unit, runs, folds, error, deviation, .. } = left;
+        let how = if folds == runs { "leave-one-out".into() } else { format!("{folds}-fold") };
+        println!(
+            "{name}: {how} error {}{}, {} of the standard deviation, R² {:.5}",
+            digits(*error, 3),
+            Unit::from(unit.as_str()).suffix(),
+            digits(error / deviation, 2),
+            left.r_squared()
+        );
     }
 }
 
 /// Folder of an emulator of stored runs, where the place of the case names one.
 pub(crate) fn trained(case: &CaseArguments) -> Option<PathBuf> {
     let folder = case.file.case.join(EMULATOR);
-    RunsEmulator::is_in(&folder).then_some(folder)
+    folder.join(RunsEmulator::FILE).exists().then_some(folder)
 }
 
 /// Predicts outputs with their intervals, and writes them.
@@ -135,17 +107,15 @@ pub(crate) fn predict(
     Ok(())
 }
 
-/// Outputs with the half-widths of their 95 % intervals.
+/// Outputs with their 95 % errors.
 fn said(emulator: &RunsEmulator, found: &[Predicted]) -> String {
     let one = |(left, Predicted { values, half_width }): (&LeftOut, &Predicted)| {
-        let (bound, unit) = (digits(*half_width, 2), Unit::from(left.unit.as_str()).suffix());
-        match emulator.mesh {
-            None => format!("{} {} ± {bound}{unit}", left.name, digits(values[0], 6)),
-            Some(_) => {
-                let moved = displacement_in_words(values, &left.unit);
-                format!("{moved}, root mean square error below {bound}{unit} (95 %)")
-            }
-        }
+        let value = match emulator.mesh {
+            None => digits(values[0], 6),
+            Some(_) => displacement_in_words(values, &left.unit),
+        };
+        let unit = Unit::from(left.unit.as_str()).suffix();
+        format!("{} {value} ± {}{unit}", left.name, digits(*half_width, 2))
     };
     emulator.left_out().iter().zip(found).map(one).collect::<Vec<_>>().join(", ")
 }

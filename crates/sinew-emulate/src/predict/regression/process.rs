@@ -84,10 +84,8 @@ fn search(
                 }
             }
         }
-        match best < before - gain {
-            true => {}
-            false => step /= 2.0,
-        }
+        let gained = best < before - gain;
+        step /= if gained { 1.0 } else { 2.0 };
     }
     Some(at)
 }
@@ -133,14 +131,12 @@ pub(super) fn left_out(
         let fit = conditional.fitted(*trend, &y)?;
         let error = |i: usize| {
             let (x, y) = (points.row(i).into_owned(), targets.row(i));
-            (i, ((fit.at(&x) - y).norm(), conditional.deviation(&x)))
+            ((fit.at(&x) - y).norm(), conditional.deviation(&x))
         };
         Some(out.into_iter().map(error).collect::<Vec<_>>())
     };
     let found: Option<Vec<_>> = (0..folds).into_par_iter().map(of_fold).collect();
-    let mut found = found?.concat();
-    found.sort_by_key(|(i, _)| *i);
-    Some(found.into_iter().map(|(_, pair)| pair).collect())
+    Some(found?.concat())
 }
 
 /// A Gaussian process with given hyperparameters about a polynomial whose coefficients are unknown, and its
@@ -182,7 +178,7 @@ impl Conditional {
         Self::of(basis, log_nugget.exp())
     }
 
-    fn of(basis: Basis, nugget: f64) -> Option<Self> {
+    pub(super) fn of(basis: Basis, nugget: f64) -> Option<Self> {
         let samples = basis.points.nrows();
         let values = basis.at_all(&basis.points);
         let mut covariance = values.columns(0, samples).into_owned();
@@ -192,14 +188,6 @@ impl Conditional {
         let weighted = factor.solve(&polynomial);
         let schur = Cholesky::new(polynomial.tr_mul(&weighted))?;
         Some(Self { basis, nugget, factor, polynomial, weighted, schur })
-    }
-
-    /// Of a Gaussian process that is fitted.
-    pub(super) fn of_fitted(fitted: &Fitted) -> Option<Self> {
-        match fitted.interpolation {
-            Interpolation::GaussianProcess { nugget, .. } => Self::of(fitted.basis.clone(), nugget),
-            Interpolation::Polynomial { .. } => None,
-        }
     }
 
     /// Weights of the kernels and coefficients of the polynomial.
