@@ -33,8 +33,8 @@ pub struct Output {
     pub values: Vec<Vec<f64>>,
 }
 
-/// Errors of runs that are predicted from the others: each alone among up to fifty runs, a tenth of more at a time. All that is
-/// fitted is fitted anew without them.
+/// Errors of runs that are predicted from the others: each alone among up to fifty runs, a tenth of more at a time. Length scales
+/// and nugget are searched anew without them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftOut {
     /// Name of the output.
