@@ -1,7 +1,7 @@
 use super::interpolation::{Basis, solve_ridge};
 use super::process::{Conditional, solve_process};
 use super::*;
-use crate::{Output, RunsEmulator};
+use crate::{Design, Output, RunsEmulator};
 use sinew_num::monomials;
 
 /// `count` points in `[low, high]^variables`, evenly spread by the additive recurrence of
@@ -112,22 +112,25 @@ fn the_evidence_is_that_of_contrasts_which_the_trend_does_not_reach() {
 
 #[test]
 fn intervals_from_samples_left_out_hold_for_unseen_ones_of_a_smooth_function() {
-    let thetas = points(80, 3, 1.0, 10.0);
     let value = |t: &Vec<f64>| vec![t[0].ln() * t[1].sqrt() + (t[2] / t[0]).ln().sin() + 20.0];
     let parameters = ["a", "b", "c"].map(|name| Parameter::log(name, "kPa", 1.0..=10.0));
+    // Independent points, so that those left out are as the unseen ones.
+    let mut thetas = Design::Uniform.sample(&parameters, 480, 1).unwrap();
+    let unseen = thetas.split_off(80);
     let values = thetas.iter().map(value).collect();
     let output = Output { name: "v".into(), unit: "1".into(), values };
     let emulator = RunsEmulator::fit(parameters.to_vec(), &thetas, &[output], None).unwrap();
-    // Other points of the same recurrence.
-    let unseen = points(480, 3, 1.0, 10.0).split_off(80);
     let off = |theta: &Vec<f64>| {
         let found = emulator.predict(theta).unwrap().remove(0);
         ((found.values[0] - value(theta)[0]).abs(), found.half_width)
     };
     let found: Vec<_> = unseen.iter().map(off).collect();
     let held = found.iter().filter(|(error, half_width)| error <= half_width).count();
-    assert!((360..=398).contains(&held), "{held} of 400");
+    // The coverage by a rank of 80 errors is 0.95 with a standard deviation of 0.024 (Beta distribution).
+    assert!((350..=400).contains(&held), "{held} of 400");
+    let mean = found.iter().map(|(_, half_width)| half_width).sum::<f64>() / 400.0;
+    assert!(mean < 4.0 * emulator.left_out()[0].error, "{mean:e}");
     let mean_square = found.iter().map(|(error, _)| error * error).sum::<f64>() / 400.0;
     let ratio = mean_square.sqrt() / emulator.left_out()[0].error;
-    assert!((1.0 / 1.5..1.5).contains(&ratio), "{ratio} of the error stated");
+    assert!(ratio < 1.5, "{ratio} of the error stated");
 }
