@@ -38,6 +38,7 @@
 //!   ([`Evaluation`]).
 //! - [`Answers`]: displacements to a prescribed accuracy, by the method with the fewest expected Newton steps.
 //! - [`Emulator::frozen_stiffness`]: predictions of unseen bodies, by quasi-Newton steps from the solution of another body with its stiffness.
+//! - [`RunsEmulator`]: Gaussian processes of stored runs of any solver, without a body.
 //! - [`TrainingOptions`]: budget, seed, folder of stored and resumed results. [`Observer`] receives progress; a reason to distrust a
 //!   result is a [`Warning`] in it.
 //!
@@ -74,6 +75,7 @@ mod parameters;
 mod predict;
 pub mod recipe;
 mod refine;
+mod runs;
 mod sample;
 pub mod store;
 mod warning;
@@ -99,6 +101,7 @@ pub use refine::Answer;
 pub use refine::answers::Answers;
 pub use refine::correction::Correction;
 pub use refine::plan::{Cost, Method, Plan};
+pub use runs::{LeftOut, Output, Predicted, RunsEmulator};
 pub use sample::campaign::{Shard, ShardState, merge, simulate_shard};
 pub use sample::simulate::{
     Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by,

@@ -9,6 +9,7 @@ pub(crate) mod mesh;
 pub(crate) mod plan;
 pub(crate) mod predict;
 pub(crate) mod report;
+pub(crate) mod runs;
 pub(crate) mod sample;
 pub(crate) mod scenes;
 mod script;

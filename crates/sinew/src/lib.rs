@@ -81,6 +81,7 @@ pub mod npz;
 pub mod output;
 mod page;
 mod patient;
+pub mod runs;
 pub mod scenes;
 pub mod serve;
 pub mod stresses;
@@ -113,7 +114,7 @@ pub use sinew_mesh::MeshError;
 pub use sinew_report::ReportError;
 pub use theta::{
     TableRow, ThetaText, admissible, outside, parse_theta, parse_theta_but, parse_way,
-    range_in_words, read_rows, read_thetas, theta_in_words, theta_of,
+    range_in_words, read_rows, read_thetas, theta_in_words, theta_of, values_in_words,
 };
 pub use viewer::{ViewerError, viewer};
 pub use wall::ventricle;

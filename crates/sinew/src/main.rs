@@ -4,6 +4,7 @@
 mod print;
 mod commands;
 
+use clap::builder::ArgPredicate;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use commands::{
     calibrate, evaluate, export, mesh, plan, predict, report, sample, scenes, serve, solve,
@@ -25,6 +26,8 @@ From a mesh to predictions:
   sinew report beam.toml                          the same as a page
   sinew export beam.toml --page                   the emulator as one file for a browser: a slider for every parameter
   sinew serve beam.toml                           models for samplers in Python, R, Julia, MATLAB and C++, by UM-Bridge
+Your own solver:
+  sinew train --from-table runs.csv --parameters mu,lambda    an emulator of stored runs: numbers, or --from-fields on a mesh
 Your own heart:
   sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
   sinew train LeftVentricle --mesh wall.vtu
@@ -95,8 +98,20 @@ fn signed(command: clap::Command) -> clap::Command {
     command.allow_negative_numbers(true).mut_args(number).mut_subcommands(signed)
 }
 
+/// The command that needs no case where runs of another solver are given.
+fn with_runs(train: clap::Command) -> clap::Command {
+    const RUNS: [&str; 2] = ["from_table", "from_fields"];
+    // What stands there is not read.
+    let spare = RUNS.map(|option| (option, ArgPredicate::IsPresent, "."));
+    let case = |case: clap::Arg| {
+        case.required(false).required_unless_present_any(RUNS).default_value_ifs(spare)
+    };
+    train.mut_arg("case", case)
+}
+
 fn main() -> ExitCode {
     let program = Arguments::command().mut_subcommands(signed);
+    let program = program.mut_subcommand("train", with_runs);
     let arguments = Arguments::from_arg_matches(&program.get_matches());
     let done = match arguments.unwrap_or_else(|error| error.exit()).command {
         Command::Mesh(command) => command.run(),

@@ -1,10 +1,11 @@
 //! Several arrays in one file that NumPy reads: a zip archive of npy files, stored as they are.
 
-use sinew_mesh::to_npy;
+use sinew_mesh::{Field, parse_npy, to_npy};
 use std::borrow::Cow;
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, Read, Write};
 use std::path::Path;
-use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
+use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 
 /// An array by name, with its shape and numbers row by row.
 pub type Named<'a> = (&'a str, &'a [usize], &'a [f64]);
@@ -17,7 +18,7 @@ pub type Named<'a> = (&'a str, &'a [usize], &'a [f64]);
 /// # Panics
 /// When a shape does not hold its numbers.
 pub fn write(path: &Path, arrays: &[Named<'_>], further: &[(&str, Vec<u8>)]) -> io::Result<()> {
-    let mut archive = ZipWriter::new(io::BufWriter::new(std::fs::File::create(path)?));
+    let mut archive = ZipWriter::new(io::BufWriter::new(File::create(path)?));
     let own = arrays.iter().map(|(name, shape, values)| (name, Cow::Owned(to_npy(shape, values))));
     let further = further.iter().map(|(name, content)| (name, Cow::Borrowed(&content[..])));
     for (name, content) in own.chain(further) {
@@ -28,4 +29,25 @@ pub fn write(path: &Path, arrays: &[Named<'_>], further: &[(&str, Vec<u8>)]) -> 
         archive.write_all(&content)?;
     }
     archive.finish()?.flush()
+}
+
+/// Reads the shape and the numbers, row by row, of an array of a file that `numpy.savez` wrote.
+///
+/// # Errors
+/// A file that cannot be read, an array that is missing, compressed or not of numbers.
+pub fn read(path: &Path, name: &str) -> io::Result<(Vec<usize>, Vec<f64>)> {
+    let mut archive = ZipArchive::new(io::BufReader::new(File::open(path)?))?;
+    let held = archive.file_names().flatten();
+    let held: Vec<_> = held.map(|file| file.trim_end_matches(".npy").to_string()).collect();
+    if !held.iter().any(|held| held == name) {
+        let held = held.join(", ");
+        return Err(io::Error::other(format!("there is no array `{name}`; it holds: {held}")));
+    }
+    let mut bytes = Vec::new();
+    let file = archive.by_name(&format!("{name}.npy")).map_err(io::Error::from);
+    file.and_then(|mut file| file.read_to_end(&mut bytes)).map_err(|error| {
+        io::Error::other(format!("{name}: {error}; save it by numpy.savez, without compression"))
+    })?;
+    let array = parse_npy(name, &bytes).map_err(io::Error::other)?;
+    Ok((array.shape, Field { components: 1, values: array.values }.to_f64().into_owned()))
 }

@@ -409,7 +409,7 @@ fn heads(body: &Body) -> Vec<u8> {
 }
 
 /// A text as a cell of a CSV table.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     match text.contains([',', '"', '\n']) {
         true => format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " ")),
         false => text.into(),
@@ -420,13 +420,13 @@ fn quoted(text: &str) -> String {
 const CURVE: &str = "curve.csv";
 
 /// Names the file of an error.
-fn failed(path: &Path) -> impl FnOnce(io::Error) -> MeshError {
+pub(crate) fn failed(path: &Path) -> impl FnOnce(io::Error) -> MeshError {
     let path = path.to_path_buf();
     move |source| MeshError::File { path, source }
 }
 
 /// Removes what an earlier run wrote, and nothing else.
-fn clear(folder: &Path) -> io::Result<()> {
+pub(crate) fn clear(folder: &Path) -> io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();

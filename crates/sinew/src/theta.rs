@@ -10,17 +10,22 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{place}: {reason}")]
 pub struct ThetaText {
-    place: String,
-    reason: String,
+    pub(crate) place: String,
+    pub(crate) reason: String,
 }
 
 /// θ by name, in the parameters' own units.
 pub fn theta_in_words(body: &Body, theta: &[f64]) -> String {
+    values_in_words(&body.parameters, theta)
+}
+
+/// [`theta_in_words`] of parameters without a body.
+pub fn values_in_words(parameters: &[Parameter], theta: &[f64]) -> String {
     if theta.is_empty() {
         return "all parameters known".into();
     }
     let pair = |(p, value): (&Parameter, &f64)| format!("{} = {}", p.name, said(p, *value, 6));
-    body.parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
+    parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
 }
 
 /// A parameter with its range, in its own unit: `p from 4 to 10 mmHg`.
@@ -205,15 +210,8 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
         place: format!("--theta {file}"),
         reason: format!("{reason}; name a CSV table, or give {}", example(parameters)),
     };
-    let bytes = std::fs::read(path).map_err(|error| unread(error.to_string()))?;
-    if bytes.contains(&0) {
-        return Err(unread("it is not text, or is text in UTF-16, to be saved in UTF-8".into()));
-    }
-    // Comments may be in another encoding.
-    let text = String::from_utf8_lossy(&bytes);
-    let text = text.trim_start_matches('\u{feff}');
+    let text = table_text(path).map_err(unread)?;
     let error = |line: usize, reason| ThetaText { place: format!("{file}, line {line}"), reason };
-    let is_comment = |line: &str| line.trim().is_empty() || line.trim().starts_with('#');
     let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !is_comment(line));
     // NumPy writes names behind a #, in the last comment before the numbers.
     let comments = (1..).zip(text.lines()).take_while(|(_, line)| is_comment(line));
@@ -228,7 +226,8 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
         let names = listed(parameters);
         return Err(error(1, format!("the table is empty; begin with a line of names: {names}")));
     };
-    let heads: Vec<(&str, &str)> = header.split(',').map(head).collect();
+    let heads = cells(header);
+    let heads: Vec<(&str, &str)> = heads.iter().map(|text| head(text)).collect();
     let names: Vec<&str> = heads.iter().map(|(name, _)| *name).collect();
     let columns = columns(&names, parameters).map_err(|reason| {
         let other = [';', '\t'].into_iter().find(|&mark| header.contains(mark));
@@ -248,7 +247,7 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
     };
     let units: Vec<Unit> = parameters.iter().zip(&columns).map(unit).collect::<Result<_, _>>()?;
     let row = |line: usize, text: &str| {
-        let cells: Vec<&str> = text.split(',').map(|cell| cell.trim().trim_matches('"')).collect();
+        let cells = cells(text);
         if cells.len() != heads.len() {
             let (found, wanted, names) = (cells.len(), heads.len(), names.join(", "));
             let reason = format!(
@@ -257,7 +256,7 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
             return Err(error(line, reason));
         }
         let read = |((parameter, &column), unit): ((&Parameter, &usize), &Unit)| {
-            number(cells[column], unit, parameter)
+            number(&cells[column], unit, parameter)
         };
         let theta: Result<Vec<f64>, String> =
             parameters.iter().zip(&columns).zip(&units).map(read).collect();
@@ -268,6 +267,29 @@ pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>,
         true => Err(error(first, "only names; add a row of numbers below them".into())),
         false => Ok(rows),
     }
+}
+
+/// Text of a table; the reason where there is none. Comments may be in another encoding.
+pub(crate) fn table_text(path: &Path) -> Result<String, String> {
+    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    match bytes.contains(&0) {
+        true => Err("it is not text, or is text in UTF-16, to be saved in UTF-8".into()),
+        false => Ok(String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').into()),
+    }
+}
+
+pub(crate) fn is_comment(line: &str) -> bool {
+    line.trim().is_empty() || line.trim().starts_with('#')
+}
+
+/// Cells of a line of a CSV table, without quotes; commas between quotes are part of a cell.
+pub(crate) fn cells(line: &str) -> Vec<String> {
+    let mut quoted = false;
+    let divides = |c: char| {
+        quoted ^= c == '"';
+        c == ',' && !quoted
+    };
+    line.split(divides).map(|cell| cell.trim().trim_matches('"').trim().into()).collect()
 }
 
 /// Requires values that the body's law has a meaning for.
@@ -318,7 +340,7 @@ pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
 }
 
 /// Name and unit of a column, such as `p [mmHg]`.
-fn head(text: &str) -> (&str, &str) {
+pub(crate) fn head(text: &str) -> (&str, &str) {
     let text = text.trim().trim_matches('"');
     match text.split_once('[') {
         Some((name, unit)) => (name.trim(), unit.trim().trim_end_matches(']').trim()),

@@ -27,7 +27,8 @@ pub use interpolation::Interpolation;
 use interpolation::{Fitted, fit_polynomial};
 use nalgebra::{DMatrix, DVector, RowDVector};
 pub use parts::RegressionParts;
-use process::fit_process;
+pub(crate) use process::{Conditional, folds};
+use process::{fit_evidence, fit_process, left_out};
 use sinew_energy::Parameter;
 pub use size::SizeRegression;
 
@@ -97,6 +98,37 @@ impl PodRegression {
         Self::fit_by(parameters, thetas, fields, |points, coefficients| {
             fit_polynomial(points, coefficients, degree)
         })
+    }
+
+    /// [`PodRegression::fit`] by the Gaussian process of largest evidence, with the norm of the error of each sample that is predicted
+    /// from others ([`folds`]), and [`PodRegression::deviation`] there. Samples are to be in random order.
+    ///
+    /// # Errors
+    /// As [`PodRegression::fit`].
+    pub(crate) fn fit_evidence(
+        parameters: &[Parameter],
+        thetas: &[Vec<f64>],
+        fields: &[Vec<f64>],
+    ) -> Result<(Self, Vec<(f64, f64)>), RegressionError> {
+        let mut errors = None;
+        let regression = Self::fit_by(parameters, thetas, fields, |points, coefficients| {
+            let fitted = fit_evidence(points, coefficients);
+            errors = fitted.as_ref().and_then(|fitted| left_out(points, coefficients, fitted));
+            fitted.unwrap_or_else(|| fit_polynomial(points, coefficients, 0))
+        })?;
+        Ok((regression, errors.ok_or(RegressionError::TooFewSamples { found: fields.len() })?))
+    }
+
+    /// Covariance of the samples; `None` without a Gaussian process.
+    pub(crate) fn conditional(&self) -> Option<Conditional> {
+        let Fitted { interpolation, basis, .. } = &self.fitted;
+        let Interpolation::GaussianProcess { nugget, .. } = interpolation else { return None };
+        Conditional::of(basis.clone(), *nugget)
+    }
+
+    /// Standard deviation of a mode's coefficient at θ \[that of the process\].
+    pub(crate) fn deviation(&self, conditional: &Conditional, theta: &[f64]) -> f64 {
+        conditional.deviation(&inputs(&self.parameters, theta))
     }
 
     fn fit_by(
@@ -174,7 +206,7 @@ fn inputs(parameters: &[Parameter], theta: &[f64]) -> RowDVector<f64> {
     RowDVector::from_iterator(theta.len(), parameters.iter().zip(theta).map(input))
 }
 
-fn check_samples(
+pub(crate) fn check_samples(
     parameters: &[Parameter],
     thetas: &[Vec<f64>],
     fields: &[Vec<f64>],

@@ -30,21 +30,25 @@ pub(crate) struct Identity {
 /// Name, range, unit and scale of a parameter. If one of them differs, the input of an emulator differs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Axis {
-    name: String,
-    range: [f64; 2],
-    unit: String,
-    logarithmic: bool,
+    pub(crate) name: String,
+    pub(crate) range: [f64; 2],
+    pub(crate) unit: String,
+    pub(crate) logarithmic: bool,
 }
 
 /// Parameters of a body, in the order of θ.
 pub(crate) fn axes(body: &Body) -> Vec<Axis> {
-    let axis = |p: &Parameter| Axis {
+    body.parameters.iter().map(|p| axis(p, p.unit.of_scene(&body.units))).collect()
+}
+
+/// A parameter whose range is in a unit.
+pub(crate) fn axis(p: &Parameter, unit: &str) -> Axis {
+    Axis {
         name: p.name.clone(),
         range: p.range,
-        unit: p.unit.of_scene(&body.units).to_string(),
+        unit: unit.into(),
         logarithmic: p.sampling == Sampling::Log,
-    };
-    body.parameters.iter().map(axis).collect()
+    }
 }
 
 /// Relative tolerance of the comparison: rounding differs between machines.

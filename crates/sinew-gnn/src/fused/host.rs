@@ -5,13 +5,13 @@
 
 use crate::fused::pool::keep_freed_memory;
 use crate::fused::rows::add_into;
+use burn::backend::autodiff::NodeId;
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::autodiff::grads::Gradients;
 use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::flex::FlexTensor;
 use burn::backend::tensor::FloatTensor;
-use burn::backend::autodiff::NodeId;
 use burn::backend::{
     Autodiff, Backend, Dispatch, DispatchTensor, Flex, TensorMetadata, backend_extension, read_sync,
 };

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["Case", "Parameter", "Unloaded"]
 
 Path = Union[str, "PathLike[str]"]
-Recipe = Literal["auto", "taylor", "regression", "hybrid", "pi", "dd"]
+Recipe = Literal["auto", "taylor", "regression", "pi", "dd"]
 Design = Literal["latin-hypercube", "sobol", "uniform"]
 # Cases that went to another process or came from one, by what they are made of.
 _alive: WeakValueDictionary[tuple[str, str, bool, bytes], Case] = WeakValueDictionary()

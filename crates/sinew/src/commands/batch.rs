@@ -4,7 +4,10 @@ use super::{MOST_WARNINGS, Usage, refuse};
 use anyhow::Result;
 use clap::Args;
 use sinew::output::{MOST_BYTES, Results, Row};
-use sinew::{Body, admissible, outside, parse_theta_but, read_rows, theta_in_words};
+use sinew::{
+    Body, Parameter, admissible, outside, parse_theta, parse_theta_but, read_rows, read_thetas,
+    theta_in_words,
+};
 use std::path::Path;
 
 /// θ of one or many cases.
@@ -22,7 +25,7 @@ pub(crate) struct ThetaArguments {
 pub(crate) struct Written {
     /// Largest number of cases written for ParaView
     #[arg(long, value_name = "COUNT", default_value_t = 20)]
-    pictures: usize,
+    pub(super) pictures: usize,
     /// Write cases.npz with all fields even where it takes more than 64 MB
     #[arg(long)]
     arrays: bool,
@@ -53,9 +56,27 @@ pub(crate) struct Batch {
 /// Bytes of the fields that are in memory together.
 const PART: usize = 512 << 20;
 /// Rows that a line each is printed for; the others are in the table.
-const MOST_LINES: usize = 100;
+pub(super) const MOST_LINES: usize = 100;
 
 impl ThetaArguments {
+    /// All of them, without a body.
+    ///
+    /// # Errors
+    /// None at all, a text or a row of a table that cannot be read.
+    pub(crate) fn of(&self, parameters: &[Parameter]) -> Result<Vec<Vec<f64>>> {
+        let mut thetas = Vec::new();
+        for text in &self.theta {
+            match text.contains('=') {
+                true => thetas.push(parse_theta(text, parameters)?),
+                false => thetas.extend(read_thetas(Path::new(text), parameters)?),
+            }
+        }
+        match thetas.is_empty() {
+            true => refuse("--theta is missing; give name=value,name=value, or a CSV table".into()),
+            false => Ok(thetas),
+        }
+    }
+
     /// All of them. Rows of tables that cannot be read or make no sense, and values outside their ranges, are told on
     /// standard error.
     ///
@@ -88,7 +109,7 @@ impl ThetaArguments {
             let first = batch.rows.iter().find_map(|row| row.failure.clone()).unwrap_or_default();
             return refuse(format!("there is no row that can be computed; the first: {first}"));
         }
-        batch.tell_outside(body);
+        tell_outside(&body.parameters, &batch.thetas());
         Ok(batch)
     }
 }
@@ -138,15 +159,6 @@ impl Batch {
         self.told += 1;
         if self.told <= MOST_WARNINGS {
             eprintln!("left out: {told}");
-        }
-    }
-
-    fn tell_outside(&self, body: &Body) {
-        let said = self.open().flat_map(|row| outside(&body.parameters, &self.rows[row].theta));
-        let said: Vec<_> = said.collect();
-        said.iter().take(MOST_WARNINGS).for_each(|warning| eprintln!("warning: {warning}"));
-        if let Some(more @ 1..) = said.len().checked_sub(MOST_WARNINGS) {
-            eprintln!("warning: {more} more values are outside their ranges");
         }
     }
 
@@ -223,6 +235,15 @@ impl Batch {
             );
         }
         Ok(failed)
+    }
+}
+
+/// Tells values outside their ranges on standard error.
+pub(super) fn tell_outside(parameters: &[Parameter], thetas: &[Vec<f64>]) {
+    let said: Vec<_> = thetas.iter().flat_map(|theta| outside(parameters, theta)).collect();
+    said.iter().take(MOST_WARNINGS).for_each(|warning| eprintln!("warning: {warning}"));
+    if let Some(more @ 1..) = said.len().checked_sub(MOST_WARNINGS) {
+        eprintln!("warning: {more} more values are outside their ranges");
     }
 }
 

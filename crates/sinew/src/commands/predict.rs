@@ -2,7 +2,7 @@
 
 mod answer;
 use super::{
-    Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen, refuse,
+    Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen, refuse, runs,
     tell_doubtful, warn_of_locking,
 };
 use anyhow::Result;
@@ -41,6 +41,9 @@ is a row of cases.csv with the reason, and the exit code is not 0.
 With --accuracy no emulator is needed: the solver, a Taylor expansion or a trained emulator is chosen by the expected number
 of Newton steps, and each answer is refined until its error estimate is below the tolerance. Writes into OUT/predict/accuracy.
 For an unseen body, --from names the case of another body with the same cells: its solution and stiffness give predictions.
+
+CASE may be the folder of an emulator of stored runs (sinew train --from-table, --from-fields). Its answers have 95 % intervals, from
+the errors of runs left out.
 
 Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
 pub(crate) struct Predict {
@@ -102,7 +105,16 @@ impl Asked {
 
 impl Predict {
     pub(crate) fn run(&self) -> Result<()> {
-        let (case, body, folder) = self.asked.case.open()?;
+        let Asked { case, theta, written, .. } = &self.asked;
+        if let Some(folder) = runs::trained(case) {
+            if self.accuracy.is_some() || self.refine > 0 || self.neighbour.from.is_some() {
+                return refuse(
+                    "stored runs have no solver: leave --accuracy, --refine and --from out".into(),
+                );
+            }
+            return runs::predict(&folder, case, theta, written.pictures);
+        }
+        let (case, body, folder) = case.open()?;
         if let Some(accuracy) = self.accuracy {
             return answer::to(&self.asked, accuracy, &self.neighbour, (&case, &body, &folder));
         }

@@ -1,6 +1,6 @@
 //! Training.
 
-use super::{CaseArguments, refuse, tell_doubtful, warn_of_locking};
+use super::{CaseArguments, refuse, runs, tell_doubtful, warn_of_locking};
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{RecipeName, Training};
@@ -19,10 +19,18 @@ Recipes: taylor (Taylor expansion of second order about one solve, no training),
 few simulations: lowest error for one geometry and few parameters), dd (network, supervised),
 pi (network, physics-informed, without simulations), auto (regression, and dd if that misses the target).
 
-Example: sinew train IdealVentricle --recipe regression --samples 50")]
+Runs of any solver, without a case: --from-table learns numbers of a CSV table, --from-fields displacements on the mesh of --mesh.
+Each output is a Gaussian process, which goes to OUT, by default out/ and the name of the file. The errors that are printed are those
+of runs predicted from the others.
+
+Examples: sinew train IdealVentricle --recipe regression --samples 50
+          sinew train --from-table runs.csv --parameters mu,lambda && sinew predict out/runs --theta mu=75,lambda=80
+          sinew train --from-fields runs.npz --mesh wall.vtu --parameters mu,lambda")]
 pub(crate) struct Train {
     #[command(flatten)]
     case: CaseArguments,
+    #[command(flatten)]
+    runs: runs::RunsArguments,
     /// Kind of emulator
     #[arg(long, value_enum)]
     recipe: Option<RecipeName>,
@@ -71,6 +79,9 @@ pub(crate) const SIMULATIONS: &str = "simulations";
 
 impl Train {
     pub(crate) fn run(&self) -> Result<()> {
+        if self.runs.are_given() {
+            return self.runs.train(&self.case, self.restart);
+        }
         #[cfg(feature = "networks")]
         if let Err(reason) = self.backend.device() {
             return refuse(format!("--backend {}: {reason}", self.backend));

@@ -18,6 +18,7 @@ mod organs;
 mod patients;
 mod program;
 mod readers;
+mod runs;
 mod selections;
 mod serve;
 mod viewer;

@@ -1,7 +1,8 @@
 //! Gaussian processes about a polynomial, with one length per parameter.
 
 use super::interpolation::{Basis, Fitted, Interpolation};
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::{Cholesky, DMatrix, Dyn, RowDVector};
+use rayon::prelude::*;
 use sinew_num::monomials;
 
 /// Bounds and start of the logarithms of the lengths: points have standard deviation 1.
@@ -10,52 +11,132 @@ const LOG_LENGTH: (f64, f64, f64) = (-3.0, 0.7, 5.5);
 const LOG_NUGGET: (f64, f64, f64) = (-30.0, -18.0, 0.0);
 /// Largest total degree of the trend.
 const HIGHEST_TREND: usize = 2;
+/// First step of the search from the start: e².
+const FIRST_STEP: f64 = 2.0;
+/// Logarithm of the factor by which a sweep lowers the leave-one-out error at least: one percent.
+const GAIN_OF_ERROR: f64 = 0.01;
+/// Points among which the evidence is maximised: its cost grows with their cube, and more change the lengths little.
+const MOST_SEARCHED: usize = 200;
+/// Samples up to which each is left out alone; beyond, [`FOLDS`] parts are left out in turn.
+const MOST_ALONE: usize = 50;
+/// Parts of cross-validation.
+const FOLDS: usize = 10;
 
 /// Trend, lengths and nugget of least leave-one-out error.
 pub(super) fn fit_process(points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Option<Fitted> {
+    best_trend(points, |trend, exponents| {
+        let solve = |at: &[f64]| solve_process(points, targets, trend, exponents, at);
+        let error = |at: &[f64]| solve(at).map(|fit| fit.leave_one_out.ln());
+        solve(&search(start(points.ncols()), FIRST_STEP, GAIN_OF_ERROR, error)?)
+    })
+}
+
+/// Lengths and nugget of largest evidence, for each trend; the trend of least leave-one-out error.
+pub(super) fn fit_evidence(points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Option<Fitted> {
+    best_trend(points, |trend, exponents| {
+        let at = most_evident((points, targets), exponents, start(points.ncols()), FIRST_STEP)?;
+        solve_process(points, targets, trend, exponents, &at)
+    })
+}
+
+fn best_trend(
+    points: &DMatrix<f64>,
+    fit: impl Fn(usize, &[Vec<i32>]) -> Option<Fitted>,
+) -> Option<Fitted> {
     let fits = (0..=HIGHEST_TREND).filter_map(|trend| {
         // A trend of more than half as many coefficients as samples leaves little to the process.
         let exponents = monomials(points.ncols(), trend);
-        let few = exponents.len() <= points.nrows() / 2;
-        few.then(|| search(points, targets, trend, &exponents)).flatten()
+        (exponents.len() <= points.nrows() / 2).then(|| fit(trend, &exponents)).flatten()
     });
     fits.min_by(|a, b| a.leave_one_out.total_cmp(&b.leave_one_out))
 }
 
-/// Lengths and nugget of least leave-one-out error, by a pattern search over their logarithms.
+/// Logarithms of lengths and nugget that a search starts from.
+fn start(variables: usize) -> Vec<f64> {
+    (0..=variables).map(|d| bounds(d, variables).1).collect()
+}
+
+fn bounds(place: usize, variables: usize) -> (f64, f64, f64) {
+    if place < variables { LOG_LENGTH } else { LOG_NUGGET }
+}
+
+/// Logarithms of lengths and nugget at a minimum of an objective, by a pattern search whose first step is `step`. A sweep that
+/// gains less than `gain` is not worth another at its step.
 fn search(
-    points: &DMatrix<f64>,
-    targets: &DMatrix<f64>,
-    trend: usize,
-    exponents: &[Vec<i32>],
-) -> Option<Fitted> {
-    let variables = points.ncols();
-    let bounds = |d: usize| if d < variables { LOG_LENGTH } else { LOG_NUGGET };
-    let mut at: Vec<f64> = (0..=variables).map(|d| bounds(d).1).collect();
-    let solve = |at: &[f64]| solve_process(points, targets, trend, exponents, at);
-    let mut best = solve(&at)?;
-    // Steps of e² down to e^⅛: finer ones change the error by a few percent only.
-    let mut step = 2.0;
+    mut at: Vec<f64>,
+    mut step: f64,
+    gain: f64,
+    objective: impl Fn(&[f64]) -> Option<f64>,
+) -> Option<Vec<f64>> {
+    let variables = at.len() - 1;
+    let mut best = objective(&at)?;
+    // Steps down to e^⅛: finer ones change the error by a few percent only.
     while step >= 0.125 {
-        let before = best.leave_one_out;
+        let before = best;
         for d in 0..=variables {
             for direction in [step, -step] {
+                let (low, _, high) = bounds(d, variables);
                 let mut trial = at.clone();
-                trial[d] = (at[d] + direction).clamp(bounds(d).0, bounds(d).2);
-                match solve(&trial) {
-                    Some(fit) if fit.leave_one_out < best.leave_one_out => {
-                        (at, best) = (trial, fit)
-                    }
+                trial[d] = (at[d] + direction).clamp(low, high);
+                match objective(&trial) {
+                    Some(value) if value < best => (at, best) = (trial, value),
                     _ => {}
                 }
             }
         }
-        // A sweep that gains less than a percent is not worth another at this step.
-        if best.leave_one_out >= 0.99 * before {
-            step /= 2.0;
-        }
+        let gained = best < before - gain;
+        step /= if gained { 1.0 } else { 2.0 };
     }
-    Some(best)
+    Some(at)
+}
+
+/// Logarithms of lengths and nugget of largest evidence, among the first points.
+fn most_evident(
+    (points, targets): (&DMatrix<f64>, &DMatrix<f64>),
+    exponents: &[Vec<i32>],
+    start: Vec<f64>,
+    step: f64,
+) -> Option<Vec<f64>> {
+    // Half a unit of the logarithm of the evidence is less than half a standard deviation of a parameter.
+    const GAIN: f64 = 0.5;
+    let count = points.nrows().min(MOST_SEARCHED);
+    let [points, targets] = [points, targets].map(|all| all.rows(0, count).into_owned());
+    let objective = |at: &[f64]| Some(Conditional::new(&points, exponents, at)?.surprise(&targets));
+    search(start, step, GAIN, objective)
+}
+
+/// Parts of so many samples that are left out in turn.
+pub(crate) fn folds(samples: usize) -> usize {
+    if samples <= MOST_ALONE { samples } else { FOLDS }
+}
+
+/// Errors of samples that are predicted from the others, and the deviations ([`Conditional::deviation`]) there. Parts are left
+/// out in turn, and lengths and nugget fitted anew without each: the errors by which they were chosen are too small.
+pub(super) fn left_out(
+    points: &DMatrix<f64>,
+    targets: &DMatrix<f64>,
+    fitted: &Fitted,
+) -> Option<Vec<(f64, f64)>> {
+    let Interpolation::GaussianProcess { trend, lengths, nugget } = &fitted.interpolation else {
+        return None;
+    };
+    let (count, exponents) = (points.nrows(), &fitted.basis.exponents);
+    let start: Vec<f64> = lengths.iter().chain([nugget]).map(|value| value.ln()).collect();
+    let folds = folds(count);
+    let of_fold = |fold: usize| {
+        let (out, kept): (Vec<usize>, Vec<usize>) = (0..count).partition(|i| i % folds == fold);
+        let [x, y] = [points, targets].map(|all| all.select_rows(&kept));
+        let at = most_evident((&x, &y), exponents, start.clone(), FIRST_STEP / 4.0)?;
+        let conditional = Conditional::new(&x, exponents, &at)?;
+        let fit = conditional.fitted(*trend, &y)?;
+        let error = |i: usize| {
+            let (x, y) = (points.row(i).into_owned(), targets.row(i));
+            ((fit.at(&x) - y).norm(), conditional.deviation(&x))
+        };
+        Some(out.into_iter().map(error).collect::<Vec<_>>())
+    };
+    let found: Option<Vec<_>> = (0..folds).into_par_iter().map(of_fold).collect();
+    Some(found?.concat())
 }
 
 /// A Gaussian process with given hyperparameters about a polynomial whose coefficients are unknown, and its
@@ -67,31 +148,96 @@ pub(super) fn solve_process(
     exponents: &[Vec<i32>],
     logarithms: &[f64],
 ) -> Option<Fitted> {
-    let (log_nugget, log_lengths) = logarithms.split_last()?;
-    let lengths: Vec<f64> = log_lengths.iter().map(|l| l.exp()).collect();
-    let nugget = log_nugget.exp();
-    let (samples, basis) = (
-        points.nrows(),
-        Basis { lengths: lengths.clone(), points: points.clone(), exponents: exponents.to_vec() },
-    );
-    let values = basis.at_all(points);
-    let mut covariance = values.columns(0, samples).into_owned();
-    (0..samples).for_each(|i| covariance[(i, i)] += nugget);
-    let polynomial = values.columns(samples, exponents.len()).into_owned();
-    let factor = Cholesky::new(covariance)?;
-    let weighted = factor.solve(&polynomial);
-    let schur = Cholesky::new(polynomial.tr_mul(&weighted))?;
-    let coefficients = schur.solve(&weighted.tr_mul(targets));
-    let kernels = factor.solve(&(targets - &polynomial * &coefficients));
-    // The diagonal of the inverse of the covariance bordered by the polynomial.
-    let (inverse, explained) = (factor.inverse(), schur.solve(&weighted.transpose()));
-    let squares = kernels.row_iter().enumerate().map(|(i, row)| {
-        let diagonal = inverse[(i, i)] - weighted.row(i).transpose().dot(&explained.column(i));
-        row.norm_squared() / diagonal.powi(2)
-    });
-    let leave_one_out = squares.sum::<f64>();
-    let mut weights = kernels.resize_vertically(samples + exponents.len(), 0.0);
-    weights.rows_mut(samples, exponents.len()).copy_from(&coefficients);
-    let interpolation = Interpolation::GaussianProcess { trend, lengths, nugget };
-    leave_one_out.is_finite().then_some(Fitted { interpolation, basis, weights, leave_one_out })
+    Conditional::new(points, exponents, logarithms)?.fitted(trend, targets)
+}
+
+/// Covariance of points, with the generalised least squares of a polynomial (Rasmussen & Williams, 2006, section 2.7).
+#[derive(Clone, Debug)]
+pub(crate) struct Conditional {
+    basis: Basis,
+    nugget: f64,
+    /// Factor of the covariance C.
+    factor: Cholesky<f64, Dyn>,
+    /// Values of the monomials P, one row per point.
+    polynomial: DMatrix<f64>,
+    /// C⁻¹ P.
+    weighted: DMatrix<f64>,
+    /// Factor of Pᵀ C⁻¹ P.
+    schur: Cholesky<f64, Dyn>,
+}
+
+impl Conditional {
+    pub(super) fn new(
+        points: &DMatrix<f64>,
+        exponents: &[Vec<i32>],
+        logarithms: &[f64],
+    ) -> Option<Self> {
+        let (log_nugget, log_lengths) = logarithms.split_last()?;
+        let lengths = log_lengths.iter().map(|l| l.exp()).collect();
+        let basis = Basis { lengths, points: points.clone(), exponents: exponents.to_vec() };
+        Self::of(basis, log_nugget.exp())
+    }
+
+    pub(super) fn of(basis: Basis, nugget: f64) -> Option<Self> {
+        let samples = basis.points.nrows();
+        let values = basis.at_all(&basis.points);
+        let mut covariance = values.columns(0, samples).into_owned();
+        (0..samples).for_each(|i| covariance[(i, i)] += nugget);
+        let polynomial = values.columns(samples, basis.exponents.len()).into_owned();
+        let factor = Cholesky::new(covariance)?;
+        let weighted = factor.solve(&polynomial);
+        let schur = Cholesky::new(polynomial.tr_mul(&weighted))?;
+        Some(Self { basis, nugget, factor, polynomial, weighted, schur })
+    }
+
+    /// Weights of the kernels and coefficients of the polynomial.
+    fn weights(&self, targets: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+        let coefficients = self.schur.solve(&self.weighted.tr_mul(targets));
+        let kernels = self.factor.solve(&(targets - &self.polynomial * &coefficients));
+        (kernels, coefficients)
+    }
+
+    /// Minus the logarithm of the evidence but for a constant, the variance at its maximum and the coefficients of the polynomial
+    /// integrated out (Rasmussen & Williams, 2006, (2.45)); per column of the targets.
+    pub(super) fn surprise(&self, targets: &DMatrix<f64>) -> f64 {
+        let (kernels, coefficients) = self.weights(targets);
+        let freedom = (targets.nrows() - coefficients.nrows()) as f64;
+        let half_log_determinant = |factor: &Cholesky<f64, Dyn>| {
+            factor.l_dirty().diagonal().iter().map(|pivot| pivot.ln()).sum::<f64>()
+        };
+        0.5 * freedom * targets.dot(&kernels).max(f64::MIN_POSITIVE).ln()
+            + half_log_determinant(&self.factor)
+            + half_log_determinant(&self.schur)
+    }
+
+    fn fitted(&self, trend: usize, targets: &DMatrix<f64>) -> Option<Fitted> {
+        let (kernels, coefficients) = self.weights(targets);
+        let (samples, weighted) = (targets.nrows(), &self.weighted);
+        // The diagonal of the inverse of the covariance bordered by the polynomial.
+        let (inverse, explained) = (self.factor.inverse(), self.schur.solve(&weighted.transpose()));
+        let squares = kernels.row_iter().enumerate().map(|(i, row)| {
+            let diagonal = inverse[(i, i)] - weighted.row(i).transpose().dot(&explained.column(i));
+            row.norm_squared() / diagonal.powi(2)
+        });
+        let leave_one_out = squares.sum::<f64>();
+        let mut weights = kernels.resize_vertically(samples + coefficients.nrows(), 0.0);
+        weights.rows_mut(samples, coefficients.nrows()).copy_from(&coefficients);
+        let (basis, nugget) = (self.basis.clone(), self.nugget);
+        let lengths = basis.lengths.clone();
+        let interpolation = Interpolation::GaussianProcess { trend, lengths, nugget };
+        leave_one_out.is_finite().then_some(Fitted { interpolation, basis, weights, leave_one_out })
+    }
+
+    /// Standard deviation of a new value at a point \[that of the process\] (Rasmussen & Williams, 2006, (2.42)).
+    pub(super) fn deviation(&self, x: &RowDVector<f64>) -> f64 {
+        let values = self.basis.at(x).transpose();
+        let samples = self.basis.points.nrows();
+        let kernels = values.rows(0, samples).into_owned();
+        let rest =
+            values.rows(samples, self.basis.exponents.len()) - self.weighted.tr_mul(&kernels);
+        let explained = kernels.dot(&self.factor.solve(&kernels));
+        let variance = 1.0 - explained + rest.dot(&self.schur.solve(&rest));
+        // Rounding takes the variance at a sample below zero.
+        (self.nugget + variance.max(0.0)).sqrt()
+    }
 }

@@ -1,0 +1,243 @@
+//! Emulators of stored runs of any solver: Gaussian processes of numbers or displacements over θ, without a body.
+
+use crate::predict::regression::{Conditional, check_samples, folds};
+use crate::store::checksums::{self, SEAL};
+use crate::store::identity::{Axis, axis};
+use crate::store::{read_json, write_json};
+use crate::{Error, PodRegression, Result};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sinew_energy::Parameter;
+use sinew_mesh::AnyMesh;
+use std::path::Path;
+
+/// Share of unseen values that intervals are made to hold.
+const COVERAGE: f64 = 0.95;
+/// Runs that are learned from at most: time grows with their cube, a prediction with their square.
+const MOST_RUNS: usize = 1000;
+/// Seed of the order of runs, and of the choice among more than [`MOST_RUNS`].
+const SEED: u64 = 1;
+const MESH: &str = "mesh.vtu";
+
+/// Results of stored runs: one number of each, or the displacement of all nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// Name, such as `"volume"`.
+    pub name: String,
+    /// Unit, `"1"` for numbers without one.
+    pub unit: String,
+    /// A value for each run: one number, or displacements node by node.
+    pub values: Vec<Vec<f64>>,
+}
+
+/// Errors of runs that are predicted from the others: each alone among up to fifty runs, a tenth of more at a time. Length scales
+/// and nugget are searched anew without them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// Name of the output.
+    pub name: String,
+    /// Unit of the output.
+    pub unit: String,
+    /// Number of runs that were learned from.
+    pub runs: usize,
+    /// Number of parts that were left out in turn.
+    pub folds: usize,
+    /// Root mean square error, of displacements over nodes \[unit\].
+    pub error: f64,
+    /// Root mean square of the values about their mean \[unit\].
+    pub deviation: f64,
+    /// Half-width of a 95 % interval, in standard deviations of the process.
+    factor: f64,
+}
+
+impl LeftOut {
+    /// R²: one less the share of the variance that is unexplained.
+    pub fn r_squared(&self) -> f64 {
+        1.0 - (self.error / self.deviation).powi(2)
+    }
+}
+
+/// A predicted output.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Predicted {
+    /// The number, or displacements node by node \[unit of the output\].
+    pub values: Vec<f64>,
+    /// Half-width of the 95 % interval; of displacements, of their root mean square nodal error \[unit of the output\].
+    pub half_width: f64,
+}
+
+/// Emulator of stored runs of any solver. Each output is a Gaussian process about a polynomial, with a length scale for each
+/// parameter; displacements are decomposed into modes before. It knows no equilibrium, so that its errors are those of
+/// runs left out ([`LeftOut`]), and its intervals are as wide as 95 % of these errors demand.
+///
+/// ```
+/// use sinew_emulate::{Output, RunsEmulator};
+/// use sinew_energy::Parameter;
+///
+/// let thetas: Vec<Vec<f64>> = (0..20).map(|i| vec![1.0 + 0.1 * i as f64]).collect();
+/// let values = thetas.iter().map(|theta| vec![40.0 + 5.0 / theta[0]]).collect();
+/// let volume = Output { name: "volume".into(), unit: "ml".into(), values };
+/// let stiffness = Parameter::log("k", "kPa", 1.0..=2.9);
+/// let emulator = RunsEmulator::fit(vec![stiffness], &thetas, &[volume], None)?;
+/// assert!(emulator.left_out()[0].r_squared() > 0.9999);
+/// let found = &emulator.predict(&[2.05])?[0];
+/// assert!((found.values[0] - (40.0 + 5.0 / 2.05)).abs() < found.half_width.max(1e-9));
+/// # Ok::<(), sinew_emulate::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct RunsEmulator {
+    /// Parameters, with the ranges of the runs.
+    pub parameters: Vec<Parameter>,
+    /// Mesh of displacements.
+    pub mesh: Option<AnyMesh>,
+    outputs: Vec<(PodRegression, Conditional)>,
+    left_out: Vec<LeftOut>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Description {
+    parameters: Vec<Axis>,
+    left_out: Vec<LeftOut>,
+}
+
+impl RunsEmulator {
+    /// File by which its folder is known.
+    pub const FILE: &str = "runs.json";
+
+    /// Fits to `thetas`, one vector of the parameters per run, and outputs; displacements are of a `mesh`. Of more than a thousand
+    /// runs a thousand are drawn.
+    ///
+    /// # Errors
+    /// Runs that are too few, differ in length, or hold a value that is not usable.
+    pub fn fit(
+        parameters: Vec<Parameter>,
+        thetas: &[Vec<f64>],
+        outputs: &[Output],
+        mesh: Option<AnyMesh>,
+    ) -> Result<Self> {
+        // By the numbers of the runs as they were given.
+        outputs.iter().try_for_each(|of| check_samples(&parameters, thetas, &of.values))?;
+        let mut order: Vec<usize> = (0..thetas.len()).collect();
+        order.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
+        order.truncate(MOST_RUNS);
+        let drawn = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            order.iter().map(|&run| rows[run].clone()).collect()
+        };
+        let thetas = drawn(thetas);
+        let fit = |output: &Output| -> Result<_> {
+            let values = drawn(&output.values);
+            let (regression, errors) = PodRegression::fit_evidence(&parameters, &thetas, &values)?;
+            let conditional = conditional(&regression)?;
+            Ok(((regression, conditional), LeftOut::of(output, &values, &errors)))
+        };
+        let found: Result<Vec<_>> = outputs.par_iter().map(fit).collect();
+        let (outputs, left_out) = found?.into_iter().unzip();
+        Ok(Self { parameters, mesh, outputs, left_out })
+    }
+
+    /// Errors of runs left out, output by output.
+    pub fn left_out(&self) -> &[LeftOut] {
+        &self.left_out
+    }
+
+    /// All outputs at θ.
+    ///
+    /// # Errors
+    /// θ of the wrong length, not finite, or not positive where runs are spread over the logarithm.
+    pub fn predict(&self, theta: &[f64]) -> Result<Vec<Predicted>> {
+        let predict = |(output, left): (&(PodRegression, Conditional), &LeftOut)| {
+            let (regression, conditional) = output;
+            let values = regression.predict(theta)?;
+            let nodes = nodes(&values);
+            let half_width = left.factor * regression.deviation(conditional, theta) / nodes.sqrt();
+            Ok(Predicted { values, half_width })
+        };
+        self.outputs.iter().zip(&self.left_out).map(predict).collect()
+    }
+
+    /// Writes a folder that [`RunsEmulator::load`] reads, with checksums of its files.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn save(&self, folder: &Path) -> Result<()> {
+        let description = Description {
+            parameters: self.parameters.iter().map(|p| axis(p, p.unit.name())).collect(),
+            left_out: self.left_out.clone(),
+        };
+        write_json(&folder.join(Self::FILE), &description)?;
+        let mut names = vec![Self::FILE.to_string()];
+        for (place, (regression, _)) in self.outputs.iter().enumerate() {
+            regression.save(&folder.join(place.to_string()))?;
+            names.extend(["regression.json", "modes.npy"].map(|name| format!("{place}/{name}")));
+        }
+        if let Some(mesh) = &self.mesh {
+            mesh.write_vtu(folder.join(MESH)).map_err(|error| Error::Refused(error.to_string()))?;
+            names.push(MESH.into());
+        }
+        write_json(&folder.join(SEAL), &checksums::of(folder, names)?)
+    }
+
+    /// Reads what [`RunsEmulator::save`] wrote.
+    ///
+    /// # Errors
+    /// A folder without such an emulator, files that are damaged.
+    pub fn load(folder: &Path) -> Result<Self> {
+        let Description { parameters, left_out } = read_json(&folder.join(Self::FILE))?
+            .ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
+        let sealed = checksums::check(folder)?;
+        let parameter = |Axis { name, range: [low, high], unit, logarithmic }| match logarithmic {
+            true => Parameter::log(name, unit.as_str(), low..=high),
+            false => Parameter::linear(name, unit.as_str(), low..=high),
+        };
+        let parameters: Vec<Parameter> = parameters.into_iter().map(parameter).collect();
+        let output = |place: usize| -> Result<_> {
+            let regression = PodRegression::load(&folder.join(place.to_string()), &parameters)?;
+            let conditional = conditional(&regression)?;
+            Ok((regression, conditional))
+        };
+        let outputs = (0..left_out.len()).into_par_iter().map(output).collect::<Result<_>>()?;
+        let read = || sinew_mesh::read(folder.join(MESH)).map(|(mesh, _)| mesh);
+        let mesh = sealed.contains_key(MESH).then(read).transpose();
+        let mesh = mesh.map_err(|error| Error::Refused(error.to_string()))?;
+        Ok(Self { parameters, mesh, outputs, left_out })
+    }
+}
+
+impl LeftOut {
+    /// Of errors beside the deviations of the process.
+    fn of(output: &Output, values: &[Vec<f64>], errors: &[(f64, f64)]) -> Self {
+        let runs = values.len();
+        let mean_square = |sum: f64| (sum / (runs as f64 * nodes(&values[0]))).sqrt();
+        let about_mean = |k: usize| {
+            let mean = values.iter().map(|value| value[k]).sum::<f64>() / runs as f64;
+            values.iter().map(|value| (value[k] - mean).powi(2)).sum::<f64>()
+        };
+        let mut ratios: Vec<f64> = errors.iter().map(|(error, of)| error / of).collect();
+        ratios.sort_by(f64::total_cmp);
+        // The quantile that as many unseen values stay below, were these ratios exchangeable with theirs.
+        let rank = (COVERAGE * (runs + 1) as f64).ceil() as usize;
+        Self {
+            name: output.name.clone(),
+            unit: output.unit.clone(),
+            runs,
+            folds: folds(runs),
+            error: mean_square(errors.iter().map(|(error, _)| error * error).sum()),
+            deviation: mean_square((0..values[0].len()).map(about_mean).sum()),
+            factor: ratios[rank.min(runs) - 1],
+        }
+    }
+}
+
+/// Nodes of displacements; 1 of a number.
+fn nodes(values: &[f64]) -> f64 {
+    (values.len() / 3).max(1) as f64
+}
+
+fn conditional(regression: &PodRegression) -> Result<Conditional> {
+    let lost =
+        "the covariance of the runs cannot be factorised; leave out runs that are nearly the same";
+    regression.conditional().ok_or_else(|| Error::Refused(lost.into()))
+}

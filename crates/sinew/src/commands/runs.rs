@@ -1,0 +1,121 @@
+//! Emulators of stored runs of any solver: training and predictions.
+
+use super::batch::{MOST_LINES, tell_outside};
+use super::{CaseArguments, ThetaArguments, refuse};
+use anyhow::Result;
+use clap::Args;
+use rayon::prelude::*;
+use sinew::output::displacement_in_words;
+use sinew::report::format::digits;
+use sinew::runs::{Runs, write_predictions};
+use sinew::{EmulatorError, Unit, values_in_words};
+use sinew_emulate::{LeftOut, Predicted, RunsEmulator};
+use std::path::{Path, PathBuf};
+
+/// Runs of any solver.
+#[derive(Debug, Args)]
+#[group(conflicts_with_all = ["case", "recipe", "samples", "target", "anchors", "minutes", "steps", "seed", "simulations", "from", "name", "resume"])]
+pub(crate) struct RunsArguments {
+    /// CSV table of runs of any solver, with names in its first line: columns of parameters (--parameters) and of outputs
+    #[arg(long, value_name = "CSV", conflicts_with = "mesh", requires = "parameters")]
+    from_table: Option<PathBuf>,
+    /// Archive of numpy.savez: theta (runs × parameters) and displacements (runs × nodes × 3) on the mesh of --mesh, by any solver
+    #[arg(long, value_name = "NPZ", conflicts_with = "from_table", requires_all = ["mesh", "parameters"])]
+    from_fields: Option<PathBuf>,
+    /// Columns of the table that are parameters, by names separated by commas; names of the parameters of --from-fields
+    #[arg(long, value_name = "NAMES")]
+    parameters: Option<String>,
+    /// Columns of the table to emulate [default: all others]
+    #[arg(long, value_name = "NAMES", requires = "from_table")]
+    outputs: Option<String>,
+}
+
+/// Folder of the emulator within OUT.
+const EMULATOR: &str = "emulator";
+
+impl RunsArguments {
+    pub(crate) fn are_given(&self) -> bool {
+        self.from_table.is_some() || self.from_fields.is_some()
+    }
+
+    pub(crate) fn train(&self, case: &CaseArguments, restart: bool) -> Result<()> {
+        let parameters = self.parameters.as_deref().unwrap_or_default();
+        let (file, runs) = match (&self.from_table, &self.from_fields, &case.file.mesh) {
+            (Some(file), ..) => {
+                (file, Runs::read_table(file, parameters, self.outputs.as_deref())?)
+            }
+            (None, Some(file), Some(mesh)) => (file, Runs::read_fields(file, mesh, parameters)?),
+            _ => return refuse("--from-fields needs --mesh".into()),
+        };
+        let stem = file.file_stem().unwrap_or_default();
+        let folder = case.out.clone().unwrap_or_else(|| Path::new("out").join(stem));
+        if folder.join(EMULATOR).exists() && !restart {
+            return refuse(format!(
+                "{} holds an emulator already; replace it with --restart, or name another folder with --out",
+                folder.display()
+            ));
+        }
+        let Runs { parameters, thetas, outputs, mesh } = runs;
+        let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, mesh)?;
+        emulator.save(&folder.join(EMULATOR))?;
+        tell(&emulator);
+        println!("written: {}", folder.display());
+        Ok(())
+    }
+}
+
+/// Errors of runs left out.
+fn tell(emulator: &RunsEmulator) {
+    for left in emulator.left_out() {
+        let LeftOut { name, unit, runs, folds, error, deviation, .. } = left;
+        let how = if folds == runs { "leave-one-out".into() } else { format!("{folds}-fold") };
+        println!(
+            "{name}: {how} error {}{}, {} of the standard deviation, R² {:.5}",
+            digits(*error, 3),
+            Unit::from(unit.as_str()).suffix(),
+            digits(error / deviation, 2),
+            left.r_squared()
+        );
+    }
+}
+
+/// Folder of an emulator of stored runs, where the place of the case names one.
+pub(crate) fn trained(case: &CaseArguments) -> Option<PathBuf> {
+    let folder = case.file.case.join(EMULATOR);
+    folder.join(RunsEmulator::FILE).exists().then_some(folder)
+}
+
+/// Predicts outputs with their intervals, and writes them.
+pub(crate) fn predict(
+    folder: &Path,
+    case: &CaseArguments,
+    theta: &ThetaArguments,
+    pictures: usize,
+) -> Result<()> {
+    let emulator = RunsEmulator::load(folder)?;
+    let thetas = theta.of(&emulator.parameters)?;
+    tell_outside(&emulator.parameters, &thetas);
+    let predict = |theta: Vec<f64>| Ok((theta.clone(), emulator.predict(&theta)?));
+    let found: Result<Vec<_>, EmulatorError> = thetas.into_par_iter().map(predict).collect();
+    let found = found?;
+    for (theta, found) in found.iter().take(MOST_LINES) {
+        println!("{}: {}", values_in_words(&emulator.parameters, theta), said(&emulator, found));
+    }
+    let out = case.out.clone().unwrap_or_else(|| case.file.case.clone()).join("predict");
+    write_predictions(&out, &emulator, &found, pictures)?;
+    println!("written: {}", out.display());
+    Ok(())
+}
+
+/// Outputs with their 95 % errors.
+fn said(emulator: &RunsEmulator, found: &[Predicted]) -> String {
+    let one = |(left, Predicted { values, half_width }): (&LeftOut, &Predicted)| {
+        let value = match emulator.mesh {
+            None => digits(values[0], 6),
+            Some(_) => displacement_in_words(values, &left.unit),
+        };
+        let unit = Unit::from(left.unit.as_str()).suffix();
+        format!("{} {value} ± {}{unit}", left.name, digits(*half_width, 2))
+    };
+    emulator.left_out().iter().zip(found).map(one).collect::<Vec<_>>().join(", ")
+}

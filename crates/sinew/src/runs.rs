@@ -1,0 +1,254 @@
+//! Stored runs of any solver: tables of numbers, arrays of displacements, and the files of their emulators' predictions.
+
+use crate::case::advise;
+use crate::npz;
+use crate::output::{clear, failed, quoted};
+use crate::theta::{ThetaText, cells, head, is_comment, outside, table_text};
+use sinew_emulate::{Output, Predicted, RunsEmulator, share_of};
+use sinew_energy::{Parameter, Unit};
+use sinew_mesh::{AnyMesh, Field, MeshError};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// Runs with their parameters, whose ranges are those of the runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Runs {
+    /// Parameters.
+    pub parameters: Vec<Parameter>,
+    /// Their values, run by run.
+    pub thetas: Vec<Vec<f64>>,
+    /// Results.
+    pub outputs: Vec<Output>,
+    /// Mesh of displacements.
+    pub mesh: Option<AnyMesh>,
+}
+
+impl Runs {
+    /// Reads a CSV table with a row per run and names in its first line, such as `mu [kPa],volume [ml]`. `parameters` lists the
+    /// columns of the parameters, by names separated by commas; a name with a comma stands in quotes. `outputs` lists those to be emulated; all
+    /// others without it. Empty lines and those that begin with `#` are left out.
+    ///
+    /// # Errors
+    /// A file that cannot be read, a column that is missing or has one value only, a cell that is not a finite number, two runs with
+    /// the same parameters, too few runs; with line and column.
+    pub fn read_table(
+        path: &Path,
+        parameters: &str,
+        outputs: Option<&str>,
+    ) -> Result<Self, ThetaText> {
+        let file = path.display();
+        let at = |place: &str, reason| ThetaText { place: format!("{file}{place}"), reason };
+        let text = table_text(path).map_err(|reason| at("", reason))?;
+        let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !is_comment(line));
+        let (first, header) = lines.next().ok_or_else(|| at("", "the table is empty".into()))?;
+        let heads = cells(header);
+        let heads: Vec<(&str, &str)> = heads.iter().map(|text| head(text)).collect();
+        let names: Vec<&str> = heads.iter().map(|(name, _)| *name).collect();
+        let line = |line: usize, reason| at(&format!(", line {line}"), reason);
+        let chosen = |list: &str| columns(list, &names).map_err(|reason| line(first, reason));
+        let inputs = chosen(parameters)?;
+        let others = (0..names.len()).filter(|column| !inputs.contains(column)).collect();
+        let results: Vec<usize> = outputs.map_or(Ok(others), chosen)?;
+        if results.is_empty() || results.iter().any(|column| inputs.contains(column)) {
+            return Err(line(first, "give outputs that are not parameters".into()));
+        }
+        let (mut rows, mut numbers) = (Vec::new(), Vec::new());
+        for (number, text) in lines {
+            let cells = cells(text);
+            if cells.len() != names.len() {
+                let reason = format!("{} values for {} columns", cells.len(), names.len());
+                return Err(line(number, reason));
+            }
+            let value = |&column: &usize| match cells[column].parse::<f64>() {
+                Ok(value) if value.is_finite() => Ok(value),
+                _ => {
+                    let (cell, name) = (&cells[column], names[column]);
+                    let what = "is not a finite number; leave failed runs out";
+                    Err(line(number, format!("`{cell}` in the column `{name}` {what}")))
+                }
+            };
+            rows.push(inputs.iter().chain(&results).map(value).collect::<Result<Vec<f64>, _>>()?);
+            numbers.push(number);
+        }
+        let output = |(place, &column_of): (usize, &usize)| {
+            let (name, unit) = heads[column_of];
+            let unit = if unit.is_empty() { "1" } else { unit }.into();
+            let values = rows.iter().map(|row| vec![row[inputs.len() + place]]).collect();
+            Output { name: name.into(), unit, values }
+        };
+        let outputs = results.iter().enumerate().map(output).collect();
+        let thetas = rows.iter().map(|row| row[..inputs.len()].to_vec()).collect();
+        let heads: Vec<_> = inputs.iter().map(|&column| heads[column]).collect();
+        let said = |run: usize| format!("line {}", numbers[run]);
+        Self::of(&heads, thetas, outputs, said).map_err(|reason| at("", reason))
+    }
+
+    /// Reads an archive of `numpy.savez`: `theta` (runs × parameters) and `displacements` (runs × nodes × 3), in the order of the
+    /// nodes of a mesh file and in its unit. `parameters` lists their names, with units if any: `mu [kPa],lambda [kPa]`.
+    ///
+    /// # Errors
+    /// A file that cannot be read, arrays whose shapes do not fit each other or the mesh, and as [`Runs::read_table`].
+    pub fn read_fields(path: &Path, mesh: &Path, parameters: &str) -> Result<Self, ThetaText> {
+        let at = |path: &Path, reason| ThetaText { place: path.display().to_string(), reason };
+        let array = |name| npz::read(path, name).map_err(|error| at(path, error.to_string()));
+        let ((of_theta, theta), (of_fields, fields)) = (array("theta")?, array("displacements")?);
+        let (read, report) = sinew_mesh::read(mesh).map_err(|error| at(mesh, error.to_string()))?;
+        let points = read.points().len();
+        let count = of_theta.last().copied().unwrap_or_default();
+        if of_theta.len() != 2 || count == 0 || of_fields != [of_theta[0], points, 3] {
+            let [theta, fields] = [&of_theta, &of_fields]
+                .map(|shape| shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" × "));
+            let changes: String = report.changes().iter().map(|said| format!(", {said}")).collect();
+            let reason = format!(
+                "theta is {theta} and displacements are {fields}; give runs × parameters and runs × {points} × 3, for the nodes of {}{changes}",
+                mesh.display()
+            );
+            return Err(at(path, reason));
+        }
+        let names = cells(parameters);
+        let heads: Vec<_> = names.iter().map(|name| head(name)).collect();
+        if heads.len() != count {
+            let reason = format!("{} names for {count} parameters", heads.len());
+            return Err(at(Path::new("--parameters"), reason));
+        }
+        let thetas = theta.chunks(count).map(<[f64]>::to_vec).collect();
+        let values = fields.chunks(3 * points).map(<[f64]>::to_vec).collect();
+        let output = Output { name: "displacement".into(), unit: "mm".into(), values };
+        let runs = Self::of(&heads, thetas, vec![output], |run| format!("run {run}"));
+        let runs = runs.map_err(|reason| at(path, reason))?;
+        Ok(Self { mesh: Some(read), ..runs })
+    }
+
+    /// Checks runs, and finds the ranges of their parameters.
+    fn of(
+        heads: &[(&str, &str)],
+        thetas: Vec<Vec<f64>>,
+        outputs: Vec<Output>,
+        said: impl Fn(usize) -> String,
+    ) -> Result<Self, String> {
+        let (found, least) = (thetas.len(), 2 * (heads.len() + 1));
+        if found < least {
+            let count = heads.len();
+            return Err(format!("{found} runs of {count} parameters; give at least {least}"));
+        }
+        outputs.iter().try_for_each(|of| varied(&of.name, &of.values.concat()))?;
+        let mut seen = HashMap::new();
+        for (run, theta) in thetas.iter().enumerate() {
+            if theta.iter().any(|value| !value.is_finite()) {
+                return Err(format!("{} has parameters that are not finite", said(run)));
+            }
+            let bits: Vec<u64> = theta.iter().map(|value| value.to_bits()).collect();
+            if let Some(first) = seen.insert(bits, run) {
+                let (first, second) = (said(first), said(run));
+                return Err(format!("{first} and {second} have the same parameters; keep one"));
+            }
+        }
+        let range = |(place, &(name, unit)): (usize, &(&str, &str))| {
+            let values: Vec<f64> = thetas.iter().map(|theta| theta[place]).collect();
+            varied(name, &values)?;
+            Ok(parameter(name, unit, values))
+        };
+        let parameters = heads.iter().enumerate().map(range).collect::<Result<_, String>>()?;
+        Ok(Self { parameters, thetas, outputs, mesh: None })
+    }
+}
+
+/// Places of the columns of a list.
+fn columns(list: &str, names: &[&str]) -> Result<Vec<usize>, String> {
+    let place = |name: String| {
+        let mut found = (0..names.len()).filter(|&column| names[column] == name);
+        match (found.next(), found.next()) {
+            (Some(column), None) => Ok(column),
+            (Some(_), Some(_)) => Err(format!("`{name}` is there twice; rename one")),
+            (None, _) => {
+                let advice = advise(&name, names.iter().copied(), "the columns are");
+                Err(format!("there is no column `{name}`{advice}"))
+            }
+        }
+    };
+    cells(list).into_iter().map(place).collect()
+}
+
+/// Requires more than one value.
+fn varied(name: &str, values: &[f64]) -> Result<(), String> {
+    let first = values[0];
+    match values.iter().all(|value| *value == first) {
+        true => {
+            Err(format!("`{name}` is {first} in all runs; leave it out (--parameters, --outputs)"))
+        }
+        false => Ok(()),
+    }
+}
+
+/// A parameter over the range of its values, by their logarithm if that brings the median nearer to the middle of the range.
+fn parameter(name: &str, unit: &str, mut values: Vec<f64>) -> Parameter {
+    values.sort_by(f64::total_cmp);
+    let (low, high, median) = (values[0], values[values.len() - 1], values[values.len() / 2]);
+    let unit = if unit.is_empty() { "1" } else { unit };
+    let linear = Parameter::linear(name, unit, low..=high);
+    let log = Parameter::log(name, unit, low..=high);
+    let off = |of: &Parameter| (share_of(of, median) - 0.5).abs();
+    if low > 0.0 && off(&log) < off(&linear) { log } else { linear }
+}
+
+/// Writes predictions into a folder, which is made: `cases.csv` with a row per case. Of displacements also `cases.npz`, and for the first
+/// `pictures` cases a VTU file each with `cases.pvd`, which lists them.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_predictions(
+    folder: &Path,
+    emulator: &RunsEmulator,
+    found: &[(Vec<f64>, Vec<Predicted>)],
+    pictures: usize,
+) -> Result<(), MeshError> {
+    std::fs::create_dir_all(folder).map_err(failed(folder))?;
+    clear(folder).map_err(failed(folder))?;
+    let table = folder.join("cases.csv");
+    std::fs::write(&table, lines(emulator, found)).map_err(failed(&table))?;
+    let Some(mesh) = &emulator.mesh else { return Ok(()) };
+    let theta: Vec<f64> = found.iter().flat_map(|(theta, _)| theta.clone()).collect();
+    let fields: Vec<f64> = found.iter().flat_map(|(_, found)| found[0].values.clone()).collect();
+    let (cases, nodes, count) = (found.len(), mesh.points().len(), emulator.parameters.len());
+    let archive = folder.join("cases.npz");
+    let arrays: [npz::Named<'_>; 2] =
+        [("theta", &[cases, count], &theta), ("displacement", &[cases, nodes, 3], &fields)];
+    npz::write(&archive, &arrays, &[]).map_err(failed(&archive))?;
+    let mut series = Vec::new();
+    for (case, (_, found)) in found.iter().enumerate().take(pictures) {
+        let mut mesh = mesh.clone();
+        let field = Field::vectors(found[0].values.as_chunks::<3>().0);
+        mesh.point_fields_mut().insert("displacement".into(), field);
+        let name = PathBuf::from(format!("{case:04}.vtu"));
+        mesh.write_vtu(folder.join(&name))?;
+        series.push((case as f64, name));
+    }
+    let series: Vec<_> = series.iter().map(|(time, file)| (*time, file.as_path())).collect();
+    sinew_mesh::write_pvd(folder.join("cases.pvd"), &series)
+}
+
+/// Lines of the table of predictions.
+fn lines(emulator: &RunsEmulator, found: &[(Vec<f64>, Vec<Predicted>)]) -> String {
+    let number = emulator.mesh.is_none();
+    let mut heads = vec!["case".to_string()];
+    heads.extend(emulator.parameters.iter().map(|p| p.unit.head(&p.name)));
+    for left in emulator.left_out() {
+        let unit = Unit::from(left.unit.as_str());
+        heads.extend(number.then(|| unit.head(&left.name)));
+        heads.push(unit.head(&format!("95 % error of {}", left.name)));
+    }
+    heads.push("outside their ranges".into());
+    let line = |(case, (theta, found)): (usize, &(Vec<f64>, Vec<Predicted>))| {
+        let mut cells = vec![case as f64];
+        cells.extend(theta);
+        for Predicted { values, half_width } in found {
+            cells.extend(values.iter().filter(|_| number));
+            cells.push(*half_width);
+        }
+        let cells: Vec<String> = cells.iter().map(f64::to_string).collect();
+        cells.join(",") + "," + &quoted(&outside(&emulator.parameters, theta).join("; "))
+    };
+    let heads: Vec<String> = heads.iter().map(|head| quoted(head)).collect();
+    let lines = found.iter().enumerate().map(line);
+    std::iter::once(heads.join(",")).chain(lines).map(|line| line + "\n").collect()
+}

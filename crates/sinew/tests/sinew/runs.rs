@@ -1,0 +1,200 @@
+//! Emulators of stored runs, without a case: a table of numbers, and displacements on a mesh.
+
+use crate::program::{BAR, done, refused};
+use sinew::emulate::RunsEmulator;
+use sinew::runs::Runs;
+use sinew::{Body, Case, Design, npz, outside, simulate};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Runs of a bar by the solver: parameters in their order (μ, λ), and displacements.
+fn runs(count: usize, design: Design) -> (Body, Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let body = Case::parse(BAR, "bar.toml").unwrap().body().unwrap();
+    let thetas = design.sample(&body.parameters, count, 3).unwrap();
+    let found = simulate(&body, &thetas, "test", None, &mut ()).unwrap();
+    assert_eq!(found.thetas, thetas);
+    (body, thetas, found.fields)
+}
+
+/// Largest sinking, and energy.
+fn numbers(body: &Body, theta: &[f64], field: &[f64]) -> [f64; 2] {
+    let down = field.iter().skip(2).step_by(3).fold(0.0, |most: f64, u| most.max(-u));
+    [down, body.value(field, theta)]
+}
+
+/// A column of a table of predictions.
+fn column(folder: &Path, head: &str) -> Vec<f64> {
+    let text = std::fs::read_to_string(folder.join("cases.csv")).unwrap();
+    let place = text.lines().next().unwrap().split(',').position(|name| name == head);
+    let place = place.unwrap_or_else(|| panic!("{head}: {text}"));
+    text.lines().skip(1).map(|row| row.split(',').nth(place).unwrap().parse().unwrap()).collect()
+}
+
+fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len() as f64;
+    (values.map(|value| value * value).sum::<f64>() / count).sqrt()
+}
+
+fn thetas_csv(folder: &Path, thetas: &[Vec<f64>]) {
+    let rows: String = thetas.iter().map(|theta| format!("{},{}\n", theta[0], theta[1])).collect();
+    std::fs::write(folder.join("thetas.csv"), format!("mu,lambda\n{rows}")).unwrap();
+}
+
+#[test]
+fn a_table_of_runs_predicts_runs_that_were_held_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let (body, thetas, fields) = runs(40, Design::Sobol);
+    let mut table = String::from("case,mu [kPa],lambda [kPa],\"sinking, largest [mm]\",energy\n");
+    for (case, (theta, field)) in thetas.iter().zip(&fields).enumerate() {
+        let [down, energy] = numbers(&body, theta, field);
+        writeln!(table, "run {case},{},{},{down},{energy}", theta[0], theta[1]).unwrap();
+    }
+    std::fs::write(folder.join("runs.csv"), table.replace("sinking, largest", "sinking")).unwrap();
+    let told =
+        done(folder, "train --from-table runs.csv --parameters mu,lambda --outputs sinking,energy");
+    assert!(told.contains("sinking: leave-one-out error") && told.contains("R² 1.0000"), "{told}");
+
+    // Within the box of the runs: beyond it there is a warning.
+    let emulator = RunsEmulator::load(&folder.join("out/runs/emulator")).unwrap();
+    let (_, unseen, truth) = runs(110, Design::LatinHypercube);
+    let within =
+        |(theta, _): &(Vec<f64>, Vec<f64>)| outside(&emulator.parameters, theta).is_empty();
+    let (unseen, truth): (Vec<_>, Vec<_>) =
+        unseen.into_iter().zip(truth).filter(within).take(100).unzip();
+    thetas_csv(folder, &unseen);
+    let told = done(folder, "predict out/runs --theta thetas.csv");
+    assert!(told.contains("sinking") && told.contains('±'), "{told}");
+    for (place, (name, unit)) in [("sinking", " [mm]"), ("energy", "")].into_iter().enumerate() {
+        let left = &emulator.left_out()[place];
+        let out = folder.join("out/runs/predict");
+        let predicted = column(&out, &format!("{name}{unit}"));
+        let half = column(&out, &format!("95 % error of {name}{unit}"));
+        let truth = unseen.iter().zip(&truth).map(|(t, field)| numbers(&body, t, field)[place]);
+        let errors: Vec<f64> = predicted.iter().zip(truth).map(|(p, t)| p - t).collect();
+        let error = root_mean_square(errors.iter().copied());
+        assert!(error < 1.5 * left.error, "{name}: {error:e}, {:e} stated", left.error);
+        // A rank quantile of 40 errors: at least 0.85 of 100 with a probability of 0.99.
+        let within = errors.iter().zip(&half).filter(|(e, h)| e.abs() <= **h).count();
+        assert!((85..=100).contains(&within), "{name}: {within} of 100");
+        assert!(left.r_squared() > 0.9999, "{name}: {}", left.r_squared());
+    }
+    // Quoted heads.
+    std::fs::write(folder.join("quoted.csv"), table.replace("run ", "").replace("case,", "x,"))
+        .unwrap();
+    let runs = Runs::read_table(&folder.join("quoted.csv"), "x,mu,lambda", None).unwrap();
+    let names: Vec<_> = runs.outputs.iter().map(|output| &output.name[..]).collect();
+    assert_eq!(
+        (names, runs.parameters[1].unit.name()),
+        (vec!["sinking, largest", "energy"], "kPa")
+    );
+
+    let far = done(folder, "predict out/runs --theta mu=30,lambda=10");
+    assert!(far.contains("mu = 30 kPa is outside its range"), "{far}");
+    let (_, none) = refused(folder, "predict out/runs");
+    assert!(none.contains("--theta is missing"), "{none}");
+    let (code, solver) = refused(folder, "predict out/runs --theta thetas.csv --accuracy 1e-3");
+    assert!(code == 2 && solver.contains("no solver"), "{solver}");
+    let again = "train --from-table runs.csv --parameters mu,lambda --outputs energy";
+    let (code, there) = refused(folder, again);
+    assert!(code == 2 && there.contains("--restart"), "{there}");
+    done(folder, &format!("{again} --restart"));
+    std::fs::write(folder.join("out/runs/emulator/0/modes.npy"), "other").unwrap();
+    let (_, damaged) = refused(folder, "predict out/runs --theta thetas.csv");
+    assert!(damaged.contains("modes.npy is not as it was stored"), "{damaged}");
+}
+
+#[test]
+fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let (body, thetas, fields) = runs(16, Design::Sobol);
+    let shape = [16, body.nodes, 3];
+    let arrays: [npz::Named<'_>; 2] =
+        [("theta", &[16, 2], &thetas.concat()), ("displacements", &shape, &fields.concat())];
+    npz::write(&folder.join("runs.npz"), &arrays, &[]).unwrap();
+    body.mesh.write_vtu(folder.join("bar.vtu")).unwrap();
+    let told = done(folder, "train --from-fields runs.npz --mesh bar.vtu --parameters mu,lambda");
+    assert!(told.contains("displacement: leave-one-out error"), "{told}");
+
+    let (_, unseen, truth) = runs(30, Design::LatinHypercube);
+    thetas_csv(folder, &unseen);
+    done(folder, "predict out/runs --theta thetas.csv --pictures 2 --out other");
+    let out = folder.join("other/predict");
+    let (shape, found) = npz::read(&out.join("cases.npz"), "displacement").unwrap();
+    assert_eq!(shape, [30, body.nodes, 3]);
+    // Root mean square over the nodes, run by run.
+    let error = |(found, truth): (&[f64], &Vec<f64>)| {
+        root_mean_square(found.iter().zip(truth).map(|(a, b)| a - b)) * 3f64.sqrt()
+    };
+    let errors: Vec<f64> = found.chunks(3 * body.nodes).zip(&truth).map(error).collect();
+    let off = root_mean_square(errors.iter().copied());
+    let stated = RunsEmulator::load(&folder.join("out/runs/emulator")).unwrap().left_out()[0].error;
+    assert!(off < 1.5 * stated, "{off:e}, {stated:e} stated");
+    // The largest ratio of 16: at least 22 of 30 with a probability of 0.99.
+    let bounds = column(&out, "95 % error of displacement [mm]");
+    let within = errors.iter().zip(&bounds).filter(|(error, bound)| error <= bound).count();
+    assert!(within >= 22, "{within} of 30");
+    let (mesh, _) = sinew_mesh::read_mesh::<4>(out.join("0001.vtu")).unwrap();
+    assert_eq!(mesh.point_fields["displacement"].components, 3);
+    assert!(out.join("cases.pvd").exists() && !out.join("0002.vtu").exists());
+
+    npz::write(&folder.join("short.npz"), &arrays[..1], &[]).unwrap();
+    let (code, short) =
+        refused(folder, "train --from-fields short.npz --mesh bar.vtu --parameters mu,lambda");
+    assert!(code == 2 && short.contains("no array `displacements`; it holds: theta"), "{short}");
+    let (code, bare) = refused(folder, "train --from-fields runs.npz --parameters mu,lambda");
+    assert!(code == 2 && bare.contains("--mesh"), "{bare}");
+    let other = "[mesh]\nbox = { extent = [1.0, 1.0, 1.0], cells = [1, 1, 1] }";
+    let other = BAR.replace(
+        &BAR[BAR.find("[mesh]").unwrap()..BAR.find("[parameters]").unwrap()],
+        &format!("{other}\n"),
+    );
+    let cube = Case::parse(&other, "cube.toml").unwrap().body().unwrap();
+    cube.mesh.write_vtu(folder.join("cube.vtu")).unwrap();
+    let (code, nodes) =
+        refused(folder, "train --from-fields runs.npz --mesh cube.vtu --parameters mu,lambda");
+    assert!(code == 2 && nodes.contains("runs × 8 × 3"), "{nodes}");
+}
+
+#[test]
+fn mistakes_in_a_table_are_told_with_line_and_column() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let row = |i: usize| format!("{},{},{}", 1 + i, 10 - i, i * i);
+    let good: Vec<String> = std::iter::once("a,b,v".into()).chain((0..8).map(row)).collect();
+    let with = |line: usize, text: &str| {
+        let mut lines = good.clone();
+        lines[line - 1] = text.into();
+        lines.join("\n")
+    };
+    let constant = good.iter().map(|row| row.clone() + ",7").collect::<Vec<_>>().join("\n");
+    let tables = [
+        (good.join("\n"), "", "--parameters <NAMES>"),
+        (
+            good.join("\n"),
+            "--parameters a,w",
+            "line 1: there is no column `w`; the columns are: a, b, v",
+        ),
+        (good.join("\n"), "--parameters a,b,v", "give outputs that are not parameters"),
+        (good.join("\n"), "--parameters a,b --outputs b", "give outputs that are not parameters"),
+        (with(3, "x,1,2"), "--parameters a,b", "runs.csv, line 3: `x` in the column `a`"),
+        (with(5, "1,2,NaN"), "--parameters a,b", "line 5: `NaN` in the column `v` is not a finite"),
+        (with(4, "1,,2"), "--parameters a,b", "line 4: `` in the column `b`"),
+        (with(4, "1,2"), "--parameters a,b", "line 4: 2 values for 3 columns"),
+        (with(9, "1,10,3"), "--parameters a,b", "line 2 and line 9 have the same parameters"),
+        (constant.replace("v,7", "v,w"), "--parameters a,b", "`w` is 7 in all runs"),
+        (good[..6].join("\n"), "--parameters a,b", "5 runs of 2 parameters; give at least 6"),
+        (good[1..].join("\n"), "--parameters a,b", "no column `a`; the columns are: 1, 10, 0"),
+        (String::new(), "--parameters a,b", "the table is empty"),
+    ];
+    for (table, options, expected) in tables {
+        std::fs::write(folder.join("runs.csv"), table).unwrap();
+        let (code, told) = refused(folder, &format!("train --from-table runs.csv {options}"));
+        assert!(code == 2 && told.contains(expected), "{options}: {told}\nnot {expected}");
+    }
+    let (code, both) = refused(folder, "train bar.toml --from-table runs.csv");
+    assert!(code == 2 && both.contains("cannot be used with"), "{both}");
+    let (code, none) = refused(folder, "train");
+    assert!(code == 2 && none.contains("CASE"), "{none}");
+}
