@@ -120,8 +120,25 @@ impl HostOperation for Normalised {
 mod tests {
     use super::{normalised, sum};
     use crate::fused::tests::{Comparison, device, random};
-    use crate::fused::{LayerNormalisation, reference};
+    use crate::fused::{Activation, LayerNormalisation, activate, reference};
     use burn::tensor::Tensor;
+
+    /// Host operations add to gradients that others have begun, before and after Burn's own operations do.
+    #[test]
+    fn gradients_of_a_shared_tensor_are_summed() {
+        let by = |x: &Tensor<2>,
+                  sum: fn(Tensor<2>, Tensor<2>) -> Tensor<2>,
+                  activate: fn(Tensor<2>, Activation) -> Tensor<2>| {
+            let shared = x.clone() * 1.5;
+            let active = activate(shared.clone(), Activation::Tanh);
+            let first = sum(shared.clone(), shared.clone()) * active.clone() + shared.clone() * 3.0;
+            sum(first, sum(activate(shared.clone(), Activation::Celu), shared * active))
+        };
+        Comparison::of([random([5, 3], 7, &device())]).assert_close(
+            |x| by(&x[0], sum, activate),
+            |x| by(&x[0], |a, b| a + b, reference::activate),
+        );
+    }
 
     #[test]
     fn agree_with_plain_tensors() {
