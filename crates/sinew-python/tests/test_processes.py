@@ -24,8 +24,8 @@ THETA = [10.0, 12.0]
 def elsewhere(thing: object, tmp_path: Path, program: str) -> np.ndarray:
     """What a program makes of a pickled thing in a process of its own."""
     (tmp_path / "thing").write_bytes(pickle.dumps(thing))
-    read = "import pickle, numpy as np; thing = pickle.load(open('thing', 'rb'))"
-    command = [sys.executable, "-W", "error", "-c", f"{read}; np.save('made', {program})"]
+    read = "import pathlib, pickle, numpy as np; thing = pickle.loads(pathlib.Path('thing').read_bytes())"
+    command = [sys.executable, "-c", f"{read}; np.save('made', {program})"]
     subprocess.run(command, cwd=tmp_path, check=True)
     return np.load(tmp_path / "made.npy")
 
