@@ -207,7 +207,7 @@ impl RunsEmulator {
 }
 
 impl LeftOut {
-    /// Of errors beside the deviations of the process.
+    /// Ratio of errors to the deviations of the process.
     fn of(output: &Output, values: &[Vec<f64>], errors: &[(f64, f64)]) -> Self {
         let runs = values.len();
         let mean_square = |sum: f64| (sum / (runs as f64 * nodes(&values[0]))).sqrt();
