@@ -65,7 +65,8 @@ impl LeftOut {
 pub struct Predicted {
     /// The number, or displacements node by node \[unit of the output\].
     pub values: Vec<f64>,
-    /// Half-width of the 95 % interval; of displacements, of their root mean square nodal error \[unit of the output\].
+    /// Half-width of the 95 % interval; of displacements, of their root mean square nodal error \[unit of the output\]. Below 19 runs
+    /// the interval is as wide as the largest error left out.
     pub half_width: f64,
 }
 
@@ -207,7 +208,7 @@ impl RunsEmulator {
 }
 
 impl LeftOut {
-    /// Ratio of errors to the deviations of the process.
+    /// Summary of an output's errors and the deviations of the process there, a pair for each run.
     fn of(output: &Output, values: &[Vec<f64>], errors: &[(f64, f64)]) -> Self {
         let runs = values.len();
         let mean_square = |sum: f64| (sum / (runs as f64 * nodes(&values[0]))).sqrt();

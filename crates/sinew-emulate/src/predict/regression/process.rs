@@ -34,7 +34,8 @@ pub(super) fn fit_process(points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Opti
 /// Lengths and nugget of largest evidence, for each trend; the trend of least leave-one-out error.
 pub(super) fn fit_evidence(points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Option<Fitted> {
     best_trend(points, |trend, exponents| {
-        let at = most_evident((points, targets), exponents, start(points.ncols()), FIRST_STEP)?;
+        let at =
+            maximise_evidence((points, targets), exponents, start(points.ncols()), FIRST_STEP)?;
         solve_process(points, targets, trend, exponents, &at)
     })
 }
@@ -91,17 +92,19 @@ fn search(
 }
 
 /// Logarithms of lengths and nugget of largest evidence, among the first points.
-fn most_evident(
+fn maximise_evidence(
     (points, targets): (&DMatrix<f64>, &DMatrix<f64>),
     exponents: &[Vec<i32>],
     start: Vec<f64>,
     step: f64,
 ) -> Option<Vec<f64>> {
-    // Half a unit of the logarithm of the evidence is less than half a standard deviation of a parameter.
+    // A parameter one standard deviation off its optimum lowers the log evidence by one half.
     const GAIN: f64 = 0.5;
     let count = points.nrows().min(MOST_SEARCHED);
     let [points, targets] = [points, targets].map(|all| all.rows(0, count).into_owned());
-    let objective = |at: &[f64]| Some(Conditional::new(&points, exponents, at)?.surprise(&targets));
+    let objective = |at: &[f64]| {
+        Some(Conditional::new(&points, exponents, at)?.negative_log_evidence(&targets))
+    };
     search(start, step, GAIN, objective)
 }
 
@@ -126,7 +129,7 @@ pub(super) fn left_out(
     let of_fold = |fold: usize| {
         let (out, kept): (Vec<usize>, Vec<usize>) = (0..count).partition(|i| i % folds == fold);
         let [x, y] = [points, targets].map(|all| all.select_rows(&kept));
-        let at = most_evident((&x, &y), exponents, start.clone(), FIRST_STEP / 4.0)?;
+        let at = maximise_evidence((&x, &y), exponents, start.clone(), FIRST_STEP / 4.0)?;
         let conditional = Conditional::new(&x, exponents, &at)?;
         let fit = conditional.fitted(*trend, &y)?;
         let error = |i: usize| {
@@ -199,7 +202,7 @@ impl Conditional {
 
     /// Minus the logarithm of the evidence but for a constant, the variance at its maximum and the coefficients of the polynomial
     /// integrated out (Rasmussen & Williams, 2006, (2.45)); per column of the targets.
-    pub(super) fn surprise(&self, targets: &DMatrix<f64>) -> f64 {
+    pub(super) fn negative_log_evidence(&self, targets: &DMatrix<f64>) -> f64 {
         let (kernels, coefficients) = self.weights(targets);
         let freedom = (targets.nrows() - coefficients.nrows()) as f64;
         let half_log_determinant = |factor: &Cholesky<f64, Dyn>| {

@@ -105,7 +105,7 @@ fn the_evidence_is_that_of_contrasts_which_the_trend_does_not_reach() {
         let square = z.dot(&(covariance.clone().try_inverse().unwrap() * &z));
         3.5 * square.ln() + 0.5 * covariance.determinant().ln()
     };
-    let ours = |at: [f64; 3]| Conditional::new(&x, &trend, &at).unwrap().surprise(&y);
+    let ours = |at: [f64; 3]| Conditional::new(&x, &trend, &at).unwrap().negative_log_evidence(&y);
     let [a, b] = [[0.3, 0.5, -4.0], [0.9, -0.2, -6.0]];
     assert!((ours(a) - ours(b) - direct(a) + direct(b)).abs() < 1e-8);
 }
