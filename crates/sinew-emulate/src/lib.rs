@@ -101,12 +101,12 @@ pub use refine::Answer;
 pub use refine::answers::Answers;
 pub use refine::correction::Correction;
 pub use refine::plan::{Cost, Method, Plan};
-pub use runs::{LeftOut, Output, Predicted, RunsEmulator};
+pub use runs::{Emulated, LeftOut, Output, Predicted, RunsEmulator};
 pub use sample::campaign::{Shard, ShardState, merge, simulate_shard};
 pub use sample::simulate::{
     Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by,
 };
-pub use sample::{Design, share_of, split_seed};
+pub use sample::{Design, at_share, share_of, split_seed};
 pub use sinew_energy::Body;
 pub use store::record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record};
 pub use warning::Warning;

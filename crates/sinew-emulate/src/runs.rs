@@ -16,6 +16,8 @@ use std::path::Path;
 
 /// Share of unseen values that intervals are made to hold.
 const COVERAGE: f64 = 0.95;
+/// Half-width of a 95 % interval of a normal distribution \[standard deviations\].
+const NORMAL_WIDTH: f64 = 1.96;
 /// Runs that are learned from at most: time grows with their cube, a prediction with their square.
 const MOST_RUNS: usize = 1000;
 /// Seed of the order of runs, and of the choice among more than [`MOST_RUNS`].
@@ -68,6 +70,20 @@ pub struct Predicted {
     /// Half-width of the 95 % interval; of displacements, of their root mean square nodal error \[unit of the output\]. Below 19 runs
     /// the interval is as wide as the largest error left out.
     pub half_width: f64,
+}
+
+/// An emulated number with the standard deviation of its error, both with derivatives by shares of the ranges of the parameters
+/// (0 at the lower end, 1 at the upper one; of the logarithm where runs are spread over it).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emulated {
+    /// Value \[unit of the output\].
+    pub value: f64,
+    /// Derivatives of the value.
+    pub value_slopes: Vec<f64>,
+    /// Standard deviation of its error \[unit of the output\].
+    pub deviation: f64,
+    /// Derivatives of the standard deviation.
+    pub deviation_slopes: Vec<f64>,
 }
 
 /// Emulator of stored runs of any solver. Each output is a Gaussian process about a polynomial, with a length scale for each
@@ -157,6 +173,19 @@ impl RunsEmulator {
             Ok(Predicted { values, half_width })
         };
         self.outputs.iter().zip(&self.left_out).map(predict).collect()
+    }
+
+    /// All numbers at shares of the ranges of the parameters; displacements are none.
+    pub fn at_shares(&self, shares: &[f64]) -> Vec<Emulated> {
+        let at = |((regression, conditional), left): (&(PodRegression, Conditional), &LeftOut)| {
+            let [(value, value_slopes), (deviation, slopes)] =
+                regression.slopes(conditional, shares);
+            let factor = left.factor / NORMAL_WIDTH;
+            let deviation_slopes = slopes.iter().map(|slope| factor * slope).collect();
+            Emulated { value, value_slopes, deviation: factor * deviation, deviation_slopes }
+        };
+        let numbers = self.outputs.iter().zip(&self.left_out).filter(|_| self.mesh.is_none());
+        numbers.map(at).collect()
     }
 
     /// Writes a folder that [`RunsEmulator::load`] reads, with checksums of its files.

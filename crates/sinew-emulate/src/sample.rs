@@ -74,8 +74,8 @@ impl Design {
     }
 }
 
-/// The value at a share of a parameter's range, on the scale of its sampling.
-pub(crate) fn at_share(parameter: &Parameter, share: f64) -> f64 {
+/// The value at a share of a parameter's range, on the scale of its sampling: the inverse of [`share_of`].
+pub fn at_share(parameter: &Parameter, share: f64) -> f64 {
     let [low, high] = parameter.range;
     match parameter.sampling {
         Sampling::Log => low * (high / low).powf(share),

@@ -10,6 +10,7 @@ mod errors;
 mod mesh;
 mod relay;
 mod results;
+mod runs;
 mod training;
 
 use pyo3::prelude::*;
@@ -23,6 +24,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<case::NativeCase>()?;
     module.add_class::<emulator::NativeEmulator>()?;
     module.add_class::<mesh::NativeMesh>()?;
+    module.add_class::<runs::NativeRuns>()?;
     module.add_function(wrap_pyfunction!(case::scenes, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::synthesise, module)?)?;

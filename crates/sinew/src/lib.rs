@@ -120,7 +120,7 @@ pub use viewer::{ViewerError, viewer};
 pub use wall::ventricle;
 pub use {
     sinew_calibrate as calibrate, sinew_emulate as emulate, sinew_energy as energy,
-    sinew_fem as fem, sinew_mesh as mesh, sinew_report as report,
+    sinew_fem as fem, sinew_mesh as mesh, sinew_report as report, sinew_sample as sample,
 };
 
 /// Whether emulators that are networks can be trained and loaded: the feature `networks`.

@@ -1,9 +1,12 @@
 //! Stored runs of any solver: tables of numbers, arrays of displacements, and the files of their emulators' predictions.
 
+mod posterior;
+
 use crate::case::advise;
 use crate::npz;
 use crate::output::{clear, failed, quoted};
 use crate::theta::{ThetaText, cells, head, is_comment, outside, table_text};
+pub use posterior::{Measured, RunsPosterior};
 use sinew_emulate::{Output, Predicted, RunsEmulator, share_of};
 use sinew_energy::{Parameter, Unit};
 use sinew_mesh::{AnyMesh, Field, MeshError};
@@ -80,7 +83,7 @@ impl Runs {
         let thetas = rows.iter().map(|row| row[..inputs.len()].to_vec()).collect();
         let heads: Vec<_> = inputs.iter().map(|&column| heads[column]).collect();
         let said = |run: usize| format!("line {}", numbers[run]);
-        Self::of(&heads, thetas, outputs, said).map_err(|reason| at("", reason))
+        Self::new(&heads, thetas, outputs, said).map_err(|reason| at("", reason))
     }
 
     /// Reads an archive of `numpy.savez`: `theta` (runs × parameters) and `displacements` (runs × nodes × 3), in the order of the
@@ -114,13 +117,16 @@ impl Runs {
         let thetas = theta.chunks(count).map(<[f64]>::to_vec).collect();
         let values = fields.chunks(3 * points).map(<[f64]>::to_vec).collect();
         let output = Output { name: "displacement".into(), unit: "mm".into(), values };
-        let runs = Self::of(&heads, thetas, vec![output], |run| format!("run {run}"));
+        let runs = Self::new(&heads, thetas, vec![output], |run| format!("run {run}"));
         let runs = runs.map_err(|reason| at(path, reason))?;
         Ok(Self { mesh: Some(read), ..runs })
     }
 
-    /// Checks runs, and finds the ranges of their parameters.
-    fn of(
+    /// Runs by names and units of their parameters; `said` names a run in errors.
+    ///
+    /// # Errors
+    /// Too few runs, two with the same parameters, a parameter or output with one value only or with one that is not finite.
+    pub fn new(
         heads: &[(&str, &str)],
         thetas: Vec<Vec<f64>>,
         outputs: Vec<Output>,

@@ -131,6 +131,17 @@ impl PodRegression {
         conditional.deviation(&inputs(&self.parameters, theta))
     }
 
+    /// Value and deviation of a number at shares of the ranges of the parameters, with derivatives by the shares.
+    pub(crate) fn slopes(&self, conditional: &Conditional, shares: &[f64]) -> [(f64, Vec<f64>); 2] {
+        let x = RowDVector::from_iterator(shares.len(), shares.iter().map(|&s| input(s)));
+        let weights = &self.fitted.weights * self.modes.transpose();
+        let value = self.mean[0] + (self.fitted.basis.at(&x) * &weights)[0];
+        let value_slopes = weights.tr_mul(&self.fitted.basis.slopes(&x));
+        let (deviation, slopes) = conditional.deviation_slopes(&x);
+        let by_share = |slopes: &[f64]| slopes.iter().map(|slope| WIDTH * slope).collect();
+        [(value, by_share(value_slopes.as_slice())), (deviation, by_share(slopes.as_slice()))]
+    }
+
     fn fit_by(
         parameters: &[Parameter],
         thetas: &[Vec<f64>],
@@ -202,8 +213,15 @@ impl PodRegression {
 
 /// θ on the scale of its sampling, with mean zero and variance one over its ranges.
 fn inputs(parameters: &[Parameter], theta: &[f64]) -> RowDVector<f64> {
-    let input = |(p, &value): (&Parameter, &f64)| 12f64.sqrt() * (share_of(p, value) - 0.5);
-    RowDVector::from_iterator(theta.len(), parameters.iter().zip(theta).map(input))
+    let shares = parameters.iter().zip(theta).map(|(p, &value)| input(share_of(p, value)));
+    RowDVector::from_iterator(theta.len(), shares)
+}
+
+/// Width √12 of the uniform distribution of variance one.
+const WIDTH: f64 = 3.464_101_615_137_754_6;
+
+fn input(share: f64) -> f64 {
+    WIDTH * (share - 0.5)
 }
 
 pub(crate) fn check_samples(

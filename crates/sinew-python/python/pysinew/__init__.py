@@ -11,6 +11,7 @@ from .emulator import Emulator
 from .errors import CalibrationError, CaseError, EmulatorError, SinewError, SinewWarning, SolveError
 from .posterior import Posterior
 from .results import Answers, Corrections, Estimate, Fields, Predictions, Solutions
+from .runs import LeftOut, Runs
 
 __all__ = [
     "Answers",
@@ -22,9 +23,11 @@ __all__ = [
     "EmulatorError",
     "Estimate",
     "Fields",
+    "LeftOut",
     "Parameter",
     "Posterior",
     "Predictions",
+    "Runs",
     "SinewError",
     "SinewWarning",
     "Solutions",

@@ -17,16 +17,16 @@ __all__ = ["Posterior"]
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Draws of the solver's posterior, by chain and draw.
+    """Draws of a posterior, by chain and draw.
 
     Attributes:
-        case: The case with its data.
+        case: The case with its data, by whose solver the draws are; None of an emulator of stored runs.
         groups: Arrays by name, (chains, draws), in the groups of arviz: `posterior`, `prior`, `posterior_predictive`; measured values in
             `observed_data`. Names end with the unit, such as `mu [kPa]`.
         words: The result for people, line by line.
     """
 
-    case: Case
+    case: Case | None
     groups: dict[str, dict[str, Floats]]
     words: list[str]
 
@@ -53,7 +53,7 @@ class Posterior:
         return arviz.from_dict(**groups) if arviz.__version__.startswith("0.") else arviz.from_dict(groups)
 
 
-def read(case: Case, groups: dict[str, dict[str, Any]], words: list[str]) -> Posterior:
+def read(case: Case | None, groups: dict[str, dict[str, Any]], words: list[str]) -> Posterior:
     """A posterior of lists."""
     arrays = {name: {own: np.asarray(values) for own, values in group.items()} for name, group in groups.items()}
     return Posterior(case, arrays, words)

@@ -1,5 +1,6 @@
 //! Posteriors of a patient's parameters.
 
+use super::runs::DataFile;
 use super::{CaseArguments, Usage, refuse, tell_reading};
 use anyhow::{Context, Result};
 use clap::Args;
@@ -33,6 +34,9 @@ CASE is a patient file: a case file whose mesh is the image, with [phases], [[da
 posterior.json (for arviz), edpvr.csv, rest.vtu, report.html and report.json into OUT/calibrate. A posterior that the solver does not
 confirm is an error, not a result. solves.csv keeps every solve: --resume continues from there, to the same numbers, and
 --restart solves everything anew. Results of an earlier run are removed when a run starts.
+
+A file with emulator = \"out/runs\", a folder of sinew train --from-table, and [[data]] with output, value and sd gives a posterior by
+that emulator alone (docs/emulators.md), which no solver confirms.
 
 Example: sinew calibrate patient.toml --check")]
 pub(crate) struct Calibrate {
@@ -72,6 +76,16 @@ fn duration(text: &str) -> Result<Duration, String> {
 
 impl Calibrate {
     pub(crate) fn run(&self) -> Result<()> {
+        if let Some(file) = DataFile::read(&self.patient.file.case)? {
+            let solver = self.check || self.resume || self.restart || self.budget.is_some();
+            return match solver {
+                true => refuse(
+                    "--check, --resume, --restart and --budget are for patients, whose solver takes time; leave them out"
+                        .into(),
+                ),
+                false => file.calibrate(&self.patient, self.seed),
+            };
+        }
         let clock = Instant::now();
         let (case, folder) = self.patient.read()?;
         let file = PatientFile::of(case)?;

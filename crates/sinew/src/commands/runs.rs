@@ -1,15 +1,17 @@
-//! Emulators of stored runs of any solver: training and predictions.
+//! Emulators of stored runs of any solver: training, predictions and posteriors.
 
 use super::batch::{MOST_LINES, tell_outside};
-use super::{CaseArguments, ThetaArguments, refuse};
-use anyhow::Result;
+use super::{CaseArguments, ThetaArguments, Usage, refuse};
+use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
+use serde::Deserialize;
 use sinew::output::displacement_in_words;
 use sinew::report::format::digits;
-use sinew::runs::{Runs, write_predictions};
+use sinew::runs::{Measured, Runs, RunsPosterior, write_predictions};
 use sinew::{EmulatorError, Unit, values_in_words};
 use sinew_emulate::{LeftOut, Predicted, RunsEmulator};
+use sinew_sample::{NutsOptions, write_csv};
 use std::path::{Path, PathBuf};
 
 /// Runs of any solver.
@@ -105,6 +107,52 @@ pub(crate) fn predict(
     write_predictions(&out, &emulator, &found, pictures)?;
     println!("written: {}", out.display());
     Ok(())
+}
+
+/// Measured values of outputs of an emulator, in TOML.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DataFile {
+    /// Folder that `sinew train --from-table` wrote, beside the file.
+    emulator: PathBuf,
+    #[serde(default)]
+    data: Vec<Measured>,
+    #[serde(default)]
+    seed: u64,
+    draws: Option<usize>,
+}
+
+impl DataFile {
+    /// The file, if it names an emulator.
+    pub(crate) fn read(path: &Path) -> Result<Option<Self>> {
+        let Ok(text) = std::fs::read_to_string(path) else { return Ok(None) };
+        let names = |table: toml::Table| table.contains_key("emulator");
+        if !text.parse().is_ok_and(names) {
+            return Ok(None);
+        }
+        let file: Self = toml::from_str(&text)
+            .map_err(|error| Usage(format!("{}: {error}", path.display()).trim().into()))?;
+        let folder = path.with_file_name(&file.emulator);
+        Ok(Some(Self { emulator: folder, ..file }))
+    }
+
+    /// Draws parameters given the data, and writes them.
+    pub(crate) fn calibrate(&self, case: &CaseArguments, seed: Option<u64>) -> Result<()> {
+        let emulator = RunsEmulator::load(&self.emulator.join(EMULATOR))?;
+        let default = NutsOptions::default();
+        let draws = self.draws.map_or(default.draws, |draws| draws.div_ceil(default.chains));
+        let options = NutsOptions { draws, seed: seed.unwrap_or(self.seed), ..default };
+        let posterior = RunsPosterior::new(&emulator, &self.data, &options)
+            .map_err(|reason| Usage(format!("{}: {reason}", case.file.case.display())))?;
+        posterior.in_words().iter().for_each(|line| println!("{line}"));
+        let stem = case.file.case.file_stem().unwrap_or_default();
+        let out = case.out.clone().unwrap_or_else(|| Path::new("out").join(stem)).join("calibrate");
+        std::fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
+        write_csv(&out.join("posterior.csv"), &posterior.columns())?;
+        posterior.to_arviz().write(&out.join("posterior.json"))?;
+        println!("written: {}", out.display());
+        Ok(())
+    }
 }
 
 /// Outputs with their 95 % errors.

@@ -1,9 +1,12 @@
 //! Emulators of stored runs, without a case: a table of numbers, and displacements on a mesh.
 
 use crate::program::{BAR, done, refused};
-use sinew::emulate::RunsEmulator;
-use sinew::runs::Runs;
-use sinew::{Body, Case, Design, npz, outside, simulate};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew::emulate::{Output, RunsEmulator};
+use sinew::runs::{Measured, Runs, RunsPosterior};
+use sinew::{Body, Case, Design, Parameter, npz, outside, simulate};
+use sinew_sample::{NutsOptions, standard_normals};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -197,4 +200,133 @@ fn mistakes_in_a_table_are_told_with_line_and_column() {
     assert!(code == 2 && both.contains("cannot be used with"), "{both}");
     let (code, none) = refused(folder, "train");
     assert!(code == 2 && none.contains("CASE"), "{none}");
+}
+
+/// Emulator of two numbers of a stiffness and an angle, of this many runs.
+fn two_numbers(count: usize) -> (RunsEmulator, Vec<Vec<f64>>) {
+    let parameters = vec![
+        Parameter::log("k", "kPa", 1.0..=10.0),
+        Parameter::linear("angle", "deg", -60.0..=60.0),
+    ];
+    let thetas = Design::Sobol.sample(&parameters, count, 5).unwrap();
+    let outputs = [("volume", "ml"), ("strain", "1")].into_iter().enumerate();
+    let outputs: Vec<Output> = outputs
+        .map(|(place, (name, unit))| Output {
+            name: name.into(),
+            unit: unit.into(),
+            values: thetas.iter().map(|theta| vec![truth(theta)[place]]).collect(),
+        })
+        .collect();
+    let unseen = Design::LatinHypercube.sample(&parameters, 100, 6).unwrap();
+    (RunsEmulator::fit(parameters, &thetas, &outputs, None).unwrap(), unseen)
+}
+
+fn truth(theta: &[f64]) -> [f64; 2] {
+    let (k, angle) = (theta[0], theta[1].to_radians());
+    [60.0 + 50.0 / k * (1.0 + 0.3 * angle.sin()), 0.2 * angle.cos() + 0.1 * angle + 0.05 / k]
+}
+
+/// Shares of the 95 % intervals that hold the parameters which made the data, with noise of these standard deviations.
+fn coverage(runs: usize, sd: [f64; 2]) -> [f64; 2] {
+    let (emulator, unseen) = two_numbers(runs);
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut held = [0; 2];
+    for theta in &unseen {
+        let noise = standard_normals(2, &mut random);
+        let data: Vec<Measured> = ["volume", "strain"]
+            .into_iter()
+            .enumerate()
+            .map(|(at, output)| {
+                let value = truth(theta)[at] + sd[at] * noise[at];
+                Measured { output: output.into(), value, sd: sd[at] }
+            })
+            .collect();
+        let options = NutsOptions { warmup: 200, draws: 250, ..NutsOptions::default() };
+        let posterior = RunsPosterior::new(&emulator, &data, &options).unwrap();
+        for (at, held) in held.iter_mut().enumerate() {
+            let [low, _, high] = posterior.draws.summary(at).quantiles;
+            *held += usize::from((low..=high).contains(&theta[at]));
+        }
+    }
+    held.map(|held| held as f64 / unseen.len() as f64)
+}
+
+#[test]
+fn intervals_of_posteriors_hold_the_parameters_that_made_the_data() {
+    // The error of the emulator of 12 runs exceeds the second noise.
+    for (runs, sd) in [(40, [1.0, 0.01]), (12, [0.2, 1e-3])] {
+        let shares = coverage(runs, sd);
+        println!("{runs} runs, noise {sd:?}: {shares:?}");
+        // 0.95 of 100, within the 0.5 and 99.5 % quantiles of a binomial distribution.
+        assert!(shares.iter().all(|share| (0.89..=0.99).contains(share)), "{runs}: {shares:?}");
+    }
+}
+
+#[test]
+fn slopes_of_emulated_numbers_are_those_of_differences() {
+    let (emulator, _) = two_numbers(12);
+    let (shares, step) = ([0.3, 0.62], 1e-5);
+    for (place, at) in emulator.at_shares(&shares).iter().enumerate() {
+        for d in 0..2 {
+            let moved = |step: f64| {
+                let mut shares = shares;
+                shares[d] += step;
+                emulator.at_shares(&shares)[place].clone()
+            };
+            let (more, less) = (moved(step), moved(-step));
+            let value = (more.value - less.value) / (2.0 * step);
+            let deviation = (more.deviation - less.deviation) / (2.0 * step);
+            // Truncation h² and rounding 1e-16/h, of numbers up to 100.
+            assert!((value - at.value_slopes[d]).abs() < 1e-7 * at.value.abs().max(1.0));
+            let error = (deviation - at.deviation_slopes[d]).abs();
+            assert!(error < 1e-6 * deviation.abs().max(at.deviation), "{error:e}");
+        }
+    }
+}
+
+#[test]
+fn measured_values_of_outputs_give_a_posterior_without_a_solver() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut table = String::from("k [kPa],angle [deg],volume [ml],strain\n");
+    let (_, thetas) = two_numbers(12);
+    for theta in thetas.iter().take(40) {
+        let [volume, strain] = truth(theta);
+        writeln!(table, "{},{},{volume},{strain}", theta[0], theta[1]).unwrap();
+    }
+    std::fs::write(folder.join("runs.csv"), table).unwrap();
+    done(folder, "train --from-table runs.csv --parameters k,angle");
+    let data = |text: &str| {
+        let text = format!("emulator = \"out/runs\"\n{text}");
+        std::fs::write(folder.join("patient.toml"), text).unwrap();
+    };
+    let [volume, strain] = truth(&[3.0, -20.0]);
+    data(&format!(
+        "[[data]]\noutput = \"volume\"\nvalue = {volume}\nsd = 0.5\n[[data]]\noutput = \"strain\"\nvalue = {strain}\nsd = 0.005\n"
+    ));
+    let told = done(folder, "calibrate patient.toml");
+    assert!(told.contains("k [kPa]: 3.0") && told.contains("identified by the data"), "{told}");
+    assert!(told.contains("no solver has confirmed it"), "{told}");
+    let out = folder.join("out/patient/calibrate");
+    let draws = std::fs::read_to_string(out.join("posterior.csv")).unwrap();
+    assert!(draws.starts_with("chain,draw,k [kPa],angle [deg]\n"), "{draws:.60}");
+    assert_eq!(draws.lines().count(), 4001);
+    let groups = std::fs::read_to_string(out.join("posterior.json")).unwrap();
+    assert!(groups.contains("\"observed_data\":{\"volume [ml]\""), "{groups:.200}");
+    assert_eq!(done(folder, "calibrate patient.toml"), told);
+
+    let refusals = [
+        ("[[data]]\noutput = \"volum\"\nvalue = 70\nsd = 1\n", "did you mean `volume`"),
+        ("[[data]]\noutput = \"volume\"\nvalue = 700\nsd = 1\n", "out of reach"),
+        ("[[data]]\noutput = \"volume\"\nvalue = 70\nsd = 0\n", "positive sd"),
+        ("[[data]]\noutput = \"volume\"\nvalue = 70\n", "missing field `sd`"),
+        ("", "there are no data"),
+    ];
+    for (text, reason) in refusals {
+        data(text);
+        let (code, told) = refused(folder, "calibrate patient.toml");
+        assert!(code == 2 && told.contains(reason), "{told}");
+    }
+    let (code, told) = refused(folder, "calibrate patient.toml --resume");
+    assert!(code == 2 && told.contains("leave them out"), "{told}");
 }

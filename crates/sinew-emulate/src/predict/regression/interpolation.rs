@@ -110,6 +110,21 @@ impl Basis {
         RowDVector::from_iterator(count, kernels.chain(monomials))
     }
 
+    /// Derivatives of the functions at one point, a column per coordinate.
+    pub(super) fn slopes(&self, x: &RowDVector<f64>) -> DMatrix<f64> {
+        let (values, samples) = (self.at(x), self.points.nrows());
+        DMatrix::from_fn(values.len(), x.len(), |function, d| {
+            let Some(monomial) = function.checked_sub(samples) else {
+                let distance = x[d] - self.points[(function, d)];
+                return -values[function] * distance / self.lengths[d].powi(2);
+            };
+            let mut exponents = self.exponents[monomial].clone();
+            let factor = f64::from(exponents[d]);
+            exponents[d] = (exponents[d] - 1).max(0);
+            factor * x.iter().zip(exponents).map(|(x, e)| x.powi(e)).product::<f64>()
+        })
+    }
+
     /// One row per point.
     pub(super) fn at_all(&self, points: &DMatrix<f64>) -> DMatrix<f64> {
         let rows: Vec<_> = points.row_iter().map(|x| self.at(&x.into_owned())).collect();

@@ -1,7 +1,7 @@
 //! Gaussian processes about a polynomial, with one length per parameter.
 
 use super::interpolation::{Basis, Fitted, Interpolation};
-use nalgebra::{Cholesky, DMatrix, Dyn, RowDVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, RowDVector};
 use rayon::prelude::*;
 use sinew_num::monomials;
 
@@ -233,14 +233,31 @@ impl Conditional {
 
     /// Standard deviation of a new value at a point \[that of the process\] (Rasmussen & Williams, 2006, (2.42)).
     pub(super) fn deviation(&self, x: &RowDVector<f64>) -> f64 {
+        let (variance, _) = self.variance(x);
+        (self.nugget + variance.max(0.0)).sqrt()
+    }
+
+    /// [`Conditional::deviation`], and its derivatives by the coordinates of the point.
+    pub(super) fn deviation_slopes(&self, x: &RowDVector<f64>) -> (f64, RowDVector<f64>) {
+        let (variance, by_functions) = self.variance(x);
+        let deviation = (self.nugget + variance.max(0.0)).sqrt();
+        // Rounding takes the variance at a sample below zero.
+        let factor = if variance > 0.0 { 0.5 / deviation } else { 0.0 };
+        (deviation, factor * by_functions.transpose() * self.basis.slopes(x))
+    }
+
+    /// Variance of the process at a point, and its derivatives by the values of the basis there.
+    fn variance(&self, x: &RowDVector<f64>) -> (f64, DVector<f64>) {
         let values = self.basis.at(x).transpose();
         let samples = self.basis.points.nrows();
         let kernels = values.rows(0, samples).into_owned();
         let rest =
             values.rows(samples, self.basis.exponents.len()) - self.weighted.tr_mul(&kernels);
-        let explained = kernels.dot(&self.factor.solve(&kernels));
-        let variance = 1.0 - explained + rest.dot(&self.schur.solve(&rest));
-        // Rounding takes the variance at a sample below zero.
-        (self.nugget + variance.max(0.0)).sqrt()
+        let (explained, missed) = (self.factor.solve(&kernels), self.schur.solve(&rest));
+        let variance = 1.0 - kernels.dot(&explained) + rest.dot(&missed);
+        let mut slopes = DVector::zeros(values.len());
+        slopes.rows_mut(0, samples).copy_from(&(-2.0 * (explained + &self.weighted * &missed)));
+        slopes.rows_mut(samples, missed.len()).copy_from(&(2.0 * missed));
+        (variance, slopes)
     }
 }

@@ -1,0 +1,146 @@
+"""Emulators of stored runs of any solver, without a case."""
+
+from __future__ import annotations
+
+import json
+import pathlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Union
+
+import numpy as np
+
+from . import _meshes, posterior
+from ._native import NativeRuns
+from ._numbers import Floats, count, floats
+from ._progress import ProgressArgument, shown, warn
+from .errors import CaseError
+from .posterior import Posterior
+
+__all__ = ["LeftOut", "Runs"]
+
+Path = Union[str, pathlib.Path]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Error of an output in runs that were predicted from the others.
+
+    Attributes:
+        error: Root mean square, of displacements over nodes [unit].
+        r_squared: One less the share of the variance that is unexplained.
+        unit: Unit of the output.
+    """
+
+    error: float
+    r_squared: float
+    unit: str
+
+
+class Runs:
+    """Gaussian processes of numbers or displacements over parameters, from runs of any solver.
+
+    runs = Runs.of_table({"mu [kPa]": mu, "lambda [kPa]": lam}, {"volume [ml]": volume})
+    volume, error = runs.predict({"mu": 75.0, "lambda": 80.0})["volume"]
+    """
+
+    def __init__(self, native: NativeRuns) -> None:
+        self._native = native
+
+    @staticmethod
+    def of_table(theta: Any, outputs: Any, *, progress: ProgressArgument = None) -> Runs:
+        """From columns by name, which may end with their unit: dictionaries or frames, a row per run."""
+        columns = _columns(theta, "theta")
+        results = [(name, unit, column[:, np.newaxis]) for name, unit, column in _columns(outputs, "outputs")]
+        return Runs._fit(columns, results, None, progress)
+
+    @staticmethod
+    def of_fields(theta: Any, displacements: Any, mesh: Any, *, unit: str = "mm", progress: ProgressArgument = None) -> Runs:
+        """From displacements (runs, nodes, 3) on a mesh of meshio or pyvista, or (points, cells)."""
+        array = floats(displacements, "displacements")
+        if array.ndim != 3 or array.shape[2] != 3:
+            raise CaseError(f"displacements of shape {array.shape}; give (runs, nodes, 3)")
+        results = [("displacement", unit, array.reshape(len(array), -1))]
+        return Runs._fit(_columns(theta, "theta"), results, _meshes.read(mesh), progress)
+
+    @staticmethod
+    def _fit(columns: Any, results: Any, mesh: Any, progress: ProgressArgument) -> Runs:
+        counts = {len(column) for _, _, column in [*columns, *results]}
+        if len(counts) > 1:
+            raise CaseError(f"columns of {' and '.join(str(n) for n in sorted(counts))} runs; give the same runs in all")
+        heads = [(name, unit) for name, unit, _ in columns]
+        table = np.stack([column for _, _, column in columns], axis=1)
+        with shown(progress) as bar:
+            return Runs(NativeRuns.fit(heads, table, results, mesh, bar))
+
+    @staticmethod
+    def load(folder: Path) -> Runs:
+        """From a folder of `save` or of `sinew train --from-table`."""
+        return Runs(NativeRuns.load(pathlib.Path(folder)))
+
+    def save(self, folder: Path) -> None:
+        """Stores it in a folder, for `load` and `sinew predict`."""
+        self._native.save(pathlib.Path(folder))
+
+    @property
+    def parameters(self) -> dict[str, tuple[float, float]]:
+        """Ranges of the runs by name."""
+        return {name: (low, high) for name, _, (low, high) in self._native.parameters}
+
+    @property
+    def left_out(self) -> dict[str, LeftOut]:
+        """Errors of runs left out, by output."""
+        return {name: LeftOut(error, r_squared, unit) for name, unit, error, r_squared in self._native.left_out}
+
+    def predict(self, theta: Any) -> dict[str, tuple[Floats, Floats]]:
+        """Values by output and half-widths of their 95 % intervals: a number each for one θ, arrays for columns or rows of θ.
+        Displacements are (nodes, 3), and their half-width is that of the root mean square nodal error."""
+        rows, one = self._rows(theta)
+        warn([text for row in rows for text in self._native.outside(list(row))])
+        found: dict[str, tuple[Floats, Floats]] = {}
+        for (name, *_), (values, widths) in zip(self._native.left_out, self._native.predict(rows)):
+            shaped = values.reshape(len(rows), -1, 3) if self._native.of_fields else values[:, 0]
+            found[name] = (shaped[0], widths[0]) if one else (shaped, widths)
+        return found
+
+    def posterior(self, data: Mapping[str, tuple[float, float]], *, seed: int = 0, progress: ProgressArgument = None) -> Posterior:
+        """Draws of the parameters given values and standard deviations of outputs, by the emulator alone: no solver confirms them."""
+        measured = []
+        for name, pair in data.items():
+            numbers = floats(pair, f"data: {name}")
+            if numbers.shape != (2,):
+                raise CaseError(f"data: {name} of shape {numbers.shape}; give its value and its standard deviation")
+            measured.append((name, float(numbers[0]), float(numbers[1])))
+        with shown(progress) as bar:
+            groups, words = self._native.posterior(measured, count(seed, "seed"), bar)
+        return posterior.read(None, json.loads(groups), words)
+
+    def _rows(self, theta: Any) -> tuple[Floats, bool]:
+        names = list(self.parameters)
+        if isinstance(theta, Mapping) or hasattr(theta, "columns"):
+            given = {name: theta[name] for name in theta}
+            if set(given) != set(names):
+                raise CaseError(f"theta has {', '.join(map(str, given))}; the parameters are {', '.join(names)}")
+            columns = np.broadcast_arrays(*(floats(given[name], f"theta: {name}") for name in names))
+            array = np.stack(columns, axis=-1)
+        else:
+            array = floats(theta, "theta")
+        if array.ndim not in (1, 2) or array.shape[-1] != len(names):
+            raise CaseError(f"theta of shape {array.shape}; give {', '.join(names)}, or a row of them for every set")
+        return np.ascontiguousarray(np.atleast_2d(array)), array.ndim == 1
+
+
+def _columns(table: Any, what: str) -> list[tuple[str, str, Floats]]:
+    """Names, units and values of columns."""
+    if not isinstance(table, Mapping) and not hasattr(table, "columns"):
+        raise CaseError(f"{what}: a {type(table).__name__} has no names; give a dictionary of columns, or a frame")
+    columns = []
+    for head in table:
+        name, _, unit = str(head).partition("[")
+        column = floats(table[head], f"{what}: {head}")
+        if column.ndim != 1:
+            raise CaseError(f"{what}: {head} of shape {column.shape}; give a number per run")
+        columns.append((name.strip(), unit.rstrip("] ") or "1", column))
+    if not columns:
+        raise CaseError(f"{what}: there are no columns")
+    return columns

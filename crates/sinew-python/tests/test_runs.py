@@ -1,0 +1,84 @@
+"""Emulators of stored runs of any solver, and posteriors by them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pysinew import Case, CaseError, Runs, SinewWarning
+
+
+@pytest.fixture(scope="module")
+def theta() -> dict[str, np.ndarray]:
+    draws = np.random.default_rng(1).uniform(size=(40, 2))
+    return {"k [kPa]": 1.0 + 9.0 * draws[:, 0], "angle [deg]": -60.0 + 120.0 * draws[:, 1]}
+
+
+def truth(k: np.ndarray, angle: np.ndarray) -> dict[str, np.ndarray]:
+    turned = np.radians(angle)
+    return {"volume [ml]": 60.0 + 50.0 / k * (1.0 + 0.3 * np.sin(turned)), "strain": 0.2 * np.cos(turned) + 0.1 * turned}
+
+
+@pytest.fixture(scope="module")
+def runs(theta: dict[str, np.ndarray]) -> Runs:
+    return Runs.of_table(theta, truth(*theta.values()), progress=False)
+
+
+def test_unseen_runs_are_within_their_intervals(runs: Runs, tmp_path: Path) -> None:
+    assert runs.left_out["volume"].unit == "ml" and runs.left_out["volume"].r_squared > 0.999
+    unseen = np.random.default_rng(2).uniform([1.5, -50.0], [9.0, 50.0], (100, 2))
+    exact = truth(*unseen.T)
+    found = runs.predict({"angle": unseen[:, 1], "k": unseen[:, 0]})
+    for name, values in zip(("volume", "strain"), exact.values()):
+        predicted, width = found[name]
+        assert np.mean(np.abs(predicted - values) <= width) >= 0.85
+    runs.save(tmp_path)
+    again = Runs.load(tmp_path).predict(unseen)
+    assert all(np.array_equal(again[name][0], found[name][0]) for name in found)
+    one, width = runs.predict({"k": 3.0, "angle": 20.0})["volume"]
+    assert np.ndim(one) == 0 and abs(one - truth(np.float64(3.0), np.float64(20.0))["volume [ml]"]) <= 3 * width
+    with pytest.warns(SinewWarning, match="outside its range"):
+        runs.predict({"k": 30.0, "angle": 20.0})
+
+
+def test_measured_outputs_give_a_posterior(runs: Runs) -> None:
+    exact = truth(np.float64(3.0), np.float64(-20.0))
+    data = {"volume": (exact["volume [ml]"], 0.5), "strain": (exact["strain"], 0.005)}
+    found = runs.posterior(data, progress=False)
+    for name, value in (("k", 3.0), ("angle", -20.0)):
+        low, high = np.quantile(found[name], [0.025, 0.975])
+        assert low < value < high and high - low < 0.5 * abs(value)
+    assert "no solver has confirmed it" in str(found)
+    assert np.array_equal(runs.posterior(data, progress=False)["k"], found["k"])
+    with pytest.raises(CaseError, match="did you mean"):
+        runs.posterior({"volum": (70.0, 1.0)})
+    with pytest.raises(CaseError, match="out of reach"):
+        runs.posterior({"volume": (700.0, 1.0)})
+
+
+def test_displacements_on_a_mesh_are_emulated(bar: Case) -> None:
+    solved = bar.solve(bar.sample(12), progress=False)
+    fields = solved.displacement
+    columns = {"mu [kPa]": solved.theta[:, 0], "lambda [kPa]": solved.theta[:, 1]}
+    emulator = Runs.of_fields(columns, fields, (bar.points, bar.cells), progress=False)
+    found, width = emulator.predict(solved.theta[3])["displacement"]
+    error = np.sqrt(np.mean(np.sum((found - fields[3]) ** 2, axis=1)))
+    assert found.shape == fields[3].shape and error <= 3 * width
+    with pytest.raises(CaseError, match="on a mesh of"):
+        Runs.of_fields(columns, fields[:, 1:], (bar.points, bar.cells), progress=False)
+
+
+def test_bad_tables_say_what_to_give(theta: dict[str, np.ndarray]) -> None:
+    outputs = truth(*theta.values())
+    for table, results, reason in [
+        (np.zeros((3, 2)), outputs, "has no names"),
+        (theta, {"volume": np.full(40, np.nan)}, "not a finite number"),
+        (theta, {"volume": np.full(40, 2.0)}, "is 2 in all runs"),
+        (theta, {"volume": np.zeros(3)}, "3 and 40 runs"),
+        ({"k": np.ones(40)}, outputs, "the same parameters"),
+        (theta, {}, "there are no columns"),
+    ]:
+        with pytest.raises(CaseError, match=reason):
+            Runs.of_table(table, results, progress=False)

@@ -1,0 +1,331 @@
+//! Posterior of the parameters of stored runs, given measured values of their outputs, by the emulator alone.
+
+use crate::case::advise;
+use crate::report::format::digits;
+use crate::theta::values_in_words;
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::Deserialize;
+use sinew_calibrate::Identified;
+use sinew_emulate::{Emulated, RunsEmulator, at_share};
+use sinew_energy::Unit;
+use sinew_sample::{
+    ArvizDict, Chains, Laplace, LogDensity, NutsOptions, Summary, nuts_from, standard_normals,
+};
+use statrs::distribution::{Continuous, ContinuousCDF, Normal};
+
+/// Draws of the prior that searches for a mode start from, at the likeliest [`STARTS`].
+const PRIOR_DRAWS: usize = 200;
+const STARTS: usize = 8;
+/// Steps of a search, and the gain of the log density that ends it.
+const STEPS: usize = 100;
+const CONVERGED: f64 = 1e-6;
+/// Difference of the log density to the best mode, above which a mode is dropped: it has less than 1e-4 of the mass.
+const NEGLIGIBLE: f64 = 10.0;
+/// R̂ above which chains disagree.
+const DISAGREE: f64 = 1.05;
+/// Misfit \[standard deviations\] above which a value is out of reach of all runs.
+const OUT_OF_REACH: f64 = 5.0;
+/// Share of a range, next to an end, where runs do not enclose a mode.
+const EDGE: f64 = 0.02;
+
+/// A measured value of an output.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    /// Name of the output.
+    pub output: String,
+    /// Value \[unit of the output\].
+    pub value: f64,
+    /// Standard deviation of its error \[unit of the output\].
+    pub sd: f64,
+}
+
+/// Draws of parameters given measured values. The prior is uniform over the ranges of the runs, over their logarithm for
+/// parameters that are spread over it. The variances of measurement and emulator are added. No solver confirms it.
+///
+/// ```
+/// use sinew::emulate::{Output, RunsEmulator};
+/// use sinew::Parameter;
+/// use sinew::runs::{Measured, RunsPosterior};
+///
+/// let thetas: Vec<Vec<f64>> = (0..20).map(|i| vec![1.0 + 0.1 * i as f64]).collect();
+/// let values = thetas.iter().map(|theta| vec![40.0 + 5.0 / theta[0]]).collect();
+/// let volume = Output { name: "volume".into(), unit: "ml".into(), values };
+/// let stiffness = Parameter::log("k", "kPa", 1.0..=2.9);
+/// let emulator = RunsEmulator::fit(vec![stiffness], &thetas, &[volume], None)?;
+/// let datum = Measured { output: "volume".into(), value: 42.5, sd: 0.05 };
+/// let posterior = RunsPosterior::new(&emulator, &[datum], &Default::default())?;
+/// assert!((posterior.draws.summary(0).mean - 2.0).abs() < 0.02);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct RunsPosterior {
+    /// Parameters by chain and draw.
+    pub draws: Chains,
+    /// Outputs of the data by chain and draw.
+    outputs: Vec<Vec<Vec<f64>>>,
+    /// Parameters in coordinates whose prior is standard normal.
+    coordinates: Chains,
+    warnings: Vec<String>,
+    data: Vec<Measured>,
+    units: Vec<Unit>,
+    heads: Vec<String>,
+}
+
+impl RunsPosterior {
+    /// Draws by NUTS, from the modes that Levenberg's and Marquardt's method finds.
+    ///
+    /// # Errors
+    /// An output that the emulator does not have, or of displacements; a value or standard deviation that is not usable; a value out of reach of
+    /// all runs; chains that disagree.
+    pub fn new(
+        emulator: &RunsEmulator,
+        data: &[Measured],
+        options: &NutsOptions,
+    ) -> Result<Self, String> {
+        let target = Target::new(emulator, data)?;
+        let modes = target.modes(options.seed);
+        let best = modes.first().ok_or("the density is not finite anywhere in the prior")?;
+        let warnings = target.judge(&best.0)?;
+        let failed = |error: sinew_sample::SampleError| error.to_string();
+        let about = Laplace::from_precision(&best.0, best.1.clone()).map_err(failed)?;
+        let starts: Vec<_> = modes.iter().map(|(y, _)| y.clone()).collect();
+        let coordinates = nuts_from(&target, &about, &starts, options).map_err(failed)?;
+        for (place, parameter) in emulator.parameters.iter().enumerate() {
+            let r_hat = coordinates.summary(place).r_hat;
+            if r_hat > DISAGREE {
+                let name = &parameter.name;
+                return Err(format!(
+                    "chains disagree about {name}, R̂ {r_hat:.2}; draw more (draws = {})",
+                    4 * options.draws
+                ));
+            }
+        }
+        let each = |of: &dyn Fn(&[f64]) -> Vec<f64>| -> Vec<Vec<Vec<f64>>> {
+            let chain = |chain: &Vec<Vec<f64>>| chain.iter().map(|y| of(y)).collect();
+            coordinates.draws.iter().map(chain).collect()
+        };
+        let values = |y: &[f64]| target.at(y).iter().map(|of| of.value).collect();
+        let draws = Chains { draws: each(&|y| target.theta(y)), ..coordinates.clone() };
+        let left = emulator.left_out();
+        Ok(Self {
+            outputs: each(&values),
+            draws,
+            warnings,
+            data: data.to_vec(),
+            units: target.places.iter().map(|&place| left[place].unit.as_str().into()).collect(),
+            heads: emulator.parameters.iter().map(|p| p.unit.head(&p.name)).collect(),
+            coordinates,
+        })
+    }
+
+    /// Parameters with mean, standard deviation and 95 % interval; data beside their predictions; warnings.
+    pub fn in_words(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        for (place, head) in self.heads.iter().enumerate() {
+            let found = self.draws.summary(place);
+            let identified = Identified::of(self.coordinates.summary(place).deviation);
+            let [low, median, high] = found.quantiles.map(|value| digits(value, 3));
+            lines.push(match identified {
+                Identified::No => format!("{head}: {}", identified.in_words()),
+                _ => format!("{head}: {median} ({low} to {high}), {}", identified.in_words()),
+            });
+        }
+        for (place, (datum, unit)) in self.data.iter().zip(&self.units).enumerate() {
+            let found = Summary::of(&self.output(place));
+            let [mean, sd] = [found.mean, found.deviation].map(|value| digits(value, 3));
+            let [value, own] = [datum.value, datum.sd].map(|value| digits(value, 3));
+            let (name, unit) = (&datum.output, unit.suffix());
+            lines.push(format!("{name}: measured {value} ± {own}{unit}, emulated {mean} ± {sd}"));
+        }
+        let all = (0..self.heads.len()).map(|place| self.coordinates.summary(place));
+        let [r_hat, ess] = all.fold([1.0, f64::INFINITY], |[r_hat, ess]: [f64; 2], of| {
+            [r_hat.max(of.r_hat), ess.min(of.ess_bulk).min(of.ess_tail)]
+        });
+        lines.push(format!("R̂ {r_hat:.3}, {ess:.0} effective draws; no solver has confirmed it"));
+        lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
+        lines
+    }
+
+    /// Draws of parameters as columns with names, by chain.
+    pub fn columns(&self) -> Vec<(String, Vec<Vec<f64>>)> {
+        let heads = self.heads.iter().enumerate();
+        heads.map(|(place, head)| (head.clone(), self.draws.parameter(place))).collect()
+    }
+
+    /// Groups for `arviz`: parameters and outputs of the posterior, and the data.
+    pub fn to_arviz(&self) -> ArvizDict {
+        let columns = self.columns().into_iter();
+        let mut dict = columns
+            .fold(ArvizDict::new(), |dict, (head, draws)| dict.with("posterior", &head, draws));
+        for (place, (datum, unit)) in self.data.iter().zip(&self.units).enumerate() {
+            let head = unit.head(&datum.output);
+            dict = dict.with("posterior", &head, self.output(place));
+            dict = dict.with_observed(&head, datum.value);
+        }
+        dict
+    }
+
+    fn output(&self, place: usize) -> Vec<Vec<f64>> {
+        let chain = |chain: &Vec<Vec<f64>>| chain.iter().map(|draw| draw[place]).collect();
+        self.outputs.iter().map(chain).collect()
+    }
+}
+
+/// The posterior density in coordinates whose prior is standard normal.
+struct Target<'a> {
+    emulator: &'a RunsEmulator,
+    data: &'a [Measured],
+    /// Places of the data among the outputs.
+    places: Vec<usize>,
+    normal: Normal,
+}
+
+impl<'a> Target<'a> {
+    fn new(emulator: &'a RunsEmulator, data: &'a [Measured]) -> Result<Self, String> {
+        if emulator.mesh.is_some() {
+            return Err("displacements cannot be calibrated; emulate numbers of the runs".into());
+        }
+        if data.is_empty() {
+            return Err("there are no data; add [[data]] with output, value and sd".into());
+        }
+        let names = || emulator.left_out().iter().map(|left| left.name.as_str());
+        let place = |datum: &Measured| {
+            let Measured { output, value, sd } = datum;
+            if !(value.is_finite() && sd.is_finite() && *sd > 0.0) {
+                return Err(format!(
+                    "{output}: {value} ± {sd}; give a finite value and a positive sd"
+                ));
+            }
+            names().position(|name| name == output).ok_or_else(|| {
+                format!(
+                    "there is no output `{output}`{}",
+                    advise(output, names(), "the outputs are")
+                )
+            })
+        };
+        let places = data.iter().map(place).collect::<Result<_, _>>()?;
+        Ok(Self { emulator, data, places, normal: Normal::standard() })
+    }
+
+    fn shares(&self, y: &[f64]) -> Vec<f64> {
+        y.iter().map(|y| self.normal.cdf(*y)).collect()
+    }
+
+    fn theta(&self, y: &[f64]) -> Vec<f64> {
+        let parameters = self.emulator.parameters.iter().zip(self.shares(y));
+        parameters.map(|(parameter, share)| at_share(parameter, share)).collect()
+    }
+
+    /// Emulated outputs of the data.
+    fn at(&self, y: &[f64]) -> Vec<Emulated> {
+        let all = self.emulator.at_shares(&self.shares(y));
+        self.places.iter().map(|&place| all[place].clone()).collect()
+    }
+
+    /// Logarithm of the density, its gradient, and Gauss and Newton's precision.
+    fn expand(&self, y: &[f64]) -> (f64, DVector<f64>, DMatrix<f64>) {
+        let count = y.len();
+        let slope: Vec<f64> = y.iter().map(|y| self.normal.pdf(*y)).collect();
+        let mut gradient = -DVector::from_column_slice(y);
+        let (mut value, mut precision) =
+            (-0.5 * gradient.norm_squared(), DMatrix::identity(count, count));
+        for (datum, found) in self.data.iter().zip(self.at(y)) {
+            let residual = datum.value - found.value;
+            let variance = datum.sd.powi(2) + found.deviation.powi(2);
+            let square = residual.powi(2) / variance;
+            value -= 0.5 * (square + variance.ln());
+            let of = |slopes: &[f64]| DVector::from_fn(count, |d, _| slope[d] * slopes[d]);
+            let by_value = of(&found.value_slopes);
+            gradient += (residual / variance) * &by_value;
+            let by_deviation = (square - 1.0) * found.deviation / variance;
+            gradient += by_deviation * of(&found.deviation_slopes);
+            precision += &by_value * by_value.transpose() / variance;
+        }
+        (value, gradient, precision)
+    }
+
+    /// Distinct modes with their precisions, the best first.
+    fn modes(&self, seed: u64) -> Vec<(Vec<f64>, DMatrix<f64>)> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let count = self.emulator.parameters.len();
+        let draw = |_| DVector::from_vec(standard_normals(count, &mut random));
+        let mut starts: Vec<_> =
+            (0..PRIOR_DRAWS).map(draw).map(|y| (self.expand(y.as_slice()).0, y)).collect();
+        starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let found = starts.into_iter().take(STARTS).filter_map(|(_, y)| self.climb(y));
+        let mut found: Vec<_> = found.collect();
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let best = found.first().map_or(0.0, |mode| mode.0);
+        found.retain(|mode| best - mode.0 < NEGLIGIBLE);
+        found.into_iter().map(|(_, y, precision)| (y.as_slice().to_vec(), precision)).collect()
+    }
+
+    /// A maximum by Levenberg's and Marquardt's method (Nocedal and Wright, 10.3).
+    fn climb(&self, mut y: DVector<f64>) -> Option<(f64, DVector<f64>, DMatrix<f64>)> {
+        let (mut value, mut gradient, mut precision) = self.expand(y.as_slice());
+        let mut damping = 1e-2;
+        for _ in 0..STEPS {
+            let damped = &precision + DMatrix::from_diagonal(&(damping * precision.diagonal()));
+            let next = &y + damped.cholesky()?.solve(&gradient);
+            let found = self.expand(next.as_slice());
+            let gain = found.0 - value;
+            if gain > 0.0 {
+                (y, (value, gradient, precision)) = (next, found);
+                damping *= 0.1;
+            } else {
+                damping *= 10.0;
+            }
+            if gain.abs() < CONVERGED {
+                break;
+            }
+        }
+        value.is_finite().then_some((value, y, precision))
+    }
+
+    /// Warnings about the mode; refuses a value out of reach.
+    fn judge(&self, y: &[f64]) -> Result<Vec<String>, String> {
+        let mut warnings = Vec::new();
+        for (datum, found) in self.data.iter().zip(self.at(y)) {
+            let Measured { output, value, sd } = datum;
+            let misfit = (value - found.value) / sd.hypot(found.deviation);
+            if misfit.abs() > OUT_OF_REACH {
+                let at = values_in_words(&self.emulator.parameters, &self.theta(y));
+                return Err(format!(
+                    "{output}: {value} is out of reach, {:.1} standard deviations from {} at {at}; look at its unit, or add runs there",
+                    misfit.abs(),
+                    digits(found.value, 4)
+                ));
+            }
+            if found.deviation > *sd {
+                warnings.push(format!(
+                    "the error of the emulator of {output}, {}, exceeds that of the measurement; more runs make the posterior narrower",
+                    digits(found.deviation, 2)
+                ));
+            }
+        }
+        for (parameter, share) in self.emulator.parameters.iter().zip(self.shares(y)) {
+            if !(EDGE..=1.0 - EDGE).contains(&share) {
+                warnings.push(format!(
+                    "the most likely {} is at an end of its range in the runs; runs beyond it may be more likely",
+                    parameter.name
+                ));
+            }
+        }
+        Ok(warnings)
+    }
+}
+
+impl LogDensity for Target<'_> {
+    fn dimension(&self) -> usize {
+        self.emulator.parameters.len()
+    }
+
+    fn value_and_gradient(&self, y: &[f64], gradient: &mut [f64]) -> f64 {
+        let (value, slopes, _) = self.expand(y);
+        gradient.copy_from_slice(slopes.as_slice());
+        value
+    }
+}
