@@ -7,6 +7,7 @@ mod locking;
 mod organ;
 mod patient_cost;
 mod real_heart;
+mod runs;
 mod size;
 mod traction_beam;
 mod unload;
@@ -41,6 +42,8 @@ pub enum Measurement {
         #[arg(long, default_value_t = 8.0)]
         pressure: f64,
     },
+    /// Emulators of stored runs against runs that are held back, of a table or of smooth functions
+    Runs(runs::Arguments),
     /// Cost of a solve from rest by the size of a ventricle
     Size(size::Arguments),
     /// Two beams of the thesis under a follower load, at points all over their parameter ranges
@@ -80,6 +83,7 @@ impl Measurement {
             Self::Locking => locking::run(),
             Self::PatientCost(arguments) => patient_cost::run(&arguments),
             Self::RealHeart { nodes, pressure } => real_heart::run(&nodes, pressure),
+            Self::Runs(arguments) => runs::run(&arguments),
             Self::Size(arguments) => size::run(&arguments),
             Self::TractionBeam { points } => traction_beam::run(points),
             Self::Unload { rivals } => unload::run(rivals),
