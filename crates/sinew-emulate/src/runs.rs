@@ -1,10 +1,10 @@
 //! Emulators of stored runs of any solver: Gaussian processes of numbers or displacements over θ, without a body.
 
-use crate::predict::regression::{Conditional, check_samples, folds};
+use crate::predict::regression::{Conditional, Step, check_samples, folds, steps};
 use crate::store::checksums::{self, SEAL};
 use crate::store::identity::{Axis, axis};
 use crate::store::{read_json, write_json};
-use crate::{Error, PodRegression, Result};
+use crate::{Counter, Error, Observer, PodRegression, Result};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use sinew_energy::Parameter;
 use sinew_mesh::AnyMesh;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 /// Share of unseen values that intervals are made to hold.
 const COVERAGE: f64 = 0.95;
@@ -98,7 +99,7 @@ pub struct Emulated {
 /// let values = thetas.iter().map(|theta| vec![40.0 + 5.0 / theta[0]]).collect();
 /// let volume = Output { name: "volume".into(), unit: "ml".into(), values };
 /// let stiffness = Parameter::log("k", "kPa", 1.0..=2.9);
-/// let emulator = RunsEmulator::fit(vec![stiffness], &thetas, &[volume], None)?;
+/// let emulator = RunsEmulator::fit(vec![stiffness], &thetas, &[volume], None, &mut ())?;
 /// assert!(emulator.left_out()[0].r_squared() > 0.9999);
 /// let found = &emulator.predict(&[2.05])?[0];
 /// assert!((found.values[0] - (40.0 + 5.0 / 2.05)).abs() < found.half_width.max(1e-9));
@@ -116,6 +117,9 @@ pub struct RunsEmulator {
 
 #[derive(Serialize, Deserialize)]
 struct Description {
+    /// Version of the program, and seed of the order of the runs.
+    version: String,
+    seed: u64,
     parameters: Vec<Axis>,
     left_out: Vec<LeftOut>,
 }
@@ -128,12 +132,13 @@ impl RunsEmulator {
     /// runs a thousand are drawn.
     ///
     /// # Errors
-    /// Runs that are too few, differ in length, or hold a value that is not usable.
+    /// Runs that are too few, differ in length, or hold a value that is not usable; an observer that breaks.
     pub fn fit(
         parameters: Vec<Parameter>,
         thetas: &[Vec<f64>],
         outputs: &[Output],
         mesh: Option<AnyMesh>,
+        observer: &mut dyn Observer,
     ) -> Result<Self> {
         // By the numbers of the runs as they were given.
         outputs.iter().try_for_each(|of| check_samples(&parameters, thetas, &of.values))?;
@@ -144,13 +149,25 @@ impl RunsEmulator {
             order.iter().map(|&run| rows[run].clone()).collect()
         };
         let thetas = drawn(thetas);
+        let count = outputs.len() * steps(thetas.len());
+        let counter = Mutex::new(Counter::new(observer, "Gaussian processes", 0, count));
+        let step = || {
+            let mut counter = counter.lock().unwrap_or_else(PoisonError::into_inner);
+            counter.step(1, "").is_continue().then_some(())
+        };
         let fit = |output: &Output| -> Result<_> {
-            let values = drawn(&output.values);
-            let (regression, errors) = PodRegression::fit_evidence(&parameters, &thetas, &values)?;
+            let (values, step): (_, &Step<'_>) = (drawn(&output.values), &step);
+            let (regression, errors) =
+                PodRegression::fit_evidence(&parameters, &thetas, &values, step)?;
             let conditional = conditional(&regression)?;
             Ok(((regression, conditional), LeftOut::of(output, &values, &errors)))
         };
         let found: Result<Vec<_>> = outputs.par_iter().map(fit).collect();
+        let counter = counter.into_inner().unwrap_or_else(PoisonError::into_inner);
+        if counter.is_broken() {
+            return Err(Error::Interrupted);
+        }
+        counter.finish("fitted");
         let (outputs, left_out) = found?.into_iter().unzip();
         Ok(Self { parameters, mesh, outputs, left_out })
     }
@@ -194,6 +211,8 @@ impl RunsEmulator {
     /// A file that cannot be written.
     pub fn save(&self, folder: &Path) -> Result<()> {
         let description = Description {
+            version: env!("CARGO_PKG_VERSION").into(),
+            seed: SEED,
             parameters: self.parameters.iter().map(|p| axis(p, p.unit.name())).collect(),
             left_out: self.left_out.clone(),
         };
@@ -215,7 +234,7 @@ impl RunsEmulator {
     /// # Errors
     /// A folder without such an emulator, files that are damaged.
     pub fn load(folder: &Path) -> Result<Self> {
-        let Description { parameters, left_out } = read_json(&folder.join(Self::FILE))?
+        let Description { parameters, left_out, .. } = read_json(&folder.join(Self::FILE))?
             .ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
         let sealed = checksums::check(folder)?;
         let parameter = |Axis { name, range: [low, high], unit, logarithmic }| match logarithmic {

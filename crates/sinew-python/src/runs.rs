@@ -47,8 +47,8 @@ impl NativeRuns {
             let (nodes, found) = (mesh.points().len(), outputs[0].values[0].len() / 3);
             return Err(Kind::Case.of(py, format!("displacements of {found} nodes on a mesh of {nodes}; give them for every node, all of which cells use")));
         }
-        let fitted = relay::run(py, listener, move |_| {
-            RunsEmulator::fit(parameters, &thetas, &outputs, mesh)
+        let fitted = relay::run(py, listener, move |observer| {
+            RunsEmulator::fit(parameters, &thetas, &outputs, mesh, observer)
         })?;
         fitted
             .map(|emulator| Self(Arc::new(emulator)))

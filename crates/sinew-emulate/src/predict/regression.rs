@@ -27,7 +27,7 @@ pub use interpolation::Interpolation;
 use interpolation::{Fitted, fit_polynomial};
 use nalgebra::{DMatrix, DVector, RowDVector};
 pub use parts::RegressionParts;
-pub(crate) use process::{Conditional, folds};
+pub(crate) use process::{Conditional, Step, folds, steps};
 use process::{fit_evidence, fit_process, left_out};
 use sinew_energy::Parameter;
 pub use size::SizeRegression;
@@ -109,11 +109,13 @@ impl PodRegression {
         parameters: &[Parameter],
         thetas: &[Vec<f64>],
         fields: &[Vec<f64>],
+        step: &Step<'_>,
     ) -> Result<(Self, Vec<(f64, f64)>), RegressionError> {
         let mut errors = None;
         let regression = Self::fit_by(parameters, thetas, fields, |points, coefficients| {
-            let fitted = fit_evidence(points, coefficients);
-            errors = fitted.as_ref().and_then(|fitted| left_out(points, coefficients, fitted));
+            let fitted = fit_evidence(points, coefficients, step);
+            errors =
+                fitted.as_ref().and_then(|fitted| left_out(points, coefficients, fitted, step));
             fitted.unwrap_or_else(|| fit_polynomial(points, coefficients, 0))
         })?;
         Ok((regression, errors.ok_or(RegressionError::TooFewSamples { found: fields.len() })?))

@@ -60,7 +60,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let part = |output: &Output| Output { values: rows(&output.values), ..output.clone() };
         let outputs: Vec<Output> = runs.outputs.iter().map(part).collect();
         let thetas: Vec<Vec<f64>> = rows(&runs.thetas);
-        let emulator = RunsEmulator::fit(runs.parameters.clone(), &thetas, &outputs, None)?;
+        let emulator =
+            RunsEmulator::fit(runs.parameters.clone(), &thetas, &outputs, None, &mut ())?;
         for &run in held_back {
             let found = emulator.predict(&runs.thetas[run])?;
             for (place, found) in found.iter().enumerate() {

@@ -10,7 +10,7 @@ use sinew::output::displacement_in_words;
 use sinew::report::format::digits;
 use sinew::runs::{Measured, Runs, RunsPosterior, write_predictions};
 use sinew::{EmulatorError, Unit, values_in_words};
-use sinew_emulate::{LeftOut, Predicted, RunsEmulator};
+use sinew_emulate::{LeftOut, Predicted, RunsEmulator, Terminal};
 use sinew_sample::{NutsOptions, write_csv};
 use std::path::{Path, PathBuf};
 
@@ -58,7 +58,8 @@ impl RunsArguments {
             ));
         }
         let Runs { parameters, thetas, outputs, mesh } = runs;
-        let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, mesh)?;
+        let mut terminal = Terminal::default();
+        let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, mesh, &mut terminal)?;
         emulator.save(&folder.join(EMULATOR))?;
         tell(&emulator);
         println!("written: {}", folder.display());

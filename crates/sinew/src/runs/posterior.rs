@@ -54,7 +54,7 @@ pub struct Measured {
 /// let values = thetas.iter().map(|theta| vec![40.0 + 5.0 / theta[0]]).collect();
 /// let volume = Output { name: "volume".into(), unit: "ml".into(), values };
 /// let stiffness = Parameter::log("k", "kPa", 1.0..=2.9);
-/// let emulator = RunsEmulator::fit(vec![stiffness], &thetas, &[volume], None)?;
+/// let emulator = RunsEmulator::fit(vec![stiffness], &thetas, &[volume], None, &mut ())?;
 /// let datum = Measured { output: "volume".into(), value: 42.5, sd: 0.05 };
 /// let posterior = RunsPosterior::new(&emulator, &[datum], &Default::default())?;
 /// assert!((posterior.draws.summary(0).mean - 2.0).abs() < 0.02);

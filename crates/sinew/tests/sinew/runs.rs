@@ -218,7 +218,7 @@ fn two_numbers(count: usize) -> (RunsEmulator, Vec<Vec<f64>>) {
         })
         .collect();
     let unseen = Design::LatinHypercube.sample(&parameters, 100, 6).unwrap();
-    (RunsEmulator::fit(parameters, &thetas, &outputs, None).unwrap(), unseen)
+    (RunsEmulator::fit(parameters, &thetas, &outputs, None, &mut ()).unwrap(), unseen)
 }
 
 fn truth(theta: &[f64]) -> [f64; 2] {

@@ -31,9 +31,14 @@ pub(super) fn fit_process(points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Opti
     })
 }
 
-/// Lengths and nugget of largest evidence, for each trend; the trend of least leave-one-out error.
-pub(super) fn fit_evidence(points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Option<Fitted> {
+/// Lengths and nugget of largest evidence, for each trend; the trend of least leave-one-out error. None if `step` ends it.
+pub(super) fn fit_evidence(
+    points: &DMatrix<f64>,
+    targets: &DMatrix<f64>,
+    step: &Step<'_>,
+) -> Option<Fitted> {
     best_trend(points, |trend, exponents| {
+        step()?;
         let at =
             maximise_evidence((points, targets), exponents, start(points.ncols()), FIRST_STEP)?;
         solve_process(points, targets, trend, exponents, &at)
@@ -108,6 +113,14 @@ fn maximise_evidence(
     search(start, step, GAIN, objective)
 }
 
+/// Called once for each of the [`steps`] of a fit by evidence; `None` ends it.
+pub(crate) type Step<'a> = dyn Fn() -> Option<()> + Sync + 'a;
+
+/// Steps of a fit by evidence with its errors.
+pub(crate) fn steps(samples: usize) -> usize {
+    HIGHEST_TREND + 1 + folds(samples)
+}
+
 /// Parts of so many samples that are left out in turn.
 pub(crate) fn folds(samples: usize) -> usize {
     if samples <= MOST_ALONE { samples } else { FOLDS }
@@ -119,6 +132,7 @@ pub(super) fn left_out(
     points: &DMatrix<f64>,
     targets: &DMatrix<f64>,
     fitted: &Fitted,
+    step: &Step<'_>,
 ) -> Option<Vec<(f64, f64)>> {
     let Interpolation::GaussianProcess { trend, lengths, nugget } = &fitted.interpolation else {
         return None;
@@ -127,6 +141,7 @@ pub(super) fn left_out(
     let start: Vec<f64> = lengths.iter().chain([nugget]).map(|value| value.ln()).collect();
     let folds = folds(count);
     let of_fold = |fold: usize| {
+        step()?;
         let (out, kept): (Vec<usize>, Vec<usize>) = (0..count).partition(|i| i % folds == fold);
         let [x, y] = [points, targets].map(|all| all.select_rows(&kept));
         let at = maximise_evidence((&x, &y), exponents, start.clone(), FIRST_STEP / 4.0)?;
