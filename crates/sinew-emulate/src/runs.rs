@@ -24,6 +24,8 @@ const MOST_RUNS: usize = 1000;
 /// Seed of the order of runs, and of the choice among more than [`MOST_RUNS`].
 const SEED: u64 = 1;
 const MESH: &str = "mesh.vtu";
+/// Stage of a fit, for observers.
+const STAGE: &str = "Gaussian processes";
 
 /// Results of stored runs: one number of each, or the displacement of all nodes.
 #[derive(Clone, Debug, PartialEq)]
@@ -150,7 +152,7 @@ impl RunsEmulator {
         };
         let thetas = drawn(thetas);
         let count = outputs.len() * steps(thetas.len());
-        let counter = Mutex::new(Counter::new(observer, "Gaussian processes", 0, count));
+        let counter = Mutex::new(Counter::new(observer, STAGE, 0, count));
         let step = || {
             let mut counter = counter.lock().unwrap_or_else(PoisonError::into_inner);
             counter.step(1, "").is_continue().then_some(())
@@ -165,7 +167,7 @@ impl RunsEmulator {
         let found: Result<Vec<_>> = outputs.par_iter().map(fit).collect();
         let counter = counter.into_inner().unwrap_or_else(PoisonError::into_inner);
         if counter.is_broken() {
-            return Err(Error::Interrupted);
+            return Err(Error::Interrupted { stage: STAGE.into() });
         }
         counter.finish("fitted");
         let (outputs, left_out) = found?.into_iter().unzip();
