@@ -18,7 +18,7 @@ def theta() -> dict[str, np.ndarray]:
 
 def truth(k: np.ndarray, angle: np.ndarray) -> dict[str, np.ndarray]:
     turned = np.radians(angle)
-    return {"volume [ml]": 60.0 + 50.0 / k * (1.0 + 0.3 * np.sin(turned)), "strain": 0.2 * np.cos(turned) + 0.1 * turned}
+    return {"volume [ml]": 60.0 + 50.0 / k * (1.0 + 0.3 * np.sin(turned)), "strain": 0.1 * turned + 0.05 * np.sin(2.0 * turned)}
 
 
 @pytest.fixture(scope="module")

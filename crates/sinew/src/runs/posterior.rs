@@ -97,9 +97,12 @@ impl RunsPosterior {
             let r_hat = coordinates.summary(place).r_hat;
             if r_hat > DISAGREE {
                 let name = &parameter.name;
+                let modes = modes
+                    .iter()
+                    .map(|(y, _)| values_in_words(&emulator.parameters, &target.theta(y)));
                 return Err(format!(
-                    "chains disagree about {name}, R̂ {r_hat:.2}; draw more (draws = {})",
-                    4 * options.draws
+                    "chains disagree about {name}, R̂ {r_hat:.2}; likely are {}: add data that tell these apart, or draw more",
+                    modes.collect::<Vec<_>>().join("; ")
                 ));
             }
         }
@@ -260,6 +263,11 @@ impl<'a> Target<'a> {
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         let best = found.first().map_or(0.0, |mode| mode.0);
         found.retain(|mode| best - mode.0 < NEGLIGIBLE);
+        // Searches that end at one mode, within one posterior standard deviation.
+        found.dedup_by(|next, kept| {
+            let step = &next.1 - &kept.1;
+            step.dot(&(&kept.2 * &step)) < 1.0
+        });
         found.into_iter().map(|(_, y, precision)| (y.as_slice().to_vec(), precision)).collect()
     }
 

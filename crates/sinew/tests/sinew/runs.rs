@@ -223,14 +223,18 @@ fn two_numbers(count: usize) -> (RunsEmulator, Vec<Vec<f64>>) {
 
 fn truth(theta: &[f64]) -> [f64; 2] {
     let (k, angle) = (theta[0], theta[1].to_radians());
-    [60.0 + 50.0 / k * (1.0 + 0.3 * angle.sin()), 0.2 * angle.cos() + 0.1 * angle + 0.05 / k]
+    [
+        60.0 + 50.0 / k * (1.0 + 0.3 * angle.sin()),
+        0.1 * angle + 0.05 * (2.0 * angle).sin() + 0.05 / k,
+    ]
 }
 
-/// Shares of the 95 % intervals that hold the parameters which made the data, with noise of these standard deviations.
-fn coverage(runs: usize, sd: [f64; 2]) -> [f64; 2] {
+/// Shares of the 95 % intervals that hold the parameters which made the data, with noise of these standard deviations, and the share of
+/// posteriors that were refused.
+fn coverage(runs: usize, sd: [f64; 2]) -> ([f64; 2], f64) {
     let (emulator, unseen) = two_numbers(runs);
     let mut random = ChaCha8Rng::seed_from_u64(7);
-    let mut held = [0; 2];
+    let (mut held, mut answered) = ([0; 2], 0);
     for theta in &unseen {
         let noise = standard_normals(2, &mut random);
         let data: Vec<Measured> = ["volume", "strain"]
@@ -242,21 +246,25 @@ fn coverage(runs: usize, sd: [f64; 2]) -> [f64; 2] {
             })
             .collect();
         let options = NutsOptions { warmup: 200, draws: 250, ..NutsOptions::default() };
-        let posterior = RunsPosterior::new(&emulator, &data, &options).unwrap();
+        let Ok(posterior) = RunsPosterior::new(&emulator, &data, &options) else { continue };
+        answered += 1;
         for (at, held) in held.iter_mut().enumerate() {
             let [low, _, high] = posterior.draws.summary(at).quantiles;
             *held += usize::from((low..=high).contains(&theta[at]));
         }
     }
-    held.map(|held| held as f64 / unseen.len() as f64)
+    let refused = 1.0 - answered as f64 / unseen.len() as f64;
+    (held.map(|held| held as f64 / answered as f64), refused)
 }
 
 #[test]
 fn intervals_of_posteriors_hold_the_parameters_that_made_the_data() {
-    // The error of the emulator of 12 runs exceeds the second noise.
-    for (runs, sd) in [(40, [1.0, 0.01]), (12, [0.2, 1e-3])] {
-        let shares = coverage(runs, sd);
-        println!("{runs} runs, noise {sd:?}: {shares:?}");
+    // The error of the emulator of 20 runs exceeds the second noise.
+    for (runs, sd) in [(40, [1.0, 0.01]), (20, [0.2, 1e-3])] {
+        let (shares, refused) = coverage(runs, sd);
+        println!("{runs} runs, noise {sd:?}: {shares:?}, refused {refused}");
+        // Where two sets of parameters are likely.
+        assert!(refused <= 0.05, "{runs}: {refused}");
         // 0.95 of 100, within the 0.5 and 99.5 % quantiles of a binomial distribution.
         assert!(shares.iter().all(|share| (0.89..=0.99).contains(share)), "{runs}: {shares:?}");
     }
@@ -265,7 +273,7 @@ fn intervals_of_posteriors_hold_the_parameters_that_made_the_data() {
 #[test]
 fn slopes_of_emulated_numbers_are_those_of_differences() {
     let (emulator, _) = two_numbers(12);
-    let (shares, step) = ([0.3, 0.62], 1e-5);
+    let (shares, step) = ([0.3, 0.62], 1e-4);
     for (place, at) in emulator.at_shares(&shares).iter().enumerate() {
         for d in 0..2 {
             let moved = |step: f64| {
@@ -276,10 +284,10 @@ fn slopes_of_emulated_numbers_are_those_of_differences() {
             let (more, less) = (moved(step), moved(-step));
             let value = (more.value - less.value) / (2.0 * step);
             let deviation = (more.deviation - less.deviation) / (2.0 * step);
-            // Truncation h² and rounding 1e-16/h, of numbers up to 100.
+            // Truncation h²; the variance is a small difference of numbers of order one.
             assert!((value - at.value_slopes[d]).abs() < 1e-7 * at.value.abs().max(1.0));
             let error = (deviation - at.deviation_slopes[d]).abs();
-            assert!(error < 1e-6 * deviation.abs().max(at.deviation), "{error:e}");
+            assert!(error < 1e-5 * deviation.abs().max(at.deviation), "{error:e}");
         }
     }
 }
