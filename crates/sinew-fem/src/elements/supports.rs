@@ -69,38 +69,3 @@ impl Assembly {
         places.iter().zip(half).for_each(|(&place, entry)| self.matrix[place as usize] += entry);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use sinew_energy::laws::NeoHookean;
-    use sinew_energy::{Parameter, Scene, Support};
-    use sinew_mesh::box_tetrahedra;
-
-    #[test]
-    fn held_nodes_are_placed_along_their_own_directions_only() {
-        let scene = Scene::new(box_tetrahedra([1.0; 3], [1; 3]), NeoHookean)
-            .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
-            .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
-            .support(Support::clamped("x_min"))
-            .support(Support::along("x_max", [3.0, 0.0, 4.0], 2.0));
-        let potential = scene.lower().unwrap();
-        let node = scene.mesh.node_sets()["x_max"][0];
-        let close = |a: [f64; 3], b: [f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() < 1e-14);
-        let vector = [1.0, 2.0, -3.0];
-        // (0.6, 0, 0.8) · vector = −1.8.
-        assert!(close(part(&potential, node, &vector, true), [-1.08, 0.0, -1.44]));
-        assert!(close(part(&potential, node, &vector, false), [2.08, 2.0, -1.56]));
-        let clamped = scene.mesh.node_sets()["x_min"][0];
-        assert_eq!(part(&potential, clamped, &vector, true), vector);
-
-        let mut u = vec![0.5; potential.prescribed.len()];
-        place(&potential, 0.5, &mut u);
-        // 0.5·2 − 0.7 are missing along the direction.
-        assert!(close([0, 1, 2].map(|i| u[3 * node + i]), [0.68, 0.5, 0.74]));
-        assert_eq!(u[3 * clamped..3 * clamped + 3], [0.0; 3]);
-        let before = u.clone();
-        place(&potential, 0.5, &mut u);
-        assert_eq!(before, u);
-    }
-}

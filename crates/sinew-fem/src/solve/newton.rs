@@ -423,36 +423,3 @@ impl System<'_> {
         response
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::{Advice, Method, Options, SolveError, Solver};
-    use sinew_energy::laws::NeoHookean;
-    use sinew_energy::{Load, Parameter, Scene, Support};
-    use sinew_mesh::box_tetrahedra;
-
-    #[test]
-    fn a_factor_beyond_the_bound_is_refused_with_its_size() {
-        let scene = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [24, 3, 3]), NeoHookean)
-            .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
-            .parameter(Parameter::log("lambda", "kPa", 1.0..=1e12))
-            .load(Load::BodyForce([0.0, 0.0, -1e-2]))
-            .support(Support::clamped("x_min"));
-        let body = scene.lower().unwrap();
-        let options = Options { method: Method::Aggregation, ..Options::default() };
-        // Conjugate gradients fail.
-        let theta = [75.0, 75e8];
-        let mut solver = Solver::new(&body).unwrap();
-        assert_eq!(solver.solve(&theta, &options).unwrap().linear_iterations, 0);
-        solver.system.most_entries = 1000;
-        let error = solver.solve(&theta, &options).unwrap_err();
-        let SolveError::NotConverged(failure) = &error else { panic!("{error}") };
-        let Advice::FactorTooLarge { unknowns, gigabytes, most } = failure.advice else {
-            panic!("{error}")
-        };
-        let [_, entries] = solver.stored_entries();
-        assert_eq!((unknowns, most), (solver.unknowns(), 8e-6));
-        assert!((gigabytes - 8e-9 * entries as f64).abs() < 1e-15);
-        assert_eq!(solver.system.method, Method::Aggregation, "no factor takes over");
-    }
-}

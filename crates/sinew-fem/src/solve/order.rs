@@ -47,23 +47,3 @@ fn nearest_neighbour_path(points: &[Vec<f64>]) -> Vec<usize> {
     }
     path
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_path_visits_every_point_once_and_neighbours_in_a_row() {
-        let line: Vec<_> = [1.0, 100.0, 10.0, 1000.0].map(|x| vec![x]).to_vec();
-        assert_eq!(nearest_neighbour_path(&log_coordinates(&line)), [0, 2, 1, 3]);
-        assert!(nearest_neighbour_path(&[]).is_empty());
-    }
-
-    #[test]
-    fn senseless_values_have_a_place_too() {
-        let path =
-            nearest_neighbour_path(&log_coordinates(&[vec![f64::NAN], vec![-1.0], vec![2.0]]));
-        assert_eq!(path.len(), 3);
-        assert_eq!(log_coordinates(&[vec![f64::INFINITY], vec![]]), [[0.0], [0.0]]);
-    }
-}
