@@ -67,18 +67,19 @@ fn forces_at_rest(body: &Body, theta: &[f64]) -> f64 {
 }
 
 impl Assembly {
-    pub(crate) fn new(sparsity: &Sparsity, points: usize, degrees_of_freedom: usize) -> Self {
+    pub(crate) fn new(sparsity: &Sparsity, body: &Body) -> Self {
+        let zeros = vec![0.0; body.prescribed.len()];
         Self {
             energy: 0.0,
             energy_noise: 0.0,
-            gradient: vec![0.0; degrees_of_freedom],
-            displacement: vec![0.0; degrees_of_freedom],
+            gradient: zeros.clone(),
+            displacement: zeros,
             force_scale: 0.0,
             floor: 0.0,
             matrix: vec![0.0; sparsity.entries() + 1],
             least_volume_ratio: 1.0,
             worst_cell: 0,
-            points: vec![(Mat3::ZERO, Response::INADMISSIBLE); points],
+            points: vec![(Mat3::ZERO, Response::INADMISSIBLE); body.volumes.len()],
             patches: Vec::new(),
             nearly_incompressible: false,
             convex: None,

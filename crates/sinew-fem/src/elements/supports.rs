@@ -3,6 +3,7 @@
 use crate::elements::assembly::Assembly;
 use crate::elements::cell::turn;
 use sinew_energy::{Body, BodyArrays, Frames};
+use sinew_num::dot3;
 
 /// Deviation of a node from its prescribed place, in a rotated frame, that is a rounding error \[relative to its
 /// displacement\].
@@ -36,16 +37,12 @@ pub(crate) fn is_moved_rim(body: &Body) -> Option<usize> {
     surfaces.flat_map(|surface| &surface.nodes).copied().find(|&node| slides(node))
 }
 
-/// The part of a node's vector that is along its held (or else its free) directions.
-pub(crate) fn part(potential: &Body, node: usize, vector: &[f64; 3], held: bool) -> [f64; 3] {
-    let prescribed = &potential.prescribed[3 * node..3 * node + 3];
-    let counts = |i: usize| prescribed[i].is_some() == held;
-    let Some(frame) = potential.frames.get(node) else {
-        return std::array::from_fn(|i| if counts(i) { vector[i] } else { 0.0 });
-    };
+/// The part of a node's vector that is along its held directions.
+pub(crate) fn held_part(body: &Body, node: usize, vector: [f64; 3]) -> [f64; 3] {
+    let held = |i: &usize| body.prescribed[3 * node + i].is_some();
     let mut part = [0.0; 3];
-    for axis in (0..3).filter(|&i| counts(i)).map(|i| &frame[i]) {
-        let along: f64 = (0..3).map(|k| axis[k] * vector[k]).sum();
+    for axis in (0..3).filter(held).map(|i| body.frames.axis(3 * node + i)) {
+        let along = dot3(&axis, &vector);
         (0..3).for_each(|k| part[k] += along * axis[k]);
     }
     part

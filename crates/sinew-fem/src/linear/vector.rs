@@ -48,6 +48,11 @@ pub(crate) fn add(to: &mut [f64], factor: f64, from: &[f64]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to += factor * from);
 }
 
+/// `a − b`.
+pub(crate) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
 /// Residual relative to a force; zero for 0/0.
 pub(crate) fn relative(residual: f64, force: f64) -> f64 {
     if residual == 0.0 { 0.0 } else { residual / force }

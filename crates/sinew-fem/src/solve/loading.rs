@@ -103,7 +103,7 @@ impl Path<'_, '_> {
         let all = self.options.iterations;
         self.options.iterations = all.min(history.iterations.len() + SCOUT);
         self.release_stresses();
-        let found = self.steps(1.0, step, history);
+        let found = self.steps(step, history);
         self.options.iterations = all;
         found
     }
@@ -117,7 +117,7 @@ impl Path<'_, '_> {
         self.release_stresses();
         // After some steps the next are as long as the last allow.
         let step = if self.points.len() > 1 { 1.0 } else { step };
-        self.follow(1.0, step, history)
+        self.steps(step, history).map_err(|advice| self.failure(advice, history))
     }
 
     /// Finds the part that the body bears of a load far beyond its limit.
@@ -131,7 +131,7 @@ impl Path<'_, '_> {
         let most = all.max(history.iterations.len() + more);
         self.options.iterations = most.min(self.options.iterations);
         let far = Advice::FarBeyond { times: 1.0 / step };
-        self.steps(1.0, step, history)
+        self.steps(step, history)
             .map_err(|advice| self.failure(Some(advice.unwrap_or(far)), history))
     }
 }

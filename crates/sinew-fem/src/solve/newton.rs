@@ -19,7 +19,7 @@ use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{Residual, System};
 use crate::linear::factor::MOST_SHIFTS;
-use crate::linear::method::MOST_COUNTED;
+use crate::linear::method::{MOST_COUNTED, MOST_SINGLE};
 use crate::linear::vector::dot;
 use crate::solve::line::Line;
 use crate::solve::plane::Plane;
@@ -305,7 +305,7 @@ impl System<'_> {
         }
         let iterated = self.iterate(right, tolerance, MOST_SHIFTS);
         if iterated.is_none() {
-            self.refused = self.factor.entries() > self.most_entries;
+            self.refused = self.factor.entries() > MOST_SINGLE;
             if !self.refused {
                 self.method = Method::Factor;
             }

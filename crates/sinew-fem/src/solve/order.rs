@@ -31,19 +31,13 @@ fn nearest_neighbour_path(points: &[Vec<f64>]) -> Vec<usize> {
     let mut left: Vec<_> = (0..points.len()).collect();
     let mut path = Vec::with_capacity(points.len());
     let mut current = 0;
-    while !left.is_empty() {
+    loop {
         let distance = |&index: &usize| -> f64 {
             points[current].iter().zip(&points[index]).map(|(a, b)| (a - b) * (a - b)).sum()
         };
-        let mut best = (0, f64::INFINITY);
-        for (place, index) in left.iter().enumerate() {
-            let d = distance(index);
-            if d < best.1 {
-                best = (place, d);
-            }
-        }
-        current = left.remove(best.0);
+        let distances = left.iter().map(distance).enumerate();
+        let Some((place, _)) = distances.min_by(|a, b| a.1.total_cmp(&b.1)) else { return path };
+        current = left.remove(place);
         path.push(current);
     }
-    path
 }

@@ -77,7 +77,7 @@ impl Path<'_, '_> {
         let mut path = Path::from_rest(&mut system, self.line.clone(), &options);
         path.release_stresses();
         let step = path.first_step();
-        let (found, steps) = path.steps(1.0, step, history).ok()?;
+        let (found, steps) = path.steps(step, history).ok()?;
         Some((found.unknowns, steps))
     }
 }

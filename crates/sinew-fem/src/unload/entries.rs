@@ -3,50 +3,30 @@
 use super::multifrontal::Entries;
 use crate::linear::sparsity::Sparsity;
 
-/// Marks a degree of freedom that is prescribed.
-const PRESCRIBED: usize = usize::MAX;
-
-/// Places of small matrices in the entries of a sparsity.
-pub(super) struct Places {
-    /// The unknown of each degree of freedom.
-    unknown: Vec<usize>,
-}
-
-impl Places {
-    pub(super) fn new(sparsity: &Sparsity, degrees_of_freedom: usize) -> Self {
-        let mut unknown = vec![PRESCRIBED; degrees_of_freedom];
-        let free = sparsity.degree_of_freedom.iter().enumerate();
-        free.for_each(|(at, &dof)| unknown[dof] = at);
-        Self { unknown }
-    }
-
+impl Entries {
     /// Adds a square matrix over the Cartesian components of some nodes, row by row; `places` are those of the sparsity, if it has
     /// them for these nodes, else they are looked up.
     pub(super) fn add(
-        &self,
+        &mut self,
         sparsity: &Sparsity,
         nodes: &[usize],
         places: Option<&[u32]>,
         matrix: &mut [f64],
-        entries: &mut Entries,
     ) {
         turn(sparsity, nodes, matrix);
         let size = 3 * nodes.len();
-        let unknown = |local: usize| self.unknown[3 * nodes[local / 3] + local % 3];
+        let unknown = |local: usize| sparsity.unknown(3 * nodes[local / 3] + local % 3);
         for row in 0..size {
             for column in 0..=row {
-                let (r, c) = (unknown(row), unknown(column));
-                if r == PRESCRIBED || c == PRESCRIBED {
-                    continue;
-                }
+                let (Some(r), Some(c)) = (unknown(row), unknown(column)) else { continue };
                 let slot = match places {
                     Some(places) => places[row * (row + 1) / 2 + column] as usize,
                     None => slot(sparsity, r.max(c), r.min(c)),
                 };
                 let (direct, mirrored) = (matrix[row * size + column], matrix[column * size + row]);
                 let (lower, upper) = if r >= c { (direct, mirrored) } else { (mirrored, direct) };
-                entries.lower[slot] += lower;
-                entries.upper[slot] += upper;
+                self.lower[slot] += lower;
+                self.upper[slot] += upper;
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Nodal forces and energies of a solution.
 
 use crate::SolveError;
-use crate::elements::check::check_length;
+use crate::elements::check::{check_displacement, check_pressure};
 use crate::elements::followers::Followers;
 use crate::elements::state::{State, load_gradient};
 use sinew_energy::Body;
@@ -15,9 +15,8 @@ pub(super) fn check(
     theta: &[f64],
 ) -> Result<(), SolveError> {
     body.check_theta(theta)?;
-    check_length(body.prescribed.len(), displacement)?;
-    let unknowns = body.pressure_field.as_ref().map_or(0, |field| field.unknowns);
-    check_length(unknowns, pressure)
+    check_displacement(body, displacement)?;
+    check_pressure(body, pressure)
 }
 
 /// Forces on a body.
