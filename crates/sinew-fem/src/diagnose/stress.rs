@@ -110,11 +110,8 @@ pub fn mixed_stresses(
 ) -> Result<Vec<CellStress>, SolveError> {
     check_state(body, displacement, theta)?;
     check_pressure(body, pressure)?;
-    let field_at = |point: usize| -> f64 {
-        let Some(field) = &body.pressure_field else { return 0.0 };
-        let (_, unknowns, shape) = field.of_point(point);
-        unknowns.iter().zip(shape).map(|(&unknown, n)| n * pressure[unknown]).sum()
-    };
+    let field = body.pressure_field.as_ref();
+    let field_at = |point| field.map_or(0.0, |field| field.at(point, pressure));
     let gradients = gradients(body, displacement)?;
     let parameters = body.law_parameters(theta);
     let points: Vec<Point> = (gradients.iter().enumerate())

@@ -9,7 +9,7 @@ use crate::elements::shares::{Point, Task};
 use crate::elements::state::State;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::Norm;
-use sinew_energy::{Body, PressureSurface, Response, SurfaceResponse};
+use sinew_energy::{Body, Response, SurfaceResponse};
 use sinew_num::{Mat3, sum};
 
 /// Π and its derivatives at one displacement, with bounds of their rounding errors.
@@ -35,7 +35,7 @@ pub(crate) struct Assembly {
     /// The cell that has it.
     pub worst_cell: usize,
     /// Displacement gradient, stress and tangent at each quadrature point.
-    points: Vec<Point>,
+    pub(crate) points: Vec<Point>,
     /// Shared quantities of the points of each patch, if there are patches.
     pub(crate) patches: Vec<PatchResponse>,
     /// Whether the bulk modulus acts as a constraint on J.
@@ -108,10 +108,22 @@ impl Assembly {
             *g = -load_factor * f;
             loads.add(*g);
         }
-        let mut facet = 0;
-        for pressure in &potential.pressures {
-            loads.add(self.add_pressure(pressure, sparsity, facet, state, &mut rounding));
-            facet += pressure.facets();
+        let (mut first_facet, mut response) = (0, SurfaceResponse::default());
+        for surface in &potential.pressures {
+            let magnitude = load_factor * surface.magnitude.value(state.theta);
+            let mut norm = Norm::default();
+            for facet in 0..surface.facets() {
+                surface.facet_response(facet, displacement, &mut response);
+                let energy = magnitude * response.energy;
+                self.energy += energy;
+                rounding.energy += energy.abs();
+                let nodes = surface.facet_nodes(facet);
+                let derivatives = (&response.gradient[..], &response.hessian[..]);
+                let place = first_facet + facet;
+                norm.add(self.add_facet(nodes, sparsity, place, magnitude, derivatives));
+            }
+            loads.add(norm.value());
+            first_facet += surface.facets();
         }
         for (index, spring) in potential.springs.iter().enumerate() {
             let energy = spring.value_and_add_gradient(displacement, &mut self.gradient);
@@ -223,30 +235,6 @@ impl Assembly {
         self.convex = self.convex.map(|_| convex);
     }
 
-    /// Adds a pressure; returns the norm of its nodal forces.
-    fn add_pressure(
-        &mut self,
-        surface: &PressureSurface,
-        sparsity: &Sparsity,
-        first_facet: usize,
-        state: State,
-        rounding: &mut Rounding,
-    ) -> f64 {
-        let magnitude = state.load_factor * surface.magnitude.value(state.theta);
-        let mut norm = Norm::default();
-        let mut response = SurfaceResponse::default();
-        for facet in 0..surface.facets() {
-            surface.facet_response(facet, state.displacement, &mut response);
-            let energy = magnitude * response.energy;
-            self.energy += energy;
-            rounding.energy += energy.abs();
-            let nodes = surface.facet_nodes(facet);
-            let derivatives = (&response.gradient[..], &response.hessian[..]);
-            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, derivatives));
-        }
-        norm.value()
-    }
-
     /// Adds forces and the lower half of their derivative on one facet, counted over all pressures; returns the forces'
     /// norm.
     pub(crate) fn add_facet(
@@ -312,16 +300,6 @@ impl Assembly {
         let ratios: Vec<_> =
             self.displacement_gradients().map(|h| 1.0 + h.volume_change()).collect();
         least(&per_cell(&ratios, points_per_cell, f64::min), MOST_WORST)
-    }
-
-    /// Displacement gradient and response at a quadrature point in the assembled state.
-    pub(crate) fn point(&self, point: usize) -> &Point {
-        &self.points[point]
-    }
-
-    /// Displacement gradient and response at each quadrature point in the assembled state.
-    pub(crate) fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
-        self.points.iter()
     }
 }
 

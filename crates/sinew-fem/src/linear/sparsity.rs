@@ -63,11 +63,11 @@ impl Sparsity {
         // The nodes of a lid's rim depend on each other.
         let lids = potential.pressures.iter().flat_map(|surface| &surface.lids);
         let lids = lids.map(|lid| &lid.nodes[..]);
-        let neighbours = if patches.is_empty() {
-            neighbours(potential.nodes, potential.cell_nodes().chain(lids))
-        } else {
-            neighbours(potential.nodes, patches.iter().map(|nodes| &nodes[..]).chain(lids))
+        let matrices: Vec<_> = match patches.is_empty() {
+            true => potential.cell_nodes().collect(),
+            false => patches.iter().map(|nodes| &nodes[..]).collect(),
         };
+        let neighbours = neighbours(potential.nodes, matrices.iter().copied().chain(lids));
         let free =
             |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
         let order = order_of_elimination(&neighbours, |node| free(node).next().is_some());
@@ -81,15 +81,11 @@ impl Sparsity {
             }
         }
 
-        let mut columns = Columns::with_capacity(degree_of_freedom.len(), unknown);
+        let mut columns = Columns { starts: vec![0], rows: Vec::new(), unknown };
         for &node in &order {
             columns.push_node(node, &neighbours[node]);
         }
-        let cells = if patches.is_empty() {
-            columns.slots(potential.cell_nodes())
-        } else {
-            columns.slots(patches.iter().map(|nodes| &nodes[..]))
-        };
+        let cells = columns.slots(matrices.into_iter());
         let surfaces = potential.pressures.iter().chain(&potential.followers);
         let facets = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
         let facets = columns.slots(facets);
@@ -219,12 +215,6 @@ struct Columns {
 }
 
 impl Columns {
-    fn with_capacity(unknowns: usize, unknown: Vec<u32>) -> Self {
-        let mut starts = Vec::with_capacity(unknowns + 1);
-        starts.push(0);
-        Self { starts, rows: Vec::new(), unknown }
-    }
-
     /// Appends the columns of one node's unknowns; they hold the later unknowns of itself and its neighbours.
     fn push_node(&mut self, node: usize, neighbours: &[usize]) {
         let unknowns = |node: usize| self.unknown[3 * node..3 * node + 3].iter().copied();

@@ -23,7 +23,7 @@ use crate::linear::method::{MOST_COUNTED, MOST_SINGLE};
 use crate::linear::vector::dot;
 use crate::solve::line::Line;
 use crate::solve::plane::Plane;
-use crate::solve::search::{Equilibrium, Goal, Search, Start};
+use crate::solve::search::{Equilibrium, Goal, Point, Search};
 use crate::solve::watch::Log;
 use crate::{Iteration, Method, Options};
 
@@ -58,7 +58,7 @@ impl System<'_> {
     /// `None` when there is no progress; `history` tells.
     pub(crate) fn equilibrium(
         &mut self,
-        start: Start,
+        start: Point,
         goal: Goal<'_>,
         options: &Options,
         history: &mut Log<'_>,

@@ -8,7 +8,7 @@ use crate::linear::vector::dot;
 use crate::solve::line::Line;
 use crate::solve::outlook::Outlook;
 use crate::solve::plane::Plane;
-use crate::solve::search::{Equilibrium, Goal, Start};
+use crate::solve::search::{Equilibrium, Goal, Point};
 use crate::solve::turn::far_turn;
 use crate::solve::watch::Log;
 use crate::{Advice, NotConverged, Options, SolveError};
@@ -48,18 +48,6 @@ pub(crate) enum Along {
     Place,
     /// Arc length, with this scale of displacements \[length\].
     Arc(f64),
-}
-
-/// A point of a path.
-#[derive(Clone)]
-pub(crate) struct Point {
-    /// Place or length of the curve.
-    pub at: f64,
-    /// Place on the line.
-    pub place: f64,
-    pub unknowns: Unknowns,
-    /// Stress at each quadrature point: it extrapolates more smoothly than rotating displacements.
-    pub stress: Option<PredictedStress>,
 }
 
 /// A path of equilibria along a line.
@@ -230,8 +218,7 @@ impl<'s, 'p> Path<'s, 'p> {
         let snapping = self.outlook.ends().is_some();
         let most_indefinite = if snapping { SNAPPING } else { MOST_INDEFINITE };
         let goal = Goal { line: &self.line, plane, accuracy, most_indefinite };
-        let Point { unknowns, place, stress, .. } = guess;
-        self.system.equilibrium(Start { unknowns, place, stress }, goal, &self.options, history)
+        self.system.equilibrium(guess, goal, &self.options, history)
     }
 
     /// The plane through a point across the way to it from the last one.

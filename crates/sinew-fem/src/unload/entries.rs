@@ -47,15 +47,13 @@ fn turn(sparsity: &Sparsity, nodes: &[usize], matrix: &mut [f64]) {
     let size = 3 * nodes.len();
     for (a, &node) in nodes.iter().enumerate() {
         let Some(frame) = sparsity.frames.get(node) else { continue };
-        for other in 0..size {
-            let rows = std::array::from_fn(|i| matrix[(3 * a + i) * size + other]);
-            let turned = frame.apply(&rows);
-            (0..3).for_each(|i| matrix[(3 * a + i) * size + other] = turned[i]);
-        }
-        for other in 0..size {
-            let columns = std::array::from_fn(|i| matrix[other * size + 3 * a + i]);
-            let turned = frame.apply(&columns);
-            (0..3).for_each(|i| matrix[other * size + 3 * a + i] = turned[i]);
+        // All rows, then all columns.
+        for [own, across] in [[size, 1], [1, size]] {
+            for other in 0..size {
+                let place = |i: usize| (3 * a + i) * own + other * across;
+                let turned = frame.apply(&std::array::from_fn(|i| matrix[place(i)]));
+                (0..3).for_each(|i| matrix[place(i)] = turned[i]);
+            }
         }
     }
 }

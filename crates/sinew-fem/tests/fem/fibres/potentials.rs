@@ -27,7 +27,7 @@ fn linear_potentials_are_exact() {
     let rule = FibreRule::new(0.0, 0.0).unwrap();
     let frames =
         [wall.cell_frames(&rule, Depth::Thickness), wall.node_frames(&rule, Depth::Thickness)];
-    for [_, sheet, _] in frames.as_flattened() {
+    for [_, sheet, _] in frames.iter().flatten() {
         assert!((Vector3::from(*sheet) - Vector3::x()).norm() < 1e-12, "{sheet:?}");
     }
 }
