@@ -223,12 +223,17 @@ impl Body {
     pub fn inner_value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
         let springs = self.springs.iter().map(|spring| spring.value(displacement)).sum::<f64>();
         let (parameters, barriers) = (self.law_parameters(theta), self.barriers.as_ref());
+        let at = |point: usize, h: &Mat3<f64>| {
+            self.volumes[point] * self.material.energy(point, parameters, h, barriers)
+        };
+        let of_patch = |patch: &[usize]| {
+            let kinematics = self.patch_kinematics(patch, displacement)?;
+            let energies = patch.iter().zip(&kinematics.scaled).map(|(&point, h)| at(point, h));
+            Some(energies.sum::<f64>())
+        };
         let energy = |part: usize| match self.patches.get(part) {
-            Some(patch) => self.patch_value(patch, displacement, parameters),
-            None => {
-                let h = self.displacement_gradient(part, displacement);
-                self.volumes[part] * self.material.energy(part, parameters, &h, barriers)
-            }
+            Some(patch) => of_patch(patch).unwrap_or(f64::INFINITY),
+            None => at(part, &self.displacement_gradient(part, displacement)),
         };
         // None where the sum ends, because it is infinite.
         let share = |parts: Range<usize>| {

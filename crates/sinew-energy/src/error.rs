@@ -100,18 +100,3 @@ pub(crate) fn unknown_parameter<T: ToString>(name: &str, known: &[T]) -> SceneEr
     let known = listed(known);
     SceneError::Body(format!("there is no parameter `{name}`; law and loads read {known}"))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn requirements_are_words() {
-        assert_eq!(requirement(&POSITIVE, -2.0), "positive");
-        assert!(requirement(&POSITIVE, 1e120).starts_with("between 1e-100 and 1e100"));
-        assert_eq!(requirement(&(0.0..=0.5 - f64::EPSILON), 0.5), "at least 0 and less than 0.5");
-        assert_eq!(requirement(&(0.0..=1e100), -1.0), "at least 0");
-        assert_eq!(requirement(&(-1.0..=2.0), 3.0), "at least -1 and at most 2");
-        assert_eq!(requirement(&(f64::MIN..=f64::MAX), f64::NAN), "finite");
-    }
-}

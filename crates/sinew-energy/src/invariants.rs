@@ -370,34 +370,3 @@ fn constants<L: InvariantLaw<D>, S: Copy, const D: usize>(
 fn delta(i: usize, j: usize) -> f64 {
     if i == j { 1.0 } else { 0.0 }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::law::rate_by_jets;
-    use crate::laws::{ActiveTension, Guccione, HolzapfelOgden, NeoHookean};
-
-    /// Compares the stress rate by invariants with that by the strain; they differ by rounding errors only.
-    fn check<L: InvariantLaw<D>, const D: usize>(law: L, parameters: &[f64], frame: [[f64; 3]; D]) {
-        let h = Mat3([[0.1, 0.02, -0.05], [0.03, -0.08, 0.04], [0.06, -0.01, 0.07]]);
-        for index in 0..parameters.len() {
-            let rates: Vec<_> =
-                (0..parameters.len()).map(|i| f64::from(u8::from(i == index))).collect();
-            let found = Law::stress_rate(&law, parameters, &rates, &h, &frame);
-            let expected = rate_by_jets(&law, parameters, &rates, &h, &frame);
-            let size = expected.squared_norm().sqrt();
-            let off = Mat3::from_fn(|i, j| found[i][j] - expected[i][j]).squared_norm().sqrt();
-            assert!(size > 0.0 && off <= 1e-13 * size, "{} {index}: {off:e} of {size}", L::NAME);
-        }
-    }
-
-    #[test]
-    fn rates_of_stress_are_the_same_by_invariants_and_by_the_strain() {
-        check(NeoHookean, &[3.0, 5.0], []);
-        let fibre = [0.6, 0.0, 0.8];
-        let active = HolzapfelOgden.nearly_incompressible(25.0).with_active(ActiveTension);
-        check(active, &[0.2, 2.0, 2.8, 2.1, 30.0], [fibre]);
-        let guccione = Guccione.nearly_incompressible(25.0);
-        check(guccione, &[2.0, 8.0, 2.0, 4.0], [fibre, [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]);
-    }
-}

@@ -161,27 +161,17 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
         displacement_gradient: &Mat3<f64>,
         directions: &[[f64; 3]; D],
     ) -> Mat3<f64> {
-        rate_by_jets(self, parameters, rates, displacement_gradient, directions)
+        // Jets in the strain and, as the last variable, along the rates.
+        let mut moving: Vec<_> = parameters.iter().map(|&p| Jet::<10>::constant(p)).collect();
+        moving.iter_mut().zip(rates).for_each(|(p, rate)| p.gradient[9] = *rate);
+        let jet = self.density(
+            &moving,
+            &displacement_gradient.seeded(Jet::variable),
+            &directions.map(|d| d.map(Jet::constant)),
+            &Exact,
+        );
+        Mat3::from_fn(|i, j| jet.hessian[9][3 * i + j])
     }
-}
-
-/// [`Law::stress_rate`] by second-order jets in the strain and, as the last variable, along the rates.
-pub(crate) fn rate_by_jets<L: Law<D>, const D: usize>(
-    law: &L,
-    parameters: &[f64],
-    rates: &[f64],
-    displacement_gradient: &Mat3<f64>,
-    directions: &[[f64; 3]; D],
-) -> Mat3<f64> {
-    let mut moving: Vec<_> = parameters.iter().map(|&p| Jet::<10>::constant(p)).collect();
-    moving.iter_mut().zip(rates).for_each(|(p, rate)| p.gradient[9] = *rate);
-    let jet = law.density(
-        &moving,
-        &displacement_gradient.seeded(Jet::variable),
-        &directions.map(|d| d.map(Jet::constant)),
-        &Exact,
-    );
-    Mat3::from_fn(|i, j| jet.hessian[9][3 * i + j])
 }
 
 /// [`Law::stress`] by first-order Taylor numbers whatever the law overrides: the reference of closed

@@ -93,7 +93,7 @@ impl IntoMaterial for Arc<dyn Material> {
 }
 
 /// A law with one row of directions per quadrature point.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct AtPoints<L, const D: usize> {
     law: L,
     /// Takes no storage for isotropic laws.
@@ -195,14 +195,12 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
 
     fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>> {
         let law = self.law.with_softer_volume(factor)?;
-        let (directions, factors) = (self.directions.clone(), self.factors.clone());
-        Some(Arc::new(Self { law, directions, factors }))
+        Some(Arc::new(Self { law, ..self.clone() }))
     }
 
     fn stiffened(&self, mut factors: Vec<f64>) -> Arc<dyn Material> {
         factors.iter_mut().enumerate().for_each(|(point, factor)| *factor *= self.factor(point));
-        let (law, directions) = (self.law.clone(), self.directions.clone());
-        Arc::new(Self { law, directions, factors })
+        Arc::new(Self { factors, ..self.clone() })
     }
 
     fn with_directions(&self, directions: Vec<[f64; 3]>) -> Arc<dyn Material> {

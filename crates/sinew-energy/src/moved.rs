@@ -62,7 +62,6 @@ impl Body {
             Fibres::Carried => carried(&self.material, &maps),
             Fibres::Kept => self.material.clone(),
         };
-        let cavities = self.cavities.clone();
         let placed = |surfaces: &[PressureSurface]| {
             surfaces.iter().map(|surface| surface.placed(motion)).collect()
         };
@@ -90,7 +89,7 @@ impl Body {
             pressures: placed(&self.pressures),
             followers: placed(&self.followers),
             pressure_field: self.pressure_field.clone(),
-            cavities,
+            cavities: self.cavities.clone(),
             prescribed: self.prescribed.clone(),
             frames: self.frames.clone(),
         }))

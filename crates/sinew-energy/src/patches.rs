@@ -135,23 +135,6 @@ impl Body {
         Some(PatchKinematics { volume, mean: 1.0 + mean_change, gradients, scaled, scales })
     }
 
-    /// Energy of a patch [stress·length³]; +∞ where a cell is inverted.
-    pub(crate) fn patch_value(
-        &self,
-        patch: &[usize],
-        displacement: &[f64],
-        parameters: &[f64],
-    ) -> f64 {
-        let Some(kinematics) = self.patch_kinematics(patch, displacement) else {
-            return f64::INFINITY;
-        };
-        let energies = patch.iter().zip(&kinematics.scaled).map(|(&point, h)| {
-            let energy = self.material.energy(point, parameters, h, self.barriers.as_ref());
-            self.volumes[point] * energy
-        });
-        energies.sum()
-    }
-
     /// Adds the nodal forces of a first Piola–Kirchhoff stress at a point.
     pub fn add_forces(&self, point: usize, stress: &Mat3<f64>, forces: &mut [f64]) {
         let nodes = self.nodes_of_point(point);

@@ -26,6 +26,12 @@ impl PressureField {
         (cell, &self.cells[cell * self.corners..][..self.corners], &self.shape[local])
     }
 
+    /// Pressure at a quadrature point \[stress\] from the unknowns.
+    pub fn at(&self, point: usize, unknowns: &[f64]) -> f64 {
+        let (_, corners, shape) = self.of_point(point);
+        shape.iter().zip(corners).map(|(n, &corner)| n * unknowns[corner]).sum()
+    }
+
     pub(crate) fn new<const N: usize>(rule: &[QuadraturePoint], mesh: &Mesh<N>) -> Self {
         // Linear, whatever the cells are.
         let shape = |point: &QuadraturePoint| match N {

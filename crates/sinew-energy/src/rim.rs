@@ -2,7 +2,7 @@
 
 use crate::lower::Held;
 use crate::{FacetRule, SceneError};
-use sinew_num::{cross, norm, sub3};
+use sinew_num::{Mat3, cross, norm, sub3};
 use std::collections::HashMap;
 
 /// Largest force lost by the potential at an uneven rim [relative to pressure times area]: a hundredth of the
@@ -15,18 +15,14 @@ const EVEN: f64 = 1e-9;
 /// A piece of the rim that slides along a plane across a coordinate axis.
 struct Sliding {
     piece: Vec<usize>,
-    /// Positions of its nodes on the axis \[length\].
-    places: Vec<f64>,
+    /// Least and largest position of its nodes on the axis \[length\].
+    ends: [f64; 2],
 }
 
-impl Sliding {
-    fn least(&self) -> f64 {
-        self.places.iter().copied().fold(f64::INFINITY, f64::min)
-    }
-
-    fn most(&self) -> f64 {
-        self.places.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-    }
+/// Least and largest of some numbers.
+fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let all = [f64::INFINITY, f64::NEG_INFINITY];
+    values.fold(all, |[least, most], x| [least.min(x), most.max(x)])
 }
 
 /// Origin for the enclosed volume of a surface.
@@ -50,15 +46,14 @@ pub(crate) fn rim_origin(
     let mut origin = facets.first().map_or([0.0; 3], |facet| points[facet[0]]);
     let area = area(rule, facets, points);
     let sliding = sliding(name, rule, facets, points, held, EVEN * area.sqrt())?;
-    let ends = sliding.each_ref().map(|sliding| {
-        let least = sliding.iter().map(Sliding::least).reduce(f64::min)?;
-        Some([least, sliding.iter().map(Sliding::most).fold(least, f64::max)])
+    let of_axes = sliding.each_ref().map(|sliding| {
+        (!sliding.is_empty()).then(|| ends(sliding.iter().flat_map(|sliding| sliding.ends)))
     });
-    for (axis, ends) in ends.iter().enumerate() {
+    for (axis, ends) in of_axes.iter().enumerate() {
         origin[axis] = ends.map_or(origin[axis], |[least, most]| 0.5 * (least + most));
     }
     for (axis, sliding) in sliding.iter().enumerate() {
-        let Some([least, most]) = ends[axis] else { continue };
+        let Some([least, most]) = of_axes[axis] else { continue };
         let [tilted, off] = missed(axis, sliding, origin, points).map(|force| force / area);
         let axis = ['x', 'y', 'z'][axis];
         // Written so that a NaN is an error as well.
@@ -95,12 +90,14 @@ fn sliding(
             continue;
         }
         let across = |axis: usize| {
-            let place = |&node: &usize| Some(points[node][axis] + held.along_axis(node, axis)?);
+            let along =
+                |node| held.frames.held_along(node, &Mat3::IDENTITY[axis], &held.prescribed);
+            let place = |&node: &usize| Some(points[node][axis] + along(node)?);
             let places = piece.iter().map(place).collect::<Option<Vec<_>>>()?;
-            Some((axis, Sliding { piece: piece.clone(), places }))
+            Some((axis, Sliding { piece: piece.clone(), ends: ends(places.into_iter()) }))
         };
         // The first of several that are even to rounding errors.
-        let uneven = |(_, sliding): &(usize, Sliding)| match sliding.most() - sliding.least() {
+        let uneven = |(_, Sliding { ends, .. }): &(usize, Sliding)| match ends[1] - ends[0] {
             rounding if rounding <= even => 0.0,
             uneven => uneven,
         };
@@ -126,13 +123,13 @@ fn missed(axis: usize, sliding: &[Sliding], origin: [f64; 3], points: &[[f64; 3]
         apart.sum::<f64>().sqrt()
     };
     let mut sums = [0.0; 2];
-    for piece in sliding {
-        let [first, second] = [piece.piece[0], piece.piece[piece.piece.len().min(2) - 1]];
+    for Sliding { piece, ends: [least, most] } in sliding {
+        let [first, second] = [piece[0], piece[piece.len().min(2) - 1]];
         // The end of a line has a width of one.
         let length = if first == second { 1.0 } else { distance(points[first], points[second]) };
         let away = distance(points[first], origin).max(distance(points[second], origin));
-        let height = (piece.most() - origin[axis]).abs().max((piece.least() - origin[axis]).abs());
-        sums[0] += away * (piece.most() - piece.least()) / 3.0;
+        let height = (most - origin[axis]).abs().max((least - origin[axis]).abs());
+        sums[0] += away * (most - least) / 3.0;
         sums[1] += height * length / 3.0;
     }
     sums

@@ -172,7 +172,7 @@ pub struct Parameter {
 impl Parameter {
     /// A parameter whose samples are uniform in the logarithm, such as a stiffness.
     pub fn log(name: impl Into<String>, unit: impl Into<Unit>, range: RangeInclusive<f64>) -> Self {
-        Self::sampled(name, unit, range, Sampling::Log)
+        Self { sampling: Sampling::Log, ..Self::linear(name, unit, range) }
     }
 
     /// A parameter whose samples are uniform, such as a pressure.
@@ -181,17 +181,8 @@ impl Parameter {
         unit: impl Into<Unit>,
         range: RangeInclusive<f64>,
     ) -> Self {
-        Self::sampled(name, unit, range, Sampling::Linear)
-    }
-
-    fn sampled(
-        name: impl Into<String>,
-        unit: impl Into<Unit>,
-        range: RangeInclusive<f64>,
-        sampling: Sampling,
-    ) -> Self {
         let range = [*range.start(), *range.end()];
-        Self { name: name.into(), unit: unit.into(), range, sampling }
+        Self { name: name.into(), unit: unit.into(), range, sampling: Sampling::Linear }
     }
 }
 
@@ -283,12 +274,8 @@ impl Load {
     /// Name of the facet set that the load acts on; `None` for forces on volumes and nodes.
     pub(crate) fn facets(&self) -> Option<&str> {
         match self {
-            Self::BodyForce(_) | Self::NodalForces(_) => None,
-            Self::Traction { facets, .. }
-            | Self::Foundation { facets, .. }
-            | Self::Pressure { facets, .. }
-            | Self::CavityPressure { facets, .. }
-            | Self::ThesisPressure { facets, .. } => Some(facets),
+            Self::Traction { facets, .. } | Self::Foundation { facets, .. } => Some(facets),
+            _ => self.pressure().map(|(_, facets, _)| facets),
         }
     }
 

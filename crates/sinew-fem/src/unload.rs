@@ -9,7 +9,6 @@ mod multifrontal;
 mod newton;
 mod options;
 mod point;
-mod sensitivity;
 mod state;
 mod tangent;
 mod thin;
@@ -21,13 +20,18 @@ pub use options::UnloadOptions;
 pub use thin::ThinWall;
 pub use unloaded::{Loading, Unloaded};
 
+use crate::SolveError;
 use crate::elements::check::{check_displacement, check_length};
+use crate::elements::supports::is_moved_rim;
 use crate::elements::system::System;
-use crate::{Options, Solution, SolveError};
 use image::Image;
-use newton::Search;
+use multifrontal::Multifrontal;
 use sinew_energy::{Body, Fibres, ThetaError};
+use state::{Level, Trial};
 use std::time::Instant;
+
+/// Residual of the linear systems of derivatives \[relative\].
+const ACCURACY: f64 = 1e-13;
 
 /// Finds the body at rest whose loaded state is an image.
 ///
@@ -68,7 +72,9 @@ use std::time::Instant;
 /// another equilibrium. Each has its [`UnloadError`]. See [`Loading`] for the last check.
 #[doc(alias("inverse design", "stress-free configuration", "prestress"))]
 pub struct Unload<'p> {
-    search: Search<'p>,
+    image: Image<'p>,
+    /// The last factor of the derivative in the positions at rest.
+    factor: Multifrontal,
 }
 
 impl<'p> Unload<'p> {
@@ -80,18 +86,23 @@ impl<'p> Unload<'p> {
         if image.pressure_field.is_some() {
             return Err(UnloadError::PressureField);
         }
-        Ok(Self { search: Search::new(Image::new(System::new(image)?)?) })
+        let system = System::new(image)?;
+        if let Some(node) = is_moved_rim(image) {
+            return Err(UnloadError::MovedRim { node });
+        }
+        let factor = Multifrontal::new(&system.sparsity);
+        Ok(Self { image: Image { system, fibres: Fibres::default() }, factor })
     }
 
     /// Chooses fibres that move with the tissue, the default, or are kept at rest as they are in the image.
     pub fn fibres(mut self, fibres: Fibres) -> Self {
-        self.search.image.fibres = fibres;
+        self.image.fibres = fibres;
         self
     }
 
     /// Whether the wall under a pressure has one layer of linear tetrahedra.
     pub fn thin_wall(&self) -> Option<ThinWall> {
-        ThinWall::of(&self.search.image.system)
+        ThinWall::of(&self.image.system)
     }
 
     /// Checks that θ is one of the image.
@@ -99,7 +110,7 @@ impl<'p> Unload<'p> {
     /// # Errors
     /// The first entry that makes no sense.
     pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
-        self.search.image.system.body.check_theta(theta)
+        self.image.system.body.check_theta(theta)
     }
 
     /// The body at rest for θ, starting from the image itself; under a load that rises step by step where that fails.
@@ -111,7 +122,7 @@ impl<'p> Unload<'p> {
         theta: &[f64],
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
-        let motion = vec![0.0; self.search.image.system.body.prescribed.len()];
+        let motion = vec![0.0; self.image.system.body.prescribed.len()];
         self.solve_from_motion(motion, theta, options)
     }
 
@@ -135,20 +146,31 @@ impl<'p> Unload<'p> {
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
         let start = Instant::now();
-        self.search.image.system.body.check_theta(theta).map_err(SolveError::from)?;
-        check_displacement(self.search.image.system.body, &motion)?;
+        self.check(&motion, theta)?;
         let mut iterations = 0;
-        if let Some(trial) = self.search.at_once(motion, theta, options, &mut iterations)
-            && let Ok(loading) = self.search.image.judge(&trial, theta, options)
-        {
-            let found = (trial, iterations, 1);
-            return Ok(Unloaded::new(&self.search.image, found, theta, loading, start));
-        }
-        // Of several bodies at rest, that of a rising load is taken and judged.
-        let (trial, load_steps) = self.search.step_by_step(theta, options, &mut iterations)?;
-        let loading = self.search.image.judge(&trial, theta, options)?;
+        let at_once = self.newton(motion, &Level::whole(theta), options, &mut iterations);
+        let judged = at_once.and_then(|trial| {
+            let loading = self.image.judge(&trial, theta, options).ok()?;
+            Some((trial, 1, loading))
+        });
+        let (trial, load_steps, loading) = match judged {
+            Some(found) => found,
+            // Of several bodies at rest, that of a rising load is taken and judged.
+            None => {
+                let (trial, steps) = self.step_by_step(theta, options, &mut iterations)?;
+                let loading = self.image.judge(&trial, theta, options)?;
+                (trial, steps, loading)
+            }
+        };
         let found = (trial, iterations, load_steps);
-        Ok(Unloaded::new(&self.search.image, found, theta, loading, start))
+        Ok(Unloaded::new(&self.image, found, theta, loading, start))
+    }
+
+    /// Checks that θ and a displacement of all nodes are of the image.
+    fn check(&self, motion: &[f64], theta: &[f64]) -> Result<(), SolveError> {
+        let body = self.image.system.body;
+        body.check_theta(theta)?;
+        check_displacement(body, motion)
     }
 
     /// Starts from a motion from the image to the body at rest \[length\], such as one that is extrapolated.
@@ -169,7 +191,9 @@ impl<'p> Unload<'p> {
     /// # Errors
     /// [`SolveError::OutOfMemory`].
     pub fn fresh(&self) -> Result<Self, SolveError> {
-        Ok(Self { search: self.search.fresh()? })
+        let Image { system, fibres } = &self.image;
+        let image = Image { system: system.like(system.body)?, fibres: *fibres };
+        Ok(Self { image, factor: self.factor.fresh() })
     }
 
     /// Derivative ∂X/∂θ of the positions at rest: one vector like [`Unloaded::motion`] per entry of θ.
@@ -194,10 +218,26 @@ impl<'p> Unload<'p> {
         directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {
         let Unloaded { motion, theta, .. } = unloaded;
-        self.search.image.system.body.check_theta(theta).map_err(SolveError::from)?;
-        check_displacement(self.search.image.system.body, motion)?;
+        self.check(motion, theta)?;
         check_directions(theta, directions)?;
-        self.search.sensitivity(motion, theta, directions)
+        let level = Level::whole(theta);
+        let trial = Trial::new(&self.image, motion.clone(), &level);
+        let trial = trial.ok_or(UnloadError::Singular)?;
+        let tangent = self.image.tangent(&trial, &level, None).ok_or(UnloadError::Singular)?;
+        if !self.factor.factorise(&self.image.system.sparsity, &tangent.entries) {
+            return Err(UnloadError::Singular);
+        }
+        let system = self.image.system.like(&trial.rest)?;
+        let column = |direction: &Vec<f64>| {
+            let mut right = system.rate_by_theta(&trial.displacement, theta, 1.0, direction);
+            right.iter_mut().for_each(|r| *r = -*r);
+            let change = self.linear(&tangent.entries, &right, ACCURACY);
+            let change = change.ok_or(UnloadError::Singular)?;
+            let mut slope = vec![0.0; trial.motion.len()];
+            self.image.system.sparsity.scatter(change, &mut slope);
+            Ok(slope)
+        };
+        directions.iter().map(column).collect()
     }
 
     /// The image taken as the body at rest, for images without load.
@@ -205,40 +245,8 @@ impl<'p> Unload<'p> {
     /// # Errors
     /// A cell of the image that is inverted.
     pub fn image_at_rest(&self) -> Result<Body, SolveError> {
-        let motion = vec![0.0; self.search.image.system.body.prescribed.len()];
-        self.search.image.moved(&motion).ok_or(SolveError::Inadmissible { cell: 0 })
-    }
-
-    /// Another loaded state of a body at rest: the equilibrium for other loads and tensions in θ, from a displacement near it \[length\],
-    /// counted from rest.
-    ///
-    /// # Errors
-    /// As for [`crate::Solver::solve_from`].
-    pub fn loaded(
-        &self,
-        rest: &Body,
-        near: &[f64],
-        theta: &[f64],
-        options: &Options,
-    ) -> Result<Solution, SolveError> {
-        self.search.image.loaded(rest, near, theta, options)
-    }
-
-    /// Directional derivatives δx of a loaded state's positions in θ \[length\], `3 × nodes` for each direction. The body at rest changes along
-    /// `rest_directions`, one for each direction in θ, or is held where there are none:
-    /// `K δx = −(∂r/∂θ δθ + ∂r/∂X δX + ∂r/∂d ∂d/∂X δX)`, with exact derivatives throughout and one factorisation.
-    ///
-    /// # Errors
-    /// A state or directions that do not fit the body, a stiffness that is singular, and derivatives that overflow.
-    pub fn loaded_slopes(
-        &self,
-        rest: &Body,
-        state: &Solution,
-        theta_directions: &[Vec<f64>],
-        rest_directions: &[Vec<f64>],
-    ) -> Result<Vec<Vec<f64>>, UnloadError> {
-        check_directions(&state.theta, theta_directions)?;
-        self.search.image.loaded_slopes(rest, state, theta_directions, rest_directions)
+        let motion = vec![0.0; self.image.system.body.prescribed.len()];
+        self.image.moved(&motion).ok_or(SolveError::Inadmissible { cell: 0 })
     }
 }
 

@@ -94,15 +94,3 @@ fn lame<S: Scalar>(parameters: &[S]) -> [S; 2] {
     let [young, poisson] = super::named(parameters);
     lame_from_young_poisson(young.clone(), poisson.clone())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lames_parameters_are_those_of_tables() {
-        let [shear, lame] = lame_from_young_poisson(10.0, 0.3);
-        assert!((shear - 3.8461538461538463).abs() < 1e-14);
-        assert!((lame - 5.769230769230769).abs() < 1e-14);
-    }
-}

@@ -19,11 +19,6 @@ pub(crate) struct Held {
 }
 
 impl Held {
-    /// Displacement of a node along a coordinate axis, if supports prescribe it.
-    pub(crate) fn along_axis(&self, node: usize, axis: usize) -> Option<f64> {
-        self.frames.held_along(node, &Mat3::IDENTITY[axis], &self.prescribed)
-    }
-
     /// Adds a prescribed direction, a unit vector, to those of a node (Gram–Schmidt).
     ///
     /// # Errors

@@ -9,6 +9,8 @@ mod elements;
 mod homogeneous;
 mod left_ventricle;
 mod lids;
+mod numbers;
 mod pressure;
+mod rates;
 mod scene;
 mod solid;

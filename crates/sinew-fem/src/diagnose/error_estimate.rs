@@ -5,7 +5,7 @@
 //! nearby and the steps converge to it (Newton–Kantorovich theorem; P. Deuflhard, Newton Methods for Nonlinear
 //! Problems, 2011, chapter 2).
 
-use crate::linear::vector::{dot, norm, relative};
+use crate::linear::vector::{difference, dot, norm, relative};
 use crate::solve::refine::energy_at_rest;
 use crate::{NewtonStep, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
@@ -268,8 +268,4 @@ impl Solver<'_> {
             Err(_) => f64::INFINITY,
         }
     }
-}
-
-fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
 }

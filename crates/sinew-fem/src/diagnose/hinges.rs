@@ -170,12 +170,8 @@ fn place(potential: &Body, pieces: &mut [Piece]) {
     for piece in pieces {
         let at = |node: &usize| Vector3::from(potential.positions[*node]);
         let joints: Vec<_> = piece.nodes.iter().filter(|&&node| owners[node] > 1).collect();
-        let sum: Vector3<f64> = joints.iter().map(|node| at(node)).sum();
-        let all: Vector3<f64> = piece.nodes.iter().map(at).sum();
-        piece.centre = match joints.len() {
-            0 => all / piece.nodes.len() as f64,
-            count => sum / count as f64,
-        };
+        let of = if joints.is_empty() { piece.nodes.iter().collect() } else { joints };
+        piece.centre = of.iter().map(|node| at(node)).sum::<Vector3<f64>>() / of.len() as f64;
         let distances = piece.nodes.iter().map(|node| (at(node) - piece.centre).norm());
         piece.size = distances.fold(0.0, f64::max);
     }

@@ -2,7 +2,7 @@
 
 use crate::SolveError;
 use crate::elements::cells::inadmissible;
-use crate::elements::check::{check_length, check_state};
+use crate::elements::check::{check_pressure, check_state};
 use nalgebra::{Matrix3, SymmetricEigen};
 use sinew_energy::{Body, Mat3};
 
@@ -109,22 +109,9 @@ pub fn mixed_stresses(
     theta: &[f64],
 ) -> Result<Vec<CellStress>, SolveError> {
     check_state(body, displacement, theta)?;
+    check_pressure(body, pressure)?;
     let field = body.pressure_field.as_ref();
-    check_length(field.map_or(0, |field| field.unknowns), pressure)?;
-    of_cells(body, displacement, theta, |point| {
-        let Some(field) = field else { return 0.0 };
-        let (_, unknowns, shape) = field.of_point(point);
-        unknowns.iter().zip(shape).map(|(&unknown, n)| n * pressure[unknown]).sum()
-    })
-}
-
-/// Stress and strain of every cell, with a pressure at each point that adds to the stress of the law.
-fn of_cells(
-    body: &Body,
-    displacement: &[f64],
-    theta: &[f64],
-    pressure: impl Fn(usize) -> f64,
-) -> Result<Vec<CellStress>, SolveError> {
+    let field_at = |point| field.map_or(0.0, |field| field.at(point, pressure));
     let gradients = gradients(body, displacement)?;
     let parameters = body.law_parameters(theta);
     let points: Vec<Point> = (gradients.iter().enumerate())
@@ -132,7 +119,7 @@ fn of_cells(
             let (_, piola) = body.material.stress(point, parameters, h, None);
             let direction = body.material.directions(point).first();
             let mut found = Point::new(h, &piola, direction);
-            found.cauchy += Matrix3::identity() * pressure(point);
+            found.cauchy += Matrix3::identity() * field_at(point);
             found
         })
         .collect();

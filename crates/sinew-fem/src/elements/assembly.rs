@@ -9,7 +9,7 @@ use crate::elements::shares::{Point, Task};
 use crate::elements::state::State;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::Norm;
-use sinew_energy::{Body, PressureSurface, Response, SurfaceResponse};
+use sinew_energy::{Body, Response, SurfaceResponse};
 use sinew_num::{Mat3, sum};
 
 /// Π and its derivatives at one displacement, with bounds of their rounding errors.
@@ -35,7 +35,7 @@ pub(crate) struct Assembly {
     /// The cell that has it.
     pub worst_cell: usize,
     /// Displacement gradient, stress and tangent at each quadrature point.
-    points: Vec<Point>,
+    pub(crate) points: Vec<Point>,
     /// Shared quantities of the points of each patch, if there are patches.
     pub(crate) patches: Vec<PatchResponse>,
     /// Whether the bulk modulus acts as a constraint on J.
@@ -67,18 +67,19 @@ fn forces_at_rest(body: &Body, theta: &[f64]) -> f64 {
 }
 
 impl Assembly {
-    pub(crate) fn new(sparsity: &Sparsity, points: usize, degrees_of_freedom: usize) -> Self {
+    pub(crate) fn new(sparsity: &Sparsity, body: &Body) -> Self {
+        let zeros = vec![0.0; body.prescribed.len()];
         Self {
             energy: 0.0,
             energy_noise: 0.0,
-            gradient: vec![0.0; degrees_of_freedom],
-            displacement: vec![0.0; degrees_of_freedom],
+            gradient: zeros.clone(),
+            displacement: zeros,
             force_scale: 0.0,
             floor: 0.0,
             matrix: vec![0.0; sparsity.entries() + 1],
             least_volume_ratio: 1.0,
             worst_cell: 0,
-            points: vec![(Mat3::ZERO, Response::INADMISSIBLE); points],
+            points: vec![(Mat3::ZERO, Response::INADMISSIBLE); body.volumes.len()],
             patches: Vec::new(),
             nearly_incompressible: false,
             convex: None,
@@ -107,10 +108,22 @@ impl Assembly {
             *g = -load_factor * f;
             loads.add(*g);
         }
-        let mut facet = 0;
-        for pressure in &potential.pressures {
-            loads.add(self.add_pressure(pressure, sparsity, facet, state, &mut rounding));
-            facet += pressure.facets();
+        let (mut first_facet, mut response) = (0, SurfaceResponse::default());
+        for surface in &potential.pressures {
+            let magnitude = load_factor * surface.magnitude.value(state.theta);
+            let mut norm = Norm::default();
+            for facet in 0..surface.facets() {
+                surface.facet_response(facet, displacement, &mut response);
+                let energy = magnitude * response.energy;
+                self.energy += energy;
+                rounding.energy += energy.abs();
+                let nodes = surface.facet_nodes(facet);
+                let derivatives = (&response.gradient[..], &response.hessian[..]);
+                let place = first_facet + facet;
+                norm.add(self.add_facet(nodes, sparsity, place, magnitude, derivatives));
+            }
+            loads.add(norm.value());
+            first_facet += surface.facets();
         }
         for (index, spring) in potential.springs.iter().enumerate() {
             let energy = spring.value_and_add_gradient(displacement, &mut self.gradient);
@@ -222,30 +235,6 @@ impl Assembly {
         self.convex = self.convex.map(|_| convex);
     }
 
-    /// Adds a pressure; returns the norm of its nodal forces.
-    fn add_pressure(
-        &mut self,
-        surface: &PressureSurface,
-        sparsity: &Sparsity,
-        first_facet: usize,
-        state: State,
-        rounding: &mut Rounding,
-    ) -> f64 {
-        let magnitude = state.load_factor * surface.magnitude.value(state.theta);
-        let mut norm = Norm::default();
-        let mut response = SurfaceResponse::default();
-        for facet in 0..surface.facets() {
-            surface.facet_response(facet, state.displacement, &mut response);
-            let energy = magnitude * response.energy;
-            self.energy += energy;
-            rounding.energy += energy.abs();
-            let nodes = surface.facet_nodes(facet);
-            let derivatives = (&response.gradient[..], &response.hessian[..]);
-            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, derivatives));
-        }
-        norm.value()
-    }
-
     /// Adds forces and the lower half of their derivative on one facet, counted over all pressures; returns the forces'
     /// norm.
     pub(crate) fn add_facet(
@@ -312,16 +301,6 @@ impl Assembly {
             self.displacement_gradients().map(|h| 1.0 + h.volume_change()).collect();
         least(&per_cell(&ratios, points_per_cell, f64::min), MOST_WORST)
     }
-
-    /// Displacement gradient and response at a quadrature point in the assembled state.
-    pub(crate) fn point(&self, point: usize) -> &Point {
-        &self.points[point]
-    }
-
-    /// Displacement gradient and response at each quadrature point in the assembled state.
-    pub(crate) fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
-        self.points.iter()
-    }
 }
 
 /// Adds the derivative of the forces on a facet times `direction` to `forces`.
@@ -343,65 +322,4 @@ pub(crate) fn add_product(
 pub(crate) fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
     let flat = dh.0.as_flattened();
     Mat3::from_fn(|i, j| tangent[3 * i + j].iter().zip(flat).map(|(a, h)| a * h).sum())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use sinew_energy::laws::NeoHookean;
-    use sinew_energy::{Load, Parameter, Scene, Support};
-    use sinew_mesh::box_tetrahedra;
-
-    fn body(cells: [usize; 3]) -> Body {
-        let scene = Scene::new(box_tetrahedra([3.0, 1.0, 1.0], cells), NeoHookean)
-            .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
-            .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
-            .load(Load::BodyForce([100.0, 0.0, 0.0])) // kPa/mm
-            .support(Support::clamped("x_min"));
-        scene.lower().unwrap()
-    }
-
-    /// The line search compares both: a difference above the noise ends it.
-    #[test]
-    fn sums_of_many_cells_differ_by_less_than_their_noise() {
-        let body = body([60, 20, 20]);
-        let sparsity = Sparsity::new(&body);
-        let displacement: Vec<f64> = body
-            .positions
-            .iter()
-            .flat_map(|x| [x[0] * (1.0 + 0.3 * x[1].sin()), 0.0, 0.0])
-            .collect();
-        let state = State {
-            displacement: &displacement,
-            theta: &[1.5, 1.3],
-            load_factor: 1.0,
-            pressure: &[],
-        };
-        let mut assembly = Assembly::new(&sparsity, body.volumes.len(), displacement.len());
-        assembly.assemble(&body, &sparsity, state, None);
-        let apart = |energy: f64| (energy - state.energy(&body)).abs() / assembly.energy_noise;
-        assert!(apart(assembly.energy) <= 0.1, "{}", apart(assembly.energy));
-        // One after the other, from the work of the loads on, the roundings of so many cells exceed it.
-        let of_cell = |cell: usize| {
-            let h = body.displacement_gradient(cell, &displacement);
-            body.volumes[cell] * body.material.energy(cell, state.theta, &h, None)
-        };
-        let loads = body.load_value(&displacement, state.theta);
-        let summed =
-            (0..body.volumes.len()).map(of_cell).fold(loads, |total, energy| total + energy);
-        println!("{} and {}", apart(assembly.energy), apart(summed));
-        assert!(apart(summed) > 1.0, "{}", apart(summed));
-    }
-
-    #[test]
-    fn a_search_that_can_go_no_further_ends_near_rounding_errors_only() {
-        let body = body([1; 3]);
-        let mut assembly = Assembly::new(&Sparsity::new(&body), body.volumes.len(), 3 * body.nodes);
-        // 4 roundings are balanced, and four times as much nearly; but no more than 1e-6 of the forces.
-        (assembly.floor, assembly.force_scale) = (1e-12, 1.0);
-        assert!(assembly.is_nearly_balanced(1.6e-11) && !assembly.is_nearly_balanced(1.7e-11));
-        assembly.floor = 1e-7;
-        assert!(assembly.is_nearly_balanced(1e-6) && !assembly.is_nearly_balanced(1.1e-6));
-        assert!(!assembly.is_nearly_balanced(f64::NAN));
-    }
 }

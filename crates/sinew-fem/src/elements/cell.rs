@@ -184,37 +184,3 @@ pub(crate) fn turn(frames: &Frames, nodes: &[usize], lower: &mut [f64]) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_least_volume_ratio_is_found_on_the_way() {
-        let diagonal = |d: [f64; 3]| Mat3::from_fn(|i, j| if i == j { d[i] } else { 0.0 });
-        let rest = diagonal([0.0; 3]);
-        // Through flat in two directions at once, to a turned state: J = (1 − 3t)².
-        let [start, least, end] = volume_ratios_along(&rest, &diagonal([0.0, -3.0, -3.0]), 1.0);
-        assert_eq!((start, end), (1.0, 4.0));
-        assert!(least.abs() < 1e-12, "{least}");
-        // J = (1 + t)(1 − t/2) is least at an end.
-        let stretch = diagonal([1.0, -0.5, 0.0]);
-        assert_eq!(volume_ratios_along(&rest, &stretch, 0.25), [1.0, 1.0, 1.09375]);
-        assert_eq!(volume_ratios_along(&rest, &stretch, 2.0), [1.0, 0.0, 0.0]);
-        assert_eq!(volume_ratios_along(&rest, &rest, 1.0), [1.0; 3]);
-        assert!(is_short(&rest, &diagonal([0.3, 0.0, -0.3]), 1.0));
-        assert!(!is_short(&rest, &diagonal([0.0, 0.0, -1.0]), 1.0));
-        // Sampled, from a state that is not rest.
-        let entry = |seed: usize| {
-            move |i: usize, j: usize| ((seed * (7 * i + 3 * j + 5)) % 11) as f64 / 9.0 - 0.55
-        };
-        for seed in 1..10 {
-            let (h, step) = (Mat3::from_fn(entry(seed)), Mat3::from_fn(entry(seed + 13)));
-            let [_, ratio, _] = volume_ratios_along(&h, &step, 2.0);
-            let at = |t: f64| 1.0 + Mat3::from_fn(|i, j| h[i][j] + t * step[i][j]).volume_change();
-            let sampled = (0..=2000).map(|k| at(k as f64 / 1000.0)).fold(f64::INFINITY, f64::min);
-            assert!(ratio > 0.0 || !is_short(&h, &step, 2.0));
-            assert!((ratio - sampled).abs() < 1e-5 && ratio <= sampled + 1e-12, "{seed}");
-        }
-    }
-}

@@ -22,6 +22,11 @@ pub(crate) fn check_state(
     check_displacement(body, displacement)
 }
 
+/// Checks that there is one finite pressure per unknown of the field, none without one.
+pub(crate) fn check_pressure(body: &Body, pressure: &[f64]) -> Result<(), SolveError> {
+    check_length(body.pressure_field.as_ref().map_or(0, |field| field.unknowns), pressure)
+}
+
 /// Checks that there are as many entries as needed, all finite.
 pub(crate) fn check_length(needed: usize, values: &[f64]) -> Result<(), SolveError> {
     let (given, finite) = (values.len(), values.iter().filter(|u| u.is_finite()).count());

@@ -28,27 +28,3 @@ pub(crate) fn make_convex(tangent: &mut [[f64; 9]; 9]) -> bool {
     }
     true
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn negative_eigenvalues_become_zero_and_others_stay() {
-        let entry = |i: usize, j: usize| ((3 * i * j + 5 * (i + j)) % 7) as f64 - 2.0;
-        let before = SMatrix::<f64, 9, 9>::from_fn(entry);
-        let mut tangent: [[f64; 9]; 9] =
-            std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
-        assert!(make_convex(&mut tangent));
-        let after = SMatrix::<f64, 9, 9>::from_fn(|i, j| tangent[i][j]);
-        let sorted = |matrix: SMatrix<f64, 9, 9>| {
-            let mut values: [f64; 9] = matrix.symmetric_eigenvalues().into();
-            values.sort_by(f64::total_cmp);
-            values
-        };
-        for (before, after) in sorted(before).into_iter().zip(sorted(after)) {
-            assert!((before.max(0.0) - after).abs() < 1e-12, "{before} became {after}");
-        }
-        assert!(!make_convex(&mut tangent));
-    }
-}

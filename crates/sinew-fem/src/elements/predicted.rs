@@ -24,7 +24,7 @@ pub(crate) fn is_nearly_incompressible(body: &Body, theta: &[f64]) -> bool {
 impl Assembly {
     /// The second Piola–Kirchhoff stress at each point.
     pub(crate) fn stress(&self) -> PredictedStress {
-        self.responses().map(|(h, response)| product(&inverse(h), &response.stress)).collect()
+        self.points.iter().map(|(h, response)| product(&inverse(h), &response.stress)).collect()
     }
 
     /// The stress at each point after a step along `direction` by the linear model of the stress,
@@ -37,7 +37,7 @@ impl Assembly {
             at_points.for_each(|(&point, stress)| common[point] = stress);
         }
         let predict = |point: usize| {
-            let (h, response) = self.point(point);
+            let (h, response) = &self.points[point];
             let dh = potential.displacement_gradient(point, direction);
             let inverse = inverse(h);
             let stress = product(&inverse, &response.stress);

@@ -26,11 +26,7 @@ impl<'p> Coupling<'p> {
 
     /// Values at the quadrature points.
     pub(crate) fn at_points(&self, pressure: &[f64]) -> Vec<f64> {
-        let value = |point: usize| {
-            let (_, corners, shape) = self.field.of_point(point);
-            shape.iter().zip(corners).map(|(n, &corner)| n * pressure[corner]).sum()
-        };
-        (0..self.moduli.len()).map(value).collect()
+        (0..self.moduli.len()).map(|point| self.field.at(point, pressure)).collect()
     }
 
     /// Takes the derivatives at the assembled state; returns the residual of the volume constraint, `∫ N_a (J − 1 −
@@ -46,7 +42,7 @@ impl<'p> Coupling<'p> {
         let mut rows = std::mem::take(&mut self.rows);
         rows.fill(0.0);
         let width = 3 * body.nodes_per_cell;
-        for (point, (h, response)) in assembly.responses().enumerate() {
+        for (point, (h, response)) in assembly.points.iter().enumerate() {
             let (cell, corners, shape) = self.field.of_point(point);
             let volume = body.volumes[point];
             let change = h.volume_change() - self.field.compliance * at_points[point];
@@ -98,7 +94,7 @@ impl<'p> Coupling<'p> {
         }
         for point in 0..body.volumes.len() {
             let (_, corners, shape) = self.field.of_point(point);
-            let p: f64 = shape.iter().zip(corners).map(|(n, &c)| n * pressures[c]).sum();
+            let p = self.field.at(point, pressures);
             for (n, &c) in shape.iter().zip(corners) {
                 volumes[c] -= self.field.compliance * body.volumes[point] * n * p;
             }

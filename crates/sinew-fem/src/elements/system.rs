@@ -10,7 +10,7 @@ use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::linear::aggregation::Aggregation;
 use crate::linear::factor::Factor;
-use crate::linear::method::{MOST_SINGLE, Method};
+use crate::linear::method::Method;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::norm;
 use sinew_energy::{Body, PressureSurface};
@@ -53,9 +53,7 @@ pub(crate) struct System<'p> {
     pub method: Method,
     /// Whether the last stiffness was not factorised, but has a hierarchy.
     pub iterates: bool,
-    /// Most entries of a factor that takes the place of conjugate gradients.
-    pub most_entries: usize,
-    /// Whether the present search, or the last one, failed for want of a larger one.
+    /// Whether the present search, or the last one, failed because the factor in the place of conjugate gradients is too large.
     pub refused: bool,
     pub followers: Followers<'p>,
     /// The field of pressure with its coupling to displacements, if there is one.
@@ -70,50 +68,34 @@ impl<'p> System<'p> {
         let factor = Factor::new(&sparsity)?;
         let size = [factor.entries(), sparsity.unknowns()];
         let method = Method::Automatic.chosen(body.has_potential(), None, size);
-        let factor = if method == Method::Factor { factor.reserved()? } else { factor };
-        let assembly = Assembly::new(&sparsity, body.volumes.len(), body.prescribed.len());
-        let coupling = body.pressure_field.as_ref().map(|field| Coupling::new(body, field));
-        let followers = Followers::new(&body.followers);
-        let aggregation = Aggregation::default();
+        Self::of(body, sparsity, factor, Aggregation::default(), method)
+    }
+
+    /// System of the same body for another thread, or of one with the same cells and supports but another reference configuration; it
+    /// shares what is prepared.
+    pub(crate) fn like<'q>(&self, body: &'q Body) -> Result<System<'q>, SolveError> {
+        let (factor, aggregation) = (self.factor.fresh(), self.aggregation.fresh());
+        System::of(body, self.sparsity.clone(), factor, aggregation, self.method)
+    }
+
+    fn of(
+        body: &'p Body,
+        sparsity: Arc<Sparsity>,
+        factor: Factor,
+        aggregation: Aggregation,
+        method: Method,
+    ) -> Result<Self, SolveError> {
         Ok(Self {
             body,
+            assembly: Assembly::new(&sparsity, body),
             sparsity,
-            assembly,
-            factor,
+            factor: if method == Method::Factor { factor.reserved()? } else { factor },
             aggregation,
             method,
             iterates: false,
-            most_entries: MOST_SINGLE,
-            refused: false,
-            followers,
-            coupling,
-        })
-    }
-
-    /// Another one of the same body, for another thread; it shares what is prepared.
-    pub(crate) fn fresh(&self) -> Result<Self, SolveError> {
-        let coupling = self.coupling.as_ref().map(|c| Coupling::new(self.body, c.field));
-        Ok(Self { coupling, ..self.like(self.body)? })
-    }
-
-    /// System of a body with the same cells and supports but another reference configuration; it shares what is
-    /// prepared.
-    pub(crate) fn like<'q>(&self, body: &'q Body) -> Result<System<'q>, SolveError> {
-        let (points, degrees_of_freedom) = (body.volumes.len(), body.prescribed.len());
-        let factor = self.factor.fresh();
-        let large = self.method == Method::Aggregation;
-        Ok(System {
-            body,
-            sparsity: self.sparsity.clone(),
-            assembly: Assembly::new(&self.sparsity, points, degrees_of_freedom),
-            factor: if large { factor } else { factor.reserved()? },
-            aggregation: self.aggregation.fresh(),
-            method: self.method,
-            iterates: false,
-            most_entries: self.most_entries,
             refused: false,
             followers: Followers::new(&body.followers),
-            coupling: None,
+            coupling: body.pressure_field.as_ref().map(|field| Coupling::new(body, field)),
         })
     }
 
@@ -172,7 +154,7 @@ impl<'p> System<'p> {
         let free = self.sparsity.unknowns();
         let (displacements, pressures) = from.split_at(free);
         let (forces, volumes) = to.split_at_mut(free);
-        self.sparsity.multiply(&self.assembly.matrix, displacements, forces);
+        self.sparsity.multiply([&self.assembly.matrix; 2], displacements, forces);
         if self.body.has_potential() {
             return;
         }

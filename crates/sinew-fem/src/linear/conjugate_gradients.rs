@@ -67,33 +67,3 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     let shares = a.par_chunks(SHARE).zip(b.par_chunks(SHARE));
     sum(&shares.map(|(a, b)| sinew_num::dot(a, b)).collect::<Vec<_>>())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn solve(diagonal: &[f64], right: &[f64], most: usize) -> (Vec<f64>, usize, End) {
-        let apply = |x: &[f64], y: &mut [f64]| {
-            y.iter_mut().zip(x).zip(diagonal).for_each(|((y, x), d)| *y = d * x);
-        };
-        conjugate_gradients(apply, |x, y| y.copy_from_slice(x), right, 1e-12, most)
-    }
-
-    #[test]
-    fn as_many_iterations_as_eigenvalues() {
-        let (solution, iterations, end) = solve(&[1.0, 2.0, 4.0, 2.0], &[1.0, 1.0, -1.0, 3.0], 9);
-        assert_eq!((end, iterations), (End::Converged, 3));
-        let expected = [1.0, 0.5, -0.25, 1.5];
-        assert!(solution.iter().zip(expected).all(|(x, e)| (x - e).abs() < 1e-14));
-        assert_eq!(solve(&[1.0; 4], &[0.0; 4], 9), (vec![0.0; 4], 0, End::Converged));
-    }
-
-    #[test]
-    fn each_failure_has_its_end() {
-        let right = [1.0, 1.0, -1.0, 3.0];
-        assert_eq!(solve(&[1.0, 2.0, -0.1, 2.0], &right, 9).2, End::NegativeCurvature);
-        assert_eq!(solve(&[0.0; 4], &right, 9).2, End::NegativeCurvature);
-        assert_eq!(solve(&[1.0, 2.0, 4.0, 2.0], &right, 2).2, End::Failed);
-        assert_eq!(solve(&[1.0, f64::NAN, 4.0, 2.0], &right, 9).2, End::Failed);
-    }
-}

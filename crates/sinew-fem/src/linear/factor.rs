@@ -225,38 +225,3 @@ fn lower_half<'m>(sparsity: &'m Sparsity, matrix: &'m [f64]) -> SparseColMatRef<
     let pattern: SymbolicSparseColMatRef<'_, usize> = sparsity.pattern.as_ref();
     SparseColMatRef::new(pattern, &matrix[..sparsity.entries()])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::linear::cholesky::LARGE;
-
-    /// Guards against as many shares as threads, where the last digits would change from a few thousand unknowns on.
-    #[test]
-    fn a_factor_does_not_depend_on_the_number_of_threads() {
-        const SIDE: usize = 20;
-        let near = |at: usize| [1, SIDE, SIDE * SIDE, SIDE * SIDE + 1].map(|step| at + step);
-        let size = SIDE.pow(3);
-        let half: Vec<_> = (0..size)
-            .flat_map(|at| {
-                let beside = near(at).into_iter().filter(|&other| other < size);
-                let beside = beside.map(move |other| Triplet::new(other, at, -1.0));
-                beside.chain([Triplet::new(at, at, 9.0 + (at % 7) as f64)])
-            })
-            .collect();
-        let on = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| {
-                let mut solution: Vec<f64> = (0..size).map(|at| (at as f64).sin()).collect();
-                let factor = Factor::alone(size, &half, Side::Lower).unwrap();
-                assert!(factor.entries() > LARGE, "{} entries are not divided", factor.entries());
-                factor.solve(&mut solution);
-                solution
-            })
-        };
-        let one = on(1);
-        for threads in [2, 3, 5] {
-            assert_eq!(one, on(threads), "{threads} threads");
-        }
-    }
-}

@@ -26,6 +26,10 @@ pub(crate) struct Sparsity {
     pub facets: Slots,
     /// Places of the matrices of springs.
     pub springs: Slots,
+    /// Nodes of each patch, ascending.
+    pub patches: Vec<Vec<usize>>,
+    /// Unknown of each degree of freedom.
+    unknown: Vec<u32>,
 }
 
 /// Places of small matrices among the values of the stiffness matrix.
@@ -54,15 +58,16 @@ impl Slots {
 
 impl Sparsity {
     pub(crate) fn new(potential: &Body) -> Self {
-        let patches = patch_nodes(potential);
+        let of_patches = potential.patches.iter();
+        let patches: Vec<_> = of_patches.map(|points| patch_nodes_of(potential, points)).collect();
         // The nodes of a lid's rim depend on each other.
         let lids = potential.pressures.iter().flat_map(|surface| &surface.lids);
         let lids = lids.map(|lid| &lid.nodes[..]);
-        let neighbours = if patches.is_empty() {
-            neighbours(potential.nodes, potential.cell_nodes().chain(lids))
-        } else {
-            neighbours(potential.nodes, patches.iter().map(|nodes| &nodes[..]).chain(lids))
+        let matrices: Vec<_> = match patches.is_empty() {
+            true => potential.cell_nodes().collect(),
+            false => patches.iter().map(|nodes| &nodes[..]).collect(),
         };
+        let neighbours = neighbours(potential.nodes, matrices.iter().copied().chain(lids));
         let free =
             |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
         let order = order_of_elimination(&neighbours, |node| free(node).next().is_some());
@@ -76,31 +81,32 @@ impl Sparsity {
             }
         }
 
-        let mut columns = Columns::with_capacity(degree_of_freedom.len(), unknown);
+        let mut columns = Columns { starts: vec![0], rows: Vec::new(), unknown };
         for &node in &order {
             columns.push_node(node, &neighbours[node]);
         }
-        let cells = if patches.is_empty() {
-            columns.slots(potential.cell_nodes())
-        } else {
-            columns.slots(patches.iter().map(|nodes| &nodes[..]))
-        };
+        let cells = columns.slots(matrices.into_iter());
         let surfaces = potential.pressures.iter().chain(&potential.followers);
         let facets = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
         let facets = columns.slots(facets);
         let springs = columns
             .slots(potential.springs.iter().map(|spring| std::slice::from_ref(&spring.node)));
 
-        let size = degree_of_freedom.len();
-        let pattern =
-            SymbolicSparseColMat::new_checked(size, size, columns.starts, None, columns.rows);
+        let (size, Columns { starts, rows, unknown }) = (degree_of_freedom.len(), columns);
+        let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
         let frames = potential.frames.clone();
-        Self { degree_of_freedom, frames, pattern, cells, facets, springs }
+        Self { degree_of_freedom, frames, pattern, cells, facets, springs, patches, unknown }
     }
 
     /// Number of unknowns.
     pub(crate) fn unknowns(&self) -> usize {
         self.degree_of_freedom.len()
+    }
+
+    /// The unknown of a degree of freedom, if it is not prescribed.
+    pub(crate) fn unknown(&self, degree_of_freedom: usize) -> Option<usize> {
+        let unknown = self.unknown[degree_of_freedom];
+        (unknown != PRESCRIBED).then_some(unknown as usize)
     }
 
     /// The unknowns' part of a Cartesian vector over all degrees of freedom.
@@ -133,19 +139,19 @@ impl Sparsity {
         unknowns.for_each(|(&dof, value)| frames.add(dof, value, vector));
     }
 
-    /// The symmetric matrix with the given lower half times a vector.
-    pub(crate) fn multiply(&self, matrix: &[f64], from: &[f64], to: &mut [f64]) {
+    /// The matrix with a lower half by columns, and an upper one by rows in the same places, times a vector.
+    pub(crate) fn multiply(&self, [lower, upper]: [&[f64]; 2], from: &[f64], to: &mut [f64]) {
         to.fill(0.0);
-        let starts = self.pattern.col_ptr();
+        let (starts, rows) = (self.pattern.col_ptr(), self.pattern.row_idx());
         for column in 0..self.unknowns() {
-            let (start, end) = (starts[column], starts[column + 1]);
-            let rows = &self.pattern.row_idx()[start..end];
             // The diagonal comes first in each column.
-            let mut sum = matrix[start] * from[column];
-            let x = from[column];
-            for (&row, &value) in rows.iter().zip(&matrix[start..end]).skip(1) {
-                to[row] += value * x;
-                sum += value * from[row];
+            let start = starts[column];
+            let mut sum = lower[start] * from[column];
+            let below = start + 1..starts[column + 1];
+            let halves = lower[below.clone()].iter().zip(&upper[below.clone()]);
+            for (&row, (lower, upper)) in rows[below].iter().zip(halves) {
+                to[row] += lower * from[column];
+                sum += upper * from[row];
             }
             to[column] += sum;
         }
@@ -161,11 +167,6 @@ impl Sparsity {
     pub(crate) fn entries(&self) -> usize {
         self.pattern.row_idx().len()
     }
-}
-
-/// Nodes of each patch, ascending.
-fn patch_nodes(potential: &Body) -> Vec<Vec<usize>> {
-    potential.patches.iter().map(|points| patch_nodes_of(potential, points)).collect()
 }
 
 /// Nodes of a patch of quadrature points, ascending.
@@ -214,12 +215,6 @@ struct Columns {
 }
 
 impl Columns {
-    fn with_capacity(unknowns: usize, unknown: Vec<u32>) -> Self {
-        let mut starts = Vec::with_capacity(unknowns + 1);
-        starts.push(0);
-        Self { starts, rows: Vec::new(), unknown }
-    }
-
     /// Appends the columns of one node's unknowns; they hold the later unknowns of itself and its neighbours.
     fn push_node(&mut self, node: usize, neighbours: &[usize]) {
         let unknowns = |node: usize| self.unknown[3 * node..3 * node + 3].iter().copied();

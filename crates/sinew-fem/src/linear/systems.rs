@@ -8,7 +8,7 @@ use crate::linear::aggregation::MOST_ITERATIONS;
 use crate::linear::conjugate_gradients::End;
 use crate::linear::factor::MOST_SHIFTS;
 use crate::linear::gmres::{LinearOutcome, gmres};
-use crate::linear::method::{MOST_COUNTED, Method};
+use crate::linear::method::{MOST_COUNTED, MOST_SINGLE, Method};
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and a step
 /// that reaches equilibrium meets the accuracy in volume.
@@ -32,7 +32,7 @@ impl System<'_> {
             coupling.factorise(self.body)?;
         }
         if self.method == Method::Aggregation {
-            if self.factor.entries() > self.most_entries {
+            if self.factor.entries() > MOST_SINGLE {
                 let shift = self.probe()?;
                 return Some((shift, usize::from(shift > 0.0)));
             }

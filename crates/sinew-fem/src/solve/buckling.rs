@@ -62,7 +62,7 @@ impl Solver<'_> {
             system.back_substitute(&mut mode);
             let length = norm(&mode);
             mode.iter_mut().for_each(|x| *x /= length);
-            system.sparsity.multiply(&system.assembly.matrix, &mode, &mut image);
+            system.sparsity.multiply([&system.assembly.matrix; 2], &mode, &mut image);
             stiffness = dot(&mode, &image);
             if (stiffness - last).abs() <= ENOUGH * stiffness.abs() {
                 break;

@@ -9,9 +9,9 @@ use crate::elements::supports::place;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::{dot, norm};
 use crate::solve::line::Line;
-use crate::solve::path::{Along, Path, Point};
+use crate::solve::path::{Along, Path};
 use crate::solve::plane::Plane;
-use crate::solve::search::Equilibrium;
+use crate::solve::search::{Equilibrium, Point};
 use crate::solve::watch::Log;
 use crate::{Options, Solution, SolveError, Solver};
 use std::time::Instant;
@@ -312,5 +312,5 @@ fn between(from: &Point, to: &Equilibrium) -> Point {
         displacement: between(&from.unknowns.displacement, &to.unknowns.displacement),
         pressure: between(&from.unknowns.pressure, &to.unknowns.pressure),
     };
-    Point { at: 1.0, place: 1.0, unknowns, stress: None }
+    Point::at_end(unknowns)
 }

@@ -3,8 +3,8 @@
 use crate::elements::system::Unknowns;
 use crate::linear::vector::norm;
 use crate::solve::outlook::LimitPoint;
-use crate::solve::path::{Along, Path, Point};
-use crate::solve::search::Equilibrium;
+use crate::solve::path::{Along, Path};
+use crate::solve::search::{Equilibrium, Point};
 use crate::solve::watch::Log;
 
 /// Most equilibria that are sought.

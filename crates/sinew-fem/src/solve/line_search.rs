@@ -5,6 +5,7 @@ use crate::elements::replaced::PredictedStress;
 use crate::elements::shares::at_points;
 use crate::elements::state::State;
 use crate::elements::system::System;
+use crate::linear::vector::difference;
 use crate::solve::search::{Search, Watchdog};
 use sinew_energy::Body;
 use sinew_num::Mat3;
@@ -158,8 +159,7 @@ impl System<'_> {
             };
             let mut moved = trial.clone();
             self.add_newton_step(&forces, &mut moved);
-            let step: Vec<_> =
-                moved.iter().zip(&search.at.displacement).map(|(m, u)| m - u).collect();
+            let step = difference(&moved, &search.at.displacement);
             match self.reach(search, &step, 1.0) {
                 better if better.0 < reached => (reached, trial) = better,
                 _ => break,
@@ -198,7 +198,7 @@ impl System<'_> {
     pub(crate) fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
         let passes = |point: usize| {
             let step = self.body.displacement_gradient(point, direction);
-            flattens(&self.assembly.point(point).0, &step, length)
+            flattens(&self.assembly.points[point].0, &step, length)
         };
         at_points(self.body.volumes.len(), passes).contains(&true)
             && minds_turned_cells(self.body, theta)

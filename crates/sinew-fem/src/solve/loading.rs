@@ -2,7 +2,7 @@
 
 use crate::elements::system::Unknowns;
 use crate::solve::path::{FIRST_GRADIENT, Path};
-use crate::solve::search::{Equilibrium, Goal, Start};
+use crate::solve::search::{Equilibrium, Goal, Point};
 use crate::solve::watch::Log;
 use crate::{Advice, LoadSteps, SolveError};
 use std::ops::Range;
@@ -39,7 +39,11 @@ impl Path<'_, '_> {
             let step = self.first_step();
             let far =
                 self.options.load_steps == LoadSteps::WhenNeeded && FAR_BEYOND.contains(&step);
-            return if far { self.glance(step, history) } else { self.by_steps(step, history) };
+            return if far {
+                self.glance(step, history)
+            } else {
+                self.by_steps(step, None, history)
+            };
         }
         let scouted = steps_allowed && self.softer_volume().is_none();
         let patience = if scouted { PATIENCE } else { usize::MAX };
@@ -72,7 +76,7 @@ impl Path<'_, '_> {
         }
         // The detour leaves the load increments their iterations.
         self.options.iterations += history.iterations.len() - before;
-        self.by_steps(step, history)
+        self.by_steps(step, None, history)
     }
 
     /// Whether a balance without a potential, at rest, moves too far for an attempt at the whole load.
@@ -88,7 +92,7 @@ impl Path<'_, '_> {
         most_indefinite: usize,
         history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
-        let start = Start { unknowns: from.clone(), place: 1.0, stress: None };
+        let start = Point::at_end(from.clone());
         let accuracy = self.accuracy();
         let goal = Goal { line: &self.line, plane: None, accuracy, most_indefinite };
         self.system.equilibrium(start, goal, &self.options, history)
@@ -103,21 +107,22 @@ impl Path<'_, '_> {
         let all = self.options.iterations;
         self.options.iterations = all.min(history.iterations.len() + SCOUT);
         self.release_stresses();
-        let found = self.steps(1.0, step, history);
+        let found = self.steps(step, history);
         self.options.iterations = all;
         found
     }
 
-    /// The equilibrium by load steps from where the path has come to.
+    /// The equilibrium by load steps from where the path has come to; advice where no other is known.
     fn by_steps(
         &mut self,
         step: f64,
+        advice: Option<Advice>,
         history: &mut Log<'_>,
     ) -> Result<(Equilibrium, usize), SolveError> {
         self.release_stresses();
         // After some steps the next are as long as the last allow.
         let step = if self.points.len() > 1 { 1.0 } else { step };
-        self.follow(1.0, step, history)
+        self.steps(step, history).map_err(|known| self.failure(known.or(advice), history))
     }
 
     /// Finds the part that the body bears of a load far beyond its limit.
@@ -126,12 +131,9 @@ impl Path<'_, '_> {
         step: f64,
         history: &mut Log<'_>,
     ) -> Result<(Equilibrium, usize), SolveError> {
-        self.release_stresses();
         let [all, more] = GLANCE;
         let most = all.max(history.iterations.len() + more);
         self.options.iterations = most.min(self.options.iterations);
-        let far = Advice::FarBeyond { times: 1.0 / step };
-        self.steps(1.0, step, history)
-            .map_err(|advice| self.failure(Some(advice.unwrap_or(far)), history))
+        self.by_steps(step, Some(Advice::FarBeyond { times: 1.0 / step }), history)
     }
 }

@@ -19,11 +19,11 @@ use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{Residual, System};
 use crate::linear::factor::MOST_SHIFTS;
-use crate::linear::method::MOST_COUNTED;
+use crate::linear::method::{MOST_COUNTED, MOST_SINGLE};
 use crate::linear::vector::dot;
 use crate::solve::line::Line;
 use crate::solve::plane::Plane;
-use crate::solve::search::{Equilibrium, Goal, Search, Start};
+use crate::solve::search::{Equilibrium, Goal, Point, Search};
 use crate::solve::watch::Log;
 use crate::{Iteration, Method, Options};
 
@@ -58,7 +58,7 @@ impl System<'_> {
     /// `None` when there is no progress; `history` tells.
     pub(crate) fn equilibrium(
         &mut self,
-        start: Start,
+        start: Point,
         goal: Goal<'_>,
         options: &Options,
         history: &mut Log<'_>,
@@ -305,7 +305,7 @@ impl System<'_> {
         }
         let iterated = self.iterate(right, tolerance, MOST_SHIFTS);
         if iterated.is_none() {
-            self.refused = self.factor.entries() > self.most_entries;
+            self.refused = self.factor.entries() > MOST_SINGLE;
             if !self.refused {
                 self.method = Method::Factor;
             }
@@ -421,38 +421,5 @@ impl System<'_> {
             coupling.add_volume_changes(self.body, motion, &mut response[free..]);
         }
         response
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::{Advice, Method, Options, SolveError, Solver};
-    use sinew_energy::laws::NeoHookean;
-    use sinew_energy::{Load, Parameter, Scene, Support};
-    use sinew_mesh::box_tetrahedra;
-
-    #[test]
-    fn a_factor_beyond_the_bound_is_refused_with_its_size() {
-        let scene = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [24, 3, 3]), NeoHookean)
-            .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
-            .parameter(Parameter::log("lambda", "kPa", 1.0..=1e12))
-            .load(Load::BodyForce([0.0, 0.0, -1e-2]))
-            .support(Support::clamped("x_min"));
-        let body = scene.lower().unwrap();
-        let options = Options { method: Method::Aggregation, ..Options::default() };
-        // Conjugate gradients fail.
-        let theta = [75.0, 75e8];
-        let mut solver = Solver::new(&body).unwrap();
-        assert_eq!(solver.solve(&theta, &options).unwrap().linear_iterations, 0);
-        solver.system.most_entries = 1000;
-        let error = solver.solve(&theta, &options).unwrap_err();
-        let SolveError::NotConverged(failure) = &error else { panic!("{error}") };
-        let Advice::FactorTooLarge { unknowns, gigabytes, most } = failure.advice else {
-            panic!("{error}")
-        };
-        let [_, entries] = solver.stored_entries();
-        assert_eq!((unknowns, most), (solver.unknowns(), 8e-6));
-        assert!((gigabytes - 8e-9 * entries as f64).abs() < 1e-15);
-        assert_eq!(solver.system.method, Method::Aggregation, "no factor takes over");
     }
 }

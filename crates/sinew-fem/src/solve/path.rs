@@ -3,11 +3,12 @@
 use crate::elements::replaced::PredictedStress;
 use crate::elements::supports::place as place_supports;
 use crate::elements::system::{System, Unknowns};
+use crate::linear::method::MOST_SINGLE;
 use crate::linear::vector::dot;
 use crate::solve::line::Line;
 use crate::solve::outlook::Outlook;
 use crate::solve::plane::Plane;
-use crate::solve::search::{Equilibrium, Goal, Start};
+use crate::solve::search::{Equilibrium, Goal, Point};
 use crate::solve::turn::far_turn;
 use crate::solve::watch::Log;
 use crate::{Advice, NotConverged, Options, SolveError};
@@ -49,18 +50,6 @@ pub(crate) enum Along {
     Arc(f64),
 }
 
-/// A point of a path.
-#[derive(Clone)]
-pub(crate) struct Point {
-    /// Place or length of the curve.
-    pub at: f64,
-    /// Place on the line.
-    pub place: f64,
-    pub unknowns: Unknowns,
-    /// Stress at each quadrature point: it extrapolates more smoothly than rotating displacements.
-    pub stress: Option<PredictedStress>,
-}
-
 /// A path of equilibria along a line.
 pub(crate) struct Path<'s, 'p> {
     pub system: &'s mut System<'p>,
@@ -92,48 +81,26 @@ impl<'s, 'p> Path<'s, 'p> {
         self.system.stressing_entries(end).into_iter().for_each(|entry| start[entry] = 0.0);
     }
 
-    /// The equilibrium at another place, with the number of steps that lead there.
-    ///
-    /// # Errors
-    /// [`SolveError::NotConverged`].
-    pub(crate) fn follow(
-        &mut self,
-        goal: f64,
-        step: f64,
-        history: &mut Log<'_>,
-    ) -> Result<(Equilibrium, usize), SolveError> {
-        self.steps(goal, step, history).map_err(|advice| self.failure(advice, history))
-    }
-
-    /// The equilibrium, or the reason for its absence, where that is known.
+    /// The equilibrium at the end of the line with the number of steps that lead there, or the reason for its absence, where that is known.
     pub(crate) fn steps(
         &mut self,
-        goal: f64,
         mut step: f64,
         history: &mut Log<'_>,
     ) -> Result<(Equilibrium, usize), Option<Advice>> {
         let start = self.reached().at;
         if let [.., before, last] = &self.points[..] {
-            let most = self.options.load_step_growth.max(CUT) * (last.at - before.at).abs();
-            step = step.clamp(-most, most);
+            step = step.min(self.options.load_step_growth.max(CUT) * (last.at - before.at));
         }
         let mut steps = 0;
         let mut linear_iterations = 0;
-        while !self.is_stuck(step, goal - start, history) {
+        while !self.is_stuck(step / (1.0 - start), history) {
             let reached = self.reached().at;
-            let last = (goal - reached).abs() <= step.abs() * (1.0 + 1e-9);
-            let wanted = if last { goal } else { reached + step };
-            if matches!(self.along, Along::Place)
-                && self.outlook.is_near()
-                && self.around(step.abs(), history)
-            {
+            let wanted = if 1.0 - reached <= step * (1.0 + 1e-9) { 1.0 } else { reached + step };
+            if self.outlook.is_near() && self.around(step, history) {
                 continue;
             }
-            let target = match self.along {
-                Along::Place => self.outlook.target(wanted, goal),
-                Along::Arc(_) => wanted,
-            };
-            let last = target == goal;
+            let target = self.outlook.target(wanted, 1.0);
+            let last = target == 1.0;
             // A rough minimum may lie beyond the limit point; accuracy to rounding errors costs two more iterations a
             // step for nothing.
             let accuracy = match (last, self.system.body.has_potential()) {
@@ -150,9 +117,7 @@ impl<'s, 'p> Path<'s, 'p> {
                 self.outlook.refuse(target);
                 // A search that ran out of iterations is no evidence.
                 let searched = history.iterations.len() < self.options.iterations;
-                if let (Along::Place, Some(limit), true) =
-                    (&self.along, self.outlook.ends(), searched)
-                {
+                if let (Some(limit), true) = (self.outlook.ends(), searched) {
                     return Err(Some(Advice::LimitPoint { limit, refused: target }));
                 }
                 step = (target - reached) * if reached == start { SCAN } else { CUT };
@@ -204,28 +169,24 @@ impl<'s, 'p> Path<'s, 'p> {
 
     /// Relative residual of the final equilibria; 0 for minima of a potential, which are solved to rounding errors.
     pub(crate) fn accuracy(&self) -> f64 {
-        let minimised = self.system.body.has_potential() && matches!(self.along, Along::Place);
-        if minimised { self.options.minimum_accuracy } else { self.options.accuracy }
+        let Options { minimum_accuracy, accuracy, .. } = self.options;
+        if self.system.body.has_potential() { minimum_accuracy } else { accuracy }
     }
 
     /// The reason of the last failure, if it is the size of a factor.
     pub(crate) fn refused(&self) -> Option<Advice> {
         let gigabytes = |entries: usize| (entries * size_of::<f64>()) as f64 / 1e9;
-        let System { factor, sparsity, most_entries, refused, .. } = &*self.system;
+        let System { factor, sparsity, refused, .. } = &*self.system;
         refused.then(|| Advice::FactorTooLarge {
             unknowns: sparsity.unknowns(),
             gigabytes: gigabytes(factor.entries()),
-            most: gigabytes(*most_entries),
+            most: gigabytes(MOST_SINGLE),
         })
     }
 
-    /// Whether steps have become too short, or iterations run out.
-    fn is_stuck(&self, step: f64, whole: f64, history: &Log<'_>) -> bool {
-        let part = if whole == 0.0 { 1.0 } else { (step / whole).abs() };
-        let reached = match self.along {
-            Along::Place => self.reached().at,
-            Along::Arc(_) => 1.0,
-        };
+    /// Whether a step, as a part of the whole way, has become too short, or iterations run out.
+    fn is_stuck(&self, part: f64, history: &Log<'_>) -> bool {
+        let reached = self.reached().at;
         let coarse = if reached < FAR_BELOW { FAR_BELOW } else { 0.0 };
         let least = self.options.least_load_step.max(coarse) * reached;
         // Written so that a NaN is stuck as well.
@@ -257,8 +218,7 @@ impl<'s, 'p> Path<'s, 'p> {
         let snapping = self.outlook.ends().is_some();
         let most_indefinite = if snapping { SNAPPING } else { MOST_INDEFINITE };
         let goal = Goal { line: &self.line, plane, accuracy, most_indefinite };
-        let Point { unknowns, place, stress, .. } = guess;
-        self.system.equilibrium(Start { unknowns, place, stress }, goal, &self.options, history)
+        self.system.equilibrium(guess, goal, &self.options, history)
     }
 
     /// The plane through a point across the way to it from the last one.

@@ -9,7 +9,7 @@ use crate::elements::check::check_potential;
 use crate::elements::state::load_gradient;
 use crate::elements::supports::place;
 use crate::elements::system::System;
-use crate::linear::vector::{add, dot, norm, relative};
+use crate::linear::vector::{add, difference, dot, norm, relative};
 use crate::solve::line_search::{SUFFICIENT, flattens, minds_turned_cells};
 use crate::{SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
@@ -283,8 +283,7 @@ impl System<'_> {
     /// out.
     fn is_sound(&self, from: &At, to: &At, potential: Potential<'_>) -> bool {
         let Potential { body, theta, .. } = potential;
-        let step: Vec<f64> =
-            to.displacement.iter().zip(&from.displacement).map(|(b, a)| b - a).collect();
+        let step = difference(&to.displacement, &from.displacement);
         let flattens = |point: usize| {
             let at = body.displacement_gradient(point, &from.displacement);
             flattens(&at, &body.displacement_gradient(point, &step), 1.0)
@@ -385,12 +384,10 @@ impl Pair {
         solved: [&[f64]; 2],
         (system, frames): (&System<'_>, &Frames),
     ) -> Option<Self> {
-        let minus =
-            |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
-        let moved = minus(&to.displacement, &from.displacement);
+        let moved = difference(&to.displacement, &from.displacement);
         let step: Vec<f64> = system.sparsity.gather_along(frames, &moved).collect();
-        let change = minus(&to.slope, &from.slope);
-        let solved = minus(solved[1], solved[0]);
+        let change = difference(&to.slope, &from.slope);
+        let solved = difference(solved[1], solved[0]);
         let work = dot(&step, &change);
         let scale = work / dot(&change, &solved);
         let curved = work > 0.0 && scale > 0.0 && scale.is_finite();

@@ -18,13 +18,24 @@ pub(crate) struct Goal<'a> {
     pub most_indefinite: usize,
 }
 
-/// Start of a search.
-pub(crate) struct Start {
-    pub unknowns: Unknowns,
+/// A point of a path: an equilibrium, or the start of a search for one.
+#[derive(Clone)]
+pub(crate) struct Point {
+    /// Place or length of the curve.
+    pub at: f64,
     /// Place on the line.
     pub place: f64,
-    /// Stress that the geometric stiffness is built from at first, if that of the start itself is not to be trusted.
+    pub unknowns: Unknowns,
+    /// Stress at each quadrature point, which the geometric stiffness is built from at first, if that of the start is not to be trusted:
+    /// it extrapolates more smoothly than rotating displacements.
     pub stress: Option<PredictedStress>,
+}
+
+impl Point {
+    /// Start of a search under the whole load.
+    pub(crate) fn at_end(unknowns: Unknowns) -> Self {
+        Self { at: 1.0, place: 1.0, unknowns, stress: None }
+    }
 }
 
 /// An equilibrium at one load, before it is reported.

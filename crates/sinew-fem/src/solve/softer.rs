@@ -3,7 +3,7 @@
 use crate::Options;
 use crate::elements::system::Unknowns;
 use crate::solve::path::Path;
-use crate::solve::search::{Equilibrium, Goal, Start};
+use crate::solve::search::{Equilibrium, Goal, Point};
 use crate::solve::watch::Log;
 use sinew_energy::Body;
 
@@ -58,8 +58,7 @@ impl Path<'_, '_> {
     ) -> Option<Unknowns> {
         let body = self.system.body.with_softer_volume(factor)?;
         let mut system = self.system.like(&body).ok()?;
-        let unknowns = from.unwrap_or_else(|| system.rest());
-        let start = Start { unknowns, place: 1.0, stress: None };
+        let start = Point::at_end(from.unwrap_or_else(|| system.rest()));
         let goal =
             Goal { line: &self.line, plane: None, accuracy: 0.0, most_indefinite: usize::MAX };
         system.equilibrium(start, goal, &self.options, history).map(|found| found.unknowns)
@@ -77,7 +76,7 @@ impl Path<'_, '_> {
         let mut path = Path::from_rest(&mut system, self.line.clone(), &options);
         path.release_stresses();
         let step = path.first_step();
-        let (found, steps) = path.steps(1.0, step, history).ok()?;
+        let (found, steps) = path.steps(step, history).ok()?;
         Some((found.unknowns, steps))
     }
 }

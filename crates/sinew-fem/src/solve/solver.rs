@@ -1,11 +1,11 @@
 //! The solver: what is prepared once per body.
 
-use crate::elements::check::{check_length, check_potential, check_state};
+use crate::elements::check::{check_potential, check_pressure, check_state};
 use crate::elements::predicted::is_nearly_incompressible;
 use crate::elements::replaced::PredictedStress;
 use crate::elements::state::State;
 use crate::elements::system::{System, Unknowns};
-use crate::linear::vector::norm;
+use crate::linear::vector::{difference, norm};
 use crate::solve::path::Path;
 use crate::solve::watch::{Log, Progress, Watch};
 use crate::{LoadSteps, Options, Solution, SolveError};
@@ -72,7 +72,7 @@ impl<'p> Solver<'p> {
     /// # Errors
     /// [`SolveError::OutOfMemory`].
     pub fn fresh(&self) -> Result<Self, SolveError> {
-        self.system.fresh().map(|system| Self { system, watch: self.watch })
+        self.system.like(self.body()).map(|system| Self { system, watch: self.watch })
     }
 
     /// Calls `watch` with each iterate of Newton's method in later solves.
@@ -118,7 +118,7 @@ impl<'p> Solver<'p> {
         theta: &[f64],
     ) -> Result<Unknowns, SolveError> {
         let Solution { displacement, pressure, .. } = solution;
-        check_length(self.system.pressures(), pressure)?;
+        check_pressure(self.body(), pressure)?;
         Ok(Unknowns { pressure: pressure.clone(), ..self.at(displacement, theta)? })
     }
 
@@ -193,8 +193,7 @@ impl<'p> Solver<'p> {
         self.checked(solution, &solution.theta)?;
         let options = Options { load_steps: LoadSteps::Always, ..*options };
         let risen = self.solve(&solution.theta, &options)?;
-        let apart = risen.displacement.iter().zip(&solution.displacement).map(|(a, b)| a - b);
-        let apart = norm(&apart.collect::<Vec<_>>());
+        let apart = norm(&difference(&risen.displacement, &solution.displacement));
         let size = norm(&risen.displacement).max(norm(&solution.displacement));
         Ok((apart > SAME * size).then_some(risen))
     }
@@ -226,12 +225,13 @@ impl<'p> Solver<'p> {
         theta: &[f64],
         options: &Options,
     ) -> Result<Solution, SolveError> {
-        match self.watch {
-            Some(watch) => {
-                self.solve_logged(from, theta, options, Log::watched(&mut |state| watch(state)))
+        let watch = self.watch;
+        let mut tell = |state: &Progress<'_>| {
+            if let Some(watch) = watch {
+                watch(state);
             }
-            None => self.solve_logged(from, theta, options, Log::default()),
-        }
+        };
+        self.solve_logged(from, theta, options, Log::watched(&mut tell))
     }
 
     fn solve_logged(

@@ -69,7 +69,10 @@ impl Solver<'_> {
         progress: impl FnMut(),
     ) -> Result<Trace, SolveError> {
         thetas.iter().try_for_each(|theta| self.system.body.check_theta(theta))?;
-        let (risen, near) = both(options);
+        let risen = Options { load_steps: LoadSteps::Always, ..*options };
+        // Never from rest again.
+        let iterations = options.iterations_per_load.min(options.iterations);
+        let near = Options { load_steps: LoadSteps::WhenNeeded, iterations, ..*options };
         let least = NO_SNAP * extents(&self.system.body.positions).into_iter().fold(0.0, f64::max);
         let Some(first) = thetas.first() else {
             return Err(SolveError::Line { problem: "it has no point" });
@@ -77,13 +80,6 @@ impl Solver<'_> {
         let last = self.solve(first, &risen)?;
         Follower { solver: self, options: near, last, rate: least, least }.follow(thetas, progress)
     }
-}
-
-/// Options of the first solve, and of those from a neighbour, which never restart from rest.
-fn both(options: &Options) -> (Options, Options) {
-    let iterations = options.iterations_per_load.min(options.iterations);
-    let near = Options { load_steps: LoadSteps::WhenNeeded, iterations, ..*options };
-    (Options { load_steps: LoadSteps::Always, ..*options }, near)
 }
 
 /// State of a trace.

@@ -3,50 +3,30 @@
 use super::multifrontal::Entries;
 use crate::linear::sparsity::Sparsity;
 
-/// Marks a degree of freedom that is prescribed.
-const PRESCRIBED: usize = usize::MAX;
-
-/// Places of small matrices in the entries of a sparsity.
-pub(super) struct Places {
-    /// The unknown of each degree of freedom.
-    unknown: Vec<usize>,
-}
-
-impl Places {
-    pub(super) fn new(sparsity: &Sparsity, degrees_of_freedom: usize) -> Self {
-        let mut unknown = vec![PRESCRIBED; degrees_of_freedom];
-        let free = sparsity.degree_of_freedom.iter().enumerate();
-        free.for_each(|(at, &dof)| unknown[dof] = at);
-        Self { unknown }
-    }
-
+impl Entries {
     /// Adds a square matrix over the Cartesian components of some nodes, row by row; `places` are those of the sparsity, if it has
     /// them for these nodes, else they are looked up.
     pub(super) fn add(
-        &self,
+        &mut self,
         sparsity: &Sparsity,
         nodes: &[usize],
         places: Option<&[u32]>,
         matrix: &mut [f64],
-        entries: &mut Entries,
     ) {
         turn(sparsity, nodes, matrix);
         let size = 3 * nodes.len();
-        let unknown = |local: usize| self.unknown[3 * nodes[local / 3] + local % 3];
+        let unknown = |local: usize| sparsity.unknown(3 * nodes[local / 3] + local % 3);
         for row in 0..size {
             for column in 0..=row {
-                let (r, c) = (unknown(row), unknown(column));
-                if r == PRESCRIBED || c == PRESCRIBED {
-                    continue;
-                }
+                let (Some(r), Some(c)) = (unknown(row), unknown(column)) else { continue };
                 let slot = match places {
                     Some(places) => places[row * (row + 1) / 2 + column] as usize,
                     None => slot(sparsity, r.max(c), r.min(c)),
                 };
                 let (direct, mirrored) = (matrix[row * size + column], matrix[column * size + row]);
                 let (lower, upper) = if r >= c { (direct, mirrored) } else { (mirrored, direct) };
-                entries.lower[slot] += lower;
-                entries.upper[slot] += upper;
+                self.lower[slot] += lower;
+                self.upper[slot] += upper;
             }
         }
     }
@@ -67,15 +47,13 @@ fn turn(sparsity: &Sparsity, nodes: &[usize], matrix: &mut [f64]) {
     let size = 3 * nodes.len();
     for (a, &node) in nodes.iter().enumerate() {
         let Some(frame) = sparsity.frames.get(node) else { continue };
-        for other in 0..size {
-            let rows = std::array::from_fn(|i| matrix[(3 * a + i) * size + other]);
-            let turned = frame.apply(&rows);
-            (0..3).for_each(|i| matrix[(3 * a + i) * size + other] = turned[i]);
-        }
-        for other in 0..size {
-            let columns = std::array::from_fn(|i| matrix[other * size + 3 * a + i]);
-            let turned = frame.apply(&columns);
-            (0..3).for_each(|i| matrix[other * size + 3 * a + i] = turned[i]);
+        // All rows, then all columns.
+        for [own, across] in [[size, 1], [1, size]] {
+            for other in 0..size {
+                let place = |i: usize| (3 * a + i) * own + other * across;
+                let turned = frame.apply(&std::array::from_fn(|i| matrix[place(i)]));
+                (0..3).for_each(|i| matrix[place(i)] = turned[i]);
+            }
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Other loaded states of a body at rest, and how their places move with θ and with the body at rest.
 
 use super::error::UnloadError;
-use super::image::Image;
 use super::state::{Level, Trial};
+use super::{Image, Unload, check_directions};
 use crate::elements::check::check_displacement;
 use crate::elements::system::Unknowns;
 use crate::solve::path::Path;
@@ -11,9 +11,13 @@ use crate::{Options, Solution, SolveError};
 use sinew_energy::Body;
 use std::time::Instant;
 
-impl Image<'_> {
-    /// The equilibrium of a body at rest for θ, from a displacement near it.
-    pub(super) fn loaded(
+impl Unload<'_> {
+    /// Another loaded state of a body at rest: the equilibrium for other loads and tensions in θ, from a displacement near it \[length\],
+    /// counted from rest.
+    ///
+    /// # Errors
+    /// As for [`crate::Solver::solve_from`].
+    pub fn loaded(
         &self,
         rest: &Body,
         near: &[f64],
@@ -21,7 +25,7 @@ impl Image<'_> {
         options: &Options,
     ) -> Result<Solution, SolveError> {
         let start = Instant::now();
-        let mut system = self.system_of(rest)?;
+        let mut system = self.image.system.like(rest)?;
         system.body.check_theta(theta)?;
         check_displacement(system.body, near)?;
         let mut history = Log::default();
@@ -30,8 +34,13 @@ impl Image<'_> {
         Ok(Solution::new(&system, found, theta, history.take(), start))
     }
 
-    /// Changes of the places of a state along directions in θ and in the positions at rest; see [`super::Unload::loaded_slopes`].
-    pub(super) fn loaded_slopes(
+    /// Directional derivatives δx of a loaded state's positions in θ \[length\], `3 × nodes` for each direction. The body at rest changes along
+    /// `rest_directions`, one for each direction in θ, or is held where there are none:
+    /// `K δx = −(∂r/∂θ δθ + ∂r/∂X δX + ∂r/∂d ∂d/∂X δX)`, with exact derivatives throughout and one factorisation.
+    ///
+    /// # Errors
+    /// A state or directions that do not fit the body, a stiffness that is singular, and derivatives that overflow.
+    pub fn loaded_slopes(
         &self,
         rest: &Body,
         state: &Solution,
@@ -39,10 +48,11 @@ impl Image<'_> {
         rest_directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {
         let Solution { displacement, theta, .. } = state;
-        let mut system = self.system_of(rest)?;
+        check_directions(theta, theta_directions)?;
+        let mut system = self.image.system.like(rest)?;
         system.body.check_theta(theta).map_err(SolveError::from)?;
         check_displacement(system.body, displacement)?;
-        let moved = self.forces_by_rest(rest, state, rest_directions)?;
+        let moved = self.image.forces_by_rest(rest, state, rest_directions)?;
         let shift = system.factorise_at(&Unknowns::of(displacement), theta, 1.0)?;
         let slope = |(index, direction): (usize, &Vec<f64>)| {
             let mut right = system.rate_by_theta(displacement, theta, 1.0, direction);
@@ -53,7 +63,9 @@ impl Image<'_> {
         };
         theta_directions.iter().enumerate().map(slope).collect()
     }
+}
 
+impl Image<'_> {
     /// Changes of the unbalanced forces of a state, whose places are held, along directions of the positions at rest: the state is
     /// an image of its own.
     fn forces_by_rest(
@@ -69,11 +81,11 @@ impl Image<'_> {
         let singular = || UnloadError::from(SolveError::Singular);
         let displacement = state.displacement.clone();
         let seen = rest.moved(&displacement, self.fibres).ok_or_else(singular)?;
-        let seen = self.of_state(&seen)?;
+        let seen = Image { system: self.system.like(&seen)?, fibres: self.fibres };
         let motion = displacement.iter().map(|u| -u).collect();
         let trial = Trial { motion, displacement, ..Trial::balanced(rest.clone()) };
-        let level = Level { factor: 1.0, theta: state.theta.clone() };
-        let tangent = seen.tangent(&trial, &level, None).ok_or_else(singular)?;
+        let tangent =
+            seen.tangent(&trial, &Level::whole(&state.theta), None).ok_or_else(singular)?;
         let sparsity = &seen.system.sparsity;
         let product = |along: &Vec<f64>| {
             let along: Vec<f64> = sparsity.gather(along).collect();

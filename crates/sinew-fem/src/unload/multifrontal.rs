@@ -35,18 +35,7 @@ impl Entries {
 
     /// The matrix times a vector.
     pub(super) fn multiply(&self, sparsity: &Sparsity, from: &[f64], to: &mut [f64]) {
-        to.fill(0.0);
-        let (starts, rows) = (sparsity.pattern.col_ptr(), sparsity.pattern.row_idx());
-        for column in 0..sparsity.unknowns() {
-            // The diagonal comes first in each column.
-            let start = starts[column];
-            let mut sum = self.lower[start] * from[column];
-            for slot in start + 1..starts[column + 1] {
-                to[rows[slot]] += self.lower[slot] * from[column];
-                sum += self.upper[slot] * from[rows[slot]];
-            }
-            to[column] += sum;
-        }
+        sparsity.multiply([&self.lower, &self.upper], from, to);
     }
 }
 

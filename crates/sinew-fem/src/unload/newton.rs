@@ -1,15 +1,15 @@
 //! Newton's method on the positions at rest, and load steps where it fails.
 
 use super::error::UnloadError;
-use super::image::Image;
-use super::multifrontal::{Entries, Multifrontal};
+use super::multifrontal::Entries;
 use super::options::UnloadOptions;
 use super::state::{Level, Trial};
 use super::unloaded::volume_ratios;
+use super::{Image, Unload};
+use crate::CellValue;
 use crate::elements::supports::place;
 use crate::linear::gmres::gmres;
-use crate::linear::vector::norm;
-use crate::{CellValue, SolveError};
+use crate::linear::vector::{difference, norm};
 
 /// Unbalanced forces \[relative to loads and reactions\] that are at their floor.
 const BALANCED: f64 = 1e-14;
@@ -41,35 +41,7 @@ const FIRST_STEP: f64 = 0.25;
 const CUT: f64 = 0.4;
 const GROWTH: f64 = 1.6;
 
-/// Newton's method with the last factor.
-pub(super) struct Search<'p> {
-    pub image: Image<'p>,
-    pub factor: Multifrontal,
-}
-
-impl<'p> Search<'p> {
-    pub(super) fn new(image: Image<'p>) -> Self {
-        let factor = Multifrontal::new(&image.system.sparsity);
-        Self { image, factor }
-    }
-
-    /// Another one, for another thread; it shares what is prepared.
-    pub(super) fn fresh(&self) -> Result<Self, SolveError> {
-        Ok(Self { image: self.image.fresh()?, factor: self.factor.fresh() })
-    }
-
-    /// The trial that is balanced under the whole load at once.
-    pub(super) fn at_once(
-        &mut self,
-        start: Vec<f64>,
-        theta: &[f64],
-        options: &UnloadOptions,
-        iterations: &mut usize,
-    ) -> Option<Trial> {
-        let whole = Level { factor: 1.0, theta: theta.to_vec() };
-        self.newton(start, &whole, options, iterations)
-    }
-
+impl Unload<'_> {
     /// The trial under a load that rises from zero, where the image is the body at rest.
     pub(super) fn step_by_step(
         &mut self,
@@ -110,7 +82,7 @@ impl<'p> Search<'p> {
     /// The trial that is balanced at one load; `None` when there is no progress.
     ///
     /// A linear step that bends a slender body stretches it, so forces may rise as long as they fall soon after.
-    fn newton(
+    pub(super) fn newton(
         &mut self,
         start: Vec<f64>,
         level: &Level,
@@ -196,7 +168,7 @@ impl Image<'_> {
     fn gap(&self, motion: &[f64], factor: f64) -> Option<Vec<f64>> {
         let mut there = motion.to_vec();
         place(self.system.body, -factor, &mut there);
-        let gap: Vec<f64> = there.iter().zip(motion).map(|(to, from)| to - from).collect();
+        let gap = difference(&there, motion);
         (norm(&gap) > 0.0).then_some(gap)
     }
 

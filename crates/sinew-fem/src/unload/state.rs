@@ -14,6 +14,13 @@ pub(super) struct Level {
     pub theta: Vec<f64>,
 }
 
+impl Level {
+    /// The whole load.
+    pub(super) fn whole(theta: &[f64]) -> Self {
+        Self { factor: 1.0, theta: theta.to_vec() }
+    }
+}
+
 /// A trial body at rest, with the residual of its image.
 pub(super) struct Trial {
     /// Displacement from the image to the body at rest \[length\], `3 × nodes`.

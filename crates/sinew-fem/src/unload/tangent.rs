@@ -1,10 +1,10 @@
 //! The derivative of the balance of the image in the positions at rest.
 
-use super::entries::Places;
 use super::image::Image;
 use super::multifrontal::Entries;
 use super::point::PointRate;
 use super::state::{Level, Trial};
+use crate::linear::sparsity::Sparsity;
 use rayon::prelude::*;
 use sinew_energy::{PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
 use sinew_num::{cross, dot3};
@@ -91,17 +91,16 @@ impl Image<'_> {
         level: &Level,
         motion: Option<&[f64]>,
     ) -> Option<Tangent> {
-        let entries = Entries::zero(&self.system.sparsity);
+        let sparsity = &*self.system.sparsity;
         let by_motion = vec![0.0; trial.motion.len()];
-        let mut tangent = Tangent { entries, by_motion };
-        let sparsity = &self.system.sparsity;
+        let mut tangent = Tangent { entries: Entries::zero(sparsity), by_motion };
         let mut add = |block: Block<'_>, matrix: Option<usize>| {
             let places = matrix.map(|matrix| sparsity.cells.of(matrix));
-            tangent.add(&self.places, self, block, places, motion);
+            tangent.add(sparsity, block, places, motion);
         };
         let body = self.system.body;
         let matrices = if body.patches.is_empty() { body.cell_count() } else { body.patches.len() };
-        let of_matrix = |index: usize| match self.patch_nodes.get(index) {
+        let of_matrix = |index: usize| match sparsity.patches.get(index) {
             Some(nodes) => self.of_patch(trial, level, &body.patches[index], nodes),
             None => self.of_cell(trial, level, index, body.nodes_of_cell(index)),
         };
@@ -227,8 +226,7 @@ impl Image<'_> {
 impl Tangent {
     fn add(
         &mut self,
-        to: &Places,
-        image: &Image<'_>,
+        sparsity: &Sparsity,
         mut block: Block<'_>,
         places: Option<&[u32]>,
         motion: Option<&[f64]>,
@@ -242,8 +240,7 @@ impl Tangent {
                     row.iter().zip(&moved).map(|(k, m)| k * m).sum::<f64>();
             }
         }
-        let sparsity = &image.system.sparsity;
-        to.add(sparsity, block.nodes, places, &mut block.values, &mut self.entries);
+        self.entries.add(sparsity, block.nodes, places, &mut block.values);
     }
 }
 

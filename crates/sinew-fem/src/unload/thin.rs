@@ -40,10 +40,7 @@ impl ThinWall {
         let facets = || surfaces.clone().flat_map(facets_of);
         let pressed: HashSet<usize> = facets().flatten().copied().collect();
         let far = far_side(body, &pressed);
-        let mut under = HashSet::new();
-        facets().for_each(|facet| {
-            under.insert(sorted(facet));
-        });
+        let under: HashSet<_> = facets().map(sorted).collect();
         let (mut through, mut cells) = (0, 0);
         for nodes in body.cell_nodes() {
             for corner in 0..4 {

@@ -25,7 +25,7 @@ impl Image<'_> {
     ) -> Result<Option<Loading>, UnloadError> {
         self.check_crossings(trial)?;
         let rest = &trial.rest;
-        let mut system = self.system_of(rest)?;
+        let mut system = self.system.like(rest)?;
         let residual = system.assemble(&Unknowns::of(&trial.displacement), theta, 1.0, None);
         let (shift, negative_pivots) = system.factorise(false).ok_or(SolveError::Singular)?;
         if negative_pivots > 0 {
@@ -85,7 +85,7 @@ fn load(
     theta: &[f64],
     options: &Options,
 ) -> Result<(Vec<f64>, usize), UnloadError> {
-    let mut solver = Solver::of(image.system_of(&trial.rest)?);
+    let mut solver = Solver::of(image.system.like(&trial.rest)?);
     let found = solver.solve(theta, options).map_err(UnloadError::NotLoaded)?;
     Ok((found.displacement, found.history.steps()))
 }

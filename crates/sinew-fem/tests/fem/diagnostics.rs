@@ -357,3 +357,13 @@ fn a_failed_solve_returns_what_it_found() {
     let largest = free.iter().map(|&i| forces[i].abs()).fold(0.0, f64::max);
     assert!(largest < BALANCED * scale, "{largest:e} of {scale:e}");
 }
+
+#[test]
+fn a_factor_that_is_too_large_is_told_with_its_size() {
+    let advice = Advice::FactorTooLarge { unknowns: 300_000, gigabytes: 5.3, most: 4.0 };
+    let text = advice.to_string();
+    assert!(
+        text.contains("300000 unknowns would take 5.3 GB, of which 4.0 are taken unasked"),
+        "{text}"
+    );
+}

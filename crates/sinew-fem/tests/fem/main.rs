@@ -4,9 +4,11 @@
 mod ventricles;
 
 mod beams;
+mod cells;
 mod continuation;
 mod diagnostics;
 mod elements;
+mod elimination;
 mod fenics;
 mod fibres;
 mod hard_cases;
@@ -15,6 +17,7 @@ mod locking;
 mod methods;
 mod patch;
 mod patches;
+mod prescribed;
 mod stresses;
 mod support;
 mod sweeps;

@@ -48,6 +48,9 @@ fn ventricles_have_the_same_equilibria() {
     let soft = scene(ventricle(), 25.0);
     let plain = assert_same("plain", &soft.clone().lower().unwrap(), &VENTRICLE);
     assert!(plain.jumped, "the search meets indefinite stiffnesses");
+    // Not by factors that took over: a system takes some twenty iterations.
+    let (iterations, steps) = (plain.linear_iterations, plain.iterations());
+    assert!((1..=60 * steps).contains(&iterations), "{iterations} in {steps} steps");
     assert_same("averaged", &soft.averaged().lower().unwrap(), &VENTRICLE);
     // K = 6000 a; at 0.9 kPa there are several equilibria.
     let [a, b, a_f, b_f, _] = VENTRICLE;
@@ -82,6 +85,15 @@ fn a_body_on_springs_and_inclined_rollers_has_the_same_equilibrium() {
     let body = lower(NeoHookean, mesh, vec![held, pulled], rollers);
     assert!(!body.frames.is_empty());
     assert_same("springs", &body, &[75.0, 75.0]);
+}
+
+#[test]
+fn conjugate_gradients_without_a_load_have_nothing_to_do() {
+    let clamped = vec![Support::clamped("x_min")];
+    let body = lower(NeoHookean, box_tetrahedra([10.0; 3], [4; 3]), vec![], clamped);
+    let found = by(&body, &[75.0, 75.0], Method::Aggregation).unwrap();
+    assert!(found.displacement.iter().all(|&u| u == 0.0));
+    assert_eq!(found.linear_iterations, 0);
 }
 
 /// Conjugate gradients with a bulk modulus of 10⁶ μ take more iterations than a factor is worth.
@@ -144,5 +156,29 @@ fn the_number_of_threads_changes_no_bit() {
         for threads in [2, 7] {
             assert!(one == on(threads), "{} nodes, {threads} threads", body.nodes);
         }
+    }
+}
+
+/// Guards against as many shares as threads, where the last digits would change from a few thousand unknowns on.
+#[test]
+fn a_factor_does_not_depend_on_the_number_of_threads() {
+    /// Entries from which the dense blocks of a factor are divided.
+    const LARGE: usize = 2_000_000;
+    let clamped = vec![Support::clamped("x_min")];
+    let body = lower(NeoHookean, box_tetrahedra([10.0; 3], [14; 3]), gravity(1.0), clamped);
+    let solver = Solver::new(&body).unwrap();
+    let [_, entries] = solver.stored_entries();
+    assert!(entries > LARGE, "{entries} entries are not divided");
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut solver = solver.fresh().unwrap();
+        let rest = vec![0.0; 3 * body.nodes];
+        let mut steps = pool.install(|| solver.newton_steps(&rest, &[75.0, 75.0], 1).unwrap());
+        steps.remove(0).displacement
+    };
+    let one = on(1);
+    assert!(one.iter().any(|&u| u != 0.0));
+    for threads in [2, 3, 5] {
+        assert!(one == on(threads), "{threads} threads");
     }
 }

@@ -3,7 +3,7 @@
 use crate::support::{difference, once, twice};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Magnitude, Sampling, Scene, SceneError, Support};
-use sinew_fem::{Options, Progress, Solution, SolveError, Solver, resume_sweep, sweep};
+use sinew_fem::{Options, Progress, Solution, SolveError, Solver, neighbours, resume_sweep, sweep};
 use sinew_mesh::box_tetrahedra;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -14,6 +14,20 @@ fn thetas(count: usize) -> Vec<Vec<f64>> {
     let stiffness = |place: usize| 50.0 * 2.0_f64.powf((place as f64 + 0.5) / count as f64);
     // 77 has no factor in common with the counts used here, so each column is a permutation.
     (0..count).map(|i| vec![stiffness(i), stiffness((i * 77 + 31) % count)]).collect()
+}
+
+#[test]
+fn the_order_visits_every_point_once_and_neighbours_in_a_row() {
+    let line: Vec<_> = [1.0, 100.0, 10.0, 1000.0].map(|x| vec![x]).to_vec();
+    assert_eq!(neighbours(&line), [0, 2, 1, 3]);
+    assert!(neighbours(&[]).is_empty());
+}
+
+#[test]
+fn senseless_values_have_a_place_too() {
+    assert_eq!(neighbours(&[vec![f64::NAN], vec![-1.0], vec![2.0]]).len(), 3);
+    // As if they were equal.
+    assert_eq!(neighbours(&[vec![f64::INFINITY], vec![]]), [0, 1]);
 }
 
 #[test]

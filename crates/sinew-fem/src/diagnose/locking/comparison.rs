@@ -1,5 +1,6 @@
 //! Comparison of one body in two formulations.
 
+use crate::linear::vector::difference;
 use sinew_energy::Body;
 use sinew_energy::metrics::mean_and_largest;
 use std::fmt;
@@ -69,8 +70,7 @@ pub fn compare_formulations(
         return Err(FormulationError(reason.into()));
     }
     let other = &better_displacement[..displacement.len()];
-    let apart: Vec<_> = displacement.iter().zip(other).map(|(a, b)| a - b).collect();
-    let [mean, largest] = mean_and_largest(&apart);
+    let [mean, largest] = mean_and_largest(&difference(displacement, other));
     let volumes = body.cavity_volumes(displacement).into_iter();
     let volumes = volumes.zip(better.cavity_volumes(better_displacement));
     let names = body.cavities.iter().map(|cavity| cavity.name.clone());

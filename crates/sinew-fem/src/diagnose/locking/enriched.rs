@@ -21,7 +21,6 @@ pub(super) type Modes = Vec<[f64; 3]>;
 /// Int. J. Numer. Meth. Engng 10, 1976).
 pub(super) struct Enriched<'b> {
     body: &'b Body,
-    count: usize,
     per_cell: usize,
     /// Ends of the edges of simplices, ascending.
     edges: Vec<[usize; 2]>,
@@ -39,97 +38,15 @@ pub(super) struct Enriched<'b> {
 
 impl<'b> Enriched<'b> {
     pub(super) fn new(body: &'b Body, tangents: Vec<[[f64; 9]; 9]>) -> Self {
-        let mut enriched = match body.element().corners {
-            8 => Self::of_hexahedra(body, tangents),
-            _ => Self::of_simplices(body, tangents),
+        let (edges, modes, gradients, free) = match body.element().corners {
+            8 => of_hexahedra(body),
+            _ => of_simplices(body),
         };
+        let (per_cell, inverse) = (modes.len() / body.cell_count(), Vec::new());
+        let mut enriched =
+            Self { body, per_cell, edges, modes, gradients, tangents, free, inverse };
         enriched.invert_diagonal();
         enriched
-    }
-
-    fn of_hexahedra(body: &'b Body, tangents: Vec<[[f64; 9]; 9]>) -> Self {
-        let corners = body.element().nodes;
-        let sign = |corner: usize, r: usize| 2.0 * corners[corner][r] - 1.0;
-        let mut gradients = Vec::with_capacity(body.volumes.len());
-        for cell in 0..body.cell_count() {
-            let points = 8 * cell..8 * cell + 8;
-            // ∇ξ_r in the middle of the cell.
-            let middle = [0, 1, 2].map(|r| {
-                let slope = |j: usize| {
-                    let at = |point| body.shape_of_point(point).iter().enumerate();
-                    let sum = points.clone().flat_map(at).map(|(a, g)| sign(a, r) * g[j]);
-                    sum.sum::<f64>() / 8.0
-                };
-                [slope(0), slope(1), slope(2)]
-            });
-            let volume: f64 = body.volumes[points.clone()].iter().sum();
-            for (corner, point) in points.enumerate() {
-                // The factor lets a constant stress do no work on the modes.
-                let ratio = volume / (8.0 * body.volumes[point]);
-                let mut of_point = [[0.0; 3]; MOST_MODES];
-                for r in 0..3 {
-                    of_point[r] = middle[r].map(|x| -2.0 * ratio * GAUSS * sign(corner, r) * x);
-                }
-                gradients.push(of_point);
-            }
-        }
-        let count = 3 * body.cell_count();
-        let (modes, free) = ((0..count).collect(), vec![Mat3::IDENTITY; count]);
-        Self {
-            body,
-            count,
-            per_cell: 3,
-            edges: Vec::new(),
-            modes,
-            gradients,
-            tangents,
-            free,
-            inverse: Vec::new(),
-        }
-    }
-
-    fn of_simplices(body: &'b Body, tangents: Vec<[[f64; 9]; 9]>) -> Self {
-        let (edges, corners) = (body.element().edges, body.element().corners);
-        let ends = |nodes: &[usize], edge: &[usize]| {
-            let (a, b) = (nodes[edge[0]], nodes[edge[1]]);
-            [a.min(b), a.max(b)]
-        };
-        let of_cell = |nodes: &'b [usize]| edges.iter().map(move |edge| ends(nodes, edge));
-        let mut all: Vec<_> = body.cell_nodes().flat_map(of_cell).collect();
-        all.sort_unstable();
-        all.dedup();
-        let number = |edge| all.partition_point(|other| *other < edge);
-        let modes = body.cell_nodes().flat_map(of_cell).map(number).collect();
-        // Points of degree 2: λ is `high` at one corner and `low` at the others.
-        let n = corners as f64;
-        let step = (n + 1.0).sqrt().recip();
-        let low = (1.0 - step) / n;
-        let mut gradients = Vec::with_capacity(corners * body.cell_count());
-        for cell in 0..body.cell_count() {
-            let g = body.shape_of_point(cell);
-            for point in 0..corners {
-                let weight = |corner| 4.0 * if corner == point { low + step } else { low };
-                let mut of_point = [[0.0; 3]; MOST_MODES];
-                for (mode, edge) in edges.iter().enumerate() {
-                    let [a, b] = [edge[0], edge[1]];
-                    of_point[mode] = [0, 1, 2].map(|j| weight(a) * g[b][j] + weight(b) * g[a][j]);
-                }
-                gradients.push(of_point);
-            }
-        }
-        let free = free_directions(body, &all);
-        let (count, per_cell) = (all.len(), edges.len());
-        Self {
-            body,
-            count,
-            per_cell,
-            edges: all,
-            modes,
-            gradients,
-            tangents,
-            free,
-            inverse: Vec::new(),
-        }
     }
 
     /// Calls `visit` with each point: the body's, the modes of its cell, their gradients and its volume.
@@ -147,7 +64,7 @@ impl<'b> Enriched<'b> {
     }
 
     fn invert_diagonal(&mut self) {
-        let mut blocks = vec![Matrix3::zeros(); self.count];
+        let mut blocks = vec![Matrix3::zeros(); self.free.len()];
         self.for_points(|point, modes, gradients, volume| {
             let tangent = &self.tangents[point];
             for (&mode, g) in modes.iter().zip(gradients) {
@@ -176,7 +93,7 @@ impl<'b> Enriched<'b> {
 
     /// Forces on the modes of a displacement of the nodes.
     pub(super) fn couple(&self, displacement: &[f64]) -> Modes {
-        let mut forces = vec![[0.0; 3]; self.count];
+        let mut forces = vec![[0.0; 3]; self.free.len()];
         self.for_points(|point, modes, gradients, volume| {
             let h = self.body.displacement_gradient(point, displacement);
             let stress = tangent_times(&self.tangents[point], &h);
@@ -189,7 +106,7 @@ impl<'b> Enriched<'b> {
     /// Forces of the modes on the nodes and on themselves.
     pub(super) fn multiply(&self, values: &Modes) -> (Vec<f64>, Modes) {
         let mut nodal = vec![0.0; self.body.prescribed.len()];
-        let mut own = vec![[0.0; 3]; self.count];
+        let mut own = vec![[0.0; 3]; self.free.len()];
         self.for_points(|point, modes, gradients, volume| {
             let mut h = Mat3::ZERO;
             for (&mode, g) in modes.iter().zip(gradients) {
@@ -269,6 +186,72 @@ impl<'b> Enriched<'b> {
     fn project(&self, forces: &mut Modes) {
         forces.iter_mut().zip(&self.free).for_each(|(force, free)| *force = free.apply(force));
     }
+}
+
+/// Edges, modes of the cells, gradients at their points and free directions, as [`Enriched`] has them.
+type Parts = (Vec<[usize; 2]>, Vec<usize>, Vec<[[f64; 3]; MOST_MODES]>, Vec<Mat3<f64>>);
+
+fn of_hexahedra(body: &Body) -> Parts {
+    let corners = body.element().nodes;
+    let sign = |corner: usize, r: usize| 2.0 * corners[corner][r] - 1.0;
+    let mut gradients = Vec::with_capacity(body.volumes.len());
+    for cell in 0..body.cell_count() {
+        let points = 8 * cell..8 * cell + 8;
+        // ∇ξ_r in the middle of the cell.
+        let middle = [0, 1, 2].map(|r| {
+            let slope = |j: usize| {
+                let at = |point| body.shape_of_point(point).iter().enumerate();
+                let sum = points.clone().flat_map(at).map(|(a, g)| sign(a, r) * g[j]);
+                sum.sum::<f64>() / 8.0
+            };
+            [slope(0), slope(1), slope(2)]
+        });
+        let volume: f64 = body.volumes[points.clone()].iter().sum();
+        for (corner, point) in points.enumerate() {
+            // The factor lets a constant stress do no work on the modes.
+            let ratio = volume / (8.0 * body.volumes[point]);
+            let mut of_point = [[0.0; 3]; MOST_MODES];
+            for r in 0..3 {
+                of_point[r] = middle[r].map(|x| -2.0 * ratio * GAUSS * sign(corner, r) * x);
+            }
+            gradients.push(of_point);
+        }
+    }
+    let count = 3 * body.cell_count();
+    (Vec::new(), (0..count).collect(), gradients, vec![Mat3::IDENTITY; count])
+}
+
+fn of_simplices<'b>(body: &'b Body) -> Parts {
+    let (edges, corners) = (body.element().edges, body.element().corners);
+    let ends = |nodes: &[usize], edge: &[usize]| {
+        let (a, b) = (nodes[edge[0]], nodes[edge[1]]);
+        [a.min(b), a.max(b)]
+    };
+    let of_cell = |nodes: &'b [usize]| edges.iter().map(move |edge| ends(nodes, edge));
+    let mut all: Vec<_> = body.cell_nodes().flat_map(of_cell).collect();
+    all.sort_unstable();
+    all.dedup();
+    let number = |edge| all.partition_point(|other| *other < edge);
+    let modes = body.cell_nodes().flat_map(of_cell).map(number).collect();
+    // Points of degree 2: λ is `high` at one corner and `low` at the others.
+    let n = corners as f64;
+    let step = (n + 1.0).sqrt().recip();
+    let low = (1.0 - step) / n;
+    let mut gradients = Vec::with_capacity(corners * body.cell_count());
+    for cell in 0..body.cell_count() {
+        let g = body.shape_of_point(cell);
+        for point in 0..corners {
+            let weight = |corner| 4.0 * if corner == point { low + step } else { low };
+            let mut of_point = [[0.0; 3]; MOST_MODES];
+            for (mode, edge) in edges.iter().enumerate() {
+                let [a, b] = [edge[0], edge[1]];
+                of_point[mode] = [0, 1, 2].map(|j| weight(a) * g[b][j] + weight(b) * g[a][j]);
+            }
+            gradients.push(of_point);
+        }
+    }
+    let free = free_directions(body, &all);
+    (all, modes, gradients, free)
 }
 
 fn add_forces(

@@ -89,7 +89,7 @@ impl System<'_> {
         rate.iter_mut().zip(more).for_each(|(rate, (moved, tension))| *rate += moved + tension);
         let (own, _) = self.respond(&rate, &motion)?;
         let pressures: Vec<f64> =
-            self.assembly.responses().map(|(h, own)| mean_stress(h, &own.stress)).collect();
+            self.assembly.points.iter().map(|(h, own)| mean_stress(h, &own.stress)).collect();
         let smooth = smoothed(body, &pressures);
         let points = self.points_without_patches(displacement, theta, &smooth)?;
         match body.patches.is_empty() {
@@ -167,7 +167,7 @@ impl System<'_> {
             (*h, tangent)
         };
         if body.patches.is_empty() {
-            let points = self.assembly.responses().enumerate();
+            let points = self.assembly.points.iter().enumerate();
             return Ok(points.map(|(point, at)| smoothed(point, at)).collect());
         }
         let parameters = body.law_parameters(theta);

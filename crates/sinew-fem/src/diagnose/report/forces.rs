@@ -1,7 +1,7 @@
 //! Nodal forces and energies of a solution.
 
 use crate::SolveError;
-use crate::elements::check::check_length;
+use crate::elements::check::{check_displacement, check_pressure};
 use crate::elements::followers::Followers;
 use crate::elements::state::{State, load_gradient};
 use sinew_energy::Body;
@@ -15,9 +15,8 @@ pub(super) fn check(
     theta: &[f64],
 ) -> Result<(), SolveError> {
     body.check_theta(theta)?;
-    check_length(body.prescribed.len(), displacement)?;
-    let unknowns = body.pressure_field.as_ref().map_or(0, |field| field.unknowns);
-    check_length(unknowns, pressure)
+    check_displacement(body, displacement)?;
+    check_pressure(body, pressure)
 }
 
 /// Forces on a body.
@@ -35,43 +34,32 @@ pub(super) struct Forces {
 }
 
 impl Forces {
-    /// Forces with a potential, at a fraction of the loads.
-    fn of_potential(
-        potential: &Body,
-        displacement: &[f64],
-        theta: &[f64],
-        load_factor: f64,
-    ) -> Self {
-        let mut total = vec![0.0; displacement.len()];
-        let whole = potential.value_and_gradient(displacement, theta, &mut total);
-        let loads = load_gradient(potential, displacement, theta);
-        total.iter_mut().zip(&loads).for_each(|(t, l)| *t += (load_factor - 1.0) * l);
-        let mut springs = vec![0.0; displacement.len()];
-        for spring in &potential.springs {
+    /// Forces at a state, with loose followers and the field of pressure, which is given at its nodes.
+    pub(super) fn of(body: &Body, state: State<'_>) -> Self {
+        let State { displacement, theta, load_factor, .. } = state;
+        let zeros = vec![0.0; displacement.len()];
+        let (mut total, mut springs, mut followers) = (zeros.clone(), zeros.clone(), zeros);
+        let whole = body.value_and_gradient(displacement, theta, &mut total);
+        let loads = load_gradient(body, displacement, theta);
+        for spring in &body.springs {
             spring.value_and_add_gradient(displacement, &mut springs);
         }
-        let load_value = potential.load_value(displacement, theta);
+        Followers::new(&body.followers).add_forces(displacement, theta, &mut followers);
+        for (total, (load, follower)) in total.iter_mut().zip(loads.iter().zip(&mut followers)) {
+            *follower *= load_factor;
+            *total += (load_factor - 1.0) * load;
+            *total += *follower;
+        }
+        add_pressure_field(body, state, &mut total);
+        let load_value = body.load_value(displacement, theta);
+        let [with_potential, without] = [&loads, &followers].map(|forces| resultant(forces));
         Self {
             total,
             energy: whole + (load_factor - 1.0) * load_value,
             external_work: -load_factor * load_value,
-            loads: resultant(&loads).map(|f| -load_factor * f),
+            loads: [0, 1, 2].map(|i| -load_factor * with_potential[i] - without[i]),
             elastic_supports: resultant(&springs).map(|f| -f),
         }
-    }
-
-    /// Forces at a state, with loose followers and the field of pressure, which is given at its nodes.
-    pub(super) fn of(body: &Body, state: State<'_>) -> Self {
-        let State { displacement, theta, load_factor, .. } = state;
-        let mut forces = Self::of_potential(body, displacement, theta, load_factor);
-        let mut followers = vec![0.0; displacement.len()];
-        Followers::new(&body.followers).add_forces(displacement, theta, &mut followers);
-        followers.iter_mut().for_each(|force| *force *= load_factor);
-        let on_body = resultant(&followers);
-        (0..3).for_each(|i| forces.loads[i] -= on_body[i]);
-        forces.total.iter_mut().zip(&followers).for_each(|(t, f)| *t += f);
-        add_pressure_field(body, state, &mut forces.total);
-        forces
     }
 }
 
@@ -79,9 +67,7 @@ impl Forces {
 fn add_pressure_field(body: &Body, state: State<'_>, forces: &mut [f64]) {
     let Some(field) = &body.pressure_field else { return };
     let law = |point: usize, h: &Mat3<f64>| {
-        let (_, corners, shape) = field.of_point(point);
-        let terms = shape.iter().zip(corners).map(|(n, &c)| n * state.pressure[c]);
-        let (pressure, cofactor): (f64, _) = (terms.sum(), h.plus_identity().cofactors());
+        let (pressure, cofactor) = (field.at(point, state.pressure), h.plus_identity().cofactors());
         Some((0.0, Mat3::from_fn(|i, j| pressure * cofactor[i][j])))
     };
     body.add_stress_forces(state.displacement, law, forces);

@@ -3,7 +3,7 @@
 use super::forces::{Forces, check};
 use crate::SolveError;
 use crate::elements::state::State;
-use crate::elements::supports::part;
+use crate::elements::supports::held_part;
 use nalgebra::Vector3;
 use sinew_energy::Body;
 use sinew_num::connected_components;
@@ -66,7 +66,7 @@ fn held(body: &Body, node: usize) -> bool {
 
 /// Force of the supports on a node.
 fn force_on(body: &Body, node: usize, forces: &[f64]) -> Vector3<f64> {
-    let held = part(body, node, &[0, 1, 2].map(|i| forces[3 * node + i]), true);
+    let held = held_part(body, node, [0, 1, 2].map(|i| forces[3 * node + i]));
     Vector3::from_fn(|i, _| if i < body.element().dimension { held[i] } else { 0.0 })
 }
 

@@ -228,25 +228,3 @@ impl<'g> Pass<'g> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::tests::{compressed, grid};
-    use super::*;
-    use sinew_num::SplitMix64;
-
-    #[test]
-    fn a_bar_is_cut_across_in_the_middle() {
-        let (starts, neighbours) = compressed(&grid([60, 8, 8]));
-        let graph = Graph::unweighted(&starts, &neighbours);
-        let separation = Separation::find(&graph, &mut Random(SplitMix64(1)));
-        for vertex in 0..graph.len() {
-            let own = separation.part[vertex];
-            let apart = |&n: &u32| own + separation.part[n as usize] != 1;
-            assert!(own == BETWEEN || graph.neighbours(vertex).iter().all(apart));
-        }
-        let [a, b, between] = separation.weights;
-        assert_eq!(a + b + between, graph.total_weight());
-        assert!(between == 64 && a.abs_diff(b) < graph.total_weight() / 5, "{a} {b} {between}");
-    }
-}

@@ -4,7 +4,9 @@ use crate::elements::scene::{node_at, roller, scene};
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, Load, Magnitude, Support};
 use sinew_fem::{Line, Options, Solution, SolveError, Solver};
-use sinew_mesh::{cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant};
+use sinew_mesh::{
+    box_tetrahedra, cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant,
+};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
 
 /// Without its volumetric part (λ = 0) the law leaves all of the volume to the field of pressure.
@@ -138,4 +140,19 @@ fn cooks_membrane_does_not_lock() {
     // The digits that FEniCS' numbers were written with.
     assert!((rise(corner) - 6.919165).abs() < 1e-6, "{}", rise(corner));
     assert!((rise(middle) - 6.951970).abs() < 1e-6, "{}", rise(middle));
+}
+
+/// No motion of the inside takes back what the sides add to the volume: the linear systems for the pressures have no solution.
+#[test]
+fn sides_that_change_the_volume_of_an_incompressible_body_are_refused() {
+    let mut mesh = box_tetrahedra([1.0; 3], [1; 3]).quadratic();
+    let inside = |x: &[f64; 3]| x.iter().all(|x| *x > 0.0 && *x < 1.0);
+    let sides = (0..mesh.points.len()).filter(|&node| !inside(&mesh.points[node])).collect();
+    mesh.node_sets.insert("sides".into(), sides);
+    let wider = Support::moved("sides", &mesh, |[x, _, _]| [0.1 * x, 0.0, 0.0]);
+    let body = scene(PLAIN, mesh, vec![], vec![wider]).mixed().lower().unwrap();
+    let mut solver = Solver::new(&body).unwrap();
+    assert_eq!(solver.unknowns(), 3);
+    let error = solver.solve(&[1.0, 0.0], &Options::default()).unwrap_err();
+    assert!(matches!(error, SolveError::NotConverged(_)), "{error}");
 }
