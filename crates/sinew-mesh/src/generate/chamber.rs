@@ -224,35 +224,3 @@ fn cup(mut sheet: Sheet, layers: usize, inner: &[Point], outside: &Outside) -> W
         nodes: vec![],
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_try_that_fails_later_takes_no_wall_away() {
-        let fails = || Err(ChamberError::Closed);
-        let of = |tries: Vec<Result<(f64, char), ChamberError>>| best(tries.into_iter());
-        assert_eq!(of(vec![Ok((5.0, 'a')), fails()]), Ok('a'));
-        assert_eq!(of(vec![Ok((-3.0, 'a')), fails(), Ok((6.0, 'b')), Ok((4.0, 'c'))]), Ok('b'));
-        assert_eq!(of(vec![Ok((FAIR, 'a')), Ok((20.0, 'b'))]), Ok('a'));
-        assert_eq!(of(vec![fails(), Ok((6.0, 'b'))]), fails().map(|_: (f64, char)| 'b'));
-    }
-
-    #[test]
-    fn every_node_of_the_sheet_has_a_column_of_its_own() {
-        let mut sheet = Disk { half: 1, along: 3 }.sheet(false);
-        let count = sheet.points.len();
-        // Two nodes at one place, and one nowhere.
-        (sheet.points[1], sheet.points[2][0]) = (sheet.points[0], f64::NAN);
-        let inner: Vec<_> = (0..count).map(|node| Point::new(node as f64, 1.0, 2.0)).collect();
-        let points = inner.iter().map(|x| x * 2.0).collect();
-        let (septum, thickness) = (vec![false; count], vec![1.0; count]);
-        let outside = Outside { points, septum, thickness, limited: 0, missed: 0 };
-        let mesh = cup(sheet, 2, &inner, &outside).hexahedra();
-        for (node, &at) in mesh.points.iter().enumerate() {
-            let scale = 1.0 + (node / count) as f64 / 2.0;
-            assert_eq!(Point::from(at), inner[node % count] * scale);
-        }
-    }
-}

@@ -42,36 +42,3 @@ pub fn cook_membrane(boxes: usize) -> TriangleMesh {
     mesh.map_points(|[x, y, z]| [48.0 * x, 44.0 * x + (44.0 - 28.0 * x) * y, z]);
     mesh
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::boundary_facets;
-
-    #[test]
-    fn crossed_triangles_fill_the_rectangle() {
-        let mesh = rectangle_crossed_triangles([3.0, 2.0], [3, 4]);
-        assert_eq!(mesh.check(), Ok(()));
-        let areas: Vec<f64> = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).collect();
-        assert!(areas.iter().all(|area| (area - 0.125).abs() < 1e-15));
-        assert_eq!(mesh.facet_sets["x_max"].len(), 4);
-        let sides: usize = mesh.facet_sets.values().map(Vec::len).sum();
-        assert_eq!(sides, boundary_facets(&mesh).len());
-        assert_eq!(mesh.node_sets["y_max"], [16, 17, 18, 19]);
-    }
-
-    #[test]
-    fn the_membrane_has_its_corners() {
-        let mesh = cook_membrane(2);
-        let corners = [0, 2, 6, 8].map(|node| mesh.points[node]);
-        let expected = [[0.0, 0.0], [48.0, 44.0], [0.0, 44.0], [48.0, 60.0]];
-        assert_eq!(corners, expected.map(|[x, y]| [x, y, 0.0]));
-        assert!(mesh.node_sets["x_max"].iter().all(|&node| mesh.points[node][0] == 48.0));
-    }
-
-    #[test]
-    #[should_panic(expected = "cell counts at least 1")]
-    fn no_boxes_are_refused() {
-        cook_membrane(0);
-    }
-}

@@ -265,34 +265,3 @@ impl<'a> Cursor<'a> {
         usize::try_from(value).map_err(|_| Problem::Range { what, value, least: 0, most })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_lines_and_places() {
-        let mut cursor = Cursor::new(b"one two\n  three \nfour");
-        assert_eq!(cursor.word(), Some(b"one".as_slice()));
-        assert_eq!(cursor.line(), Some(b"two".as_slice()));
-        assert_eq!(cursor.line(), Some(b"three".as_slice()));
-        let problem = cursor.parse::<u8>("a small number").unwrap_err();
-        let (place, problem) = cursor.fault(problem);
-        assert_eq!(place.to_string(), "line 3 (byte 17)");
-        assert!(problem.to_string().starts_with("expected a small number"), "{problem}");
-        assert_eq!(cursor.word(), None);
-        assert_eq!(cursor.line(), None);
-    }
-
-    #[test]
-    fn declared_counts_are_checked_before_allocation() {
-        let mut cursor = Cursor::new(b"1 2 3");
-        assert!(cursor.numbers(NumberType::F64, usize::MAX, "numbers").is_err());
-        assert_eq!(cursor.integers(NumberType::I64, 3, "numbers").unwrap(), [1, 2, 3]);
-        cursor = Cursor::new(&[0; 16]);
-        cursor.encoding = Encoding::Binary(Endian::Big);
-        assert!(cursor.numbers(NumberType::F64, usize::MAX / 4, "numbers").is_err());
-        assert!(cursor.numbers(NumberType::F64, 3, "numbers").is_err());
-        assert_eq!(cursor.reals(NumberType::F64, 2, "numbers").unwrap(), [0.0, 0.0]);
-    }
-}
