@@ -21,16 +21,6 @@ impl<const N: usize> Jet<N> {
         Self { value, gradient: [0.0; N], hessian: [[0.0; N]; N] }
     }
 
-    /// The variable number `index`, at `value`.
-    ///
-    /// # Panics
-    /// If `index` is not below `N`.
-    pub fn variable(value: f64, index: usize) -> Self {
-        let mut result = Self::constant(value);
-        result.gradient[index] = 1.0;
-        result
-    }
-
     /// `f(self)` from the value and the first two derivatives of `f` at `self.value`.
     pub(crate) fn chain(mut self, f: f64, df: f64, ddf: f64) -> Self {
         let g = self.gradient;

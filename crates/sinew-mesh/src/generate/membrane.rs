@@ -1,30 +1,11 @@
-//! Crossed triangles and Cook's membrane.
+//! Cook's membrane.
 
 use super::{grid, grid_points, name_sides};
 use crate::TriangleMesh;
 
-/// A rectangle `[0, extent]` in the plane `z = 0`, each grid cell split into four counterclockwise
-/// triangles around its centre: free of the preferred direction of [`crate::rectangle_triangles`].
-///
-/// The nodes of the grid come first, x fastest, then the centres. The sides are node sets and facet
-/// sets named `x_min`, `x_max`, `y_min` and `y_max`.
-fn rectangle_crossed_triangles(extent: [f64; 2], cells: [usize; 2]) -> TriangleMesh {
-    let (mut mesh, [x, y]) = grid_points::<2, 3>(extent, cells);
-    for [i, j] in grid(cells) {
-        let lowest = i * x + j * y;
-        let corners = [lowest, lowest + x, lowest + x + y, lowest + y];
-        let centre = mesh.points.len();
-        let [low, high] = [corners[0], corners[2]].map(|node| mesh.points[node]);
-        mesh.points.push(std::array::from_fn(|axis| 0.5 * (low[axis] + high[axis])));
-        mesh.cells.extend((0..4).map(|k| [corners[k], corners[(k + 1) % 4], centre]));
-    }
-    name_sides(&mut mesh, extent);
-    mesh
-}
-
-/// Cook's membrane of `boxes` × `boxes` quadrilaterals, each split into four triangles around its
-/// centre: the panel with the corners (0, 0), (48, 44), (48, 60), (0, 44) (R. D. Cook, J. Struct. Div.
-/// ASCE 100, 1974). The clamped side is the set `x_min`, the loaded one `x_max`; `y_min` and `y_max` are free.
+/// Cook's membrane of `boxes` × `boxes` quadrilaterals, each split into four triangles around its centre, free of the preferred
+/// direction of [`crate::rectangle_triangles`]. It is the panel with the corners (0, 0), (48, 44), (48, 60), (0, 44) (R. D. Cook,
+/// J. Struct. Div. ASCE 100, 1974). The clamped side is the set `x_min`, the loaded one `x_max`; `y_min` and `y_max` are free.
 ///
 /// # Panics
 /// When there is no box.
@@ -38,7 +19,18 @@ fn rectangle_crossed_triangles(extent: [f64; 2], cells: [usize; 2]) -> TriangleM
 /// assert_eq!(quadratic.node_sets["x_max"].len(), 33);
 /// ```
 pub fn cook_membrane(boxes: usize) -> TriangleMesh {
-    let mut mesh = rectangle_crossed_triangles([1.0; 2], [boxes; 2]);
+    let (extent, cells) = ([1.0; 2], [boxes; 2]);
+    let (mut mesh, [x, y]) = grid_points::<2, 3>(extent, cells);
+    // The nodes of the grid come first, then the centres.
+    for [i, j] in grid(cells) {
+        let lowest = i * x + j * y;
+        let corners = [lowest, lowest + x, lowest + x + y, lowest + y];
+        let centre = mesh.points.len();
+        let [low, high] = [corners[0], corners[2]].map(|node| mesh.points[node]);
+        mesh.points.push(std::array::from_fn(|axis| 0.5 * (low[axis] + high[axis])));
+        mesh.cells.extend((0..4).map(|k| [corners[k], corners[(k + 1) % 4], centre]));
+    }
+    name_sides(&mut mesh, extent);
     mesh.map_points(|[x, y, z]| [48.0 * x, 44.0 * x + (44.0 - 28.0 * x) * y, z]);
     mesh
 }

@@ -1,7 +1,7 @@
 //! Conversion of the cells of a file to a mesh.
 
 use super::cursor::Fault;
-use super::grid::{UnstructuredGrid, cell_type, vtk_type};
+use super::grid::{UnstructuredGrid, cell_type};
 use super::report::ReadReport;
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_field, check_points};
@@ -99,7 +99,7 @@ fn part_of<const N: usize>(kind: u8) -> Option<Part> {
     let is_lower = match (element.dimension, element.is_quadratic()) {
         (2, _) => matches!(kind, 1 | 2 | 4),
         (_, false) => matches!(kind, 1..=4),
-        (_, true) => matches!(kind, 1..=4 | vtk_type::QUADRATIC_EDGE),
+        (_, true) => matches!(kind, 1..=4 | 21),
     };
     match kind {
         _ if kind == element.vtk_type => Some(Part::Cell),

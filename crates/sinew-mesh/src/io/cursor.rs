@@ -15,13 +15,15 @@ pub(crate) enum Endian {
 }
 
 /// Encoding of the numbers in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Encoding {
+    #[default]
     Text,
     Binary(Endian),
 }
 
 /// Reads a file from front to back; never past its end, never more than its bytes can hold.
+#[derive(Default)]
 pub(crate) struct Cursor<'a> {
     bytes: &'a [u8],
     position: usize,
@@ -151,6 +153,13 @@ impl<'a> Cursor<'a> {
     /// The next word as a number, whatever the encoding.
     pub(super) fn parse<T: FromStr>(&mut self, expected: &'static str) -> Result<T, Problem> {
         number(self.word().ok_or(Problem::Missing { expected })?, expected)
+    }
+
+    /// Reads a word that must be this one, in small or capital letters.
+    pub(super) fn keyword(&mut self, keyword: &'static str) -> Result<(), Problem> {
+        let word = self.text(keyword)?;
+        let is_it = word.eq_ignore_ascii_case(keyword);
+        is_it.then_some(()).ok_or_else(|| Problem::expected(keyword, word))
     }
 
     /// Position that the next item is read from.

@@ -1,8 +1,11 @@
 //! Lines of Abaqus and CalculiX files: keywords with their options, and the data behind them.
 
-use super::cursor::{Cursor, Fault, number};
+use super::cursor::{Cursor, Fault};
 use crate::Problem;
 use std::str::FromStr;
+
+/// A problem and the byte of its line.
+pub(super) type Wrong = (usize, Problem);
 
 /// A keyword with its options and lines of data.
 pub(super) struct Block<'a> {
@@ -113,21 +116,22 @@ impl<'a> Block<'a> {
         self.option(key).filter(|value| !value.is_empty()).map(Name::new)
     }
 
+    /// The name that an option must give.
+    pub(super) fn required(&self, key: &str, expected: &'static str) -> Result<Name, Wrong> {
+        self.name(key).ok_or((self.at, Problem::Missing { expected }))
+    }
+
     /// Refuses options beside these, which might change what the lines mean.
-    pub(super) fn allow(&self, known: &[&str]) -> Result<(), Problem> {
+    pub(super) fn allow(&self, known: &[&str]) -> Result<(), Wrong> {
         match self.options.iter().find(|(key, _)| !known.contains(&key.as_str())) {
             None => Ok(()),
             Some((key, _)) => {
                 let value = format!("{key} of *{}", self.keyword);
-                Err(Problem::unsupported("the option", value, "write the mesh without it"))
+                let advice = "write the mesh without it";
+                Err((self.at, Problem::unsupported("the option", value, advice)))
             }
         }
     }
-}
-
-/// A whole number.
-pub(super) fn integer(word: &[u8], expected: &'static str) -> Result<i64, Problem> {
-    number(word, expected)
 }
 
 /// A real number, as Fortran may write it (`1.5D-3`) too; one that is left out is zero.

@@ -77,15 +77,17 @@ fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<(), Proble
             b"facet" => {
                 // Normals are written as they come, not always as numbers.
                 cursor.line();
-                keywords(cursor, &["outer", "loop"])?;
+                cursor.keyword("outer")?;
+                cursor.keyword("loop")?;
                 let mut corners = [[0.0; 3]; 3];
                 for corner in &mut corners {
-                    keywords(cursor, &["vertex"])?;
+                    cursor.keyword("vertex")?;
                     for x in corner {
                         *x = cursor.parse("a coordinate")?;
                     }
                 }
-                keywords(cursor, &["endloop", "endfacet"])?;
+                cursor.keyword("endloop")?;
+                cursor.keyword("endfacet")?;
                 triangles.push(corners);
             }
             b"endsolid" => drop(cursor.line()),
@@ -94,16 +96,6 @@ fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<(), Proble
     }
     if solids.len() > 1 {
         triangles.name(&solids);
-    }
-    Ok(())
-}
-
-fn keywords(cursor: &mut Cursor<'_>, keywords: &[&'static str]) -> Result<(), Problem> {
-    for &keyword in keywords {
-        let word = cursor.text(keyword)?;
-        if !word.eq_ignore_ascii_case(keyword) {
-            return Err(Problem::expected(keyword, word));
-        }
     }
     Ok(())
 }

@@ -15,14 +15,7 @@ pub(crate) const MAGIC: &[u8] = b"# vtk DataFile Version";
 
 /// Reads an unstructured grid or a surface (POLYDATA).
 pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
-    let mut reader = Reader {
-        cursor: Cursor::new(bytes),
-        grid: UnstructuredGrid::default(),
-        is_surface: false,
-        surface: PolyData::default(),
-        attributes_of: None,
-        major: 0,
-    };
+    let mut reader = Reader { cursor: Cursor::new(bytes), ..Reader::default() };
     reader.read().map_err(|problem| reader.cursor.fault(problem))?;
     Ok(reader.grid)
 }
@@ -34,6 +27,7 @@ enum Owner {
     Cells(usize),
 }
 
+#[derive(Default)]
 struct Reader<'a> {
     cursor: Cursor<'a>,
     grid: UnstructuredGrid,
@@ -74,7 +68,7 @@ impl Reader<'_> {
             "BINARY" => true,
             _ => return Err(Problem::expected("ASCII or BINARY", encoding)),
         };
-        self.keyword("DATASET")?;
+        self.cursor.keyword("DATASET")?;
         let dataset = self.cursor.text("a dataset type")?;
         match dataset.to_ascii_uppercase().as_str() {
             "UNSTRUCTURED_GRID" => {}
@@ -91,14 +85,6 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn keyword(&mut self, keyword: &'static str) -> Result<(), Problem> {
-        let word = self.cursor.text(keyword)?;
-        if word.eq_ignore_ascii_case(keyword) {
-            return Ok(());
-        }
-        Err(Problem::expected(keyword, word))
-    }
-
     /// Reads one section; false at the end of the file.
     fn section(&mut self) -> Result<bool, Problem> {
         let Some(word) = self.cursor.word() else { return Ok(false) };
@@ -110,15 +96,11 @@ impl Reader<'_> {
                 (self.grid.ends, self.grid.connectivity) = (list.ends, list.nodes);
             }
             b"CELL_TYPES" => self.cell_types()?,
-            b"POINT_DATA" => {
-                let declared = self.attributes("POINT_DATA", self.grid.points.len())?;
-                self.attributes_of = Some(Owner::Points(declared));
-            }
+            b"POINT_DATA" => self.attributes(Owner::Points(self.grid.points.len()))?,
             b"CELL_DATA" => {
                 let listed = self.grid.ends.len();
                 let cells = if self.is_surface { self.surface.cell_count() } else { listed };
-                let declared = self.attributes("CELL_DATA", cells)?;
-                self.attributes_of = Some(Owner::Cells(declared));
+                self.attributes(Owner::Cells(cells))?;
             }
             b"METADATA" => self.metadata(),
             b"FIELD" => self.field_arrays()?,
@@ -138,13 +120,17 @@ impl Reader<'_> {
     }
 
     /// The declared number of rows of POINT_DATA or CELL_DATA, which must be the true one.
-    fn attributes(&mut self, what: &'static str, expected: usize) -> Result<usize, Problem> {
+    fn attributes(&mut self, owner: Owner) -> Result<(), Problem> {
+        let (section, expected) = match owner {
+            Owner::Points(rows) => ("POINT_DATA", rows),
+            Owner::Cells(rows) => ("CELL_DATA", rows),
+        };
         let found = self.cursor.parse("the number of rows")?;
         if found != expected {
-            let what = format!("rows of {what}");
-            return Err(Problem::Count { what, expected, found });
+            return Err(Problem::Count { what: format!("rows of {section}"), expected, found });
         }
-        Ok(found)
+        self.attributes_of = Some(owner);
+        Ok(())
     }
 
     fn points(&mut self) -> Result<(), Problem> {
@@ -192,12 +178,12 @@ impl Reader<'_> {
     fn cells_with_offsets(&mut self) -> Result<CellList, Problem> {
         let offsets: usize = self.cursor.parse("the number of offsets")?;
         let nodes: usize = self.cursor.parse("the length of the connectivity")?;
-        self.keyword("OFFSETS")?;
+        self.cursor.keyword("OFFSETS")?;
         let kind = self.number_type()?;
         self.end_of_header();
         let offsets = self.cursor.integers(kind, offsets, "offsets of cells")?;
         let ends = checked_ends(&offsets, nodes)?;
-        self.keyword("CONNECTIVITY")?;
+        self.cursor.keyword("CONNECTIVITY")?;
         let kind = self.number_type()?;
         self.end_of_header();
         let at = self.cursor.here();
