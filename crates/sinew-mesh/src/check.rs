@@ -79,16 +79,14 @@ pub(crate) fn check_cell(cell: usize, raw: &[i64], nodes: usize) -> Result<(), D
     Ok(())
 }
 
-fn check_fields(fields: &BTreeMap<String, Field>, rows: usize) -> Result<(), Defect> {
-    fields.iter().try_for_each(|(name, field)| check_field(name, field, rows))
-}
-
-pub(crate) fn check_field(name: &str, field: &Field, rows: usize) -> Result<(), Defect> {
-    let (components, values) = (field.components, field.values.len());
-    if components > 0 && components.checked_mul(rows) == Some(values) {
-        return Ok(());
+pub(crate) fn check_fields(fields: &BTreeMap<String, Field>, rows: usize) -> Result<(), Defect> {
+    for (name, field) in fields {
+        let (components, values) = (field.components, field.values.len());
+        if components == 0 || components.checked_mul(rows) != Some(values) {
+            return Err(Defect::FieldSize { field: name.clone(), values, rows, components });
+        }
     }
-    Err(Defect::FieldSize { field: name.into(), values, rows, components })
+    Ok(())
 }
 
 fn check_sets(sets: &BTreeMap<String, Vec<usize>>, limit: usize) -> Result<(), Defect> {

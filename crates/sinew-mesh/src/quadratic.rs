@@ -115,25 +115,21 @@ fn edge_ends<const N: usize>(mesh: &Mesh<N>) -> Vec<[usize; 2]> {
 
 /// A point field with a row for each edge behind its rows.
 fn averaged(field: &Field, ends: &[[usize; 2]]) -> Field {
-    let width = field.components;
-    fn extended<T: Copy>(
-        values: &[T],
-        ends: &[[usize; 2]],
-        width: usize,
-        between: impl Fn(T, T) -> T,
-    ) -> Vec<T> {
-        let rows = ends.iter().flat_map(|&[a, b]| {
-            (0..width).map(move |i| (values[a * width + i], values[b * width + i]))
-        });
-        values.iter().copied().chain(rows.map(|(a, b)| between(a, b))).collect()
-    }
-    let values = match &field.values {
-        FieldValues::Float(v) => {
-            FieldValues::Float(extended(v, ends, width, |a, b| 0.5 * a + 0.5 * b))
-        }
-        FieldValues::Integer(v) => FieldValues::Integer(extended(v, ends, width, i64::min)),
+    let at = |end: usize| {
+        let nodes: Vec<usize> = ends.iter().map(|edge| edge[end]).collect();
+        field.select(&nodes).values
     };
-    Field { components: width, values }
+    let mut field = field.clone();
+    match (&mut field.values, at(0), at(1)) {
+        (FieldValues::Float(all), FieldValues::Float(a), FieldValues::Float(b)) => {
+            all.extend(a.iter().zip(&b).map(|(a, b)| 0.5 * a + 0.5 * b));
+        }
+        (FieldValues::Integer(all), FieldValues::Integer(a), FieldValues::Integer(b)) => {
+            all.extend(a.iter().zip(b).map(|(&a, b)| a.min(b)));
+        }
+        _ => unreachable!("a selection has the number type of its field"),
+    }
+    field
 }
 
 fn lifted_sets<const N: usize, const M: usize>(

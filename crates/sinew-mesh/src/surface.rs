@@ -1,6 +1,8 @@
 //! Surfaces of tetrahedral meshes.
 
-use crate::{Element, Facet, Mesh, QuadraturePoint, TetMesh, TriangleMesh};
+use crate::{
+    Element, Facet, Field, Mesh, QuadraturePoint, TetMesh, TriangleMesh, remove_unused_nodes,
+};
 use nalgebra::Vector3;
 
 /// A surface with the node numbers of its tetrahedral mesh.
@@ -23,27 +25,18 @@ pub struct Surface {
 /// assert!((area - 18.0).abs() < 1e-12);
 /// ```
 pub fn extract_surface(mesh: &TetMesh, facets: &[Facet]) -> Surface {
-    let nodes = mesh.nodes_of_facets(facets);
-    let mut new_index = vec![usize::MAX; mesh.points.len()];
-    nodes.iter().enumerate().for_each(|(new, &old)| new_index[old] = new);
     let owners: Vec<usize> = facets.iter().map(|facet| facet.cell).collect();
-    let triangle = |&facet: &Facet| mesh.facet_nodes(facet).map(|node| new_index[node]);
+    let of_owners = |(name, field): (&String, &Field)| (name.clone(), field.select(&owners));
     let mut surface = TriangleMesh {
-        points: nodes.iter().map(|&node| mesh.points[node]).collect(),
-        cells: facets.iter().map(triangle).collect(),
+        points: mesh.points.clone(),
+        cells: facets.iter().map(|&facet| mesh.facet_nodes(facet)).collect(),
+        node_sets: mesh.node_sets.clone(),
+        point_fields: mesh.point_fields.clone(),
+        cell_fields: mesh.cell_fields.iter().map(of_owners).collect(),
         ..TriangleMesh::default()
     };
-    for (name, set) in &mesh.node_sets {
-        let kept = set.iter().map(|&node| new_index[node]).filter(|&node| node != usize::MAX);
-        surface.node_sets.insert(name.clone(), kept.collect());
-    }
-    for (name, field) in &mesh.point_fields {
-        surface.point_fields.insert(name.clone(), field.select(&nodes));
-    }
-    for (name, field) in &mesh.cell_fields {
-        surface.cell_fields.insert(name.clone(), field.select(&owners));
-    }
-    Surface { mesh: surface, nodes }
+    remove_unused_nodes(&mut surface);
+    Surface { mesh: surface, nodes: mesh.nodes_of_facets(facets) }
 }
 
 /// The volume that facets enclose, by the divergence theorem N = ⅓ ∮ x·n dA [length unit

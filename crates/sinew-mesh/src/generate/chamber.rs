@@ -91,13 +91,25 @@ impl Chamber<'_> {
         let disk = Disk { half: around / 8, along };
         let sheet = disk.sheet(false);
         let inner = fit.inner(&sheet, &disk)?;
-        let tries = TRIES.iter().map(|&(sweeps, slope)| {
-            let outside = outside::carry(&trees, &sheet, &inner, &fit.base, sweeps, slope)?;
+        let mut best: Option<(f64, Wall, Outside, TetMesh)> = None;
+        for (sweeps, slope) in TRIES {
+            let outside = match outside::carry(&trees, &sheet, &inner, &fit.base, sweeps, slope) {
+                Ok(outside) => outside,
+                Err(error) if best.is_none() => return Err(error),
+                // Another trial has succeeded.
+                Err(_) => continue,
+            };
             let wall = cup(disk.sheet(false), layers, &inner, &outside);
             let mesh = wall.tetrahedra();
-            Ok((least_angle(&mesh), (wall, outside, mesh)))
-        });
-        let (wall, outside, mesh) = best(tries)?;
+            let angle = least_angle(&mesh);
+            if best.as_ref().is_none_or(|(least, ..)| angle > *least) {
+                best = Some((angle, wall, outside, mesh));
+            }
+            if angle >= FAIR {
+                break;
+            }
+        }
+        let (_, wall, outside, mesh) = best.ok_or(ChamberError::Empty)?;
         let cells = [layers, around, along];
         let report = report::of(self, &trees, &fit.base, &outside, &mesh, cells);
         let report = report.ok_or(ChamberError::Empty)?;
@@ -115,26 +127,6 @@ impl Chamber<'_> {
         let points = &self.septum?.points;
         Some(points.iter().map(|&x| Point::from(x)).sum::<Point>() / points.len().max(1) as f64)
     }
-}
-
-/// The trial with the largest angle, up to the first that is fair; failures after a success are ignored.
-fn best<T>(tries: impl Iterator<Item = Result<(f64, T), ChamberError>>) -> Result<T, ChamberError> {
-    let mut best: Option<(f64, T)> = None;
-    for next in tries {
-        match next {
-            Ok((angle, made)) => {
-                if best.as_ref().is_none_or(|(least, _)| angle > *least) {
-                    best = Some((angle, made));
-                }
-                if angle >= FAIR {
-                    break;
-                }
-            }
-            Err(error) if best.is_none() => return Err(error),
-            Err(_) => {}
-        }
-    }
-    best.map(|(_, made)| made).ok_or(ChamberError::Empty)
 }
 
 /// The smallest dihedral angle \[degrees\], below zero where the mesh is folded.

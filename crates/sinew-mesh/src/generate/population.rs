@@ -279,6 +279,7 @@ impl Mode {
     /// Displacement of a point, not normalised.
     fn moves(self, point: &Point) -> [f64; 3] {
         let &Point { mean, outward, depth, .. } = point;
+        let along_normal = |size: f64| outward.map(|n| size * n);
         match self {
             Self::Size => mean,
             Self::Length => [0.0, 0.0, mean[2]],
@@ -287,14 +288,8 @@ impl Mode {
                 moved[axis] = (mean[2] / MEAN.long[1]).powi(2);
                 moved
             }
-            Self::Bulge(wave) => {
-                let size = wave.at(point);
-                outward.map(|n| size * n)
-            }
-            Self::Thickness(wave) => {
-                let size = (2.0 * depth - 1.0) * wave.at(point);
-                outward.map(|n| size * n)
-            }
+            Self::Bulge(wave) => along_normal(wave.at(point)),
+            Self::Thickness(wave) => along_normal((2.0 * depth - 1.0) * wave.at(point)),
         }
     }
 }

@@ -63,9 +63,10 @@ impl Reader<'_> {
         self.major = number.ok_or_else(wrong)?;
         self.cursor.line();
         let encoding = self.cursor.text("ASCII or BINARY")?;
-        let binary = match encoding.to_ascii_uppercase().as_str() {
-            "ASCII" => false,
-            "BINARY" => true,
+        let encoding = match encoding.to_ascii_uppercase().as_str() {
+            "ASCII" => Encoding::Text,
+            // Legacy VTK is big endian on every machine.
+            "BINARY" => Encoding::Binary(Endian::Big),
             _ => return Err(Problem::expected("ASCII or BINARY", encoding)),
         };
         self.cursor.keyword("DATASET")?;
@@ -78,10 +79,7 @@ impl Reader<'_> {
                 return Err(Problem::unsupported("dataset type", dataset, advice));
             }
         }
-        if binary {
-            // Legacy VTK is big endian on every machine.
-            self.cursor.encoding = Encoding::Binary(Endian::Big);
-        }
+        self.cursor.encoding = encoding;
         Ok(())
     }
 
