@@ -115,13 +115,8 @@ fn grid_points<const D: usize, const N: usize>(
     );
     let nodes = cells.map(|n| n + 1);
     let stride: [usize; D] = std::array::from_fn(|axis| nodes[..axis].iter().product());
-    let position = |at: [usize; D]| {
-        let mut point = [0.0; 3];
-        for axis in 0..D {
-            point[axis] = grid_coordinate(at[axis], cells[axis], extent[axis]);
-        }
-        point
-    };
+    let along = |at: [usize; D], i: usize| grid_coordinate(at[i], cells[i], extent[i]);
+    let position = |at| std::array::from_fn(|axis| if axis < D { along(at, axis) } else { 0.0 });
     let points = grid(nodes).map(position).collect();
     (Mesh { points, ..Mesh::default() }, stride)
 }

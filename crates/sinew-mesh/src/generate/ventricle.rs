@@ -141,12 +141,8 @@ impl Disk {
         };
         for [i, j] in grid([side; 2]) {
             let (i, j) = (start + i as i64, start + j as i64);
-            quads.push([
-                node(i, j, 0),
-                node(i + 1, j, 0),
-                node(i + 1, j + 1, 0),
-                node(i, j + 1, 0),
-            ]);
+            let corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
+            quads.push(corners.map(|[i, j]| node(i, j, 0)));
         }
         for ring in 0..self.along - self.half {
             for [[a, b], [c, d]] in rim(half, quarter) {

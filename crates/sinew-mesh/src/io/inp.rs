@@ -259,10 +259,9 @@ impl Model {
             true => block.required("NSET", "NSET=… with the name of the set")?,
             false => block.required("ELSET", "ELSET=… with the name of the set")?,
         };
-        if let Some(other) = block
-            .name("INSTANCE")
-            .filter(|other| self.instance.as_ref().is_none_or(|name| name.key != other.key))
-        {
+        let is_other =
+            |other: &Name| self.instance.as_ref().is_none_or(|name| name.key != other.key);
+        if let Some(other) = block.name("INSTANCE").filter(is_other) {
             return Err(head(Problem::expected("the name of the file's instance", other.shown)));
         }
         if let (true, Some(elset)) = (of_nodes, block.option("ELSET")) {

@@ -129,16 +129,13 @@ impl Sets {
         instance: Option<&Name>,
     ) -> Result<BTreeMap<String, Vec<usize>>, Problem> {
         let mut named = BTreeMap::new();
-        let both: Vec<String> = self
-            .sets
-            .keys()
-            .filter(|key| key.0 == Scope::Assembly)
-            .map(|key| key.1.clone())
-            .collect();
+        let of_assembly = self.sets.keys().filter(|key| key.0 == Scope::Assembly);
+        let of_assembly: Vec<String> = of_assembly.map(|key| key.1.clone()).collect();
         for ((scope, key), (mut shown, mut members)) in self.sets {
             members.sort_unstable();
             members.dedup();
-            if let (Scope::Part, true, Some(instance)) = (scope, both.contains(&key), instance) {
+            let is_twice = of_assembly.contains(&key);
+            if let (Scope::Part, true, Some(instance)) = (scope, is_twice, instance) {
                 shown = format!("{}.{shown}", instance.shown);
             }
             if shown.is_empty() || named.insert(shown.clone(), members).is_some() {

@@ -66,11 +66,8 @@ impl<'m, const N: usize> Places<'m, N> {
             }
             Rule::Not(inner) => {
                 let mut chosen = self.choose(inner)?;
-                chosen
-                    .nodes
-                    .iter_mut()
-                    .chain(&mut chosen.facets)
-                    .for_each(|chosen| *chosen = !*chosen);
+                let all = chosen.nodes.iter_mut().chain(&mut chosen.facets);
+                all.for_each(|one| *one = !*one);
                 Ok(chosen)
             }
             Rule::Facing { degrees, .. } => {
