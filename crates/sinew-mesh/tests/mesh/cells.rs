@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 use sinew_mesh::{
-    Element, Facet, Mesh, QuadraticTriangleMesh, SLIVER_ANGLE, TetMesh, TriangleMesh,
-    box_tetrahedra, min_dihedral_angle, quality, repair_orientation, slivers, volume_ratio,
+    Element, Facet, Mesh, SLIVER_ANGLE, TetMesh, TriangleMesh, box_tetrahedra, min_dihedral_angle,
+    quality, repair_orientation, slivers, volume_ratio,
 };
 
 const ALL: [&Element; 5] = [

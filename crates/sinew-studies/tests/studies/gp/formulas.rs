@@ -80,7 +80,7 @@ fn lines_come_near_the_solutions() {
 }
 
 #[test]
-fn it_vanishes_on_all_edges_and_satisfies_the_equation() {
+fn a_pentagons_solution_vanishes_on_all_edges_and_satisfies_the_equation() {
     let solution = Pentagon::solve();
     assert!(solution.bound < 1e-8, "{:e}", solution.bound);
     let corners = corners();
