@@ -124,10 +124,8 @@ fn check_nodes(grid: &UnstructuredGrid, cell: usize, number: Option<usize>) -> R
     let Some(expected) = number else {
         return Ok(nodes.chunks(1).try_for_each(|node| check_cell(cell, node, total))?);
     };
-    if nodes.len() != expected {
-        let what = format!("nodes of cell {cell}, a {}", cell_type(grid.types[cell]).0);
-        return Err(Problem::Count { what, expected, found: nodes.len() });
-    }
+    let what = || format!("nodes of cell {cell}, a {}", cell_type(grid.types[cell]).0);
+    Problem::require_count(what, expected, nodes.len())?;
     Ok(check_cell(cell, nodes, total)?)
 }
 

@@ -2,6 +2,7 @@
 
 use super::number::NumberType;
 use crate::{FieldValues, Place, Problem};
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 /// Place and reason of a file that cannot be read.
@@ -62,6 +63,37 @@ impl Problem {
         found: impl ToString,
     ) -> Result<(), Self> {
         before.map_or(Ok(()), |_| Err(Self::expected(expected, found.to_string())))
+    }
+
+    /// Requires bytes that a declared count needs.
+    pub(super) fn require_bytes(
+        what: &'static str,
+        needed: u128,
+        available: usize,
+    ) -> Result<(), Self> {
+        let enough = needed <= available as u128;
+        enough.then_some(()).ok_or(Problem::CutOff { what, needed, available })
+    }
+
+    /// Requires an integer within bounds.
+    pub(super) fn require_within(
+        what: &'static str,
+        value: i64,
+        bounds: RangeInclusive<i64>,
+    ) -> Result<(), Self> {
+        let (&least, &most) = (bounds.start(), bounds.end());
+        let inside = bounds.contains(&value);
+        inside.then_some(()).ok_or(Problem::Range { what, value, least, most })
+    }
+
+    /// Requires a count to be what another one says.
+    pub(super) fn require_count(
+        what: impl FnOnce() -> String,
+        expected: usize,
+        found: usize,
+    ) -> Result<(), Self> {
+        let equal = expected == found;
+        equal.then_some(()).ok_or_else(|| Problem::Count { what: what(), expected, found })
     }
 
     /// Content of a kind that cannot be read, and the advice what to do.
@@ -189,10 +221,7 @@ impl<'a> Cursor<'a> {
     /// The next `count` bytes.
     pub(super) fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], Problem> {
         self.item = self.position;
-        if count > self.remaining() {
-            let available = self.remaining();
-            return Err(Problem::CutOff { what, needed: count as u128, available });
-        }
+        Problem::require_bytes(what, count as u128, self.remaining())?;
         let taken = &self.rest()[..count];
         self.position += count;
         Ok(taken)
@@ -206,15 +235,12 @@ impl<'a> Cursor<'a> {
         count: usize,
         what: &'static str,
     ) -> Result<FieldValues, Problem> {
-        let available = self.remaining();
         let needed = match self.encoding {
             // A digit and a separator each, which only the last may lack.
             Encoding::Text => (2 * count as u128).saturating_sub(1),
             Encoding::Binary(_) => count as u128 * kind.size() as u128,
         };
-        if needed > available as u128 {
-            return Err(Problem::CutOff { what, needed, available });
-        }
+        Problem::require_bytes(what, needed, self.remaining())?;
         match self.encoding {
             Encoding::Binary(endian) => {
                 let bytes = self.take(count * kind.size(), what)?;
@@ -270,7 +296,7 @@ impl<'a> Cursor<'a> {
     /// One integer that counts something.
     pub(super) fn count(&mut self, kind: NumberType, what: &'static str) -> Result<usize, Problem> {
         let value = self.integer(kind, what)?;
-        let most = i64::MAX;
-        usize::try_from(value).map_err(|_| Problem::Range { what, value, least: 0, most })
+        Problem::require_within(what, value, 0..=i64::MAX)?;
+        Ok(value as usize)
     }
 }

@@ -136,10 +136,7 @@ impl Gmsh<'_> {
         rows: usize,
     ) -> Result<(), Problem> {
         // gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
-        if !(1..=9).contains(&components) {
-            let (what, value) = ("the number of components", components as i64);
-            return Err(Problem::Range { what, value, least: 1, most: 9 });
-        }
+        Problem::require_within("the number of components", components as i64, 1..=9)?;
         let total = if of_nodes { self.grid.points.len() } else { self.grid.types.len() };
         let mut values = vec![f64::NAN; total.saturating_mul(components)];
         let mut seen = vec![false; total];
@@ -166,10 +163,8 @@ impl Gmsh<'_> {
             self.grid.left_out.push(what);
             return Ok(());
         }
-        if found != expected {
-            let what = format!("rows of `{}`", name.escape_debug());
-            return Err(Problem::Count { what, expected, found });
-        }
+        let what = || format!("rows of `{}`", name.escape_debug());
+        Problem::require_count(what, expected, found)?;
         let field = Field { components, values: FieldValues::Float(values) };
         let fields =
             if of_nodes { &mut self.grid.point_fields } else { &mut self.grid.cell_fields };

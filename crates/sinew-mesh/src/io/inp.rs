@@ -200,10 +200,8 @@ impl Model {
     /// An element's number and its nodes, which stand in the order of VTK.
     fn element(&mut self, name: &str, kind: Kind, record: &[i64]) -> Result<(), Problem> {
         let (id, nodes) = (record[0], &record[1..]);
-        if nodes.len() != kind.nodes {
-            let what = format!("nodes of element {id}, a {name}");
-            return Err(Problem::Count { what, expected: kind.nodes, found: nodes.len() });
-        }
+        let what = || format!("nodes of element {id}, a {name}");
+        Problem::require_count(what, kind.nodes, nodes.len())?;
         let index = |node: &i64| match self.nodes.ids.get(node) {
             Some(&index) => Ok(index as i64),
             None => {

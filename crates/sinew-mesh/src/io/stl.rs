@@ -45,11 +45,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
 fn binary(bytes: &[u8], triangles: &mut Triangles) -> Result<(), Problem> {
     let count = declared(bytes).unwrap_or(0);
     let body = bytes.get(HEAD..).unwrap_or_default();
-    if body.len() < count.saturating_mul(TRIANGLE) {
-        let (what, needed) = ("triangles", count as u128 * TRIANGLE as u128);
-        let available = body.len();
-        return Err(Problem::CutOff { what, needed, available });
-    }
+    Problem::require_bytes("triangles", count as u128 * TRIANGLE as u128, body.len())?;
     triangles.grid.points_at.byte = HEAD;
     triangles.grid.cells_at.byte = HEAD;
     for triangle in body.chunks_exact(TRIANGLE).take(count) {

@@ -50,10 +50,7 @@ impl Reader<'_> {
             return Err(Problem::Missing { expected: "a POINTS section" });
         }
         let (expected, found) = (self.grid.ends.len(), self.grid.types.len());
-        if expected != found {
-            return Err(Problem::Count { what: "CELL_TYPES".into(), expected, found });
-        }
-        Ok(())
+        Problem::require_count(|| "CELL_TYPES".into(), expected, found)
     }
 
     fn header(&mut self) -> Result<(), Problem> {
@@ -124,9 +121,7 @@ impl Reader<'_> {
             Owner::Cells(rows) => ("CELL_DATA", rows),
         };
         let found = self.cursor.parse("the number of rows")?;
-        if found != expected {
-            return Err(Problem::Count { what: format!("rows of {section}"), expected, found });
-        }
+        Problem::require_count(|| format!("rows of {section}"), expected, found)?;
         self.attributes_of = Some(owner);
         Ok(())
     }
@@ -165,10 +160,7 @@ impl Reader<'_> {
             ends.push(nodes.len());
             rest = &tail[cell.len()..];
         }
-        if ends.len() != count {
-            let what = "cells in the cell list".into();
-            return Err(Problem::Count { what, expected: count, found: ends.len() });
-        }
+        Problem::require_count(|| "cells in the cell list".into(), count, ends.len())?;
         Ok(CellList { ends, nodes, at })
     }
 
@@ -277,10 +269,8 @@ impl Reader<'_> {
                 continue;
             };
             let (Owner::Points(expected) | Owner::Cells(expected)) = owner;
-            if rows != expected {
-                let what = format!("rows of array `{}`", name.escape_debug());
-                return Err(Problem::Count { what, expected, found: rows });
-            }
+            let what = || format!("rows of array `{}`", name.escape_debug());
+            Problem::require_count(what, expected, rows)?;
             self.array(name, components, kind, owner)?;
         }
         Ok(())
