@@ -317,12 +317,8 @@ impl<'a> Parser<'a> {
     }
 
     fn points(&mut self, field: &Field) -> Result<(), Problem> {
-        let (expected, found) = (3, field.components);
-        let points = field.to_vectors().ok_or_else(|| Problem::Count {
-            what: "components of points".into(),
-            expected,
-            found,
-        })?;
+        Problem::require_count(|| "components of points".into(), 3, field.components)?;
+        let points = field.to_vectors().unwrap_or_default();
         (self.grid.points, self.grid.points_at) = (points, Place::at(self.item));
         Ok(())
     }
