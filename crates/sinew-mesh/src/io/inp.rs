@@ -178,10 +178,8 @@ impl Model {
         let mut record: Vec<i64> = Vec::new();
         for &(at, line) in &block.lines {
             for word in fields(line).filter(|word| !word.is_empty()) {
-                record.push(
-                    number(word, "the number of an element and those of its nodes")
-                        .map_err(|problem| (at, problem))?,
-                );
+                let expected = "the number of an element and those of its nodes";
+                record.push(number(word, expected).map_err(|problem| (at, problem))?);
             }
             // An element may take several lines.
             if record.len() > kind.nodes {

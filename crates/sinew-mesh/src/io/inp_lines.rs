@@ -2,7 +2,6 @@
 
 use super::cursor::{Cursor, Fault};
 use crate::Problem;
-use std::str::FromStr;
 
 /// A problem and the byte of its line.
 pub(super) type Wrong = (usize, Problem);
@@ -136,10 +135,9 @@ impl<'a> Block<'a> {
 
 /// A real number, as Fortran may write it (`1.5D-3`) too; one that is left out is zero.
 pub(super) fn real(word: &[u8]) -> Result<f64, Problem> {
-    let text = String::from_utf8_lossy(word);
-    match text.as_ref() {
-        "" => Ok(0.0),
-        text => f64::from_str(&text.replace(['d', 'D'], "e"))
-            .map_err(|_| Problem::expected("a coordinate", word)),
+    if word.is_empty() {
+        return Ok(0.0);
     }
+    let text = String::from_utf8_lossy(word).replace(['d', 'D'], "e");
+    text.parse().map_err(|_| Problem::expected("a coordinate", word))
 }

@@ -98,10 +98,8 @@ impl Sets {
             return Err(Problem::expected("a range that ascends by a positive step", found));
         }
         let inside = self.ids.range(first..=last);
-        Ok(inside
-            .filter(|(id, _)| (**id).abs_diff(first) % step.unsigned_abs() == 0)
-            .map(|(_, &index)| index)
-            .collect())
+        let on_step = |id: i64| id.abs_diff(first) % step.unsigned_abs() == 0;
+        Ok(inside.filter(|(id, _)| on_step(**id)).map(|(_, &index)| index).collect())
     }
 
     /// Members, in any order, of a word: the number of a node or element or the name of a set, optionally after the

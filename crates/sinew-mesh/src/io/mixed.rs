@@ -42,11 +42,8 @@ impl MixedMesh {
         if nodes == 0 || !indices.len().is_multiple_of(nodes) {
             let what = format!("indices of a cell of {nodes} nodes");
             let found = indices.len() % nodes.max(1);
-            return Err(MeshError::Cells(Box::new(Problem::Count {
-                what,
-                expected: nodes,
-                found,
-            })));
+            let problem = Problem::Count { what, expected: nodes, found };
+            return Err(MeshError::Cells(Box::new(problem)));
         }
         let grid = &mut self.0;
         let first = grid.types.len();
