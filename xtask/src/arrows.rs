@@ -1,8 +1,10 @@
 //! The table of crates in docs/architecture.md, held against `cargo metadata` in both directions: what a crate
-//! depends on is listed, and what is listed is depended on. A new crate is a new row there and nothing here.
+//! depends on is listed, and what is listed is depended on. A new crate is a new row there and nothing here. A crate that is compiled
+//! without tests has none.
 
+use crate::words;
 use anyhow::{Context, Result, bail, ensure};
-use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
+use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, Target};
 use std::collections::{BTreeMap, BTreeSet};
 
 const TABLE: &str = "docs/architecture.md";
@@ -34,7 +36,9 @@ pub(crate) fn check() -> Result<()> {
     let ours: BTreeSet<&str> = packages.iter().map(|package| package.name.as_str()).collect();
     let actual = packages.iter().map(|&package| (package.name.to_string(), row(package, &ours)));
     let mut wrong = differences(&table, &actual.collect());
+    let mut unrun = Vec::new();
     for package in packages {
+        unrun.extend(never_run(package, &metadata)?);
         let tree = normal_tree(&metadata, package);
         for heavy in HEAVY.iter().filter(|heavy| tree.contains(**heavy)) {
             let through = |(other, below): &(&str, &str)| {
@@ -53,8 +57,35 @@ pub(crate) fn check() -> Result<()> {
     if !wrong.is_empty() {
         bail!("the crates and the table of {TABLE} differ:\n  {}", wrong.join("\n  "));
     }
+    if !unrun.is_empty() {
+        bail!(
+            "tests of crates that are compiled without them (`test = false`) never run; move them to the crate's `tests`:\n  {}",
+            unrun.join("\n  ")
+        );
+    }
     eprintln!("dependency arrows: {} crates are as {TABLE} says", table.len());
     Ok(())
+}
+
+/// Places of tests in the sources of a library that is compiled without tests.
+fn never_run(package: &Package, metadata: &Metadata) -> Result<Vec<String>> {
+    let untested = |target: &Target| !target.test && target.src_path.ends_with("src/lib.rs");
+    let mut found = Vec::new();
+    if package.targets.iter().any(untested) {
+        for path in words::files(vec![package.manifest_path.with_file_name("src").into()])? {
+            let text = std::fs::read_to_string(&path)?;
+            let name = path.strip_prefix(&metadata.workspace_root).unwrap_or(&path).display();
+            found.extend(tests(&text).map(|line| format!("{name}:{line}")));
+        }
+    }
+    Ok(found)
+}
+
+/// Lines of Rust that a test, or code for tests alone, begins with; from 1.
+fn tests(text: &str) -> impl Iterator<Item = usize> {
+    const STARTS: [&str; 4] = ["#[test]", "#[cfg(test", "#[cfg(all(test", "#[cfg(any(test"];
+    let begins = |line: &str| STARTS.iter().any(|start| line.trim_start().starts_with(start));
+    text.lines().enumerate().filter_map(move |(at, line)| begins(line).then_some(at + 1))
 }
 
 /// Rows of the table by the name of the package; `num` in a row stands for `sinew-num`.
@@ -199,6 +230,14 @@ mod tests {
         let table = rows(TEXT).unwrap();
         assert!(reaches(&table, "sinew-top", "faer") && !reaches(&table, "sinew-num", "faer"));
         assert!(!reaches(&table, "sinew-top", "burn"));
+    }
+
+    #[test]
+    fn lines_of_tests_are_found() {
+        let text =
+            "fn a() {}\n\n#[cfg(test)]\nmod tests {\n    #[test]\n    fn b() {}\n}\n/// #[test]\n";
+        assert_eq!(tests(text).collect::<Vec<_>>(), [3, 5]);
+        assert!(tests("#[cfg(target_os = \"linux\")]\nfn a() {}\n").next().is_none());
     }
 
     #[test]

@@ -67,7 +67,7 @@ enum Task {
     Measure(Options),
     /// Format, lints, documentation, dependency arrows, circles of imports, walks and tests: what continuous integration runs
     Ci,
-    /// Compare the crates' dependencies with the table in docs/architecture.md
+    /// Compare the crates' dependencies with the table in docs/architecture.md, and find tests that never run
     Arrows,
     /// Find words and sentences that the style guide replaces
     Words,

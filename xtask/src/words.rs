@@ -25,7 +25,8 @@ pub(crate) fn check() -> Result<()> {
     let paraphrases = paraphrases(&style);
     ensure!(!paraphrases.is_empty(), "{STYLE} has no glossary with paraphrases in quotation marks");
     let mut found: [Vec<String>; 3] = Default::default();
-    for path in files(&root)? {
+    let parts = ["crates", "docs", "fixtures", "tests", "xtask", "README.md", "CHANGELOG.md"];
+    for path in files(parts.map(|part| root.join(part)).into())? {
         let text = std::fs::read_to_string(&path)?;
         let name = path.strip_prefix(&root).unwrap_or(&path).display().to_string();
         let place = |line: usize, what: &str| format!("{name}:{}: {what}", line + 1);
@@ -56,12 +57,8 @@ pub(crate) fn check() -> Result<()> {
     if wrong.is_empty() { Ok(()) } else { bail!("{}", wrong.join("\n")) }
 }
 
-/// Sources and Markdown of the repository, in order.
-fn files(root: &Path) -> Result<Vec<PathBuf>> {
-    let mut open: Vec<PathBuf> =
-        ["crates", "docs", "fixtures", "tests", "xtask", "README.md", "CHANGELOG.md"]
-            .map(|part| root.join(part))
-            .into();
+/// Sources and Markdown below folders, in order.
+pub(crate) fn files(mut open: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     while let Some(path) = open.pop() {
         if path.is_dir() {

@@ -79,16 +79,14 @@ pub(crate) fn check_cell(cell: usize, raw: &[i64], nodes: usize) -> Result<(), D
     Ok(())
 }
 
-fn check_fields(fields: &BTreeMap<String, Field>, rows: usize) -> Result<(), Defect> {
-    fields.iter().try_for_each(|(name, field)| check_field(name, field, rows))
-}
-
-pub(crate) fn check_field(name: &str, field: &Field, rows: usize) -> Result<(), Defect> {
-    let (components, values) = (field.components, field.values.len());
-    if components > 0 && components.checked_mul(rows) == Some(values) {
-        return Ok(());
+pub(crate) fn check_fields(fields: &BTreeMap<String, Field>, rows: usize) -> Result<(), Defect> {
+    for (name, field) in fields {
+        let (components, values) = (field.components, field.values.len());
+        if components == 0 || components.checked_mul(rows) != Some(values) {
+            return Err(Defect::FieldSize { field: name.clone(), values, rows, components });
+        }
     }
-    Err(Defect::FieldSize { field: name.into(), values, rows, components })
+    Ok(())
 }
 
 fn check_sets(sets: &BTreeMap<String, Vec<usize>>, limit: usize) -> Result<(), Defect> {
@@ -103,42 +101,4 @@ fn check_member(set: &str, index: usize, limit: usize) -> Result<(), Defect> {
         return Ok(());
     }
     Err(Defect::SetMember { set: set.into(), index, limit })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Facet, TetMesh};
-
-    #[test]
-    fn each_rule_is_checked() {
-        let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let new = TetMesh::new;
-        let error = new(corners.clone(), vec![[0, 1, 2, 4]]).unwrap_err();
-        assert_eq!(error, Defect::NodeOutOfRange { cell: 0, node: 4, nodes: 4 });
-        let error = new(corners.clone(), vec![[0, 1, 2, 1]]).unwrap_err();
-        assert_eq!(error, Defect::RepeatedNode { cell: 0, node: 1 });
-        let mut broken = corners.clone();
-        broken[2][1] = f64::NAN;
-        assert!(matches!(new(broken, vec![]), Err(Defect::NotFinite { node: 2, .. })));
-
-        let good = new(corners, vec![[0, 1, 2, 3]]).unwrap();
-        let broken_by = |change: fn(&mut TetMesh)| {
-            let mut mesh = good.clone();
-            change(&mut mesh);
-            mesh.check().unwrap_err()
-        };
-        let field = broken_by(|m| {
-            m.point_fields.insert("u".into(), Field::scalars(vec![0.0; 3]));
-        });
-        assert!(matches!(field, Defect::FieldSize { values: 3, rows: 4, .. }));
-        let set = broken_by(|m| {
-            m.node_sets.insert("s".into(), vec![4]);
-        });
-        assert!(matches!(set, Defect::SetMember { index: 4, limit: 4, .. }));
-        let facet = broken_by(|m| {
-            m.facet_sets.insert("f".into(), vec![Facet { cell: 0, opposite: 4 }]);
-        });
-        assert!(matches!(facet, Defect::SetMember { index: 4, limit: 4, .. }));
-    }
 }

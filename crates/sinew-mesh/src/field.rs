@@ -136,28 +136,3 @@ impl<const N: usize> Mesh<N> {
         Ok((0..numbers.len()).filter(|&node| numbers[node] != 0.0).collect())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::box_tetrahedra;
-
-    #[test]
-    fn fields_convert_to_rows() {
-        let field = Field::vectors(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
-        assert_eq!(field.rows(), 2);
-        assert_eq!(field.to_vectors::<3>(), Some(vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]));
-        assert_eq!(field.to_vectors::<2>(), None);
-        assert_eq!(field.select(&[1, 1]).to_f64(), [4.0, 5.0, 6.0, 4.0, 5.0, 6.0].as_slice());
-        assert_eq!(Field::labels(vec![3, -1]).to_f64(), [3.0, -1.0].as_slice());
-    }
-
-    #[test]
-    fn markers_become_sets() {
-        let mut mesh = box_tetrahedra([1.0; 3], [1; 3]);
-        mesh.point_fields.insert("clamped".into(), Field::labels(vec![0, 1, 0, 0, 0, -2, 0, 0]));
-        assert_eq!(mesh.nodes_where_nonzero("clamped"), Ok(vec![1, 5]));
-        let error = mesh.nodes_where_nonzero("fixed").unwrap_err();
-        assert!(error.to_string().contains("clamped"), "{error}");
-    }
-}

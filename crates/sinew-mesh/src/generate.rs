@@ -115,13 +115,8 @@ fn grid_points<const D: usize, const N: usize>(
     );
     let nodes = cells.map(|n| n + 1);
     let stride: [usize; D] = std::array::from_fn(|axis| nodes[..axis].iter().product());
-    let position = |at: [usize; D]| {
-        let mut point = [0.0; 3];
-        for axis in 0..D {
-            point[axis] = grid_coordinate(at[axis], cells[axis], extent[axis]);
-        }
-        point
-    };
+    let along = |at: [usize; D], i: usize| grid_coordinate(at[i], cells[i], extent[i]);
+    let position = |at| std::array::from_fn(|axis| if axis < D { along(at, axis) } else { 0.0 });
     let points = grid(nodes).map(position).collect();
     (Mesh { points, ..Mesh::default() }, stride)
 }
@@ -149,84 +144,5 @@ fn name_sides<const D: usize, const N: usize>(mesh: &mut Mesh<N>, extent: [f64; 
         for (end, level) in [("min", 0.0), ("max", extent[axis])] {
             mesh.name_side(&boundary, &format!("{}_{end}", AXES[axis]), |x| x[axis] == level);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Facet, enclosed_volume};
-
-    /// A solid whose cells are positive at and between their nodes, fit together (what is not shared
-    /// is on a named side) and fill what the boundary encloses. Returns its volume.
-    pub(super) fn assert_sound<const N: usize>(mesh: &Mesh<N>) -> f64 {
-        assert_eq!(mesh.check(), Ok(()));
-        let element = Mesh::<N>::ELEMENT;
-        let centre: [f64; 3] = std::array::from_fn(|axis| {
-            element.nodes.iter().map(|at| at[axis]).sum::<f64>() / N as f64
-        });
-        for cell in 0..mesh.cells.len() {
-            for node in element.nodes {
-                for way in [0.0, 0.4, 0.8, 1.0] {
-                    let at = std::array::from_fn(|i| way * node[i] + (1.0 - way) * centre[i]);
-                    assert!(mesh.jacobian(cell, at) > 0.0, "cell {cell} at {at:?}");
-                }
-            }
-        }
-        let boundary = boundary_facets(mesh);
-        let mut named: Vec<Facet> = mesh.facet_sets.values().flatten().copied().collect();
-        named.sort_unstable();
-        assert_eq!(named, boundary);
-        let volume: f64 = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).sum();
-        assert!((enclosed_volume(mesh, &boundary) / volume - 1.0).abs() < 1e-12);
-        volume
-    }
-
-    #[test]
-    fn hexahedra_fill_the_box() {
-        let mesh = box_hexahedra([2.0, 3.0, 4.0], [2, 1, 3]);
-        assert!((assert_sound(&mesh) - 24.0).abs() < 1e-13);
-        assert_eq!(mesh.points, box_tetrahedra([2.0, 3.0, 4.0], [2, 1, 3]).points);
-        assert_eq!(mesh.cells[0], [0, 1, 4, 3, 6, 7, 10, 9]);
-        assert_eq!(mesh.facet_sets["z_max"], [4, 5].map(|cell| Facet { cell, opposite: 5 }));
-    }
-
-    #[test]
-    fn the_first_grid_cell_is_split_as_published() {
-        let mesh = box_tetrahedra([2.0, 3.0, 4.0], [2, 1, 1]);
-        assert_eq!(mesh.points[0], [0.0, 0.0, 0.0]);
-        assert_eq!(mesh.points[1], [1.0, 0.0, 0.0]);
-        assert_eq!(mesh.points[3], [0.0, 3.0, 0.0]);
-        assert_eq!(mesh.points[6], [0.0, 0.0, 4.0]);
-        // Walks 0 -> 10 over strides 1, 3, 6; odd axis orders have vertices 1 and 2 swapped.
-        let expected = [
-            [0, 1, 4, 10],
-            [0, 7, 1, 10],
-            [0, 4, 3, 10],
-            [0, 3, 9, 10],
-            [0, 6, 7, 10],
-            [0, 9, 6, 10],
-        ];
-        assert_eq!(mesh.cells[..6], expected);
-    }
-
-    #[test]
-    fn simplices_fill_the_box_and_the_rectangle() {
-        assert!((assert_sound(&box_tetrahedra([10.0, 1.0, 2.0], [5, 2, 3])) - 20.0).abs() < 1e-12);
-        let plate = rectangle_triangles([3.0, 2.0], [4, 3]);
-        let area: f64 = (0..plate.cells.len()).map(|c| plate.cell_volume(c)).sum();
-        assert!((area - 6.0).abs() < 1e-13);
-    }
-
-    #[test]
-    fn sides_are_complete() {
-        let mesh = box_tetrahedra([1.0, 1.0, 1.0], [2, 3, 4]);
-        assert_eq!(mesh.node_sets["x_min"].len(), 4 * 5);
-        assert_eq!(mesh.node_sets["z_max"].len(), 3 * 4);
-        assert_eq!(mesh.facet_sets["x_max"].len(), 2 * 3 * 4);
-        assert_eq!(mesh.facet_sets["y_min"].len(), 2 * 2 * 4);
-        let plate = rectangle_triangles([1.0, 1.0], [2, 3]);
-        assert_eq!(plate.facet_sets["x_min"].len(), 3);
-        assert_eq!(plate.node_sets.len(), 4);
     }
 }

@@ -115,25 +115,21 @@ fn edge_ends<const N: usize>(mesh: &Mesh<N>) -> Vec<[usize; 2]> {
 
 /// A point field with a row for each edge behind its rows.
 fn averaged(field: &Field, ends: &[[usize; 2]]) -> Field {
-    let width = field.components;
-    fn extended<T: Copy>(
-        values: &[T],
-        ends: &[[usize; 2]],
-        width: usize,
-        between: impl Fn(T, T) -> T,
-    ) -> Vec<T> {
-        let rows = ends.iter().flat_map(|&[a, b]| {
-            (0..width).map(move |i| (values[a * width + i], values[b * width + i]))
-        });
-        values.iter().copied().chain(rows.map(|(a, b)| between(a, b))).collect()
-    }
-    let values = match &field.values {
-        FieldValues::Float(v) => {
-            FieldValues::Float(extended(v, ends, width, |a, b| 0.5 * a + 0.5 * b))
-        }
-        FieldValues::Integer(v) => FieldValues::Integer(extended(v, ends, width, i64::min)),
+    let at = |end: usize| {
+        let nodes: Vec<usize> = ends.iter().map(|edge| edge[end]).collect();
+        field.select(&nodes).values
     };
-    Field { components: width, values }
+    let mut field = field.clone();
+    match (&mut field.values, at(0), at(1)) {
+        (FieldValues::Float(all), FieldValues::Float(a), FieldValues::Float(b)) => {
+            all.extend(a.iter().zip(&b).map(|(a, b)| 0.5 * a + 0.5 * b));
+        }
+        (FieldValues::Integer(all), FieldValues::Integer(a), FieldValues::Integer(b)) => {
+            all.extend(a.iter().zip(b).map(|(&a, b)| a.min(b)));
+        }
+        _ => unreachable!("a selection has the number type of its field"),
+    }
+    field
 }
 
 fn lifted_sets<const N: usize, const M: usize>(
@@ -178,61 +174,4 @@ fn without_middle_nodes<const M: usize, const N: usize>(mesh: &Mesh<M>) -> Mesh<
     };
     remove_unused_nodes(&mut linear);
     linear
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{box_tetrahedra, rectangle_triangles};
-
-    #[test]
-    fn middle_nodes_are_shared_and_in_place() {
-        let linear = box_tetrahedra([2.0, 3.0, 1.0], [2, 2, 3]);
-        let mesh = linear.quadratic();
-        assert_eq!(mesh.check(), Ok(()));
-        // The middles of Kuhn's tetrahedra are the nodes of the grid with half the step.
-        assert_eq!(mesh.points.len(), 5 * 5 * 7);
-        assert_eq!(mesh.points[..linear.points.len()], linear.points);
-        for cell in 0..mesh.cells.len() {
-            assert!((mesh.cell_volume(cell) - linear.cell_volume(cell)).abs() < 1e-14);
-        }
-        for (side, on_side) in [("x_min", 0), ("y_max", 1), ("z_min", 2)] {
-            let level = if side.ends_with("max") { 3.0 } else { 0.0 };
-            let expected = (0..mesh.points.len()).filter(|&n| mesh.points[n][on_side] == level);
-            assert_eq!(mesh.node_sets[side], expected.collect::<Vec<_>>(), "{side}");
-            assert_eq!(mesh.nodes_of_facets(&mesh.facet_sets[side]), mesh.node_sets[side]);
-        }
-    }
-
-    #[test]
-    fn sets_and_fields_are_lifted() {
-        let mut linear = rectangle_triangles([2.0, 1.0], [2, 1]);
-        // An edge along the boundary, one across the inside, and the corners of a cell.
-        linear.node_sets.insert("edge".into(), vec![0, 1]);
-        linear.node_sets.insert("across".into(), vec![1, 4]);
-        linear.node_sets.insert("cell".into(), vec![0, 1, 4]);
-        linear.point_fields.insert("x".into(), Field::scalars(vec![0.0, 1.0, 2.0, 0.0, 1.0, 2.0]));
-        linear.point_fields.insert("mark".into(), Field::labels(vec![1, 1, 0, 0, 0, 0]));
-        let mesh = linear.quadratic();
-        assert_eq!(mesh.check(), Ok(()));
-        assert_eq!(["edge", "across", "cell"].map(|set| mesh.node_sets[set].len()), [3, 2, 6]);
-        let x = mesh.point_fields["x"].to_f64();
-        assert!(x.iter().zip(&mesh.points).all(|(x, point)| *x == point[0]));
-        assert_eq!(mesh.nodes_where_nonzero("mark").unwrap(), mesh.node_sets["edge"]);
-        assert_eq!(mesh.linear(), linear);
-    }
-
-    #[test]
-    fn curved_cells_have_their_exact_volume() {
-        // x ↦ x + x²/4 on the unit square and box: area and volume 5/4.
-        let bend = |[x, y, z]: [f64; 3]| [x + 0.25 * x * x, y + 0.1 * x * x, z];
-        let mut plate = rectangle_triangles([1.0, 1.0], [2, 2]).quadratic();
-        plate.map_points(bend);
-        let area: f64 = (0..plate.cells.len()).map(|cell| plate.cell_volume(cell)).sum();
-        assert!((area - 1.25).abs() < 1e-14);
-        let mut block = box_tetrahedra([1.0; 3], [1; 3]).quadratic();
-        block.map_points(bend);
-        let volume: f64 = (0..block.cells.len()).map(|cell| block.cell_volume(cell)).sum();
-        assert!((volume - 1.25).abs() < 1e-14);
-    }
 }

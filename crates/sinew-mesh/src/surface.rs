@@ -1,6 +1,8 @@
 //! Surfaces of tetrahedral meshes.
 
-use crate::{Element, Facet, Mesh, QuadraturePoint, TetMesh, TriangleMesh};
+use crate::{
+    Element, Facet, Field, Mesh, QuadraturePoint, TetMesh, TriangleMesh, remove_unused_nodes,
+};
 use nalgebra::Vector3;
 
 /// A surface with the node numbers of its tetrahedral mesh.
@@ -23,27 +25,18 @@ pub struct Surface {
 /// assert!((area - 18.0).abs() < 1e-12);
 /// ```
 pub fn extract_surface(mesh: &TetMesh, facets: &[Facet]) -> Surface {
-    let nodes = mesh.nodes_of_facets(facets);
-    let mut new_index = vec![usize::MAX; mesh.points.len()];
-    nodes.iter().enumerate().for_each(|(new, &old)| new_index[old] = new);
     let owners: Vec<usize> = facets.iter().map(|facet| facet.cell).collect();
-    let triangle = |&facet: &Facet| mesh.facet_nodes(facet).map(|node| new_index[node]);
+    let of_owners = |(name, field): (&String, &Field)| (name.clone(), field.select(&owners));
     let mut surface = TriangleMesh {
-        points: nodes.iter().map(|&node| mesh.points[node]).collect(),
-        cells: facets.iter().map(triangle).collect(),
+        points: mesh.points.clone(),
+        cells: facets.iter().map(|&facet| mesh.facet_nodes(facet)).collect(),
+        node_sets: mesh.node_sets.clone(),
+        point_fields: mesh.point_fields.clone(),
+        cell_fields: mesh.cell_fields.iter().map(of_owners).collect(),
         ..TriangleMesh::default()
     };
-    for (name, set) in &mesh.node_sets {
-        let kept = set.iter().map(|&node| new_index[node]).filter(|&node| node != usize::MAX);
-        surface.node_sets.insert(name.clone(), kept.collect());
-    }
-    for (name, field) in &mesh.point_fields {
-        surface.point_fields.insert(name.clone(), field.select(&nodes));
-    }
-    for (name, field) in &mesh.cell_fields {
-        surface.cell_fields.insert(name.clone(), field.select(&owners));
-    }
-    Surface { mesh: surface, nodes }
+    remove_unused_nodes(&mut surface);
+    Surface { mesh: surface, nodes: mesh.nodes_of_facets(facets) }
 }
 
 /// The volume that facets enclose, by the divergence theorem N = ⅓ ∮ x·n dA [length unit
@@ -80,54 +73,5 @@ fn cone_volume<const N: usize>(mesh: &Mesh<N>, facet: Facet) -> f64 {
         4 => cone(&Mesh::<3>::shape([0.0; 3]), &Mesh::<3>::shape_derivatives([0.0; 3])) / 2.0,
         10 => Mesh::<6>::FINE_QUADRATURE.iter().map(triangle).sum(),
         _ => Mesh::<8>::QUADRATURE[..4].iter().map(quadrilateral).sum(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Field, boundary_facets, box_tetrahedra};
-
-    /// Rounding of sums of some hundred numbers near 1.
-    const ROUNDING: f64 = 1e-12;
-
-    #[test]
-    fn enclosed_volume_does_not_depend_on_the_origin() {
-        let mut mesh = box_tetrahedra([3.0, 2.0, 1.0], [3, 2, 2]);
-        let boundary = boundary_facets(&mesh);
-        assert!((enclosed_volume(&mesh, &boundary) - 6.0).abs() < ROUNDING);
-        mesh.points.iter_mut().for_each(|point| point[1] += 5.0);
-        assert!((enclosed_volume(&mesh, &boundary) - 6.0).abs() < 10.0 * ROUNDING);
-    }
-
-    #[test]
-    fn a_cavity_is_negative() {
-        let mut mesh = box_tetrahedra([3.0; 3], [3; 3]);
-        // The six tetrahedra of the grid cell in the middle.
-        let middle = 6 * (1 + 3 + 9);
-        mesh.cells.drain(middle..middle + 6);
-        let inside = |facet: &Facet| {
-            let nodes = mesh.facet_nodes(*facet);
-            nodes.iter().all(|&node| mesh.points[node].iter().all(|x| (1.0..=2.0).contains(x)))
-        };
-        let wall: Vec<Facet> = boundary_facets(&mesh).into_iter().filter(inside).collect();
-        assert_eq!(wall.len(), 12);
-        assert!((enclosed_volume(&mesh, &wall) + 1.0).abs() < ROUNDING);
-    }
-
-    #[test]
-    fn surfaces_carry_fields_and_sets() {
-        let mut mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
-        mesh.point_fields.insert("index".into(), Field::labels((0..12).collect()));
-        mesh.cell_fields.insert("cell".into(), Field::labels((0..12).collect()));
-        let facets = mesh.facet_sets["x_max"].clone();
-        let Surface { mesh: side, nodes } = extract_surface(&mesh, &facets);
-        assert_eq!(nodes, mesh.node_sets["x_max"]);
-        assert_eq!(side.check(), Ok(()));
-        assert_eq!(side.node_sets["x_max"], [0, 1, 2, 3]);
-        assert_eq!(side.node_sets["y_min"], [0, 2]);
-        assert_eq!(side.point_fields["index"].to_f64(), [2.0, 5.0, 8.0, 11.0].as_slice());
-        let owners: Vec<f64> = facets.iter().map(|facet| facet.cell as f64).collect();
-        assert_eq!(side.cell_fields["cell"].to_f64(), owners.as_slice());
     }
 }

@@ -115,33 +115,3 @@ impl Mat3<f64> {
         Mat3::from_fn(|i, j| variable(self[i][j], 3 * i + j))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const H: Mat3<f64> = Mat3([[0.1, -0.2, 0.05], [0.3, 0.2, -0.1], [0.02, 0.4, -0.15]]);
-
-    #[test]
-    fn expanded_invariants_agree_with_the_plain_ones() {
-        let f = H.plus_identity();
-        assert!((H.volume_change() - (f.determinant() - 1.0)).abs() < 1e-15);
-        assert!((H.first_invariant_minus_three() - (f.squared_norm() - 3.0)).abs() < 1e-15);
-        let (a, b) = ([1.0, 2.0, -0.5], [0.3, 0.1, 0.7]);
-        let (fa, fb) = (f.apply(&a), f.apply(&b));
-        let plain: f64 = (0..3).map(|i| fa[i] * fb[i] - a[i] * b[i]).sum();
-        assert!((H.strain_between(&a, &b) - plain).abs() < 1e-15);
-    }
-
-    #[test]
-    fn cofactors_invert_the_matrix() {
-        let m = Mat3::from_fn(|i, j| H[i][j] + if i == j { 2.0 } else { 0.0 });
-        for i in 0..3 {
-            for j in 0..3 {
-                let entry: f64 = (0..3).map(|k| m[i][k] * m.cofactor(j, k)).sum();
-                let expected = if i == j { m.determinant() } else { 0.0 };
-                assert!((entry - expected).abs() < 1e-14);
-            }
-        }
-    }
-}

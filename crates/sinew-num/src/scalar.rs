@@ -96,10 +96,21 @@ impl Scalar for f64 {
     }
 }
 
-/// Operators shared by the truncated Taylor types: sums, those with a plain number on the right, and
+/// Variables and operators shared by the truncated Taylor types: sums, those with a plain number on the right, and
 /// division through the reciprocal's chain rule.
 macro_rules! taylor_operators {
     ($name:ident) => {
+        impl<const N: usize> $name<N> {
+            /// The variable number `index`, at `value`.
+            ///
+            /// # Panics
+            /// If `index` is not below `N`.
+            pub fn variable(value: f64, index: usize) -> Self {
+                let mut result = Self::constant(value);
+                result.gradient[index] = 1.0;
+                result
+            }
+        }
         impl<const N: usize> std::ops::Add for $name<N> {
             type Output = Self;
             fn add(self, right: Self) -> Self {

@@ -18,16 +18,6 @@ impl<const N: usize> Slope<N> {
         Self { value, gradient: [0.0; N] }
     }
 
-    /// The variable number `index`, at `value`.
-    ///
-    /// # Panics
-    /// If `index` is not below `N`.
-    pub fn variable(value: f64, index: usize) -> Self {
-        let mut result = Self::constant(value);
-        result.gradient[index] = 1.0;
-        result
-    }
-
     /// `f(self)` from the value and first derivative of `f`; the second one is not needed.
     pub(crate) fn chain(mut self, f: f64, df: f64, _ddf: f64) -> Self {
         self.value = f;

@@ -57,28 +57,3 @@ pub fn add3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
 pub fn sub3(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| a[i] - b[i])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_sum_of_a_million_terms_keeps_its_digits() {
-        let terms = vec![0.1; 1_000_000];
-        // 20 halvings and 8 terms, of half a rounding each; one after the other they lose a factor of 1e5.
-        assert!((sum(&terms) / 1e5 - 1.0).abs() <= 14.0 * f64::EPSILON, "{}", sum(&terms));
-        assert!((terms.iter().sum::<f64>() / 1e5 - 1.0).abs() > 1000.0 * f64::EPSILON);
-        assert_eq!((sum(&[]), sum(&[1.0, 2.0, -4.0])), (0.0, -1.0));
-    }
-
-    #[test]
-    fn a_cross_product_is_normal_to_both_and_its_square_is_lagranges() {
-        let (a, b) = ([1.0, 2.0, 3.0], [-4.0, 5.0, 7.0]);
-        let normal = cross(&a, &b);
-        assert_eq!(normal, [-1.0, -19.0, 13.0]);
-        assert_eq!((dot3(&normal, &a), dot3(&normal, &b)), (0.0, 0.0));
-        assert_eq!(norm(&[3.0, -4.0]), 5.0);
-        assert_eq!(dot3(&normal, &normal), dot(&a, &a) * dot(&b, &b) - dot(&a, &b).powi(2));
-        assert_eq!((add3(&a, &b), sub3(&a, &b)), ([-3.0, 7.0, 10.0], [5.0, -3.0, -4.0]));
-    }
-}

@@ -251,32 +251,3 @@ fn row(outcome: &Outcome) -> String {
          {hopeless} | {hopeless_estimated} | {ms:.0} ms |"
     )
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::path::Path;
-
-    #[test]
-    fn estimates_hold_on_a_soft_block_and_a_balloon_beyond_its_limit() {
-        let folder = tempfile::tempdir().unwrap();
-        let all = bodies::all(Path::new("no such folder")).unwrap();
-        assert!(all.len() >= 12, "{}", all.len());
-        let options =
-            Options::try_parse_from(["coverage", "--recipe", "taylor,regression", "--cases", "12"]);
-        let options = Options { out: folder.path().into(), ..options.unwrap() };
-        for name in ["soft block", "balloon beyond its limit"] {
-            let (_, body) = all.iter().find(|(known, _)| known == name).unwrap();
-            let outcomes = of_body(&options, name, body).unwrap();
-            assert_eq!(outcomes.len(), 6);
-            for outcome in &outcomes {
-                println!("{}", row(outcome));
-                assert_eq!((outcome.understated(2.0), outcome.hopeless_estimated), (0, 0));
-            }
-            let sum = |of: fn(&Outcome) -> usize| outcomes.iter().map(of).sum::<usize>();
-            assert!(sum(|o| o.ratios.len()) > 0 && sum(|o| o.good) > 0);
-            assert!(50 * sum(|o| o.good_refused) <= sum(|o| o.good));
-            assert_eq!(name == "soft block", sum(|o| o.hopeless) == 0);
-        }
-    }
-}

@@ -141,12 +141,8 @@ impl Disk {
         };
         for [i, j] in grid([side; 2]) {
             let (i, j) = (start + i as i64, start + j as i64);
-            quads.push([
-                node(i, j, 0),
-                node(i + 1, j, 0),
-                node(i + 1, j + 1, 0),
-                node(i, j + 1, 0),
-            ]);
+            let corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
+            quads.push(corners.map(|[i, j]| node(i, j, 0)));
         }
         for ring in 0..self.along - self.half {
             for [[a, b], [c, d]] in rim(half, quarter) {
@@ -194,80 +190,4 @@ fn rim(half: i64, quarter: bool) -> Vec<[[i64; 2]; 2]> {
     let edges = (-half..half).flat_map(|k| (0..4).map(move |s| [along(k)[s], along(k + 1)[s]]));
     let inside = |edge: &[[i64; 2]; 2]| !quarter || edge.as_flattened().iter().all(|&at| at >= 0);
     edges.filter(inside).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::tests::assert_sound;
-    use super::*;
-    use crate::{enclosed_volume, quality};
-
-    /// Volume of an ellipsoid of revolution below z = base.
-    fn below_base(short: f64, long: f64, base: f64) -> f64 {
-        let antiderivative = |z: f64| z - z.powi(3) / (3.0 * long * long);
-        PI * short * short * (antiderivative(base) - antiderivative(-long))
-    }
-
-    #[test]
-    fn the_wall_fills_the_ellipsoid() {
-        let exact = below_base(10.0, 20.0, 5.0) - below_base(7.0, 17.0, 5.0);
-        for cells in [[1, 8, 2], [2, 16, 8], [3, 32, 16]] {
-            let wall = TruncatedEllipsoid::LAND.wall(cells);
-            let step = 8.0 / cells[1] as f64;
-            for volume in [assert_sound(&wall.tetrahedra()), assert_sound(&wall.hexahedra())] {
-                assert!((volume / exact - 1.0).abs() < 0.3 * step.powi(2), "{volume} {exact}");
-            }
-            let mesh = wall.quadratic_tetrahedra();
-            let volume = assert_sound(&mesh);
-            assert!((volume / exact - 1.0).abs() < 0.02 * step.powi(4), "{volume} {exact}");
-            let quarter = TruncatedEllipsoid::LAND.quarter_wall(cells).quadratic_tetrahedra();
-            assert!((4.0 * assert_sound(&quarter) / volume - 1.0).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn cells_keep_a_good_shape() {
-        let wall = TruncatedEllipsoid::LAND.wall([2, 24, 12]);
-        let summary = quality(&wall.tetrahedra()).unwrap();
-        assert!(summary.dihedral.min > 19.0, "{summary}");
-        assert!(summary.ratio.min > 0.36, "{summary}");
-    }
-
-    #[test]
-    fn nodes_lie_on_the_surfaces() {
-        let mesh = TruncatedEllipsoid::LAND.wall([2, 16, 6]).quadratic_tetrahedra();
-        for (name, short, long) in [("endo", 7.0, 17.0), ("epi", 10.0, 20.0)] {
-            for &node in &mesh.node_sets[name] {
-                let [x, y, z] = mesh.points[node];
-                let on = (x / short).powi(2) + (y / short).powi(2) + (z / long).powi(2);
-                assert!((on - 1.0).abs() < 1e-14, "{name} {node}");
-            }
-            let apex = &mesh.node_sets[&format!("apex_{name}")];
-            assert_eq!(apex.len(), 1);
-            assert_eq!(mesh.points[apex[0]], [0.0, 0.0, -long]);
-        }
-        let base = (0..mesh.points.len()).filter(|&node| mesh.points[node][2] == 5.0);
-        assert_eq!(mesh.node_sets["base"], base.collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn the_cavity_has_its_volume() {
-        let mut mesh = TruncatedEllipsoid::LAND.wall([1, 32, 16]).quadratic_tetrahedra();
-        mesh.map_points(|[x, y, z]| [x, y, z - 5.0]);
-        let cavity = -enclosed_volume(&mesh, &mesh.facet_sets["endo"]);
-        let exact = below_base(7.0, 17.0, 5.0);
-        assert!((cavity / exact - 1.0).abs() < 1e-4, "{cavity} {exact}");
-    }
-
-    #[test]
-    #[should_panic(expected = "multiple of 8")]
-    fn odd_numbers_around_are_refused() {
-        TruncatedEllipsoid::LAND.wall([1, 12, 4]);
-    }
-
-    #[test]
-    #[should_panic(expected = "does not cut the inner ellipsoid")]
-    fn a_base_above_the_ellipsoid_is_refused() {
-        TruncatedEllipsoid { base: 18.0, ..TruncatedEllipsoid::LAND }.wall([1, 8, 4]);
-    }
 }

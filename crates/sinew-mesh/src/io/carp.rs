@@ -151,10 +151,8 @@ fn vector(cursor: &mut Cursor<'_>, what: &'static str) -> Result<[f64; 3], Probl
 /// Indices of nodes that there are.
 fn nodes(cursor: &mut Cursor<'_>, count: usize, of: usize) -> Result<Vec<i64>, Problem> {
     let (nodes, most) = (cursor.integers(I64, count, "a node")?, of as i64 - 1);
-    match nodes.iter().find(|node| !(0..=most).contains(*node)) {
-        Some(&value) => Err(Problem::Range { what: "a node", value, least: 0, most }),
-        None => Ok(nodes),
-    }
+    nodes.iter().try_for_each(|&node| Problem::require_within("a node", node, 0..=most))?;
+    Ok(nodes)
 }
 
 /// Adds an element by the word of its type and its nodes, and returns the word behind them on the line, if any.

@@ -1,13 +1,15 @@
 //! Conversion of the cells of a file to a mesh.
 
 use super::cursor::Fault;
-use super::grid::{UnstructuredGrid, cell_type, vtk_type};
+use super::grid::{UnstructuredGrid, cell_type};
 use super::report::ReadReport;
 use super::sets::sets_from_fields;
-use crate::check::{check_cell, check_field, check_points};
+use crate::check::{check_cell, check_fields, check_points};
 use crate::field::are_labels;
 use crate::topology::{FacetKey, facet_key, facets, sorted_key};
-use crate::{Defect, Facet, Field, Mesh, Problem, remove_unused_nodes, repair_orientation};
+use crate::{
+    Defect, Element, Facet, Field, Mesh, Problem, remove_unused_nodes, repair_orientation,
+};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Makes a mesh of the cells with `N` nodes.
@@ -62,13 +64,8 @@ fn check_grid(grid: &UnstructuredGrid) -> Result<(), Fault> {
     let in_points = |defect: Defect| (grid.points_at, Problem::from(defect));
     let in_cells = |defect: Defect| (grid.cells_at, Problem::from(defect));
     check_points(&grid.points).map_err(in_points)?;
-    for (name, field) in &grid.point_fields {
-        check_field(name, field, grid.points.len()).map_err(in_points)?;
-    }
-    for (name, field) in &grid.cell_fields {
-        check_field(name, field, grid.types.len()).map_err(in_cells)?;
-    }
-    Ok(())
+    check_fields(&grid.point_fields, grid.points.len()).map_err(in_points)?;
+    check_fields(&grid.cell_fields, grid.types.len()).map_err(in_cells)
 }
 
 /// The cells of a grid by their part in the mesh, each with its index in the grid, ascending.
@@ -85,26 +82,13 @@ impl<const N: usize> SortedCells<N> {
     }
 }
 
-/// The part of a cell type in a mesh.
-enum Part {
-    Cell,
-    Facet,
-    Lower,
-}
-
 /// VTK types of lower dimension than the facets, which are left out of a mesh of linear or quadratic
 /// cells; of poly-lines and poly-vertices no facets are made.
-fn part_of<const N: usize>(kind: u8) -> Option<Part> {
-    let element = Mesh::<N>::ELEMENT;
-    let is_lower = match (element.dimension, element.is_quadratic()) {
+fn is_lower(element: &Element, kind: u8) -> bool {
+    match (element.dimension, element.is_quadratic()) {
         (2, _) => matches!(kind, 1 | 2 | 4),
         (_, false) => matches!(kind, 1..=4),
-        (_, true) => matches!(kind, 1..=4 | vtk_type::QUADRATIC_EDGE),
-    };
-    match kind {
-        _ if kind == element.vtk_type => Some(Part::Cell),
-        _ if kind == element.facet_vtk_type => Some(Part::Facet),
-        _ => is_lower.then_some(Part::Lower),
+        (_, true) => matches!(kind, 1..=4 | 21),
     }
 }
 
@@ -112,18 +96,19 @@ fn sort_cells<const N: usize>(grid: &UnstructuredGrid) -> Result<SortedCells<N>,
     let element = Mesh::<N>::ELEMENT;
     let mut sorted = SortedCells { cells: vec![], facets: vec![], lower: vec![] };
     for (index, &kind) in grid.types.iter().enumerate() {
-        let part = part_of::<N>(kind).ok_or_else(|| refused_cell::<N>(index, kind))?;
+        let (is_cell, is_facet) = (kind == element.vtk_type, kind == element.facet_vtk_type);
+        if !(is_cell || is_facet || is_lower(element, kind)) {
+            return Err(refused_cell::<N>(index, kind));
+        }
         check_nodes(grid, index, cell_type(kind).2)?;
         let mut nodes = grid.cell(index).iter().map(|&node| node as usize);
-        match part {
-            Part::Cell => {
-                let cell = std::array::from_fn(|_| nodes.next().unwrap_or(usize::MAX));
-                sorted.cells.push((index, cell));
-            }
-            Part::Facet => {
-                sorted.facets.push((index, sorted_key(nodes.take(element.facet_corners))));
-            }
-            Part::Lower => sorted.lower.push((index, nodes.collect())),
+        if is_cell {
+            let cell = std::array::from_fn(|_| nodes.next().unwrap_or(usize::MAX));
+            sorted.cells.push((index, cell));
+        } else if is_facet {
+            sorted.facets.push((index, sorted_key(nodes.take(element.facet_corners))));
+        } else {
+            sorted.lower.push((index, nodes.collect()));
         }
     }
     if sorted.cells.is_empty() {
@@ -139,10 +124,8 @@ fn check_nodes(grid: &UnstructuredGrid, cell: usize, number: Option<usize>) -> R
     let Some(expected) = number else {
         return Ok(nodes.chunks(1).try_for_each(|node| check_cell(cell, node, total))?);
     };
-    if nodes.len() != expected {
-        let what = format!("nodes of cell {cell}, a {}", cell_type(grid.types[cell]).0);
-        return Err(Problem::Count { what, expected, found: nodes.len() });
-    }
+    let what = || format!("nodes of cell {cell}, a {}", cell_type(grid.types[cell]).0);
+    Problem::require_count(what, expected, nodes.len())?;
     Ok(check_cell(cell, nodes, total)?)
 }
 

@@ -2,6 +2,7 @@
 
 use super::number::NumberType;
 use crate::{FieldValues, Place, Problem};
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 /// Place and reason of a file that cannot be read.
@@ -15,13 +16,15 @@ pub(crate) enum Endian {
 }
 
 /// Encoding of the numbers in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Encoding {
+    #[default]
     Text,
     Binary(Endian),
 }
 
 /// Reads a file from front to back; never past its end, never more than its bytes can hold.
+#[derive(Default)]
 pub(crate) struct Cursor<'a> {
     bytes: &'a [u8],
     position: usize,
@@ -60,6 +63,37 @@ impl Problem {
         found: impl ToString,
     ) -> Result<(), Self> {
         before.map_or(Ok(()), |_| Err(Self::expected(expected, found.to_string())))
+    }
+
+    /// Requires bytes that a declared count needs.
+    pub(super) fn require_bytes(
+        what: &'static str,
+        needed: u128,
+        available: usize,
+    ) -> Result<(), Self> {
+        let enough = needed <= available as u128;
+        enough.then_some(()).ok_or(Problem::CutOff { what, needed, available })
+    }
+
+    /// Requires an integer within bounds.
+    pub(super) fn require_within(
+        what: &'static str,
+        value: i64,
+        bounds: RangeInclusive<i64>,
+    ) -> Result<(), Self> {
+        let (&least, &most) = (bounds.start(), bounds.end());
+        let inside = bounds.contains(&value);
+        inside.then_some(()).ok_or(Problem::Range { what, value, least, most })
+    }
+
+    /// Requires a count to be what another one says.
+    pub(super) fn require_count(
+        what: impl FnOnce() -> String,
+        expected: usize,
+        found: usize,
+    ) -> Result<(), Self> {
+        let equal = expected == found;
+        equal.then_some(()).ok_or_else(|| Problem::Count { what: what(), expected, found })
     }
 
     /// Content of a kind that cannot be read, and the advice what to do.
@@ -153,6 +187,13 @@ impl<'a> Cursor<'a> {
         number(self.word().ok_or(Problem::Missing { expected })?, expected)
     }
 
+    /// Reads a word that must be this one, in small or capital letters.
+    pub(super) fn keyword(&mut self, keyword: &'static str) -> Result<(), Problem> {
+        let word = self.text(keyword)?;
+        let is_it = word.eq_ignore_ascii_case(keyword);
+        is_it.then_some(()).ok_or_else(|| Problem::expected(keyword, word))
+    }
+
     /// Position that the next item is read from.
     pub(super) fn position(&self) -> usize {
         self.position
@@ -180,10 +221,7 @@ impl<'a> Cursor<'a> {
     /// The next `count` bytes.
     pub(super) fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], Problem> {
         self.item = self.position;
-        if count > self.remaining() {
-            let available = self.remaining();
-            return Err(Problem::CutOff { what, needed: count as u128, available });
-        }
+        Problem::require_bytes(what, count as u128, self.remaining())?;
         let taken = &self.rest()[..count];
         self.position += count;
         Ok(taken)
@@ -197,15 +235,12 @@ impl<'a> Cursor<'a> {
         count: usize,
         what: &'static str,
     ) -> Result<FieldValues, Problem> {
-        let available = self.remaining();
         let needed = match self.encoding {
             // A digit and a separator each, which only the last may lack.
             Encoding::Text => (2 * count as u128).saturating_sub(1),
             Encoding::Binary(_) => count as u128 * kind.size() as u128,
         };
-        if needed > available as u128 {
-            return Err(Problem::CutOff { what, needed, available });
-        }
+        Problem::require_bytes(what, needed, self.remaining())?;
         match self.encoding {
             Encoding::Binary(endian) => {
                 let bytes = self.take(count * kind.size(), what)?;
@@ -261,38 +296,7 @@ impl<'a> Cursor<'a> {
     /// One integer that counts something.
     pub(super) fn count(&mut self, kind: NumberType, what: &'static str) -> Result<usize, Problem> {
         let value = self.integer(kind, what)?;
-        let most = i64::MAX;
-        usize::try_from(value).map_err(|_| Problem::Range { what, value, least: 0, most })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_lines_and_places() {
-        let mut cursor = Cursor::new(b"one two\n  three \nfour");
-        assert_eq!(cursor.word(), Some(b"one".as_slice()));
-        assert_eq!(cursor.line(), Some(b"two".as_slice()));
-        assert_eq!(cursor.line(), Some(b"three".as_slice()));
-        let problem = cursor.parse::<u8>("a small number").unwrap_err();
-        let (place, problem) = cursor.fault(problem);
-        assert_eq!(place.to_string(), "line 3 (byte 17)");
-        assert!(problem.to_string().starts_with("expected a small number"), "{problem}");
-        assert_eq!(cursor.word(), None);
-        assert_eq!(cursor.line(), None);
-    }
-
-    #[test]
-    fn declared_counts_are_checked_before_allocation() {
-        let mut cursor = Cursor::new(b"1 2 3");
-        assert!(cursor.numbers(NumberType::F64, usize::MAX, "numbers").is_err());
-        assert_eq!(cursor.integers(NumberType::I64, 3, "numbers").unwrap(), [1, 2, 3]);
-        cursor = Cursor::new(&[0; 16]);
-        cursor.encoding = Encoding::Binary(Endian::Big);
-        assert!(cursor.numbers(NumberType::F64, usize::MAX / 4, "numbers").is_err());
-        assert!(cursor.numbers(NumberType::F64, 3, "numbers").is_err());
-        assert_eq!(cursor.reals(NumberType::F64, 2, "numbers").unwrap(), [0.0, 0.0]);
+        Problem::require_within(what, value, 0..=i64::MAX)?;
+        Ok(value as usize)
     }
 }

@@ -6,21 +6,10 @@ use super::gmsh_model::{Gmsh, Version};
 use super::grid::{UnstructuredGrid, cell_type};
 use super::number::NumberType;
 use crate::{Field, FieldValues, Problem};
-use std::collections::{BTreeMap, HashMap};
 
 /// Reads the nodes, elements, physical groups and data of a file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
-    let mut gmsh = Gmsh {
-        cursor: Cursor::new(bytes),
-        version: Version::None,
-        binary: Encoding::Text,
-        grid: UnstructuredGrid::default(),
-        names: HashMap::new(),
-        groups: BTreeMap::new(),
-        physicals: HashMap::new(),
-        node_index: HashMap::new(),
-        element_index: HashMap::new(),
-    };
+    let mut gmsh = Gmsh { cursor: Cursor::new(bytes), ..Gmsh::default() };
     gmsh.read().map_err(|problem| gmsh.cursor.fault(problem))?;
     gmsh.name_groups();
     Ok(gmsh.grid)
@@ -146,8 +135,10 @@ impl Gmsh<'_> {
         components: usize,
         rows: usize,
     ) -> Result<(), Problem> {
+        // gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
+        Problem::require_within("the number of components", components as i64, 1..=9)?;
         let total = if of_nodes { self.grid.points.len() } else { self.grid.types.len() };
-        let mut values = vec![f64::NAN; total.saturating_mul(checked_width(components)?)];
+        let mut values = vec![f64::NAN; total.saturating_mul(components)];
         let mut seen = vec![false; total];
         for _ in 0..rows {
             let tag = self.cursor.integer(NumberType::I32, "the tag of a data row")?;
@@ -163,38 +154,21 @@ impl Gmsh<'_> {
             // gmsh writes views of the elements that have a value, which need not be those of the boundary.
             let dimension = |&kind: &u8| cell_type(kind).1;
             let top = self.grid.types.iter().map(dimension).max();
-            let kinds = self.grid.types.iter();
-            seen = seen
-                .into_iter()
-                .zip(kinds)
-                .filter(|(_, kind)| Some(dimension(kind)) == top)
-                .map(|(row, _)| row)
-                .collect();
+            let mut dimensions = self.grid.types.iter().map(dimension);
+            seen.retain(|_| dimensions.next() == top);
         }
         let (found, expected) = (seen.iter().filter(|&&row| row).count(), seen.len());
         if found == 0 && !of_nodes {
-            self.grid
-                .left_out
-                .push(format!("element data `{}` of the boundary", name.escape_debug()));
+            let what = format!("element data `{}` of the boundary", name.escape_debug());
+            self.grid.left_out.push(what);
             return Ok(());
         }
-        if found != expected {
-            let what = format!("rows of `{}`", name.escape_debug());
-            return Err(Problem::Count { what, expected, found });
-        }
+        let what = || format!("rows of `{}`", name.escape_debug());
+        Problem::require_count(what, expected, found)?;
         let field = Field { components, values: FieldValues::Float(values) };
         let fields =
             if of_nodes { &mut self.grid.point_fields } else { &mut self.grid.cell_fields };
         fields.insert(name, field);
         Ok(())
-    }
-}
-
-/// gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
-fn checked_width(components: usize) -> Result<usize, Problem> {
-    let (what, value) = ("the number of components", components as i64);
-    match components {
-        1..=9 => Ok(components),
-        _ => Err(Problem::Range { what, value, least: 1, most: 9 }),
     }
 }

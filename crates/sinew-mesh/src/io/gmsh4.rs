@@ -7,7 +7,7 @@ use crate::Problem;
 
 /// Physical groups of one entity beyond which the file is taken for damaged: each element of
 /// the entity joins them all, so this bounds memory by a multiple of the file's size.
-const MOST_GROUPS: usize = 64;
+const MOST_GROUPS: i64 = 64;
 
 /// The points, curves, surfaces and volumes of the model with their physical groups; of a mesh in partitions those of each
 /// part.
@@ -33,11 +33,8 @@ pub(super) fn entities(gmsh: &mut Gmsh<'_>, partitioned: bool) -> Result<(), Pro
             let numbers = if dimension == 0 { 3 } else { 6 };
             gmsh.cursor.reals(F64, numbers, "the extent of an entity")?;
             let groups = gmsh.cursor.count(U64, "the number of physical groups")?;
-            if groups > MOST_GROUPS {
-                let (what, value) = ("the number of physical groups of an entity", groups as i64);
-                let most = MOST_GROUPS as i64;
-                return Err(Problem::Range { what, value, least: 0, most });
-            }
+            let what = "the number of physical groups of an entity";
+            Problem::require_within(what, groups as i64, 0..=MOST_GROUPS)?;
             let groups = gmsh.cursor.integers(I32, groups, "tags of physical groups")?;
             if dimension > 0 {
                 let bounding = gmsh.cursor.count(U64, "the number of bounding entities")?;

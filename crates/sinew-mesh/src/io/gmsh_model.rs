@@ -1,8 +1,8 @@
 //! Content of a gmsh file: nodes, elements and groups by their tags.
 
 use super::cursor::{Cursor, Encoding};
-use super::grid::{UnstructuredGrid, cell_type, vtk_type};
-use crate::Problem;
+use super::grid::{UnstructuredGrid, cell_type};
+use crate::{Problem, QuadraticTetMesh};
 use std::collections::{BTreeMap, HashMap};
 
 /// Versions whose sections are read.
@@ -15,6 +15,7 @@ pub(super) enum Version {
 }
 
 /// Entities read so far.
+#[derive(Default)]
 pub(super) struct Gmsh<'a> {
     pub cursor: Cursor<'a>,
     pub version: Version,
@@ -65,7 +66,7 @@ impl Gmsh<'_> {
             None => Err(Problem::expected("the tag of a node in $Nodes", tag.to_string())),
         };
         let mut nodes = nodes.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-        if kind == vtk_type::QUADRATIC_TETRAHEDRON {
+        if kind == QuadraticTetMesh::ELEMENT.vtk_type {
             // gmsh numbers the middles of the edges 23 and 13 the other way round.
             nodes.swap(8, 9);
         }

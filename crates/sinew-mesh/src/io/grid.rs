@@ -103,12 +103,6 @@ impl UnstructuredGrid {
     }
 }
 
-/// VTK's numbers of the cell types that are used by name.
-pub(crate) mod vtk_type {
-    pub(crate) const QUADRATIC_EDGE: u8 = 21;
-    pub(crate) const QUADRATIC_TETRAHEDRON: u8 = 24;
-}
-
 /// VTK's numbers of cell types (VTK User's Guide, "VTK File Formats"): name, dimension, and nodes where their number is fixed.
 const CELL_TYPES: [(u8, &str, i64, Option<usize>); 29] = [
     (1, "vertex", 0, Some(1)),

@@ -1,10 +1,10 @@
 //! Input files of Abaqus and CalculiX: nodes, elements, their sets and surfaces (Abaqus Keywords Reference Guide; G. Dhondt,
 //! CalculiX CrunchiX User's Manual). Materials, steps and all other keywords are passed over.
 
-use super::cursor::{Cursor, Fault};
+use super::cursor::{Cursor, Fault, number};
 use super::grid::UnstructuredGrid;
 use super::inp_elements::{Kind, kind};
-use super::inp_lines::{Block, Name, blocks, fields, integer, real};
+use super::inp_lines::{Block, Name, Wrong, blocks, fields, real};
 use super::inp_sets::{Scope, Sets};
 use super::inp_surfaces::Surfaces;
 use crate::Problem;
@@ -40,9 +40,6 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let grid = read(&blocks, bytes.len()).map_err(|(at, problem)| (cursor.place(at), problem))?;
     Ok(UnstructuredGrid { cells_at, ..grid })
 }
-
-/// A problem and the byte of its line.
-pub(super) type Wrong = (usize, Problem);
 
 /// Blocks read so far.
 pub(super) struct Model {
@@ -124,7 +121,7 @@ fn scopes<'b, 'a>(blocks: &'b [Block<'a>]) -> Result<Vec<(Scope, &'b Block<'a>)>
 impl Model {
     fn read_nodes(&mut self, scope: Scope, block: &Block<'_>) -> Result<(), Wrong> {
         let head = |problem| (block.at, problem);
-        block.allow(&["NSET", "SYSTEM"]).map_err(head)?;
+        block.allow(&["NSET", "SYSTEM"])?;
         let system = block.option("SYSTEM").unwrap_or(b"R");
         if !system.eq_ignore_ascii_case(b"R") {
             let (what, value) = ("the coordinate system of nodes", String::from_utf8_lossy(system));
@@ -158,7 +155,7 @@ impl Model {
     /// A node's number and its coordinates; those that are left out are zero.
     fn node(&mut self, line: &[u8]) -> Result<(), Problem> {
         let mut words = fields(line);
-        let id = integer(words.next().unwrap_or_default(), "the number of a node")?;
+        let id = number(words.next().unwrap_or_default(), "the number of a node")?;
         let mut point = [0.0; 3];
         for (x, word) in point.iter_mut().zip(words) {
             *x = real(word)?;
@@ -171,21 +168,18 @@ impl Model {
 
     fn read_elements(&mut self, scope: Scope, block: &Block<'_>) -> Result<(), Wrong> {
         let head = |problem| (block.at, problem);
-        block.allow(&["TYPE", "ELSET"]).map_err(head)?;
-        let name = block.name("TYPE").ok_or(Problem::Missing { expected: "TYPE=… of *ELEMENT" });
-        let name = name.map_err(head)?.shown;
+        block.allow(&["TYPE", "ELSET"])?;
+        let name = block.required("TYPE", "TYPE=… of *ELEMENT")?.shown;
         if scope == Scope::Assembly {
             return self.leave_out(block, "ELSET", "element");
         }
         let kind = kind(&name).map_err(head)?;
         let first = self.grid.types.len();
-        let mut record = Vec::new();
+        let mut record: Vec<i64> = Vec::new();
         for &(at, line) in &block.lines {
             for word in fields(line).filter(|word| !word.is_empty()) {
-                record.push(
-                    integer(word, "the number of an element and those of its nodes")
-                        .map_err(|problem| (at, problem))?,
-                );
+                let expected = "the number of an element and those of its nodes";
+                record.push(number(word, expected).map_err(|problem| (at, problem))?);
             }
             // An element may take several lines.
             if record.len() > kind.nodes {
@@ -204,10 +198,8 @@ impl Model {
     /// An element's number and its nodes, which stand in the order of VTK.
     fn element(&mut self, name: &str, kind: Kind, record: &[i64]) -> Result<(), Problem> {
         let (id, nodes) = (record[0], &record[1..]);
-        if nodes.len() != kind.nodes {
-            let what = format!("nodes of element {id}, a {name}");
-            return Err(Problem::Count { what, expected: kind.nodes, found: nodes.len() });
-        }
+        let what = || format!("nodes of element {id}, a {name}");
+        Problem::require_count(what, kind.nodes, nodes.len())?;
         let index = |node: &i64| match self.nodes.ids.get(node) {
             Some(&index) => Ok(index as i64),
             None => {
@@ -258,20 +250,14 @@ impl Model {
     fn read_set(&mut self, scope: Scope, block: &Block<'_>) -> Result<(), Wrong> {
         let head = |problem| (block.at, problem);
         let of_nodes = block.keyword == "NSET";
-        let key = if of_nodes { "NSET" } else { "ELSET" };
-        block
-            .allow(&["NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"])
-            .map_err(head)?;
-        let expected = if of_nodes {
-            "NSET=… with the name of the set"
-        } else {
-            "ELSET=… with the name of the set"
+        block.allow(&["NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"])?;
+        let name = match of_nodes {
+            true => block.required("NSET", "NSET=… with the name of the set")?,
+            false => block.required("ELSET", "ELSET=… with the name of the set")?,
         };
-        let name = block.name(key).ok_or(Problem::Missing { expected }).map_err(head)?;
-        if let Some(other) = block
-            .name("INSTANCE")
-            .filter(|other| self.instance.as_ref().is_none_or(|name| name.key != other.key))
-        {
+        let is_other =
+            |other: &Name| self.instance.as_ref().is_none_or(|name| name.key != other.key);
+        if let Some(other) = block.name("INSTANCE").filter(is_other) {
             return Err(head(Problem::expected("the name of the file's instance", other.shown)));
         }
         if let (true, Some(elset)) = (of_nodes, block.option("ELSET")) {

@@ -1,8 +1,10 @@
 //! Lines of Abaqus and CalculiX files: keywords with their options, and the data behind them.
 
-use super::cursor::{Cursor, Fault, number};
+use super::cursor::{Cursor, Fault};
 use crate::Problem;
-use std::str::FromStr;
+
+/// A problem and the byte of its line.
+pub(super) type Wrong = (usize, Problem);
 
 /// A keyword with its options and lines of data.
 pub(super) struct Block<'a> {
@@ -113,68 +115,29 @@ impl<'a> Block<'a> {
         self.option(key).filter(|value| !value.is_empty()).map(Name::new)
     }
 
+    /// The name that an option must give.
+    pub(super) fn required(&self, key: &str, expected: &'static str) -> Result<Name, Wrong> {
+        self.name(key).ok_or((self.at, Problem::Missing { expected }))
+    }
+
     /// Refuses options beside these, which might change what the lines mean.
-    pub(super) fn allow(&self, known: &[&str]) -> Result<(), Problem> {
+    pub(super) fn allow(&self, known: &[&str]) -> Result<(), Wrong> {
         match self.options.iter().find(|(key, _)| !known.contains(&key.as_str())) {
             None => Ok(()),
             Some((key, _)) => {
                 let value = format!("{key} of *{}", self.keyword);
-                Err(Problem::unsupported("the option", value, "write the mesh without it"))
+                let advice = "write the mesh without it";
+                Err((self.at, Problem::unsupported("the option", value, advice)))
             }
         }
     }
 }
 
-/// A whole number.
-pub(super) fn integer(word: &[u8], expected: &'static str) -> Result<i64, Problem> {
-    number(word, expected)
-}
-
 /// A real number, as Fortran may write it (`1.5D-3`) too; one that is left out is zero.
 pub(super) fn real(word: &[u8]) -> Result<f64, Problem> {
-    let text = String::from_utf8_lossy(word);
-    match text.as_ref() {
-        "" => Ok(0.0),
-        text => f64::from_str(&text.replace(['d', 'D'], "e"))
-            .map_err(|_| Problem::expected("a coordinate", word)),
+    if word.is_empty() {
+        return Ok(0.0);
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn keywords_options_and_data() {
-        let text = b"** a comment\n*Nset ,  nset = \"My, Set\",\n internal , GENERATE\n1, 9,2\n** x\n\n*node output\nU\n";
-        let blocks = blocks(&mut Cursor::new(text)).unwrap();
-        assert_eq!(
-            blocks.iter().map(|b| b.keyword.as_str()).collect::<Vec<_>>(),
-            ["NSET", "NODE OUTPUT"]
-        );
-        let set = &blocks[0];
-        assert_eq!(set.name("NSET").unwrap().key, "My, Set");
-        assert_eq!(set.option("GENERATE"), Some(&b""[..]));
-        assert_eq!(set.lines.len(), 1);
-        assert_eq!(fields(set.lines[0].1).collect::<Vec<_>>(), [b"1", b"9", b"2"]);
-        assert!(
-            set.allow(&["NSET", "INTERNAL"]).unwrap_err().to_string().contains("GENERATE of *NSET")
-        );
-    }
-
-    #[test]
-    fn a_comma_at_the_end_of_a_keyword_does_not_swallow_data() {
-        let blocks = blocks(&mut Cursor::new(b"*NODE,\n1, 0., 1.D-1, 2\n")).unwrap();
-        assert_eq!(blocks[0].lines.len(), 1);
-        let values: Vec<f64> =
-            fields(blocks[0].lines[0].1).map(|word| real(word).unwrap()).collect();
-        assert_eq!(values, [1.0, 0.0, 0.1, 2.0]);
-    }
-
-    #[test]
-    fn capitals_matter_in_quotation_marks_only() {
-        assert_eq!(Name::new(b"Base").key, Name::new(b"BASE").key);
-        assert_ne!(Name::new(b"\"Base\"").key, Name::new(b"\"BASE\"").key);
-        assert_eq!(Name::new(b"Base").shown, "Base");
-    }
+    let text = String::from_utf8_lossy(word).replace(['d', 'D'], "e");
+    text.parse().map_err(|_| Problem::expected("a coordinate", word))
 }

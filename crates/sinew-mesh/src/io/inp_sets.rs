@@ -1,6 +1,7 @@
 //! Sets of nodes and elements in Abaqus and CalculiX files.
 
-use super::inp_lines::{Block, Name, fields, integer};
+use super::cursor::number;
+use super::inp_lines::{Block, Name, Wrong, fields};
 use crate::Problem;
 use std::collections::BTreeMap;
 
@@ -59,7 +60,7 @@ impl Sets {
         (scope, name): (Scope, &Name),
         block: &Block<'_>,
         instance: Option<&Name>,
-    ) -> Result<(), (usize, Problem)> {
+    ) -> Result<(), Wrong> {
         let of_assembly = scope == Scope::Assembly && block.name("INSTANCE").is_none();
         let numbers = !(of_assembly && self.assembly_has_own);
         for &(at, line) in &block.lines {
@@ -72,7 +73,7 @@ impl Sets {
                 self.add(scope, name, range).map_err(here)?;
             } else {
                 for word in fields(line).filter(|word| !word.is_empty()) {
-                    if !numbers && integer(word, "").is_ok() {
+                    if !numbers && number::<i64>(word, "").is_ok() {
                         continue;
                     }
                     let members = self.find(word, instance).map_err(here)?.to_vec();
@@ -89,7 +90,7 @@ impl Sets {
         let mut bounds = [0, 0, 1];
         let words = fields(line).filter(|word| !word.is_empty());
         for (bound, word) in bounds.iter_mut().zip(words) {
-            *bound = integer(word, "the first, the last and the step of a range")?;
+            *bound = number(word, "the first, the last and the step of a range")?;
         }
         let [first, last, step] = bounds;
         if first > last || step < 1 {
@@ -97,10 +98,8 @@ impl Sets {
             return Err(Problem::expected("a range that ascends by a positive step", found));
         }
         let inside = self.ids.range(first..=last);
-        Ok(inside
-            .filter(|(id, _)| (**id).abs_diff(first) % step.unsigned_abs() == 0)
-            .map(|(_, &index)| index)
-            .collect())
+        let on_step = |id: i64| id.abs_diff(first) % step.unsigned_abs() == 0;
+        Ok(inside.filter(|(id, _)| on_step(**id)).map(|(_, &index)| index).collect())
     }
 
     /// Members, in any order, of a word: the number of a node or element or the name of a set, optionally after the
@@ -110,7 +109,7 @@ impl Sets {
             Some(bare) => (&[Scope::Part][..], bare),
             None => (&[Scope::Assembly, Scope::Part][..], word),
         };
-        if let Ok(id) = integer(bare, "") {
+        if let Ok(id) = number::<i64>(bare, "") {
             let expected = "the number of a node or element that the file has";
             let found = self.ids.get(&id).ok_or_else(|| Problem::expected(expected, word))?;
             return Ok(std::slice::from_ref(found));
@@ -128,16 +127,13 @@ impl Sets {
         instance: Option<&Name>,
     ) -> Result<BTreeMap<String, Vec<usize>>, Problem> {
         let mut named = BTreeMap::new();
-        let both: Vec<String> = self
-            .sets
-            .keys()
-            .filter(|key| key.0 == Scope::Assembly)
-            .map(|key| key.1.clone())
-            .collect();
+        let of_assembly = self.sets.keys().filter(|key| key.0 == Scope::Assembly);
+        let of_assembly: Vec<String> = of_assembly.map(|key| key.1.clone()).collect();
         for ((scope, key), (mut shown, mut members)) in self.sets {
             members.sort_unstable();
             members.dedup();
-            if let (Scope::Part, true, Some(instance)) = (scope, both.contains(&key), instance) {
+            let is_twice = of_assembly.contains(&key);
+            if let (Scope::Part, true, Some(instance)) = (scope, is_twice, instance) {
                 shown = format!("{}.{shown}", instance.shown);
             }
             if shown.is_empty() || named.insert(shown.clone(), members).is_some() {

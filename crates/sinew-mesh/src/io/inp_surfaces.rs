@@ -1,8 +1,8 @@
 //! Surfaces of Abaqus and CalculiX files: faces of elements, or nodes.
 
 use super::grid::UnstructuredGrid;
-use super::inp::{Model, Wrong};
-use super::inp_lines::{Block, fields};
+use super::inp::Model;
+use super::inp_lines::{Block, Wrong, fields};
 use crate::topology::{FacetKey, sorted_key};
 use crate::{Element, Problem};
 use std::collections::{BTreeMap, HashMap};
@@ -31,9 +31,8 @@ const OPTIONS: [&str; 8] =
 impl Surfaces {
     pub(super) fn read(&mut self, model: &Model, block: &Block<'_>) -> Result<(), Wrong> {
         let head = |problem| (block.at, problem);
-        block.allow(&OPTIONS).map_err(head)?;
-        let name = block.name("NAME").ok_or(Problem::Missing { expected: "NAME=… of *SURFACE" });
-        let name = name.map_err(head)?;
+        block.allow(&OPTIONS)?;
+        let name = block.required("NAME", "NAME=… of *SURFACE")?;
         let of_nodes = match block.name("TYPE").map_or("ELEMENT".into(), |kind| kind.key).as_str() {
             "ELEMENT" => false,
             "NODE" => true,

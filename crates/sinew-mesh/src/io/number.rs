@@ -102,24 +102,3 @@ impl NumberType {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn both_byte_orders() {
-        let values = NumberType::I16.decode(&[1, 0, 255, 255], Endian::Little);
-        assert_eq!(values, Ok(FieldValues::Integer(vec![1, -1])));
-        let values = NumberType::U16.decode(&[1, 0, 255, 255], Endian::Big);
-        assert_eq!(values, Ok(FieldValues::Integer(vec![256, 65535])));
-        let values = NumberType::F32.decode(&1.5f32.to_be_bytes(), Endian::Big);
-        assert_eq!(values, Ok(FieldValues::Float(vec![1.5])));
-    }
-
-    #[test]
-    fn huge_unsigned_numbers_are_refused() {
-        let bytes = [1u64.to_le_bytes(), u64::MAX.to_le_bytes()].concat();
-        assert_eq!(NumberType::U64.decode(&bytes, Endian::Little), Err(1));
-    }
-}

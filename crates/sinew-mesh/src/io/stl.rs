@@ -45,11 +45,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
 fn binary(bytes: &[u8], triangles: &mut Triangles) -> Result<(), Problem> {
     let count = declared(bytes).unwrap_or(0);
     let body = bytes.get(HEAD..).unwrap_or_default();
-    if body.len() < count.saturating_mul(TRIANGLE) {
-        let (what, needed) = ("triangles", count as u128 * TRIANGLE as u128);
-        let available = body.len();
-        return Err(Problem::CutOff { what, needed, available });
-    }
+    Problem::require_bytes("triangles", count as u128 * TRIANGLE as u128, body.len())?;
     triangles.grid.points_at.byte = HEAD;
     triangles.grid.cells_at.byte = HEAD;
     for triangle in body.chunks_exact(TRIANGLE).take(count) {
@@ -77,15 +73,17 @@ fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<(), Proble
             b"facet" => {
                 // Normals are written as they come, not always as numbers.
                 cursor.line();
-                keywords(cursor, &["outer", "loop"])?;
+                cursor.keyword("outer")?;
+                cursor.keyword("loop")?;
                 let mut corners = [[0.0; 3]; 3];
                 for corner in &mut corners {
-                    keywords(cursor, &["vertex"])?;
+                    cursor.keyword("vertex")?;
                     for x in corner {
                         *x = cursor.parse("a coordinate")?;
                     }
                 }
-                keywords(cursor, &["endloop", "endfacet"])?;
+                cursor.keyword("endloop")?;
+                cursor.keyword("endfacet")?;
                 triangles.push(corners);
             }
             b"endsolid" => drop(cursor.line()),
@@ -94,16 +92,6 @@ fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<(), Proble
     }
     if solids.len() > 1 {
         triangles.name(&solids);
-    }
-    Ok(())
-}
-
-fn keywords(cursor: &mut Cursor<'_>, keywords: &[&'static str]) -> Result<(), Problem> {
-    for &keyword in keywords {
-        let word = cursor.text(keyword)?;
-        if !word.eq_ignore_ascii_case(keyword) {
-            return Err(Problem::expected(keyword, word));
-        }
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Writing surfaces: VTP, STL and OBJ.
 
-use super::vtu_write::{Shape, to_xml};
+use super::vtu_write::{SURFACE, to_xml};
 use crate::{MeshError, TriangleMesh};
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 /// # Errors
 /// When the mesh breaks a rule of [`crate::Mesh::check`] or a name cannot be written.
 pub fn to_vtp(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshError> {
-    to_xml(mesh, Shape::Surface, &[])
+    to_xml(mesh, SURFACE, &[])
 }
 
 /// A surface as a binary STL file, which keeps the triangles only: no fields and sets, and coordinates in single precision.

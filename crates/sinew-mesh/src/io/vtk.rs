@@ -15,14 +15,7 @@ pub(crate) const MAGIC: &[u8] = b"# vtk DataFile Version";
 
 /// Reads an unstructured grid or a surface (POLYDATA).
 pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
-    let mut reader = Reader {
-        cursor: Cursor::new(bytes),
-        grid: UnstructuredGrid::default(),
-        is_surface: false,
-        surface: PolyData::default(),
-        attributes_of: None,
-        major: 0,
-    };
+    let mut reader = Reader { cursor: Cursor::new(bytes), ..Reader::default() };
     reader.read().map_err(|problem| reader.cursor.fault(problem))?;
     Ok(reader.grid)
 }
@@ -34,6 +27,7 @@ enum Owner {
     Cells(usize),
 }
 
+#[derive(Default)]
 struct Reader<'a> {
     cursor: Cursor<'a>,
     grid: UnstructuredGrid,
@@ -56,10 +50,7 @@ impl Reader<'_> {
             return Err(Problem::Missing { expected: "a POINTS section" });
         }
         let (expected, found) = (self.grid.ends.len(), self.grid.types.len());
-        if expected != found {
-            return Err(Problem::Count { what: "CELL_TYPES".into(), expected, found });
-        }
-        Ok(())
+        Problem::require_count(|| "CELL_TYPES".into(), expected, found)
     }
 
     fn header(&mut self) -> Result<(), Problem> {
@@ -69,12 +60,13 @@ impl Reader<'_> {
         self.major = number.ok_or_else(wrong)?;
         self.cursor.line();
         let encoding = self.cursor.text("ASCII or BINARY")?;
-        let binary = match encoding.to_ascii_uppercase().as_str() {
-            "ASCII" => false,
-            "BINARY" => true,
+        let encoding = match encoding.to_ascii_uppercase().as_str() {
+            "ASCII" => Encoding::Text,
+            // Legacy VTK is big endian on every machine.
+            "BINARY" => Encoding::Binary(Endian::Big),
             _ => return Err(Problem::expected("ASCII or BINARY", encoding)),
         };
-        self.keyword("DATASET")?;
+        self.cursor.keyword("DATASET")?;
         let dataset = self.cursor.text("a dataset type")?;
         match dataset.to_ascii_uppercase().as_str() {
             "UNSTRUCTURED_GRID" => {}
@@ -84,19 +76,8 @@ impl Reader<'_> {
                 return Err(Problem::unsupported("dataset type", dataset, advice));
             }
         }
-        if binary {
-            // Legacy VTK is big endian on every machine.
-            self.cursor.encoding = Encoding::Binary(Endian::Big);
-        }
+        self.cursor.encoding = encoding;
         Ok(())
-    }
-
-    fn keyword(&mut self, keyword: &'static str) -> Result<(), Problem> {
-        let word = self.cursor.text(keyword)?;
-        if word.eq_ignore_ascii_case(keyword) {
-            return Ok(());
-        }
-        Err(Problem::expected(keyword, word))
     }
 
     /// Reads one section; false at the end of the file.
@@ -110,15 +91,11 @@ impl Reader<'_> {
                 (self.grid.ends, self.grid.connectivity) = (list.ends, list.nodes);
             }
             b"CELL_TYPES" => self.cell_types()?,
-            b"POINT_DATA" => {
-                let declared = self.attributes("POINT_DATA", self.grid.points.len())?;
-                self.attributes_of = Some(Owner::Points(declared));
-            }
+            b"POINT_DATA" => self.attributes(Owner::Points(self.grid.points.len()))?,
             b"CELL_DATA" => {
                 let listed = self.grid.ends.len();
                 let cells = if self.is_surface { self.surface.cell_count() } else { listed };
-                let declared = self.attributes("CELL_DATA", cells)?;
-                self.attributes_of = Some(Owner::Cells(declared));
+                self.attributes(Owner::Cells(cells))?;
             }
             b"METADATA" => self.metadata(),
             b"FIELD" => self.field_arrays()?,
@@ -138,13 +115,15 @@ impl Reader<'_> {
     }
 
     /// The declared number of rows of POINT_DATA or CELL_DATA, which must be the true one.
-    fn attributes(&mut self, what: &'static str, expected: usize) -> Result<usize, Problem> {
+    fn attributes(&mut self, owner: Owner) -> Result<(), Problem> {
+        let (section, expected) = match owner {
+            Owner::Points(rows) => ("POINT_DATA", rows),
+            Owner::Cells(rows) => ("CELL_DATA", rows),
+        };
         let found = self.cursor.parse("the number of rows")?;
-        if found != expected {
-            let what = format!("rows of {what}");
-            return Err(Problem::Count { what, expected, found });
-        }
-        Ok(found)
+        Problem::require_count(|| format!("rows of {section}"), expected, found)?;
+        self.attributes_of = Some(owner);
+        Ok(())
     }
 
     fn points(&mut self) -> Result<(), Problem> {
@@ -181,10 +160,7 @@ impl Reader<'_> {
             ends.push(nodes.len());
             rest = &tail[cell.len()..];
         }
-        if ends.len() != count {
-            let what = "cells in the cell list".into();
-            return Err(Problem::Count { what, expected: count, found: ends.len() });
-        }
+        Problem::require_count(|| "cells in the cell list".into(), count, ends.len())?;
         Ok(CellList { ends, nodes, at })
     }
 
@@ -192,12 +168,12 @@ impl Reader<'_> {
     fn cells_with_offsets(&mut self) -> Result<CellList, Problem> {
         let offsets: usize = self.cursor.parse("the number of offsets")?;
         let nodes: usize = self.cursor.parse("the length of the connectivity")?;
-        self.keyword("OFFSETS")?;
+        self.cursor.keyword("OFFSETS")?;
         let kind = self.number_type()?;
         self.end_of_header();
         let offsets = self.cursor.integers(kind, offsets, "offsets of cells")?;
         let ends = checked_ends(&offsets, nodes)?;
-        self.keyword("CONNECTIVITY")?;
+        self.cursor.keyword("CONNECTIVITY")?;
         let kind = self.number_type()?;
         self.end_of_header();
         let at = self.cursor.here();
@@ -293,10 +269,8 @@ impl Reader<'_> {
                 continue;
             };
             let (Owner::Points(expected) | Owner::Cells(expected)) = owner;
-            if rows != expected {
-                let what = format!("rows of array `{}`", name.escape_debug());
-                return Err(Problem::Count { what, expected, found: rows });
-            }
+            let what = || format!("rows of array `{}`", name.escape_debug());
+            Problem::require_count(what, expected, rows)?;
             self.array(name, components, kind, owner)?;
         }
         Ok(())

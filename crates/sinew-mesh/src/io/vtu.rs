@@ -57,12 +57,10 @@ impl<'a> Appended<'a> {
     }
 
     fn source(self, offset: usize) -> Result<Source<'a>, Problem> {
-        let data = self.data.get(offset..).ok_or_else(|| {
-            let (what, most) = ("the offset of an appended array", self.data.len() as i64);
-            let value = i64::try_from(offset).unwrap_or(i64::MAX);
-            Problem::Range { what, value, least: 0, most }
-        })?;
-        Ok(Source::new(self.start + offset, data, !self.raw))
+        let value = i64::try_from(offset).unwrap_or(i64::MAX);
+        let bounds = 0..=self.data.len() as i64;
+        Problem::require_within("the offset of an appended array", value, bounds)?;
+        Ok(Source::new(self.start + offset, &self.data[offset..], !self.raw))
     }
 }
 
@@ -303,13 +301,9 @@ impl<'a> Parser<'a> {
             }
             (other, ..) => return Err(Problem::expected("ascii, binary or appended", other)),
         };
-        match expected {
-            Some(expected) if expected != values.len() => {
-                let what = format!("numbers of array `{}`", header.name.escape_debug());
-                Err(Problem::Count { what, expected, found: values.len() })
-            }
-            _ => Ok(values),
-        }
+        let what = || format!("numbers of array `{}`", header.name.escape_debug());
+        Problem::require_count(what, expected.unwrap_or(values.len()), values.len())?;
+        Ok(values)
     }
 
     fn decoded(
@@ -323,12 +317,8 @@ impl<'a> Parser<'a> {
     }
 
     fn points(&mut self, field: &Field) -> Result<(), Problem> {
-        let (expected, found) = (3, field.components);
-        let points = field.to_vectors().ok_or_else(|| Problem::Count {
-            what: "components of points".into(),
-            expected,
-            found,
-        })?;
+        Problem::require_count(|| "components of points".into(), 3, field.components)?;
+        let points = field.to_vectors().unwrap_or_default();
         (self.grid.points, self.grid.points_at) = (points, Place::at(self.item));
         Ok(())
     }

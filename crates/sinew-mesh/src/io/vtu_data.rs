@@ -46,9 +46,7 @@ impl<'a> Source<'a> {
     fn take(&mut self, count: usize, what: &'static str) -> Result<Vec<u8>, Problem> {
         let left = self.data.len() - self.position;
         let available = if self.base64 { self.ready.len() + left / 4 * 3 } else { left };
-        if count > available {
-            return Err(Problem::CutOff { what, needed: count as u128, available });
-        }
+        Problem::require_bytes(what, count as u128, available)?;
         if !self.base64 {
             let taken = self.data[self.position..self.position + count].to_vec();
             self.position += count;
@@ -117,12 +115,7 @@ pub(crate) fn read_array(
 }
 
 fn check_size(found: usize, expected: Option<usize>) -> Result<(), Problem> {
-    match expected {
-        Some(expected) if expected != found => {
-            Err(Problem::Count { what: "bytes of an array".into(), expected, found })
-        }
-        _ => Ok(()),
-    }
+    Problem::require_count(|| "bytes of an array".into(), expected.unwrap_or(found), found)
 }
 
 /// Blocks of equal size, the last one shorter unless its size is given as 0.

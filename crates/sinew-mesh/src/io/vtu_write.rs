@@ -27,30 +27,23 @@ pub fn to_vtu_with<const N: usize>(
     mesh: &Mesh<N>,
     numbers: &[(String, f64)],
 ) -> Result<Vec<u8>, MeshError> {
-    to_xml(mesh, Shape::Grid, numbers)
+    to_xml(mesh, GRID, numbers)
 }
 
-/// Kind of VTK data set, which names the cells of a mesh.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Shape {
-    /// Cells of any kind.
-    Grid,
-    /// Polygons.
-    Surface,
-}
+/// A VTK data set and its list of cells: of any kind, and of polygons.
+type DataSet = [&'static str; 2];
+const GRID: DataSet = ["UnstructuredGrid", "Cells"];
+pub(super) const SURFACE: DataSet = ["PolyData", "Polys"];
 
-pub(crate) fn to_xml<const N: usize>(
+pub(super) fn to_xml<const N: usize>(
     mesh: &Mesh<N>,
-    shape: Shape,
+    data_set: DataSet,
     numbers: &[(String, f64)],
 ) -> Result<Vec<u8>, MeshError> {
     mesh.check()?;
     let (point_fields, cell_fields) = fields_with_sets(mesh)?;
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
-    let (kind, list) = match shape {
-        Shape::Grid => ("UnstructuredGrid", "Cells"),
-        Shape::Surface => ("PolyData", "Polys"),
-    };
+    let [kind, list] = data_set;
     let mut xml = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" \
          byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<{kind}>\n",
@@ -62,7 +55,7 @@ pub(crate) fn to_xml<const N: usize>(
     let connectivity = mesh.cells.as_flattened().iter().map(|&node| node as i64);
     integers(&mut xml, "connectivity", 1, connectivity);
     integers(&mut xml, "offsets", 1, (1..=cells).map(|cell| (cell * N) as i64));
-    if shape == Shape::Grid {
+    if data_set == GRID {
         array(&mut xml, "UInt8", "types", 1, &vec![Mesh::<N>::ELEMENT.vtk_type; cells]);
     }
     xml += &format!("</{list}>\n");

@@ -49,31 +49,25 @@ impl<'m, const N: usize> Places<'m, N> {
             let nodes = excess.iter().map(|&excess| excess <= self.tolerance).collect();
             return Ok(self.with_facets(nodes));
         }
-        let both = |a: &mut Chosen, b: Chosen, join: fn(bool, bool) -> bool| {
-            a.nodes.iter_mut().zip(b.nodes).for_each(|(a, b)| *a = join(*a, b));
-            a.facets.iter_mut().zip(b.facets).for_each(|(a, b)| *a = join(*a, b));
-        };
         match &selection.0 {
             Rule::All(parts) | Rule::Any(parts) => {
-                let all = matches!(selection.0, Rule::All(_));
+                let join: fn(bool, bool) -> bool = match selection.0 {
+                    Rule::All(_) => |a, b| a && b,
+                    _ => |a, b| a || b,
+                };
                 let (first, rest) = parts.split_first().ok_or(SelectionError::NoSelections)?;
                 let mut chosen = self.choose(first)?;
                 for part in rest {
-                    both(
-                        &mut chosen,
-                        self.choose(part)?,
-                        if all { |a, b| a && b } else { |a, b| a || b },
-                    );
+                    let Chosen { nodes, facets } = self.choose(part)?;
+                    chosen.nodes.iter_mut().zip(nodes).for_each(|(a, b)| *a = join(*a, b));
+                    chosen.facets.iter_mut().zip(facets).for_each(|(a, b)| *a = join(*a, b));
                 }
                 Ok(chosen)
             }
             Rule::Not(inner) => {
                 let mut chosen = self.choose(inner)?;
-                chosen
-                    .nodes
-                    .iter_mut()
-                    .chain(&mut chosen.facets)
-                    .for_each(|chosen| *chosen = !*chosen);
+                let all = chosen.nodes.iter_mut().chain(&mut chosen.facets);
+                all.for_each(|one| *one = !*one);
                 Ok(chosen)
             }
             Rule::Facing { degrees, .. } => {

@@ -2,7 +2,7 @@
 //! numbering, and errors with their place.
 
 use sinew_mesh::{
-    AnyMesh, Mesh, ReadReport, TetMesh, boundary_facets, box_hexahedra, box_tetrahedra,
+    AnyMesh, Element, Mesh, ReadReport, TetMesh, boundary_facets, box_hexahedra, box_tetrahedra,
     enclosed_volume, parse, parse_mesh, read_mesh, rectangle_triangles,
 };
 use std::fmt::Write;
@@ -78,6 +78,58 @@ fn meshes_come_back_with_their_sets_and_faces() {
     assert_comes_back(&box_tetrahedra([2.0, 1.0, 1.0], [2, 2, 1]).quadratic());
     assert_comes_back(&box_hexahedra([2.0, 1.0, 1.0], [3, 2, 2]));
     assert_comes_back(&rectangle_triangles([2.0, 1.0], [3, 2]));
+}
+
+/// One element of a type on so many nodes, which are those of a reference cell where there is one.
+fn element(name: &str, nodes: usize) -> String {
+    let mut text = String::from("*NODE\n");
+    for node in 0..nodes {
+        let at = match nodes {
+            3 | 4 | 6 | 8 | 10 => Element::with_nodes(nodes).nodes[node],
+            _ => [node, node * node, node * node * node].map(|x| x as f64),
+        };
+        writeln!(text, "{}, {}, {}, {}", node + 1, at[0], at[1], at[2]).unwrap();
+    }
+    let numbers: Vec<_> = (1..=nodes).map(|node| node.to_string()).collect();
+    text + &format!("*ELEMENT, TYPE={name}\n1, {}\n", numbers.join(", "))
+}
+
+#[test]
+fn types_of_elements_with_their_variants() {
+    let cells = [
+        ("C3D4H", 4),
+        ("c3d10", 10),
+        ("C3D10HS", 10),
+        ("C3D10MH", 10),
+        ("C3D8RH", 8),
+        ("S3R", 3),
+        ("STRI65", 6),
+        ("M3D6", 6),
+    ];
+    for (name, nodes) in cells {
+        let (mesh, report) = parse("test.inp", element(name, nodes).as_bytes()).unwrap();
+        assert_eq!((mesh.element(), mesh.cell_count()), (Element::with_nodes(nodes), 1), "{name}");
+        assert_eq!(report.repaired_cells, 0, "{name}");
+    }
+    for (name, nodes, shape) in
+        [("C3D20R", 20, "a quadratic hexahedron"), ("S4R5", 4, "a quadrilateral")]
+    {
+        assert_refused(&element(name, nodes), &["cell 0 is ", shape]);
+    }
+    for name in ["B31", "T3D2"] {
+        let text = element("C3D4", 4) + &format!("*ELEMENT, TYPE={name}\n2, 1, 2\n");
+        let (mesh, report) = parse_mesh::<4>("test.inp", text.as_bytes()).unwrap();
+        assert_eq!((mesh.cells.len(), report.dropped_cells), (1, 1), "{name}");
+    }
+    for name in ["CAX3", "COH3D8", "U1", "C3D", "C3D7", "C3D99999999999999999999"] {
+        assert_refused(&element(name, 4), &["the element type", name, "use C3D4, C3D10 or C3D8"]);
+    }
+    assert_refused(&element("", 4), &["TYPE=… of *ELEMENT"]);
+    // Faces end where the manual's do.
+    for (name, nodes, face) in [("C3D10MH", 10, "S5"), ("C3D8R", 8, "S7"), ("CPS3", 3, "S4")] {
+        let text = element(name, nodes) + &format!("*SURFACE, NAME=s\n1, {face}\n");
+        assert_refused(&text, &["a face that the element has", face]);
+    }
 }
 
 #[test]
@@ -195,6 +247,17 @@ fn sets_in_all_their_forms() {
         (&vec![0, 1, 2], &vec![0, 1, 2, 3])
     );
     assert_eq!((&mesh.node_sets["all"], &mesh.node_sets["empty"]), (&vec![0, 1, 2, 3], &vec![]));
+    // Comments and empty lines may stand anywhere, and a keyword may go on behind a comma at the end of its line.
+    let mesh = corner_with(
+        "** a comment\n*Nset ,  nset = \"My, Set\",\n internal , GENERATE\n1, 9,2\n** x\n\n*node output\nU\n",
+    );
+    assert_eq!(mesh.node_sets["My, Set"], [0, 2]);
+    // Capitals matter in quotation marks only.
+    let mesh = corner_with(
+        "*NSET, NSET=\"Base\"\n1\n*NSET, NSET=\"BASE\"\n2\n*NSET, NSET=Top\n3\n*NSET, NSET=TOP\n4\n",
+    );
+    let sets: Vec<_> = ["Base", "BASE", "Top"].map(|name| mesh.node_sets[name].clone()).into();
+    assert_eq!((sets, mesh.node_sets.len()), (vec![vec![0], vec![1], vec![2, 3]], 4));
     // Keywords may stand in any order, a set before the nodes too.
     let text = format!("*NSET, NSET=base\n1, 2\n{CORNER}");
     assert_eq!(parse_mesh::<4>("test", text.as_bytes()).unwrap().0.node_sets["base"], [0, 1]);
@@ -205,6 +268,13 @@ fn sets_in_all_their_forms() {
     let sides =
         |name: &str| mesh.facet_sets[name].iter().map(|facet| facet.opposite).collect::<Vec<_>>();
     assert_eq!((sides("skin"), sides("SKIN"), sides("elset:skin")), (vec![0], vec![2], vec![3]));
+}
+
+#[test]
+fn a_comma_at_the_end_of_a_keyword_does_not_swallow_data() {
+    let text = CORNER.replace("*NODE, NSET=all\n1, 0, 0, 0\n", "*NODE,\n1, 0., 1.D-1, 2\n");
+    let (mesh, _) = parse_mesh::<4>("test", text.as_bytes()).unwrap();
+    assert_eq!((mesh.points.len(), mesh.points[0]), (4, [0.0, 0.1, 2.0]));
 }
 
 #[test]

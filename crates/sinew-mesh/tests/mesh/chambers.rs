@@ -1,6 +1,7 @@
 //! Walls between surfaces: those of an ideal ventricle, whose wall is known, and of a person where they are.
 
 use crate::legacy::{VtkEncoding, to_vtk_surface};
+use nalgebra::Vector3;
 use sinew_mesh::{
     Chamber, ChamberError, Size, TriangleMesh, Trim, TruncatedEllipsoid, WallOptions,
     boundary_facets, enclosed_volume, extract_surface, parse_mesh, quality, read_mesh, to_stl,
@@ -30,6 +31,17 @@ fn chamber([endocardium, epicardium]: &[TriangleMesh; 2]) -> Chamber<'_> {
 
 fn nodes(count: usize) -> WallOptions {
     WallOptions { size: Size::Nodes(count), ..WallOptions::default() }
+}
+
+/// Whether a point lies on a triangle.
+fn is_on([a, b, c]: &[Vector3<f64>; 3], x: Vector3<f64>) -> bool {
+    let normal = (b - a).cross(&(c - a));
+    // Rounding of the way along a ray, some hundred times that of a length of 75 mm.
+    let near = ((x - a).dot(&normal) / normal.norm()).abs() < 4e-11;
+    let inside = [(a, b), (b, c), (c, a)]
+        .map(|(from, to)| (to - from).cross(&(x - from)).dot(&normal) / normal.norm_squared());
+    // Beyond its edges, rays meet a triangle still at a distance of 1e-9 of its size.
+    near && inside.iter().all(|share| *share > -2e-9)
 }
 
 /// Volume of an ellipsoid of revolution below the base.
@@ -68,6 +80,29 @@ fn an_ideal_wall_is_found_again() {
             assert!((mesh.points[node][2] - 15.0).abs() < 0.02, "{:?}", mesh.points[node]);
         }
         assert!(wall.hexahedra().unwrap().cells.len() * 6 == mesh.cells.len());
+    }
+}
+
+/// The sixty-four rays of a section run along edges of triangles.
+#[test]
+fn columns_of_nodes_rise_straight_from_the_triangles_of_the_endocardium() {
+    let surfaces = ideal();
+    let wall = chamber(&surfaces).wall(&nodes(1500)).unwrap();
+    let mesh = wall.hexahedra().unwrap();
+    let ([layers, ..], [columns, _]) = (wall.report().cells, wall.report().columns);
+    assert_eq!(mesh.points.len(), columns * (layers + 1));
+    let triangles: Vec<_> =
+        (0..surfaces[0].cells.len()).map(|cell| surfaces[0].corners(cell)).collect();
+    let at = |node: usize| Vector3::from(mesh.points[node]);
+    for column in 0..columns {
+        let (inner, outer) = (at(column), at(column + columns * layers));
+        assert!(triangles.iter().any(|triangle| is_on(triangle, inner)), "{inner:?}");
+        for layer in 0..=layers {
+            let depth = layer as f64 / layers as f64;
+            let off = at(column + columns * layer) - inner.lerp(&outer, depth);
+            // Rounding of lengths of up to 75 mm.
+            assert!(off.norm() < 1e-12, "column {column}, layer {layer}");
+        }
     }
 }
 

@@ -1,17 +1,25 @@
-//! Readers, writers, generators and selections; damaged files.
+//! Cells, generators, readers, writers and selections; damaged files.
 
 #[path = "../../../../fixtures/organ/ventricles.rs"]
 mod ventricles;
 
 mod abaqus;
+mod arrays;
+mod boundaries;
 mod carp;
+mod cells;
 mod chambers;
 mod damage;
 mod fixtures;
+mod grids;
+mod implicit;
 mod left_out;
 mod legacy;
+mod middle_nodes;
+mod mixed;
 mod modes;
 mod mutations;
+mod named;
 mod organs;
 mod population;
 mod refusals;

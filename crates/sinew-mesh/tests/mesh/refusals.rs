@@ -125,6 +125,19 @@ fn bad_numbers_are_placed() {
     assert_refused("solid ball", &["neither"]);
 }
 
+#[test]
+fn a_place_is_the_line_and_the_byte_of_the_word() {
+    let text = vtk("4 0 1 2 3", "10", "").replace("1 1 1", "1 x 1");
+    // Blanks before the word and lines that begin with some.
+    let text = text.replace("ASCII\n", "  ASCII \n").replace(" x ", "   x ");
+    let place = format!("test, line 6 (byte {}): expected coordinates", text.find('x').unwrap());
+    assert_refused(&text, &[&place, "`x`"]);
+    // Nothing of a count that overflows is allocated.
+    let most = usize::MAX.to_string();
+    let text = text.replace("POINTS 5", &format!("POINTS {most}"));
+    assert_refused(&text, &["test, line 5", "coordinates: only", "left"]);
+}
+
 /// A VTU file whose connectivity is the given zlib array.
 fn vtu_with_connectivity(array: &str) -> String {
     format!(

@@ -115,6 +115,28 @@ fn an_empty_selection_says_how_near_the_nearest_came() {
 }
 
 #[test]
+fn distances_from_a_surface_are_those_from_a_cube() {
+    let cube = box_tetrahedra([2.0; 3], [5; 3]);
+    let surface = extract_surface(&cube, &boundary_facets(&cube)).mesh;
+    for step in 0..300 {
+        let point = [0.37, 0.73, 1.31].map(|f| 5.0 * (f * f64::from(step)).sin());
+        let beyond = point.map(|x: f64| (-x).max(x - 2.0));
+        let outside = beyond.map(|x| x.max(0.0).powi(2)).iter().sum::<f64>().sqrt();
+        let inside = -beyond.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let expected = if outside > 0.0 { outside } else { inside };
+        // So small a mesh that the tolerance of selections, which is relative to it, is rounding.
+        let mut points = vec![point; 4];
+        (0..3).for_each(|axis| points[axis + 1][axis] += 1e-8);
+        let mut mesh = TetMesh::new(points, vec![[0, 1, 2, 3]]).unwrap();
+        let mut holds = |within: f64| {
+            mesh.select("near", &Selection::near(&surface, within)).is_ok()
+                && mesh.node_sets["near"].contains(&0)
+        };
+        assert!(!holds(expected - 1e-12) && holds(expected + 1e-12), "{point:?}");
+    }
+}
+
+#[test]
 fn senseless_selections_are_refused() {
     let mut mesh = box_tetrahedra([2.0, 1.0, 1.0], [4, 2, 2]);
     let mut refuse = |selection: Selection| mesh.select("s", &selection).unwrap_err();

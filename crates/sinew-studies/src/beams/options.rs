@@ -99,14 +99,3 @@ fn parse_effort(text: &str) -> Result<f64, String> {
         Err(format!("`{text}` is outside 0.01 to 1000"))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::CommandFactory;
-
-    #[test]
-    fn command_line_is_consistent() {
-        BeamOptions::command().debug_assert();
-    }
-}

@@ -91,39 +91,3 @@ fn budget(options: &BeamOptions, recipe: &Recipe) -> Budget {
         cost => Budget::Seconds(left / scenes * cost / total),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::Parser;
-
-    fn options(arguments: &[&str]) -> BeamOptions {
-        let start = ["reproduce-beam"];
-        BeamOptions::try_parse_from(start.iter().chain(arguments)).unwrap()
-    }
-
-    #[test]
-    fn a_budget_is_split_without_rest() {
-        let options = options(&["--budget", "10m"]);
-        let seconds = |method| match budget(&options, &recipe(&options, method)) {
-            Budget::Seconds(seconds) => seconds,
-            other => panic!("{other:?}"),
-        };
-        let total: f64 = options.method.iter().map(|&method| 2.0 * seconds(method)).sum();
-        assert!((total - (600.0 - 2.0 * FIXED_SECONDS)).abs() < 1e-9, "{total}");
-        assert!(seconds(Method::Pi) > seconds(Method::Dd));
-    }
-
-    #[test]
-    fn the_full_schedule_is_the_thesis() {
-        let options = options(&["--full"]);
-        let Recipe::PhysicsInformed(pi) = recipe(&options, Method::Pi) else { panic!("pi") };
-        assert_eq!(
-            (&pi.coordinates, pi.network),
-            (&OutputCoordinates::Components, Network::thesis())
-        );
-        assert_eq!(pi.training.budget, sinew_gnn::TrainingBudget::Steps(1_000_000));
-        assert_eq!((pi.training.learning_rate, pi.training.embedding_share), (1e-4, 1.0));
-        assert_eq!(budget(&options, &pi.into()), Budget::Effort(1.0));
-    }
-}

@@ -144,39 +144,3 @@ pub(crate) fn adam(
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn derivatives_equal_differences() {
-        const STEP: f64 = 1e-5;
-        let weights = random_weights(4);
-        let at = |x: f64| forward(&weights, x).output;
-        let (after, before, here) = (at(0.3 + STEP), at(0.3 - STEP), at(0.3));
-        for order in 0..2 {
-            let difference = (after[order] - before[order]) / (2.0 * STEP);
-            assert!((difference - here[order + 1]).abs() < 1e-8);
-        }
-        let adjoint = [0.7, -1.3, 0.4];
-        let mut gradient = vec![0.0; WEIGHTS];
-        backward(&weights, &forward(&weights, 0.3), adjoint, &mut gradient);
-        for (number, slope) in gradient.iter().enumerate() {
-            let objective = |step: f64| -> f64 {
-                let mut moved = weights.clone();
-                moved[number] += step;
-                forward(&moved, 0.3).output.iter().zip(adjoint).map(|(o, a)| o * a).sum()
-            };
-            let difference = (objective(STEP) - objective(-STEP)) / (2.0 * STEP);
-            assert!((difference - slope).abs() < 1e-8, "weight {number}");
-        }
-    }
-
-    #[test]
-    fn adam_finds_a_minimum() {
-        let mut x = vec![3.0, -2.0];
-        adam(&mut x, 2000, [0.1, 1e-4], |x| vec![2.0 * (x[0] - 1.0), 20.0 * (x[1] - 0.5)]);
-        assert!((x[0] - 1.0).abs() < 1e-3 && (x[1] - 0.5).abs() < 1e-3, "{x:?}");
-    }
-}

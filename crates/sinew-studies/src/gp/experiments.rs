@@ -92,33 +92,3 @@ impl Name {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_of_cases_are_unique() {
-        for quick in [false, true] {
-            for name in Name::value_variants() {
-                let experiment = name.experiment(Scale { quick }).unwrap();
-                let mut keys: Vec<String> =
-                    experiment.cases.iter().map(|case| case.key()).collect();
-                let count = keys.len();
-                keys.sort();
-                keys.dedup();
-                assert_eq!(keys.len(), count, "{}", name.key());
-            }
-        }
-    }
-
-    #[test]
-    fn choices_expand_once() {
-        assert_eq!(Name::chosen(&[]), Name::value_variants());
-        assert_eq!(
-            Name::chosen(&[Name::Heat1, Name::Pinn, Name::Heat1]),
-            [Name::Heat1, Name::Pinn]
-        );
-        assert_eq!(Name::AdvectionDiffusion.key(), "advection-diffusion");
-    }
-}

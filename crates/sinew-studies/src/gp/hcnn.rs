@@ -179,34 +179,3 @@ impl Network {
         points.iter().map(|[x]| self.left(*x, &mut unused)).collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gp::problems::poisson_1;
-
-    #[test]
-    fn slopes_equal_differences_and_conditions_hold() {
-        const STEP: f64 = 1e-5;
-        let problem = poisson_1().unwrap().problem;
-        let mut network = Network::train(&problem, (&[[0.5]], &[-2.0]), (1, 0), 3).unwrap();
-        let mut slopes = vec![0.0; network.weights.len()];
-        let left = network.left(0.7, &mut slopes);
-        assert!(left.is_finite());
-        for k in 0..slopes.len() {
-            let mut at = |step: f64| {
-                network.weights[k] += step;
-                let left = network.loads(&[[0.7]])[0];
-                network.weights[k] -= step;
-                left
-            };
-            let difference = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-            assert!((difference - slopes[k]).abs() < 1e-6 * difference.abs().max(1.0), "{k}");
-        }
-        let mut unused = slopes;
-        let mut at = |x: f64, order: usize| network.derivative(x, order, 1.0, &mut unused);
-        // u = u′ = 0 at 0, and u′ = u at 2.
-        assert!(at(0.0, 0).abs() < 1e-14 && at(0.0, 1).abs() < 1e-14);
-        assert!((at(2.0, 1) - at(2.0, 0)).abs() < 1e-10 * at(2.0, 0).abs().max(1.0));
-    }
-}

@@ -137,28 +137,3 @@ pub(crate) fn advection_diffusion(theta: &[f64]) -> Function<2> {
     let lines = Lines { ends: [0.0, 1.0], held: [Some(ZERO); 2], start, rate: None };
     lines.solve([theta[0], theta[1]])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gp::problems::{self, Setting};
-
-    #[test]
-    fn lines_come_near_the_solutions() {
-        fn off(setting: Setting<2>, family: fn(&[f64]) -> Function<2>) -> f64 {
-            let truth: Vec<f64> = setting.truth.iter().map(|truth| truth.value).collect();
-            let (solution, grid) = (family(&truth), setting.problem.domain().grid(23));
-            grid.iter().map(|x| (solution(*x) - (setting.solution)(*x)).abs()).fold(0.0, f64::max)
-        }
-        // Second order in cells of a hundredth; the layer's start has slopes of eight.
-        for (name, off, bound) in [
-            ("heat", off(problems::heat_1().unwrap(), heat_1), 1e-4),
-            ("layer", off(problems::layer().unwrap(), layer), 1e-3),
-            ("wave", off(problems::wave_1().unwrap(), wave_1), 1e-3),
-            ("advection", off(problems::advection_diffusion().unwrap(), advection_diffusion), 2e-3),
-        ] {
-            println!("{name}: off by {off:.1e}");
-            assert!(off < bound, "{name}: {off:e}");
-        }
-    }
-}

@@ -57,32 +57,3 @@ fn parse_count(text: &str) -> Result<usize, String> {
         _ => Err(format!("`{text}` is not a count: write a whole number from 1 on")),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::CommandFactory;
-
-    #[test]
-    fn command_line_is_consistent() {
-        Options::command().debug_assert();
-    }
-
-    #[test]
-    fn experiments_are_chosen_by_name() {
-        let parse = |arguments: &[&str]| {
-            let start = ["reproduce-gp"];
-            Options::try_parse_from(start.iter().chain(arguments))
-        };
-        let options = parse(&["--only", "heat-1,pinn", "--seeds", "3", "--threads", "1"]).unwrap();
-        assert_eq!(Name::chosen(&options.only), [Name::Heat1, Name::Pinn]);
-        assert_eq!((options.seeds(), options.threads()), (3, 1));
-        let quick = parse(&["--quick"]).unwrap();
-        assert_eq!(quick.seeds(), 1);
-        let wrong = parse(&["--only", "heat"]).unwrap_err().to_string();
-        assert!(wrong.contains("heat-1") && wrong.contains("advection-diffusion"), "{wrong}");
-        for wrong in ["0", "-1", "ten", "1.5"] {
-            assert!(parse(&[&format!("--seeds={wrong}")]).is_err(), "{wrong}");
-        }
-    }
-}

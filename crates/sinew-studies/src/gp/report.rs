@@ -149,17 +149,3 @@ fn wilson(held: usize, of: usize) -> [f64; 3] {
     let half = BAND / (1.0 + z2 / n) * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
     [share, (centre - half).max(0.0), (centre + half).min(1.0)]
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_binomial_interval_stays_between_zero_and_one() {
-        let all = wilson(20, 20);
-        assert!(all[0] == 1.0 && (all[2] - 1.0).abs() < 1e-12);
-        assert!((all[1] - 0.8389).abs() < 1e-3);
-        let most = wilson(188, 200);
-        assert!((most[1] - 0.898).abs() < 2e-3 && (most[2] - 0.965).abs() < 2e-3);
-    }
-}

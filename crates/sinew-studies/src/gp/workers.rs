@@ -38,32 +38,3 @@ pub(crate) fn each<P: Sync, T: Send>(
     done.sort_by_key(|&(index, _)| index);
     done.into_iter().map(|(_, result)| result).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use anyhow::bail;
-    use std::sync::atomic::{AtomicUsize, Ordering};
-
-    #[test]
-    fn every_piece_is_done_once_on_one_thread() {
-        let pieces: Vec<usize> = (0..50).collect();
-        let done = each(3, &pieces, |number| {
-            assert_eq!(rayon::current_num_threads(), 1);
-            Ok(2 * number)
-        });
-        assert_eq!(done.unwrap(), pieces.iter().map(|number| 2 * number).collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn an_error_stops_the_rest() {
-        let done = AtomicUsize::new(0);
-        let pieces: Vec<usize> = (0..100).collect();
-        let error = each(1, &pieces, |number| {
-            done.fetch_add(1, Ordering::Relaxed);
-            if *number == 3 { bail!("piece {number}") } else { Ok(()) }
-        });
-        assert_eq!(error.unwrap_err().to_string(), "piece 3");
-        assert!(done.into_inner() < 100);
-    }
-}

@@ -86,30 +86,3 @@ impl Options {
         organs + parts.map(|part| (part.minutes)()).sum::<f64>()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_budget_is_shared_by_what_is_run() {
-        let parse = |arguments: &[&str]| {
-            Options::try_parse_from(std::iter::once(&"organs").chain(arguments)).unwrap()
-        };
-        let options = parse(&["--only", "liver,twisting-cube", "--budget", "10m"]);
-        let seconds = |options: &Options, key: &str| {
-            options.seconds(ORGANS.iter().find(|organ| organ.key == key).unwrap().minutes)
-        };
-        let sum = seconds(&options, "liver") + seconds(&options, "twisting-cube");
-        assert!((sum - 600.0).abs() < 1e-9, "{sum}");
-        // Two networks of each, and none of a regression.
-        let more = parse(&["--only", "liver", "--budget", "10m", "--recipe", "pi,dd,regression"]);
-        assert!((seconds(&more, "liver") - 300.0).abs() < 1e-9);
-        // One network on the first mesh of the cube, two on the next two, one on the others.
-        let cubes = parse(&["--only", "cube-meshes"]);
-        assert_eq!(cubes.minutes(), 1.0 + 2.0 * 1.0 + 2.0 * 1.5 + 3.0 + 5.0);
-        let error =
-            Options::try_parse_from(["organs", "--only", "kidney"]).unwrap_err().to_string();
-        assert!(error.contains("twisting-cube"), "{error}");
-    }
-}

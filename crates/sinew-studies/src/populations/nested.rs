@@ -54,28 +54,3 @@ fn place(body: &Body, displacement: &mut [f64]) {
         body.frames.add(dof, off, displacement);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
-
-    #[test]
-    fn a_coarse_solution_saves_iterations() {
-        let [coarse, fine] = [[10, 2, 2], [40, 8, 8]].map(|cells| {
-            let mesh = sinew_mesh::box_tetrahedra([10.0, 2.0, 2.0], cells);
-            let scene = Scene::new(mesh, NeoHookean)
-                .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
-                .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
-                .load(Load::BodyForce([0.0, 0.0, -0.5]))
-                .support(Support::clamped("x_min"));
-            scene.lower().expect("a beam")
-        });
-        let theta = [60.0, 60.0];
-        let cold = Solver::new(&fine).unwrap().solve(&theta, &Options::default()).unwrap();
-        let nested = solve_nested(&coarse, &fine, &theta).unwrap();
-        assert!(nested.history.iterations.len() < cold.history.iterations.len());
-        let off = nested.displacement.iter().zip(&cold.displacement).map(|(a, b)| (a - b).abs());
-        assert!(off.fold(0.0, f64::max) < 1e-9);
-    }
-}

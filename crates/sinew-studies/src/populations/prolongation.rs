@@ -118,32 +118,3 @@ impl Neighbourhood {
         self.nodes.iter().map(share).collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nodes_on_lines_are_joined_by_others_until_they_span_the_body() {
-        let bar = sinew_mesh::box_tetrahedra([10.0, 2.0, 2.0], [40, 1, 1]);
-        let field = |[x, y, z]: &[f64; 3]| [y - z, x + 2.0 * z, 3.0 - y];
-        let values: Vec<f64> = bar.points.iter().flat_map(field).collect();
-        let points = [[5.01, 0.1, 0.1], [3.3, 1.0, 1.0], [9.9, 2.0, 0.0]];
-        let found = Prolongation::new(&bar.points, &points).vectors(&values);
-        let exact = points.iter().flat_map(field);
-        assert!(found.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-10), "{found:?}");
-    }
-
-    #[test]
-    fn constants_are_met_where_nodes_lie_in_a_plane_and_points_beside_it() {
-        let plane: Vec<[f64; 3]> =
-            (0..16).map(|i| [f64::from(i % 4), f64::from(i / 4), 0.0]).collect();
-        let found = Prolongation::new(&plane, &[[1.3, 1.7, 2.0]]);
-        let values: Vec<f64> = plane.iter().flat_map(|x| [1.0, x[0], 3.0 * x[1]]).collect();
-        let exact = [1.0, 1.3, 5.1];
-        // Rounding of a dozen terms.
-        assert!(found.vectors(&values).iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-12));
-        // A single node gives a constant field.
-        assert_eq!(Prolongation::new(&[[1.0; 3]], &[[2.0; 3]]).vectors(&[5.0; 3]), [5.0; 3]);
-    }
-}

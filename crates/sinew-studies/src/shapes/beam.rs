@@ -1,6 +1,6 @@
 //! Beams of random length, thickness, taper, waves, bend and twist.
 
-use super::{check_cells, padded};
+use super::checked::{check_cells, padded};
 use anyhow::{Result, ensure};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
@@ -63,27 +63,5 @@ impl BeamShape {
             cos * y - sin * z + n[9] * s * s,
             sin * y + cos * z + n[10] * s * s,
         ]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn beams_are_one_mesh_in_other_places_or_refused() {
-        let straight = BeamShape::new(&[]).unwrap().tetrahedra([10, 3, 3]).unwrap();
-        let other = [1.0, -0.5, 0.7, 0.2, -1.0, 0.3, 1.2, 0.0, 0.4, 1.5, -1.1, 0.8];
-        let other = BeamShape::new(&other).unwrap().tetrahedra([10, 3, 3]).unwrap();
-        assert_eq!((straight.points.len(), straight.cells.len()), (176, 540));
-        assert_eq!(other.cells, straight.cells);
-        assert_eq!(other.node_sets["x_min"], straight.node_sets["x_min"]);
-        assert!(BeamShape::new(&[]).unwrap().tetrahedra([4, 0, 2]).is_err());
-        let refused = BeamShape::new(&[0.0; 13]).unwrap_err().to_string();
-        assert!(refused.contains("has 12 finite numbers; 13 were given"), "{refused}");
-        // Bent back so sharply that its cells turn over.
-        let bent = [0.0, 9.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 40.0];
-        let folded = BeamShape::new(&bent).unwrap().tetrahedra([4, 3, 3]).unwrap_err().to_string();
-        assert!(folded.contains("the shape is folded"), "{folded}");
     }
 }

@@ -1,6 +1,6 @@
 //! Rings of random radius, thickness and form: slices of a vessel or of a heart's wall.
 
-use super::{check_cells, padded};
+use super::checked::{check_cells, padded};
 use anyhow::{Result, ensure};
 use sinew_mesh::{Field, TriangleMesh, repair_orientation};
 use std::f64::consts::TAU;
@@ -103,39 +103,4 @@ fn within(what: &str, value: f64, [least, most]: [f64; 2]) -> Result<()> {
         "the {what} of {value:.3} is not between {least} and {most}: draw other numbers"
     );
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-    use sinew_sample::standard_normals;
-
-    /// Rings are meshes without defects between two closed curves, or refused with the measure.
-    #[test]
-    fn rings_are_between_two_closed_curves() {
-        let mut random = ChaCha8Rng::seed_from_u64(1);
-        let mut numbers = || standard_normals(RingShape::NUMBERS, &mut random);
-        let shapes = (0..200).filter_map(|_| RingShape::new(&numbers()).ok());
-        let meshes: Vec<_> = shapes.map(|shape| shape.triangles([24, 3]).unwrap()).collect();
-        assert!(meshes.len() > 150, "{} of 200", meshes.len());
-        for mesh in &meshes {
-            assert!(mesh.check().is_ok());
-            assert_eq!(mesh.facet_sets["inner"].len() + mesh.facet_sets["outer"].len(), 48);
-        }
-        // A round ring's area, but for the polygon that stands for the circle.
-        let round = RingShape::new(&[]).unwrap().triangles([200, 2]).unwrap();
-        let area: f64 = (0..round.cells.len()).map(|cell| round.cell_volume(cell)).sum();
-        let exact = std::f64::consts::PI * (35f64.powi(2) - 25f64.powi(2));
-        assert!((area / exact - 1.0).abs() < 1e-3, "{area} {exact}");
-        assert_eq!(round.facet_sets["inner"].len(), 200);
-        let mut numbers = [0.0; RingShape::NUMBERS];
-        numbers[15] = -6.0;
-        let thin = RingShape::new(&numbers).unwrap_err().to_string();
-        assert!(thin.contains("thickness of the wall"), "{thin}");
-        assert!(RingShape::new(&[0.0; 31]).is_err());
-        let few = RingShape::new(&[]).unwrap().triangles([2, 1]).unwrap_err().to_string();
-        assert!(few.contains("2 x 1") && few.contains("three around"), "{few}");
-    }
 }

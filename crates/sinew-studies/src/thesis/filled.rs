@@ -186,17 +186,3 @@ fn source(run: &str, Stored { command, cpu_s, report }: &Stored) -> String {
     let date = from.finished.split(' ').next().unwrap_or_default();
     format!("Run `{run}`: `{command}`{cost}, {}, {date}.\n", from.machine)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_marker_of_what_is_not_kept_says_what_is_missing() {
-        let said = |page: &str| format!("{:#}", fill(page, &Runs::new()).unwrap_err());
-        assert!(said("<!-- table a/b | * | err_u -->\n<!-- end -->").contains("run a is kept"));
-        assert!(said("<!-- table a/b | * -->\n<!-- end -->").contains("this has 2"));
-        assert!(said("<!-- table a/b | * | err_u -->\n").contains("<!-- end -->"));
-        assert_eq!(fill("text\n", &Runs::new()).unwrap(), "text\n");
-    }
-}

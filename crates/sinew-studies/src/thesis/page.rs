@@ -164,26 +164,3 @@ pub(super) fn plain(value: f64, digits: usize) -> String {
         _ => scientific,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_the_digits_that_are_asked_for() {
-        let all = [(0.4164, 3), (1.48e-5, 2), (78.04, 2), (23.0, 2), (3.3e5, 2), (0.0, 2)];
-        let texts = all.map(|(value, digits)| plain(value, digits));
-        assert_eq!(texts, ["0.416", "1.5e-5", "78", "23", "3.3e5", "0.0"]);
-    }
-
-    #[test]
-    fn a_page_without_runs_has_every_figure_and_says_what_was_not_run() {
-        let text = page(&Runs::new()).unwrap();
-        assert!(
-            text.contains("| **All** | 328 | 0 | 0 | 0 | 0 | 328 | 0 | 0 | 0 | 0 | 0 | 328 | 0 |"),
-            "{text}"
-        );
-        assert!(text.contains("| K = 6, 50 % | 3.47e-2 mm | not run | |  | not run | |  |  |"));
-        assert!(text.contains("`cargo xtask reproduce-populations --only rectangles"));
-    }
-}

@@ -271,33 +271,3 @@ pub fn median(method: &str, column: &str) -> Option<f64> {
         .map(|cell| cell.limit);
     medians.min_by(f64::total_cmp)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_figure_is_a_number_with_a_place_of_ours() {
-        let mut counts = [0; 2];
-        for table in &thesis().table {
-            for cell in table.cells().unwrap() {
-                assert!(cell.limit > 0.0 && !cell.column.is_empty(), "{}", table.place);
-                counts[usize::from(table.kind.is_time())] += 1;
-            }
-            assert!(thesis().run.iter().any(|run| run.name == table.run), "{}", table.run);
-        }
-        assert_eq!(counts, [297, 31]);
-    }
-
-    #[test]
-    fn limits_have_the_digits_that_are_printed() {
-        assert_eq!(limit("4.16e-1").unwrap(), (0.416, 3));
-        assert_eq!(limit("0.03").unwrap(), (0.03, 2));
-        assert_eq!(limit("5.00e-1").unwrap().1, 3);
-        let (limit, _) = limit("0.994@1").unwrap();
-        assert!((limit - 0.0065).abs() < 1e-12, "{limit}");
-        assert_eq!(median("K = 6, M = 40, η = [24, 6]", "err_u"), Some(0.0347));
-        assert_eq!(median("K = 3, M = 40, η = [60, 8], trained further", "volume"), Some(0.34));
-        assert_eq!(median("POD + GP, 225 simulations", "err_u"), None);
-    }
-}

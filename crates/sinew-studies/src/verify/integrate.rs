@@ -57,24 +57,3 @@ pub(crate) fn points<const N: usize>(
         shapes.iter().map(at_point).collect::<Vec<_>>()
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use sinew_mesh::box_tetrahedra;
-
-    #[test]
-    fn linear_fields_are_integrated_exactly() {
-        let mesh = box_tetrahedra([1.0, 2.0, 3.0], [2; 3]).distorted(3, 0.2).quadratic();
-        let field: Vec<_> =
-            mesh.points.iter().flat_map(|x| [x[0] + 2.0 * x[1], x[2], 1.0]).collect();
-        let (mut volume, mut integral) = (0.0, 0.0);
-        for point in points(&mesh, Mesh::<10>::FINE_QUADRATURE) {
-            volume += point.volume;
-            integral += point.volume * point.value(&field)[0];
-            let slope = point.slope(&field);
-            assert!((slope[0][1] - 2.0).abs() < 1e-12 && (slope[1][2] - 1.0).abs() < 1e-12);
-        }
-        assert!((volume - 6.0).abs() < 1e-12 && (integral - 6.0 * 2.5).abs() < 1e-11);
-    }
-}

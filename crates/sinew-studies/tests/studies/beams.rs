@@ -1,10 +1,19 @@
 //! The whole path from mesh to report, small: what `cargo xtask reproduce-beam --quick` runs.
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use sinew_report::{Report, Row};
 use sinew_studies::beams::options::BeamOptions;
 use sinew_studies::beams::run::reproduce_beam;
+use sinew_studies::beams::scenes;
 use std::path::Path;
+
+/// Files behind the runs, which take hours with the options that are tested here.
+#[path = "../../src/beams/options.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod options;
+#[path = "../../src/beams/recipes.rs"]
+#[allow(dead_code)]
+mod recipes;
 
 fn options(out: &Path, more: &[&str]) -> BeamOptions {
     let start = ["reproduce-beam", "--quick", "--scene", "once", "--out"];
@@ -78,6 +87,11 @@ fn a_quick_run_reports_every_method_and_resumes_to_the_same_numbers() {
 }
 
 #[test]
+fn the_command_line_is_consistent() {
+    BeamOptions::command().debug_assert();
+}
+
+#[test]
 fn nothing_to_resume_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let error = reproduce_beam(&options(folder.path(), &["--resume"])).unwrap_err();
@@ -116,8 +130,59 @@ mod samples {
     }
 }
 
-mod scenes {
-    use sinew_studies::beams::scenes::BEAMS;
+mod schedules {
+    use super::options::BeamOptions;
+    use super::recipes::{recipes, training};
+    use clap::Parser;
+    use sinew_emulate::Budget;
+    use sinew_gnn::{Network, OutputCoordinates, Recipe};
+    use std::path::Path;
+
+    /// Emulators with their recipes and budgets.
+    fn budgets(arguments: &[&str]) -> Vec<(&'static str, Recipe, Budget)> {
+        let start = ["reproduce-beam"];
+        let options = BeamOptions::try_parse_from(start.iter().chain(arguments)).unwrap();
+        let with_budget = |(name, recipe)| {
+            let budget = training(&options, &recipe, Path::new("unused/once")).budget;
+            (name, recipe, budget)
+        };
+        recipes(&options).into_iter().map(with_budget).collect()
+    }
+
+    #[test]
+    fn a_budget_is_split_without_rest() {
+        let budgets = budgets(&["--budget", "10m"]);
+        let seconds = |name: &str| {
+            let found = budgets.iter().find(|(known, ..)| *known == name);
+            match found.map(|(.., budget)| budget) {
+                Some(Budget::Seconds(seconds)) => *seconds,
+                other => panic!("{other:?}"),
+            }
+        };
+        // Two beams, and ten seconds of each for all that is no training; regressions take no share.
+        let total = 2.0 * (seconds("dd") + seconds("pi"));
+        assert!((total - (600.0 - 2.0 * 10.0)).abs() < 1e-9, "{total}");
+        assert!(seconds("pi") > seconds("dd"));
+        assert_eq!(budgets.len(), 3);
+    }
+
+    #[test]
+    fn the_full_schedule_is_the_thesis() {
+        let budgets = budgets(&["--full"]);
+        let pi = budgets.into_iter().find(|(name, ..)| *name == "pi").unwrap();
+        let (_, Recipe::PhysicsInformed(pi), budget) = pi else { panic!("pi") };
+        assert_eq!(
+            (&pi.coordinates, pi.network),
+            (&OutputCoordinates::Components, Network::thesis())
+        );
+        assert_eq!(pi.training.budget, sinew_gnn::TrainingBudget::Steps(1_000_000));
+        assert_eq!((pi.training.learning_rate, pi.training.embedding_share), (1e-4, 1.0));
+        assert_eq!(budget, Budget::Effort(1.0));
+    }
+}
+
+mod both_beams {
+    use super::scenes::BEAMS;
 
     #[test]
     fn both_beams_have_the_thesis_mesh() {

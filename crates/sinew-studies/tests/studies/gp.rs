@@ -1,11 +1,34 @@
 //! The experiments with Gaussian processes, small: what `cargo xtask reproduce-gp --quick` runs.
 
-use clap::{Parser, ValueEnum};
+use clap::{CommandFactory, Parser, ValueEnum};
 use sinew_report::{Block, Report, Row};
 use sinew_studies::gp::experiments::Name;
 use sinew_studies::gp::options::Options;
 use sinew_studies::gp::reproduce_gp;
 use std::path::Path;
+
+mod cases;
+mod formulas;
+
+/// Files of the experiments behind their reports, which hold results alone.
+#[path = "../../src/gp/deep.rs"]
+#[allow(dead_code)]
+mod deep;
+#[path = "../../src/gp/lines.rs"]
+#[allow(dead_code)]
+mod lines;
+#[path = "../../src/gp/pentagon.rs"]
+#[allow(dead_code)]
+mod pentagon;
+#[path = "../../src/gp/problems.rs"]
+#[allow(dead_code)]
+mod problems;
+#[path = "../../src/gp/row.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod row;
+#[path = "../../src/gp/workers.rs"]
+#[allow(dead_code)]
+mod workers;
 
 fn options(out: &Path, more: &[&str]) -> Options {
     let start = ["reproduce-gp", "--quick", "--out"];
@@ -54,6 +77,9 @@ fn a_quick_run_has_a_finite_row_for_every_case() {
     let scale = sinew_studies::gp::experiment::Scale { quick: true };
     let cases = Name::value_variants().iter().map(|name| name.experiment(scale).unwrap().cases);
     assert_eq!(rows(&report).count(), cases.flatten().count(), "{:?}", report.notes);
+    // A quick run has one data set.
+    let case = folder.path().join("heat-1/heat-bvp-1-hcgp");
+    assert!(case.join("0000.json").exists() && !case.join("0001.json").exists());
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert_eq!(page.matches("<section").count(), names.len() + 2);
     assert!(!page.contains("NaN"));
@@ -62,7 +88,8 @@ fn a_quick_run_has_a_finite_row_for_every_case() {
 #[test]
 fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
     let folder = tempfile::tempdir().unwrap();
-    let only = ["--only", "heat-1,allen-cahn", "--seeds", "2"];
+    // An experiment that is named twice runs once.
+    let only = ["--only", "heat-1,allen-cahn,heat-1", "--seeds", "2"];
     let of =
         |report: &Report| rows(report).map(numbers).chain([restarts(report)]).collect::<Vec<_>>();
     let run =
@@ -90,6 +117,24 @@ fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
     let nothing = options(&folder.path().join("nothing"), &["--resume"]);
     let message = reproduce_gp(&nothing).unwrap_err().to_string();
     assert!(message.contains("without --resume"), "{message}");
+}
+
+#[test]
+fn experiments_are_chosen_by_name() {
+    Options::command().debug_assert();
+    let parse = |arguments: &[&str]| {
+        let start = ["reproduce-gp"];
+        Options::try_parse_from(start.iter().chain(arguments))
+    };
+    let options = parse(&["--only", "heat-1,pinn", "--seeds", "3", "--threads", "1"]).unwrap();
+    assert_eq!(options.only, [Name::Heat1, Name::Pinn]);
+    assert_eq!((options.seeds, options.threads), (Some(3), Some(1)));
+    assert_eq!(Name::AdvectionDiffusion.key(), "advection-diffusion");
+    let wrong = parse(&["--only", "heat"]).unwrap_err().to_string();
+    assert!(wrong.contains("heat-1") && wrong.contains("advection-diffusion"), "{wrong}");
+    for wrong in ["0", "-1", "ten", "1.5"] {
+        assert!(parse(&[&format!("--seeds={wrong}")]).is_err(), "{wrong}");
+    }
 }
 
 mod experiment {
@@ -123,9 +168,9 @@ mod experiment {
 }
 
 mod section {
-    use sinew_report::{Table, Value};
+    use sinew_report::{Block, Table, Value};
     use sinew_studies::gp::report::section;
-    use sinew_studies::gp::row::{Label, Method, Row, Run, Thesis, Truth};
+    use sinew_studies::gp::row::{Covered, Label, Method, Row, Run, Thesis, Truth};
 
     fn row(err_u: f64, theta: f64) -> Row {
         let label = Label {
@@ -138,6 +183,31 @@ mod section {
         };
         let run = Run { err_u, seconds: 0.5, theta: vec![theta], ..Run::default() };
         Row::of(label, vec![run], Vec::new()).unwrap()
+    }
+
+    /// Intervals of Wilson (1927) by their formula.
+    #[test]
+    fn a_binomial_interval_stays_between_zero_and_one() {
+        let said = |held: usize, of: usize| {
+            let run = |number: usize| {
+                let intervals = vec![[0.9, 1.1]];
+                let covered = Some(Covered { intervals, theta: vec![number < held], u: 0.95 });
+                let (err_u, seconds, theta) = (1e-5, 0.5, vec![1.0]);
+                Run { err_u, seconds, theta, covered, ..Run::default() }
+            };
+            let label = row(1e-5, 1.0).label;
+            let row = Row::of(label, (0..of).map(run).collect(), Vec::new()).unwrap();
+            let section = section("heat".into(), "Heat", "", &[row], Vec::new()).unwrap();
+            let text = section.blocks.into_iter().filter_map(|block| match block {
+                Block::Text(text) => Some(text),
+                _ => None,
+            });
+            text.last().unwrap()
+        };
+        let all = said(20, 20);
+        assert!(all.contains("20 of 20 = 100.0 % (95 % interval 83.9 to 100.0)"), "{all}");
+        let most = said(188, 200);
+        assert!(most.contains("188 of 200 = 94.0 % (95 % interval 89.8 to 96.5)"), "{most}");
     }
 
     #[test]

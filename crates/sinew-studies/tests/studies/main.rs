@@ -1,9 +1,16 @@
 //! Quick runs of the studies: the same code as the full ones, on small meshes with few steps; the benchmarks' references against each other.
 
 mod beams;
+mod coverage;
+mod ecdf;
 mod gp;
 mod organs;
 mod populations;
 mod references;
+mod shapes;
 mod thesis;
+mod thesis_figures;
 mod verify;
+
+// Names that files of the studies take from their crate, where they are compiled into this program.
+use sinew_studies::{program, timing};

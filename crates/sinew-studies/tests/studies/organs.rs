@@ -4,6 +4,13 @@ use clap::Parser;
 use sinew_report::Report;
 use sinew_studies::organs::options::{Options, keys};
 
+mod budget;
+/// The file that shares a budget, over a list that is short.
+#[path = "../../src/organs/options.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod for_budgets;
+mod scenes;
+
 fn options(arguments: &[&str], out: &std::path::Path) -> Options {
     let fixed = ["organs", "--quick", "--meshes", "nowhere", "--out", out.to_str().unwrap()];
     Options::try_parse_from(fixed.iter().chain(arguments)).unwrap()

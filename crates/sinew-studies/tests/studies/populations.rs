@@ -5,6 +5,9 @@ use sinew_report::{Block, Report, Section};
 use sinew_studies::populations::options::Options;
 use sinew_studies::populations::run::reproduce;
 
+mod parts;
+mod verdict;
+
 #[test]
 fn a_quick_run_reports_every_population_and_is_resumed() {
     let folder = tempfile::tempdir().unwrap();

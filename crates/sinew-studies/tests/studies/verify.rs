@@ -1,6 +1,7 @@
 //! Rows, cases, and what the program makes of them.
 
 use clap::{CommandFactory, Parser};
+use sinew_mesh::{Mesh, box_tetrahedra};
 use sinew_studies::verify::run::run;
 use sinew_studies::verify::{
     Band, Case, Cost, Effort, Formulation, Label, Measure, Options, Row, Rows, cases, report,
@@ -8,6 +9,11 @@ use sinew_studies::verify::{
 };
 use std::collections::BTreeSet;
 use std::path::Path;
+
+/// The file behind norms of errors.
+#[path = "../../src/verify/integrate.rs"]
+#[allow(dead_code)]
+mod integrate;
 
 /// A case of two meshes whose finer one lies in its band.
 const GOOD: Case = Case {
@@ -164,7 +170,7 @@ fn cases_have_names_of_their_own_and_say_where_references_come_from() {
 /// The cheap cases, as they run under `--quick`.
 #[test]
 fn cheap_cases_pass() {
-    for name in ["patch", "shear", "beam-fixture", "elastica"] {
+    for name in ["patch", "shear", "beam-fixture", "elastica", "limit-point"] {
         let outcome = run(cases::find(name).expect(name), Effort::Quick, &mut |_| ());
         assert!(outcome.passes(), "{}", table(&outcome));
     }
@@ -176,4 +182,18 @@ fn the_command_line_is_sound() {
     let options = Options::parse_from(["verify", "--only", "cook", "--only", "beam", "--quick"]);
     assert_eq!(options.only, ["cook", "beam"]);
     assert!(options.quick && !options.list);
+}
+
+#[test]
+fn linear_fields_are_integrated_exactly() {
+    let mesh = box_tetrahedra([1.0, 2.0, 3.0], [2; 3]).distorted(3, 0.2).quadratic();
+    let field: Vec<_> = mesh.points.iter().flat_map(|x| [x[0] + 2.0 * x[1], x[2], 1.0]).collect();
+    let (mut volume, mut integral) = (0.0, 0.0);
+    for point in integrate::points(&mesh, Mesh::<10>::FINE_QUADRATURE) {
+        volume += point.volume;
+        integral += point.volume * point.value(&field)[0];
+        let slope = point.slope(&field);
+        assert!((slope[0][1] - 2.0).abs() < 1e-12 && (slope[1][2] - 1.0).abs() < 1e-12);
+    }
+    assert!((volume - 6.0).abs() < 1e-12 && (integral - 6.0 * 2.5).abs() < 1e-11);
 }

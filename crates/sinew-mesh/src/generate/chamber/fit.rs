@@ -106,14 +106,12 @@ impl<'a> Fit<'a> {
 
     /// Median thickness across the axis in the upper half.
     fn thickness(&self) -> f64 {
-        let rows = self.table[ROWS / 2..].iter();
-        let ways = rows
-            .flat_map(|row| {
-                let middle = row.iter().sum::<Point>() / COLUMNS as f64;
-                row.iter()
-                    .filter_map(move |x| Some(self.trees.outside(*x, (x - middle).normalize())?.0))
-            })
-            .collect();
+        let mut ways = Vec::new();
+        for row in &self.table[ROWS / 2..] {
+            let middle = row.iter().sum::<Point>() / COLUMNS as f64;
+            let outward = row.iter().map(|x| (*x, (x - middle).normalize()));
+            ways.extend(outward.filter_map(|(x, way)| Some(self.trees.outside(x, way)?.0)));
+        }
         Spread::of(ways).map_or(self.meridian / 10.0, |ways| ways.median)
     }
 

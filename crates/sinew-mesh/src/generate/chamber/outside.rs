@@ -5,6 +5,7 @@ use super::error::{ChamberError, shown};
 use super::trees::{Point, Trees};
 use crate::generate::wall::Sheet;
 use crate::quality::Spread;
+use std::collections::BTreeSet;
 
 /// Largest share of nodes whose ray misses every outer surface; they take the thickness of their neighbours.
 const MISSED: f64 = 0.1;
@@ -78,19 +79,15 @@ pub(super) fn is_rim(at: &[f64; 3]) -> bool {
 }
 
 fn neighbours(sheet: &Sheet) -> Vec<Vec<usize>> {
-    let mut neighbours = vec![Vec::new(); sheet.points.len()];
+    let mut neighbours = vec![BTreeSet::new(); sheet.points.len()];
     for quad in &sheet.quads {
         for k in 0..4 {
             let [a, b] = [quad[k], quad[(k + 1) % 4]];
-            neighbours[a].push(b);
-            neighbours[b].push(a);
+            neighbours[a].insert(b);
+            neighbours[b].insert(a);
         }
     }
-    for list in &mut neighbours {
-        list.sort_unstable();
-        list.dedup();
-    }
-    neighbours
+    neighbours.into_iter().map(Vec::from_iter).collect()
 }
 
 /// Unit normals away from the cavity, smoothed; those at the base lie in its plane.

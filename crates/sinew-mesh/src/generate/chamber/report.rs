@@ -124,8 +124,8 @@ fn volume_below(surface: &TriangleMesh, base: &Base) -> f64 {
 
 fn crossings(chamber: &Chamber<'_>, base: &Base) -> (usize, Option<[f64; 3]>) {
     let mut all = TriangleMesh::default();
-    for surface in [Some(chamber.endocardium), Some(chamber.epicardium), chamber.septum] {
-        let Some(surface) = surface else { continue };
+    let surfaces = [Some(chamber.endocardium), Some(chamber.epicardium), chamber.septum];
+    for surface in surfaces.into_iter().flatten() {
         let step = all.points.len();
         all.points.extend(&surface.points);
         all.cells.extend(surface.cells.iter().map(|cell| cell.map(|node| node + step)));

@@ -46,11 +46,10 @@ impl Lengths {
             }
             Size::Edge(edge) => fail(format!("edges cannot be {edge} long")),
             Size::Nodes(wanted) if NODES.contains(&wanted) => {
-                let cells = self.about(wanted, options.layers);
-                cells.map_or_else(
-                    || fail(format!("{wanted} nodes are too few for so many layers")),
-                    Ok,
-                )
+                match self.about(wanted, options.layers) {
+                    Some(cells) => Ok(cells),
+                    None => fail(format!("{wanted} nodes are too few for so many layers")),
+                }
             }
             Size::Nodes(wanted) => fail(format!("{wanted} nodes cannot be made")),
         }

@@ -135,34 +135,3 @@ fn run(method: Method, scale: Scale, task: &Task) -> Result<Run> {
         ..Run::default()
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn gradients_of_both_losses_equal_differences() {
-        const STEP: f64 = 1e-5;
-        let weights = random_weights(2);
-        let value = |loss: &Loss, energy: bool, weights: &[f64]| -> f64 {
-            let at = |(x, share): &(f64, f64)| {
-                let [u, slope, bend] = constrained(*x, forward(weights, *x).output);
-                let strong = (load(*x) + bend).powi(2);
-                share * if energy { 0.5 * slope * slope - load(*x) * u } else { strong }
-            };
-            loss.points.iter().map(at).sum()
-        };
-        for (loss, energy) in [(Loss::strong(), false), (Loss::energy().unwrap(), true)] {
-            let gradient = loss.gradient(&weights);
-            for number in [0, 20, 100, 200, WEIGHTS - 1] {
-                let at = |step: f64| {
-                    let mut moved = weights.clone();
-                    moved[number] += step;
-                    value(&loss, energy, &moved)
-                };
-                let difference = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-                assert!((difference - gradient[number]).abs() < 1e-7 * difference.abs().max(1.0));
-            }
-        }
-    }
-}

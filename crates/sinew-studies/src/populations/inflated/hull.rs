@@ -34,26 +34,3 @@ pub(super) fn hull_volume(points: &[[f64; 3]]) -> f64 {
 
 /// A point this far above a face is on it [relative to the volume to begin with]: rounding of a product of three differences.
 const FLAT: f64 = 1e-12;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn hulls_have_the_volumes_of_a_box_and_of_a_ball() {
-        // Many of the grid's points are on a face or an edge of the box.
-        let grid = (0..125).map(|k| [k % 5, k / 5 % 5, k / 25].map(|i| f64::from(i) / 4.0));
-        let turned = |[x, y, z]: [f64; 3]| [0.6 * x - 0.8 * y + 7.0, 0.8 * x + 0.6 * y, 3.0 * z];
-        let grid: Vec<_> = grid.map(turned).collect();
-        assert!((hull_volume(&grid) - 3.0).abs() < 1e-12); // rounding
-        // Points of a spiral on a sphere; a hull of n of them lacks about 5.5 / n of its volume.
-        let spiral = |k: u32| {
-            let (z, angle) = (1.0 - (2.0 * f64::from(k) + 1.0) / 500.0, 2.399963 * f64::from(k));
-            let r = (1.0 - z * z).sqrt();
-            [r * angle.cos(), r * angle.sin(), z]
-        };
-        let ball = hull_volume(&(0..500).map(spiral).collect::<Vec<_>>());
-        let missing = 1.0 - ball / (4.0 / 3.0 * std::f64::consts::PI);
-        assert!((0.005..0.02).contains(&missing), "{missing}");
-    }
-}

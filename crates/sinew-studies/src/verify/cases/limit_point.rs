@@ -83,16 +83,3 @@ fn parabola_top([a, b, c]: [[f64; 2]; 3]) -> Option<[f64; 2]> {
     let top = a[1] + (at - a[0]) * (first + curvature * (at - b[0]));
     (curvature < 0.0 && at.is_finite()).then_some([at, top])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parabolas_have_their_top() {
-        let f = |x: f64| 3.0 - 2.0 * (x - 1.8).powi(2);
-        let [at, top] = parabola_top([1.7, 1.9, 2.3].map(|x| [x, f(x)])).unwrap();
-        assert!((at - 1.8).abs() < 1e-12 && (top - 3.0).abs() < 1e-12);
-        assert_eq!(parabola_top([1.0, 2.0, 3.0].map(|x| [x, x * x])), None);
-    }
-}

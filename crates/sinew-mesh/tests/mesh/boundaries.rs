@@ -1,0 +1,155 @@
+//! Edges, facets and surfaces of meshes, and surfaces that pass through themselves.
+
+use nalgebra::Vector3;
+use sinew_mesh::{
+    Facet, Field, Surface, TriangleMesh, boundary_facets, box_tetrahedra, edges, enclosed_volume,
+    extract_surface, rectangle_triangles, remove_unused_nodes, self_intersections,
+};
+
+#[test]
+fn edges_of_one_cube() {
+    let edges = edges(&box_tetrahedra([1.0; 3], [1; 3]));
+    // 12 edges, 6 face diagonals and the main diagonal.
+    assert_eq!(edges.len(), 19);
+    assert!(edges.iter().all(|[sender, receiver]| sender > receiver));
+    assert!(edges.is_sorted());
+}
+
+#[test]
+fn nodes_of_a_side() {
+    let mesh = box_tetrahedra([1.0; 3], [2, 3, 1]);
+    for side in ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"] {
+        assert_eq!(mesh.nodes_of_facets(&mesh.facet_sets[side]), mesh.node_sets[side]);
+    }
+}
+
+#[test]
+fn unused_nodes_leave_with_their_data() {
+    let good = box_tetrahedra([1.0; 3], [1; 3]);
+    let mut mesh = good.clone();
+    mesh.points.insert(2, [9.0; 3]);
+    mesh.points.push([8.0; 3]);
+    let beyond = |node: &mut usize| *node += usize::from(*node >= 2);
+    mesh.cells.as_flattened_mut().iter_mut().for_each(beyond);
+    mesh.node_sets.values_mut().flatten().for_each(beyond);
+    mesh.node_sets.insert("odd".into(), vec![1, 2, 3, 9]);
+    mesh.point_fields.insert("old".into(), Field::labels((0..10).collect()));
+    assert_eq!(remove_unused_nodes(&mut mesh), 2);
+    assert_eq!((&mesh.points, &mesh.cells), (&good.points, &good.cells));
+    assert_eq!(mesh.node_sets["x_max"], good.node_sets["x_max"]);
+    assert_eq!(mesh.node_sets["odd"], [1, 2]);
+    let kept = Field::labels(vec![0, 1, 3, 4, 5, 6, 7, 8]);
+    assert_eq!(mesh.point_fields["old"], kept);
+    assert_eq!(remove_unused_nodes(&mut mesh), 0);
+}
+
+#[test]
+fn boundary_facets_point_outwards() {
+    let mesh = box_tetrahedra([2.0, 2.0, 2.0], [2, 2, 2]);
+    let boundary = boundary_facets(&mesh);
+    assert_eq!(boundary.len(), 6 * 4 * 2);
+    for facet in boundary {
+        let [a, b, c] = mesh.facet_nodes(facet).map(|n| Vector3::from(mesh.points[n]));
+        let from_centre = (a + b + c) / 3.0 - Vector3::from([1.0; 3]);
+        assert!((b - a).cross(&(c - a)).dot(&from_centre) > 0.0);
+    }
+}
+
+#[test]
+fn triangle_edges_run_counterclockwise() {
+    let mesh = rectangle_triangles([1.0, 1.0], [1, 1]);
+    let mut twice_area = 0.0;
+    for facet in boundary_facets(&mesh) {
+        let ends: Vec<_> = mesh.nodes_of_facet(facet).map(|node| mesh.points[node]).collect();
+        let [[ax, ay, _], [bx, by, _]] = ends[..] else { panic!("an edge has two ends") };
+        twice_area += ax * by - ay * bx;
+    }
+    assert_eq!(twice_area, 2.0);
+}
+
+/// Rounding of sums of some hundred numbers near 1.
+const ROUNDING: f64 = 1e-12;
+
+#[test]
+fn enclosed_volume_does_not_depend_on_the_origin() {
+    let mut mesh = box_tetrahedra([3.0, 2.0, 1.0], [3, 2, 2]);
+    let boundary = boundary_facets(&mesh);
+    assert!((enclosed_volume(&mesh, &boundary) - 6.0).abs() < ROUNDING);
+    mesh.points.iter_mut().for_each(|point| point[1] += 5.0);
+    assert!((enclosed_volume(&mesh, &boundary) - 6.0).abs() < 10.0 * ROUNDING);
+}
+
+#[test]
+fn a_cavity_is_negative() {
+    let mut mesh = box_tetrahedra([3.0; 3], [3; 3]);
+    // The six tetrahedra of the grid cell in the middle.
+    let middle = 6 * (1 + 3 + 9);
+    mesh.cells.drain(middle..middle + 6);
+    let inside = |facet: &Facet| {
+        let nodes = mesh.facet_nodes(*facet);
+        nodes.iter().all(|&node| mesh.points[node].iter().all(|x| (1.0..=2.0).contains(x)))
+    };
+    let wall: Vec<Facet> = boundary_facets(&mesh).into_iter().filter(inside).collect();
+    assert_eq!(wall.len(), 12);
+    assert!((enclosed_volume(&mesh, &wall) + 1.0).abs() < ROUNDING);
+}
+
+#[test]
+fn surfaces_carry_fields_and_sets() {
+    let mut mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
+    mesh.point_fields.insert("index".into(), Field::labels((0..12).collect()));
+    mesh.cell_fields.insert("cell".into(), Field::labels((0..12).collect()));
+    let facets = mesh.facet_sets["x_max"].clone();
+    let Surface { mesh: side, nodes } = extract_surface(&mesh, &facets);
+    assert_eq!(nodes, mesh.node_sets["x_max"]);
+    assert_eq!(side.check(), Ok(()));
+    assert_eq!(side.node_sets["x_max"], [0, 1, 2, 3]);
+    assert_eq!(side.node_sets["y_min"], [0, 2]);
+    assert_eq!(side.point_fields["index"].to_f64(), [2.0, 5.0, 8.0, 11.0].as_slice());
+    let owners: Vec<f64> = facets.iter().map(|facet| facet.cell as f64).collect();
+    assert_eq!(side.cell_fields["cell"].to_f64(), owners.as_slice());
+}
+
+fn cube(at: f64) -> TriangleMesh {
+    let mesh = box_tetrahedra([1.0; 3], [3; 3]);
+    let mut surface = extract_surface(&mesh, &boundary_facets(&mesh)).mesh;
+    // Different along each axis: edges that meet edges touch only.
+    surface
+        .points
+        .iter_mut()
+        .for_each(|[x, y, z]| (*x, *y, *z) = (*x + at, *y + 1.1 * at, *z + 1.3 * at));
+    surface
+}
+
+fn both(mut a: TriangleMesh, b: TriangleMesh) -> TriangleMesh {
+    let step = a.points.len();
+    a.points.extend(b.points);
+    a.cells.extend(b.cells.iter().map(|cell| cell.map(|node| node + step)));
+    a
+}
+
+#[test]
+fn sound_and_nested_surfaces_do_not_cross() {
+    let mut small = cube(0.0);
+    small.points.iter_mut().for_each(|x| *x = x.map(|x| 0.25 + 0.5 * x));
+    assert!(self_intersections(&both(cube(0.0), small)).is_empty());
+    // Twice the same surface touches everywhere.
+    assert!(self_intersections(&both(cube(0.0), cube(0.0))).is_empty());
+}
+
+#[test]
+fn overlapping_cubes_cross() {
+    let found = self_intersections(&both(cube(0.0), cube(0.41)));
+    let count = cube(0.0).cells.len();
+    assert!(!found.is_empty(), "nothing was found");
+    let wrong: Vec<_> = found.iter().filter(|[a, b]| *a >= count || *b < count).collect();
+    assert!(wrong.is_empty(), "{count} {wrong:?}");
+}
+
+#[test]
+fn a_spike_through_its_own_surface_is_found() {
+    let mut surface = cube(0.0);
+    let middle = surface.points.iter().position(|&x| x == [1.0 / 3.0, 1.0 / 3.0, 1.0]).unwrap();
+    surface.points[middle] = [0.4, 0.45, -0.5];
+    assert!(!self_intersections(&surface).is_empty());
+}
