@@ -57,8 +57,6 @@ mod product;
 pub mod reference;
 mod rows;
 mod simd;
-#[cfg(test)]
-mod tests;
 
 pub use activation::Activation;
 pub use combine::{normalised, sum};

@@ -87,7 +87,3 @@ impl HostOperation for Mapped {
         gradients
     }
 }
-
-#[cfg(test)]
-#[path = "mapped/tests.rs"]
-mod tests;

@@ -233,6 +233,3 @@ impl HostOperation for GatheredMlp {
         gradients.inputs.into_iter().chain(gradients.parameters.into_iter().map(Some)).collect()
     }
 }
-
-#[cfg(test)]
-mod tests;

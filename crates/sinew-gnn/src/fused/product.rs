@@ -240,6 +240,3 @@ impl Task<'_> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;
