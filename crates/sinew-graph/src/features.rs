@@ -30,16 +30,6 @@ pub fn graph_features(
     dimensions: usize,
 ) -> Result<GraphFeatures, GraphError> {
     let nodes = pool_features(topology, node_columns)?;
-    let edges = edge_features(topology, positions, dimensions)?;
-    Ok(GraphFeatures { nodes, edges })
-}
-
-/// The edge part of [`graph_features`]: `dimensions + 1` columns.
-fn edge_features(
-    topology: &Topology,
-    positions: &[[f64; 3]],
-    dimensions: usize,
-) -> Result<FeatureMatrix, GraphError> {
     let positions = pool_positions(topology, positions)?;
     check_dimensions(&positions[..topology.real_nodes], dimensions)?;
     let (rows, columns) = (topology.senders.len(), dimensions + 1);
@@ -52,7 +42,7 @@ fn edge_features(
     }
     let edges = FeatureMatrix { rows, columns, values };
     edges.check("edge features", rows)?;
-    Ok(edges)
+    Ok(GraphFeatures { nodes, edges })
 }
 
 /// The first `dimensions` coordinates must tell the whole shape.

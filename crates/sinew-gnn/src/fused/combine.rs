@@ -1,10 +1,10 @@
 //! Sums of two tensors and normalised rows: plain operations that Burn's own code leaves slow where it is not optimised.
 
 use crate::fused::LayerNormalisation;
-use crate::fused::host::{HostOperation, HostTensor, apply};
+use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::normalise::{Normalisation, normalise, pull_back_normalisation};
 use crate::fused::reference;
-use burn::tensor::{DType, Tensor};
+use burn::tensor::Tensor;
 
 /// `a + b` of tensors of one shape, as one operation.
 ///
@@ -20,9 +20,9 @@ use burn::tensor::{DType, Tensor};
 /// When the shapes differ.
 pub fn sum(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
     assert_eq!(a.dims(), b.dims(), "tensors of a sum must have one shape");
-    match a.dtype() {
-        DType::F32 => apply(Sum, vec![a.into_dispatch(), b.into_dispatch()]),
-        _ => a + b,
+    match is_on_host(&a) {
+        true => apply(Sum, vec![a.into_dispatch(), b.into_dispatch()]),
+        false => a + b,
     }
 }
 
@@ -61,12 +61,12 @@ impl HostOperation for Sum {
 pub fn normalised(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> {
     let LayerNormalisation { gain, offset, epsilon } = normalisation.clone();
     assert_eq!([gain.dims(), offset.dims()], [[x.dims()[1]]; 2], "a gain and an offset per column");
-    match x.dtype() {
-        DType::F32 if x.dims()[1] > 0 => apply(
+    match is_on_host(&x) && x.dims()[1] > 0 {
+        true => apply(
             Normalised { epsilon: epsilon as f32 },
             vec![x.into_dispatch(), gain.into_dispatch(), offset.into_dispatch()],
         ),
-        _ => reference::normalised(x, normalisation),
+        false => reference::normalised(x, normalisation),
     }
 }
 

@@ -1,9 +1,9 @@
 //! Activations of whole tensors.
 
 use crate::fused::activation::{self, Activation};
-use crate::fused::host::{HostOperation, HostTensor, apply};
+use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::reference;
-use burn::tensor::{DType, Tensor};
+use burn::tensor::Tensor;
 use rayon::prelude::*;
 
 /// Numbers treated by one task.
@@ -21,9 +21,9 @@ const NUMBERS_PER_TASK: usize = 1 << 15;
 /// assert_eq!(y[1..], [0.0, 2.0]);
 /// ```
 pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<D> {
-    match x.dtype() {
-        DType::F32 => apply(Elementwise(activation), vec![x.into_dispatch()]),
-        _ => reference::activate(x, activation),
+    match is_on_host(&x) {
+        true => apply(Elementwise(activation), vec![x.into_dispatch()]),
+        false => reference::activate(x, activation),
     }
 }
 

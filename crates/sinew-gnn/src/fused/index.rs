@@ -68,8 +68,10 @@ pub(crate) enum Gather {
 /// once per graph (or per batch size) and shared.
 #[derive(Clone, Debug)]
 pub struct GatherPlan {
+    /// Rows of the result.
     pub(crate) rows: usize,
     pub(crate) sources: Vec<Gather>,
+    /// Rows that each source must have.
     pub(crate) source_rows: Vec<usize>,
 }
 
@@ -100,20 +102,6 @@ impl GatherPlan {
         sources.push(Gather::Repeated { times: rows.max(1) });
         source_rows.push(1);
         Arc::new(Self { rows, sources, source_rows })
-    }
-
-    /// Rows of the result.
-    pub(crate) fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Rows that each source must have.
-    pub(crate) fn source_rows(&self) -> &[usize] {
-        &self.source_rows
-    }
-
-    pub(crate) fn sources(&self) -> &[Gather] {
-        &self.sources
     }
 }
 

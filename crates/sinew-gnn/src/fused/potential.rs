@@ -38,9 +38,9 @@ pub fn fused_potential(
     potential: impl Fn(&[f64], usize, &mut [f64]) -> f64 + Send + Sync + 'static,
 ) -> Tensor<1> {
     let dtype = displacement.dtype();
-    let single = if dtype == DType::F32 { displacement } else { displacement.cast(DType::F32) };
-    let energy = apply(Potential(Arc::new(potential)), vec![single.into_dispatch()]);
-    if dtype == DType::F32 { energy } else { energy.cast(dtype) }
+    let single = displacement.cast(DType::F32);
+    let energy: Tensor<1> = apply(Potential(Arc::new(potential)), vec![single.into_dispatch()]);
+    energy.cast(dtype)
 }
 
 /// Energy of a sample's field, and its gradient.

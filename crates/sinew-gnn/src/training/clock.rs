@@ -44,12 +44,6 @@ impl Clock {
         self.step as f64 >= embedding_share * self.total_steps(budget, embedding_share)
     }
 
-    /// Counts a step.
-    pub(super) fn count(&mut self, seconds: f64) {
-        self.step += 1;
-        self.seconds += seconds;
-    }
-
     /// Steps of the whole run; under a time budget estimated from the pace so far, and at least one more.
     pub(super) fn total_steps(&self, budget: TrainingBudget, embedding_share: f64) -> f64 {
         let seconds = match budget {

@@ -13,7 +13,7 @@ use crate::data::Sample;
 pub(crate) struct Sampler {
     by_geometry: Vec<Vec<usize>>,
     batch: usize,
-    state: SamplerState,
+    pub(super) state: SamplerState,
     epoch: Vec<Vec<usize>>,
 }
 
@@ -45,10 +45,6 @@ impl Sampler {
         let mut sampler = Self { by_geometry, batch, state, epoch: Vec::new() };
         sampler.epoch = sampler.shuffled(&mut sampler.state.before_epoch.clone());
         sampler
-    }
-
-    pub(super) fn state(&self) -> &SamplerState {
-        &self.state
     }
 
     /// Indices of the next batch, of one geometry.

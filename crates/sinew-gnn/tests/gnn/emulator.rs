@@ -115,29 +115,6 @@ fn the_order_of_the_stored_edges_does_not_matter() {
 }
 
 #[test]
-fn fused_kernels_agree_with_the_reference() {
-    let (_, data) = plane_data();
-    for activation in [Activation::Celu, Activation::Tanh] {
-        let config = GraphNetworkConfig { activation, ..small_config(&data, 2) };
-        for device in devices() {
-            let surrogate = briefly_trained(&data, &config, &device);
-            let predict = |choice| {
-                let surrogate = surrogate.clone().with_kernels(choice);
-                surrogate
-                    .predict(&data.geometries[1], &[vec![0.6, 1.8], vec![1.1, 0.9]])
-                    .unwrap()
-                    .displacement
-            };
-            let difference = relative_difference(
-                &predict(KernelChoice::Reference),
-                &predict(KernelChoice::Fused),
-            );
-            assert!(difference < 1e-5, "{difference:e}");
-        }
-    }
-}
-
-#[test]
 fn a_batch_is_its_members_and_extrapolation_is_flagged() {
     let (_, data) = plane_data();
     let config = small_config(&data, 2);
