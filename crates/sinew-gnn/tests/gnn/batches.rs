@@ -5,10 +5,13 @@ use burn::tensor::Tensor;
 use sinew_gnn::*;
 use std::sync::{Arc, Mutex};
 
-/// Keeps the geometries and first parameters of all batches.
+/// Geometry of a batch, and first parameter of each of its samples.
+type Drawn = (usize, Vec<f64>);
+
+/// Keeps all batches.
 struct Recorder {
     fit: Box<dyn Objective>,
-    batches: Arc<Mutex<Vec<(usize, Vec<f64>)>>>,
+    batches: Arc<Mutex<Vec<Drawn>>>,
 }
 
 impl Objective for Recorder {
