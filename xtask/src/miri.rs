@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use std::process::Command;
 
 const TESTS: &[&str] =
-    &["test", "--package", "sinew-gnn", "--lib", "--", "fused::product::", "fused::pool::"];
+    &["test", "--package", "sinew-gnn", "--test", "gnn", "--", "fused::products::"];
 /// Vector instructions of the interpreted processor; Miri knows no AVX-512.
 const PROCESSORS: &[(&str, &str)] =
     &[("without vector instructions", ""), ("AVX2", "-C target-feature=+avx2,+fma")];

@@ -11,11 +11,15 @@ pub(crate) fn parameter_tensor<'a>(
     device: &Device,
 ) -> Result<Tensor<2>> {
     let rows = thetas.len();
-    let values: Vec<Vec<f64>> =
-        thetas
-            .map(|theta| scaling.standardise(theta))
-            .collect::<std::result::Result<_, sinew_emulate::coordinates::CoordinateError>>()?;
-    Ok(matrix(&values.concat(), rows, device))
+    Ok(matrix(&standardised(scaling, thetas)?.concat(), rows, device))
+}
+
+/// Standardised parameter sets.
+pub(crate) fn standardised<'a>(
+    scaling: &ParameterScaling,
+    thetas: impl Iterator<Item = &'a [f64]>,
+) -> Result<Vec<Vec<f64>>> {
+    thetas.map(|theta| Ok(scaling.standardise(theta)?)).collect()
 }
 
 /// `[rows, columns]` in single precision.

@@ -43,39 +43,3 @@ pub(crate) fn cost(config: &TrainingConfig) -> f64 {
     let step = config.embedding_share * PASS_COST + DECODER_COST + config.batch as f64;
     step * steps_of(config)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn stages() -> [TrainingConfig; 2] {
-        let config = |steps, batch| TrainingConfig {
-            budget: Length::Steps(steps),
-            batch,
-            ..TrainingConfig::default()
-        };
-        [config(500, 4), config(1500, 4)]
-    }
-
-    fn scaled(budget: Budget, spent: f64) -> [Length; 2] {
-        let [mut first, mut second] = stages();
-        scale(&mut [&mut first, &mut second], budget, spent);
-        [first.budget, second.budget]
-    }
-
-    #[test]
-    fn a_budget_is_split_over_the_stages() {
-        assert_eq!(scaled(Budget::Effort(0.5), 0.0), [Length::Steps(250), Length::Steps(750)]);
-        assert_eq!(scaled(Budget::Steps(400), 0.0), [Length::Steps(100), Length::Steps(300)]);
-        let seconds = |spent| {
-            scaled(Budget::Seconds(100.0), spent).map(|length| match length {
-                Length::Seconds(seconds) => seconds,
-                Length::Steps(_) => f64::NAN,
-            })
-        };
-        let [first, second] = seconds(20.0);
-        assert!((first - 19.0).abs() < 1e-9 && (second - 57.0).abs() < 1e-9, "{first} {second}");
-        // Simulations that ate the budget leave some for training all the same.
-        assert!((seconds(1000.0).iter().sum::<f64>() - 20.0).abs() < 1e-9);
-    }
-}

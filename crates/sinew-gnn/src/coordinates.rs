@@ -10,6 +10,7 @@
 //! Training on simulations needs no stiffness. Simulations differ in few directions, and outputs in these directions have
 //! the strains of simulations.
 
+use crate::arrays::standardised;
 use crate::error::Result;
 use crate::training::TrainingConfig;
 use serde::{Deserialize, Serialize};
@@ -71,12 +72,7 @@ pub(crate) fn of_simulations(
     /// Power of the standard deviations, found by trial. With 1 the network does not resolve the small directions; with 0
     /// it spends its capacity on them.
     const POWER: f64 = 0.7;
-    let scaling = scaling(body)?;
-    let parameters: Vec<Vec<f64>> =
-        thetas
-            .iter()
-            .map(|theta| scaling.standardise(theta))
-            .collect::<std::result::Result<_, sinew_emulate::coordinates::CoordinateError>>()?;
+    let parameters = standardised(&scaling(body)?, thetas.iter().map(Vec::as_slice))?;
     let fields = fields.iter().map(Vec::as_slice);
     Ok(PrincipalDirections::about_trend(fields, &parameters, POWER)?)
 }

@@ -92,22 +92,3 @@ impl FromStr for Backend {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn backends_are_read_and_a_missing_one_says_how_to_get_it() {
-        for backend in Backend::ALL {
-            assert_eq!(backend.name().parse(), Ok(backend));
-            match backend.device() {
-                Err(Error::NoDevice(name)) => assert_eq!(name, backend.name()),
-                Err(error) => assert!(error.to_string().contains("--features"), "{error}"),
-                Ok(_) => {}
-            }
-        }
-        assert!(Backend::Flex.device().is_ok());
-        assert!("gpu".parse::<Backend>().unwrap_err().contains("flex, ndarray, wgpu, cuda"));
-    }
-}

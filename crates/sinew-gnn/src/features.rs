@@ -4,24 +4,10 @@ use crate::data::Geometry;
 use crate::error::{Error, Result};
 use sinew_emulate::Body;
 use sinew_emulate::coordinates::{Coordinates, Dirichlet, Motions};
-use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
+use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
 
 /// Clusters per cluster of the next layer, up to the whole body (docs/design.md, "Graph").
 const SHRINKAGE: usize = 2;
-
-/// Augmented graph of a body (thesis Algorithm 1). `to_one_root` halves the number
-/// of clusters from layer to layer until one covers the whole body.
-///
-/// # Errors
-/// A mesh that has no valid graph.
-pub(crate) fn topology(body: &Body, to_one_root: bool, seed: u64) -> Result<Topology> {
-    let config = match to_one_root {
-        true => AugmentationConfig::to_one_root(body.nodes, SHRINKAGE),
-        false => AugmentationConfig::for_nodes(body.nodes),
-    };
-    let config = AugmentationConfig { seed, ..config };
-    augment(&body.positions, &body.mesh.edges(), &config).map_err(Error::Mesh)
-}
 
 /// Augmented graph and features of a body (thesis Algorithm 1): the indicator of the Dirichlet boundary
 /// on the nodes, difference and distance of positions on the edges. `to_one_root` continues the clusters, halving them, up to the whole
@@ -30,8 +16,13 @@ pub(crate) fn topology(body: &Body, to_one_root: bool, seed: u64) -> Result<Topo
 /// # Errors
 /// A mesh that has no valid graph.
 pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<Geometry> {
-    let topology = topology(body, to_one_root, seed)?;
     let nodes = body.nodes;
+    let config = match to_one_root {
+        true => AugmentationConfig::to_one_root(nodes, SHRINKAGE),
+        false => AugmentationConfig::for_nodes(nodes),
+    };
+    let config = AugmentationConfig { seed, ..config };
+    let topology = augment(&body.positions, &body.mesh.edges(), &config).map_err(Error::Mesh)?;
     let held = body.prescribed.chunks_exact(3).enumerate();
     let held: Vec<usize> =
         held.filter(|(_, row)| row.iter().all(Option::is_some)).map(|(node, _)| node).collect();

@@ -62,27 +62,3 @@ pub(crate) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
     serde_json::from_reader(BufReader::new(file))
         .map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_failed_write_leaves_the_directory_as_it_was() {
-        let folder = tempfile::tempdir().unwrap();
-        let place = folder.path().join("checkpoint");
-        let write = |text: &'static str| move |path: &Path| write_json(&path.join("a.json"), &text);
-        replace_directory(&place, write("first")).unwrap();
-        let failed = replace_directory(&place, |path| {
-            write("second")(path)?;
-            Err(Error::NothingToTrain("interrupted"))
-        });
-        assert!(failed.is_err());
-        let read = || read_json::<String>(&open_directory(&place).join("a.json")).unwrap();
-        assert_eq!(read(), "first");
-        fs::rename(&place, sibling(&place, ".previous")).unwrap(); // a kill between the renames
-        assert_eq!(read(), "first");
-        replace_directory(&place, write("second")).unwrap();
-        assert_eq!(read(), "second");
-    }
-}

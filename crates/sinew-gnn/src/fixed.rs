@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::arrays::{numbers, parameter_tensor};
 use crate::error::{Error, Result};
+use crate::fused::Input;
 use crate::graph_network::GraphNetwork;
 use crate::map::OutputMap;
 use crate::surrogate::Surrogate;
@@ -82,8 +83,9 @@ impl FixedGeometry {
         let mut displacement = Vec::with_capacity(thetas.len() * self.degrees_of_freedom());
         for chunk in thetas.chunks(self.sets_per_chunk(1)) {
             let inputs = self.inputs(chunk)?;
-            let output =
-                self.emulator.decode_from(&self.node_parts, self.global.clone(), inputs.clone());
+            let nodes = self.node_parts.iter().cloned();
+            let nodes = nodes.map(|(decoder, part)| (decoder, Input::Product(part)));
+            let output = self.emulator.decode_from(nodes, self.global.clone(), inputs.clone());
             displacement.extend(numbers(self.output.displacement(output, &inputs)));
         }
         self.prediction(thetas, displacement)

@@ -29,8 +29,8 @@
 //! - [`fused_potential`]: an energy from outside of Burn whose backward pass is its residual.
 //!
 //! Every operation has its double in plain tensors in [`mod@reference`], which it agrees with to
-//! single-precision rounding, and which stands in for it in other precisions. All are
-//! deterministic, whatever the number of threads.
+//! single-precision rounding, and which stands in for it in other precisions and on graphics
+//! processors. All are deterministic, whatever the number of threads.
 
 // The ndarray backend is deprecated upstream; it is wired up here as long as Burn has it.
 #![cfg_attr(feature = "ndarray", allow(deprecated))]
@@ -57,8 +57,6 @@ mod product;
 pub mod reference;
 mod rows;
 mod simd;
-#[cfg(test)]
-mod tests;
 
 pub use activation::Activation;
 pub use combine::{normalised, sum};

@@ -1,6 +1,6 @@
 //! The network of thesis Algorithm 2.
 
-use crate::fused::{GatherPlan, Input};
+use crate::fused::{GatherPlan, Input, normalised, received_edge_sum, signed_edge_sum, sum};
 use burn::module::{Module, Param, ParamId};
 use burn::tensor::{Device, Tensor};
 
@@ -8,7 +8,6 @@ use crate::arrays::numbers;
 use crate::config::{Decoding, GraphNetworkConfig};
 use crate::error::Result;
 use crate::graph::Graph;
-use crate::kernels::{KernelChoice, Kernels};
 use crate::perceptron::{Normalisation, Perceptron};
 use crate::random::Initialiser;
 
@@ -58,10 +57,9 @@ pub struct GraphNetwork {
     decoders: Vec<Perceptron>,
     /// Embeddings of the geometries trained on, layer by layer, where they are weights of their own.
     embeddings: Vec<Vec<Param<Tensor<2>>>>,
+    /// Sizes of this network.
     #[module(skip)]
-    config: GraphNetworkConfig,
-    #[module(skip)]
-    kernels: Kernels,
+    pub(crate) config: GraphNetworkConfig,
 }
 
 /// Numbers of a rigid motion in space.
@@ -96,7 +94,6 @@ impl GraphNetwork {
                 std::iter::once(of_nodes).chain(of_clusters).collect()
             }
         };
-        let kernels = Kernels { choice: KernelChoice::on(device), activation: config.activation };
         Ok(Self {
             node_encoder,
             edge_encoder,
@@ -107,19 +104,7 @@ impl GraphNetwork {
             decoders,
             embeddings: Vec::new(),
             config: config.clone(),
-            kernels,
         })
-    }
-
-    /// Sizes of this network.
-    pub(crate) fn config(&self) -> &GraphNetworkConfig {
-        &self.config
-    }
-
-    /// Network of the same weights with other kernels.
-    pub(crate) fn with_kernels(mut self, choice: KernelChoice) -> Self {
-        self.kernels.choice = choice;
-        self
     }
 
     /// Network whose embeddings of each geometry no longer come from message passing, but are weights to
@@ -160,39 +145,29 @@ impl GraphNetwork {
     /// and per stored edge.
     pub fn local_embedding(&self, graph: &Graph, nodes: Tensor<2>, edges: Tensor<2>) -> Embedding {
         let aligned = GatherPlan::identity(nodes.dims()[0], 2);
-        let mut nodes = self.node_encoder.forward(nodes, &self.kernels);
-        let mut edges = self.edge_encoder.forward(edges, &self.kernels);
-        let latent = self.config.latent;
+        let GraphNetworkConfig { latent, activation, .. } = self.config;
+        let mut nodes = self.node_encoder.forward(nodes, activation);
+        let mut edges = self.edge_encoder.forward(edges, activation);
         for (edge_update, node_update) in self.edge_updates.iter().zip(&self.node_updates) {
-            let messages = self.messages(edge_update, graph, nodes.clone(), edges.clone());
-            let sums = self.kernels.signed_sum(graph, messages.clone());
+            // Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
+            let end = |start: usize| features(nodes.clone(), start);
+            let inputs = vec![features(edges.clone(), 0), end(latent), end(2 * latent)];
+            let messages = edge_update.evaluate(inputs, &graph.plan, activation);
+            // Received minus sent ones (2.27).
+            let sums = signed_edge_sum(messages.clone(), &graph.edges);
             let inputs = vec![features(nodes.clone(), 0), features(sums, latent)];
-            let update = node_update.evaluate(inputs, &aligned, &self.kernels);
-            nodes = self.kernels.sum(nodes, update);
-            edges = self.kernels.sum(edges, messages);
+            let update = node_update.evaluate(inputs, &aligned, activation);
+            nodes = sum(nodes, update);
+            edges = sum(edges, messages);
         }
-        let local = Tensor::cat(vec![nodes, self.kernels.received_sum(graph, edges)], 1);
+        let local = Tensor::cat(vec![nodes, received_edge_sum(edges, &graph.edges)], 1);
         let layers = match self.config.decoding {
             Decoding::Components => &graph.layers[..1],
             Decoding::Motions { .. } => &graph.layers[..],
         };
         let decoded = local.slice_dim(0, 0..layers[layers.len() - 1].end);
-        let decoded = self.local_normalisation.evaluate(decoded, &self.kernels);
+        let decoded = normalised(decoded, self.local_normalisation.fused());
         layers.iter().map(|rows| decoded.clone().slice_dim(0, rows.clone())).collect()
-    }
-
-    /// Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
-    fn messages(
-        &self,
-        update: &Perceptron,
-        graph: &Graph,
-        nodes: Tensor<2>,
-        edges: Tensor<2>,
-    ) -> Tensor<2> {
-        let latent = self.config.latent;
-        let inputs =
-            vec![features(edges, 0), features(nodes.clone(), latent), features(nodes, 2 * latent)];
-        update.evaluate(inputs, &graph.plan, &self.kernels)
     }
 
     /// Parts that are decoded: the index of a decoder, and the embeddings that it reads.
@@ -236,29 +211,19 @@ impl GraphNetwork {
     ) -> Output {
         let start = self.config.latent + self.config.global_features;
         let decoded = self.decoded(local).into_iter();
-        self.decode_nodes(decoded.map(|(d, local)| (d, features(local, start))), global, parameters)
-    }
-
-    /// [`GraphNetwork::decode`] with the nodes' part of the first layer already formed.
-    pub(crate) fn decode_from(
-        &self,
-        node_parts: &[(usize, Tensor<2>)],
-        global: Option<Tensor<2>>,
-        parameters: Tensor<2>,
-    ) -> Output {
-        let nodes = node_parts.iter().cloned().map(|(d, part)| (d, Input::Product(part)));
-        self.decode_nodes(nodes, global, parameters)
+        self.decode_from(decoded.map(|(d, local)| (d, features(local, start))), global, parameters)
     }
 
     /// [`GraphNetwork::decode`] from inputs of nodes, each with the index of its decoder.
-    fn decode_nodes(
+    pub(crate) fn decode_from(
         &self,
         nodes: impl Iterator<Item = (usize, Input)>,
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
     ) -> Output {
-        let (batch, latent) = (parameters.dims()[0], self.config.latent);
-        let embedding = self.parameter_encoder.forward(parameters, &self.kernels);
+        let GraphNetworkConfig { latent, activation, .. } = self.config;
+        let batch = parameters.dims()[0];
+        let embedding = self.parameter_encoder.forward(parameters, activation);
         let parts = nodes.map(|(decoder, nodes)| {
             let (decoder, count) = (&self.decoders[decoder], nodes.rows());
             // All pairs of nodes and parameter sets, each with the one row of the global shape.
@@ -268,7 +233,7 @@ impl GraphNetwork {
                 plan = plan.and_shared();
                 inputs.push(features(global, latent));
             }
-            let rows = decoder.evaluate(inputs, &plan, &self.kernels);
+            let rows = decoder.evaluate(inputs, &plan, activation);
             let outputs = rows.dims()[1];
             rows.reshape([batch, count, outputs])
         });
@@ -299,24 +264,27 @@ impl GraphNetwork {
         let encoder = &self.parameter_encoder;
         let first = encoder.layers[0].forward(parameters);
         // Row p·batch + b of the tangent: derivative of set b in parameter p.
-        let width = self.config.width;
+        let GraphNetworkConfig { latent, width, activation, .. } = self.config;
         let tangent = encoder.layers[0].weight.val().reshape([count, 1, width]);
         let tangent = tangent.expand([count, batch, width]).reshape([count * batch, width]);
-        let (embedding, tangent) = encoder.continue_with_tangent(first, tangent, &self.kernels);
+        let (embedding, tangent) = encoder.continue_with_tangent(first, tangent, activation);
         let mut values = Vec::with_capacity(node_parts.len());
         let mut tangents = Vec::with_capacity(node_parts.len());
         for (decoder, node_part) in node_parts {
             let (decoder, [nodes, width]) = (&self.decoders[*decoder], node_part.dims());
-            let shared = decoder_shared_part(decoder, embedding.clone(), global.clone());
+            let layer = &decoder.layers[0];
+            // The part that all nodes share, `[batch, width]`.
+            let mut shared = layer.partial(embedding.clone(), 0);
+            if let Some(global) = &global {
+                shared = shared + layer.partial(global.clone(), latent);
+            }
             let pairs = node_part.clone().unsqueeze_dim::<3>(0) + shared.unsqueeze_dim::<3>(1);
-            let first =
-                pairs.reshape([batch * nodes, width]) + decoder.layers[0].bias.val().unsqueeze();
-            let tangent =
-                decoder.layers[0].partial(tangent.clone(), 0).reshape([count * batch, 1, width]);
+            let first = pairs.reshape([batch * nodes, width]) + layer.bias.val().unsqueeze();
+            let tangent = layer.partial(tangent.clone(), 0).reshape([count * batch, 1, width]);
             let tangent = tangent
                 .expand([count * batch, nodes, width])
                 .reshape([count * batch * nodes, width]);
-            let (value, tangent) = decoder.continue_with_tangent(first, tangent, &self.kernels);
+            let (value, tangent) = decoder.continue_with_tangent(first, tangent, activation);
             let outputs = value.dims()[1];
             values.push(value.reshape([batch, nodes, outputs]));
             tangents.push(tangent.reshape([count * batch, nodes, outputs]));
@@ -328,19 +296,4 @@ impl GraphNetwork {
 /// A part of a perceptron's input that meets the rows of its first weight from `first_row` on.
 fn features(values: Tensor<2>, first_row: usize) -> Input {
     Input::Features { values, first_row }
-}
-
-/// Part of a decoder's first layer shared by all nodes: `[batch, width]`.
-fn decoder_shared_part(
-    decoder: &Perceptron,
-    embedding: Tensor<2>,
-    global: Option<Tensor<2>>,
-) -> Tensor<2> {
-    let first = &decoder.layers[0];
-    let latent = embedding.dims()[1];
-    let shared = first.partial(embedding, 0);
-    match global {
-        Some(global) => shared + first.partial(global, latent),
-        None => shared,
-    }
 }

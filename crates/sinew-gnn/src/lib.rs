@@ -131,7 +131,6 @@ mod fixed;
 pub mod fused;
 mod graph;
 mod graph_network;
-mod kernels;
 mod map;
 mod network;
 mod objective;
@@ -154,7 +153,6 @@ pub use fixed::{FixedGeometry, NetworkPrediction, Sensitivity};
 pub use fused::Activation;
 pub use graph::Graph;
 pub use graph_network::{Embedding, GraphNetwork, Output};
-pub use kernels::KernelChoice;
 pub use network::{KINDS, Network};
 pub use objective::{
     Batch, DataFit, DataFitWithGradient, GradientOperator, MinimumPotential, Objective, Potential,

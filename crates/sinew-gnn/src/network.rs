@@ -13,12 +13,13 @@ use crate::fixed::FixedGeometry;
 use crate::objective::Objective;
 use crate::surrogate::{Scales, Surrogate};
 use crate::training::{Trainer, TrainingConfig};
+use burn::tensor::Device;
 use course::Course;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::coordinates::Coordinates as Meaning;
-use sinew_emulate::coordinates::{Motions, OutputScale};
+use sinew_emulate::coordinates::OutputScale;
 use sinew_emulate::parts::{Session, expand, not_finite, scaling, timed, with_anchors};
-use sinew_emulate::{Body, Load, Predictor, Record, Simulations, TestSet, TrainingOptions};
+use sinew_emulate::{Body, Load, Predictor, Record, TestSet, TrainingOptions};
 use sinew_fem::{Options, Solver};
 use std::path::Path;
 
@@ -76,15 +77,11 @@ pub(crate) struct TrainedNetwork {
 }
 
 impl TrainedNetwork {
-    pub(crate) fn new(surrogate: Surrogate, geometry: Geometry) -> Result<Self> {
+    /// On the geometry that it was trained on.
+    fn new(surrogate: Surrogate) -> Result<Self> {
+        let geometry = surrogate.geometries()[0].clone();
         let fixed = surrogate.fixed_geometry(&geometry)?;
         Ok(Self { surrogate, geometry, fixed })
-    }
-
-    fn load(folder: &Path) -> Result<Self> {
-        let surrogate = Surrogate::load(folder, &Backend::default().device()?)?;
-        let geometry = surrogate.geometries()[0].clone();
-        Self::new(surrogate, geometry)
     }
 }
 
@@ -95,7 +92,8 @@ const KIND: &str = "network";
 pub const KINDS: &[(&str, &Load)] = &[(KIND, &load)];
 
 fn load(folder: &Path, _: &Body) -> sinew_emulate::Result<Box<dyn Predictor>> {
-    Ok(Box::new(TrainedNetwork::load(folder)?))
+    let surrogate = Surrogate::load(folder, &Backend::default().device()?)?;
+    Ok(Box::new(TrainedNetwork::new(surrogate)?))
 }
 
 /// Displacements of a prediction.
@@ -143,9 +141,9 @@ pub(crate) struct TrainingData<'a> {
     pub thetas: &'a [Vec<f64>],
     /// Simulated displacements at the parameters; `None` for training without any.
     pub fields: Option<&'a [Vec<f64>]>,
-    /// Displacement of the linearised body at the centre of the ranges, where there are no simulations \[length\].
-    pub linear_response: &'a [f64],
-    /// Energy of that response.
+    /// Sizes of displacements \[length\].
+    pub scale: OutputScale,
+    /// Energy of the linearised body at the centre of the ranges, where there are no simulations.
     pub energy: f64,
     pub held_out: &'a TestSet<'a>,
 }
@@ -158,7 +156,7 @@ pub(crate) struct Plan<'a> {
     pub coordinates: &'a OutputCoordinates,
     pub training: &'a TrainingConfig,
     /// The one place where recipes differ.
-    pub objective: &'a dyn Fn(&DataSet) -> Result<Box<dyn Objective>>,
+    pub objective: &'a dyn Fn() -> Result<Box<dyn Objective>>,
 }
 
 /// Learning rate of fine-tuning [relative to training from scratch]: a high rate destroys the earlier training.
@@ -183,37 +181,36 @@ pub(crate) fn train(
     let solves = starts || anchors > 1;
     let (coordinates, training) = stages(session, plan, solves);
     let (mut course, mut earlier) = (Course::new(session)?, None);
-    let topology = geometry.topology.clone();
-    let at_rest = || coordinates::at_rest(body, &topology, training_data.energy);
-    let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
-    let expanded = |session: &mut Session<'_, '_>, geometry: &mut Geometry, anchor: &[f64]| {
-        expanded(geometry, session, training_data, at_anchor(anchor)?)
+    let at_rest = |geometry: &Geometry| {
+        coordinates::at_rest(body, &geometry.topology, training_data.energy).map(Meaning::Motions)
     };
+    let thetas = training_data.thetas;
     geometry.coordinates = match &coordinates {
         OutputCoordinates::Components => Meaning::Components,
         OutputCoordinates::Simulations => {
             let fields = training_data.fields.unwrap_or_default();
             Meaning::Principal(timed(&mut prepare_s, || {
-                coordinates::of_simulations(body, training_data.thetas, fields)
+                coordinates::of_simulations(body, thetas, fields)
             })?)
         }
-        OutputCoordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
+        OutputCoordinates::Motions => timed(&mut prepare_s, || at_rest(&geometry))?,
         // Fine-tuning has no first training that predicts a state of this body, and further anchors stand about a solved one: one solve gives it.
         OutputCoordinates::MotionsAfter(_) if solves => {
             let centre = body.centre();
             let solved =
                 timed(&mut prepare_s, || Solver::new(body)?.solve(&centre, &Options::default()))?;
             session.simulations += if anchors > 1 { anchors } else { 0 };
-            timed(&mut prepare_s, || expanded(session, &mut geometry, &solved.displacement))?
+            let anchor = &solved.displacement;
+            timed(&mut prepare_s, || expanded(session, &mut geometry, anchor, thetas))?
         }
         OutputCoordinates::MotionsAfter(first) => {
-            geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);
+            geometry.coordinates = timed(&mut prepare_s, || at_rest(&geometry))?;
             data.geometries = vec![geometry.clone()];
             let surrogate = course.stage(session, "anchor", &data, training_data, plan, first)?;
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
             earlier = course.kept.map(|kept| (surrogate, kept));
             let anchor = coordinates::nearer(body, &anchor)?;
-            timed(&mut prepare_s, || expanded(session, &mut geometry, &anchor))?
+            timed(&mut prepare_s, || expanded(session, &mut geometry, &anchor, thetas))?
         }
     };
     data.geometries = vec![geometry.clone()];
@@ -222,20 +219,21 @@ pub(crate) fn train(
     (record.steps, record.train_s) = course.before;
     record.prepare_s += prepare_s;
     (record.history, record.kept) = (course.curve, course.kept);
-    let geometry = surrogate.geometries()[0].clone();
-    TrainedNetwork::new(surrogate, geometry)
+    TrainedNetwork::new(surrogate)
 }
 
-/// Taylor expansion of the motions in the parameters, through further anchors where there are some, their derivatives among the features of the geometry.
+/// Taylor expansion of motions about a displacement in the parameters, through further anchors where there are some, their derivatives among
+/// the features of the geometry. Orders are tried at the first of some parameter sets.
 fn expanded(
-    geometry: &mut Geometry,
     session: &mut Session<'_, '_>,
-    training_data: &TrainingData<'_>,
-    motions: Motions,
+    geometry: &mut Geometry,
+    anchor: &[f64],
+    thetas: &[Vec<f64>],
 ) -> Result<Meaning> {
     /// Parameter sets that orders are tried at.
     const TRIED: usize = 32;
-    let tried = &training_data.thetas[..training_data.thetas.len().min(TRIED)];
+    let motions = coordinates::at_anchor(session.body, &geometry.topology, anchor)?;
+    let tried = &thetas[..thetas.len().min(TRIED)];
     let mut solver = Solver::new(session.body)?;
     let (motions, first) = expand(&mut solver, motions, tried)?;
     features::add_features(geometry, &first)?;
@@ -266,20 +264,7 @@ fn stages(
     (coordinates, training)
 }
 
-impl<'a> TrainingData<'a> {
-    pub(crate) fn of(simulations: &'a Simulations, held_out: &'a TestSet<'a>) -> Self {
-        let Simulations { thetas, fields, .. } = simulations;
-        Self { thetas, fields: Some(fields), linear_response: &[], energy: 0.0, held_out }
-    }
-
-    /// Sizes of displacements, from simulations where there are any.
-    pub(crate) fn output_scale(&self) -> Result<OutputScale> {
-        Ok(match self.fields {
-            Some(fields) => OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?,
-            None => OutputScale::root_mean_square(3, [self.linear_response])?,
-        })
-    }
-
+impl TrainingData<'_> {
     fn samples(&self) -> Vec<Sample> {
         let sample = |(index, theta): (usize, &Vec<f64>)| Sample {
             geometry: 0,
@@ -299,14 +284,17 @@ fn trainer(
     plan: &Plan<'_>,
     config: &TrainingConfig,
 ) -> Result<Trainer> {
-    let device = backend(session)?.device()?;
-    let objective = (plan.objective)(data)?;
+    let backend: std::result::Result<Backend, String> = session.options.backend.parse();
+    let backend = backend.map_err(|reason| sinew_emulate::Error::Network(reason.into()))?;
+    let (device, objective) = (backend.device()?, (plan.objective)()?);
     if let Some(folder) = checkpoint.filter(|folder| session.options.resume && folder.exists()) {
         return Trainer::resume(folder, data.clone(), objective, &device);
     }
     let surrogate = match &session.options.start {
-        Some(folder) => learned(folder, backend(session)?)?.transferred_to(data)?,
-        None => untrained(session, data, training_data, plan, config.seed)?,
+        Some(run) => {
+            Surrogate::load(&run.join("emulator/network"), &device)?.transferred_to(data)?
+        }
+        None => untrained(session, data, training_data, plan, (config.seed, &device))?,
     };
     let trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
     Ok(match checkpoint {
@@ -315,27 +303,15 @@ fn trainer(
     })
 }
 
-/// The backend that is asked for.
-fn backend(session: &Session<'_, '_>) -> Result<Backend> {
-    let parsed = session.options.backend.parse();
-    parsed.map_err(|reason: String| sinew_emulate::Error::Network(reason.into()).into())
-}
-
-/// Network of a finished run.
-fn learned(run: &Path, backend: Backend) -> Result<Surrogate> {
-    Surrogate::load(&run.join("emulator/network"), &backend.device()?)
-}
-
 fn untrained(
     session: &Session<'_, '_>,
     data: &DataSet,
     training_data: &TrainingData<'_>,
     plan: &Plan<'_>,
-    seed: u64,
+    (seed, device): (u64, &Device),
 ) -> Result<Surrogate> {
-    let device = backend(session)?.device()?;
     let sizes = plan.network.on(&data.geometries[0], session.body.parameters.len());
     let inputs = scaling(session.body)?;
-    let scales = Scales::over(&data.geometries, inputs, training_data.output_scale()?)?;
-    Surrogate::new(&sizes, data, scales, seed, &device)
+    let scales = Scales::over(&data.geometries, inputs, training_data.scale.clone())?;
+    Surrogate::new(&sizes, data, scales, seed, device)
 }

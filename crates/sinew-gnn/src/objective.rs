@@ -8,7 +8,7 @@ pub use data_fit::DataFit;
 pub use gradient_fit::{DataFitWithGradient, GradientOperator};
 pub use minimum_potential::{MinimumPotential, Potential};
 
-use burn::tensor::{Device, Tensor, TensorData};
+use burn::tensor::Tensor;
 
 use crate::data::{DataSet, Sample};
 use crate::error::Result;
@@ -50,24 +50,3 @@ pub trait Objective: Send + Sync {
 /// Added to squared norms, so that their root can be differentiated at zero. In units of the
 /// squared characteristic size: distances below 1e-6 of it are rounded up.
 const SQUARED_NORM_FLOOR: f64 = 1e-12;
-
-/// Simulated displacements of a batch, `[batch, real nodes, D]`.
-fn simulated(batch: &Batch<'_>, dims: [usize; 3], device: &Device) -> Tensor<3> {
-    let values = batch.samples.iter().flat_map(|sample| &sample.displacement);
-    let values: Vec<f32> = values.map(|&value| value as f32).collect();
-    Tensor::from_data(TensorData::new(values, dims), device)
-}
-
-/// Requires displacements in every sample.
-fn require_displacements(data: &DataSet) -> Result<()> {
-    data.training.iter().chain(&data.validation).try_for_each(|sample| {
-        let geometry = data.geometries.get(sample.geometry);
-        let degrees_of_freedom = geometry.map_or(0, |body| body.dirichlet.prescribed.len());
-        sinew_emulate::coordinates::require_count(
-            "displacement values of a sample (data-driven training needs a simulation of each)",
-            sample.displacement.len(),
-            degrees_of_freedom,
-        )?;
-        Ok(())
-    })
-}

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::fused::{GatherPlan, Input, LayerNormalisation, PerceptronWeights, reference};
+use crate::fused::{Activation, GatherPlan, Input, LayerNormalisation, PerceptronWeights};
+use crate::fused::{activate, gathered_mlp};
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
 
 use crate::config::GraphNetworkConfig;
-use crate::kernels::{KernelChoice, Kernels};
 use crate::random::Initialiser;
 
 /// Added to the variance in every normalisation.
@@ -53,22 +53,15 @@ impl Normalisation {
         Self { gain: source.constant(1.0, [features]), offset: source.constant(0.0, [features]) }
     }
 
-    pub(crate) fn forward(&self, x: Tensor<2>) -> Tensor<2> {
+    fn forward(&self, x: Tensor<2>) -> Tensor<2> {
         let (deviation, inverse) = centre(x);
         deviation * inverse * self.gain.val().unsqueeze() + self.offset.val().unsqueeze()
     }
 
-    fn fused(&self) -> LayerNormalisation {
+    /// Its weights for [`fused`](crate::fused) operations.
+    pub(crate) fn fused(&self) -> LayerNormalisation {
         let (gain, offset) = (self.gain.val(), self.offset.val());
         LayerNormalisation { gain, offset, epsilon: NORMALISATION_EPSILON }
-    }
-
-    /// [`Normalisation::forward`] by the chosen kernels.
-    pub(crate) fn evaluate(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
-        match kernels.choice {
-            KernelChoice::Fused => crate::fused::normalised(x, self.fused()),
-            KernelChoice::Reference => self.forward(x),
-        }
     }
 
     /// Derivative in direction `tangent` at `x`.
@@ -119,10 +112,10 @@ impl Perceptron {
     }
 
     /// Output for whole inputs.
-    pub(crate) fn forward(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
+    pub(crate) fn forward(&self, x: Tensor<2>, activation: Activation) -> Tensor<2> {
         let plan = GatherPlan::identity(x.dims()[0], 1);
         let input = Input::Features { values: x, first_row: 0 };
-        self.evaluate(vec![input], &plan, kernels)
+        self.evaluate(vec![input], &plan, activation)
     }
 
     /// Output for inputs whose parts are rows of `inputs`, as the plan tells.
@@ -130,21 +123,13 @@ impl Perceptron {
         &self,
         inputs: Vec<Input>,
         plan: &Arc<GatherPlan>,
-        kernels: &Kernels,
+        activation: Activation,
     ) -> Tensor<2> {
-        let weights = self.weights(kernels);
-        match kernels.choice {
-            KernelChoice::Fused => crate::fused::gathered_mlp(inputs, plan, weights),
-            KernelChoice::Reference => reference::gathered_mlp(inputs, plan, weights),
-        }
-    }
-
-    fn weights(&self, kernels: &Kernels) -> PerceptronWeights {
         let [first, second, third] = &self.layers[..] else {
             unreachable!("a perceptron has three layers")
         };
-        PerceptronWeights {
-            activation: kernels.activation,
+        let weights = PerceptronWeights {
+            activation,
             first_weight: first.weight.val(),
             first_bias: first.bias.val(),
             second_weight: second.weight.val(),
@@ -152,7 +137,8 @@ impl Perceptron {
             third_weight: third.weight.val(),
             third_bias: third.bias.val(),
             normalisation: self.normalisation.as_ref().map(Normalisation::fused),
-        }
+        };
+        gathered_mlp(inputs, plan, weights)
     }
 
     /// Value and derivative after the first affine map, whose own are `first` and `tangent`.
@@ -161,13 +147,13 @@ impl Perceptron {
         &self,
         first: Tensor<2>,
         tangent: Tensor<2>,
-        kernels: &Kernels,
+        activation: Activation,
     ) -> (Tensor<2>, Tensor<2>) {
         let directions = tangent.dims()[0] / first.dims()[0];
         let (mut value, mut tangent) = (first, tangent);
         for layer in &self.layers[1..] {
-            let active = kernels.activate(value);
-            let slope = kernels.slope_of_active(active.clone());
+            let active = activate(value, activation);
+            let slope = slope_of_active(active.clone(), activation);
             tangent = (tangent * slope.repeat_dim(0, directions)).matmul(layer.weight.val());
             value = layer.forward(active);
         }
@@ -179,6 +165,14 @@ impl Perceptron {
             }
             None => (value, tangent),
         }
+    }
+}
+
+/// Derivative of an activation, from its value.
+fn slope_of_active(active: Tensor<2>, activation: Activation) -> Tensor<2> {
+    match activation {
+        Activation::Tanh => 1.0 - active.clone() * active,
+        Activation::Celu => active.clamp_max(0.0) + 1.0,
     }
 }
 

@@ -37,21 +37,3 @@ impl Schedule {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_cosine_rises_to_the_peak_and_falls_to_its_end() {
-        let factors: Vec<f64> =
-            (0..1000).map(|step| Schedule::WarmupCosine.factor(step, 1000.0)).collect();
-        assert!(factors[..50].windows(2).all(|pair| pair[0] < pair[1]));
-        assert!(factors[50..].windows(2).all(|pair| pair[0] > pair[1]));
-        assert_eq!(factors[50], 1.0);
-        assert!((factors[525] - 0.5005).abs() < 1e-12);
-        assert!(factors[999] < 1.01e-3);
-        // A long run warms up for 200 steps only.
-        assert_eq!(Schedule::WarmupCosine.factor(200, 1e6), 1.0);
-    }
-}

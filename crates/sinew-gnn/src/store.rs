@@ -49,7 +49,7 @@ impl Surrogate {
 pub(crate) fn write_surrogate(surrogate: &Surrogate, folder: &Path) -> Result<()> {
     let description = Description {
         version: VERSION,
-        config: surrogate.emulator.config().clone(),
+        config: surrogate.emulator.config.clone(),
         scales: surrogate.scales.clone(),
         geometries: surrogate.geometries.clone(),
         embedded_nodes: surrogate.emulator.embedded_nodes(),
@@ -78,7 +78,7 @@ pub(crate) fn load_weights(
     embedded_nodes: &[Vec<usize>],
     path: &Path,
 ) -> Result<GraphNetwork> {
-    let (width, device) = (2 * emulator.config().latent, emulator.device());
+    let (width, device) = (2 * emulator.config.latent, emulator.device());
     let blank = |rows: &usize| Tensor::zeros([*rows, width], &device);
     let blank = embedded_nodes.iter().map(|layers| layers.iter().map(blank).collect());
     let loaded = emulator.with_embeddings(blank.collect()).try_load_file(path);

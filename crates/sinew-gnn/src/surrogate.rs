@@ -12,12 +12,12 @@ use crate::error::Result;
 use crate::fixed::{FixedGeometry, NetworkPrediction};
 use crate::graph::Graph;
 use crate::graph_network::{Embedding, GraphNetwork};
-use crate::kernels::KernelChoice;
 use crate::map::OutputMap;
 use crate::tensors::GeometryTensors;
-use sinew_emulate::coordinates::{Coordinates, all_terms, check_terms};
-use sinew_emulate::coordinates::{OutputScale, ParameterScaling};
-use sinew_emulate::coordinates::{require_count, require_finite};
+use sinew_emulate::coordinates::{
+    Coordinates, OutputScale, ParameterScaling, all_terms, check_terms, require_count,
+    require_finite,
+};
 
 /// Everything that turns physical inputs into network inputs and network outputs into displacements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -101,7 +101,7 @@ impl Surrogate {
         scales: Scales,
         geometries: Vec<Geometry>,
     ) -> Result<Self> {
-        let config = emulator.config();
+        let config = &emulator.config;
         require_count("parameter ranges", scales.parameters.ranges().len(), config.parameters)?;
         require_count(
             "columns of node features",
@@ -140,12 +140,6 @@ impl Surrogate {
     /// Geometries trained on.
     pub fn geometries(&self) -> &[Geometry] {
         &self.geometries
-    }
-
-    /// Surrogate of the same weights with other kernels.
-    pub fn with_kernels(mut self, choice: KernelChoice) -> Self {
-        self.emulator = self.emulator.with_kernels(choice);
-        self
     }
 
     /// Prepares fast prediction on one geometry, which need not be one of those trained on, nor have a graph like theirs.
@@ -201,12 +195,7 @@ impl Surrogate {
         parameter_tensor(&self.scales.parameters, thetas, &self.emulator.device())
     }
 
-    /// Embeddings of the nodes of all geometries, through `emulator` (this surrogate's, or a copy of it).
-    pub(crate) fn embeddings(&self, emulator: &GraphNetwork) -> Vec<Embedding> {
-        (0..self.prepared.len()).map(|index| self.embedding(emulator, index)).collect()
-    }
-
-    /// Embeddings of the nodes of geometry `index`.
+    /// Embeddings of the nodes of geometry `index`, through `emulator` (this surrogate's, or a copy of it).
     pub(crate) fn embedding(&self, emulator: &GraphNetwork, index: usize) -> Embedding {
         let passed = || self.prepared[index].embedding(emulator);
         emulator.embedding(index).unwrap_or_else(passed)
@@ -214,12 +203,12 @@ impl Surrogate {
 
     /// A geometry's tensors.
     pub(crate) fn prepare(&self, geometry: &Geometry) -> Result<GeometryTensors> {
-        let dimensions = self.emulator.config().dimensions;
+        let dimensions = self.emulator.config.dimensions;
         geometry.check(dimensions)?;
         let nodes = geometry.topology.real_nodes;
         self.scales.output.check(dimensions, dimensions * nodes)?;
         let motions = matches!(geometry.coordinates, Coordinates::Motions(_));
-        let decoded = matches!(self.emulator.config().decoding, Decoding::Motions { .. });
+        let decoded = matches!(self.emulator.config.decoding, Decoding::Motions { .. });
         require_count("outputs that are rigid motions", motions.into(), decoded.into())?;
         let parameters = self.scales.parameters.ranges().len();
         let (slopes, rates) = (geometry.coordinates.slopes().len(), geometry.coordinates.rates());

@@ -30,16 +30,6 @@ pub fn graph_features(
     dimensions: usize,
 ) -> Result<GraphFeatures, GraphError> {
     let nodes = pool_features(topology, node_columns)?;
-    let edges = edge_features(topology, positions, dimensions)?;
-    Ok(GraphFeatures { nodes, edges })
-}
-
-/// The edge part of [`graph_features`]: `dimensions + 1` columns.
-fn edge_features(
-    topology: &Topology,
-    positions: &[[f64; 3]],
-    dimensions: usize,
-) -> Result<FeatureMatrix, GraphError> {
     let positions = pool_positions(topology, positions)?;
     check_dimensions(&positions[..topology.real_nodes], dimensions)?;
     let (rows, columns) = (topology.senders.len(), dimensions + 1);
@@ -52,7 +42,7 @@ fn edge_features(
     }
     let edges = FeatureMatrix { rows, columns, values };
     edges.check("edge features", rows)?;
-    Ok(edges)
+    Ok(GraphFeatures { nodes, edges })
 }
 
 /// The first `dimensions` coordinates must tell the whole shape.
@@ -70,65 +60,4 @@ fn check_dimensions(positions: &[[f64; 3]], dimensions: usize) -> Result<(), Gra
         );
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn pair() -> Topology {
-        Topology {
-            real_nodes: 2,
-            nodes: 2,
-            senders: vec![1],
-            receivers: vec![0],
-            roots_per_layer: vec![],
-            clusters: vec![],
-        }
-    }
-
-    #[test]
-    fn edges_point_from_sender_to_receiver() {
-        let nodes = FeatureMatrix::indicator(2, &[1]).unwrap();
-        let positions = [[1.0, 2.0, 7.0], [4.0, 6.0, 7.0]];
-        let plane = graph_features(&pair(), &positions, &nodes, 2).unwrap();
-        assert_eq!(plane.nodes.values, [0.0, 1.0]);
-        assert_eq!(plane.edges.values, [-3.0, -4.0, 5.0]);
-        let space = graph_features(&pair(), &positions, &nodes, 3).unwrap();
-        assert_eq!(space.edges.values, [-3.0, -4.0, 0.0, 5.0]);
-    }
-
-    #[test]
-    fn dimensions_must_hold_the_shape() {
-        let nodes = FeatureMatrix::indicator(2, &[]).unwrap();
-        let features =
-            |z, dimensions| graph_features(&pair(), &[[0.0; 3], [1.0, 0.0, z]], &nodes, dimensions);
-        assert!(features(0.0, 1).is_ok());
-        let error = features(0.5, 1).unwrap_err();
-        assert!(error.to_string().starts_with("coordinate 2 runs from 0 to 0.5"), "{error}");
-        assert!(error.to_string().ends_with("use 3"), "{error}");
-        assert_eq!(
-            features(0.0, 4),
-            Err(GraphError("4 space dimensions were asked for: use 1, 2 or 3".into()))
-        );
-        assert_eq!(
-            features(0.0, 0),
-            Err(GraphError("0 space dimensions were asked for: use 1, 2 or 3".into()))
-        );
-    }
-
-    #[test]
-    fn columns_side_by_side() {
-        let clamped = FeatureMatrix::indicator(2, &[0, 0]).unwrap();
-        let fibres = FeatureMatrix::from_rows(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
-        let both = clamped.hstack(&fibres).unwrap();
-        assert_eq!((both.rows, both.columns), (2, 4));
-        assert_eq!(both.row(1), [0.0, 4.0, 5.0, 6.0]);
-        let three = FeatureMatrix::indicator(3, &[]).unwrap();
-        assert!(clamped.hstack(&three).unwrap_err().to_string().contains("3 given"));
-        let error = GraphError(
-            "node 2 of the set does not exist, there are 2 nodes, counted from 0".into(),
-        );
-        assert_eq!(FeatureMatrix::indicator(2, &[2]), Err(error));
-    }
 }

@@ -99,17 +99,6 @@ pub(crate) fn trainer(
     let device = Backend::Flex.device().expect("the default backend");
     let config = GraphNetworkConfig::new(3, 1, 4, 2);
     let surrogate = Surrogate::new(&config, data, scales, 0, &device).expect("fitting counts");
-    trainer_of(surrogate, data, batch, objective, optimiser)
-}
-
-/// Trainer from given weights.
-pub(crate) fn trainer_of(
-    surrogate: Surrogate,
-    data: &DataSet,
-    batch: usize,
-    objective: Box<dyn Objective>,
-    optimiser: OptimiserConfig,
-) -> Trainer {
     let settings = TrainingConfig {
         batch,
         optimiser,

@@ -1,10 +1,10 @@
 //! Sums of two tensors and normalised rows: plain operations that Burn's own code leaves slow where it is not optimised.
 
 use crate::fused::LayerNormalisation;
-use crate::fused::host::{HostOperation, HostTensor, apply};
+use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::normalise::{Normalisation, normalise, pull_back_normalisation};
 use crate::fused::reference;
-use burn::tensor::{DType, Tensor};
+use burn::tensor::Tensor;
 
 /// `a + b` of tensors of one shape, as one operation.
 ///
@@ -20,9 +20,9 @@ use burn::tensor::{DType, Tensor};
 /// When the shapes differ.
 pub fn sum(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
     assert_eq!(a.dims(), b.dims(), "tensors of a sum must have one shape");
-    match a.dtype() {
-        DType::F32 => apply(Sum, vec![a.into_dispatch(), b.into_dispatch()]),
-        _ => a + b,
+    match is_on_host(&a) {
+        true => apply(Sum, vec![a.into_dispatch(), b.into_dispatch()]),
+        false => a + b,
     }
 }
 
@@ -61,12 +61,12 @@ impl HostOperation for Sum {
 pub fn normalised(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> {
     let LayerNormalisation { gain, offset, epsilon } = normalisation.clone();
     assert_eq!([gain.dims(), offset.dims()], [[x.dims()[1]]; 2], "a gain and an offset per column");
-    match x.dtype() {
-        DType::F32 if x.dims()[1] > 0 => apply(
+    match is_on_host(&x) && x.dims()[1] > 0 {
+        true => apply(
             Normalised { epsilon: epsilon as f32 },
             vec![x.into_dispatch(), gain.into_dispatch(), offset.into_dispatch()],
         ),
-        _ => reference::normalised(x, normalisation),
+        false => reference::normalised(x, normalisation),
     }
 }
 
@@ -113,50 +113,5 @@ impl HostOperation for Normalised {
             of_offset,
         );
         gradients.map(Some).into()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{normalised, sum};
-    use crate::fused::tests::{Comparison, device, random};
-    use crate::fused::{Activation, LayerNormalisation, activate, reference};
-    use burn::tensor::Tensor;
-
-    /// Host operations add to gradients that others have begun, before and after Burn's own operations do.
-    #[test]
-    fn gradients_of_a_shared_tensor_are_summed() {
-        let by = |x: &Tensor<2>,
-                  sum: fn(Tensor<2>, Tensor<2>) -> Tensor<2>,
-                  activate: fn(Tensor<2>, Activation) -> Tensor<2>| {
-            let shared = x.clone() * 1.5;
-            let active = activate(shared.clone(), Activation::Tanh);
-            let first = sum(shared.clone(), shared.clone()) * active.clone() + shared.clone() * 3.0;
-            sum(first, sum(activate(shared.clone(), Activation::Celu), shared * active))
-        };
-        Comparison::of([random([5, 3], 7, &device())]).assert_close(
-            |x| by(&x[0], sum, activate),
-            |x| by(&x[0], |a, b| a + b, reference::activate),
-        );
-    }
-
-    #[test]
-    fn agree_with_plain_tensors() {
-        let device = device();
-        for [rows, width] in [[1, 3], [5, 8], [300, 80]] {
-            let x = || random([rows, width], 3, &device);
-            Comparison::of([x(), random([rows, width], 4, &device)])
-                .assert_close(|x| sum(x[0].clone(), x[1].clone()), |x| x[0].clone() + x[1].clone());
-            let rule = |x: &[Tensor<2>]| LayerNormalisation {
-                gain: x[1].clone().squeeze_dim(0),
-                offset: x[2].clone().squeeze_dim(0),
-                epsilon: 1e-6,
-            };
-            let row = |seed| random([1, width], seed, &device);
-            Comparison::of([x(), row(5), row(6)]).assert_close(
-                |x| normalised(x[0].clone(), rule(x)),
-                |x| reference::normalised(x[0].clone(), rule(x)),
-            );
-        }
     }
 }

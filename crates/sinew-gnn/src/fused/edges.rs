@@ -1,11 +1,11 @@
 //! Sums of edge messages at the nodes of a graph.
 
 use crate::fused::error::IndexError;
-use crate::fused::host::{HostOperation, HostTensor, apply};
+use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::index::{Gather, GatherPlan, Inverse, check};
 use crate::fused::reference;
 use crate::fused::rows::add_up;
-use burn::tensor::{DType, Tensor};
+use burn::tensor::Tensor;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -47,11 +47,6 @@ impl EdgeTopology {
         self.nodes
     }
 
-    /// Number of edges.
-    pub(crate) fn edges(&self) -> usize {
-        self.senders.len()
-    }
-
     /// Sending node of every edge.
     pub fn senders(&self) -> &[u32] {
         &self.senders
@@ -61,29 +56,19 @@ impl EdgeTopology {
     pub fn receivers(&self) -> &[u32] {
         &self.receivers
     }
-
-    pub(crate) fn received(&self) -> &Inverse {
-        &self.received
-    }
-
-    pub(crate) fn sent(&self) -> &Inverse {
-        &self.sent
-    }
 }
 
 impl GatherPlan {
     /// One row per edge, from three sources: a row per edge, and two sources of a row per node,
     /// read at the receiving and at the sending node.
     pub fn edges(topology: &EdgeTopology) -> Arc<Self> {
-        let receiver = Gather::Indexed {
-            index: topology.receivers().to_vec(),
-            inverse: topology.received().clone(),
+        let EdgeTopology { nodes, senders, receivers, received, sent } = topology;
+        let read_at = |index: &[u32], inverse: &Inverse| Gather::Indexed {
+            index: index.to_vec(),
+            inverse: inverse.clone(),
         };
-        let sender = Gather::Indexed {
-            index: topology.senders().to_vec(),
-            inverse: topology.sent().clone(),
-        };
-        let (edges, nodes) = (topology.edges(), topology.nodes());
+        let (receiver, sender) = (read_at(receivers, received), read_at(senders, sent));
+        let (edges, nodes) = (senders.len(), *nodes);
         Arc::new(Self {
             rows: edges,
             sources: vec![Gather::Identity, receiver, sender],
@@ -111,8 +96,8 @@ pub fn received_edge_sum(messages: Tensor<2>, topology: &Arc<EdgeTopology>) -> T
 
 fn sum(messages: Tensor<2>, topology: &Arc<EdgeTopology>, signed: bool) -> Tensor<2> {
     let [edges, width] = messages.dims();
-    assert_eq!(edges, topology.edges(), "messages must have one row per edge");
-    if messages.dtype() != DType::F32 || width == 0 {
+    assert_eq!(edges, topology.senders.len(), "messages must have one row per edge");
+    if !is_on_host(&messages) || width == 0 {
         return match signed {
             true => reference::signed_edge_sum(messages, topology),
             false => reference::received_edge_sum(messages, topology),
@@ -142,14 +127,15 @@ impl HostOperation for EdgeSum {
     }
 
     fn backward(&self, width: usize, cotangent: &[f32], _needed: &[bool]) -> Vec<Option<Vec<f32>>> {
-        let mut gradient = vec![0.0; self.topology.edges() * width];
+        let mut gradient = vec![0.0; self.topology.senders.len() * width];
         gradient.par_chunks_mut(EDGES_PER_TASK * width).enumerate().for_each(
             |(task, gradients)| {
                 for (offset, gradient) in gradients.chunks_exact_mut(width).enumerate() {
                     let edge = task * EDGES_PER_TASK + offset;
                     gradient.copy_from_slice(row(cotangent, self.topology.receivers[edge], width));
                     if self.signed {
-                        subtract(gradient, row(cotangent, self.topology.senders[edge], width));
+                        let sent = row(cotangent, self.topology.senders[edge], width);
+                        gradient.iter_mut().zip(sent).for_each(|(sum, value)| *sum -= value);
                     }
                 }
             },
@@ -160,56 +146,4 @@ impl HostOperation for EdgeSum {
 
 fn row(values: &[f32], index: u32, width: usize) -> &[f32] {
     &values[index as usize * width..][..width]
-}
-
-fn subtract(sum: &mut [f32], values: &[f32]) {
-    for (sum, value) in sum.iter_mut().zip(values) {
-        *sum -= value;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{EdgeTopology, received_edge_sum, signed_edge_sum};
-    use crate::fused::error::IndexError;
-    use crate::fused::reference;
-    use crate::fused::tests::{Comparison, device, random};
-
-    fn topology() -> std::sync::Arc<EdgeTopology> {
-        // Node 4 has no edge; node 0 has a loop; edges 1 and 2 are parallel.
-        EdgeTopology::new(5, &[0, 1, 1, 2, 3, 0], &[1, 2, 2, 0, 1, 0]).unwrap()
-    }
-
-    #[test]
-    fn both_sums_agree_with_plain_tensors() {
-        let (topology, device) = (topology(), device());
-        for width in [1, 7, 40] {
-            let messages = random([6, width], 1, &device);
-            let comparison = Comparison::of([messages]);
-            comparison.assert_close(
-                |x| signed_edge_sum(x[0].clone(), &topology),
-                |x| reference::signed_edge_sum(x[0].clone(), &topology),
-            );
-            comparison.assert_close(
-                |x| received_edge_sum(x[0].clone(), &topology),
-                |x| reference::received_edge_sum(x[0].clone(), &topology),
-            );
-        }
-    }
-
-    #[test]
-    fn signed_sums_vanish_in_total() {
-        let messages = random([6, 3], 2, &device());
-        let total =
-            signed_edge_sum(messages, &topology()).sum_dim(0).abs().max().into_scalar::<f32>();
-        assert!(total < 1e-6, "what one end receives the other sends: {total}");
-    }
-
-    #[test]
-    fn wrong_indices_are_refused_with_numbers() {
-        let wrong = EdgeTopology::new(2, &[0, 2], &[1, 0]).unwrap_err();
-        assert_eq!(wrong, IndexError::OutOfRange { position: 1, index: 2, count: 2 });
-        let wrong = EdgeTopology::new(2, &[0], &[1, 0]).unwrap_err();
-        assert_eq!(wrong, IndexError::UnpairedEdges { senders: 1, receivers: 2 });
-    }
 }

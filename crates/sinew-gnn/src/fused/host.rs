@@ -5,6 +5,8 @@
 
 use crate::fused::pool::keep_freed_memory;
 use crate::fused::rows::add_into;
+#[cfg(any(feature = "wgpu", feature = "cuda"))]
+use burn::backend::DispatchDevice;
 use burn::backend::autodiff::NodeId;
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
@@ -15,11 +17,22 @@ use burn::backend::tensor::FloatTensor;
 use burn::backend::{
     Autodiff, Backend, Dispatch, DispatchTensor, Flex, TensorMetadata, backend_extension, read_sync,
 };
-use burn::tensor::{Shape, Tensor, TensorData};
+use burn::tensor::{DType, Shape, Tensor, TensorData};
 use std::any::Any;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fmt::Debug;
+
+/// Whether a tensor of single precision is in the memory of the processor, where fused operations work. A graphics processor
+/// would wait for its tensors to go there and back.
+pub(crate) fn is_on_host<const D: usize>(tensor: &Tensor<D>) -> bool {
+    let is_in_memory = match tensor.device().without_autodiff().as_dispatch() {
+        #[cfg(any(feature = "wgpu", feature = "cuda"))]
+        DispatchDevice::Cube(_) => false,
+        _ => true,
+    };
+    is_in_memory && tensor.dtype() == DType::F32
+}
 
 /// A contiguous single-precision tensor in host memory; clones share it.
 #[derive(Clone, Debug)]
@@ -102,12 +115,12 @@ fn forward<B: Backend, O: HostOperation, const N: usize>(
     inputs: [FloatTensor<B>; N],
     operation: &O,
     tracked: bool,
-) -> (FloatTensor<B>, HostTensor, Option<O::Saved>) {
+) -> (FloatTensor<B>, Option<O::Saved>) {
     keep_freed_memory();
     let device = inputs[0].device();
     let inputs = inputs.map(HostTensor::read::<B>);
     let (output, saved) = operation.forward(&inputs, tracked);
-    (output.clone().write::<B>(&device), output, saved)
+    (output.write::<B>(&device), saved)
 }
 
 /// State of a backward step: the operation's own, and the shapes of the gradients.
@@ -177,7 +190,7 @@ fn differentiable<B: Backend, C: CheckpointStrategy, O: HostOperation, const N: 
         .stateful()
     {
         OpsKind::Tracked(step) => {
-            let (output, _, saved) = forward::<B, O, N>(primitives, &operation, true);
+            let (output, saved) = forward::<B, O, N>(primitives, &operation, true);
             let saved = saved.expect("a tracked operation saves its state");
             step.finish(Kept { operation, saved, shapes }, output)
         }

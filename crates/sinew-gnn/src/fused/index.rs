@@ -68,8 +68,10 @@ pub(crate) enum Gather {
 /// once per graph (or per batch size) and shared.
 #[derive(Clone, Debug)]
 pub struct GatherPlan {
+    /// Rows of the result.
     pub(crate) rows: usize,
     pub(crate) sources: Vec<Gather>,
+    /// Rows that each source must have.
     pub(crate) source_rows: Vec<usize>,
 }
 
@@ -101,29 +103,6 @@ impl GatherPlan {
         source_rows.push(1);
         Arc::new(Self { rows, sources, source_rows })
     }
-
-    /// Row `r` reads row `index[r]` of a source of `count` rows.
-    #[cfg(test)]
-    pub(crate) fn indexed(index: &[usize], count: usize) -> Result<Arc<Self>, IndexError> {
-        let index = check(index, count)?;
-        let (rows, inverse) = (index.len(), Inverse::new(&index, count));
-        let sources = vec![Gather::Indexed { index, inverse }];
-        Ok(Arc::new(Self { rows, sources, source_rows: vec![count] }))
-    }
-
-    /// Rows of the result.
-    pub(crate) fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Rows that each source must have.
-    pub(crate) fn source_rows(&self) -> &[usize] {
-        &self.source_rows
-    }
-
-    pub(crate) fn sources(&self) -> &[Gather] {
-        &self.sources
-    }
 }
 
 impl Gather {
@@ -136,35 +115,5 @@ impl Gather {
             Self::Repeated { times } => row / times,
             Self::Indexed { index, .. } => index[row] as usize,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Gather, GatherPlan, Inverse};
-    use crate::fused::error::IndexError;
-
-    #[test]
-    fn inverse_lists_every_entry_once_in_order() {
-        let inverse = Inverse::new(&[2, 0, 2, 2], 4);
-        assert_eq!(inverse.of(0), [1]);
-        assert!(inverse.of(1).is_empty());
-        assert_eq!(inverse.of(2), [0, 2, 3]);
-        assert!(inverse.of(3).is_empty());
-    }
-
-    #[test]
-    fn outer_plan_pairs_every_row() {
-        let plan = GatherPlan::outer(2, 3);
-        let read = |source: &Gather| (0..6).map(|row| source.source(row)).collect::<Vec<_>>();
-        assert_eq!(read(&plan.sources()[0]), [0, 1, 2, 0, 1, 2]);
-        assert_eq!(read(&plan.sources()[1]), [0, 0, 0, 1, 1, 1]);
-        assert_eq!(plan.source_rows(), [3, 2]);
-    }
-
-    #[test]
-    fn rows_that_do_not_exist_are_refused() {
-        let outside = GatherPlan::indexed(&[0, 2], 2).unwrap_err();
-        assert_eq!(outside, IndexError::OutOfRange { position: 1, index: 2, count: 2 });
     }
 }

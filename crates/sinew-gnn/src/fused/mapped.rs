@@ -24,10 +24,9 @@ pub(crate) fn mapped(
     map: Arc<dyn FieldMap>,
 ) -> Tensor<3> {
     let dtype = nodes.dtype();
-    let single = |x: Tensor<3>| if x.dtype() == DType::F32 { x } else { x.cast(DType::F32) };
-    let inputs = clusters.into_iter().chain([nodes]).map(|x| single(x).into_dispatch());
-    let displacement = apply(Mapped(map), inputs.collect());
-    if dtype == DType::F32 { displacement } else { displacement.cast(dtype) }
+    let inputs = clusters.into_iter().chain([nodes]).map(|x| x.cast(DType::F32).into_dispatch());
+    let displacement: Tensor<3> = apply(Mapped(map), inputs.collect());
+    displacement.cast(dtype)
 }
 
 #[derive(Clone, Debug)]
@@ -71,23 +70,15 @@ impl HostOperation for Mapped {
             self.0.pull_back(sample, &row(&inputs, sample, samples), &cotangent)
         });
         let rows: Vec<Vec<f64>> = rows.collect();
-        let mut after = 0;
-        let parts = inputs.iter().rev().map(|input| {
-            let length = input.values().len() / samples.max(1);
+        let length = |input: &HostTensor| input.values().len() / samples.max(1);
+        let gradient = |(number, input): (usize, &HostTensor)| {
+            let after: usize = inputs[number + 1..].iter().map(length).sum();
             let part = |row: &'_ Vec<f64>| {
                 let end = row.len() - after;
-                row[end - length..end].iter().map(|value| *value as f32).collect::<Vec<_>>()
+                row[end - length(input)..end].iter().map(|value| *value as f32).collect::<Vec<_>>()
             };
-            let part = rows.iter().flat_map(part).collect();
-            after += length;
-            Some(part)
-        });
-        let mut gradients: Vec<_> = parts.collect();
-        gradients.reverse();
-        gradients
+            Some(rows.iter().flat_map(part).collect())
+        };
+        inputs.iter().enumerate().map(gradient).collect()
     }
 }
-
-#[cfg(test)]
-#[path = "mapped/tests.rs"]
-mod tests;

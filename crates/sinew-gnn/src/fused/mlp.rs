@@ -1,14 +1,14 @@
 //! The fused perceptron as an operation of Burn.
 
 use crate::fused::activation::Activation;
-use crate::fused::host::{HostOperation, HostTensor, apply};
+use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::index::GatherPlan;
 use crate::fused::mlp_backward::backward;
 use crate::fused::mlp_kernel::{Activations, Keep, Parameters, Source, forward};
 use crate::fused::normalise::Normalisation;
 use crate::fused::perceptron::{Input, LayerNormalisation, PerceptronWeights};
 use crate::fused::reference;
-use burn::tensor::{DType, Tensor};
+use burn::tensor::Tensor;
 use std::sync::Arc;
 
 /// Hidden activations of an evaluation are kept for the backward pass up to this many bytes, and
@@ -23,7 +23,7 @@ const KEPT_BYTES: usize = 64 << 20;
 /// ([`GatherPlan::edges`]) concatenate their features with those of receiver and sender, a
 /// batched decoder ([`GatherPlan::outer`]) those of a node and of a parameter set, and
 /// [`GatherPlan::identity`] covers the rest. [`reference::gathered_mlp`] is the same in plain
-/// tensors; it is used for anything but single precision.
+/// tensors; it is used on graphics processors, and for anything but single precision.
 ///
 /// Gradients do not depend on the number of threads.
 ///
@@ -57,19 +57,9 @@ pub fn gathered_mlp(
     plan: &Arc<GatherPlan>,
     weights: PerceptronWeights,
 ) -> Tensor<2> {
-    evaluate(inputs, plan, weights, KEPT_BYTES)
-}
-
-fn evaluate(
-    inputs: Vec<Input>,
-    plan: &Arc<GatherPlan>,
-    weights: PerceptronWeights,
-    kept_bytes: usize,
-) -> Tensor<2> {
     check_shapes(&inputs, plan, &weights);
-    let single = |tensor: &Tensor<2>| tensor.dtype() == DType::F32;
-    let all_single = inputs.iter().all(|input| single(input.tensor()));
-    if !all_single || !single(&weights.second_weight) || weights.widths().contains(&0) {
+    let are_on_host = inputs.iter().all(|input| is_on_host(input.tensor()));
+    if !are_on_host || !is_on_host(&weights.second_weight) || weights.widths().contains(&0) {
         return reference::gathered_mlp(inputs, plan, weights);
     }
     let operation = GatheredMlp {
@@ -77,7 +67,6 @@ fn evaluate(
         activation: weights.activation,
         first_rows: inputs.iter().map(Input::first_row).collect(),
         epsilon: weights.normalisation.as_ref().map(|normalisation| normalisation.epsilon as f32),
-        kept_bytes,
     };
     let mut tensors: Vec<_> =
         inputs.iter().map(|input| input.tensor().clone().into_dispatch()).collect();
@@ -126,8 +115,8 @@ fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights
     let [first, second, outputs] = weights.widths();
     let [meeting, width] = weights.first_weight.dims();
     assert_eq!(width, first, "first weight against its bias");
-    assert_eq!(inputs.len(), plan.source_rows().len(), "the plan's number of sources");
-    for (input, rows) in inputs.iter().zip(plan.source_rows()) {
+    assert_eq!(inputs.len(), plan.source_rows.len(), "the plan's number of sources");
+    for (input, rows) in inputs.iter().zip(&plan.source_rows) {
         let [found, columns] = input.tensor().dims();
         assert_eq!(found, *rows, "rows of an input against the plan");
         match input.first_row() {
@@ -154,8 +143,6 @@ struct GatheredMlp {
     first_rows: Vec<Option<usize>>,
     /// Epsilon of the normalisation, if there is one.
     epsilon: Option<f32>,
-    /// See [`KEPT_BYTES`].
-    kept_bytes: usize,
 }
 
 /// Tensors of the backward pass: inputs, parameters and activations.
@@ -167,7 +154,7 @@ struct Saved {
 
 impl GatheredMlp {
     fn sources<'a>(&'a self, tensors: &'a [HostTensor]) -> Vec<Source<'a>> {
-        let gathers = self.plan.sources().iter().zip(&self.first_rows);
+        let gathers = self.plan.sources.iter().zip(&self.first_rows);
         tensors
             .iter()
             .zip(gathers)
@@ -204,7 +191,7 @@ impl GatheredMlp {
         let [first, second, _] = parameters.widths();
         let in_tiles = sources.iter().any(Source::is_multiplied_in_tiles);
         let width = if in_tiles { first + second } else { second };
-        let second = self.plan.rows() * width * size_of::<f32>() <= self.kept_bytes;
+        let second = self.plan.rows * width * size_of::<f32>() <= KEPT_BYTES;
         Keep { first: second && in_tiles, second }
     }
 }
@@ -219,7 +206,7 @@ impl HostOperation for GatheredMlp {
             false => Keep { first: false, second: false },
         };
         let (output, activations) = forward(&self.plan, &sources, &parameters, keep);
-        let output = HostTensor::new(output, [self.plan.rows(), parameters.third_bias.len()]);
+        let output = HostTensor::new(output, [self.plan.rows, parameters.third_bias.len()]);
         let saved =
             tracked.then(|| Saved { tensors: inputs.to_vec(), activations: Arc::new(activations) });
         (output, saved)
@@ -228,11 +215,6 @@ impl HostOperation for GatheredMlp {
     fn backward(&self, saved: Saved, cotangent: &[f32], needed: &[bool]) -> Vec<Option<Vec<f32>>> {
         let (sources, parameters) = (self.sources(&saved.tensors), self.parameters(&saved.tensors));
         let needed = &needed[..sources.len()];
-        let gradients =
-            backward(&self.plan, &sources, &parameters, &saved.activations, cotangent, needed);
-        gradients.inputs.into_iter().chain(gradients.parameters.into_iter().map(Some)).collect()
+        backward(&self.plan, &sources, &parameters, &saved.activations, cotangent, needed)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -22,15 +22,8 @@ const GROUPS: usize = 8;
 /// Tiles from which on there are so many; fewer tiles make half the groups.
 const TILES_FOR_ALL_GROUPS: usize = 64;
 
-/// Gradients of a scalar with respect to inputs and parameters, in the order of the operation.
-pub(crate) struct Gradients {
-    /// Gradients of the inputs that were asked for.
-    pub inputs: Vec<Option<Vec<f32>>>,
-    /// First weight and bias, second, third; gain and offset.
-    pub parameters: [Vec<f32>; 8],
-}
-
-/// Pulls `cotangent` `[rows, outputs]` back; hidden layers not kept are computed again.
+/// Pulls `cotangent` `[rows, outputs]` back to the inputs that need a gradient and to the parameters: first weight and bias,
+/// second, third; gain and offset. Hidden layers not kept are computed again.
 pub(crate) fn backward(
     plan: &GatherPlan,
     sources: &[Source<'_>],
@@ -38,8 +31,26 @@ pub(crate) fn backward(
     activations: &Activations,
     cotangent: &[f32],
     needed: &[bool],
-) -> Gradients {
-    let pass = Pass::new(plan, sources, parameters, activations, cotangent, needed);
+) -> Vec<Option<Vec<f32>>> {
+    let [first, second, outputs] = parameters.widths();
+    let transposed = |(source, needed): (&Source<'_>, &bool)| {
+        (*needed && source.is_multiplied_in_tiles())
+            .then(|| Panels::transposed(source.weight(parameters), first))
+    };
+    let recomputed = activations.second.is_empty();
+    let pass = Pass {
+        plan,
+        sources,
+        parameters,
+        activations,
+        cotangent,
+        needed,
+        layer: FirstLayer::new(sources, &activations.products, parameters),
+        second_weight: recomputed.then(|| Panels::new(parameters.second_weight, second)),
+        first_transposed: sources.iter().zip(needed).map(transposed).collect(),
+        second_transposed: Panels::transposed(parameters.second_weight, second),
+        third_transposed: Panels::transposed(parameters.third_weight, outputs),
+    };
     let sizes = pass.sizes();
     let mut row_gradients = RowGradients::new(&pass);
     let partial: Vec<Buffer> = pass
@@ -96,7 +107,7 @@ struct GroupRows<'a> {
 
 impl RowGradients {
     fn new(pass: &Pass<'_>) -> Self {
-        let (rows, hidden) = (pass.plan.rows(), pass.parameters.first_bias.len());
+        let (rows, hidden) = (pass.plan.rows, pass.parameters.first_bias.len());
         let indexed = |(source, needed): (&Source<'_>, &bool)| {
             matches!(source.gather, Gather::Indexed { .. }) && pass.has_gradient(source, *needed)
         };
@@ -158,36 +169,7 @@ fn total(partial: &[Buffer], sizes: &[usize]) -> Vec<Vec<f32>> {
     ranges.par_iter().map(sum).collect()
 }
 
-impl<'a> Pass<'a> {
-    fn new(
-        plan: &'a GatherPlan,
-        sources: &'a [Source<'a>],
-        parameters: &'a Parameters<'a>,
-        activations: &'a Activations,
-        cotangent: &'a [f32],
-        needed: &'a [bool],
-    ) -> Self {
-        let [first, second, outputs] = parameters.widths();
-        let transposed = |(source, needed): (&Source<'_>, &bool)| {
-            (*needed && source.is_multiplied_in_tiles())
-                .then(|| Panels::transposed(source.weight(parameters), first))
-        };
-        let recomputed = activations.second.is_empty();
-        Self {
-            plan,
-            sources,
-            parameters,
-            activations,
-            cotangent,
-            needed,
-            layer: FirstLayer::new(sources, &activations.products, parameters),
-            second_weight: recomputed.then(|| Panels::new(parameters.second_weight, second)),
-            first_transposed: sources.iter().zip(needed).map(transposed).collect(),
-            second_transposed: Panels::transposed(parameters.second_weight, second),
-            third_transposed: Panels::transposed(parameters.third_weight, outputs),
-        }
-    }
-
+impl Pass<'_> {
     /// Whether the gradient of a source's product is of use.
     fn has_gradient(&self, source: &Source<'_>, needed: bool) -> bool {
         needed || source.first_row.is_some()
@@ -195,7 +177,7 @@ impl<'a> Pass<'a> {
 
     /// Rows of every group: whole tiles, as even as they come.
     fn groups(&self) -> Vec<Range<usize>> {
-        let rows = self.plan.rows();
+        let rows = self.plan.rows;
         let tile = tile_rows(rows);
         let tiles = rows.div_ceil(tile);
         let groups = if tiles < TILES_FOR_ALL_GROUPS { GROUPS / 2 } else { GROUPS }.min(tiles);
@@ -227,7 +209,7 @@ impl<'a> Pass<'a> {
     /// Adds up the gradients of a group.
     fn group(&self, rows: Range<usize>, sums: &mut [&mut [f32]], mut to: GroupRows<'_>) {
         let [first, second, outputs] = self.parameters.widths();
-        let tile = tile_rows(self.plan.rows());
+        let tile = tile_rows(self.plan.rows);
         let scratch = |width: usize| Buffer::take(tile * width);
         let (mut first_again, mut second_again) = (scratch(first), scratch(second));
         let (mut d_output, mut d_second, mut d_first) =
@@ -371,13 +353,13 @@ impl<'a> Pass<'a> {
     /// Puts the gradients together.
     fn gradients(
         &self,
-        tail: Vec<Vec<f32>>,
+        mut tail: Vec<Vec<f32>>,
         of_sources: Vec<Vec<f32>>,
         rows: RowGradients,
-    ) -> Gradients {
+    ) -> Vec<Option<Vec<f32>>> {
         let hidden = self.parameters.first_bias.len();
         let mut first_weight = vec![0.0; self.parameters.first_weight.len()];
-        let mut inputs = Vec::with_capacity(self.sources.len());
+        let mut gradients = Vec::with_capacity(self.sources.len() + 1 + TAIL);
         let RowGradients { first, inputs: row_by_row } = rows;
         for (number, (sum, row_by_row)) in of_sources.into_iter().zip(row_by_row).enumerate() {
             let (source, needed) = (&self.sources[number], self.needed[number]);
@@ -387,7 +369,7 @@ impl<'a> Pass<'a> {
                 if let Some(range) = weight_rows {
                     add_into(&mut first_weight[range], &sum);
                 }
-                inputs.push(needed.then_some(row_by_row));
+                gradients.push(needed.then_some(row_by_row));
                 continue;
             }
             let product = match source.gather {
@@ -399,30 +381,21 @@ impl<'a> Pass<'a> {
                 _ => sum,
             };
             let Some(range) = weight_rows else {
-                inputs.push(needed.then_some(product));
+                gradients.push(needed.then_some(product));
                 continue;
             };
             add_transposed_product(source.values, source.width, &product, &mut first_weight[range]);
-            inputs.push(needed.then(|| {
+            gradients.push(needed.then(|| {
                 let mut input = vec![0.0; source.values.len()];
                 let weight = Panels::transposed(source.weight(self.parameters), hidden);
                 multiply_in_parallel(&product, hidden, &weight, source.width, &mut input);
                 input
             }));
         }
-        let [first_bias, second_weight, second_bias, third_weight, third_bias, gain, offset] =
-            tail.try_into().unwrap_or_else(|_| unreachable!("split off after the tail"));
-        let third_weight = transposed(&third_weight, self.parameters.widths()[1]);
-        let parameters = [
-            first_weight,
-            first_bias,
-            second_weight,
-            second_bias,
-            third_weight,
-            third_bias,
-            gain,
-            offset,
-        ];
-        Gradients { inputs, parameters }
+        /// Place of the third weight, which is added up transposed.
+        const THIRD_WEIGHT: usize = 3;
+        tail[THIRD_WEIGHT] = transposed(&tail[THIRD_WEIGHT], self.parameters.widths()[1]);
+        gradients.extend([first_weight].into_iter().chain(tail).map(Some));
+        gradients
     }
 }

@@ -109,10 +109,6 @@ pub(crate) struct FirstLayer<'a> {
 }
 
 impl<'a> FirstLayer<'a> {
-    pub(crate) fn products(sources: &[Source<'_>], parameters: &Parameters<'_>) -> Vec<Buffer> {
-        sources.iter().map(|source| source.product(parameters)).collect()
-    }
-
     pub(crate) fn new(
         sources: &'a [Source<'a>],
         products: &'a [Buffer],
@@ -131,12 +127,9 @@ impl<'a> FirstLayer<'a> {
         let hidden = parameters.first_bias.len();
         let mut gathered: Vec<(&Gather, &[f32])> = Vec::with_capacity(self.sources.len());
         for (source, product) in self.sources.iter().zip(self.products) {
-            match source.first_row {
-                None => gathered.push((source.gather, source.values)),
-                Some(_) if !source.is_multiplied_in_tiles() => {
-                    gathered.push((source.gather, product));
-                }
-                Some(_) => {}
+            if !source.is_multiplied_in_tiles() {
+                let is_product = source.first_row.is_none();
+                gathered.push((source.gather, if is_product { source.values } else { product }));
             }
         }
         gather_sums(parameters.first_bias, &gathered, start, first);
@@ -188,12 +181,12 @@ pub(crate) fn forward(
     keep: Keep,
 ) -> (Vec<f32>, Activations) {
     let [first, second, outputs] = parameters.widths();
-    let rows = plan.rows();
+    let rows = plan.rows;
     let kept = |keep: bool, width: usize| Buffer::take(if keep { rows * width } else { 0 });
     let normalised = parameters.normalisation.is_some();
     let mut output = vec![0.0; rows * outputs];
     let mut all = Activations {
-        products: FirstLayer::products(sources, parameters),
+        products: sources.iter().map(|source| source.product(parameters)).collect(),
         first: kept(keep.first, first),
         second: kept(keep.second, second),
         normal: kept(normalised, outputs),

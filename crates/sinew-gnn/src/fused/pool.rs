@@ -106,19 +106,3 @@ impl fmt::Debug for Buffer {
         write!(f, "Buffer of {} numbers", self.len)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Buffer;
-
-    #[test]
-    fn a_returned_buffer_is_cleared_only_on_request() {
-        // Of a size of its own, as tests share the shelf; Miri takes a microsecond per number.
-        let len = if cfg!(miri) { 1_457 } else { 123_457 };
-        let mut buffer = Buffer::take(len);
-        buffer.fill(7.0);
-        drop(buffer);
-        assert_eq!(Buffer::take(len).len(), len);
-        assert!(Buffer::zeros(len).iter().all(|x| *x == 0.0));
-    }
-}

@@ -98,7 +98,9 @@ pub(crate) fn multiply(rows: &[f32], weight: &Panels, start: Start, output: &mut
         let task = Task {
             count,
             depth: *depth,
-            factor: Factor { values: rows, row_stride: *depth, step: 1 },
+            factor: rows,
+            row_stride: *depth,
+            step: 1,
             panel: &values[panel.start * depth..(panel.start + panel.width) * depth],
             stride: panel.width,
             columns: *columns,
@@ -117,23 +119,9 @@ pub(crate) fn gram(x: &[f32], size: usize, gram: &mut [f32]) {
         return;
     }
     for panel in panels(size) {
-        let packed = (panel.start + panel.width > size).then(|| pack_columns(x, size, panel));
-        let (values, stride) = match &packed {
-            Some(packed) => (&packed[..], panel.width),
-            None => (&x[panel.start..], size),
-        };
         // Rows from the diagonal on.
-        let task = Task {
-            count: size - panel.start,
-            depth: x.len() / size,
-            factor: Factor { values: &x[panel.start..], row_stride: 1, step: size },
-            panel: values,
-            stride,
-            columns: size,
-            start: panel.start,
-            kept: false,
-        };
-        task.run(panel.width, &mut gram[panel.start * size..]);
+        let rows = &mut gram[panel.start * size..];
+        multiply_transposed(&x[panel.start..], size, (x, size), panel, Start::Zero, rows);
     }
     mirror(gram, size);
 }
@@ -157,25 +145,39 @@ pub(crate) fn add_transposed_product(x: &[f32], width: usize, d: &[f32], sum: &m
     let (columns, rows) = (sum.len() / width, x.len() / width);
     assert_eq!(d.len(), rows * columns, "factors of a product");
     for panel in panels(columns) {
-        let whole = panel.start + panel.width <= columns;
-        // A panel that juts out is copied and filled up.
-        let packed = (!whole).then(|| pack_columns(d, columns, panel));
-        let (values, stride) = match &packed {
-            Some(packed) => (&packed[..], panel.width),
-            None => (&d[panel.start..], columns),
-        };
-        let task = Task {
-            count: width,
-            depth: rows,
-            factor: Factor { values: x, row_stride: 1, step: width },
-            panel: values,
-            stride,
-            columns,
-            start: panel.start,
-            kept: true,
-        };
-        task.run(panel.width, sum);
+        multiply_transposed(x, width, (d, columns), panel, Start::Kept, sum);
     }
+}
+
+/// A panel of `output = xᵀ d`, or added to the output, where x has numbers at steps of `step`, and d rows of `columns` numbers.
+fn multiply_transposed(
+    x: &[f32],
+    step: usize,
+    (d, columns): (&[f32], usize),
+    panel: Panel,
+    start: Start,
+    output: &mut [f32],
+) {
+    // A panel that juts out is copied and filled up.
+    let juts_out = panel.start + panel.width > columns;
+    let packed = juts_out.then(|| pack_columns(d, columns, panel));
+    let (values, stride) = match &packed {
+        Some(packed) => (&packed[..], panel.width),
+        None => (&d[panel.start..], columns),
+    };
+    let task = Task {
+        count: output.len() / columns,
+        depth: d.len() / columns,
+        factor: x,
+        row_stride: 1,
+        step,
+        panel: values,
+        stride,
+        columns,
+        start: panel.start,
+        kept: start == Start::Kept,
+    };
+    task.run(panel.width, output);
 }
 
 fn pack_columns(d: &[f32], columns: usize, panel: Panel) -> Buffer {
@@ -187,23 +189,17 @@ fn pack_columns(d: &[f32], columns: usize, panel: Panel) -> Buffer {
     packed
 }
 
-/// The factor whose numbers are spread over a register, one by one.
-#[derive(Clone, Copy)]
-struct Factor<'a> {
-    values: &'a [f32],
-    /// Stride from a number to that of the next row of the output.
-    row_stride: usize,
-    /// Stride from a number to the next one of the sum.
-    step: usize,
-}
-
-/// Product of a factor with one panel.
+/// Product of a factor, whose numbers are spread over a register one by one, with one panel.
 struct Task<'a> {
     /// Rows of the output.
     count: usize,
     /// Length of the sums.
     depth: usize,
-    factor: Factor<'a>,
+    factor: &'a [f32],
+    /// Stride from a number of the factor to that of the next row of the output.
+    row_stride: usize,
+    /// Stride from a number of the factor to the next one of the sum.
+    step: usize,
     panel: &'a [f32],
     /// Distance of the panel's rows.
     stride: usize,
@@ -218,13 +214,13 @@ impl Task<'_> {
     /// Product with a panel of `width` columns.
     fn run(&self, width: usize, output: &mut [f32]) {
         // What the blocks below rely on.
-        let Factor { values, row_stride, step } = self.factor;
         let last = |count: usize, stride: usize| (count - 1) * stride;
         assert!(self.count > 0 && output.len() == self.count * self.columns);
         assert!(self.start < self.columns && width.is_multiple_of(LANES));
         assert!((LANES..=4 * LANES).contains(&width));
         if self.depth > 0 {
-            assert!(last(self.count, row_stride) + last(self.depth, step) < values.len());
+            let end = last(self.count, self.row_stride) + last(self.depth, self.step);
+            assert!(end < self.factor.len());
             assert!(last(self.depth, self.stride) + width <= self.panel.len());
         }
         // SAFETY: `instructions` returns only what the processor reports; the kernels stay inside the slices by the
@@ -240,6 +236,3 @@ impl Task<'_> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

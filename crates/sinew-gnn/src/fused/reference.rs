@@ -74,9 +74,9 @@ pub fn gathered_mlp(
 
 /// The rows of source `number` that the rows of a plan's result read.
 fn gathered(source: Tensor<2>, plan: &GatherPlan, number: usize) -> Tensor<2> {
-    match plan.sources()[number] {
+    match plan.sources[number] {
         Gather::Identity => source,
-        Gather::Cyclic { period } => source.repeat_dim(0, plan.rows() / period.max(1)),
+        Gather::Cyclic { period } => source.repeat_dim(0, plan.rows / period.max(1)),
         Gather::Repeated { times } => {
             let [rows, width] = source.dims();
             source.unsqueeze_dim::<3>(1).repeat_dim(1, times).reshape([rows * times, width])

@@ -45,7 +45,12 @@ vectorised! {
         for (offset, x) in x.chunks_exact_mut(width).enumerate() {
             match sources {
                 [] => x.copy_from_slice(bias),
-                [first] => sum(x, bias, row_of(first, start + offset, width)),
+                [first] => {
+                    let first = row_of(first, start + offset, width);
+                    for ((x, bias), first) in x.iter_mut().zip(bias).zip(first) {
+                        *x = bias + first;
+                    }
+                }
                 [first, second, others @ ..] => {
                     let row = start + offset;
                     let (first, second) = (row_of(first, row, width), row_of(second, row, width));
@@ -67,13 +72,6 @@ vectorised! {
 #[inline(always)]
 fn row_of<'a>((gather, source): &(&Gather, &'a [f32]), row: usize, width: usize) -> &'a [f32] {
     &source[gather.source(row) * width..][..width]
-}
-
-#[inline(always)]
-fn sum(x: &mut [f32], a: &[f32], b: &[f32]) {
-    for ((x, a), b) in x.iter_mut().zip(a).zip(b) {
-        *x = a + b;
-    }
 }
 
 vectorised! {

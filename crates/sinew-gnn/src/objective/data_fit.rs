@@ -1,18 +1,19 @@
 //! Data-driven training.
 
-use burn::tensor::Tensor;
+use burn::tensor::{Tensor, TensorData};
 
-use super::{Batch, Objective, SQUARED_NORM_FLOOR, require_displacements, simulated};
+use super::{Batch, Objective, SQUARED_NORM_FLOOR};
 use crate::data::DataSet;
 use crate::error::Result;
-use sinew_emulate::coordinates::require_positive;
+use sinew_emulate::coordinates::{require_count, require_positive};
 
 /// Mean nodal distance between simulated and predicted displacement, `mean ‖u − û‖₂`
 /// (thesis, Equation 3.11), in units of a characteristic length.
 #[doc(alias = "supervised")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DataFit {
-    length: f64,
+    /// The characteristic length \[length\].
+    pub(super) length: f64,
 }
 
 impl DataFit {
@@ -26,14 +27,12 @@ impl DataFit {
         Ok(Self { length })
     }
 
-    /// The characteristic length \[length\].
-    pub(crate) fn length(&self) -> f64 {
-        self.length
-    }
-
     /// Difference of prediction and simulation in units of the length, `[batch, nodes, D]`.
     pub(super) fn difference(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Tensor<3> {
-        let simulated = simulated(batch, displacement.dims(), &displacement.device());
+        let values = batch.samples.iter().flat_map(|sample| &sample.displacement);
+        let values: Vec<f32> = values.map(|&value| value as f32).collect();
+        let values = TensorData::new(values, displacement.dims());
+        let simulated = Tensor::from_data(values, &displacement.device());
         (displacement - simulated) / self.length
     }
 
@@ -45,7 +44,16 @@ impl DataFit {
 
 impl Objective for DataFit {
     fn check(&self, data: &DataSet) -> Result<()> {
-        require_displacements(data)
+        data.training.iter().chain(&data.validation).try_for_each(|sample| {
+            let geometry = data.geometries.get(sample.geometry);
+            let degrees_of_freedom = geometry.map_or(0, |body| body.dirichlet.prescribed.len());
+            require_count(
+                "displacement values of a sample (data-driven training needs a simulation of each)",
+                sample.displacement.len(),
+                degrees_of_freedom,
+            )?;
+            Ok(())
+        })
     }
 
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {

@@ -86,8 +86,7 @@ impl Objective for DataFitWithGradient {
             // F − F̂ = ∇(u − û): the length that made u dimensionless is put back.
             Some(squared) => {
                 distance
-                    + (squared + SQUARED_NORM_FLOOR).sqrt().mean()
-                        * (self.weight * self.fit.length())
+                    + (squared + SQUARED_NORM_FLOOR).sqrt().mean() * (self.weight * self.fit.length)
             }
             None => distance,
         })
@@ -101,18 +100,14 @@ impl GradientOperator {
         let cells = self.cells.len() / self.nodes_per_cell;
         let device = displacement.device();
         let shape = [batch, cells, self.nodes_per_cell, dimensions];
-        let of_cells = displacement.select(1, self.indices(&device)).reshape(shape);
+        let nodes: Vec<i32> = self.cells.iter().map(|&node| node as i32).collect();
+        let nodes = Tensor::<1, Int>::from_data(&nodes[..], &device);
+        let of_cells = displacement.select(1, nodes).reshape(shape);
         let column = |component| {
             let gradient = self.column(component, dimensions, &device);
             (of_cells.clone() * gradient).sum_dim(2).reshape([batch, cells, dimensions])
         };
         (0..dimensions).map(column).collect()
-    }
-
-    fn indices(&self, device: &Device) -> Tensor<1, Int> {
-        let indices: Vec<i32> = self.cells.iter().map(|&node| node as i32).collect();
-        let count = indices.len();
-        Tensor::from_data(TensorData::new(indices, [count]), device)
     }
 
     /// `∂N_a/∂X_j` for one j: `[1, cells, nodes per cell, 1]`.

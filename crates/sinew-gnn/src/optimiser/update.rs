@@ -80,13 +80,8 @@ pub(super) fn squared_norm(values: &[f32]) -> f64 {
 
 /// The numbers of a tensor in single precision.
 fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
-    match tensor.dtype() {
-        DType::F32 => tensor,
-        _ => tensor.cast(DType::F32),
-    }
-    .into_data()
-    .try_into_vec()
-    .expect("the precision it was cast to")
+    let data = tensor.cast(DType::F32).into_data();
+    data.try_into_vec().expect("the precision it was cast to")
 }
 
 struct Collector {

@@ -1,14 +1,14 @@
 //! A network on simulated displacements.
 
 use crate::coordinates::OutputCoordinates;
-use crate::data::DataSet;
 use crate::error::Result;
 use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
 use crate::objective::{DataFit, DataFitWithGradient, GradientOperator, Objective};
 use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
+use sinew_emulate::coordinates::OutputScale;
 use sinew_emulate::parts::Session;
-use sinew_emulate::{Body, Record, TestSet};
+use sinew_emulate::{Body, Record, Simulations, TestSet};
 
 /// Mean nodal distance to simulated displacements, thesis (3.11), in the directions in which the simulations differ
 /// beyond a polynomial in the parameters.
@@ -54,14 +54,17 @@ impl DataDriven {
         record: &mut Record,
     ) -> Result<TrainedNetwork> {
         let simulations = session.training(self.simulations)?;
-        let training_data = TrainingData::of(&simulations, held_out);
-        let (body, length) = (session.body, training_data.output_scale()?.length());
+        let Simulations { thetas, fields, .. } = &simulations;
+        let scale = OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?;
+        let (body, length) = (session.body, scale.length());
+        let fields = Some(&fields[..]);
+        let training_data = TrainingData { thetas, fields, scale, energy: 0.0, held_out };
         let plan = Plan {
             recipe: "dd",
             network: self.network,
             coordinates: &self.coordinates,
             training: &self.training,
-            objective: &|_: &DataSet| self.objective(body, length),
+            objective: &|| self.objective(body, length),
         };
         train(session, &training_data, &plan, record)
     }

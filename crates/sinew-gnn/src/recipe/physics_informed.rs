@@ -1,12 +1,12 @@
 //! A network by minimum potential energy.
 
 use crate::coordinates::{self, OutputCoordinates};
-use crate::data::DataSet;
 use crate::error::Result;
 use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
 use crate::objective::{MinimumPotential, Objective};
 use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
+use sinew_emulate::coordinates::OutputScale;
 use sinew_emulate::parts::{Session, Stream, timed};
 use sinew_emulate::{Record, TestSet, Warning};
 use sinew_energy::Barriers;
@@ -64,16 +64,11 @@ impl PhysicsInformed {
         let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
         let energy =
             MinimumPotential::energy_of_linear_response(&*potential, &linear_response, &centre)?;
-        let objective = |_: &DataSet| -> Result<Box<dyn Objective>> {
+        let objective = || -> Result<Box<dyn Objective>> {
             Ok(Box::new(MinimumPotential::new(vec![potential.clone()], energy)?))
         };
-        let training_data = TrainingData {
-            thetas: &thetas,
-            fields: None,
-            linear_response: &linear_response,
-            energy,
-            held_out,
-        };
+        let scale = OutputScale::root_mean_square(3, [&linear_response[..]])?;
+        let training_data = TrainingData { thetas: &thetas, fields: None, scale, energy, held_out };
         let plan = Plan {
             recipe: "pi",
             network: self.network,

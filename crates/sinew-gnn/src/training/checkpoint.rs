@@ -84,27 +84,23 @@ impl Trainer {
     /// # Errors
     /// A file that cannot be written.
     pub(crate) fn save_checkpoint(&self, directory: &Path) -> Result<()> {
-        write(self, directory)
+        let run = Run {
+            version: VERSION,
+            config: self.config.clone(),
+            progress: self.progress.clone(),
+            sampler: self.sampler.state.clone(),
+            optimiser: self.optimiser.clone(),
+            samples: self.data.training.len(),
+            best: self.best.as_ref().map(BestRun::of),
+        };
+        replace_directory(directory, |folder| {
+            write_surrogate(&self.current_surrogate(), folder)?;
+            if let Some(best) = &self.best {
+                save_weights(&best.emulator, &folder.join(BEST))?;
+            }
+            write_json(&folder.join(RUN), &run)
+        })
     }
-}
-
-fn write(trainer: &Trainer, directory: &Path) -> Result<()> {
-    let run = Run {
-        version: VERSION,
-        config: trainer.config.clone(),
-        progress: trainer.progress.clone(),
-        sampler: trainer.sampler.state().clone(),
-        optimiser: trainer.optimiser.clone(),
-        samples: trainer.data.training.len(),
-        best: trainer.best.as_ref().map(BestRun::of),
-    };
-    replace_directory(directory, |folder| {
-        write_surrogate(&trainer.current_surrogate(), folder)?;
-        if let Some(best) = &trainer.best {
-            save_weights(&best.emulator, &folder.join(BEST))?;
-        }
-        write_json(&folder.join(RUN), &run)
-    })
 }
 
 fn read(directory: &Path, device: &Device) -> Result<(Surrogate, Run, Option<Best>)> {

@@ -44,12 +44,6 @@ impl Clock {
         self.step as f64 >= embedding_share * self.total_steps(budget, embedding_share)
     }
 
-    /// Counts a step.
-    pub(super) fn count(&mut self, seconds: f64) {
-        self.step += 1;
-        self.seconds += seconds;
-    }
-
     /// Steps of the whole run; under a time budget estimated from the pace so far, and at least one more.
     pub(super) fn total_steps(&self, budget: TrainingBudget, embedding_share: f64) -> f64 {
         let seconds = match budget {
@@ -94,45 +88,5 @@ impl Clock {
             _ => self.probe.unwrap_or(whole),
         };
         [whole, resting]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_time_budget_estimates_its_steps() {
-        let clock = Clock { step: 10, seconds: 2.0, ..Clock::default() };
-        assert_eq!(clock.total_steps(TrainingBudget::Seconds(20.0), 1.0), 100.0);
-        assert_eq!(clock.share(TrainingBudget::Seconds(20.0)), 0.1);
-        assert_eq!(clock.remaining_seconds(TrainingBudget::Steps(20), 1.0), 2.0);
-        assert_eq!(Clock::default().total_steps(TrainingBudget::Steps(5), 1.0), 5.0);
-        assert_eq!(clock.total_steps(TrainingBudget::Steps(10), 1.0), 10.0);
-        // Before the first step the pace is unknown: the warm-up takes its longest.
-        let start = Clock::default().total_steps(TrainingBudget::Seconds(1.0), 1.0);
-        assert!(crate::Schedule::WarmupCosine.factor(0, start) <= 1.0);
-    }
-
-    /// Steps of a second, then of a quarter.
-    #[test]
-    fn shares_of_a_time_budget_are_shares_of_the_steps() {
-        let (budget, share) = (TrainingBudget::Seconds(40.0), 0.25);
-        let mut clock = Clock::default();
-        let mut estimates = Vec::new();
-        while clock.share(budget) < 1.0 {
-            if clock.rest.is_none() && clock.is_time_to_rest(budget, share) {
-                clock.rest = Some((clock.step, clock.seconds));
-            }
-            let probing = clock.is_probing(budget, share);
-            let seconds = if clock.rest.is_some() || probing { 0.25 } else { 1.0 };
-            clock.count(seconds);
-            clock.probe = if probing { Some(seconds) } else { clock.probe };
-            estimates.push(clock.total_steps(budget, share));
-        }
-        // 0.25 n + 0.75 n / 4 = 40 with n = 91.4; one dear step more or less is worth four cheap ones.
-        let (at_rest, _) = clock.rest.unwrap();
-        assert!((22..=24).contains(&at_rest) && (88..=95).contains(&clock.step), "{clock:?}");
-        assert!(estimates[3..].iter().all(|n| (n - 91.4).abs() < 4.0), "{estimates:?}");
     }
 }

@@ -13,7 +13,7 @@ use crate::data::Sample;
 pub(crate) struct Sampler {
     by_geometry: Vec<Vec<usize>>,
     batch: usize,
-    state: SamplerState,
+    pub(super) state: SamplerState,
     epoch: Vec<Vec<usize>>,
 }
 
@@ -47,10 +47,6 @@ impl Sampler {
         sampler
     }
 
-    pub(super) fn state(&self) -> &SamplerState {
-        &self.state
-    }
-
     /// Indices of the next batch, of one geometry.
     pub(super) fn draw(&mut self) -> &[usize] {
         if self.state.drawn == self.epoch.len() {
@@ -74,47 +70,5 @@ impl Sampler {
         }
         batches.shuffle(random);
         batches
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn samples(geometries: &[usize]) -> Vec<Sample> {
-        let sample = |&geometry| Sample { geometry, theta: vec![], displacement: vec![] };
-        geometries.iter().map(sample).collect()
-    }
-
-    #[test]
-    fn an_epoch_holds_every_sample_once_and_no_batch_mixes_geometries() {
-        let samples = samples(&[0, 1, 0, 0, 1, 0, 0, 0, 1, 2]);
-        let mut sampler = Sampler::new(&samples, 3, 4, 5);
-        for _ in 0..3 {
-            let mut seen = Vec::new();
-            for _ in 0..4 {
-                let batch = sampler.draw().to_vec();
-                assert!(batch.len() <= 4);
-                assert!(batch.iter().all(|&i| samples[i].geometry == samples[batch[0]].geometry));
-                seen.extend(batch);
-            }
-            seen.sort_unstable();
-            assert_eq!(seen, (0..10).collect::<Vec<_>>());
-        }
-    }
-
-    #[test]
-    fn a_resumed_sampler_continues_exactly() {
-        let samples = samples(&[0; 23]);
-        let mut one = Sampler::new(&samples, 1, 5, 9);
-        let first: Vec<Vec<usize>> = (0..5).map(|_| one.draw().to_vec()).collect();
-        for _ in 0..8 {
-            let json = serde_json::to_string(one.state()).unwrap();
-            let state = serde_json::from_str(&json).unwrap();
-            let mut other = Sampler::resume(&samples, 1, 5, state);
-            assert_eq!(one.draw(), other.draw());
-        }
-        let second: Vec<Vec<usize>> = (0..2).map(|_| one.draw().to_vec()).collect();
-        assert_ne!(first[..2], second[..], "epochs repeat their order");
     }
 }

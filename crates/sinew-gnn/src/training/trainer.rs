@@ -16,7 +16,6 @@ use super::sampler::Sampler;
 use crate::data::{DataSet, Sample};
 use crate::error::{Error, Result};
 use crate::graph_network::{Embedding, GraphNetwork};
-use crate::kernels::KernelChoice;
 use crate::objective::{Batch, Objective};
 use crate::optimiser::Optimiser;
 use crate::surrogate::Surrogate;
@@ -92,7 +91,7 @@ impl Trainer {
         config: TrainingConfig,
     ) -> Result<Self> {
         config.check()?;
-        data.check(surrogate.emulator().config().dimensions)?;
+        data.check(surrogate.emulator().config.dimensions)?;
         objective.check(&data)?;
         let known = surrogate.geometries.len();
         require_count("geometries of the data", data.geometries.len(), known)?;
@@ -123,13 +122,6 @@ impl Trainer {
     /// Another peak of the learning rate, as after a divergence.
     pub fn with_learning_rate(mut self, learning_rate: f64) -> Self {
         self.config.learning_rate = learning_rate;
-        self
-    }
-
-    /// Training with other kernels.
-    pub fn with_kernels(mut self, choice: KernelChoice) -> Self {
-        self.emulator = self.emulator.with_kernels(choice);
-        self.surrogate = self.surrogate.with_kernels(choice);
         self
     }
 
@@ -253,9 +245,20 @@ impl Trainer {
         if probing {
             self.progress.clock.probe = Some(seconds - prepared);
         }
-        self.progress.clock.count(seconds);
+        self.progress.clock.step += 1;
+        self.progress.clock.seconds += seconds;
         self.progress.losses.push(value);
-        Ok(self.report(value, gradient_norm, learning_rate))
+        let clock = self.progress.clock;
+        Ok(TrainingProgress {
+            step: clock.step,
+            steps: clock.total_steps(budget, share).round() as usize,
+            share: clock.share(budget),
+            loss: value,
+            gradient_norm,
+            learning_rate,
+            seconds: clock.seconds,
+            remaining_seconds: clock.remaining_seconds(budget, share),
+        })
     }
 
     /// Once message passing rests, makes the embeddings weights or constants, where they are not yet.
@@ -274,23 +277,12 @@ impl Trainer {
 
     /// Embeddings of the geometries' nodes as they are now, as data.
     pub(super) fn embeddings(&self) -> Vec<Embedding> {
-        let lift = |layers: Embedding| layers.into_iter().map(Tensor::from_inner).collect();
-        self.surrogate.embeddings(&self.emulator.valid()).into_iter().map(lift).collect()
-    }
-
-    fn report(&self, loss: f64, gradient_norm: f64, learning_rate: f64) -> TrainingProgress {
-        let clock = self.progress.clock;
-        let TrainingConfig { budget, embedding_share, .. } = self.config;
-        TrainingProgress {
-            step: clock.step,
-            steps: clock.total_steps(budget, embedding_share).round() as usize,
-            share: clock.share(budget),
-            loss,
-            gradient_norm,
-            learning_rate,
-            seconds: clock.seconds,
-            remaining_seconds: clock.remaining_seconds(budget, embedding_share),
-        }
+        let emulator = self.emulator.valid();
+        let lifted = |geometry: usize| {
+            let layers = self.surrogate.embedding(&emulator, geometry).into_iter();
+            layers.map(Tensor::from_inner).collect()
+        };
+        (0..self.lifted.len()).map(lifted).collect()
     }
 
     /// NetworkPrediction of the latest weights for a batch, without gradients. Batches of one geometry that follow each other share its

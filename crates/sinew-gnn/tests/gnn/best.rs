@@ -173,3 +173,22 @@ fn a_step_that_is_not_finite_goes_back_to_the_best_weights() {
         assert!(!failed.to_string().contains("learning rate of"), "{failed}");
     }
 }
+
+#[test]
+fn a_loss_that_is_not_finite_changes_neither_weights_nor_the_history_of_an_optimiser() {
+    let data = one_sample();
+    for optimiser in [OptimiserConfig::default(), OptimiserConfig::adam()] {
+        let losses = |fails: fn(usize) -> bool| -> Vec<Option<f64>> {
+            let surrogate = untrained(&data, &small_config(&data, 2), 1, &devices()[0]);
+            let objective =
+                Failing { fit: data_fit(&surrogate), calls: AtomicUsize::new(0), fails };
+            let config = TrainingConfig { optimiser: optimiser.clone(), ..config((1.0, false)) };
+            let mut trainer =
+                Trainer::new(surrogate, data.clone(), Box::new(objective), config).unwrap();
+            (0..5).map(|_| trainer.step().ok().map(|progress| progress.loss)).collect()
+        };
+        let (expected, found) = (losses(|_| false), losses(|call| call == 3));
+        let [a, b, c, d, _] = expected[..] else { panic!("five steps") };
+        assert_eq!(found, [a, b, None, c, d]);
+    }
+}

@@ -1,7 +1,8 @@
 //! Small bodies for the tests: a plane cantilever and a beam in space.
 #![allow(dead_code)] // every test program uses its part
 
-use burn::tensor::Device;
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::tensor::{Device, Tensor};
 use sinew_emulate::coordinates::*;
 use sinew_gnn::*;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
@@ -156,4 +157,65 @@ pub(crate) fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let size = a.iter().fold(0f64, |m, x| m.max(x.abs()));
     a.iter().zip(b).fold(0f64, |m, (x, y)| m.max((x - y).abs())) / size
+}
+
+/// Shapes and numbers of the weights of a network, in the order of its modules.
+pub(crate) fn weights(network: &GraphNetwork) -> Vec<(Vec<usize>, Vec<f64>)> {
+    let mut weights = Weights(Vec::new());
+    network.visit(&mut weights);
+    weights.0
+}
+
+struct Weights(Vec<(Vec<usize>, Vec<f64>)>);
+
+impl ModuleVisitor for Weights {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let weight = param.val();
+        self.0.push((weight.dims().to_vec(), weight.into_data().iter::<f64>().collect()));
+    }
+}
+
+/// A loss of so small a size that its gradients vanish beside Adam's epsilon.
+struct Tiny(Box<dyn Objective>);
+
+/// Size of a [`Tiny`] loss: a power of two, which changes no digit.
+pub(crate) const TINY: f64 = 1.0 / (1u64 << 60) as f64;
+
+impl Objective for Tiny {
+    fn check(&self, data: &DataSet) -> Result<()> {
+        self.0.check(data)
+    }
+
+    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
+        Ok(self.0.loss(batch, displacement)? * TINY)
+    }
+}
+
+/// A training on all samples at once whose steps are `rate` times the gradient of the loss: Adam without memory, whose
+/// direction is the gradient over its epsilon where that is the larger one. Loss and gradient norm are told [`TINY`].
+pub(crate) fn descent(
+    surrogate: &Surrogate,
+    data: &DataSet,
+    objective: Box<dyn Objective>,
+    rate: f64,
+) -> Trainer {
+    const EPSILON: f64 = 1e-8;
+    let settings = TrainingConfig {
+        optimiser: OptimiserConfig::Adam { beta1: 0.0, beta2: 0.0 },
+        schedule: Schedule::Constant,
+        learning_rate: rate * EPSILON / TINY,
+        gradient_norm_limit: None,
+        budget: TrainingBudget::Steps(4),
+        batch: data.training.len(),
+        ..TrainingConfig::default()
+    };
+    Trainer::new(surrogate.clone(), data.clone(), Box::new(Tiny(objective)), settings).unwrap()
+}
+
+/// Two plane cantilevers, and a sample on the first alone.
+pub(crate) fn one_sample() -> DataSet {
+    let (_, mut data) = plane_data();
+    data.training.truncate(1);
+    data.validation.clear();
+    data
 }

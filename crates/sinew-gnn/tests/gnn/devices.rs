@@ -3,8 +3,22 @@
 use crate::support::{beam, small_network, steps};
 use sinew_emulate::{Budget, TrainingOptions};
 use sinew_gnn::recipe::PhysicsInformed;
-use sinew_gnn::{Backend, Network, OutputCoordinates, Recipe};
+use sinew_gnn::{Backend, Error, Network, OutputCoordinates, Recipe};
 use std::io::Write;
+
+#[test]
+fn backends_are_read_and_a_missing_one_says_how_to_get_it() {
+    for backend in Backend::ALL {
+        assert_eq!(backend.to_string().parse(), Ok(backend));
+        match backend.device() {
+            Err(Error::NoDevice(name)) => assert_eq!(name, backend.to_string()),
+            Err(error) => assert!(error.to_string().contains("--features"), "{error}"),
+            Ok(_) => {}
+        }
+    }
+    assert!(Backend::Flex.device().is_ok());
+    assert!("gpu".parse::<Backend>().unwrap_err().contains("flex, ndarray, wgpu, cuda"));
+}
 
 /// Trains with the same seed on the processor and on every other device. Rounding differs, so that the trainings drift apart;
 /// over some steps by little.

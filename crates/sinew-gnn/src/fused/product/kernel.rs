@@ -1,6 +1,6 @@
 //! The blocks of a product in vector registers: one kernel, compiled for each set of instructions.
 
-use super::{Factor, Task};
+use super::Task;
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::*;
 use std::ptr::copy_nonoverlapping;
@@ -56,9 +56,9 @@ macro_rules! kernel {
                 row: usize,
                 output: &mut [f32],
             ) {
-                let Factor { values, row_stride, step } = task.factor;
+                let Task { factor, row_stride, step, .. } = *task;
                 let mut sums = [[$splat(0.0); V]; M];
-                let mut rows = [values.as_ptr(); M];
+                let mut rows = [factor.as_ptr(); M];
                 (0..M).for_each(|i| rows[i] = rows[i].wrapping_add((row + i) * row_stride));
                 for p in 0..task.depth {
                     // SAFETY: by the caller of `run`, rows and panel reach as far as `depth`.

@@ -1,5 +1,6 @@
 //! Comparison of an operation with its oracle: values, all gradients, and finite differences.
 
+use crate::common::devices;
 use burn::tensor::{DType, Device, Tensor, TensorData};
 
 /// Single-precision sums in another order, relative to the largest number of a tensor.
@@ -12,16 +13,12 @@ const TRUNCATION: f64 = 2e-3;
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64 / STEP;
 
 /// The backend under test, differentiable: ndarray where that feature is on, else Flex.
-pub(crate) fn device() -> Device {
-    #[cfg(feature = "ndarray")]
-    let device = Device::ndarray();
-    #[cfg(not(feature = "ndarray"))]
-    let device = Device::flex();
-    device.autodiff()
+pub(super) fn device() -> Device {
+    devices().pop().expect("Flex is always there").autodiff()
 }
 
 /// Numbers in (−1, 1) from a seed.
-pub(crate) fn random<const D: usize>(shape: [usize; D], seed: u64, device: &Device) -> Tensor<D> {
+pub(super) fn random<const D: usize>(shape: [usize; D], seed: u64, device: &Device) -> Tensor<D> {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15);
     let mut next = || {
         state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -34,23 +31,23 @@ pub(crate) fn random<const D: usize>(shape: [usize; D], seed: u64, device: &Devi
 }
 
 /// Inputs on which two functions are compared.
-pub(crate) struct Comparison(Vec<Tensor<2>>);
+pub(super) struct Comparison(Vec<Tensor<2>>);
 
 impl Comparison {
-    pub(crate) fn of(inputs: impl Into<Vec<Tensor<2>>>) -> Self {
+    pub(super) fn of(inputs: impl Into<Vec<Tensor<2>>>) -> Self {
         Self(inputs.into())
     }
 
     /// Values and gradients of `operation` agree with those of `oracle` evaluated in double
     /// precision, and its derivative along a random direction with finite differences.
-    pub(crate) fn assert_close(
+    pub(super) fn assert_close(
         &self,
         operation: impl Fn(&[Tensor<2>]) -> Tensor<2>,
         oracle: impl Fn(&[Tensor<2>]) -> Tensor<2>,
     ) {
-        let single = evaluate(&self.0, &operation);
+        let single = evaluate(&self.0, &operation, &weights);
         let double: Vec<_> = self.0.iter().map(|x| x.clone().cast(DType::F64)).collect();
-        let exact = evaluate(&double, &oracle);
+        let exact = evaluate(&double, &oracle, &weights);
         for (number, (found, expected)) in single.iter().zip(&exact).enumerate() {
             assert_eq!(found.len(), expected.len());
             let scale =
@@ -117,12 +114,16 @@ fn weights(output: &Tensor<2>) -> Tensor<2> {
     random(output.dims(), 99, &output.device()).cast(output.dtype())
 }
 
-fn numbers(x: &Tensor<2>) -> Vec<f64> {
+pub(super) fn numbers(x: &Tensor<2>) -> Vec<f64> {
     x.clone().cast(DType::F64).into_data().try_to_vec::<f64>().unwrap()
 }
 
-/// The output, and the gradients of its weighted sum.
-fn evaluate(inputs: &[Tensor<2>], function: &impl Fn(&[Tensor<2>]) -> Tensor<2>) -> Vec<Vec<f64>> {
+/// The output, and the gradients of the sum of its numbers times `weights` of it.
+pub(super) fn evaluate(
+    inputs: &[Tensor<2>],
+    function: &impl Fn(&[Tensor<2>]) -> Tensor<2>,
+    weights: &impl Fn(&Tensor<2>) -> Tensor<2>,
+) -> Vec<Vec<f64>> {
     let inputs: Vec<_> = inputs.iter().map(|x| x.clone().detach().require_grad()).collect();
     let output = function(&inputs);
     let gradients = (output.clone() * weights(&output)).sum().backward();
