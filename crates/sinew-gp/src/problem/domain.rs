@@ -235,9 +235,3 @@ pub(crate) fn grid<T: Copy + Default, const D: usize>(axes: &[Vec<T>; D]) -> Vec
     }
     all
 }
-
-/// A polygon's property asked of a domain without one.
-pub(crate) fn no_polygon() -> GpError {
-    let text = "the domain has no polygon; give conditions face by face with `Problem::condition`";
-    GpError::Invalid(text.into())
-}
