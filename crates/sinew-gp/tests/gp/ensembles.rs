@@ -1,9 +1,9 @@
 //! Predictions over draws of the parameters against sums by hand, and draws against the posterior by quadrature.
 
 use sinew_gp::{
-    Condition, Conditional, Data, Domain, Ensemble, Evidence, Fit, FitOptions, Formula, Functional,
-    GpError, Hyperprior, Model, Noise, Operator, Parameter, Prior, Problem, Series, Side,
-    SquaredExponential, constant, laplace,
+    Condition, Conditional, Data, Derivative, Domain, Ensemble, Evidence, Fit, FitOptions, Formula,
+    Functional, GpError, Hyperprior, Model, Noise, Operator, Parameter, Prior, Problem, Series,
+    Side, SquaredExponential, constant, laplace,
 };
 
 /// D u″ = −1 with u(0) = 0, fitted to data, and an ensemble; the operator of the flux D u′.
@@ -42,7 +42,7 @@ fn an_operators_parameters_are_those_of_each_draw() -> Result<(), GpError> {
     let values = ensemble.parameter("D")?;
     assert!((values[0] - 0.3).abs() < 1e-12 && (values[1] - 3.0).abs() < 1e-12);
     // By hand: the slope under each draw times its D.
-    let slope = sinew_gp::Derivative::along(0).into();
+    let slope: Operator<1> = Derivative::<1>::along(0).into();
     let members: Vec<(f64, f64)> = std::iter::zip(&ensemble.draws, &values)
         .map(|(draw, stiffness)| {
             let conditional = Conditional::new(model.clone(), draw)?;
