@@ -2,7 +2,6 @@
 
 /// The instance for `D` axes of a generic function `Type::function` or `function`, with its type. The instances are those of a
 /// static of this crate, so that a caller links to them. A domain has three axes at most.
-#[cfg(not(test))]
 macro_rules! instance {
     ($D:ident, $owner:ident::$function:ident, $signature:ty) => {
         instance!(
@@ -19,15 +18,4 @@ macro_rules! instance {
         let own = all.into_iter().find_map(|instance| instance.downcast_ref::<Signature<$D>>());
         *own.expect("one to three axes")
     }};
-}
-
-/// Unit tests compile the instances that they call.
-#[cfg(test)]
-macro_rules! instance {
-    ($D:ident, $owner:ident::$function:ident, $signature:ty) => {
-        $owner::<$D>::$function as $signature
-    };
-    ($D:ident, $function:ident, $signature:ty) => {
-        $function::<$D> as $signature
-    };
 }

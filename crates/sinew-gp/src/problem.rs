@@ -7,7 +7,6 @@ pub(crate) mod functional;
 pub(crate) mod operator;
 pub(crate) mod polygon;
 
-use crate::problem::domain::no_polygon;
 use crate::{Condition, Domain, Field, GpError, Operator, Periodicity, Result, Side};
 
 /// A domain, a linear equation on it, and conditions on parts of its boundary.
@@ -91,7 +90,10 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// If the domain has no polygon, or its boundary has values already.
     pub fn boundary(mut self, value: Field<D>) -> Result<Self> {
-        self.domain.cross_section().ok_or_else(no_polygon)?;
+        ensure!(
+            self.domain.cross_section().is_some(),
+            "the domain has no polygon; give conditions face by face with `Problem::condition`"
+        );
         match self.boundary.replace(value) {
             None => Ok(self),
             Some(_) => Err(over_determined("the polygon")),

@@ -349,6 +349,3 @@ impl Series {
 fn factorial(n: usize) -> f64 {
     (1..=n).map(|k| k as f64).product()
 }
-
-#[cfg(test)]
-mod tests;

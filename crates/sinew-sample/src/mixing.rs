@@ -168,29 +168,3 @@ fn positive_sequence(chains: &[Vec<f64>]) -> Correlations {
     let kept = if entered { most + 1 } else { 0 };
     Correlations { last: found[kept], kept: found[..kept].to_vec() }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::standard_normals;
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-
-    /// Share of 400 runs of four chains of independent draws whose largest R̂ of four parameters is above 1.01.
-    fn share_above(draws: usize) -> f64 {
-        let mut random = ChaCha8Rng::seed_from_u64(1);
-        let mut chains = || -> Vec<Vec<f64>> {
-            (0..4).map(|_| standard_normals(draws / 4, &mut random)).collect()
-        };
-        let mut largest = || (0..4).map(|_| r_hat(&chains())).fold(0.0, f64::max);
-        (0..400).filter(|_| largest() > 1.01).count() as f64 / 400.0
-    }
-
-    #[test]
-    fn r_hat_of_560_independent_draws_is_above_the_usual_limit_in_one_run_of_seven() {
-        // 14.3 % of 1000 runs by numpy; three standard deviations of a share of 400 runs.
-        let share = share_above(560);
-        assert!((share - 0.143).abs() < 0.053, "{share}");
-        assert!(share_above(1120) < 0.02);
-    }
-}

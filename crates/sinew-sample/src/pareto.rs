@@ -114,20 +114,3 @@ fn quantile(probability: f64, shape: f64, scale: f64) -> f64 {
         scale * (shape * logarithm).exp_m1() / shape
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn equal_weights_are_all_effective_and_one_weight_is_one() {
-        assert_eq!(effective_share(&[-700.0; 8]), 1.0);
-        assert_eq!(effective_share(&[0.0, f64::NEG_INFINITY]), 0.5);
-        assert_eq!(effective_share(&[f64::NEG_INFINITY; 2]), 0.0);
-    }
-
-    #[test]
-    fn a_few_weights_are_not_judged() {
-        assert_eq!(psis(&[0.0, 0.1, 0.2], 1.0).k_hat, f64::INFINITY);
-    }
-}

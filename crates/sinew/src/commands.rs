@@ -30,6 +30,7 @@ use sinew::{
 };
 use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::{LockingWarning, Options, SolveError};
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use stop::Stoppable;
 
@@ -144,7 +145,7 @@ fn tell_reading<T>(case: &Case, made: Result<T, CaseError>) -> Result<T, CaseErr
 
 /// Tells warnings of a body on standard error, and the formulation that was chosen for it.
 fn tell_doubts(case: &Case, body: &Body) {
-    case.warnings(body).iter().for_each(|warning| eprintln!("warning: {warning}"));
+    warn(case.warnings(body));
     if case.formulation == Formulation::Auto {
         let averaged = if body.patches.is_empty() { "" } else { ", volume ratios averaged" };
         eprintln!("formulation auto: {}{averaged}", body.element().plural);
@@ -200,7 +201,12 @@ pub(crate) fn warn_of_locking(locking: Result<Option<LockingWarning>, SolveError
 /// Tells doubts about displacements on standard error.
 pub(crate) fn tell_doubtful<'a>(body: &Body, fields: impl IntoIterator<Item = &'a [f64]>) {
     let fields: Vec<_> = fields.into_iter().collect();
-    doubtful_displacements(body, &fields).iter().for_each(|doubt| eprintln!("warning: {doubt}"));
+    warn(doubtful_displacements(body, &fields));
+}
+
+/// Prints warnings on standard error.
+fn warn<W: Display>(warnings: impl IntoIterator<Item = W>) {
+    warnings.into_iter().for_each(|warning| eprintln!("warning: {warning}"));
 }
 
 /// Warnings of one kind that are printed; the others are counted.

@@ -57,6 +57,17 @@ pub struct Response {
     pub text: String,
 }
 
+impl Response {
+    fn json(status: u16, value: &Value) -> Self {
+        Self { status, kind: "application/json", text: value.to_string() }
+    }
+
+    /// Error of the protocol, of a kind that it names.
+    pub fn failed(status: u16, kind: &str, message: &str) -> Self {
+        Self::json(status, &json!({ "error": { "type": kind, "message": message } }))
+    }
+}
+
 /// Model that answers.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Model {
@@ -169,13 +180,10 @@ impl<'b> Service<'b> {
                 message: format!("{method} {path} is no request of UM-Bridge 1.0"),
             }),
         };
-        let (status, value) = match found {
-            Ok(value) => (200, value),
-            Err(Fault { status, kind, message }) => {
-                (status, json!({ "error": { "type": kind, "message": message } }))
-            }
-        };
-        Response { status, kind: "application/json", text: value.to_string() }
+        match found {
+            Ok(value) => Response::json(200, &value),
+            Err(Fault { status, kind, message }) => Response::failed(status, kind, &message),
+        }
     }
 
     fn posted(&self, path: &str, text: &str) -> Result<Value, Fault> {

@@ -418,31 +418,3 @@ fn example(parameters: &[Parameter]) -> String {
 fn listed(parameters: &[Parameter]) -> String {
     parameters.iter().map(|parameter| parameter.name.as_str()).collect::<Vec<_>>().join(",")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn stresses_are_read_into_scenes_of_any_unit() {
-        let read = |text: &str, unit: Unit| {
-            let parameter = Parameter::log("mu", unit, 1e-3..=1.0);
-            parse_theta(text, &[parameter]).unwrap()[0]
-        };
-        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
-        assert!(near(read("mu=75kPa", Unit::from("MPa")), 0.075));
-        assert!(near(read("mu=0.075", Unit::from("MPa")), 0.075));
-        assert!(near(read("mu=2 MPa", Unit::from("Pa")), 2e6));
-        // In kPa, said in mmHg.
-        let mmhg = Unit::sized("mmHg", 0.133_322_387_415);
-        assert!(near(read("mu=8", mmhg.clone()), 8.0 * 0.133_322_387_415));
-        assert!(near(read("mu=2 kPa", mmhg.clone()), 2.0));
-        let told = |unit| {
-            let parameter = Parameter::log("mu", unit, 1e-3..=1.0);
-            let units = Units { length: "mm".into(), stress: "kPa".into() };
-            required(&parameter, &units, &(1.0..=2.0), 3.0)
-        };
-        assert_eq!(told(mmhg), "at least 1 and at most 2 (kPa)");
-        assert_eq!(told(Unit::from("kPa")), "at least 1 and at most 2");
-    }
-}

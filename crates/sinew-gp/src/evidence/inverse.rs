@@ -64,26 +64,3 @@ pub(crate) fn side_by_side(
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_the_matrix_is_the_identity() {
-        for size in [1, 7, 48, 49, 130, 301] {
-            let lower = Mat::from_fn(size, size, |i, j| match i.cmp(&j) {
-                std::cmp::Ordering::Less => 0.0,
-                std::cmp::Ordering::Equal => 2.0 + (i as f64).sin(),
-                std::cmp::Ordering::Greater => ((3 * i + 7 * j) as f64).sin() / size as f64,
-            });
-            let mut inverse = Mat::zeros(size, size);
-            invert_lower(inverse.as_mut(), lower.as_ref(), Par::Seq);
-            let mut side_by_side = Mat::zeros(size, size);
-            invert_lower(side_by_side.as_mut(), lower.as_ref(), Par::rayon(2));
-            assert_eq!(inverse, side_by_side, "the bits do not depend on the threads");
-            let difference = &lower * &inverse - Mat::<f64>::identity(size, size);
-            assert!(difference.norm_max() < 1e-14 * size as f64, "{size}");
-        }
-    }
-}

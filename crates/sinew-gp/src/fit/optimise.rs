@@ -165,37 +165,3 @@ pub(crate) fn maximise(
     let (point, value) = (at.x.as_slice().to_vec(), -at.value);
     Some(Maximum { point, value, evaluations: search.evaluations })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The negative of Rosenbrock's function.
-    fn rosenbrock(x: &[f64]) -> Option<Evaluation> {
-        let (a, b) = (1.0 - x[0], x[1] - x[0] * x[0]);
-        let gradient = vec![2.0 * a + 400.0 * x[0] * b, -200.0 * b];
-        Some(Evaluation { value: -a * a - 100.0 * b * b, gradient, jitter: 0.0 })
-    }
-
-    #[test]
-    fn finds_the_valley_and_stops_at_bounds() {
-        let free = maximise(rosenbrock, &[-1.2, 1.0], &[[-5.0, 5.0]; 2], 200, |_| ()).unwrap();
-        assert!((free.point[0] - 1.0).abs() < 1e-4 && free.value > -1e-8, "{free:?}");
-        assert!(free.evaluations < 80, "{}", free.evaluations);
-        let bound =
-            maximise(rosenbrock, &[-1.2, 1.0], &[[-5.0, 0.5], [-5.0, 5.0]], 200, |_| ()).unwrap();
-        assert!((bound.point[0] - 0.5).abs() < 1e-12);
-        assert!((bound.point[1] - 0.25).abs() < 1e-5, "{bound:?}");
-    }
-
-    #[test]
-    fn steps_into_nothing_are_taken_back() {
-        let log_barrier = |x: &[f64]| {
-            let gradient = vec![1.0 / x[0] - 1.0];
-            (x[0] > 0.0).then(|| Evaluation { value: x[0].ln() - x[0], gradient, jitter: 0.0 })
-        };
-        let found = maximise(log_barrier, &[1e-3], &[[-10.0, 10.0]], 100, |_| ()).unwrap();
-        assert!((found.point[0] - 1.0).abs() < 1e-4);
-        assert!(maximise(log_barrier, &[-1.0], &[[-10.0, 10.0]], 100, |_| ()).is_none());
-    }
-}

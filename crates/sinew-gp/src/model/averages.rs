@@ -126,30 +126,3 @@ fn averaged<const D: usize>(group: &Group<D>, count: usize) -> Group<D> {
         ..group.clone()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Domain;
-
-    #[test]
-    fn means_of_quadratics_are_those_of_the_values() {
-        let domain = Domain::cuboid([("x", [0.0, 2.0]), ("y", [0.0, 1.0])]).unwrap();
-        let places = domain.sample(2000, 3).unwrap();
-        let u = |[x, y]: [f64; 2]| 1.0 + x - 2.0 * y + 0.5 * x * x - x * y + 3.0 * y * y;
-        let values: Vec<f64> = places.iter().map(|x| u(*x)).collect();
-        let data = Data::new().values(&places, &values, Noise::Learned).averaged(40);
-        let group = &data.groups[0];
-        let Averages { counts, freedom, .. } = group.averages.clone().unwrap();
-        assert_eq!((group.values.len(), counts.iter().sum::<f64>()), (40, 2000.0));
-        assert_eq!(freedom, 2000.0 - 120.0);
-        for (cell, value) in group.values.iter().enumerate() {
-            let further = group.further.iter().map(|(factor, at)| factor * u(at[cell]));
-            let sum = 0.25 * (u(group.points[cell]) + further.sum::<f64>());
-            assert!((sum - value).abs() < 1e-12, "{sum} {value}");
-        }
-        // Few values stay as they are.
-        let few = Data::new().values(&places[..50], &values[..50], Noise::Learned).averaged(40);
-        assert!(few.groups[0].averages.is_none());
-    }
-}

@@ -313,28 +313,3 @@ fn check_contradictions<const D: usize>(
     }
     Ok(())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn groups_that_determine_nothing_are_named() {
-        let domain = Domain::interval("x", [0.0, 1.0]).unwrap();
-        let check = |data: Data<1>| check(&data.groups, &domain);
-        let refused = |data: Data<1>| check(data).unwrap_err().to_string();
-        let some = || Data::new().equation(&[[0.5]], &[1.0], Noise::Exact);
-        assert!(refused(Data::new()).contains("no observations"));
-        let off = some().values(&[[1.0 + 1e-12], [3.5]], &[0.1, 0.2], Noise::Learned);
-        assert!(refused(off).contains("point 1 of observation group 2 (3.5) lies outside"));
-        let empty = some().values(&[], &[], Noise::Learned);
-        assert!(refused(empty).contains("observation group 2 has no points"));
-        assert_eq!(check(some().values(&[], &[], Noise::Known(0.1))), Ok(()));
-        let at = [[0.0], [0.3], [-0.0]];
-        let twice = |noise| some().values(&at, &[1.0, 1.0, 1.5], noise);
-        let differ = "values 0 and 2 of observation group 2 at (0) and (-0) are noise-free and differ by 5e-1";
-        assert!(refused(twice(Noise::Exact)).contains(differ));
-        assert_eq!(check(twice(Noise::Known(0.1))), Ok(()));
-        assert_eq!(check(some().values(&at, &[1.0; 3], Noise::Exact)), Ok(()));
-    }
-}

@@ -145,14 +145,3 @@ fn resample(weights: &[f64], count: usize, uniform: f64) -> Vec<usize> {
     }
     chosen
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_is_chosen_as_often_as_it_weighs() {
-        let weights = [1.0, 1.0, 3.0, 1.0, 2.0].map(|weight| weight / 8.0);
-        assert_eq!(resample(&weights, 8, 0.5), [0, 1, 2, 2, 2, 3, 4, 4]);
-    }
-}

@@ -2,8 +2,6 @@
 
 mod corners;
 mod imposed;
-#[cfg(test)]
-mod tests;
 
 use crate::prior::structure::{AxisStructure, Factor, Lift};
 use crate::{Domain, Field, Polygon, Problem, Result, Series, constant, field};

@@ -235,36 +235,3 @@ pub(crate) fn grid<T: Copy + Default, const D: usize>(axes: &[Vec<T>; D]) -> Vec
     }
     all
 }
-
-/// A polygon's property asked of a domain without one.
-pub(crate) fn no_polygon() -> GpError {
-    let text = "the domain has no polygon; give conditions face by face with `Problem::condition`";
-    GpError::Invalid(text.into())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bad_axes_are_named() {
-        let empty = Domain::interval("x", [1.0, 1.0]).unwrap_err();
-        assert!(empty.to_string().contains("axis x runs from 1 to 1"));
-        let twice = Domain::cuboid([("x", [0.0, 1.0]), ("x", [0.0, 1.0])]).unwrap_err();
-        assert!(twice.to_string().contains("two axes are called x"));
-        let unknown = Domain::interval("x", [0.0, 1.0]).unwrap().axis("y").unwrap_err();
-        assert!(unknown.to_string().contains("no axis y"));
-    }
-
-    #[test]
-    fn samples_and_grids_lie_inside() {
-        let corners = [[0.0, 0.0], [2.0, 0.0], [1.0, 2.0], [0.0, 1.0]];
-        let domain = Domain::prism(["x", "y"], &corners, ("t", [0.0, 3.0])).unwrap();
-        assert_eq!(domain.extents(), [2.0, 2.0, 3.0]);
-        let points = domain.sample(200, 1).unwrap();
-        assert_eq!(points.len(), 200);
-        assert!(points.iter().all(|p| domain.contains(*p)));
-        assert!(!domain.contains([1.8, 1.0, 1.0]), "outside of the polygon, inside of its box");
-        assert_eq!(Domain::interval("x", [0.0, 1.0]).unwrap().grid(3), [[0.0], [0.5], [1.0]]);
-    }
-}

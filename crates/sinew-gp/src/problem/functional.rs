@@ -79,32 +79,3 @@ fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let node = |k: usize| (0.5 * (1.0 + eigen.eigenvalues[k]), eigen.eigenvectors[(0, k)].powi(2));
     (0..count).map(node).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rules_are_exact_for_polynomials() {
-        for count in 1..8 {
-            for power in 0..2 * count {
-                let rule = gauss_legendre(count).into_iter();
-                let found: f64 = rule.map(|(x, w)| w * x.powi(power as i32)).sum();
-                let mean = 1.0 / (power as f64 + 1.0);
-                // Rounding of a sum of seven terms below one.
-                assert!((found - mean).abs() < 1e-14, "{count} {power}: {found}");
-            }
-        }
-    }
-
-    #[test]
-    fn integrals_of_one_are_sizes() {
-        let domain = Domain::cuboid([("x", [0.0, 2.0]), ("y", [1.0, 4.0])]).unwrap();
-        let area = Functional::integral(&domain, Operator::identity(), 3).unwrap();
-        assert!((area.weights.iter().sum::<f64>() - 6.0).abs() < 1e-13);
-        let edge = Functional::face_integral(&domain, ("x", Side::Upper), Operator::identity(), 3)
-            .unwrap();
-        assert!(edge.points.iter().all(|p| p[0] == 2.0));
-        assert!((edge.weights.iter().sum::<f64>() - 3.0).abs() < 1e-13);
-    }
-}

@@ -358,6 +358,28 @@ fn data_that_do_not_fit_together_are_refused() {
     says(&refused, "(1.7) lies outside the domain");
 }
 
+#[test]
+fn groups_that_determine_nothing_are_named() {
+    let domain = must(Domain::interval("x", [0.0, 1.0]));
+    let free = must(Problem::new(domain, sinew_gp::Operator::identity()));
+    let free = must(Prior::unconstrained(&free, &SquaredExponential::new()));
+    let new = |data: Data<1>| Model::new(free.clone(), data, Evidence::Joint).map(|_| ());
+    let some = || Data::new().equation(&[[0.5]], &[1.0], Noise::Exact);
+    says(&new(Data::new()).unwrap_err(), "no observations");
+    let off = some().values(&[[1.0 + 1e-12], [3.5]], &[0.1, 0.2], Noise::Learned);
+    says(&new(off).unwrap_err(), "point 1 of observation group 2 (3.5) lies outside");
+    let empty = some().values(&[], &[], Noise::Learned);
+    says(&new(empty).unwrap_err(), "observation group 2 has no points");
+    assert_eq!(new(some().values(&[], &[], Noise::Known(0.1))), Ok(()));
+    let at = [[0.0], [0.3], [-0.0]];
+    let twice = |noise| some().values(&at, &[1.0, 1.0, 1.5], noise);
+    let differ =
+        "values 0 and 2 of observation group 2 at (0) and (-0) are noise-free and differ by 5e-1";
+    says(&new(twice(Noise::Exact)).unwrap_err(), differ);
+    assert_eq!(new(twice(Noise::Known(0.1))), Ok(()));
+    assert_eq!(new(some().values(&at, &[1.0; 3], Noise::Exact)), Ok(()));
+}
+
 /// A kernel whose hyperparameter has its bounds the wrong way round.
 #[derive(Clone, Debug)]
 struct Backwards;

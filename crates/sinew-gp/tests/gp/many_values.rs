@@ -1,10 +1,11 @@
 //! Means over cells against all of their values.
 
 use sinew_gp::{
-    Condition, Data, Domain, Evidence, FitOptions, GpError, Model, Noise, Parameter, Prior,
-    Problem, Side, SquaredExponential, constant, field,
+    Condition, Conditional, Data, Domain, Evidence, FitOptions, Formula, GpError, Model, Noise,
+    Operator, Parameter, Prior, Problem, Series, Side, SquaredExponential, constant, field,
 };
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 const D: f64 = 0.3;
 
@@ -49,5 +50,57 @@ fn means_over_cells_tell_what_all_values_do() -> Result<(), GpError> {
     assert!((0.7..1.5).contains(&width), "{width}");
     assert!((0.5 * (lower + upper - low - high)).abs() < 0.5 * (high - low));
     assert!((sigmas[1] / sigmas[0] - 1.0).abs() < 0.05, "{sigmas:?}");
+    Ok(())
+}
+
+#[test]
+fn means_of_quadratics_are_those_of_the_values() -> Result<(), GpError> {
+    let domain = Domain::cuboid([("x", [0.0, 2.0]), ("y", [0.0, 1.0])])?;
+    let places = domain.sample(2000, 3)?;
+    let u = |[x, y]: [f64; 2]| 1.0 + x - 2.0 * y + 0.5 * x * x - x * y + 3.0 * y * y;
+    let values: Vec<f64> = places.iter().map(|x| u(*x)).collect();
+    let data = Data::new().values(&places, &values, Noise::Learned).averaged(40);
+    assert_eq!(data.count(), 40);
+    // Few values stay as they are.
+    let few = Data::new().values(&places[..50], &values[..50], Noise::Learned).averaged(40);
+    assert_eq!(few.count(), 50);
+
+    // Value, slope and curvature where x = 0 make u the prior mean, which means over cells of u leave where it is.
+    let given = Condition::Derivatives(vec![
+        (0, field(|[_, y]: [Series; 2]| y.squared() * 3.0 - &y * 2.0 + 1.0)),
+        (1, field(|[_, y]: [Series; 2]| y - 1.0)),
+        (2, constant(1.0)),
+    ]);
+    let free = Problem::new(domain.clone(), Operator::identity())?;
+    let held = free.clone().condition("x", Side::Lower, given)?;
+    let prior = Prior::constrained(&held, &SquaredExponential::new())?;
+    let model = Arc::new(Model::new(prior, data.clone(), Evidence::Joint)?);
+    let at: Vec<f64> = model
+        .parameters()
+        .iter()
+        .map(|p| match p.name.as_str() {
+            "amplitude 1" => 10.0_f64.ln(),
+            "noise 1" => 0.0,
+            _ => 0.5_f64.ln(),
+        })
+        .collect();
+    let grid = domain.grid(9);
+    let mean = Conditional::new(model, &at)?.mean(&grid)?;
+    for (mean, x) in mean.iter().zip(&grid) {
+        assert!((mean - u(*x)).abs() < 1e-12, "{x:?}: {mean} {}", u(*x));
+    }
+
+    // A constant with a variance of one and errors of ten is known as from 2000 values.
+    let one = |_: &[Series], x: &[Series; 2], _: &[Series; 2]| x[0].constant(1.0);
+    let prior = Prior::unconstrained(&free, &Formula::new("constant", Vec::new(), one))?;
+    let model = Arc::new(Model::new(prior, data, Evidence::Joint)?);
+    let conditional = Conditional::new(model.clone(), &[0.0, 10.0_f64.ln()])?;
+    let deviation = conditional.predict(&[[0.5, 0.5]])?.standard_deviation[0];
+    // Jitter is a part of 5e-11 of the errors of means.
+    assert!((deviation * 21.0_f64.sqrt() - 1.0).abs() < 1e-9, "{deviation}");
+    // Of errors far larger than the values each mean has one degree of freedom, and the others are left to the scatter about
+    // linear functions with three numbers in each cell: 2000 − 120.
+    let slope = model.evaluate(&[1e-6_f64.ln(), 1e6_f64.ln()])?.gradient[1];
+    assert!((slope + 40.0 + (2000.0 - 120.0)).abs() < 1e-6, "{slope}");
     Ok(())
 }

@@ -93,32 +93,3 @@ pub struct Rows {
     steps: Packed,
     integers: Packed,
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn integers_of_any_number_of_bits_come_back() {
-        let rows = [vec![0.5, -1.0, 0.25, 0.0, 0.9], vec![1e-3, -2e-3, 0.0, 0.0, 5e-4]];
-        let mut packed = PackedRows::default();
-        let rounded: Vec<_> =
-            rows.iter().zip([1e-4, 1e-12]).map(|(row, step)| packed.push(row, step, 44)).collect();
-        for ((row, rounded), step) in rows.iter().zip(&rounded).zip([1e-4, 1e-12]) {
-            row.iter().zip(rounded).for_each(|(x, y)| assert!((x - y).abs() <= step));
-        }
-        let text = packed.packed();
-        let bytes = STANDARD.decode(&text.integers.0).unwrap();
-        let bit = |at: usize| u64::from(bytes[at / 8] >> (at % 8) & 1);
-        let mut at = 0;
-        for ((bits, step), row) in text.bits.iter().zip(&packed.steps).zip(&rounded) {
-            for x in row {
-                let integer: u64 = (0..*bits as usize).map(|k| bit(at + k) << k).sum();
-                let half = (1u64 << (bits - 1)) - 1;
-                assert_eq!((integer as f64 - half as f64) * step, *x);
-                at += *bits as usize;
-            }
-        }
-        assert!(bytes.len() * 8 < at + 8);
-    }
-}

@@ -2,6 +2,7 @@
 
 mod files;
 mod labels;
+mod packed;
 mod page;
 mod support;
 mod surfaces;

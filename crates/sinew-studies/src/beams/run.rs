@@ -7,7 +7,7 @@ use crate::beams::{fenics, samples};
 use crate::timing::WallClock;
 use crate::{manifest, program};
 use anyhow::{Context, Result, ensure};
-use sinew::output::Fields;
+use sinew::output::{Results, Row};
 use sinew::{Body, Case, Comparison, TestSet};
 use sinew_emulate::{Terminal, median_and_worst, store};
 use sinew_report::{Block, Report, Section};
@@ -162,9 +162,14 @@ fn write_fields(
 ) -> Result<()> {
     shown.sort_unstable();
     shown.dedup();
-    let of =
-        |rows: &[Vec<f64>]| -> Vec<_> { shown.iter().map(|&case| rows[case].clone()).collect() };
-    let found = found.iter().map(|(name, fields)| (*name, of(fields))).collect();
-    let fields = Fields { body: test.body, thetas: &of(&test.thetas), found };
-    Ok(fields.write(folder, shown.len())?)
+    let row = |&case: &usize| Row {
+        theta: test.thetas[case].clone(),
+        fields: found.iter().map(|(_, fields)| &fields[case][..]).collect(),
+        ..Row::default()
+    };
+    let rows = shown.iter().map(row).collect();
+    let names = found.iter().map(|(name, _)| *name).collect();
+    let results = Results { body: test.body, names, rows, stresses: false };
+    results.write(folder, shown.len(), true)?;
+    Ok(())
 }

@@ -219,27 +219,3 @@ pub(crate) fn exactly_if_any<'de, D: Deserializer<'de>, T: Deserialize<'de>, con
 ) -> Result<Option<[T; N]>, D::Error> {
     exactly(deserializer).map(Some)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_of_keys() {
-        let source = Source::new("a.toml", "x = 1\n[b]\nc = 2\n[[d]]\ne = 3\n[[d]]\n\nf = 4\n");
-        let line = |keys: &[&str]| source.line_of(keys);
-        assert_eq!([line(&["x"]), line(&["b"]), line(&["b", "c"])], [Some(1), Some(2), Some(3)]);
-        assert_eq!([line(&["d", "1", "f"]), line(&["d", "0", "e"])], [Some(8), Some(5)]);
-        assert_eq!([line(&["b", "none"]), line(&["none"])], [Some(2), None]);
-    }
-
-    #[test]
-    fn a_near_word_is_suggested_and_a_far_one_listed() {
-        let known = ["mu", "lambda", "endocardium"];
-        assert_eq!(advise("lamda", known, "known"), "; did you mean `lambda`?");
-        assert_eq!(advise("Endocard", known, "known"), "; did you mean `endocardium`?");
-        assert_eq!(advise("p", known, "known"), "; known: mu, lambda, endocardium");
-        assert_eq!(advise("pressure", known, "known"), "; known: mu, lambda, endocardium");
-        assert_eq!(advise("18", ["1", "17"], "segments"), "; segments: 1, 17");
-    }
-}

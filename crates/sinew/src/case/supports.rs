@@ -173,17 +173,3 @@ fn add_nodes_of_cells(mesh: &mut AnyMesh, name: &str) -> Option<()> {
     mesh.node_sets_mut().insert(name.into(), nodes.into_iter().collect());
     Some(())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn half_of_the_way_to_a_turn_is_on_its_chord() {
-        let axis = Vector3::x_axis();
-        let turn = Rotation { degrees: 90.0, share: 0.5 };
-        let u = turn.displacement([7.0, 5.0, 3.0], [0.0, 5.0, 5.0], &axis);
-        // (0, 0, −2) about x turns to (0, 2, 0).
-        assert!((u - Vector3::new(0.0, 1.0, 1.0)).norm() < 1e-15, "{u}");
-    }
-}

@@ -130,23 +130,3 @@ pub(super) fn quantity(text: &str) -> Option<Result<f64, String>> {
     let unit = if unit.is_empty() { "kPa" } else { unit };
     Some(stress(unit).map(|unit| unit.in_scene(value)))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn letters_may_be_large_or_small_where_one_unit_is_meant() {
-        for unit in ["mmhg", "MMHG", "kpa", "KPA", "pa", "MPA", "Mpa", "DYN/CM2"] {
-            assert!(stress(unit).is_ok(), "{unit}");
-        }
-        let mm = |unit| LENGTH.unit(unit).map(|(_, mm)| mm);
-        assert_eq!((mm("CM"), mm("M"), mm("UM")), (Ok(10.0), Ok(1e3), Ok(1e-3)));
-        assert_eq!((VOLUME.unit("ml"), VOLUME.unit("CM3")), (Ok(("mL", 1e3)), Ok(("cm3", 1e3))));
-        for error in [stress("mPa").unwrap_err(), LENGTH.unit("Mm").map(|_| ()).unwrap_err()] {
-            assert!(error.contains("M is mega and m is milli"), "{error}");
-        }
-        let error = stress("bar").unwrap_err();
-        assert!(error.ends_with("units of stress: kPa, mmHg, Pa, MPa, dyn/cm2"), "{error}");
-    }
-}

@@ -1,6 +1,6 @@
 //! Equilibria along a parameter, each from the one before.
 
-use super::{ThetaArguments, refuse, warn_of_locking};
+use super::{ThetaArguments, refuse, warn, warn_of_locking};
 use anyhow::{Result, anyhow};
 use sinew::output::{Results, Row};
 use sinew::{
@@ -73,8 +73,7 @@ impl Way {
 fn tell(parameter: &Parameter, ends: [f64; 2]) {
     println!("{}", range_in_words(&Parameter { range: ends, ..parameter.clone() }));
     let parameters = std::slice::from_ref(parameter);
-    let warnings = ends.iter().flat_map(|&end| outside(parameters, &[end]));
-    warnings.for_each(|warning| eprintln!("warning: {warning}"));
+    warn(ends.iter().flat_map(|&end| outside(parameters, &[end])));
 }
 
 /// Frames as far as the path goes.

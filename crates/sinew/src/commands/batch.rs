@@ -1,6 +1,6 @@
 //! Requested rows of θ with their results. A failed row does not stop the others.
 
-use super::{MOST_WARNINGS, Usage, refuse};
+use super::{MOST_WARNINGS, Usage, refuse, warn};
 use anyhow::Result;
 use clap::Args;
 use sinew::output::{MOST_BYTES, Results, Row};
@@ -241,7 +241,7 @@ impl Batch {
 /// Tells values outside their ranges on standard error.
 pub(super) fn tell_outside(parameters: &[Parameter], thetas: &[Vec<f64>]) {
     let said: Vec<_> = thetas.iter().flat_map(|theta| outside(parameters, theta)).collect();
-    said.iter().take(MOST_WARNINGS).for_each(|warning| eprintln!("warning: {warning}"));
+    warn(said.iter().take(MOST_WARNINGS));
     if let Some(more @ 1..) = said.len().checked_sub(MOST_WARNINGS) {
         eprintln!("warning: {more} more values are outside their ranges");
     }

@@ -1,15 +1,15 @@
 //! Posteriors of a patient's parameters.
 
 use super::runs::DataFile;
-use super::{CaseArguments, Usage, refuse, tell_reading};
+use super::{CaseArguments, Usage, refuse, tell_reading, warn};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::calibration::{Curve, arviz, in_words, observed, report, too_stiff};
 use sinew::case::stress_in_kpa;
 use sinew::{PatientFile, Prepared};
 use sinew_calibrate::{
-    CalibrateError, Identifiability, Mode, Patient, PatientStates, Posterior, calibrate,
-    check_identifiability, noise_in_words,
+    CalibrateError, Identifiability, Mode, Patient, Posterior, calibrate, check_identifiability,
+    noise_in_words,
 };
 use sinew_emulate::Terminal;
 use sinew_report::Provenance;
@@ -90,10 +90,7 @@ impl Calibrate {
         let (case, folder) = self.patient.read()?;
         let file = PatientFile::of(case)?;
         let prepared = tell_reading(&file.case, file.prepare())?;
-        file.case
-            .warnings(&prepared.body)
-            .iter()
-            .for_each(|warning| eprintln!("warning: {warning}"));
+        warn(file.case.warnings(&prepared.body));
         let patient = prepared.patient().map_err(Usage)?;
         let folder = folder.join("calibrate");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -105,7 +102,7 @@ impl Calibrate {
             let (mode, seen) =
                 check_identifiability(&prepared.problem, &mut solves).map_err(told)?;
             say_ahead(&prepared, &mode, &seen);
-            warn_too_stiff(&patient.states_checked(&mode.theta, false)?);
+            warn(too_stiff(&patient.states_checked(&mode.theta, false)?));
             return Ok(());
         }
         let stored = folder.join(SOLVES);
@@ -144,7 +141,7 @@ impl Calibrate {
             std::fs::write(&path, curve.to_csv()).with_context(|| path.display().to_string())?;
         }
         let rest = patient.states_checked(&posterior.mode.theta, false)?;
-        warn_too_stiff(&rest);
+        warn(too_stiff(&rest));
         if let Some(unloaded) = &rest.unloaded {
             sinew::mesh_at_rest(&prepared.body, unloaded).write_vtu(folder.join("rest.vtu"))?;
         }
@@ -160,10 +157,6 @@ impl Calibrate {
         println!("written: {}", page.display());
         Ok(())
     }
-}
-
-fn warn_too_stiff(states: &PatientStates) {
-    too_stiff(states).iter().for_each(|warning| eprintln!("warning: {warning}"));
 }
 
 /// An error of the input is one of the command line.

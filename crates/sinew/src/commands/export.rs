@@ -1,6 +1,6 @@
 //! A body for other programs.
 
-use super::{CaseArguments, chosen, tell_doubtful, trained};
+use super::{CaseArguments, chosen, tell_doubtful, trained, warn};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
@@ -71,7 +71,7 @@ impl Export {
         };
         tell_doubtful(body, [emulator.predict(&[body.centre()])?.field(0)]);
         let viewer = sinew::viewer(&emulator, SEED, &mut Terminal::default())?;
-        viewer.notes.iter().for_each(|note| eprintln!("warning: {note}"));
+        warn(&viewer.notes);
         for (name, value) in &viewer.facts {
             println!("{name}: {value}");
         }

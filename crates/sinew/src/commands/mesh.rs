@@ -1,6 +1,6 @@
 //! Meshes from surfaces.
 
-use super::{Usage, check_vtu};
+use super::{Usage, check_vtu, warn};
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use sinew::case::Element;
@@ -109,7 +109,7 @@ impl Ventricle {
         println!("fitted in {seconds:.2} s");
         mesh.write_vtu(&self.output)?;
         println!("written: {}", self.output.display());
-        wall.report().warnings().iter().for_each(|warning| eprintln!("warning: {warning}"));
+        warn(wall.report().warnings());
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 mod answer;
 use super::{
     Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen, refuse, runs,
-    tell_doubtful, warn_of_locking,
+    tell_doubtful, warn, warn_of_locking,
 };
 use anyhow::Result;
 use clap::Args;
@@ -280,7 +280,5 @@ fn tell(body: &Body, theta: &[f64], correction: &Correction) {
         );
     }
     println!("  {}", correction.estimate.in_words(&body.units.length));
-    for warning in others(&correction.warnings).iter().take(MOST_WARNINGS) {
-        eprintln!("warning: {warning}");
-    }
+    warn(others(&correction.warnings).iter().take(MOST_WARNINGS));
 }

@@ -6,7 +6,7 @@ use super::{CaseArguments, count, refuse, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use sinew::output::Fields;
+use sinew::output::{Results, Row};
 use sinew::{Body, Design, Simulations};
 use sinew_emulate::{Shard, ShardState, merge, simulate_shard, store};
 use std::num::NonZeroUsize;
@@ -114,7 +114,7 @@ impl Sample {
             let kept = body.has_potential().then_some(folder.as_path());
             let found = solved(body, &thetas, "solve", kept)?;
             let (failed, tried) = (found.failures.len(), thetas.len());
-            write(body, found, &folder)?;
+            write(body, &found, &folder)?;
             ensure!(
                 failed == 0,
                 "{failed} of {tried} samples have no equilibrium; the others are written"
@@ -126,9 +126,12 @@ impl Sample {
 }
 
 /// Writes equilibria of samples, without pictures.
-fn write(body: &Body, found: Simulations, folder: &Path) -> Result<()> {
-    let (thetas, fields) = (&found.thetas[..], found.fields);
-    Ok(Fields { body, thetas, found: vec![("solved", fields)] }.write(folder, 0)?)
+fn write(body: &Body, found: &Simulations, folder: &Path) -> Result<()> {
+    let cases = found.thetas.iter().cloned().zip(&found.fields);
+    let rows = cases.map(|(theta, field)| Row { theta, fields: vec![field], ..Row::default() });
+    let (names, rows) = (vec!["solved"], rows.collect());
+    Results { body, names, rows, stresses: false }.write(folder, 0, true)?;
+    Ok(())
 }
 
 impl Sample {
@@ -251,8 +254,8 @@ impl Merge {
         if !failed.is_empty() {
             store::write_bytes(&folder.join("failures.csv"), table(&body, &failed).as_bytes())?;
         }
+        write(&body, &found, &folder)?;
         let solved = found.fields.len();
-        write(&body, found, &folder)?;
         println!("{solved} of {count} samples solved, {} without equilibrium", failed.len());
         println!("written: {}", folder.display());
         Ok(())

@@ -6,7 +6,7 @@ use super::stop::signalled;
 use super::{CaseArguments, Usage, chosen, refuse, trained};
 use anyhow::Result;
 use clap::Args;
-use http::{Connection, failed};
+use http::Connection;
 use sinew::serve::{Response, Service};
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, TcpListener, ToSocketAddrs};
@@ -173,13 +173,13 @@ impl Desk {
         let mut state = self.wait(|state| state.free == 0 && !state.ending);
         if state.ending {
             let reason = "the server is ending; send the request again once it is back";
-            return failed(503, "Unavailable", reason.into());
+            return Response::failed(503, "Unavailable", reason);
         }
         state.free -= 1;
         drop(state);
         // A panic ends one request, not the server.
         let reply = catch_unwind(AssertUnwindSafe(compute)).unwrap_or_else(|_| {
-            failed(500, "InternalError", "the program failed; its terminal says where".into())
+            Response::failed(500, "InternalError", "the program failed; its terminal says where")
         });
         self.change(|state| state.free += 1);
         reply

@@ -1,6 +1,6 @@
 //! Data of patients that do not exist.
 
-use super::{Usage, check_folder, keep_foreign, marked, refuse, same};
+use super::{Usage, check_folder, keep_foreign, marked, refuse, same, warn};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::{Parameter, PatientFile, admissible, outside, parse_theta};
@@ -59,7 +59,7 @@ impl Synthesise {
         };
         let all: Vec<f64> = body.parameters.iter().map(value).collect();
         admissible(&body, &all).map_err(|why| Usage(format!("--theta {}: {why}", self.theta)))?;
-        outside(parameters, theta).iter().for_each(|warning| eprintln!("warning: {warning}"));
+        warn(outside(parameters, theta));
         Ok(())
     }
 }

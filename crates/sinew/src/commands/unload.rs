@@ -1,6 +1,8 @@
 //! Bodies at rest of loaded images.
 
-use super::{CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, refuse, warn_of_locking};
+use super::{
+    CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, refuse, warn, warn_of_locking,
+};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -62,9 +64,7 @@ impl UnloadCommand {
             return refuse(format!("--theta: give one set of parameters, not {}", thetas.len()));
         };
         let mut unload = Unload::new(&image)?.fibres(self.fibres);
-        if let Some(thin) = unload.thin_wall() {
-            eprintln!("warning: {thin}");
-        }
+        warn(unload.thin_wall());
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
         warn_of_locking(locking(&unloaded.rest, theta, &unloaded.displacement()));
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));

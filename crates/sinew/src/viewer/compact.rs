@@ -96,31 +96,3 @@ fn sizes(
     }
     Ok((most, least))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use sinew_energy::Parameter;
-
-    #[test]
-    fn rounding_stays_within_its_tolerance_and_takes_fewer_bits() {
-        let parameters = [Parameter::log("k", "kPa", 1.0..=3.0)];
-        let thetas: Vec<Vec<f64>> = (0..40).map(|i| vec![1.0 + 0.05 * i as f64]).collect();
-        let field = |t: &Vec<f64>| -> Vec<f64> {
-            (0..300).map(|i| (0.02 * i as f64 * t[0]).sin() / t[0]).collect()
-        };
-        let fields: Vec<_> = thetas.iter().map(field).collect();
-        let regression = PodRegression::fit_polynomial(&parameters, &thetas, &fields, 8).unwrap();
-        let mut sizes = Vec::new();
-        for tolerance in [1e-6, 1e-3] {
-            let compact = Compact::of(regression.clone(), None, &thetas, tolerance).unwrap();
-            sizes.push(serde_json::to_string(&compact.packed()).unwrap().len());
-            for theta in &thetas {
-                let (own, exact) = (compact.at(theta).unwrap(), regression.predict(theta).unwrap());
-                let apart: Vec<f64> = own.iter().zip(&exact).map(|(a, b)| a - b).collect();
-                assert!(norm(&apart) < tolerance * norm(&exact), "{}", norm(&apart) / norm(&exact));
-            }
-        }
-        assert!(3 * sizes[1] < 2 * sizes[0], "{sizes:?}");
-    }
-}

@@ -89,19 +89,3 @@ fn within([a, b, c]: [[f64; 3]; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
     let half = 0.5 * STROKE * (0.5 * square.sqrt()).sqrt() / length;
     (length >= LEAST_WITHIN && half.is_finite()).then_some(parts.map(|part| half * part))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_stroke_lies_along_its_fibre_and_in_its_triangle() {
-        let corners = [[1.0, 0.0, 2.0], [4.0, 1.0, 2.0], [2.0, 5.0, 2.0]];
-        let [p, q] = within(corners, [0.6, 0.8, 0.0]).unwrap();
-        // Sides (3, 1) and (1, 5): twice the area is 14.
-        let half = [3.0 * p + q, p + 5.0 * q];
-        assert!((half[0] / half[1] - 0.75).abs() < 1e-12);
-        assert!((half[0].hypot(half[1]) - 0.45 * 7f64.sqrt()).abs() < 1e-12);
-        assert!(within(corners, [0.0, 0.1, 0.995]).is_none());
-    }
-}

@@ -1,5 +1,7 @@
 //! The page of an emulator: its script predicts what the program predicts, its error is right, and it refuses what it cannot hold.
 
+use crate::page_numbers::{Regressed, bits, indices, singles};
+use nalgebra::Vector3;
 use serde_json::{Value, json};
 use sinew::recipe::Regression;
 use sinew::{
@@ -8,7 +10,7 @@ use sinew::{
 };
 use sinew_emulate::{PodRegression, Predictor, recipe::Taylor};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
+use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support};
 use sinew_report::Viewer;
 use std::path::Path;
 use std::process::Command;
@@ -78,15 +80,19 @@ fn by_script<T: serde::de::DeserializeOwned>(
     Some(serde_json::from_slice(&output.stdout).unwrap())
 }
 
-/// Largest distance of the script from the emulator over parameter sets, relative to the displacement.
-fn distance(viewer: &Viewer, emulator: &Emulator<'_>) -> Option<f64> {
+/// Parameter sets at which pages are compared with their emulators.
+fn thetas_of(emulator: &Emulator<'_>) -> Vec<Vec<f64>> {
+    Design::Uniform.sample(&emulator.body().parameters, 100, 7).unwrap()
+}
+
+/// Largest distance of displacements of points from the emulator's over parameter sets, relative to the displacement.
+fn distance(
+    emulator: &Emulator<'_>,
+    thetas: &[Vec<f64>],
+    fields: &[Vec<f64>],
+    points: &[f64],
+) -> f64 {
     let body = emulator.body();
-    let thetas = Design::Uniform.sample(&body.parameters, 100, 7).unwrap();
-    let code = "const start = performance.now();
-        for (let i = 0; i < 1000; i++) model([(0.37 * i) % 1, (0.61 * i) % 1, 0.5, 0.5, 0.5].slice(0, parameters.length));
-        console.error(`${(performance.now() - start) / 1000} ms a prediction`);
-        console.log(JSON.stringify([all, Array.from(points)]));";
-    let (fields, points): (Vec<Vec<f64>>, Vec<f64>) = by_script(&viewer.to_html(), &thetas, code)?;
     let single = |x: &[f64; 3]| x.map(|x| (x as f32).to_bits());
     let nodes: Vec<usize> = points
         .as_chunks::<3>()
@@ -94,7 +100,7 @@ fn distance(viewer: &Viewer, emulator: &Emulator<'_>) -> Option<f64> {
         .iter()
         .map(|x| body.positions.iter().position(|own| single(own) == single(x)).unwrap())
         .collect();
-    let predicted = emulator.predict(&thetas).unwrap();
+    let predicted = emulator.predict(thetas).unwrap();
     let apart = (0..thetas.len()).map(|case| {
         let (own, all) = (&fields[case], predicted.field(case));
         let truth: Vec<f64> = nodes.iter().flat_map(|n| all[3 * n..3 * n + 3].to_vec()).collect();
@@ -103,7 +109,61 @@ fn distance(viewer: &Viewer, emulator: &Emulator<'_>) -> Option<f64> {
             |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
         norm(&mut own.iter().zip(&truth).map(|(a, b)| a - b)) / norm(&mut truth.iter().copied())
     });
-    Some(apart.fold(0.0, f64::max))
+    apart.fold(0.0, f64::max)
+}
+
+/// [`distance`] of the page's script; `None` without node.
+fn distance_of_script(viewer: &Viewer, emulator: &Emulator<'_>) -> Option<f64> {
+    let thetas = thetas_of(emulator);
+    let code = "const start = performance.now();
+        for (let i = 0; i < 1000; i++) model([(0.37 * i) % 1, (0.61 * i) % 1, 0.5, 0.5, 0.5].slice(0, parameters.length));
+        console.error(`${(performance.now() - start) / 1000} ms a prediction`);
+        console.log(JSON.stringify([all, Array.from(points)]));";
+    let (fields, points): (Vec<Vec<f64>>, Vec<f64>) = by_script(&viewer.to_html(), &thetas, code)?;
+    Some(distance(emulator, &thetas, &fields, &points))
+}
+
+/// [`distance`] of the regression that the page's numbers are.
+fn distance_of_numbers(viewer: &Viewer, emulator: &Emulator<'_>) -> f64 {
+    let (thetas, data) = (thetas_of(emulator), serde_json::to_value(viewer).unwrap());
+    let parameters = &emulator.body().parameters;
+    let shares = |theta: &Vec<f64>| -> Vec<f64> {
+        let each = parameters.iter().zip(theta);
+        each.map(|(p, x)| match (p.sampling, p.range) {
+            (Sampling::Log, [a, b]) => (x / a).ln() / (b / a).ln(),
+            (_, [a, b]) => (x - a) / (b - a),
+        })
+        .collect()
+    };
+    let model = Regressed::read(&data["emulator"]["displacement"]);
+    let fields: Vec<Vec<f64>> = thetas.iter().map(|theta| model.at(&shares(theta))).collect();
+    distance(emulator, &thetas, &fields, &singles(&data["points"]))
+}
+
+/// Lines lie along fibres of direction x in all triangles but those at right angles to it, with 0.9 roots of the area.
+fn check_strokes(viewer: &Viewer) {
+    let data = serde_json::to_value(viewer).unwrap();
+    let (points, corners) = (singles(&data["points"]), indices(&data["triangles"]));
+    let drawn = indices(&data["strokes"]["triangles"]);
+    let along = singles(&data["strokes"]["along"]);
+    let sides = |triangle: usize| {
+        let corner = |k: usize| {
+            let node = corners[3 * triangle + k];
+            Vector3::from_column_slice(&points[3 * node..][..3])
+        };
+        [1, 2].map(|k| corner(k) - corner(0))
+    };
+    let across = |triangle: usize| sides(triangle).iter().all(|side| side[0].abs() < 1e-4);
+    let expected: Vec<usize> = (0..corners.len() / 3).filter(|t| !across(*t)).collect();
+    assert!(!expected.is_empty() && drawn == expected, "{} {}", drawn.len(), expected.len());
+    for (triangle, parts) in drawn.iter().zip(along.as_chunks::<2>().0) {
+        let [p, q] = sides(*triangle);
+        let half: Vector3<f64> = parts[0] * p + parts[1] * q;
+        let area = 0.5 * p.cross(&q).norm();
+        // Rounding to 32 bits.
+        assert!(half[1].abs().max(half[2].abs()) < 1e-5 * half[0].abs(), "{half:?}");
+        assert!((half[0].abs() / (0.45 * area.sqrt()) - 1.0).abs() < 1e-5, "{half:?} {area}");
+    }
 }
 
 /// Shares at -1 and 0 of a logarithmic parameter, at 0 of a linear one from -1 to 5, and how many of a thousand numbers have none.
@@ -128,8 +188,13 @@ fn the_script_predicts_as_the_program_does() {
         let viewer = viewer(&emulator, 1, &mut ()).unwrap();
         assert_eq!(viewer.strokes.is_some(), text == BEAM);
         assert!(right(&viewer) >= 90, "{:?}", viewer.facts);
-        if let Some(distance) = distance(&viewer, &emulator) {
+        let distance = distance_of_numbers(&viewer, &emulator);
+        assert!(distance < ROUNDING, "{distance:e}");
+        if let Some(distance) = distance_of_script(&viewer, &emulator) {
             assert!(distance < ROUNDING, "{distance:e}");
+        }
+        if viewer.strokes.is_some() {
+            check_strokes(&viewer);
         }
         let shares = by_script::<Vec<f64>>(&viewer.to_html(), &[], TYPED);
         assert!(shares.is_none_or(|shares| shares == [0.0, 0.0, 1.0, 0.0]));
@@ -177,7 +242,7 @@ fn an_expansion_is_regressed_and_its_added_error_is_told() {
     let page = viewer(&emulator, 1, &mut ()).unwrap();
     assert!(page.facts.iter().any(|(name, _)| name.starts_with("added")), "{:?}", page.facts);
     assert!(right(&page) >= 90, "{:?}", page.facts);
-    if let Some(distance) = distance(&page, &emulator) {
+    if let Some(distance) = distance_of_script(&page, &emulator) {
         assert!(distance < own, "{distance:e} for {own:e}");
     }
     assert_eq!(viewer(&emulator, 1, &mut ()).unwrap(), page, "the same seed gives the same page");
@@ -237,6 +302,11 @@ fn a_page_is_one_small_file_that_asks_for_nothing() {
     let data: Value = serde_json::from_str(data.split("</script>").next().unwrap()).unwrap();
     let names: Vec<_> = data["quantities"].as_array().unwrap().iter().map(|q| &q["name"]).collect();
     assert_eq!(names, ["Displacement", "Fibre stretch", "Fibre stress", "Error"]);
+    // Colours take fewer bits than displacements, which have an error a thousandth as large.
+    let most_bits = |model: &Value| bits(&model["modes"]).into_iter().max().unwrap();
+    let displacement = most_bits(&data["emulator"]["displacement"]);
+    let stretch = most_bits(&data["quantities"][1]["model"]);
+    assert!(3 * stretch < 2 * displacement, "{stretch} {displacement}");
 }
 
 #[test]

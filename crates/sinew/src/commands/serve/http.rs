@@ -127,7 +127,7 @@ impl Connection {
             let _ = self.skip(length);
             let reason =
                 format!("the request is longer than {MOST_BYTES} bytes; send shorter ones");
-            return Err(Some(failed(413, "InvalidInput", reason)));
+            return Err(Some(Response::failed(413, "InvalidInput", &reason)));
         }
         while self.held.len() < length {
             self.more()?;
@@ -145,7 +145,7 @@ impl Connection {
             }
             if self.held.len() > MOST_HEAD {
                 let reason = format!("the head of the request is longer than {MOST_HEAD} bytes");
-                return Err(Some(failed(431, "InvalidInput", reason)));
+                return Err(Some(Response::failed(431, "InvalidInput", &reason)));
             }
             self.more()?;
         }
@@ -177,7 +177,7 @@ impl Connection {
             Err(_) => {
                 let reason =
                     format!("the request did not arrive within {} s", self.limit.as_secs());
-                return Err(Some(failed(408, "InvalidInput", reason)));
+                return Err(Some(Response::failed(408, "InvalidInput", &reason)));
             }
         }
         Ok(())
@@ -190,11 +190,5 @@ fn utf8(bytes: Vec<u8>) -> Result<String, Refusal> {
 }
 
 fn invalid(reason: &str) -> Refusal {
-    Some(failed(400, "InvalidInput", reason.into()))
-}
-
-/// Error of the protocol.
-pub(super) fn failed(status: u16, kind: &str, message: String) -> Response {
-    let text = serde_json::json!({ "error": { "type": kind, "message": message } }).to_string();
-    Response { status, kind: "application/json", text }
+    Some(Response::failed(400, "InvalidInput", reason))
 }

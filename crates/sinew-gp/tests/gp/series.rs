@@ -1,10 +1,18 @@
 //! Taylor series against second-order jets and closed forms.
 
-use super::*;
+use sinew_gp::Series;
 use sinew_num::{Jet, Scalar};
 
 /// Rounding of formulas with values of order one.
 const ROUNDING: f64 = 1e-12;
+
+/// Largest Taylor coefficient of two variables up to these degrees.
+fn largest_coefficient(of: &Series, [first, second]: [usize; 2]) -> f64 {
+    let factorial = |n: usize| -> f64 { (1..=n).map(|k| k as f64).product() };
+    let powers = (0..=first).flat_map(|i| (0..=second).map(move |j| [i, j]));
+    let coefficient = |[i, j]: [usize; 2]| of.derivative(&[i, j]) / (factorial(i) * factorial(j));
+    powers.map(|powers| coefficient(powers).abs()).fold(0.0, f64::max)
+}
 
 #[test]
 fn agrees_with_second_order_jets() {
@@ -28,8 +36,7 @@ fn agrees_with_second_order_jets() {
 
 #[test]
 fn high_mixed_derivatives_are_exact() {
-    // ∂⁸/∂x⁴∂y⁴ of sin(x) cos(2y) e^{xy} at the origin, by the product rule on power series:
-    // Σ over k of [x^{4−k}] sin · [y^{4−k}] cos(2y) / k! with odd 4−k vanishing on one side.
+    // ∂⁸/∂x⁴∂y⁴ of sin(2x + y) is 2⁴ sin(2x + y).
     let [x, y] = Series::variables([0.4, -0.2], [4, 4]);
     let f = (&x * 2.0 + &y).sin();
     let exact = 16.0 * (2.0 * 0.4 - 0.2_f64).sin();
@@ -51,19 +58,9 @@ fn circular_functions_and_quotients_keep_their_identities() {
     assert!((one.value() - 1.0).abs() < ROUNDING);
     assert!(one.derivative(&[3, 0]).abs() < ROUNDING);
     let same = &x / &y * &y - &x;
-    assert!(same.coefficients.iter().all(|c| c.abs() < ROUNDING));
+    assert!(largest_coefficient(&same, [3, 2]) < ROUNDING);
     let inverse = 1.0 / (2.0 - &x);
     assert!((inverse.derivative(&[3, 0]) - 6.0 / 1.1_f64.powi(4)).abs() < 1e-11);
-}
-
-#[test]
-fn a_lifted_series_gives_derivatives_across_a_face() {
-    // ∂/∂z of x²z³ on z = 2, as a function of x.
-    let [x] = Series::variables([3.0], [2]);
-    let [lifted, z] = [x.lifted(1, 0.0), x.constant(2.0).lifted(1, 1.0)];
-    let slope = (lifted.squared() * z.powi(3)).last_derivative(1);
-    assert_eq!(slope.derivative(&[0]), 9.0 * 12.0);
-    assert_eq!(slope.derivative(&[2]), 2.0 * 12.0);
 }
 
 #[test]
@@ -84,8 +81,8 @@ fn the_angle_of_a_point_has_the_derivatives_of_an_angle() {
         assert!((angle.derivative(&[1, 0]) + y0 / square).abs() < ROUNDING);
         assert!((angle.derivative(&[0, 1]) - x0 / square).abs() < ROUNDING);
         // r cos φ = x to all orders.
-        let again = (x.clone().squared() + y.clone().squared()).sqrt() * angle.cos() - &x;
-        assert!(again.coefficients.iter().all(|c| c.abs() < 1e-10), "{again:?}");
+        let again = (x.squared() + y.squared()).sqrt() * angle.cos() - &x;
+        assert!(largest_coefficient(&again, [3, 3]) < 1e-10, "{again:?}");
     }
     let [x, y] = Series::plain([0.0, 0.0]);
     assert_eq!(y.atan2(&x).value(), 0.0);

@@ -1,0 +1,4 @@
+//! Diagnostics of chains and weights, and files of chains.
+
+mod arviz;
+mod mixing;
