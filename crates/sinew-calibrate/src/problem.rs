@@ -178,15 +178,3 @@ fn by_numbers(name: &str) -> Vec<(&str, u64)> {
     }
     parts
 }
-
-#[cfg(test)]
-mod tests {
-    use super::by_numbers;
-
-    #[test]
-    fn segments_are_sorted_by_their_numbers() {
-        let mut names = ["strain 10 at late", "strain 2 at late", "strain 2 at early", "volume"];
-        names.sort_by(|a, b| by_numbers(a).cmp(&by_numbers(b)));
-        assert_eq!(names, ["strain 2 at early", "strain 2 at late", "strain 10 at late", "volume"]);
-    }
-}

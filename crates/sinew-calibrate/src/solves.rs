@@ -257,28 +257,3 @@ fn read(line: &str, (parameters, observables): (usize, usize)) -> Option<(Vec<u6
     let jacobian = slopes.chunks(parameters).map(<[f64]>::to_vec).collect();
     (values.len() == observables && whole).then_some((key, Ok(Observed { values, jacobian })))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_are_read_back_to_the_bit() {
-        let theta = [0.1 + 0.2, 1e-310];
-        let observed =
-            Observed { values: vec![1.0 / 3.0], jacobian: vec![vec![-2e17, f64::EPSILON]] };
-        let text = line(&theta, &Ok(observed.clone()));
-        let (key, answer) = read(text.trim_end(), (2, 1)).unwrap();
-        assert_eq!(key, theta.map(f64::to_bits));
-        let answer = answer.unwrap();
-        assert_eq!((answer.values, answer.jacobian), (observed.values, observed.jacobian));
-        let failed = Err(ForwardError { reason: "no body\nat rest".into() });
-        let text = line(&theta, &failed);
-        let (_, answer) = read(text.trim_end(), (2, 1)).unwrap();
-        assert_eq!(answer.unwrap_err().reason, "no body at rest");
-        assert!(read("1e0,2e0,;3e0", (2, 1)).is_none());
-        // One digit of a value is another.
-        let changed = text.replacen('1', "2", 1);
-        assert!(changed != text && read(changed.trim_end(), (2, 1)).is_none());
-    }
-}

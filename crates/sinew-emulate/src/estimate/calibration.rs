@@ -85,26 +85,3 @@ fn ratio(
     let mean = nodal.iter().sum::<f64>() / nodal.len() as f64;
     Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Warning;
-
-    #[test]
-    fn estimates_are_counted_by_both_ratios() {
-        let good: Vec<Judged> = vec![Ok([1.1, 0.9]); 19];
-        let judged = |more: Judged| Calibration::of(&[&good[..], &[more]].concat());
-        let found = judged(Ok([1.0, 4.4]));
-        assert_eq!((found.cases, found.refused, found.within_two), (20, 0, 0.95));
-        assert!(found.warnings().is_empty());
-        let found = judged(Err(Refused::Inverted));
-        assert_eq!((found.refused, found.inverted, found.within_two), (1, 1, 1.0));
-        assert!(matches!(found.warnings()[..], [Warning::Inverted { .. }]));
-        let found = judged(Err(Refused::Far));
-        assert!(matches!(found.warnings()[..], [Warning::RefusedEstimates { refused: 1, .. }]));
-        let poor = Calibration::of(&[Ok([0.4, 1.0]), Ok([1.0, 1.0])]);
-        assert!(matches!(poor.warnings()[..], [Warning::PoorEstimates { cases: 2, .. }]));
-        assert_eq!(Calibration::of(&[]).warnings(), []);
-    }
-}

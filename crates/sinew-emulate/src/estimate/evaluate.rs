@@ -231,33 +231,3 @@ pub fn median_and_worst(cases: &[CaseErrors]) -> [usize; 2] {
     order.sort_by(|&a, &b| mean(a).total_cmp(&mean(b)));
     [order[(order.len() - 1) / 2], order[order.len() - 1]]
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn cases(relative: &[f64]) -> Vec<CaseErrors> {
-        let case = |&relative: &f64| CaseErrors {
-            err_u: Vec::new(),
-            err_f: Vec::new(),
-            err_i1: Vec::new(),
-            err_pi: 0.0,
-            err_volume: Vec::new(),
-            relative,
-            inverted: false,
-            energy_excess: 0.0,
-        };
-        relative.iter().map(case).collect()
-    }
-
-    #[test]
-    fn a_case_at_rest_does_not_decide_between_candidates() {
-        let [better, worse] =
-            [[0.1, f64::MAX], [0.2, f64::MAX]].map(|relative| root_mean_square(&cases(&relative)));
-        assert!(better < worse, "{better} {worse}");
-        // An exact prediction there does not outweigh a larger error elsewhere.
-        assert!(better < root_mean_square(&cases(&[0.2, 0.0])));
-        let [none, exact] = [f64::MAX, 0.0].map(|relative| root_mean_square(&cases(&[relative])));
-        assert!(exact < none && none.is_finite());
-    }
-}

@@ -247,6 +247,3 @@ fn check_theta(
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

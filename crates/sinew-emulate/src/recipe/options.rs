@@ -126,18 +126,3 @@ impl TrainingOptions {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn budgets_that_admit_nothing_are_refused() {
-        for budget in [Budget::Effort(0.0), Budget::Seconds(f64::NAN), Budget::Steps(0)] {
-            let options = TrainingOptions { budget, ..TrainingOptions::default() };
-            assert!(matches!(options.check(), Err(Error::Setting { .. })), "{budget:?}");
-        }
-        let options = TrainingOptions { held_out: 0, ..TrainingOptions::default() };
-        assert!(options.check().unwrap_err().to_string().contains("held-out"));
-    }
-}

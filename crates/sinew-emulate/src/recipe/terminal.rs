@@ -112,25 +112,3 @@ pub(crate) fn duration(seconds: f64) -> String {
         s => format!("{} min {:02} s", (s / 60.0) as u64, s as u64 % 60),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{Lines, PAUSE, duration};
-    use std::time::{Duration, Instant};
-
-    #[test]
-    fn a_stage_prints_after_every_pause() {
-        let (mut lines, start) = (Lines::default(), Instant::now());
-        let second = Duration::from_secs(1);
-        let mut due = |stage: &str, after: Duration| lines.due(stage, start + after);
-        assert!(!due("solve", Duration::ZERO) && !due("solve", PAUSE - second));
-        assert!(due("solve", PAUSE) && !due("solve", PAUSE + second) && due("solve", 2 * PAUSE));
-        // The next stage begins anew.
-        assert!(!due("train", 4 * PAUSE) && due("train", 5 * PAUSE));
-    }
-
-    #[test]
-    fn durations_read_well() {
-        assert_eq!([0.42, 12.3, 185.0].map(duration), ["0.4 s", "12 s", "3 min 05 s"]);
-    }
-}

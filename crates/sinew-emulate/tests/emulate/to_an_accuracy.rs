@@ -263,7 +263,7 @@ fn an_ellipsoid_is_answered_from_one_whose_cells_are_cut_along_other_diagonals()
 
 /// A predictor that is wrong: the solution of other parameters, times a factor.
 #[derive(Debug)]
-struct Wrong(Vec<f64>, f64);
+pub(crate) struct Wrong(pub(crate) Vec<f64>, pub(crate) f64);
 
 impl Predictor for Wrong {
     fn kind(&self) -> &'static str {
