@@ -47,11 +47,9 @@ impl Polynomial {
             let system = System::new(samples, lengths, &exponents);
             for ridge in RIDGES {
                 let Some((coefficients, leave_one_out)) = system.solve(ridge) else { continue };
-                let trace = |of: &DMatrix<f64>| of.trace();
-                let better = best
-                    .as_ref()
-                    .is_none_or(|best| trace(&leave_one_out) < trace(&best.leave_one_out));
-                if trace(&leave_one_out).is_finite() && better {
+                let error = leave_one_out.trace();
+                let better = |best: &Self| error < best.leave_one_out.trace();
+                if error.is_finite() && best.as_ref().is_none_or(better) {
                     let exponents = exponents.clone();
                     best = Some(Self { exponents, coefficients, leave_one_out, degree });
                 }

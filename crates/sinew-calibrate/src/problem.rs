@@ -80,7 +80,7 @@ impl Problem {
 
     /// Kinds whose noise is inferred.
     pub(crate) fn inferred(&self) -> usize {
-        self.kinds.iter().filter(|kind| kind.inferred).count()
+        self.inferred_kinds().count()
     }
 
     /// Names of the kinds whose noise is inferred.

@@ -3,7 +3,6 @@
 use crate::{CalibrateError, Forward, ForwardError, Observed};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
@@ -217,12 +216,8 @@ fn checked(forward: &dyn Forward, theta: &[f64], derivatives: bool) -> Answer {
 
 /// θ; values; derivatives, each separated by commas; CRC-32 of all that. Decimals are exact: the shortest that give the double back.
 fn line(theta: &[f64], answer: &Answer) -> String {
-    let list = |values: &mut dyn Iterator<Item = &f64>| {
-        let mut text = String::new();
-        values.for_each(|value| {
-            let _ = write!(text, "{value:e},");
-        });
-        text
+    let list = |values: &mut dyn Iterator<Item = &f64>| -> String {
+        values.map(|value| format!("{value:e},")).collect()
     };
     let theta = list(&mut theta.iter());
     let text = match answer {

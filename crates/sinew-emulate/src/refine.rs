@@ -5,9 +5,10 @@ pub(crate) mod correction;
 mod defects;
 pub(crate) mod plan;
 
+use crate::error::require;
 use crate::estimate::evaluate::share;
 use crate::refine::plan::Method;
-use crate::{Body, Error, Result, Warning};
+use crate::{Body, Result, Warning};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{Solution, Solver};
 
@@ -51,9 +52,8 @@ impl Answer {
 /// # Errors
 /// A tolerance outside 1e-10 to 0.5. Below 1e-10, rounding errors dominate.
 pub(crate) fn check_accuracy(accuracy: f64) -> Result<()> {
-    let (what, advice) = ("the accuracy", "give a number from 1e-10 to 0.5, such as 1e-3");
-    let makes_sense = (1e-10..=0.5).contains(&accuracy);
-    if makes_sense { Ok(()) } else { Err(Error::Setting { what, value: accuracy, advice }) }
+    let advice = "give a number from 1e-10 to 0.5, such as 1e-3";
+    require((1e-10..=0.5).contains(&accuracy), "the accuracy", accuracy, advice)
 }
 
 /// Answer by Newton steps from a prediction until the estimated error is below the tolerance, or `None` if they do not

@@ -216,9 +216,7 @@ impl OutputScale {
         dimensions: usize,
         displacements: impl IntoIterator<Item = &'a [f64]>,
     ) -> Result<Self> {
-        Self::from_statistics(dimensions, displacements, |values| {
-            mean_and_deviation(values.iter().copied())
-        })
+        Self::from_statistics(dimensions, displacements, mean_and_deviation)
     }
 
     /// Zero mean and the root mean square per component, for instance of one linear solve: what is
@@ -256,11 +254,8 @@ impl OutputScale {
                 0,
             )?;
             require_finite("displacements", displacement)?;
-            for row in displacement.chunks_exact(dimensions) {
-                components
-                    .iter_mut()
-                    .zip(row)
-                    .for_each(|(component, value)| component.push(*value));
+            for (at, component) in components.iter_mut().enumerate() {
+                component.extend(displacement.iter().skip(at).step_by(dimensions));
             }
         }
         let (mean, scale): (Vec<f64>, Vec<f64>) = components.iter().map(|c| statistics(c)).unzip();
@@ -292,9 +287,9 @@ impl OutputScale {
     }
 }
 
-fn mean_and_deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let count = values.clone().count().max(1) as f64;
-    let mean = values.clone().sum::<f64>() / count;
-    let variance = values.map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
     (mean, variance.sqrt())
 }

@@ -45,8 +45,8 @@ impl MotionTree {
         let mut motions: Vec<Motion<S>> = Vec::with_capacity(count);
         // Stored from the root on: cluster k is at `count − 1 − k`.
         for cluster in (0..count).rev() {
-            let [t, w] = self.own_motion(cluster, &outputs[6 * cluster..6 * cluster + 6]);
-            let turn = Rotation::new(w);
+            let [a, b, c, d, e, f] = scale(&self.cluster_scales[cluster], &outputs[6 * cluster..]);
+            let (t, turn) = ([a, b, c], Rotation::new([d, e, f]));
             let own =
                 Motion { shift: t.clone(), rotation: turn.less_identity(), translation: t, turn };
             motions.push(match self.cluster_parents[cluster] {
@@ -70,13 +70,6 @@ impl MotionTree {
         }
         motions.reverse();
         motions
-    }
-
-    /// Translation and rotation vector of a cluster.
-    fn own_motion<S: Number>(&self, cluster: usize, output: &[S]) -> [[S; 3]; 2] {
-        let scaled = scale(&self.cluster_scales[cluster], output);
-        let [a, b, c, d, e, f] = scaled;
-        [[a, b, c], [d, e, f]]
     }
 
     /// `x + own − X_parent`.
@@ -150,9 +143,7 @@ impl MotionTree {
                     (turned_back(above, &force), within)
                 }
             };
-            let turned = turn.pull_back(&moment_within);
-            let [a, b, c] = force_within;
-            let [d, e, f] = turned;
+            let ([a, b, c], [d, e, f]) = (force_within, turn.pull_back(&moment_within));
             to.copy_from_slice(&scale_back(&self.cluster_scales[cluster], &[a, b, c, d, e, f]));
         }
         gradient

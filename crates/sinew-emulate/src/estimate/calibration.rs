@@ -15,25 +15,18 @@ impl Calibration {
         Ok((Self::of(&ratios(emulator, held_out, &fields)?), errors))
     }
 
-    fn of(ratios: &[Judged]) -> Self {
-        let judged = |judged: &&Judged| judged.is_ok();
-        let (cases, estimated) = (ratios.len(), ratios.iter().filter(judged).count());
-        let within = ratios.iter().flatten().filter(|ratios| within_two(ratios)).count();
+    pub(crate) fn of(judged: &[Judged]) -> Self {
+        let is_within_two =
+            |ratios: &&[f64; 2]| ratios.iter().all(|ratio| (0.5..=2.0).contains(ratio));
+        let estimated = judged.iter().flatten().count();
+        let within = judged.iter().flatten().filter(is_within_two).count();
         Self {
-            cases,
-            refused: cases - estimated,
-            inverted: ratios
-                .iter()
-                .filter(|judged| matches!(judged, Err(Refused::Inverted)))
-                .count(),
+            cases: judged.len(),
+            refused: judged.len() - estimated,
+            inverted: judged.iter().filter(|judged| **judged == Err(Refused::Inverted)).count(),
             within_two: within as f64 / estimated.max(1) as f64,
         }
     }
-}
-
-/// Whether both ratios of an estimate are within a factor of two.
-pub(crate) fn within_two(ratios: &[f64; 2]) -> bool {
-    ratios.iter().all(|ratio| (0.5..=2.0).contains(ratio))
 }
 
 /// Reason for which a case has no estimate.

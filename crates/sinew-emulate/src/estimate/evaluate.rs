@@ -144,7 +144,8 @@ impl<'b> TestSet<'b> {
                 "{found} fields for {expected} test cases, or a field that is not {length} finite numbers long"
             )));
         }
-        let (guarded, free) = (self.guarded(), self.body.free_nodes());
+        let guarded = self.body.clone().with_barriers(Barriers::default());
+        let free = self.body.free_nodes();
         let case = |case: usize| self.case(&guarded, case, &fields[case], &free);
         Ok((0..expected).into_par_iter().map(case).collect())
     }
@@ -155,10 +156,6 @@ impl<'b> TestSet<'b> {
     /// As [`TestSet::cases`].
     pub fn errors(&self, fields: &[Vec<f64>]) -> Result<Errors> {
         Ok(Errors::of(&self.cases(fields)?))
-    }
-
-    fn guarded(&self) -> Body {
-        self.body.clone().with_barriers(Barriers::default())
     }
 
     fn case(&self, body: &Body, case: usize, estimate: &[f64], free: &[usize]) -> CaseErrors {

@@ -79,26 +79,23 @@ impl Evaluation {
     /// stages costs the most expensive stage and a solve: from a neighbour's solution, or from rest for a single set. Error
     /// checks are not included. They cost about one Newton step more, unless the stage takes one.
     pub fn seconds_to(&self, accuracy: f64, sets: usize) -> f64 {
-        derived(&self.stages, &self.times, accuracy, sets)
+        let Self { stages, times, .. } = self;
+        let cases = stages.first().map_or(0, |stage| stage.errors.len());
+        let count = sets as f64;
+        let each = |stage: &Stage| stage.each_s + stage.once_s / count;
+        let dearest = stages.iter().map(each).fold(0.0, f64::max);
+        let of = |case: usize| {
+            let within = stages.iter().filter(|stage| stage.errors[case] <= accuracy);
+            let least = within.map(each).fold(f64::INFINITY, f64::min);
+            if least.is_finite() { least } else { dearest + times.solver_s(sets) / count }
+        };
+        let steps = (0..cases).map(of).sum::<f64>() / cases as f64;
+        let predict = match sets < BATCH {
+            true => times.predict_decoder_s,
+            false => times.predict_batch_per_theta_s,
+        };
+        times.simulate_s + times.prepare_s + times.train_s + count * (predict + steps)
     }
-}
-
-fn derived(stages: &[Stage], times: &Times, accuracy: f64, sets: usize) -> f64 {
-    let cases = stages.first().map_or(0, |stage| stage.errors.len());
-    let count = sets as f64;
-    let each = |stage: &Stage| stage.each_s + stage.once_s / count;
-    let dearest = stages.iter().map(each).fold(0.0, f64::max);
-    let of = |case: usize| {
-        let within = stages.iter().filter(|stage| stage.errors[case] <= accuracy);
-        let least = within.map(each).fold(f64::INFINITY, f64::min);
-        if least.is_finite() { least } else { dearest + times.solver_s(sets) / count }
-    };
-    let steps = (0..cases).map(of).sum::<f64>() / cases as f64;
-    let predict = match sets < BATCH {
-        true => times.predict_decoder_s,
-        false => times.predict_batch_per_theta_s,
-    };
-    times.simulate_s + times.prepare_s + times.train_s + count * (predict + steps)
 }
 
 impl Times {

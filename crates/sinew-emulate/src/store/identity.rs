@@ -84,40 +84,27 @@ pub(crate) fn difference(
     stored: &Identity,
     found: &Identity,
 ) -> Option<(&'static str, String, String)> {
-    let counts = [
-        ("the number of nodes", stored.nodes, found.nodes),
-        ("the number of cells", stored.cells, found.cells),
-        ("the number of free components", stored.unknowns, found.unknowns),
-    ];
-    if let Some((what, a, b)) = counts.into_iter().find(|(_, a, b)| a != b) {
-        return Some((what, a.to_string(), b.to_string()));
-    }
-    if stored.units != found.units {
-        let [a, b] = [&stored.units, &found.units].map(|units| units.join(" and "));
-        return Some(("the units", a, b));
-    }
-    if stored.parameters != found.parameters {
-        let (a, b) = (listed(&stored.parameters), listed(&found.parameters));
-        return Some(("the list of parameters", a, b));
-    }
-    if stored.known != found.known {
-        let [a, b] = [&stored.known, &found.known].map(|known| {
-            known
-                .iter()
-                .map(|(name, value)| format!("{name} = {value}"))
-                .collect::<Vec<_>>()
-                .join(", ")
-        });
-        return Some(("the list of known parameters", a, b));
-    }
+    let texts = |body: &Identity| {
+        let known = body.known.iter().map(|(name, value)| format!("{name} = {value}"));
+        [
+            ("the number of nodes", body.nodes.to_string()),
+            ("the number of cells", body.cells.to_string()),
+            ("the number of free components", body.unknowns.to_string()),
+            ("the units", body.units.join(" and ")),
+            ("the list of parameters", listed(&body.parameters)),
+            ("the list of known parameters", known.collect::<Vec<_>>().join(", ")),
+        ]
+    };
     let numbers = [
         ("the size of the mesh", stored.size, found.size),
         ("what supports prescribe, and where", stored.held, found.held),
         ("the work along a probing displacement", stored.probe, found.probe),
     ];
     let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
-    let number = numbers.into_iter().find(|(_, a, b)| !close(*a, *b));
-    number.map(|(what, a, b)| (what, format!("{a:e}"), format!("{b:e}")))
+    let texts = texts(stored).into_iter().zip(texts(found)).map(|((what, a), (_, b))| (what, a, b));
+    let numbers = numbers.into_iter().filter(|(_, a, b)| !close(*a, *b));
+    let numbers = numbers.map(|(what, a, b)| (what, format!("{a:e}"), format!("{b:e}")));
+    texts.filter(|(_, a, b)| a != b).chain(numbers).next()
 }
 
 /// Parameters in words.
