@@ -19,10 +19,7 @@ impl Noise {
     /// Noise from the logarithms of the factors of inferred kinds, and the covariance that an emulator adds.
     pub(crate) fn new(problem: &Problem, factors: &[f64], emulator: Option<&DMatrix<f64>>) -> Self {
         let count = problem.data.len();
-        let mut covariance = match emulator {
-            Some(emulator) => emulator.clone(),
-            None => DMatrix::zeros(count, count),
-        };
+        let mut covariance = emulator.cloned().unwrap_or_else(|| DMatrix::zeros(count, count));
         for at in 0..count {
             covariance[(at, at)] += (2.0 * problem.log_factor(at, factors)).exp();
         }

@@ -45,6 +45,12 @@ impl Answer {
     pub fn is_within(&self, accuracy: f64) -> bool {
         self.error <= accuracy
     }
+
+    fn predicted(displacement: Vec<f64>, error: f64, steps: usize) -> Self {
+        // The caller sets method, time and warnings.
+        let (method, seconds, warnings) = (Method::Emulator, 0.0, Vec::new());
+        Self { displacement, error, steps, method, seconds, warnings }
+    }
 }
 
 /// Requires a tolerance that can be asked for.
@@ -97,14 +103,6 @@ pub(crate) fn is_far(body: &Body, displacement: &[f64], theta: &[f64]) -> bool {
     }
     let (rest, steepest) = at(&vec![0.0; displacement.len()]);
     !(energy < rest && slope.abs() <= FAR * steepest.abs())
-}
-
-impl Answer {
-    fn predicted(displacement: Vec<f64>, error: f64, steps: usize) -> Self {
-        // The caller sets method, time and warnings.
-        let (method, seconds, warnings) = (Method::Emulator, 0.0, Vec::new());
-        Self { displacement, error, steps, method, seconds, warnings }
-    }
 }
 
 impl From<Solution> for Answer {

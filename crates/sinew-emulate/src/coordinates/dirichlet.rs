@@ -24,11 +24,8 @@ impl Dirichlet {
         let mut prescribed = vec![None; real_nodes * dimensions];
         for &node in nodes {
             if node >= real_nodes {
-                return Err(CoordinateError::Count {
-                    what: "clamped node index",
-                    found: node,
-                    expected: real_nodes,
-                });
+                let (what, found, expected) = ("clamped node index", node, real_nodes);
+                return Err(CoordinateError::Count { what, found, expected });
             }
             prescribed[node * dimensions..(node + 1) * dimensions].fill(Some(0.0));
         }

@@ -40,10 +40,9 @@ impl Factor {
     fn after(&self, row: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; self.columns];
         for (value, entries) in row.iter().zip(self.entries.chunks_exact(self.columns)) {
-            product
-                .iter_mut()
-                .zip(entries)
-                .for_each(|(sum, entry)| *sum += value * f64::from(*entry));
+            for (sum, entry) in product.iter_mut().zip(entries) {
+                *sum += value * f64::from(*entry);
+            }
         }
         product
     }

@@ -127,14 +127,9 @@ impl ParameterScaling {
         self.standardise(theta)?;
         let outside = theta.iter().zip(&self.ranges).position(|(&v, range)| !range.contains(v));
         outside.map_or(Ok(()), |parameter| {
-            let ParameterRange { lower, upper, .. } = self.ranges[parameter];
-            Err(CoordinateError::OutsideRange {
-                sample,
-                parameter,
-                value: theta[parameter],
-                lower,
-                upper,
-            })
+            let (value, ParameterRange { lower, upper, .. }) =
+                (theta[parameter], self.ranges[parameter]);
+            Err(CoordinateError::OutsideRange { sample, parameter, value, lower, upper })
         })
     }
 
@@ -240,12 +235,7 @@ impl OutputScale {
         displacements: impl IntoIterator<Item = &'a [f64]>,
         statistics: impl Fn(&[f64]) -> (f64, f64),
     ) -> Result<Self> {
-        if dimensions == 0 {
-            return Err(CoordinateError::Scale {
-                what: "the scale of no displacement",
-                value: 0.0,
-            });
-        }
+        require_positive("the scale of no displacement", dimensions as f64)?;
         let mut components = vec![Vec::new(); dimensions];
         for displacement in displacements {
             require_count(

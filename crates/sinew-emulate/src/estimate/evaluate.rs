@@ -204,14 +204,8 @@ impl Errors {
             METRICS.map(|metric| Quantiles::of(metric.pooled(cases)));
         let mut volumes = cases.iter().flat_map(|case| case.err_volume.iter().copied()).peekable();
         let err_volume = volumes.peek().is_some().then(|| Quantiles::of(volumes));
-        Self {
-            err_u,
-            err_f,
-            err_i1,
-            err_pi,
-            err_volume,
-            relative: Quantiles::of(cases.iter().map(|case| case.relative)),
-        }
+        let relative = Quantiles::of(cases.iter().map(|case| case.relative));
+        Self { err_u, err_f, err_i1, err_pi, err_volume, relative }
     }
 }
 

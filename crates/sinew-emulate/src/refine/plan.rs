@@ -137,20 +137,18 @@ impl Plan {
         let Some(counted) = counted else {
             return Self::unmeasured(sets, accuracy, Method::Solver);
         };
-        let mut plan = Self { sets, accuracy, step_s: None, costs: Vec::new() };
-        plan.step_s = Some(counted.step_s);
-        let each = if plan.sets < CHAIN { counted.near } else { counted.near.min(SWEPT) };
-        plan.costs.push(Cost { method: Method::Solver, prepare: 0.0, each });
+        let each = if sets < CHAIN { counted.near } else { counted.near.min(SWEPT) };
+        let mut costs = vec![Cost { method: Method::Solver, prepare: 0.0, each }];
         if !body.parameters.is_empty() {
             let prepare = counted.expansion(body);
-            plan.costs.push(Cost { method: Method::Expansion, prepare, each: ANSWER });
+            costs.push(Cost { method: Method::Expansion, prepare, each: ANSWER });
         }
         if let Some(emulator) = emulator {
             let each = ANSWER + emulator.predictor.newton_steps();
-            plan.costs.push(Cost { method: Method::Emulator, prepare: 0.0, each });
+            costs.push(Cost { method: Method::Emulator, prepare: 0.0, each });
         }
-        plan.costs.sort_by(|a, b| a.newton_steps(plan.sets).total_cmp(&b.newton_steps(plan.sets)));
-        plan
+        costs.sort_by(|a, b| a.newton_steps(sets).total_cmp(&b.newton_steps(sets)));
+        Self { sets, accuracy, step_s: Some(counted.step_s), costs }
     }
 
     /// The method that is taken.

@@ -48,16 +48,8 @@ impl<'a> Block<'a> {
             None => None,
         };
         let now = Instant::now();
-        let found = earlier.unwrap_or_default();
-        let mut block = Self {
-            thetas,
-            store,
-            found,
-            jumped: Vec::new(),
-            opened: now,
-            stored: now,
-            cost: Duration::ZERO,
-        };
+        let (found, jumped, cost) = (earlier.unwrap_or_default(), Vec::new(), Duration::ZERO);
+        let mut block = Self { thetas, store, found, jumped, opened: now, stored: now, cost };
         // A kill after the last block was stored leaves its own.
         if block.earlier().iter().flatten().count() != block.len() {
             block.found = Simulations::default();

@@ -43,12 +43,8 @@ pub(crate) fn axes(body: &Body) -> Vec<Axis> {
 
 /// A parameter whose range is in a unit.
 pub(crate) fn axis(p: &Parameter, unit: &str) -> Axis {
-    Axis {
-        name: p.name.clone(),
-        range: p.range,
-        unit: unit.into(),
-        logarithmic: p.sampling == Sampling::Log,
-    }
+    let logarithmic = p.sampling == Sampling::Log;
+    Axis { name: p.name.clone(), range: p.range, unit: unit.into(), logarithmic }
 }
 
 /// Relative tolerance of the comparison: rounding differs between machines.

@@ -115,10 +115,9 @@ pub(super) fn second_order(
             let theta = scaling.unstandardise(&moved)?;
             match solver.simplified_step(&from, &theta) {
                 Ok(to) => {
-                    let moved = to.iter().zip(&from);
-                    sum.iter_mut()
-                        .zip(moved)
-                        .for_each(|(sum, (to, from))| *sum += factor * (to - from));
+                    for (sum, (to, from)) in sum.iter_mut().zip(to.iter().zip(&from)) {
+                        *sum += factor * (to - from);
+                    }
                 }
                 Err(SolveError::Inadmissible { .. }) => return Ok(None),
                 Err(other) => return Err(other.into()),
