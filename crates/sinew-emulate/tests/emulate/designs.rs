@@ -51,7 +51,8 @@ fn samples_repeat_with_the_seed_and_stay_in_the_box() {
 
 #[test]
 fn shares_of_ranges_are_on_the_scale_of_their_sampling() {
-    let [log, linear] = &parameters()[..] else { panic!() };
+    let parameters = parameters();
+    let [log, linear] = &parameters[..] else { panic!() };
     for share in [0.0, 0.3, 1.0, 1.2] {
         assert!((share_of(log, 50.0 * 2f64.powf(share)) - share).abs() < 1e-14);
         assert!((share_of(linear, 29.0 * share - 4.0) - share).abs() < 1e-14);
