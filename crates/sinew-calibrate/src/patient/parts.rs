@@ -116,7 +116,7 @@ impl<'p> Parts<'p> {
             false => Vec::new(),
         };
         let mut moved = vec![vec![0.0; rest.motion.len()], rest.motion.clone()];
-        moved.extend(phases.iter().map(|phase| {
+        moved.extend(phases.iter().map(|phase| -> Vec<f64> {
             phase.displacement.iter().zip(&rest.motion).map(|(u, w)| u + w).collect()
         }));
         let Rest { body, found, .. } = rest;

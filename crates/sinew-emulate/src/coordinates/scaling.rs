@@ -236,7 +236,7 @@ impl OutputScale {
         statistics: impl Fn(&[f64]) -> (f64, f64),
     ) -> Result<Self> {
         require_positive("the scale of no displacement", dimensions as f64)?;
-        let mut components = vec![Vec::new(); dimensions];
+        let mut components: Vec<Vec<f64>> = vec![Vec::new(); dimensions];
         for displacement in displacements {
             require_count(
                 "displacement values beyond whole nodes",
