@@ -51,7 +51,7 @@ fn leave_one_out_of_a_polynomial_is_the_one_by_refitting() {
     let RegressionParts { mean, modes, exponents, .. } = regression.parts();
     let rows: Vec<_> = thetas.iter().map(|theta| inputs(&parameters, theta)).collect();
     let values = monomials(&DMatrix::from_rows(&rows), exponents);
-    let targets = DMatrix::from_fn(9, modes.len(), |i, m| {
+    let targets: DMatrix<f64> = DMatrix::from_fn(9, modes.len(), |i, m| {
         let apart = fields[i].iter().zip(mean).zip(modes[m]);
         apart.map(|((u, mean), mode)| (u - mean) * mode).sum()
     });
