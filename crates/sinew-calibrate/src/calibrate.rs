@@ -101,11 +101,15 @@ pub fn calibrate(
     solves.expect_among(&among);
     solves.at("design points", &design, true)?;
     check_reach(problem, solves, &modes[0])?;
+    let starts: Vec<Vec<f64>> = modes.iter().map(|mode| mode.y.clone()).collect();
     let (mut reached, mut power) = (Correction::default(), WIDE);
     for round in 1..=options.rounds {
         let Some(emulator) = fit(problem, solves, &modes[0], &about, options.degree) else { break };
         let target = Target::new(problem, &emulator, power);
-        let chains = sample(&target, &about, &modes, options, round)?;
+        let seed = split_seed(options.seed, CHAIN + round as u64);
+        let (warmup, draws) = (options.warmup, options.steps);
+        let nuts = NutsOptions { chains: CHAINS, warmup, draws, seed };
+        let chains = nuts_from(&target, &about, &starts, &nuts)?;
         agree(problem, &chains, &modes)?;
         let kept = chains.thinned(options.draws.div_ceil(CHAINS));
         let few = kept.thinned(options.checks.div_ceil(CHAINS));
@@ -215,19 +219,6 @@ fn lengths(problem: &Problem, about: &Laplace) -> Vec<f64> {
         (covariance[(at, at)].sqrt() * slope).clamp(LENGTHS[0], LENGTHS[1])
     };
     problem.unknowns.iter().enumerate().map(length).collect()
-}
-
-fn sample(
-    target: &Target,
-    about: &Laplace,
-    modes: &[Mode],
-    options: &CalibrateOptions,
-    round: usize,
-) -> Result<Chains, CalibrateError> {
-    let starts: Vec<Vec<f64>> = modes.iter().map(|mode| mode.y.clone()).collect();
-    let seed = split_seed(options.seed, CHAIN + round as u64);
-    let nuts = NutsOptions { chains: CHAINS, warmup: options.warmup, draws: options.steps, seed };
-    Ok(nuts_from(target, about, &starts, &nuts)?)
 }
 
 /// Refuses chains that disagree about a parameter.

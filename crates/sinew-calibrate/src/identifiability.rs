@@ -116,9 +116,9 @@ impl Identifiability {
                 Identified::Weakly => "weakly identified",
                 Identified::No => "not identified",
             };
+            let direction = self.direction_in_words(direction);
             said.push(format!(
-                "{} {verdict}: {narrowed:.2} of the prior's standard deviation is left.",
-                self.direction_in_words(direction)
+                "{direction} {verdict}: {narrowed:.2} of the prior's standard deviation is left."
             ));
         }
         said

@@ -11,7 +11,7 @@ use std::borrow::Cow;
 /// Covariance of the errors of all data, in units of their given standard deviations, factorised.
 #[derive(Clone)]
 pub(crate) struct Noise {
-    factor: Cholesky<f64, Dyn>,
+    pub factor: Cholesky<f64, Dyn>,
     log_determinant: f64,
 }
 
@@ -19,10 +19,7 @@ impl Noise {
     /// Noise from the logarithms of the factors of inferred kinds, and the covariance that an emulator adds.
     pub(crate) fn new(problem: &Problem, factors: &[f64], emulator: Option<&DMatrix<f64>>) -> Self {
         let count = problem.data.len();
-        let mut covariance = match emulator {
-            Some(emulator) => emulator.clone(),
-            None => DMatrix::zeros(count, count),
-        };
+        let mut covariance = emulator.cloned().unwrap_or_else(|| DMatrix::zeros(count, count));
         for at in 0..count {
             covariance[(at, at)] += (2.0 * problem.log_factor(at, factors)).exp();
         }
@@ -39,24 +36,9 @@ impl Noise {
         Self { factor, log_determinant }
     }
 
-    /// Σ⁻¹ r.
-    pub(crate) fn solve(&self, residual: &DVector<f64>) -> DVector<f64> {
-        self.factor.solve(residual)
-    }
-
-    /// Σ⁻¹ J.
-    pub(crate) fn solve_all(&self, of: &DMatrix<f64>) -> DMatrix<f64> {
-        self.factor.solve(of)
-    }
-
     /// Logarithm of the likelihood, up to a constant.
     pub(crate) fn log_likelihood(&self, residual: &DVector<f64>) -> f64 {
-        -0.5 * (self.log_determinant + residual.dot(&self.solve(residual)))
-    }
-
-    /// Inverse of the covariance.
-    pub(crate) fn inverse(&self) -> DMatrix<f64> {
-        self.factor.inverse()
+        -0.5 * (self.log_determinant + residual.dot(&self.factor.solve(residual)))
     }
 }
 
@@ -119,14 +101,14 @@ impl LogDensity for Target<'_> {
         let (values, slopes) = self.emulator.at(&problem.standardised(y));
         let residual = &problem.measured - values;
         let noise = self.noise(y);
-        let solved = noise.solve(&residual);
+        let solved = noise.factor.solve(&residual);
         let pulled = slopes.tr_mul(&solved);
         for (at, unknown) in problem.unknowns.iter().enumerate() {
             let [_, deviation] = unknown.prior.moments();
             gradient[at] = pulled[at] * unknown.prior.logarithm(y[at])[1] / deviation;
         }
         if problem.inferred() > 0 {
-            noise_gradient(problem, &solved, &noise.inverse(), y, gradient);
+            noise_gradient(problem, &solved, &noise.factor.inverse(), y, gradient);
         }
         gradient.iter_mut().zip(y).for_each(|(slope, y)| *slope = self.power * *slope - y);
         let prior: f64 = y.iter().map(|y| y * y).sum();

@@ -86,6 +86,7 @@ fn distance(a: &Mode, b: &Mode) -> f64 {
 }
 
 /// One search.
+#[derive(Default)]
 struct Search {
     candidate: Vec<f64>,
     best: Option<State>,
@@ -109,15 +110,7 @@ struct State {
 impl Search {
     fn new(problem: &Problem, mut y: Vec<f64>) -> Self {
         y.resize(problem.dimension(), 0.0);
-        Self {
-            candidate: y,
-            best: None,
-            damping: 1e-2,
-            steps: 0,
-            halvings: 0,
-            done: false,
-            reason: None,
-        }
+        Self { candidate: y, damping: 1e-2, ..Self::default() }
     }
 
     /// Takes the answer at the candidate, and sets the next candidate.
@@ -155,7 +148,7 @@ impl Search {
         let (information, noise) = best.information(problem);
         let count = problem.unknowns.len();
         let y = DVector::from_column_slice(&best.y[..count]);
-        let force = best.jacobian.tr_mul(&noise.solve(&best.residual)) - y;
+        let force = best.jacobian.tr_mul(&noise.factor.solve(&best.residual)) - y;
         let precision = information + DMatrix::identity(count, count);
         let mut damped = precision.clone();
         (0..count).for_each(|at| damped[(at, at)] *= 1.0 + self.damping);
@@ -182,15 +175,14 @@ impl Search {
         let mut own = precision.view_mut((0, 0), (count, count));
         own += &information;
         let factors = problem.log_factors(&best.y);
-        for at in 0..problem.data.len() {
+        let of = |at: usize| best.residual[at] * (-problem.log_factor(at, &factors)).exp();
+        let misfits: Vec<f64> = (0..problem.data.len()).map(of).collect();
+        for (at, misfit) in misfits.iter().enumerate() {
             if let Some(place) = problem.factor_of(at) {
-                let scaled = (-problem.log_factor(at, &factors)).exp() * best.residual[at];
                 precision[(count + place, count + place)] +=
-                    2.0 * (FACTOR_DEVIATION * scaled).powi(2);
+                    2.0 * (FACTOR_DEVIATION * misfit).powi(2);
             }
         }
-        let of = |at: usize| best.residual[at] * (-problem.log_factor(at, &factors)).exp();
-        let misfits = (0..problem.data.len()).map(of).collect();
         Some(Mode {
             log_posterior: -best.cost,
             y: best.y,
@@ -213,7 +205,7 @@ impl State {
 
     fn information(&self, problem: &Problem) -> (DMatrix<f64>, Noise) {
         let noise = Noise::new(problem, &problem.log_factors(&self.y), None);
-        (self.jacobian.tr_mul(&noise.solve_all(&self.jacobian)), noise)
+        (self.jacobian.tr_mul(&noise.factor.solve(&self.jacobian)), noise)
     }
 
     /// Replaces the factors of noise by their posterior mode, without shared bias.

@@ -47,11 +47,9 @@ impl Polynomial {
             let system = System::new(samples, lengths, &exponents);
             for ridge in RIDGES {
                 let Some((coefficients, leave_one_out)) = system.solve(ridge) else { continue };
-                let trace = |of: &DMatrix<f64>| of.trace();
-                let better = best
-                    .as_ref()
-                    .is_none_or(|best| trace(&leave_one_out) < trace(&best.leave_one_out));
-                if trace(&leave_one_out).is_finite() && better {
+                let error = leave_one_out.trace();
+                let better = |best: &Self| error < best.leave_one_out.trace();
+                if error.is_finite() && best.as_ref().is_none_or(better) {
                     let exponents = exponents.clone();
                     best = Some(Self { exponents, coefficients, leave_one_out, degree });
                 }
@@ -160,46 +158,4 @@ fn slope(powers: &[Vec<f64>], exponents: &[i32], at: usize) -> f64 {
         false => p[e as usize],
     };
     powers.iter().zip(exponents).enumerate().map(factor).product()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn samples(with_slopes: bool) -> Vec<Sample> {
-        let points = (0..12).map(|i| vec![(f64::from(i) * 0.7).sin(), (f64::from(i) * 1.3).cos()]);
-        let sample = |x: Vec<f64>| {
-            let (a, b) = (x[0], x[1]);
-            let slopes = vec![vec![2.0 * a * b - 1.0, a * a], vec![0.0, 3.0]];
-            Sample {
-                values: vec![a * a * b - a, 3.0 * b + 2.0],
-                slopes: if with_slopes { slopes } else { Vec::new() },
-                weight: 1.0,
-                x,
-            }
-        };
-        points.map(sample).collect()
-    }
-
-    #[test]
-    fn a_cubic_is_found_through_twelve_values_with_derivatives() {
-        let fitted = Polynomial::fit(&samples(true), &[1.0, 1.0], 4).unwrap();
-        let (values, slopes) = fitted.at(&[0.3, -0.8]);
-        // The smallest ridge leaves its share of the coefficients.
-        assert!((values[0] - (0.09 * -0.8 - 0.3)).abs() < 1e-9, "{values}");
-        assert!((slopes[(0, 0)] - (2.0 * 0.3 * -0.8 - 1.0)).abs() < 1e-9);
-        assert!((slopes[(1, 1)] - 3.0).abs() < 1e-9);
-        assert!(fitted.leave_one_out.trace() < 1e-14 && fitted.degree >= 3);
-        // Twelve values do not determine ten coefficients and say how well.
-        assert!(Polynomial::fit(&samples(false), &[1.0, 1.0], 4).unwrap().degree < 3);
-    }
-
-    #[test]
-    fn a_line_through_a_parabola_knows_its_error() {
-        let fitted = Polynomial::fit(&samples(true), &[1.0, 1.0], 1).unwrap();
-        let error = fitted.leave_one_out[(0, 0)].sqrt();
-        assert!((0.1..2.0).contains(&error), "{error}");
-        // All observables share the ridge; the largest takes some three times itself off the line's slope of three.
-        assert!(fitted.leave_one_out[(1, 1)] < (10.0 * RIDGES[3]).powi(2));
-    }
 }

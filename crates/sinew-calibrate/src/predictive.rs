@@ -1,6 +1,5 @@
 //! Data against what their posterior predicts.
 
-use crate::datum::FACTOR_DEVIATION;
 use crate::likelihood::Noise;
 use crate::problem::Problem;
 use sinew_sample::psis;
@@ -62,7 +61,7 @@ impl Predictive {
         let tail = |(y, observables): &Draw| {
             let residual = &problem.measured - problem.scaled(observables);
             let noise = Noise::new(problem, &problem.log_factors(y), None);
-            chi.sf(residual.dot(&noise.solve(&residual)))
+            chi.sf(residual.dot(&noise.factor.solve(&residual)))
         };
         let p_overall = draws.iter().map(tail).sum::<f64>() / draws.len() as f64;
         let left = data.len().saturating_sub(problem.unknowns.len()).max(1);
@@ -107,10 +106,8 @@ fn check(problem: &Problem, draws: &[Draw], at: usize) -> DatumCheck {
     let (datum, normal) = (&problem.data[at], Normal::standard());
     let bias = problem.kinds.iter().find(|kind| kind.name == datum.kind).map_or(0.0, |k| k.bias);
     let deviation = |y: &[f64]| {
-        let log = problem
-            .factor_of(at)
-            .map_or(0.0, |place| FACTOR_DEVIATION * y[problem.unknowns.len() + place]);
-        log.exp().hypot(bias / datum.error())
+        let factor = problem.log_factor(at, &problem.log_factors(y)).exp();
+        factor.hypot(bias / datum.error())
     };
     let misfit = |value: f64| problem.measured[at] - datum.scaled(value);
     let scores: Vec<f64> =

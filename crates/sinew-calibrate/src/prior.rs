@@ -114,26 +114,3 @@ impl Prior {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn coordinates_and_values_are_inverse_and_slopes_are_those_of_differences() {
-        let priors = [
-            Prior::LogUniform { range: [0.1, 10.0] },
-            Prior::LogNormal { median: 2.0, deviation: 0.3 },
-        ];
-        for prior in priors {
-            for y in [-2.5, -0.4, 0.0, 1.7] {
-                let [logarithm, slope] = prior.logarithm(y);
-                assert!((prior.coordinate(logarithm.exp()) - y).abs() < 1e-9);
-                // Truncation of a central difference: h² times a third derivative of order one.
-                let step = 1e-5;
-                let difference = prior.logarithm(y + step)[0] - prior.logarithm(y - step)[0];
-                assert!((difference / (2.0 * step) - slope).abs() < 1e-8);
-            }
-        }
-    }
-}

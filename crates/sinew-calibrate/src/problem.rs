@@ -41,21 +41,18 @@ impl Problem {
                 return refuse(format!("the prior of {}: {fault}", unknown.name));
             }
         }
-        for datum in &data {
-            if !datum.value.is_finite() {
-                let (name, value) = (&datum.name, datum.value);
+        for Datum { name, value, deviation, is_share, .. } in &data {
+            if !value.is_finite() {
                 return refuse(format!(
                     "{name}: the value is {value}; give a finite number or leave the datum out"
                 ));
             }
-            if datum.is_share && datum.value <= 0.0 {
-                let (name, value) = (&datum.name, datum.value);
+            if *is_share && *value <= 0.0 {
                 return refuse(format!(
                     "{name}: the value is {value}, and a share of it is no standard deviation; give a number"
                 ));
             }
-            if !(datum.deviation.is_finite() && datum.deviation > 0.0) {
-                let (name, deviation) = (&datum.name, datum.deviation);
+            if !(deviation.is_finite() && *deviation > 0.0) {
                 return refuse(format!(
                     "{name}: the standard deviation is {deviation}; give a positive number"
                 ));
@@ -80,7 +77,7 @@ impl Problem {
 
     /// Kinds whose noise is inferred.
     pub(crate) fn inferred(&self) -> usize {
-        self.kinds.iter().filter(|kind| kind.inferred).count()
+        self.inferred_kinds().count()
     }
 
     /// Names of the kinds whose noise is inferred.
@@ -177,16 +174,4 @@ fn by_numbers(name: &str) -> Vec<(&str, u64)> {
         rest = &tail[digits..];
     }
     parts
-}
-
-#[cfg(test)]
-mod tests {
-    use super::by_numbers;
-
-    #[test]
-    fn segments_are_sorted_by_their_numbers() {
-        let mut names = ["strain 10 at late", "strain 2 at late", "strain 2 at early", "volume"];
-        names.sort_by(|a, b| by_numbers(a).cmp(&by_numbers(b)));
-        assert_eq!(names, ["strain 2 at early", "strain 2 at late", "strain 10 at late", "volume"]);
-    }
 }

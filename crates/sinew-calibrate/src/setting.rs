@@ -59,17 +59,3 @@ impl Entry {
         own.map(|(place, _)| without(place)).sum()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slopes_are_those_of_a_product() {
-        let entry = Entry { factor: 3.0, parameters: vec![0, 2, 2] };
-        let theta = [2.0, 7.0, 5.0];
-        assert_eq!(entry.value(&theta), 150.0);
-        let slopes: Vec<f64> = (0..3).map(|at| entry.slope(&theta, at)).collect();
-        assert_eq!(slopes, [75.0, 0.0, 60.0]);
-    }
-}

@@ -7,6 +7,16 @@ use std::path::PathBuf;
 /// Result of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
+/// Requires that a setting makes sense.
+pub(crate) fn require(
+    makes_sense: bool,
+    what: &'static str,
+    value: f64,
+    advice: &'static str,
+) -> Result<()> {
+    if makes_sense { Ok(()) } else { Err(Error::Setting { what, value, advice }) }
+}
+
 /// Error of training, storing or evaluating an emulator.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]

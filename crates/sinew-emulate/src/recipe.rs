@@ -114,7 +114,9 @@ pub fn train_with<'b>(
             options.anchors
         )));
     }
-    let mut session = Session::begin(body, &described(recipe), options, observer)?;
+    let (key, settings, network) = (recipe.key().into(), recipe.settings(), recipe.network());
+    let described = Described { key, recipe: settings, network };
+    let mut session = Session::begin(body, &described, options, observer)?;
     if let Some(folder) = &options.folder
         && is_finished(folder)
     {
@@ -138,9 +140,4 @@ pub fn train_with<'b>(
         emulator.save(&folder.join("emulator"))?;
     }
     Ok(emulator)
-}
-
-/// Key, settings and network sizes of a recipe.
-fn described(recipe: &dyn Train) -> Described {
-    Described { key: recipe.key().into(), recipe: recipe.settings(), network: recipe.network() }
 }

@@ -5,9 +5,10 @@ pub(crate) mod correction;
 mod defects;
 pub(crate) mod plan;
 
+use crate::error::require;
 use crate::estimate::evaluate::share;
 use crate::refine::plan::Method;
-use crate::{Body, Error, Result, Warning};
+use crate::{Body, Result, Warning};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{Solution, Solver};
 
@@ -44,6 +45,12 @@ impl Answer {
     pub fn is_within(&self, accuracy: f64) -> bool {
         self.error <= accuracy
     }
+
+    fn predicted(displacement: Vec<f64>, error: f64, steps: usize) -> Self {
+        // The caller sets method, time and warnings.
+        let (method, seconds, warnings) = (Method::Emulator, 0.0, Vec::new());
+        Self { displacement, error, steps, method, seconds, warnings }
+    }
 }
 
 /// Requires a tolerance that can be asked for.
@@ -51,9 +58,8 @@ impl Answer {
 /// # Errors
 /// A tolerance outside 1e-10 to 0.5. Below 1e-10, rounding errors dominate.
 pub(crate) fn check_accuracy(accuracy: f64) -> Result<()> {
-    let (what, advice) = ("the accuracy", "give a number from 1e-10 to 0.5, such as 1e-3");
-    let makes_sense = (1e-10..=0.5).contains(&accuracy);
-    if makes_sense { Ok(()) } else { Err(Error::Setting { what, value: accuracy, advice }) }
+    let advice = "give a number from 1e-10 to 0.5, such as 1e-3";
+    require((1e-10..=0.5).contains(&accuracy), "the accuracy", accuracy, advice)
 }
 
 /// Answer by Newton steps from a prediction until the estimated error is below the tolerance, or `None` if they do not
@@ -97,14 +103,6 @@ pub(crate) fn is_far(body: &Body, displacement: &[f64], theta: &[f64]) -> bool {
     }
     let (rest, steepest) = at(&vec![0.0; displacement.len()]);
     !(energy < rest && slope.abs() <= FAR * steepest.abs())
-}
-
-impl Answer {
-    fn predicted(displacement: Vec<f64>, error: f64, steps: usize) -> Self {
-        // The caller sets method, time and warnings.
-        let (method, seconds, warnings) = (Method::Emulator, 0.0, Vec::new());
-        Self { displacement, error, steps, method, seconds, warnings }
-    }
 }
 
 impl From<Solution> for Answer {

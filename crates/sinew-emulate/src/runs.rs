@@ -63,6 +63,29 @@ impl LeftOut {
     pub fn r_squared(&self) -> f64 {
         1.0 - (self.error / self.deviation).powi(2)
     }
+
+    /// Summary of an output's errors and the deviations of the process there, a pair for each run.
+    fn of(output: &Output, values: &[Vec<f64>], errors: &[(f64, f64)]) -> Self {
+        let runs = values.len();
+        let mean_square = |sum: f64| (sum / (runs as f64 * nodes(&values[0]))).sqrt();
+        let about_mean = |k: usize| {
+            let mean = values.iter().map(|value| value[k]).sum::<f64>() / runs as f64;
+            values.iter().map(|value| (value[k] - mean).powi(2)).sum::<f64>()
+        };
+        let mut ratios: Vec<f64> = errors.iter().map(|(error, of)| error / of).collect();
+        ratios.sort_by(f64::total_cmp);
+        // The quantile that as many unseen values stay below, were these ratios exchangeable with theirs.
+        let rank = (COVERAGE * (runs + 1) as f64).ceil() as usize;
+        Self {
+            name: output.name.clone(),
+            unit: output.unit.clone(),
+            runs,
+            folds: folds(runs),
+            error: mean_square(errors.iter().map(|(error, _)| error * error).sum()),
+            deviation: mean_square((0..values[0].len()).map(about_mean).sum()),
+            factor: ratios[rank.min(runs) - 1],
+        }
+    }
 }
 
 /// A predicted output.
@@ -254,31 +277,6 @@ impl RunsEmulator {
         let mesh = sealed.contains_key(MESH).then(read).transpose();
         let mesh = mesh.map_err(|error| Error::Refused(error.to_string()))?;
         Ok(Self { parameters, mesh, outputs, left_out })
-    }
-}
-
-impl LeftOut {
-    /// Summary of an output's errors and the deviations of the process there, a pair for each run.
-    fn of(output: &Output, values: &[Vec<f64>], errors: &[(f64, f64)]) -> Self {
-        let runs = values.len();
-        let mean_square = |sum: f64| (sum / (runs as f64 * nodes(&values[0]))).sqrt();
-        let about_mean = |k: usize| {
-            let mean = values.iter().map(|value| value[k]).sum::<f64>() / runs as f64;
-            values.iter().map(|value| (value[k] - mean).powi(2)).sum::<f64>()
-        };
-        let mut ratios: Vec<f64> = errors.iter().map(|(error, of)| error / of).collect();
-        ratios.sort_by(f64::total_cmp);
-        // The quantile that as many unseen values stay below, were these ratios exchangeable with theirs.
-        let rank = (COVERAGE * (runs + 1) as f64).ceil() as usize;
-        Self {
-            name: output.name.clone(),
-            unit: output.unit.clone(),
-            runs,
-            folds: folds(runs),
-            error: mean_square(errors.iter().map(|(error, _)| error * error).sum()),
-            deviation: mean_square((0..values[0].len()).map(about_mean).sum()),
-            factor: ratios[rank.min(runs) - 1],
-        }
     }
 }
 

@@ -181,12 +181,11 @@ impl<'p> PatientBuilder<'p> {
                 )));
             }
         }
-        if self.observables.is_empty() {
-            Err(PatientError::Input(
+        match self.observables.is_empty() {
+            true => Err(PatientError::Input(
                 "there is nothing to observe; add volumes, strains or displacements".into(),
-            ))
-        } else {
-            Ok(())
+            )),
+            false => Ok(()),
         }
     }
 
@@ -330,19 +329,12 @@ impl<'p> PatientBuilder<'p> {
             PatientError::Input("strains are averaged over segments; give the patient some".into())
         })?;
         let (cells, points) = (body.cell_count(), body.points_per_cell);
-        let check = |what: &'static str, given: usize| {
-            let same = given == cells;
-            if same {
-                Ok(())
-            } else {
-                Err(PatientError::Input(format!(
-                    "the {what} are of {given} cells, the body has {cells}; make them of the mesh that was lowered"
-                )))
-            }
-        };
-        check("segments", segments.cell_count())?;
-        if let Some(wall) = self.wall {
-            check("coordinates of the wall", wall.cell_count())?;
+        let wall = self.wall.map(|wall| ("coordinates of the wall", wall.cell_count()));
+        let mut given = std::iter::once(("segments", segments.cell_count())).chain(wall);
+        if let Some((what, given)) = given.find(|(_, given)| *given != cells) {
+            return Err(PatientError::Input(format!(
+                "the {what} are of {given} cells, the body has {cells}; make them of the mesh that was lowered"
+            )));
         }
         let along = |point: usize| -> Result<[f64; 3], PatientError> {
             if direction == Direction::Fibre {

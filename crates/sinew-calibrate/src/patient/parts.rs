@@ -95,7 +95,14 @@ impl<'p> Parts<'p> {
         let predicted = anchor.map(|anchor| anchor.predict(theta));
         let rest = self.rest(unload, theta, predicted.as_deref())?;
         let phases = match &predicted {
-            Some(predicted) => self.phases_near(unload, &rest, theta, &predicted[FIRST_PHASE..])?,
+            Some(predicted) => {
+                let phase = |(index, predicted): (usize, &Vec<f64>)| {
+                    let near = predicted.iter().zip(&rest.motion).map(|(v, w)| v - w);
+                    self.phase(unload, &rest, index, theta, &near.collect::<Vec<_>>())
+                };
+                let predicted = predicted[FIRST_PHASE..].iter().enumerate();
+                predicted.map(phase).collect::<Result<Vec<_>, _>>()?
+            }
             None => self.phases_in_order(unload, &rest, theta)?,
         };
         for (name, found) in self.phases.iter().zip(&phases) {
@@ -109,7 +116,9 @@ impl<'p> Parts<'p> {
             false => Vec::new(),
         };
         let mut moved = vec![vec![0.0; rest.motion.len()], rest.motion.clone()];
-        moved.extend(phases.iter().map(|phase| sum(&phase.displacement, &rest.motion)));
+        moved.extend(phases.iter().map(|phase| -> Vec<f64> {
+            phase.displacement.iter().zip(&rest.motion).map(|(u, w)| u + w).collect()
+        }));
         let Rest { body, found, .. } = rest;
         Ok(PatientStates { rest: body, unloaded: found, phases, moved, slopes })
     }
@@ -136,21 +145,6 @@ impl<'p> Parts<'p> {
         };
         let (body, motion) = (found.rest.clone(), found.motion.clone());
         Ok(Rest { body, motion, found: Some(found) })
-    }
-
-    /// The phases from predictions of their displacement from the image.
-    fn phases_near(
-        &self,
-        unload: &Unload<'_>,
-        rest: &Rest,
-        theta: &[f64],
-        predicted: &[Vec<f64>],
-    ) -> Result<Vec<Solution>, StateError> {
-        let phase = |(index, predicted): (usize, &Vec<f64>)| {
-            let near: Vec<f64> = predicted.iter().zip(&rest.motion).map(|(v, w)| v - w).collect();
-            self.phase(unload, rest, index, theta, &near)
-        };
-        predicted.iter().enumerate().map(phase).collect()
     }
 
     /// The phases one after the other, each from the state whose loads are nearest.
@@ -246,8 +240,4 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
         if size > 0.0 { ((a - b) / size).powi(2) } else { 0.0 }
     };
     a.iter().zip(b).map(part).sum()
-}
-
-fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(x, y)| x + y).collect()
 }

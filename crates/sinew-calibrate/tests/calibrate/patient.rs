@@ -5,6 +5,7 @@ use crate::support::slopes::{SHORT_STEP, check, check_rows};
 use sinew_calibrate::{Direction, Forward, Observable, Patient, Setting};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Fibres, Load, Magnitude, Parameter, Scene, Support};
+use sinew_mesh::TruncatedEllipsoid;
 
 #[test]
 fn volumes_and_strains_of_a_passive_heart_have_exact_derivatives() {
@@ -70,6 +71,34 @@ fn a_beating_heart_on_springs_has_exact_derivatives() {
     let image = body.cavity_volumes(&vec![0.0; 3 * body.nodes])[0];
     println!("{} of {image}", seen.values[0]);
     assert!(seen.values[0] < 0.95 * image);
+}
+
+#[test]
+fn loads_have_the_slopes_of_a_product_of_parameters() {
+    let mesh = TruncatedEllipsoid::LAND.wall([1, 8, 4]).tetrahedra();
+    let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(2) };
+    let body = Scene::new(mesh, NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 5.0..=50.0))
+        .parameter(Parameter::log("lambda", "kPa", 20.0..=200.0))
+        .parameter(Parameter::linear("p", "kPa", 0.0..=3.0))
+        .load(pressure)
+        .support(Support::clamped("base"))
+        .lower()
+        .unwrap();
+    let product = Setting::from(3e-3).times("common").times("own").times("own");
+    let patient = Patient::of(&body)
+        .parameters(["mu", "lambda", "common", "own"])
+        .image([("p", 0.1)])
+        .phase("filled", [("p", product)])
+        .observe(Observable::volume("endo", "rest"))
+        .observe(Observable::volume("endo", "filled"))
+        .build()
+        .unwrap();
+    let seen = check("product", &patient, &[20.0, 80.0, 2.0, 5.0]);
+    assert_eq!(seen.jacobian[0][2..], [0.0; 2]);
+    // 0.15 kPa: the derivatives in the factors are 0.075 and 0.06 kPa.
+    let [.., common, own] = seen.jacobian[1][..] else { panic!() };
+    assert!((common / own - 1.25).abs() < 1e-6, "{common} {own}");
 }
 
 #[test]

@@ -81,29 +81,3 @@ pub(crate) fn centres(leaves: &[[f64; 3]], clusters: &[usize], count: usize) -> 
     }
     sums.into_iter().map(|(sum, size)| sum.map(|sum| sum / size)).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_cluster_has_two_to_four_nodes_and_every_layer_half_the_clusters() {
-        for nodes in 1..200 {
-            let at = |i: usize| [(i * 7 % 13) as f64, (i * 5 % 11) as f64, 0.0];
-            let clusters = halves(&(0..nodes).map(at).collect::<Vec<_>>());
-            let counts = counts(&clusters, nodes).unwrap();
-            assert!(counts.windows(2).all(|pair| pair[0] == 2 * pair[1]));
-            assert_eq!(counts.last(), Some(&1));
-            let size = |cluster| clusters[0].iter().filter(|&&of| of == cluster).count();
-            assert!((0..counts[0]).all(|c| nodes < 4 || (2..=4).contains(&size(c))), "{nodes}");
-        }
-    }
-
-    #[test]
-    fn clusters_that_belong_to_no_body() {
-        assert!(counts(&[vec![0, 0]], 3).is_err());
-        assert!(counts(&[vec![0, 2, 2]], 3).is_err());
-        assert!(counts(&[vec![0, 7, 1]], 3).is_err());
-        assert_eq!(counts(&[vec![0, 1, 1], vec![0, 0]], 3).unwrap(), [2, 1]);
-    }
-}

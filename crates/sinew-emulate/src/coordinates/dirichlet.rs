@@ -24,11 +24,8 @@ impl Dirichlet {
         let mut prescribed = vec![None; real_nodes * dimensions];
         for &node in nodes {
             if node >= real_nodes {
-                return Err(CoordinateError::Count {
-                    what: "clamped node index",
-                    found: node,
-                    expected: real_nodes,
-                });
+                let (what, found, expected) = ("clamped node index", node, real_nodes);
+                return Err(CoordinateError::Count { what, found, expected });
             }
             prescribed[node * dimensions..(node + 1) * dimensions].fill(Some(0.0));
         }
@@ -81,45 +78,5 @@ impl Dirichlet {
             held + row.iter().zip(node).map(|(q, u)| q * u).sum::<f64>()
         };
         rows.map(entry).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use sinew_energy::laws::NeoHookean;
-    use sinew_energy::{Parameter, Scene, Support};
-    use sinew_mesh::box_tetrahedra;
-
-    #[test]
-    fn supports_leave_what_they_do_not_hold() {
-        let lowered = |support| {
-            let scene = Scene::new(box_tetrahedra([1.0; 3], [1; 3]), NeoHookean)
-                .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
-                .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
-                .support(Support::clamped("x_min"));
-            scene.support(support).lower().unwrap()
-        };
-        let close = |found: &[f64], expected: &[f64]| {
-            let pairs = found.iter().zip(expected);
-            assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
-        };
-        // Held by 0.5 along (3, 0, 4) / 5, and free across it.
-        let body = lowered(Support::along("x_max", [3.0, 0.0, 4.0], 0.5));
-        let dirichlet = Dirichlet::of_body(&body);
-        assert_eq!(dirichlet.axes.len(), 4);
-        let node = *dirichlet.axes.keys().next().unwrap();
-        let projector = &dirichlet.projectors(3)[9 * node..9 * node + 9];
-        close(projector, &[0.64, 0.0, -0.48, 0.0, 1.0, 0.0, -0.48, 0.0, 0.36]);
-        close(&dirichlet.held(3)[3 * node..3 * node + 3], &[0.3, 0.0, 0.4]);
-        // Along an axis no frame is needed.
-        let body = lowered(Support::along("x_max", [0.0, 2.0, 0.0], 0.5));
-        let dirichlet = Dirichlet::of_body(&body);
-        assert!(dirichlet.axes.is_empty());
-        close(
-            &dirichlet.projectors(3)[9 * node..9 * node + 9],
-            &[1., 0., 0., 0., 0., 0., 0., 0., 1.],
-        );
-        close(&dirichlet.held(3)[3 * node..3 * node + 3], &[0.0, 0.5, 0.0]);
     }
 }

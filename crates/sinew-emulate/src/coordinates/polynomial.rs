@@ -120,34 +120,3 @@ impl Polynomial {
         missed.is_finite().then(|| (missed, Self { constant: column(0), terms, residual }))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn at(values: impl Fn(f64, f64) -> f64, parameters: &[Vec<f64>]) -> Polynomial {
-        let values = DMatrix::from_fn(parameters.len(), 1, |i, _| {
-            values(parameters[i][0], parameters[i][1])
-        });
-        Polynomial::fit(&values, parameters).unwrap()
-    }
-
-    #[test]
-    fn the_order_is_that_of_the_values() {
-        let parameters: Vec<Vec<f64>> =
-            (0..12).map(|i| vec![(1.3 * i as f64).sin(), (2.1 * i as f64).cos()]).collect();
-        let square = at(|p, q| 2.0 + p - 3.0 * q + 0.5 * p * p - p * q + 4.0 * q * q, &parameters);
-        let found: Vec<f64> = square.terms.iter().map(|term| term[0]).collect();
-        for (found, expected) in found.iter().zip([1.0, -3.0, 0.5, -1.0, 4.0]) {
-            assert!((found - expected).abs() < 1e-11, "{found} {expected}");
-        }
-        assert!((square.constant[0] - 2.0).abs() < 1e-11 && square.residual.amax() < 1e-11);
-        // Noise has no order: more terms foretell it worse.
-        let noise = |p: f64, q: f64| (1e3 * (p + 2.0 * q)).sin();
-        assert_eq!(at(noise, &parameters).terms.len(), 0);
-        // Too few values for second order, and parameters that do not differ for any.
-        assert_eq!(at(|p, q| p - q, &parameters[..5]).terms.len(), 2);
-        let same = vec![vec![0.3, 0.4]; 6];
-        assert_eq!(at(|p, _| p, &same).terms.len(), 0);
-    }
-}

@@ -40,10 +40,9 @@ impl Factor {
     fn after(&self, row: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; self.columns];
         for (value, entries) in row.iter().zip(self.entries.chunks_exact(self.columns)) {
-            product
-                .iter_mut()
-                .zip(entries)
-                .for_each(|(sum, entry)| *sum += value * f64::from(*entry));
+            for (sum, entry) in product.iter_mut().zip(entries) {
+                *sum += value * f64::from(*entry);
+            }
         }
         product
     }
@@ -229,70 +228,5 @@ impl TryFrom<Packed> for PrincipalDirections {
         let slopes = slopes.map(|slope| packed::read_doubles(slope, packed.origin.len()));
         let slopes = slopes.collect::<std::result::Result<_, _>>()?;
         Self::from_parts(packed.origin, factors, slopes).map_err(|error| error.to_string())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn mapped(basis: &PrincipalDirections, output: &[f64]) -> Vec<f64> {
-        basis.moved(output).iter().zip(basis.origin()).map(|(du, u)| u + du).collect()
-    }
-
-    /// Directions of simulations without parameters.
-    fn about_mean(fields: &[Vec<f64>], power: f64) -> Result<PrincipalDirections> {
-        let parameters = vec![Vec::new(); fields.len()];
-        PrincipalDirections::about_trend(fields.iter().map(Vec::as_slice), &parameters, power)
-    }
-
-    #[test]
-    fn a_basis_survives_storage_bit_for_bit() {
-        let fields = [vec![0.0, 1.0, 2.0], vec![0.5, 0.1, -1.0], vec![1.0, 1.0, 1.0]];
-        let basis = about_mean(&fields, 1.0).unwrap();
-        let text = serde_json::to_string(&basis).unwrap();
-        assert_eq!(serde_json::from_str::<PrincipalDirections>(&text).unwrap(), basis);
-        let cut = text.replacen("\"columns\":3", "\"columns\":2", 1);
-        assert!(serde_json::from_str::<PrincipalDirections>(&cut).is_err());
-    }
-
-    #[test]
-    fn principal_outputs_spread_as_the_simulations_do() {
-        // Along e = (3, 0, 4)/5 with deviation 10, along y with deviation 0.1.
-        let at = |a: f64, b: f64| vec![1.0 + 6.0 * a, 2.0 + 0.1 * b, 3.0 + 8.0 * a];
-        let fields = [at(1.0, 1.0), at(1.0, -1.0), at(-1.0, 1.0), at(-1.0, -1.0)];
-        let basis = about_mean(&fields, 1.0).unwrap();
-        assert_eq!(basis.factors.iter().map(|factor| factor.columns).min(), Some(2));
-        for (found, expected) in basis.origin().iter().zip([1.0, 2.0, 3.0]) {
-            assert!((found - expected).abs() < 1e-12);
-        }
-        let found = mapped(&basis, &[0.6, 1.0, 0.8]);
-        for (found, expected) in found.iter().zip([7.0, 2.1, 11.0]) {
-            assert!((found - expected).abs() < 1e-5, "{found} {expected}");
-        }
-        // What no simulation does is not predicted.
-        let found = mapped(&basis, &[0.8, 0.0, -0.6]);
-        assert!((found[0] - 1.0).abs() < 1e-5 && (found[2] - 3.0).abs() < 1e-5);
-        // A smaller power widens the small deviations: √(0.1 / 10) · 10.
-        let wide = about_mean(&fields, 0.5).unwrap();
-        assert!((mapped(&wide, &[0.0, 1.0, 0.0])[1] - 3.0).abs() < 1e-5);
-        // Row i of the matrix of the pull-back is column i of that of the map; more numbers than a sum has lanes.
-        let fields: Vec<Vec<f64>> =
-            (1..5).map(|k| (0..11).map(|i| ((k * i) as f64).sin()).collect()).collect();
-        let basis = about_mean(&fields, 0.7).unwrap();
-        let unit = |i: usize| (0..11).map(|j| f64::from(u8::from(i == j))).collect::<Vec<_>>();
-        for (i, j) in (0..11).flat_map(|i| (0..11).map(move |j| (i, j))) {
-            let (forward, back) = (basis.moved(&unit(i))[j], basis.pull_back(&unit(j))[i]);
-            assert!((forward - back).abs() < 1e-14, "{forward} {back}");
-        }
-    }
-
-    #[test]
-    fn simulations_that_do_not_differ_span_nothing() {
-        let same = [vec![1.0, 2.0], vec![1.0, 2.0]];
-        assert!(about_mean(&same, 1.0).is_err());
-        assert!(about_mean(&[vec![1.0, 2.0]], 1.0).is_err());
-        assert!(about_mean(&[vec![1.0, f64::NAN], vec![1.0, 2.0]], 1.0).is_err());
-        assert!(about_mean(&[], 1.0).is_err());
     }
 }

@@ -127,14 +127,9 @@ impl ParameterScaling {
         self.standardise(theta)?;
         let outside = theta.iter().zip(&self.ranges).position(|(&v, range)| !range.contains(v));
         outside.map_or(Ok(()), |parameter| {
-            let ParameterRange { lower, upper, .. } = self.ranges[parameter];
-            Err(CoordinateError::OutsideRange {
-                sample,
-                parameter,
-                value: theta[parameter],
-                lower,
-                upper,
-            })
+            let (value, ParameterRange { lower, upper, .. }) =
+                (theta[parameter], self.ranges[parameter]);
+            Err(CoordinateError::OutsideRange { sample, parameter, value, lower, upper })
         })
     }
 
@@ -216,9 +211,7 @@ impl OutputScale {
         dimensions: usize,
         displacements: impl IntoIterator<Item = &'a [f64]>,
     ) -> Result<Self> {
-        Self::from_statistics(dimensions, displacements, |values| {
-            mean_and_deviation(values.iter().copied())
-        })
+        Self::from_statistics(dimensions, displacements, mean_and_deviation)
     }
 
     /// Zero mean and the root mean square per component, for instance of one linear solve: what is
@@ -242,13 +235,8 @@ impl OutputScale {
         displacements: impl IntoIterator<Item = &'a [f64]>,
         statistics: impl Fn(&[f64]) -> (f64, f64),
     ) -> Result<Self> {
-        if dimensions == 0 {
-            return Err(CoordinateError::Scale {
-                what: "the scale of no displacement",
-                value: 0.0,
-            });
-        }
-        let mut components = vec![Vec::new(); dimensions];
+        require_positive("the scale of no displacement", dimensions as f64)?;
+        let mut components: Vec<Vec<f64>> = vec![Vec::new(); dimensions];
         for displacement in displacements {
             require_count(
                 "displacement values beyond whole nodes",
@@ -256,11 +244,8 @@ impl OutputScale {
                 0,
             )?;
             require_finite("displacements", displacement)?;
-            for row in displacement.chunks_exact(dimensions) {
-                components
-                    .iter_mut()
-                    .zip(row)
-                    .for_each(|(component, value)| component.push(*value));
+            for (at, component) in components.iter_mut().enumerate() {
+                component.extend(displacement.iter().skip(at).step_by(dimensions));
             }
         }
         let (mean, scale): (Vec<f64>, Vec<f64>) = components.iter().map(|c| statistics(c)).unzip();
@@ -292,77 +277,9 @@ impl OutputScale {
     }
 }
 
-fn mean_and_deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let count = values.clone().count().max(1) as f64;
-    let mean = values.clone().sum::<f64>() / count;
-    let variance = values.map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
     (mean, variance.sqrt())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_log_box_maps_to_unit_variance() {
-        let scaling = ParameterScaling::logarithmic(&[50.0], &[100.0]).unwrap();
-        let bound = 3f64.sqrt(); // a uniform distribution of unit variance ends at ±√3
-        assert!((scaling.standardise(&[50.0]).unwrap()[0] + bound).abs() < 1e-12);
-        assert!((scaling.standardise(&[100.0]).unwrap()[0] - bound).abs() < 1e-12);
-        assert!(scaling.standardise(&[5000f64.sqrt()]).unwrap()[0].abs() < 1e-12);
-        assert!(scaling.contains(&[100.0]) && !scaling.contains(&[100.1]));
-        assert!((scaling.unstandardise(&[-bound]).unwrap()[0] - 50.0).abs() < 1e-9);
-        assert!(scaling.unstandardise(&[]).is_err());
-    }
-
-    #[test]
-    fn slopes_are_the_derivative() {
-        let linear = ParameterRange { lower: -1.0, upper: 3.0, scale: ParameterScale::Linear };
-        let log = ParameterRange { lower: 0.1, upper: 10.0, scale: ParameterScale::Log };
-        let scaling = ParameterScaling::new(vec![linear, log]).unwrap();
-        let (theta, step) = ([0.4, 1.7], 1e-6);
-        let slopes = scaling.slopes(&theta);
-        for parameter in 0..2 {
-            let mut ahead = theta;
-            ahead[parameter] += step;
-            let change = scaling.standardise(&ahead).unwrap()[parameter]
-                - scaling.standardise(&theta).unwrap()[parameter];
-            assert!((change / step - slopes[parameter]).abs() < 1e-5);
-        }
-    }
-
-    #[test]
-    fn bad_parameters_are_named() {
-        assert!(matches!(
-            ParameterScaling::logarithmic(&[0.0], &[1.0]),
-            Err(CoordinateError::LogOfNonPositive { parameter: 0, .. })
-        ));
-        assert!(matches!(
-            ParameterScaling::logarithmic(&[1.0, 2.0], &[2.0, 2.0]),
-            Err(CoordinateError::EmptyRange { parameter: 1, .. })
-        ));
-        let scaling = ParameterScaling::logarithmic(&[1.0], &[2.0]).unwrap();
-        assert!(matches!(scaling.standardise(&[f64::NAN]), Err(CoordinateError::NotFinite { .. })));
-        assert!(matches!(scaling.standardise(&[1.0, 1.0]), Err(CoordinateError::Count { .. })));
-    }
-
-    #[test]
-    fn a_resting_component_gets_a_share_of_the_largest_scale() {
-        let displacement = [0.0, 3.0, 0.0, -3.0];
-        let scale = OutputScale::root_mean_square(2, [&displacement[..]]).unwrap();
-        assert_eq!(scale.scale, [3e-3, 3.0]);
-        assert!(matches!(OutputScale::standardising(2, []), Err(CoordinateError::Scale { .. })));
-        assert!(matches!(OutputScale::standardising(0, []), Err(CoordinateError::Scale { .. })));
-    }
-
-    #[test]
-    fn every_node_has_its_own_mean() {
-        let (first, second) = ([0.0, 3.0, 0.0, 9.0], [0.0, 5.0, 0.0, 7.0]);
-        let scale = OutputScale::standardising(4, [&first[..], &second[..]]).unwrap();
-        assert_eq!(scale.mean, [0.0, 4.0, 0.0, 8.0]);
-        assert_eq!(scale.scale, [1e-3, 1.0, 1e-3, 1.0]);
-        assert!(scale.check(2, 4).is_ok() && scale.check(2, 6).is_err());
-        let uneven = OutputScale::standardising(4, [&first[..], &second[..2]]);
-        assert!(matches!(uneven, Err(CoordinateError::Count { .. })));
-    }
 }

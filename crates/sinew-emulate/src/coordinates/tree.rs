@@ -45,8 +45,8 @@ impl MotionTree {
         let mut motions: Vec<Motion<S>> = Vec::with_capacity(count);
         // Stored from the root on: cluster k is at `count − 1 − k`.
         for cluster in (0..count).rev() {
-            let [t, w] = self.own_motion(cluster, &outputs[6 * cluster..6 * cluster + 6]);
-            let turn = Rotation::new(w);
+            let [a, b, c, d, e, f] = scale(&self.cluster_scales[cluster], &outputs[6 * cluster..]);
+            let (t, turn) = ([a, b, c], Rotation::new([d, e, f]));
             let own =
                 Motion { shift: t.clone(), rotation: turn.less_identity(), translation: t, turn };
             motions.push(match self.cluster_parents[cluster] {
@@ -70,13 +70,6 @@ impl MotionTree {
         }
         motions.reverse();
         motions
-    }
-
-    /// Translation and rotation vector of a cluster.
-    fn own_motion<S: Number>(&self, cluster: usize, output: &[S]) -> [[S; 3]; 2] {
-        let scaled = scale(&self.cluster_scales[cluster], output);
-        let [a, b, c, d, e, f] = scaled;
-        [[a, b, c], [d, e, f]]
     }
 
     /// `x + own − X_parent`.
@@ -150,9 +143,7 @@ impl MotionTree {
                     (turned_back(above, &force), within)
                 }
             };
-            let turned = turn.pull_back(&moment_within);
-            let [a, b, c] = force_within;
-            let [d, e, f] = turned;
+            let ([a, b, c], [d, e, f]) = (force_within, turn.pull_back(&moment_within));
             to.copy_from_slice(&scale_back(&self.cluster_scales[cluster], &[a, b, c, d, e, f]));
         }
         gradient
@@ -185,62 +176,6 @@ fn add(force: &[f64; 3], place: &[f64; 3], shift: &mut [f64; 3], rotation: &mut 
         shift[i] += force[i];
         for j in 0..3 {
             rotation.0[i][j] += force[i] * place[j];
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const NODES: usize = 5;
-    const CLUSTERS: usize = 4;
-
-    fn wave(seed: f64) -> f64 {
-        (seed * 1.7).sin()
-    }
-
-    fn mixing<const N: usize>(seed: f64) -> [[f64; N]; N] {
-        std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                f64::from(u8::from(i == j)) + 0.2 * wave(seed + (3 * i + j) as f64)
-            })
-        })
-    }
-
-    #[test]
-    fn tangents_are_derivatives() {
-        // Five nodes in two clusters, these in one, and that beside a lonely root.
-        let point = |seed: usize| std::array::from_fn(|i| 7.0 * wave((3 * seed + i) as f64));
-        let tree = MotionTree {
-            node_parents: vec![0, 0, 1, 1, 3],
-            cluster_parents: vec![Some(2), Some(2), None, None],
-            positions: (0..NODES).map(point).collect(),
-            centres: (10..10 + CLUSTERS).map(point).collect(),
-            node_scales: (0..NODES).map(|n| mixing(n as f64)).collect(),
-            cluster_scales: (0..CLUSTERS).map(|c| mixing(10.0 + c as f64)).collect(),
-        };
-        let length = 6 * CLUSTERS + 3 * NODES;
-        let values =
-            |seed: f64| -> Vec<f64> { (0..length).map(|i| wave(seed + 2.3 * i as f64)).collect() };
-        let moved = |outputs: &[f64], change: &[f64], step: f64| {
-            let pairs = outputs.iter().zip(change);
-            tree.moved(&pairs.map(|(y, change)| y + step * change).collect::<Vec<_>>())
-        };
-        const STEP: f64 = 1e-6;
-        for seed in [3.0, 4.0] {
-            let (outputs, change, cotangent) =
-                (values(seed), values(seed + 2.0), values(seed + 4.0));
-            let found = tree.tangent(&outputs, &change);
-            let (ahead, behind) = (moved(&outputs, &change, STEP), moved(&outputs, &change, -STEP));
-            for ((a, b), found) in ahead.iter().zip(&behind).zip(&found) {
-                assert!(((a - b) / (2.0 * STEP) - found).abs() < 1e-7, "{found}");
-            }
-            // The pull-back is the transpose of the tangent.
-            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-            let back = tree.pull_back(&outputs, &cotangent[..3 * NODES]);
-            let (forward, backward) = (product(&found, &cotangent), product(&change, &back));
-            assert!((forward - backward).abs() < 1e-12 * forward.abs(), "{forward} {backward}");
         }
     }
 }

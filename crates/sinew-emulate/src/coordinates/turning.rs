@@ -113,32 +113,3 @@ pub(crate) fn product<S: Scalar>(a: &Mat3<S>, b: &Mat3<S>) -> Mat3<S> {
         a.at(i, 0) * b.at(0, j) + a.at(i, 1) * b.at(1, j) + a.at(i, 2) * b.at(2, j)
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slopes_of_turns_are_smooth_from_no_angle_to_full_ones() {
-        let axis = [0.48, -0.6, 0.64];
-        let moment = sinew_num::Mat3::from_fn(|i, j| ((3 * i + j) as f64).cos());
-        let value = |w: [f64; 3]| {
-            let e = Rotation::new(w).less_identity();
-            (0..9).map(|ij| moment[ij / 3][ij % 3] * e[ij / 3][ij % 3]).sum::<f64>()
-        };
-        for angle in [0.0, 1e-9, 1e-3, 0.3162, 0.3163, 1.0, 3.0, std::f64::consts::PI, 6.0] {
-            let w = axis.map(|a| angle * a);
-            let slope = Rotation::new(w).pull_back(&moment);
-            for i in 0..3 {
-                const STEP: f64 = 1e-5;
-                let at = |step: f64| {
-                    let mut w = w;
-                    w[i] += step;
-                    value(w)
-                };
-                let finite = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-                assert!((finite - slope[i]).abs() < 1e-8, "angle {angle}: {finite} {}", slope[i]);
-            }
-        }
-    }
-}

@@ -15,25 +15,18 @@ impl Calibration {
         Ok((Self::of(&ratios(emulator, held_out, &fields)?), errors))
     }
 
-    fn of(ratios: &[Judged]) -> Self {
-        let judged = |judged: &&Judged| judged.is_ok();
-        let (cases, estimated) = (ratios.len(), ratios.iter().filter(judged).count());
-        let within = ratios.iter().flatten().filter(|ratios| within_two(ratios)).count();
+    pub(crate) fn of(judged: &[Judged]) -> Self {
+        let is_within_two =
+            |ratios: &&[f64; 2]| ratios.iter().all(|ratio| (0.5..=2.0).contains(ratio));
+        let estimated = judged.iter().flatten().count();
+        let within = judged.iter().flatten().filter(is_within_two).count();
         Self {
-            cases,
-            refused: cases - estimated,
-            inverted: ratios
-                .iter()
-                .filter(|judged| matches!(judged, Err(Refused::Inverted)))
-                .count(),
+            cases: judged.len(),
+            refused: judged.len() - estimated,
+            inverted: judged.iter().filter(|judged| **judged == Err(Refused::Inverted)).count(),
             within_two: within as f64 / estimated.max(1) as f64,
         }
     }
-}
-
-/// Whether both ratios of an estimate are within a factor of two.
-pub(crate) fn within_two(ratios: &[f64; 2]) -> bool {
-    ratios.iter().all(|ratio| (0.5..=2.0).contains(ratio))
 }
 
 /// Reason for which a case has no estimate.
@@ -84,27 +77,4 @@ fn ratio(
     let nodal = displacement_error(truth, field);
     let mean = nodal.iter().sum::<f64>() / nodal.len() as f64;
     Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Warning;
-
-    #[test]
-    fn estimates_are_counted_by_both_ratios() {
-        let good: Vec<Judged> = vec![Ok([1.1, 0.9]); 19];
-        let judged = |more: Judged| Calibration::of(&[&good[..], &[more]].concat());
-        let found = judged(Ok([1.0, 4.4]));
-        assert_eq!((found.cases, found.refused, found.within_two), (20, 0, 0.95));
-        assert!(found.warnings().is_empty());
-        let found = judged(Err(Refused::Inverted));
-        assert_eq!((found.refused, found.inverted, found.within_two), (1, 1, 1.0));
-        assert!(matches!(found.warnings()[..], [Warning::Inverted { .. }]));
-        let found = judged(Err(Refused::Far));
-        assert!(matches!(found.warnings()[..], [Warning::RefusedEstimates { refused: 1, .. }]));
-        let poor = Calibration::of(&[Ok([0.4, 1.0]), Ok([1.0, 1.0])]);
-        assert!(matches!(poor.warnings()[..], [Warning::PoorEstimates { cases: 2, .. }]));
-        assert_eq!(Calibration::of(&[]).warnings(), []);
-    }
 }

@@ -144,7 +144,8 @@ impl<'b> TestSet<'b> {
                 "{found} fields for {expected} test cases, or a field that is not {length} finite numbers long"
             )));
         }
-        let (guarded, free) = (self.guarded(), self.body.free_nodes());
+        let guarded = self.body.clone().with_barriers(Barriers::default());
+        let free = self.body.free_nodes();
         let case = |case: usize| self.case(&guarded, case, &fields[case], &free);
         Ok((0..expected).into_par_iter().map(case).collect())
     }
@@ -155,10 +156,6 @@ impl<'b> TestSet<'b> {
     /// As [`TestSet::cases`].
     pub fn errors(&self, fields: &[Vec<f64>]) -> Result<Errors> {
         Ok(Errors::of(&self.cases(fields)?))
-    }
-
-    fn guarded(&self) -> Body {
-        self.body.clone().with_barriers(Barriers::default())
     }
 
     fn case(&self, body: &Body, case: usize, estimate: &[f64], free: &[usize]) -> CaseErrors {
@@ -207,14 +204,8 @@ impl Errors {
             METRICS.map(|metric| Quantiles::of(metric.pooled(cases)));
         let mut volumes = cases.iter().flat_map(|case| case.err_volume.iter().copied()).peekable();
         let err_volume = volumes.peek().is_some().then(|| Quantiles::of(volumes));
-        Self {
-            err_u,
-            err_f,
-            err_i1,
-            err_pi,
-            err_volume,
-            relative: Quantiles::of(cases.iter().map(|case| case.relative)),
-        }
+        let relative = Quantiles::of(cases.iter().map(|case| case.relative));
+        Self { err_u, err_f, err_i1, err_pi, err_volume, relative }
     }
 }
 
@@ -230,34 +221,4 @@ pub fn median_and_worst(cases: &[CaseErrors]) -> [usize; 2] {
     let mut order: Vec<usize> = (0..cases.len()).collect();
     order.sort_by(|&a, &b| mean(a).total_cmp(&mean(b)));
     [order[(order.len() - 1) / 2], order[order.len() - 1]]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn cases(relative: &[f64]) -> Vec<CaseErrors> {
-        let case = |&relative: &f64| CaseErrors {
-            err_u: Vec::new(),
-            err_f: Vec::new(),
-            err_i1: Vec::new(),
-            err_pi: 0.0,
-            err_volume: Vec::new(),
-            relative,
-            inverted: false,
-            energy_excess: 0.0,
-        };
-        relative.iter().map(case).collect()
-    }
-
-    #[test]
-    fn a_case_at_rest_does_not_decide_between_candidates() {
-        let [better, worse] =
-            [[0.1, f64::MAX], [0.2, f64::MAX]].map(|relative| root_mean_square(&cases(&relative)));
-        assert!(better < worse, "{better} {worse}");
-        // An exact prediction there does not outweigh a larger error elsewhere.
-        assert!(better < root_mean_square(&cases(&[0.2, 0.0])));
-        let [none, exact] = [f64::MAX, 0.0].map(|relative| root_mean_square(&cases(&[relative])));
-        assert!(exact < none && none.is_finite());
-    }
 }

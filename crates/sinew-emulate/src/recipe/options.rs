@@ -1,6 +1,7 @@
 //! Budget and folder of a training.
 
-use crate::{Design, Error, Result};
+use crate::error::require;
+use crate::{Design, Result};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -99,45 +100,20 @@ impl Default for TrainingOptions {
 impl TrainingOptions {
     /// Requires a budget and held-out cases.
     pub(crate) fn check(&self) -> Result<()> {
-        let advice = "give a positive finite number";
-        let setting = |what, value| Err(Error::Setting { what, value, advice });
-        match self.budget {
-            budget if budget.is_nothing() && self.start.is_some() => {}
-            Budget::Effort(f) if !(f > 0.0 && f.is_finite()) => return setting("the effort", f),
-            Budget::Seconds(s) if !(s > 0.0 && s.is_finite()) => {
-                return setting("the budget in seconds", s);
-            }
-            Budget::Steps(0) => return setting("the budget in steps", 0.0),
-            _ => {}
-        }
-        if !(1..=MOST_ANCHORS).contains(&self.anchors) {
-            let advice =
-                "give 1 to 50: a regression of as many simulations is the better choice beyond";
-            let value = self.anchors as f64;
-            return Err(Error::Setting { what: "the number of anchors", value, advice });
-        }
-        match self.held_out {
-            0 | 1 => Err(Error::Setting {
-                what: "the number of held-out cases",
-                value: self.held_out as f64,
-                advice: "give at least 2: they check error estimates",
-            }),
-            _ => Ok(()),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn budgets_that_admit_nothing_are_refused() {
-        for budget in [Budget::Effort(0.0), Budget::Seconds(f64::NAN), Budget::Steps(0)] {
-            let options = TrainingOptions { budget, ..TrainingOptions::default() };
-            assert!(matches!(options.check(), Err(Error::Setting { .. })), "{budget:?}");
-        }
-        let options = TrainingOptions { held_out: 0, ..TrainingOptions::default() };
-        assert!(options.check().unwrap_err().to_string().contains("held-out"));
+        let (what, budget) = match self.budget {
+            Budget::Effort(factor) => ("the effort", factor),
+            Budget::Seconds(seconds) => ("the budget in seconds", seconds),
+            Budget::Steps(steps) => ("the budget in steps", steps as f64),
+        };
+        let trains = budget > 0.0 && budget.is_finite();
+        let makes_sense = trains || self.budget.is_nothing() && self.start.is_some();
+        require(makes_sense, what, budget, "give a positive finite number")?;
+        let (anchors, held_out) = (self.anchors as f64, self.held_out as f64);
+        let advice =
+            "give 1 to 50: a regression of as many simulations is the better choice beyond";
+        let makes_sense = (1..=MOST_ANCHORS).contains(&self.anchors);
+        require(makes_sense, "the number of anchors", anchors, advice)?;
+        let advice = "give at least 2: they check error estimates";
+        require(self.held_out >= 2, "the number of held-out cases", held_out, advice)
     }
 }

@@ -117,33 +117,3 @@ impl<'a> Counter<'a> {
         self.finished(self.stage, outcome);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    struct Told(Vec<(f64, f64, String)>);
-
-    impl Observer for Told {
-        fn progress(&mut self, progress: &Progress<'_>) -> ControlFlow<()> {
-            let Progress { fraction, seconds_left, message, .. } = *progress;
-            self.0.push((fraction, seconds_left, message.into()));
-            ControlFlow::Continue(())
-        }
-    }
-
-    #[test]
-    fn a_piece_under_way_is_told_after_a_quiet_second() {
-        let mut told = Told(Vec::new());
-        let mut counter = Counter::new(&mut told, "solve", 0, 2);
-        let message = || String::from("iteration 3");
-        assert!(counter.within(message).is_continue());
-        counter.told -= 2 * QUIET;
-        assert!(counter.within(message).is_continue());
-        assert!(counter.within(message).is_continue());
-        assert!(counter.step(1, "").is_continue());
-        let [(fraction, left, first), (half, ..)] = &told.0[..] else { panic!("{:?}", told.0) };
-        assert_eq!((*fraction, &first[..], *half), (0.0, "iteration 3", 0.5));
-        assert!(left.is_infinite(), "{left}: no piece is done");
-    }
-}

@@ -1,14 +1,16 @@
 //! Decomposition of few simulations, or of what second order leaves of them, and a Gaussian process.
 
 use super::Train;
+use crate::error::require;
 use crate::estimate::evaluate::{TestSet, root_mean_square};
+use crate::estimate::timing::timed;
 use crate::predict::Predictor;
 use crate::predict::regressed::Regressed;
 use crate::predict::taylor::TaylorExpansion;
 use crate::recipe::session::{Session, Stream};
 use crate::sample::simulate::{Simulations, read_simulations};
 use crate::store::record::{Candidate, Record};
-use crate::{Body, Budget, Design, Error, RegressionError, Result, Warning};
+use crate::{Budget, Design, RegressionError, Result, Warning};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -52,10 +54,9 @@ impl Train for Regression {
     }
 
     fn check(&self) -> Result<()> {
-        let (what, value) = ("the target of a regression", self.target);
-        let advice = "give a finite number that is not negative";
-        let makes_sense = value >= 0.0 && value.is_finite();
-        if makes_sense { Ok(()) } else { Err(Error::Setting { what, value, advice }) }
+        let (target, advice) = (self.target, "give a finite number that is not negative");
+        let makes_sense = target >= 0.0 && target.is_finite();
+        require(makes_sense, "the target of a regression", target, advice)
     }
 
     fn predictor(
@@ -83,19 +84,12 @@ impl Regression {
         held_out: &TestSet<'_>,
         record: &mut Record,
     ) -> Result<(Box<dyn Predictor>, f64)> {
-        let (regressed, error) = self.regressed(session, held_out, record)?;
-        Ok((Box::new(regressed), error))
-    }
-
-    fn regressed(
-        &self,
-        session: &mut Session<'_, '_>,
-        held_out: &TestSet<'_>,
-        record: &mut Record,
-    ) -> Result<(Regressed, f64)> {
-        let expansion = expansion(session, record);
-        let mut trial =
-            Trial { regression: self, taylor: expansion.as_ref(), held_out, record, best: None };
+        // None for a body that has no solution at the centre of its parameters' ranges.
+        let taylor = timed(&mut record.prepare_s, || {
+            TaylorExpansion::of(session.body, 1, session.options.seed, &mut ()).ok()
+        });
+        let taylor = taylor.as_ref();
+        let mut trial = Trial { regression: self, taylor, held_out, record, best: None };
         if let Some(folder) = &session.options.simulations {
             let mut found = read_simulations(session.body, folder)?;
             found.keep(self.most);
@@ -141,7 +135,9 @@ impl Trial<'_> {
         let (fit, left_out) = Regressed::fit(body, self.taylor, &found.thetas, &found.fields)?;
         let seconds = start.elapsed().as_secs_f64();
         self.record.train_s += seconds;
-        let error = self.error(body, &fit)?;
+        let fields = self.held_out.thetas.iter().map(|theta| fit.at(body, theta));
+        let cases = self.held_out.cases(&fields.collect::<Result<Vec<_>>>()?)?;
+        let error = root_mean_square(&cases);
         let simulations = found.fields.len();
         let outcome = format!(
             "{simulations} simulations: root mean square error {error:.1e} over the held-out cases"
@@ -163,66 +159,11 @@ impl Trial<'_> {
         Ok(error)
     }
 
-    /// Error on the held-out cases.
-    fn error(&self, body: &Body, fit: &Regressed) -> Result<f64> {
-        let fields = self.held_out.thetas.iter().map(|theta| fit.at(body, theta));
-        Ok(root_mean_square(&self.held_out.cases(&fields.collect::<Result<Vec<_>>>()?)?))
-    }
-
     /// The best fit. Its simulations are counted in the session.
-    fn best(self, session: &mut Session<'_, '_>) -> Result<(Regressed, f64)> {
-        let choice = self.record.choice.get_or_insert_default();
-        session.simulations = choice.candidates.get(choice.taken).map_or(0, |c| c.simulations);
-        self.best.ok_or(Error::Regression(RegressionError::TooFewSamples { found: 0 }))
-    }
-}
-
-/// The Taylor expansion of second order; none for a body that has no solution at the centre of its parameters' ranges.
-fn expansion(session: &Session<'_, '_>, record: &mut Record) -> Option<TaylorExpansion> {
-    let start = Instant::now();
-    let taylor = TaylorExpansion::of(session.body, 1, session.options.seed, &mut ()).ok();
-    record.prepare_s += start.elapsed().as_secs_f64();
-    taylor
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{TrainingOptions, simulate};
-    use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
-
-    #[test]
-    fn the_best_fit_is_returned_and_not_the_last() {
-        let body = Scene::new(sinew_mesh::box_tetrahedra([40.0, 8.0, 8.0], [4, 1, 1]), NeoHookean)
-            .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
-            .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
-            .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
-            .support(Support::clamped("x_min"))
-            .lower()
-            .unwrap();
-        let (recipe, options) = (Regression::default(), TrainingOptions::default());
-        let mut observer = ();
-        let mut session =
-            Session::begin(&body, &super::super::described(&recipe), &options, &mut observer)
-                .unwrap();
-        let held_out = session.held_out().unwrap();
-        let thetas = Design::Sobol.sample(&body.parameters, 12, 1).unwrap();
-        let mut all = simulate(&body, &thetas, "test", None, &mut ()).unwrap();
-        let mut good = all.clone();
-        good.keep(8);
-        // Four more that a mistake has made half as large again.
-        all.fields[8..].iter_mut().flatten().for_each(|u| *u *= 1.5);
-        let mut record = Record::new(recipe.key());
-        let (regression, record) = (&recipe, &mut record);
-        let mut trial = Trial { regression, taylor: None, held_out: &held_out, record, best: None };
-        let [first, second] = [&good, &all].map(|found| trial.fit(&mut session, found).unwrap());
-        assert!(second > 10.0 * first, "{second:e} for {first:e}");
-        let (fit, error) = trial.best(&mut session).unwrap();
-        let choice = record.choice.as_ref().unwrap();
-        assert_eq!((error, choice.taken, session.simulations), (first, 0, 8));
-        // What is returned is what was measured.
-        let fields = held_out.thetas.iter().map(|theta| fit.at(&body, theta).unwrap());
-        let cases = held_out.cases(&fields.collect::<Vec<_>>()).unwrap();
-        assert_eq!(root_mean_square(&cases), error);
+    fn best(self, session: &mut Session<'_, '_>) -> Result<(Box<dyn Predictor>, f64)> {
+        session.simulations = self.record.taken().map_or(0, |taken| taken.simulations);
+        let too_few = RegressionError::TooFewSamples { found: 0 };
+        let (fit, error) = self.best.ok_or(too_few)?;
+        Ok((Box::new(fit), error))
     }
 }

@@ -147,8 +147,8 @@ impl<'a, 'b> Session<'a, 'b> {
     ) -> Result<Simulations> {
         let shared = self.options.shared.as_ref();
         let shared = shared.map(|folder| Shared::new(folder, self.body, thetas));
-        if let Some(found) =
-            shared.as_ref().map(|shared| shared.find(thetas)).transpose()?.flatten()
+        if let Some(shared) = &shared
+            && let Some(found) = shared.find(thetas)?
         {
             let outcome = format!("{} solves of an earlier run", found.fields.len());
             self.observer.finished(stage, &outcome, 0.0);

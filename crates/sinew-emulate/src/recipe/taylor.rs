@@ -3,7 +3,6 @@
 use super::Train;
 use crate::estimate::evaluate::TestSet;
 use crate::estimate::timing::timed;
-use crate::parameters::check_body;
 use crate::predict::Predictor;
 use crate::predict::regressed::Regressed;
 use crate::predict::taylor::{self, TaylorExpansion};
@@ -40,13 +39,11 @@ impl Train for Taylor {
         _: &TestSet<'_>,
         record: &mut Record,
     ) -> Result<Box<dyn Predictor>> {
-        let body = session.body;
+        let TrainingOptions { anchors, seed, .. } = *session.options;
         let taylor = timed(&mut record.prepare_s, || {
-            check_body(body)?;
-            let TrainingOptions { anchors, seed, .. } = *session.options;
-            TaylorExpansion::of(body, anchors, seed, session.observer)
+            TaylorExpansion::of(session.body, anchors, seed, session.observer)
         })?;
-        session.simulations = session.options.anchors;
+        session.simulations = anchors;
         Ok(Box::new(Regressed { taylor: Some(taylor), regression: None }))
     }
 }

@@ -11,37 +11,12 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Default)]
 pub struct Terminal {
     bar: Option<(String, ProgressBar)>,
-    lines: Lines,
+    /// The stage, and when it began or last printed a line.
+    last: Option<(String, Instant)>,
 }
 
 /// Time between two lines of one stage where there is no terminal.
 const PAUSE: Duration = Duration::from_secs(10);
-
-/// When a stage prints a line.
-#[derive(Debug, Default)]
-struct Lines {
-    /// The stage, and when it began or last printed.
-    last: Option<(String, Instant)>,
-}
-
-impl Lines {
-    /// Whether the stage prints now: after a pause since it began or last did.
-    fn due(&mut self, stage: &str, now: Instant) -> bool {
-        match &mut self.last {
-            Some((current, last)) if current == stage => {
-                let due = now.duration_since(*last) >= PAUSE;
-                if due {
-                    *last = now;
-                }
-                due
-            }
-            _ => {
-                self.last = Some((stage.to_string(), now));
-                false
-            }
-        }
-    }
-}
 
 /// One line on standard error.
 fn tell(line: &str) {
@@ -65,6 +40,16 @@ impl Terminal {
         &self.bar.as_ref().expect("a bar was just made").1
     }
 
+    /// Whether the stage prints a line now: after a pause since it began or last did.
+    fn is_due(&mut self, stage: &str) -> bool {
+        let last = self.last.as_ref().filter(|(current, _)| current == stage);
+        let due = last.is_some_and(|(_, last)| last.elapsed() >= PAUSE);
+        if due || last.is_none() {
+            self.last = Some((stage.to_string(), Instant::now()));
+        }
+        due
+    }
+
     fn clear(&mut self) {
         if let Some((_, bar)) = self.bar.take() {
             bar.finish_and_clear();
@@ -83,7 +68,7 @@ impl Observer for Terminal {
             let bar = self.bar(stage);
             bar.set_position((fraction * LENGTH as f64) as u64);
             bar.set_message(format!("{left}{message}"));
-        } else if self.lines.due(stage, Instant::now()) {
+        } else if self.is_due(stage) {
             let percent = format!("{:.0} %", 100.0 * fraction);
             tell(format!("{stage:<28} {percent:>5}  {left}{message}").trim_end());
         }
@@ -92,7 +77,7 @@ impl Observer for Terminal {
 
     fn finished(&mut self, stage: &str, outcome: &str, seconds: f64) {
         self.clear();
-        self.lines = Lines::default();
+        self.last = None;
         tell(&format!("{stage:<28} {outcome} in {}", duration(seconds)));
     }
 
@@ -105,32 +90,10 @@ impl Observer for Terminal {
 }
 
 /// "0.4 s", "12 s", "3 min 05 s".
-pub(crate) fn duration(seconds: f64) -> String {
+fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 10.0 => format!("{s:.1} s"),
         s if s < 90.0 => format!("{s:.0} s"),
         s => format!("{} min {:02} s", (s / 60.0) as u64, s as u64 % 60),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Lines, PAUSE, duration};
-    use std::time::{Duration, Instant};
-
-    #[test]
-    fn a_stage_prints_after_every_pause() {
-        let (mut lines, start) = (Lines::default(), Instant::now());
-        let second = Duration::from_secs(1);
-        let mut due = |stage: &str, after: Duration| lines.due(stage, start + after);
-        assert!(!due("solve", Duration::ZERO) && !due("solve", PAUSE - second));
-        assert!(due("solve", PAUSE) && !due("solve", PAUSE + second) && due("solve", 2 * PAUSE));
-        // The next stage begins anew.
-        assert!(!due("train", 4 * PAUSE) && due("train", 5 * PAUSE));
-    }
-
-    #[test]
-    fn durations_read_well() {
-        assert_eq!([0.42, 12.3, 185.0].map(duration), ["0.4 s", "12 s", "3 min 05 s"]);
     }
 }

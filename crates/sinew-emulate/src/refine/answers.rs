@@ -4,7 +4,7 @@
 use crate::parameters::extrapolation;
 use crate::recipe::progress::{Counter, Observer};
 use crate::refine::defects::{Defect, corrected, place};
-use crate::refine::plan::{Centre, FEW, Method, Plan};
+use crate::refine::plan::{Counted, FEW, Method, Plan};
 use crate::refine::{Answer, confirmed, is_far};
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
@@ -71,7 +71,7 @@ impl Answers {
     /// ```
     ///
     /// # Errors
-    /// As [`Plan::new`], a body that cannot be solved for any θ, an observer that breaks. Sets without an answer are no error.
+    /// As [`Plan::for_counts`], a body that cannot be solved for any θ, an observer that breaks. Sets without an answer are no error.
     pub fn to<'b>(
         body: &'b Body,
         thetas: &[Vec<f64>],
@@ -81,9 +81,9 @@ impl Answers {
     ) -> Result<Self> {
         let start = Instant::now();
         let mut counter = Counter::new(observer, "answer", 0, thetas.len());
-        let (plan, centre) = Plan::quick(body, thetas, accuracy, emulator, &mut counter)?;
-        let expansion = match (plan.method(), centre) {
-            (Method::Expansion, Some(Centre { solver, displacement })) => {
+        let (plan, counted) = Plan::quick(body, thetas, accuracy, emulator, &mut counter)?;
+        let expansion = match (plan.method(), counted) {
+            (Method::Expansion, Some(Counted { solver, displacement, .. })) => {
                 Some(Emulator::taylor_about(solver, body, &displacement, 1)?)
             }
             _ => None,
@@ -312,7 +312,9 @@ impl Found<'_> {
         let first = self.spread(FIRST);
         self.confirm(&first, &guess, counter)?;
         let mut known = self.answered(&first);
-        let Ok(mut regression) = self.fitted(&known) else { return Ok(()) };
+        let (thetas, fields) = self.samples(&known);
+        let fitted = PodRegression::fit(&self.body.parameters, &thetas, &fields);
+        let Ok(mut regression) = fitted else { return Ok(()) };
         while known.len() < MOST_LEARNED {
             let next = self.spread(known.len().min(MOST_LEARNED - known.len()));
             let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
@@ -349,11 +351,6 @@ impl Found<'_> {
             _ => None,
         });
         answers.unzip()
-    }
-
-    fn fitted(&self, cases: &[usize]) -> Result<PodRegression> {
-        let (thetas, fields) = self.samples(cases);
-        Ok(PodRegression::fit(&self.body.parameters, &thetas, &fields)?)
     }
 
     /// Solves the open sets, neighbours one after the other.

@@ -62,14 +62,12 @@ impl<'b> Emulator<'b> {
         }
         let held = self.held()?;
         let mut prediction = self.predict(thetas)?;
-        let refine = |(case, theta): (usize, &Vec<f64>)| match held.refine(
-            self.body,
-            prediction.field(case),
-            theta,
-            Stop::after(steps),
-        ) {
-            Err(SolveError::Inadmissible { .. }) => held.descend(self.body, theta, steps),
-            found => found,
+        let refine = |(case, theta): (usize, &Vec<f64>)| {
+            let predicted = prediction.field(case);
+            match held.refine(self.body, predicted, theta, Stop::after(steps)) {
+                Err(SolveError::Inadmissible { .. }) => held.descend(self.body, theta, steps),
+                found => found,
+            }
         };
         let refined = thetas.par_iter().enumerate().map(refine);
         let refined: Vec<Refined> = refined.collect::<std::result::Result<_, _>>()?;

@@ -75,32 +75,13 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Counts the Newton steps of a solve at the centre of the ranges and of one from there to the first parameter set, and times a
-    /// checked Newton step.
+    /// Plans for several numbers of parameter sets near one of them. Counts the Newton steps of a solve at the centre of the ranges and of
+    /// one from there to that set, and times a checked Newton step, once for all numbers.
     ///
     /// An `emulator` gives the initial guess of the solve at the centre. Its own preparation counts as zero.
     ///
     /// # Errors
-    /// An accuracy outside 1e-10 to 0.5, θ of the wrong length.
-    pub fn new(
-        body: &Body,
-        thetas: &[Vec<f64>],
-        accuracy: f64,
-        emulator: Option<&Emulator<'_>>,
-    ) -> Result<Self> {
-        let Some(theta) = thetas.first() else {
-            check_accuracy(accuracy)?;
-            return Ok(Self::unmeasured(0, accuracy, Method::Solver));
-        };
-        thetas.iter().try_for_each(|theta| check_length(body, theta))?;
-        let plans = Self::for_counts(body, theta, &[thetas.len()], accuracy, emulator, &mut ())?;
-        Ok(plans.into_iter().next().expect("a plan for each count"))
-    }
-
-    /// [`Plan::new`] for several numbers of parameter sets near one of them: the costs are measured once.
-    ///
-    /// # Errors
-    /// As [`Plan::new`], an observer that breaks.
+    /// An accuracy outside 1e-10 to 0.5, θ of the wrong length, an observer that breaks.
     pub fn for_counts(
         body: &Body,
         theta: &[f64],
@@ -112,17 +93,16 @@ impl Plan {
         check_accuracy(accuracy)?;
         check_length(body, theta)?;
         let mut counter = Counter::new(observer, "plan", 0, 1);
-        let measured = Counted::measure(body, theta, emulator, &mut counter)?;
+        let counted = Counted::measure(body, theta, emulator, &mut counter)?;
         if counter.is_broken() {
             return Err(Error::Interrupted { stage: "plan".into() });
         }
         counter.finish("solved twice");
-        let counted = measured.as_ref().map(|(counted, _)| counted);
-        let plan = |&sets: &usize| Self::of(counted, body, sets, accuracy, emulator);
+        let plan = |&sets: &usize| Self::of(counted.as_ref(), body, sets, accuracy, emulator);
         Ok(counts.iter().map(plan).collect())
     }
 
-    /// [`Plan::new`] that measures no cost below four sets. Also returns the solution at the centre of the ranges if one
+    /// The plan for some parameter sets; measures no cost below four of them. Also returns the solution at the centre of the ranges if one
     /// was computed.
     pub(crate) fn quick<'b>(
         body: &'b Body,
@@ -130,7 +110,7 @@ impl Plan {
         accuracy: f64,
         emulator: Option<&Emulator<'_>>,
         counter: &mut Counter<'_>,
-    ) -> Result<(Self, Option<Centre<'b>>)> {
+    ) -> Result<(Self, Option<Counted<'b>>)> {
         check_accuracy(accuracy)?;
         thetas.iter().try_for_each(|theta| check_length(body, theta))?;
         let sets = thetas.len();
@@ -138,8 +118,8 @@ impl Plan {
             let method = if emulator.is_some() { Method::Emulator } else { Method::Solver };
             return Ok((Self::unmeasured(sets, accuracy, method), None));
         };
-        let (counted, centre) = Counted::measure(body, theta, emulator, counter)?.unzip();
-        Ok((Self::of(counted.as_ref(), body, sets, accuracy, emulator), centre))
+        let counted = Counted::measure(body, theta, emulator, counter)?;
+        Ok((Self::of(counted.as_ref(), body, sets, accuracy, emulator), counted))
     }
 
     fn unmeasured(sets: usize, accuracy: f64, method: Method) -> Self {
@@ -148,7 +128,7 @@ impl Plan {
     }
 
     fn of(
-        counted: Option<&Counted>,
+        counted: Option<&Counted<'_>>,
         body: &Body,
         sets: usize,
         accuracy: f64,
@@ -157,20 +137,18 @@ impl Plan {
         let Some(counted) = counted else {
             return Self::unmeasured(sets, accuracy, Method::Solver);
         };
-        let mut plan = Self { sets, accuracy, step_s: None, costs: Vec::new() };
-        plan.step_s = Some(counted.step_s);
-        let each = if plan.sets < CHAIN { counted.near } else { counted.near.min(SWEPT) };
-        plan.costs.push(Cost { method: Method::Solver, prepare: 0.0, each });
+        let each = if sets < CHAIN { counted.near } else { counted.near.min(SWEPT) };
+        let mut costs = vec![Cost { method: Method::Solver, prepare: 0.0, each }];
         if !body.parameters.is_empty() {
             let prepare = counted.expansion(body);
-            plan.costs.push(Cost { method: Method::Expansion, prepare, each: ANSWER });
+            costs.push(Cost { method: Method::Expansion, prepare, each: ANSWER });
         }
         if let Some(emulator) = emulator {
             let each = ANSWER + emulator.predictor.newton_steps();
-            plan.costs.push(Cost { method: Method::Emulator, prepare: 0.0, each });
+            costs.push(Cost { method: Method::Emulator, prepare: 0.0, each });
         }
-        plan.costs.sort_by(|a, b| a.newton_steps(plan.sets).total_cmp(&b.newton_steps(plan.sets)));
-        plan
+        costs.sort_by(|a, b| a.newton_steps(sets).total_cmp(&b.newton_steps(sets)));
+        Self { sets, accuracy, step_s: Some(counted.step_s), costs }
     }
 
     /// The method that is taken.
@@ -201,31 +179,27 @@ impl Cost {
     }
 }
 
-/// Solution at the centre of the ranges.
-pub(crate) struct Centre<'b> {
-    pub solver: Solver<'b>,
-    /// Displacement, node by node \[length\].
-    pub displacement: Vec<f64>,
-}
-
-/// Newton steps and seconds that a plan is made of.
-struct Counted {
+/// Newton steps and seconds that a plan is made of, and the solution at the centre of the ranges.
+pub(crate) struct Counted<'b> {
     /// Newton steps of a solve near to another one.
     near: f64,
     /// Newton steps of the solve at the centre.
     centre: f64,
     /// A Newton step with its check \[s\].
     step_s: f64,
+    pub solver: Solver<'b>,
+    /// Displacement at the centre, node by node \[length\].
+    pub displacement: Vec<f64>,
 }
 
-impl Counted {
+impl<'b> Counted<'b> {
     /// `None` where the body has no equilibrium at the centre or at `theta`.
-    fn measure<'b>(
+    fn measure(
         body: &'b Body,
         theta: &[f64],
         emulator: Option<&Emulator<'_>>,
         counter: &mut Counter<'_>,
-    ) -> Result<Option<(Self, Centre<'b>)>> {
+    ) -> Result<Option<Self>> {
         let (mut solver, options) = (Solver::new(body)?, Options::default());
         let Some((displacement, centre)) = at_centre(&mut solver, emulator, counter)? else {
             return Ok(None);
@@ -236,7 +210,7 @@ impl Counted {
         let near = near.iterations() as f64;
         // A solve from rest may take fewer.
         let near = if emulator.is_none() { near.min(centre) } else { near };
-        Ok(Some((Self { near, centre, step_s }, Centre { solver, displacement })))
+        Ok(Some(Self { near, centre, step_s, solver, displacement }))
     }
 
     /// Cost of a Taylor expansion of second order [Newton steps]: a solve, and a state for each parameter and each pair of

@@ -284,15 +284,8 @@ pub(crate) fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simu
     if identity::difference(&stored, body).is_some() {
         return Err(Error::OtherSamples { folder: folder.into() });
     }
-    let found = Simulations {
-        thetas,
-        fields,
-        failures,
-        branched,
-        seconds,
-        solve_seconds,
-        ..<_>::default()
-    };
+    let empty = Simulations::default();
+    let found = Simulations { thetas, fields, failures, branched, seconds, solve_seconds, ..empty };
     Ok(Some((tried, found)))
 }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Provenance of an emulator: recipe, simulations, times, errors and warnings.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Short name of its recipe.
     pub recipe: String,
@@ -45,21 +45,7 @@ impl Record {
 
     /// Empty record of a recipe, by its short name.
     pub fn new(recipe: &str) -> Self {
-        Self {
-            recipe: recipe.into(),
-            about: String::new(),
-            simulations: 0,
-            simulate_s: 0.0,
-            prepare_s: 0.0,
-            train_s: 0.0,
-            steps: 0,
-            history: Vec::new(),
-            kept: None,
-            choice: None,
-            calibration: Calibration::default(),
-            held_out: None,
-            warnings: Vec::new(),
-        }
+        Self { recipe: recipe.into(), ..Self::default() }
     }
 }
 

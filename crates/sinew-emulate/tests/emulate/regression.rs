@@ -4,7 +4,7 @@ use sinew_emulate::{Interpolation, PodRegression, RegressionError, SizeRegressio
 use sinew_energy::{Parameter, Sampling};
 
 /// Stiffnesses on the log scale.
-fn parameters(count: usize, low: f64, high: f64) -> Vec<Parameter> {
+pub(crate) fn parameters(count: usize, low: f64, high: f64) -> Vec<Parameter> {
     let parameter = |i| Parameter {
         name: format!("k{i}"),
         unit: "kPa".into(),
@@ -16,7 +16,7 @@ fn parameters(count: usize, low: f64, high: f64) -> Vec<Parameter> {
 
 /// `count` points in `[low, high]^variables`, evenly spread by the additive recurrence of
 /// Roberts ("The unreasonable effectiveness of quasirandom sequences", 2018).
-fn points(count: usize, variables: usize, low: f64, high: f64) -> Vec<Vec<f64>> {
+pub(crate) fn points(count: usize, variables: usize, low: f64, high: f64) -> Vec<Vec<f64>> {
     let golden = (0..64).fold(2f64, |g, _| (1.0 + g).powf(1.0 / (variables + 1) as f64));
     let share = |i: usize, d: usize| (0.5 + (i + 1) as f64 / golden.powi(d as i32 + 1)).fract();
     let value = |i, d| low * (high / low).powf(share(i, d));

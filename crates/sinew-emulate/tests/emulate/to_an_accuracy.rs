@@ -104,20 +104,26 @@ fn within_tolerance(body: &Body, count: usize, least: usize) {
     }
 }
 
+/// Plan of so many parameter sets to a thousandth, by the first of them.
+fn plan(body: &Body, thetas: &[Vec<f64>], emulator: Option<&Emulator<'_>>) -> Plan {
+    let counts = [thetas.len()];
+    let plans = Plan::for_counts(body, &thetas[0], &counts, 1e-3, emulator, &mut ());
+    plans.unwrap().remove(0)
+}
+
 #[test]
 fn a_plan_weighs_what_there_is() {
     let body = bar();
     let thetas = Design::LatinHypercube.sample(&body.parameters, 1000, 1).unwrap();
-    assert_eq!(Plan::new(&body, &thetas[..1], 1e-3, None).unwrap().method(), Method::Solver);
-    let plan = Plan::new(&body, &thetas, 1e-3, None).unwrap();
-    assert_eq!((plan.sets, plan.costs.len()), (1000, 2));
+    assert_eq!(plan(&body, &thetas[..1], None).method(), Method::Solver);
+    let many = plan(&body, &thetas, None);
+    assert_eq!((many.sets, many.costs.len()), (1000, 2));
     assert!(
-        plan.costs.windows(2).all(|pair| pair[0].newton_steps(1000) <= pair[1].newton_steps(1000))
+        many.costs.windows(2).all(|pair| pair[0].newton_steps(1000) <= pair[1].newton_steps(1000))
     );
     let options = TrainingOptions { held_out: 4, ..TrainingOptions::default() };
     let trained = Taylor.train(&body, &options, &mut ()).unwrap();
-    let plan = Plan::new(&body, &thetas[..1], 1e-3, Some(&trained)).unwrap();
-    assert_eq!(plan.method(), Method::Emulator);
+    assert_eq!(plan(&body, &thetas[..1], Some(&trained)).method(), Method::Emulator);
 }
 
 #[test]
@@ -184,8 +190,8 @@ fn an_unseen_ventricle_is_answered_from_the_stiffness_of_another() {
             assert!(steps as f64 <= 0.65 * solver as f64, "{steps} Newton steps for {solver}");
         }
         // The solve at its centre begins nearer than rest.
-        let own = Plan::new(&body, &thetas, 1e-3, None).unwrap();
-        let from = Plan::new(&body, &thetas, 1e-3, Some(&emulator)).unwrap();
+        let own = plan(&body, &thetas, None);
+        let from = plan(&body, &thetas, Some(&emulator));
         let prepare = |plan: &Plan| {
             plan.costs.iter().find(|cost| cost.method == Method::Expansion).unwrap().prepare
         };
@@ -263,7 +269,7 @@ fn an_ellipsoid_is_answered_from_one_whose_cells_are_cut_along_other_diagonals()
 
 /// A predictor that is wrong: the solution of other parameters, times a factor.
 #[derive(Debug)]
-struct Wrong(Vec<f64>, f64);
+pub(crate) struct Wrong(pub(crate) Vec<f64>, pub(crate) f64);
 
 impl Predictor for Wrong {
     fn kind(&self) -> &'static str {

@@ -1,6 +1,6 @@
 //! Interpolation of mode coefficients, and polynomials with a ridge penalty for it.
 
-use super::process::solve_process;
+use super::process::Conditional;
 use nalgebra::{Cholesky, DMatrix, RowDVector};
 use serde::{Deserialize, Serialize};
 use sinew_num::monomials;
@@ -71,7 +71,7 @@ impl Fitted {
             Interpolation::GaussianProcess { trend, lengths, nugget } => {
                 let logarithms = lengths.iter().chain([nugget]).map(|value| value.ln());
                 let logarithms: Vec<f64> = logarithms.collect();
-                solve_process(points, targets, *trend, exponents, &logarithms)
+                Conditional::new(points, exponents, &logarithms)?.fitted(*trend, targets)
             }
         }
     }
@@ -174,7 +174,7 @@ fn constant(targets: &DMatrix<f64>) -> Fitted {
 
 /// Weights of least squares with a penalty on all but the first function, and the
 /// leave-one-out sum of squares: residuals over one minus the leverage (Allen, 1974).
-pub(super) fn solve_ridge(
+fn solve_ridge(
     values: &DMatrix<f64>,
     targets: &DMatrix<f64>,
     ridge: f64,

@@ -25,7 +25,7 @@ const FOLDS: usize = 10;
 /// Trend, lengths and nugget of least leave-one-out error.
 pub(super) fn fit_process(points: &DMatrix<f64>, targets: &DMatrix<f64>) -> Option<Fitted> {
     best_trend(points, |trend, exponents| {
-        let solve = |at: &[f64]| solve_process(points, targets, trend, exponents, at);
+        let solve = |at: &[f64]| Conditional::new(points, exponents, at)?.fitted(trend, targets);
         let error = |at: &[f64]| solve(at).map(|fit| fit.leave_one_out.ln());
         solve(&search(start(points.ncols()), FIRST_STEP, GAIN_OF_ERROR, error)?)
     })
@@ -41,7 +41,7 @@ pub(super) fn fit_evidence(
         step()?;
         let at =
             maximise_evidence((points, targets), exponents, start(points.ncols()), FIRST_STEP)?;
-        solve_process(points, targets, trend, exponents, &at)
+        Conditional::new(points, exponents, &at)?.fitted(trend, targets)
     })
 }
 
@@ -157,18 +157,6 @@ pub(super) fn left_out(
     Some(found?.concat())
 }
 
-/// A Gaussian process with given hyperparameters about a polynomial whose coefficients are unknown, and its
-/// leave-one-out sum of squares (Dubrule, "Cross validation of kriging in a unique neighborhood", 1983).
-pub(super) fn solve_process(
-    points: &DMatrix<f64>,
-    targets: &DMatrix<f64>,
-    trend: usize,
-    exponents: &[Vec<i32>],
-    logarithms: &[f64],
-) -> Option<Fitted> {
-    Conditional::new(points, exponents, logarithms)?.fitted(trend, targets)
-}
-
 /// Covariance of points, with the generalised least squares of a polynomial (Rasmussen & Williams, 2006, section 2.7).
 #[derive(Clone, Debug)]
 pub(crate) struct Conditional {
@@ -217,7 +205,7 @@ impl Conditional {
 
     /// Minus the logarithm of the evidence but for a constant, the variance at its maximum and the coefficients of the polynomial
     /// integrated out (Rasmussen & Williams, 2006, (2.45)); per column of the targets.
-    pub(super) fn negative_log_evidence(&self, targets: &DMatrix<f64>) -> f64 {
+    fn negative_log_evidence(&self, targets: &DMatrix<f64>) -> f64 {
         let (kernels, coefficients) = self.weights(targets);
         let freedom = (targets.nrows() - coefficients.nrows()) as f64;
         let half_log_determinant = |factor: &Cholesky<f64, Dyn>| {
@@ -228,7 +216,9 @@ impl Conditional {
             + half_log_determinant(&self.schur)
     }
 
-    fn fitted(&self, trend: usize, targets: &DMatrix<f64>) -> Option<Fitted> {
+    /// The process about the polynomial, whose coefficients are unknown, and its leave-one-out sum of squares (Dubrule, "Cross
+    /// validation of kriging in a unique neighborhood", 1983).
+    pub(super) fn fitted(&self, trend: usize, targets: &DMatrix<f64>) -> Option<Fitted> {
         let (kernels, coefficients) = self.weights(targets);
         let (samples, weighted) = (targets.nrows(), &self.weighted);
         // The diagonal of the inverse of the covariance bordered by the polynomial.

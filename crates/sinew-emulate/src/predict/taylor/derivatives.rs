@@ -35,10 +35,11 @@ pub fn expand(
             let count = body.parameters.len();
             // A body that no load moves has no amplitude.
             let with_amplitude = motions.with_amplitude(&changes, count, body).ok();
-            return Ok((damped(&[Some(both), with_amplitude], body, thetas)?, first));
+            let forms = std::iter::once(both).chain(with_amplitude);
+            return Ok((damped(forms, body, thetas)?, first));
         }
     }
-    Ok((damped(&[Some(first.clone())], body, thetas)?, first))
+    Ok((damped([first.clone()], body, thetas)?, first))
 }
 
 /// Changes of a displacement with each standardised parameter; its stiffness is factorised last.
@@ -57,17 +58,19 @@ pub(super) fn first_order(
 
 /// Damping factors of first and second order, and the form, with the lowest energy at `thetas`. Energies above a small
 /// share of the loads' work count by their logarithm, so that no single parameter set decides.
-fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result<Motions> {
+fn damped(
+    forms: impl IntoIterator<Item = Motions>,
+    body: &Body,
+    thetas: &[Vec<f64>],
+) -> Result<Motions> {
     /// Parts of both that are tried.
     const PARTS: [[f64; 2]; 6] =
         [[1.0, 1.0], [1.0, 0.6], [1.0, 0.3], [1.0, 0.0], [0.7, 0.0], [0.4, 0.0]];
     /// The small part of the work.
     const PRECISE: f64 = 0.01;
     let of_first_order = body.parameters.len();
-    let forms = forms.iter().flatten();
-    let mut tried: Vec<(f64, Motions)> = forms
-        .flat_map(|form| PARTS.map(|parts| (0.0, form.clone().damped(parts, of_first_order))))
-        .collect();
+    let all = |form: Motions| PARTS.map(|parts| (0.0, form.clone().damped(parts, of_first_order)));
+    let mut tried: Vec<(f64, Motions)> = forms.into_iter().flat_map(all).collect();
     let (guarded, scaling) =
         (body.clone().with_barriers(Barriers::default()), parameters::scaling(body)?);
     let work = work(body, tried[0].1.origin());
@@ -112,10 +115,9 @@ pub(super) fn second_order(
             let theta = scaling.unstandardise(&moved)?;
             match solver.simplified_step(&from, &theta) {
                 Ok(to) => {
-                    let moved = to.iter().zip(&from);
-                    sum.iter_mut()
-                        .zip(moved)
-                        .for_each(|(sum, (to, from))| *sum += factor * (to - from));
+                    for (sum, (to, from)) in sum.iter_mut().zip(to.iter().zip(&from)) {
+                        *sum += factor * (to - from);
+                    }
                 }
                 Err(SolveError::Inadmissible { .. }) => return Ok(None),
                 Err(other) => return Err(other.into()),
