@@ -198,11 +198,11 @@ mod section {
             let label = row(1e-5, 1.0).label;
             let row = Row::of(label, (0..of).map(run).collect(), Vec::new()).unwrap();
             let section = section("heat".into(), "Heat", "", &[row], Vec::new()).unwrap();
-            let text = section.blocks.into_iter().filter_map(|block| match block {
+            let mut texts = section.blocks.into_iter().filter_map(|block| match block {
                 Block::Text(text) => Some(text),
                 _ => None,
             });
-            text.last().unwrap()
+            texts.next_back().unwrap()
         };
         let all = said(20, 20);
         assert!(all.contains("20 of 20 = 100.0 % (95 % interval 83.9 to 100.0)"), "{all}");

@@ -57,7 +57,7 @@ fn of(entries: &[Entry]) -> Verdict {
     let text = said(&[entries.to_vec()]);
     let (winner, because) = text.split_once(": ").unwrap();
     Verdict {
-        winner: Some(winner.into()).filter(|winner| winner != "none"),
+        winner: Some(winner).filter(|winner| *winner != "none").map(String::from),
         because: because.into(),
     }
 }
