@@ -14,6 +14,36 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
+/// Displacements of some cases, by how they were found.
+#[derive(Debug)]
+pub struct Fields<'a> {
+    /// Their body.
+    pub body: &'a Body,
+    /// Parameters, case by case.
+    pub thetas: &'a [Vec<f64>],
+    /// A name such as `"solved"`, and displacements case by case, node by node \[length\].
+    pub found: Vec<(&'a str, Vec<Vec<f64>>)>,
+}
+
+impl Fields<'_> {
+    /// Writes all of them as [`Results::write`] does, with pictures of the first cases.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, folder: &Path, pictures: usize) -> Result<(), MeshError> {
+        let row = |(case, theta): (usize, &Vec<f64>)| Row {
+            theta: theta.clone(),
+            fields: self.found.iter().map(|(_, fields)| &fields[case][..]).collect(),
+            ..Row::default()
+        };
+        let rows = self.thetas.iter().enumerate().map(row).collect();
+        let names = self.found.iter().map(|(name, _)| *name).collect();
+        Results { body: self.body, names, rows, stresses: false }
+            .write(folder, pictures, true)
+            .map(|_| ())
+    }
+}
+
 /// One row of results: what was asked for, and what was found or why nothing was.
 #[derive(Clone, Debug, Default)]
 pub struct Row<'a> {

@@ -375,7 +375,6 @@ mod theta {
 
 mod arrays {
     use sinew::npz::write;
-    use sinew::output::{Results, Row};
     use std::io::Read;
 
     #[test]
@@ -405,11 +404,9 @@ mod arrays {
         let folder = tempfile::tempdir().unwrap();
         let body = sinew::Case::read("OnceClampedBeam".as_ref()).unwrap().body().unwrap();
         let truth = vec![0.0; 3 * body.nodes];
-        let other = vec![1.0; 3 * body.nodes];
-        let row = Row { theta: body.centre(), fields: vec![&truth, &other], ..Row::default() };
-        let results =
-            Results { body: &body, names: vec!["fem", "dd"], rows: vec![row], stresses: false };
-        results.write(folder.path(), 1, true).unwrap();
+        let found = vec![("fem", vec![truth]), ("dd", vec![vec![1.0; 3 * body.nodes]])];
+        let thetas = &[body.centre()][..];
+        sinew::output::Fields { body: &body, thetas, found }.write(folder.path(), 1).unwrap();
         let (read, _) = sinew_mesh::read_mesh::<4>(folder.path().join("0000.vtu")).unwrap();
         assert!(read.point_fields["difference_dd"].to_f64().iter().all(|&e| e == 3f64.sqrt()));
         let series = std::fs::read_to_string(folder.path().join("cases.pvd")).unwrap();
