@@ -121,7 +121,8 @@ impl Process {
         let values: Vec<_> = thetas.iter().enumerate().map(value).collect();
         let y = DVector::from_iterator(16, values.iter().map(|value| value[0]));
         let output = Output { name: "v".into(), unit: "1".into(), values };
-        let emulator = RunsEmulator::fit(parameters.clone(), &thetas, &[output], None).unwrap();
+        let emulator =
+            RunsEmulator::fit(parameters.clone(), &thetas, &[output], None, &mut ()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         emulator.save(folder.path()).unwrap();
         let regression = PodRegression::load(&folder.path().join("0"), &parameters).unwrap();
@@ -205,7 +206,8 @@ fn intervals_from_samples_left_out_hold_for_unseen_ones_of_a_smooth_function() {
     let unseen = thetas.split_off(80);
     let values = thetas.iter().map(value).collect();
     let output = Output { name: "v".into(), unit: "1".into(), values };
-    let emulator = RunsEmulator::fit(parameters.to_vec(), &thetas, &[output], None).unwrap();
+    let emulator =
+        RunsEmulator::fit(parameters.to_vec(), &thetas, &[output], None, &mut ()).unwrap();
     let off = |theta: &Vec<f64>| {
         let found = emulator.predict(theta).unwrap().remove(0);
         ((found.values[0] - value(theta)[0]).abs(), found.half_width)
