@@ -77,7 +77,7 @@ pub(crate) struct TrainedNetwork {
 }
 
 impl TrainedNetwork {
-    /// On the geometry that it was trained on.
+    /// Network on the geometry of its training.
     fn new(surrogate: Surrogate) -> Result<Self> {
         let geometry = surrogate.geometries()[0].clone();
         let fixed = surrogate.fixed_geometry(&geometry)?;

@@ -58,7 +58,7 @@ impl Normalisation {
         deviation * inverse * self.gain.val().unsqueeze() + self.offset.val().unsqueeze()
     }
 
-    /// Its weights for [`fused`](crate::fused) operations.
+    /// Weights for [`fused`](crate::fused) operations.
     pub(crate) fn fused(&self) -> LayerNormalisation {
         let (gain, offset) = (self.gain.val(), self.offset.val());
         LayerNormalisation { gain, offset, epsilon: NORMALISATION_EPSILON }

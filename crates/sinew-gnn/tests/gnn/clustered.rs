@@ -133,7 +133,7 @@ impl Beam {
         trainer.into_surrogate()
     }
 
-    /// Its energy with barriers.
+    /// Objective: energy of the body with barriers.
     pub(crate) fn objective(&self) -> Box<dyn Objective> {
         let potential = self.body.clone().with_barriers(Barriers::default());
         Box::new(MinimumPotential::new(vec![Arc::new(potential)], self.energy()).unwrap())

@@ -1,4 +1,4 @@
-//! How often independent draws pass for chains that have not mixed, and weights at the edges of what can be judged.
+//! False alarms of R̂ on independent draws, and weights at the edges of what can be judged.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

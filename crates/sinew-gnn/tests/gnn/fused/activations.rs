@@ -41,7 +41,7 @@ fn values_and_slopes_match_double_precision() {
     }
 }
 
-/// Where they are eˣ − 1 and its quotients, densely near zero.
+/// Arguments below zero, where activations are eˣ − 1 and its quotients, densely near zero.
 #[test]
 fn digits_are_kept_over_the_whole_range() {
     let mut x = vec![-87.0_f32];
