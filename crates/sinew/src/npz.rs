@@ -31,10 +31,10 @@ pub fn write(path: &Path, arrays: &[Named<'_>], further: &[(&str, Vec<u8>)]) -> 
     archive.finish()?.flush()
 }
 
-/// Reads the shape and the numbers, row by row, of an array of a file that `numpy.savez` wrote.
+/// Reads the shape and the numbers, row by row, of an array of a file that `numpy.savez` or `numpy.savez_compressed` wrote.
 ///
 /// # Errors
-/// A file that cannot be read, an array that is missing, compressed or not of numbers.
+/// A file that cannot be read, an array that is missing or not of numbers.
 pub fn read(path: &Path, name: &str) -> io::Result<(Vec<usize>, Vec<f64>)> {
     let mut archive = ZipArchive::new(io::BufReader::new(File::open(path)?))?;
     let held = archive.file_names().flatten();
@@ -45,9 +45,8 @@ pub fn read(path: &Path, name: &str) -> io::Result<(Vec<usize>, Vec<f64>)> {
     }
     let mut bytes = Vec::new();
     let file = archive.by_name(&format!("{name}.npy")).map_err(io::Error::from);
-    file.and_then(|mut file| file.read_to_end(&mut bytes)).map_err(|error| {
-        io::Error::other(format!("{name}: {error}; save it by numpy.savez, without compression"))
-    })?;
+    file.and_then(|mut file| file.read_to_end(&mut bytes))
+        .map_err(|error| io::Error::other(format!("{name}: {error}")))?;
     let array = parse_npy(name, &bytes).map_err(io::Error::other)?;
     Ok((array.shape, Field { components: 1, values: array.values }.to_f64().into_owned()))
 }

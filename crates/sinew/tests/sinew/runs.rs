@@ -107,6 +107,21 @@ fn a_table_of_runs_predicts_runs_that_were_held_back() {
     assert!(damaged.contains("modes.npy is not as it was stored"), "{damaged}");
 }
 
+/// Writes an archive anew as `numpy.savez_compressed` does.
+fn deflate(from: &Path, to: &Path) {
+    let options = zip::write::SimpleFileOptions::default();
+    let options = options.compression_method(zip::CompressionMethod::Deflated);
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(from).unwrap()).unwrap();
+    let mut small = zip::ZipWriter::new(std::fs::File::create(to).unwrap());
+    for place in 0..archive.len() {
+        let mut file = archive.by_index(place).unwrap();
+        small.start_file(file.name().unwrap().to_string(), options).unwrap();
+        std::io::copy(&mut file, &mut small).unwrap();
+    }
+    small.finish().unwrap();
+    assert!(std::fs::metadata(to).unwrap().len() < std::fs::metadata(from).unwrap().len());
+}
+
 #[test]
 fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     let folder = tempfile::tempdir().unwrap();
@@ -119,6 +134,10 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     body.mesh.write_vtu(folder.join("bar.vtu")).unwrap();
     let told = done(folder, "train --from-fields runs.npz --mesh bar.vtu --parameters mu,lambda");
     assert!(told.contains("displacement: leave-one-out error"), "{told}");
+    deflate(&folder.join("runs.npz"), &folder.join("small.npz"));
+    let [whole, small] = ["runs.npz", "small.npz"]
+        .map(|name| npz::read(&folder.join(name), "displacements").unwrap());
+    assert_eq!(whole, small);
 
     let (_, unseen, truth) = runs(30, Design::LatinHypercube);
     thetas_csv(folder, &unseen);
