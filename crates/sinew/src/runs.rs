@@ -39,51 +39,54 @@ impl Runs {
         parameters: &str,
         outputs: Option<&str>,
     ) -> Result<Self, ThetaText> {
-        let file = path.display();
-        let at = |place: &str, reason| ThetaText { place: format!("{file}{place}"), reason };
-        let text = table_text(path).map_err(|reason| at("", reason))?;
-        let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !is_comment(line));
-        let (first, header) = lines.next().ok_or_else(|| at("", "the table is empty".into()))?;
-        let heads = cells(header);
-        let heads: Vec<(&str, &str)> = heads.iter().map(|text| head(text)).collect();
-        let names: Vec<&str> = heads.iter().map(|(name, _)| *name).collect();
-        let line = |line: usize, reason| at(&format!(", line {line}"), reason);
-        let chosen = |list: &str| columns(list, &names).map_err(|reason| line(first, reason));
-        let inputs = chosen(parameters)?;
-        let others = (0..names.len()).filter(|column| !inputs.contains(column)).collect();
-        let results: Vec<usize> = outputs.map_or(Ok(others), chosen)?;
+        let table = Table::read(path)?;
+        let inputs = table.columns(parameters)?;
+        let others = (0..table.heads.len()).filter(|column| !inputs.contains(column)).collect();
+        let results: Vec<usize> = outputs.map_or(Ok(others), |list| table.columns(list))?;
         if results.is_empty() || results.iter().any(|column| inputs.contains(column)) {
-            return Err(line(first, "give outputs that are not parameters".into()));
+            return Err(table.error(table.first, "give outputs that are not parameters".into()));
         }
-        let (mut rows, mut numbers) = (Vec::new(), Vec::new());
-        for (number, text) in lines {
-            let cells = cells(text);
-            if cells.len() != names.len() {
-                let reason = format!("{} values for {} columns", cells.len(), names.len());
-                return Err(line(number, reason));
-            }
-            let value = |&column: &usize| match cells[column].parse::<f64>() {
-                Ok(value) if value.is_finite() => Ok(value),
-                _ => {
-                    let (cell, name) = (&cells[column], names[column]);
-                    let what = "is not a finite number; leave failed runs out";
-                    Err(line(number, format!("`{cell}` in the column `{name}` {what}")))
-                }
-            };
-            rows.push(inputs.iter().chain(&results).map(value).collect::<Result<Vec<f64>, _>>()?);
-            numbers.push(number);
-        }
-        let output = |(place, &column_of): (usize, &usize)| {
-            let (name, unit) = heads[column_of];
+        let thetas = table.numbers(&inputs)?;
+        let rows = table.numbers(&results)?;
+        let output = |(place, &column): (usize, &usize)| {
+            let (name, unit) = table.head(column);
             let unit = if unit.is_empty() { "1" } else { unit }.into();
-            let values = rows.iter().map(|row| vec![row[inputs.len() + place]]).collect();
+            let values = rows.iter().map(|row| vec![row[place]]).collect();
             Output { name: name.into(), unit, values }
         };
         let outputs = results.iter().enumerate().map(output).collect();
-        let thetas = rows.iter().map(|row| row[..inputs.len()].to_vec()).collect();
-        let heads: Vec<_> = inputs.iter().map(|&column| heads[column]).collect();
-        let said = |run: usize| format!("line {}", numbers[run]);
-        Self::new(&heads, thetas, outputs, said).map_err(|reason| at("", reason))
+        table.runs(&inputs, thetas, outputs)
+    }
+
+    /// Reads a table whose `column` names a VTU file for each run, beside the table, with its displacements as a field of vectors at nodes:
+    /// `displacement`, or the only one. All files have one mesh, at rest.
+    ///
+    /// # Errors
+    /// As [`Runs::read_table`]; files that cannot be read, differ in their mesh, or have no such field.
+    pub fn read_files(path: &Path, parameters: &str, column: &str) -> Result<Self, ThetaText> {
+        let table = Table::read(path)?;
+        let inputs = table.columns(parameters)?;
+        let [column] = table.columns(column)?[..] else {
+            return Err(table.error(table.first, "name one column of files".into()));
+        };
+        let mut first: Option<AnyMesh> = None;
+        let mut values = Vec::with_capacity(table.rows.len());
+        for (line, cells) in &table.rows {
+            let file = path.with_file_name(&cells[column]);
+            let wrong = |reason: String| table.error(*line, reason);
+            let (mesh, _) = sinew_mesh::read(&file).map_err(|error| wrong(error.to_string()))?;
+            let said = |reason: String| wrong(format!("{}: {reason}", file.display()));
+            values.push(displacements(&mesh).map_err(said)?);
+            let first = first.get_or_insert_with(|| mesh.clone());
+            if first.points() != mesh.points() || first.cells() != mesh.cells() {
+                let reason =
+                    "the mesh is not that of the first file; write all at rest, on one mesh";
+                return Err(said(reason.into()));
+            }
+        }
+        let output = Output { name: "displacement".into(), unit: "mm".into(), values };
+        let runs = table.runs(&inputs, table.numbers(&inputs)?, vec![output])?;
+        Ok(Self { mesh: first, ..runs })
     }
 
     /// Reads an archive of `numpy.savez`: `theta` (runs × parameters) and `displacements` (runs × nodes × 3), in the order of the
@@ -156,6 +159,101 @@ impl Runs {
         };
         let parameters = heads.iter().enumerate().map(range).collect::<Result<_, String>>()?;
         Ok(Self { parameters, thetas, outputs, mesh: None })
+    }
+}
+
+/// A table with names in its first line.
+struct Table<'a> {
+    file: &'a Path,
+    /// Line of the names.
+    first: usize,
+    heads: Vec<String>,
+    /// Cells of each row, with the number of its line.
+    rows: Vec<(usize, Vec<String>)>,
+}
+
+impl<'a> Table<'a> {
+    fn read(file: &'a Path) -> Result<Self, ThetaText> {
+        let mut table = Self { file, first: 0, heads: Vec::new(), rows: Vec::new() };
+        let text = table_text(file).map_err(|reason| table.error(0, reason))?;
+        for (line, text) in (1..).zip(text.lines()).filter(|(_, line)| !is_comment(line)) {
+            let cells = cells(text);
+            match table.heads.len() {
+                0 => (table.first, table.heads) = (line, cells),
+                count if count == cells.len() => table.rows.push((line, cells)),
+                count => {
+                    let reason = format!("{} values for {count} columns", cells.len());
+                    return Err(table.error(line, reason));
+                }
+            }
+        }
+        match table.heads.is_empty() {
+            true => Err(table.error(0, "the table is empty".into())),
+            false => Ok(table),
+        }
+    }
+
+    /// An error of a line, of the whole table if that is 0.
+    fn error(&self, line: usize, reason: String) -> ThetaText {
+        let line = if line > 0 { format!(", line {line}") } else { String::new() };
+        ThetaText { place: format!("{}{line}", self.file.display()), reason }
+    }
+
+    /// Name and unit.
+    fn head(&self, column: usize) -> (&str, &str) {
+        head(&self.heads[column])
+    }
+
+    /// Places of the columns of a list.
+    fn columns(&self, list: &str) -> Result<Vec<usize>, ThetaText> {
+        let names: Vec<&str> = (0..self.heads.len()).map(|column| self.head(column).0).collect();
+        columns(list, &names).map_err(|reason| self.error(self.first, reason))
+    }
+
+    fn numbers(&self, columns: &[usize]) -> Result<Vec<Vec<f64>>, ThetaText> {
+        let value = |(line, cells): &(usize, Vec<String>), column: usize| {
+            let (cell, (name, _)) = (&cells[column], self.head(column));
+            let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
+            value.ok_or_else(|| {
+                let what = "is not a finite number; leave failed runs out";
+                self.error(*line, format!("`{cell}` in the column `{name}` {what}"))
+            })
+        };
+        let row = |row| columns.iter().map(|&column| value(row, column)).collect();
+        self.rows.iter().map(row).collect()
+    }
+
+    fn runs(
+        &self,
+        inputs: &[usize],
+        thetas: Vec<Vec<f64>>,
+        outputs: Vec<Output>,
+    ) -> Result<Runs, ThetaText> {
+        let heads: Vec<_> = inputs.iter().map(|&column| self.head(column)).collect();
+        let said = |run: usize| format!("line {}", self.rows[run].0);
+        Runs::new(&heads, thetas, outputs, said).map_err(|reason| self.error(0, reason))
+    }
+}
+
+/// Displacements at the nodes of a mesh, by their name or as the only field of vectors.
+fn displacements(mesh: &AnyMesh) -> Result<Vec<f64>, String> {
+    let fields = || mesh.point_fields().iter().filter(|(_, field)| field.components == 3);
+    let names: Vec<&str> = fields().map(|(name, _)| name.as_str()).collect();
+    let field = match (mesh.point_fields().get("displacement"), &names[..]) {
+        (Some(field), _) if field.components == 3 => field,
+        (_, [name]) => &mesh.point_fields()[*name],
+        (_, []) => {
+            return Err("there is no field of vectors at nodes; write the displacement".into());
+        }
+        _ => {
+            let names = names.join(", ");
+            return Err(format!("vectors at nodes are {names}; call that to learn `displacement`"));
+        }
+    };
+    let values = field.to_f64().into_owned();
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(place) => Err(format!("the displacement of node {} is not finite", place / 3)),
+        None => Ok(values),
     }
 }
 

@@ -30,6 +30,9 @@ pub(crate) struct RunsArguments {
     /// Columns of the table to emulate [default: all others]
     #[arg(long, value_name = "NAMES", requires = "from_table")]
     outputs: Option<String>,
+    /// Column of the table with a VTU file for each run, whose displacements are emulated
+    #[arg(long, value_name = "NAME", requires = "from_table", conflicts_with = "outputs")]
+    files: Option<String>,
 }
 
 /// Folder of the emulator within OUT.
@@ -43,9 +46,10 @@ impl RunsArguments {
     pub(crate) fn train(&self, case: &CaseArguments, restart: bool) -> Result<()> {
         let parameters = self.parameters.as_deref().unwrap_or_default();
         let (file, runs) = match (&self.from_table, &self.from_fields, &case.file.mesh) {
-            (Some(file), ..) => {
-                (file, Runs::read_table(file, parameters, self.outputs.as_deref())?)
-            }
+            (Some(file), ..) => match &self.files {
+                Some(column) => (file, Runs::read_files(file, parameters, column)?),
+                None => (file, Runs::read_table(file, parameters, self.outputs.as_deref())?),
+            },
             (None, Some(file), Some(mesh)) => (file, Runs::read_fields(file, mesh, parameters)?),
             _ => return refuse("--from-fields needs --mesh".into()),
         };

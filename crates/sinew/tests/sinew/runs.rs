@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew::emulate::{Output, RunsEmulator};
 use sinew::runs::{Measured, Runs, RunsPosterior};
 use sinew::{Body, Case, Design, Parameter, npz, outside, simulate};
+use sinew_mesh::Field;
 use sinew_sample::{NutsOptions, standard_normals};
 use std::fmt::Write;
 use std::path::Path;
@@ -160,6 +161,35 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     let (mesh, _) = sinew_mesh::read_mesh::<4>(out.join("0001.vtu")).unwrap();
     assert_eq!(mesh.point_fields["displacement"].components, 3);
     assert!(out.join("cases.pvd").exists() && !out.join("0002.vtu").exists());
+
+    // A VTU file for each run, as solvers write them.
+    std::fs::create_dir(folder.join("vtu")).unwrap();
+    let mut table = String::from("file,mu,lambda\n");
+    let written = |run: usize, moved: f64, name: &str| {
+        let mut mesh = body.mesh.clone();
+        mesh.map_points(|[x, y, z]| [x + moved, y, z]);
+        let field = Field::vectors(fields[run].as_chunks::<3>().0);
+        mesh.point_fields_mut().insert(name.into(), field);
+        mesh.write_vtu(folder.join(format!("vtu/{run}.vtu"))).unwrap();
+    };
+    for (run, theta) in thetas.iter().enumerate() {
+        written(run, 0.0, "u");
+        writeln!(table, "vtu/{run}.vtu,{},{}", theta[0], theta[1]).unwrap();
+    }
+    std::fs::write(folder.join("files.csv"), table).unwrap();
+    let train = "train --from-table files.csv --parameters mu,lambda --files file";
+    done(folder, train);
+    let [archive, files] = ["runs", "files"]
+        .map(|name| RunsEmulator::load(&folder.join(format!("out/{name}/emulator"))).unwrap())
+        .map(|emulator| emulator.left_out()[0].error);
+    // Files hold numbers as text of all their digits.
+    assert!((files / archive - 1.0).abs() < 1e-9, "{files:e}, {archive:e} by an archive");
+    written(3, 0.1, "u");
+    let (code, moved) = refused(folder, &format!("{train} --restart"));
+    assert!(code == 2 && moved.contains("line 5") && moved.contains("all at rest"), "{moved}");
+    std::fs::remove_file(folder.join("vtu/3.vtu")).unwrap();
+    let (code, lost) = refused(folder, &format!("{train} --restart"));
+    assert!(code == 2 && lost.contains("line 5") && lost.contains("3.vtu"), "{lost}");
 
     npz::write(&folder.join("short.npz"), &arrays[..1], &[]).unwrap();
     let (code, short) =
