@@ -200,7 +200,8 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
 
     fn stiffened(&self, mut factors: Vec<f64>) -> Arc<dyn Material> {
         factors.iter_mut().enumerate().for_each(|(point, factor)| *factor *= self.factor(point));
-        Arc::new(Self { factors, ..self.clone() })
+        let (law, directions) = (self.law.clone(), self.directions.clone());
+        Arc::new(Self { law, directions, factors })
     }
 
     fn with_directions(&self, directions: Vec<[f64; 3]>) -> Arc<dyn Material> {

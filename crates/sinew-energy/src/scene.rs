@@ -274,8 +274,12 @@ impl Load {
     /// Name of the facet set that the load acts on; `None` for forces on volumes and nodes.
     pub(crate) fn facets(&self) -> Option<&str> {
         match self {
-            Self::Traction { facets, .. } | Self::Foundation { facets, .. } => Some(facets),
-            _ => self.pressure().map(|(_, facets, _)| facets),
+            Self::BodyForce(_) | Self::NodalForces(_) => None,
+            Self::Traction { facets, .. }
+            | Self::Foundation { facets, .. }
+            | Self::Pressure { facets, .. }
+            | Self::CavityPressure { facets, .. }
+            | Self::ThesisPressure { facets, .. } => Some(facets),
         }
     }
 

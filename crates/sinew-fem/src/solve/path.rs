@@ -93,10 +93,12 @@ impl<'s, 'p> Path<'s, 'p> {
         }
         let mut steps = 0;
         let mut linear_iterations = 0;
-        while !self.is_stuck(step / (1.0 - start), history) {
+        while !self.is_stuck((step / (1.0 - start)).abs(), history) {
             let reached = self.reached().at;
-            let wanted = if 1.0 - reached <= step * (1.0 + 1e-9) { 1.0 } else { reached + step };
-            if self.outlook.is_near() && self.around(step, history) {
+            // Arc length may have passed the end, from where steps go back.
+            let ends = (1.0 - reached).abs() <= step.abs() * (1.0 + 1e-9);
+            let wanted = if ends { 1.0 } else { reached + step };
+            if self.outlook.is_near() && self.around(step.abs(), history) {
                 continue;
             }
             let target = self.outlook.target(wanted, 1.0);

@@ -13,6 +13,7 @@ mod fenics;
 mod fibres;
 mod hard_cases;
 mod lids;
+mod linear;
 mod locking;
 mod methods;
 mod patch;

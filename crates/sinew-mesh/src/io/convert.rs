@@ -83,7 +83,7 @@ impl<const N: usize> SortedCells<N> {
 }
 
 /// VTK types of lower dimension than the facets, which are left out of a mesh of linear or quadratic
-/// cells; of poly-lines and poly-vertices no facets are made.
+/// cells, quadratic edges (21) among them; of poly-lines and poly-vertices no facets are made.
 fn is_lower(element: &Element, kind: u8) -> bool {
     match (element.dimension, element.is_quadratic()) {
         (2, _) => matches!(kind, 1 | 2 | 4),

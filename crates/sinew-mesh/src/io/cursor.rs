@@ -296,7 +296,7 @@ impl<'a> Cursor<'a> {
     /// One integer that counts something.
     pub(super) fn count(&mut self, kind: NumberType, what: &'static str) -> Result<usize, Problem> {
         let value = self.integer(kind, what)?;
-        Problem::require_within(what, value, 0..=i64::MAX)?;
-        Ok(value as usize)
+        let most = i64::MAX;
+        usize::try_from(value).map_err(|_| Problem::Range { what, value, least: 0, most })
     }
 }

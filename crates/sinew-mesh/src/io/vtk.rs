@@ -114,7 +114,7 @@ impl Reader<'_> {
         Ok(true)
     }
 
-    /// The declared number of rows of POINT_DATA or CELL_DATA, which must be the true one.
+    /// Requires the declared number of rows of POINT_DATA or CELL_DATA to be the true one.
     fn attributes(&mut self, owner: Owner) -> Result<(), Problem> {
         let (section, expected) = match owner {
             Owner::Points(rows) => ("POINT_DATA", rows),
