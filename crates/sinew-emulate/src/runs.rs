@@ -143,7 +143,9 @@ pub struct RunsEmulator {
 #[derive(Serialize, Deserialize)]
 struct Description {
     /// Version of the program, and seed of the order of the runs.
+    #[serde(default)]
     version: String,
+    #[serde(default)]
     seed: u64,
     parameters: Vec<Axis>,
     left_out: Vec<LeftOut>,
@@ -165,6 +167,14 @@ impl RunsEmulator {
         mesh: Option<AnyMesh>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
+        let length = mesh.as_ref().map_or(1, |mesh| 3 * mesh.points().len());
+        for Output { name, values, .. } in outputs {
+            if let Some(other) = values.iter().find(|value| value.len() != length) {
+                let found = other.len();
+                let reason = format!("{name} has {found} numbers in a run; give {length}");
+                return Err(Error::Refused(reason));
+            }
+        }
         // By the numbers of the runs as they were given.
         outputs.iter().try_for_each(|of| check_samples(&parameters, thetas, &of.values))?;
         let mut order: Vec<usize> = (0..thetas.len()).collect();
@@ -217,17 +227,21 @@ impl RunsEmulator {
         self.outputs.iter().zip(&self.left_out).map(predict).collect()
     }
 
-    /// All numbers at shares of the ranges of the parameters; displacements are none.
-    pub fn at_shares(&self, shares: &[f64]) -> Vec<Emulated> {
-        let at = |((regression, conditional), left): (&(PodRegression, Conditional), &LeftOut)| {
+    /// Numbers at shares of the ranges of the parameters, by the places of their outputs.
+    ///
+    /// # Panics
+    /// An emulator of displacements, and a place beyond its outputs.
+    pub fn at_shares(&self, shares: &[f64], outputs: &[usize]) -> Vec<Emulated> {
+        assert!(self.mesh.is_none(), "displacements are no numbers");
+        let at = |&place: &usize| {
+            let ((regression, conditional), left) = (&self.outputs[place], &self.left_out[place]);
             let [(value, value_slopes), (deviation, slopes)] =
                 regression.slopes(conditional, shares);
             let factor = left.factor / NORMAL_WIDTH;
             let deviation_slopes = slopes.iter().map(|slope| factor * slope).collect();
             Emulated { value, value_slopes, deviation: factor * deviation, deviation_slopes }
         };
-        let numbers = self.outputs.iter().zip(&self.left_out).filter(|_| self.mesh.is_none());
-        numbers.map(at).collect()
+        outputs.iter().map(at).collect()
     }
 
     /// Writes a folder that [`RunsEmulator::load`] reads, with checksums of its files.

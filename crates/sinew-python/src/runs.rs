@@ -6,7 +6,7 @@ use crate::mesh::NativeMesh;
 use crate::relay;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
-use sinew::runs::{Measured, Runs, RunsPosterior};
+use sinew::runs::{Measured, Runs, RunsPosterior, RunsPosteriorError};
 use sinew::sample::NutsOptions;
 use sinew_emulate::{Output, RunsEmulator};
 use std::path::{Path, PathBuf};
@@ -41,12 +41,6 @@ impl NativeRuns {
         let Runs { parameters, thetas, outputs, .. } =
             made.map_err(|reason| Kind::Case.of(py, reason))?;
         let mesh = mesh.map(|mesh| mesh.make(py)).transpose()?.map(|(mesh, _)| mesh);
-        if let Some(mesh) = &mesh
-            && outputs[0].values[0].len() != 3 * mesh.points().len()
-        {
-            let (nodes, found) = (mesh.points().len(), outputs[0].values[0].len() / 3);
-            return Err(Kind::Case.of(py, format!("displacements of {found} nodes on a mesh of {nodes}; give them for every node, all of which cells use")));
-        }
         let fitted = relay::run(py, listener, move |observer| {
             RunsEmulator::fit(parameters, &thetas, &outputs, mesh, observer)
         })?;
@@ -69,8 +63,9 @@ impl NativeRuns {
 
     /// Names, units and ranges.
     #[getter]
-    fn parameters(&self) -> Vec<(&str, &str, [f64; 2])> {
-        self.0.parameters.iter().map(|p| (&p.name[..], p.unit.name(), p.range)).collect()
+    fn parameters(&self) -> Vec<(&str, &str, (f64, f64))> {
+        let told = |p: &'_ sinew::Parameter| (p.range[0], p.range[1]);
+        self.0.parameters.iter().map(|p| (&p.name[..], p.unit.name(), told(p))).collect()
     }
 
     /// Name, unit, error of runs left out and R² of each output.
@@ -109,22 +104,26 @@ impl NativeRuns {
         sinew::outside(&self.0.parameters, &theta)
     }
 
-    /// Groups of draws for arviz as JSON, and the result in lines; data by output, value and standard deviation.
+    /// Groups of draws for arviz as JSON, the result in lines, and warnings; data by output, value and standard deviation.
     fn posterior(
         &self,
         py: Python<'_>,
         data: Vec<(String, f64, f64)>,
         seed: u64,
+        draws: usize,
         listener: &Bound<'_, PyAny>,
-    ) -> PyResult<(String, Vec<String>)> {
+    ) -> PyResult<(String, Vec<String>, Vec<String>)> {
         let emulator = self.0.clone();
         let measured = |(output, value, sd)| Measured { output, value, sd };
         let data: Vec<Measured> = data.into_iter().map(measured).collect();
-        let options = NutsOptions { seed, ..NutsOptions::default() };
+        let options = NutsOptions { seed, draws, ..NutsOptions::default() };
         let found =
             relay::run(py, listener, move |_| RunsPosterior::new(&emulator, &data, &options))?;
-        let posterior = found.map_err(|reason| Kind::Case.of(py, reason))?;
-        Ok((posterior.to_arviz().to_json(), posterior.in_words()))
+        let posterior = found.map_err(|error| match &error {
+            RunsPosteriorError::Input(_) => Kind::Case.of(py, error),
+            RunsPosteriorError::Chains(_) => Kind::Calibration.of(py, error),
+        })?;
+        Ok((posterior.to_arviz().to_json(), posterior.in_words(), posterior.warnings))
     }
 }
 

@@ -54,7 +54,7 @@ def test_measured_outputs_give_a_posterior(runs: Runs) -> None:
     assert np.array_equal(runs.posterior(data, progress=False)["k"], found["k"])
     with pytest.raises(CaseError, match="did you mean"):
         runs.posterior({"volum": (70.0, 1.0)})
-    with pytest.raises(CaseError, match="out of reach"):
+    with pytest.raises(CaseError, match="standard deviations from"):
         runs.posterior({"volume": (700.0, 1.0)})
 
 
@@ -66,8 +66,25 @@ def test_displacements_on_a_mesh_are_emulated(bar: Case) -> None:
     found, width = emulator.predict(solved.theta[3])["displacement"]
     error = np.sqrt(np.mean(np.sum((found - fields[3]) ** 2, axis=1)))
     assert found.shape == fields[3].shape and error <= 3 * width
-    with pytest.raises(CaseError, match="on a mesh of"):
+    with pytest.raises(CaseError, match="numbers in a run"):
         Runs.of_fields(columns, fields[:, 1:], (bar.points, bar.cells), progress=False)
+
+
+def test_names_and_labels_decide(theta: dict[str, np.ndarray], runs: Runs) -> None:
+    pandas = pytest.importorskip("pandas")
+    inputs, outputs = pandas.DataFrame(theta), pandas.DataFrame(truth(*theta.values()))
+    whole, _ = runs.predict({"k": 3.0, "angle": 20.0})["volume"]
+    row = pandas.Series({"angle": 20.0, "k": 3.0})
+    assert runs.predict(row)["volume"][0] == whole
+    assert np.array_equal(Runs.of_table(inputs, outputs, progress=False).predict(inputs)["volume"][0], runs.predict(theta)["volume"][0])
+    with pytest.raises(CaseError, match="different labels"):
+        Runs.of_table(inputs, outputs.sample(frac=1.0, random_state=1))
+    with pytest.raises(CaseError, match="the parameters are k, angle"):
+        runs.predict({"k": 3.0})
+    with pytest.raises(CaseError, match="shape"):
+        runs.predict(np.empty((0, 2)))
+    with pytest.raises(CaseError, match="draws a chain"):
+        runs.posterior({"volume [ml]": (75.0, 1.0)}, draws=8)
 
 
 def test_bad_tables_say_what_to_give(theta: dict[str, np.ndarray]) -> None:
@@ -78,6 +95,7 @@ def test_bad_tables_say_what_to_give(theta: dict[str, np.ndarray]) -> None:
         (theta, {"volume": np.full(40, 2.0)}, "is 2 in all runs"),
         (theta, {"volume": np.zeros(3)}, "3 and 40 runs"),
         ({"k": np.ones(40)}, outputs, "the same parameters"),
+        ({"k": theta["k [kPa]"], "volume": theta["angle [deg]"]}, outputs, "is there twice"),
         (theta, {}, "there are no columns"),
     ]:
         with pytest.raises(CaseError, match=reason):

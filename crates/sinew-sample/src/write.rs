@@ -88,7 +88,12 @@ pub fn write_csv(path: &Path, columns: &[(String, Vec<Vec<f64>>)]) -> Result<(),
         }
     }
     let mut text = String::from("chain,draw");
-    columns.iter().for_each(|(name, _)| text += &format!(",{name}"));
+    for (name, _) in columns {
+        text += &match name.contains([',', '"']) {
+            true => format!(",\"{}\"", name.replace('"', "\"\"")),
+            false => format!(",{name}"),
+        };
+    }
     text.push('\n');
     for (chain, &draws) in first.iter().enumerate() {
         for draw in 0..draws {

@@ -6,7 +6,7 @@ use crate::case::advise;
 use crate::npz;
 use crate::output::{clear, failed, quoted};
 use crate::theta::{ThetaText, cells, head, is_comment, outside, table_text};
-pub use posterior::{Measured, RunsPosterior};
+pub use posterior::{Measured, RunsPosterior, RunsPosteriorError};
 use sinew_emulate::{Output, Predicted, RunsEmulator, share_of};
 use sinew_energy::{Parameter, Unit};
 use sinew_mesh::{AnyMesh, Field, MeshError};
@@ -139,6 +139,17 @@ impl Runs {
         if found < least {
             let count = heads.len();
             return Err(format!("{found} runs of {count} parameters; give at least {least}"));
+        }
+        let names =
+            heads.iter().map(|(name, _)| *name).chain(outputs.iter().map(|of| &of.name[..]));
+        let names: Vec<&str> = names.collect();
+        for (place, name) in names.iter().enumerate() {
+            if name.is_empty() || names[..place].contains(name) {
+                let fault = if name.is_empty() { "has no name" } else { "is there twice" };
+                return Err(format!(
+                    "the column `{name}` {fault}; rename it, or leave it out (--outputs)"
+                ));
+            }
         }
         outputs.iter().try_for_each(|of| varied(&of.name, &of.values.concat()))?;
         let mut seen = HashMap::new();
@@ -275,7 +286,7 @@ fn columns(list: &str, names: &[&str]) -> Result<Vec<usize>, String> {
 
 /// Requires more than one value.
 fn varied(name: &str, values: &[f64]) -> Result<(), String> {
-    let first = values[0];
+    let Some(&first) = values.first() else { return Err(format!("`{name}` is empty")) };
     match values.iter().all(|value| *value == first) {
         true => {
             Err(format!("`{name}` is {first} in all runs; leave it out (--parameters, --outputs)"))

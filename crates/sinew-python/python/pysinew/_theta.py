@@ -54,11 +54,11 @@ def _table(case: NativeCase, theta: Any) -> Union[Floats, tuple[Floats, bool]]:
     if theta is None:
         return case.centre()[np.newaxis], True
     names = [name for name, *_ in case.parameters]
-    named = _named(theta, names)
+    named = named(theta, names)
     if named is not None:
         return _by_name(case, named)
     if isinstance(theta, Sequence) and not isinstance(theta, str):
-        sets = [_named(each, names) for each in theta]
+        sets = [named(each, names) for each in theta]
         if any(each is not None for each in sets):
             return np.stack([_one(case, named or each) for named, each in zip(sets, theta)]), False
     table = floats(theta, "theta")
@@ -70,7 +70,7 @@ def _table(case: NativeCase, theta: Any) -> Union[Floats, tuple[Floats, bool]]:
     return table
 
 
-def _named(theta: Any, names: list[str]) -> Union[Mapping[str, Any], None]:
+def named(theta: Any, names: list[str]) -> Union[Mapping[str, Any], None]:
     """Values by the names that frames, rows of them, named tuples and xarray carry; None where there are none."""
     if isinstance(theta, Mapping):
         return theta
@@ -78,7 +78,7 @@ def _named(theta: Any, names: list[str]) -> Union[Mapping[str, Any], None]:
         return _paired(theta.columns, [theta[name].to_numpy() for name in theta.columns])
     if isinstance(theta, tuple) and hasattr(theta, "_fields"):
         return _paired(theta._fields, theta)
-    found = _labels(theta)
+    found = labels_of(theta)
     if found is None:
         return None
     by_text = [axis for axis, labels in enumerate(found) if labels and all(isinstance(each, str) for each in labels)]
@@ -97,7 +97,7 @@ def _paired(names: Any, values: Any) -> dict[str, Any]:
     return pairs
 
 
-def _labels(value: Any) -> Union[list[list[Any]], None]:
+def labels_of(value: Any) -> Union[list[list[Any]], None]:
     """Labels along each axis of a series or an array of xarray; None of other objects."""
     if hasattr(value, "dims") and hasattr(value, "coords"):
         return [np.asarray(value.coords[dim]).tolist() if dim in value.coords else [] for dim in value.dims]
@@ -126,13 +126,13 @@ def _one(case: NativeCase, theta: Any) -> Floats:
 
 def _by_name(case: NativeCase, theta: Mapping[str, Any]) -> tuple[Floats, bool]:
     columns = {name: value for name, value in theta.items() if not isinstance(value, str) and np.ndim(value) > 0}
-    labels = [found for found in map(_labels, columns.values()) if found is not None]
+    labels = [found for found in map(labels_of, columns.values()) if found is not None]
     if any(found != labels[0] for found in labels):
         raise CaseError("theta: columns with different labels; put them into one frame, or give their values alone")
     for name, column in columns.items():
         unmasked(column, f"theta: {name}")
         # By place, whatever the labels are.
-        columns[name] = column if _labels(column) is None else np.asarray(column)
+        columns[name] = column if labels_of(column) is None else np.asarray(column)
     if not columns:
         return _one(case, theta)[np.newaxis], True
     count = max(len(column) for column in columns.values())

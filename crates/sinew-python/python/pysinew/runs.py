@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Union
 
 import numpy as np
 
-from . import _meshes, posterior
+from . import _meshes, _theta, posterior
 from ._native import NativeRuns
 from ._numbers import Floats, count, floats
 from ._progress import ProgressArgument, shown, warn
@@ -20,6 +20,8 @@ from .posterior import Posterior
 __all__ = ["LeftOut", "Runs"]
 
 Path = Union[str, pathlib.Path]
+# Chains of a posterior.
+CHAINS = 4
 
 
 @dataclass(frozen=True)
@@ -50,9 +52,10 @@ class Runs:
     @staticmethod
     def of_table(theta: Any, outputs: Any, *, progress: ProgressArgument = None) -> Runs:
         """From columns by name, which may end with their unit: dictionaries or frames, a row per run."""
-        columns = _columns(theta, "theta")
-        results = [(name, unit, column[:, np.newaxis]) for name, unit, column in _columns(outputs, "outputs")]
-        return Runs._fit(columns, results, None, progress)
+        inputs, results = _columns(theta, "theta"), _columns(outputs, "outputs")
+        _same_labels([*inputs.values(), *results.values()], "theta and outputs")
+        found = [(name, unit, column[:, np.newaxis]) for name, unit, column in _read(results, "outputs")]
+        return Runs._fit(_read(inputs, "theta"), found, None, progress)
 
     @staticmethod
     def of_fields(theta: Any, displacements: Any, mesh: Any, *, unit: str = "mm", progress: ProgressArgument = None) -> Runs:
@@ -61,7 +64,9 @@ class Runs:
         if array.ndim != 3 or array.shape[2] != 3:
             raise CaseError(f"displacements of shape {array.shape}; give (runs, nodes, 3)")
         results = [("displacement", unit, array.reshape(len(array), -1))]
-        return Runs._fit(_columns(theta, "theta"), results, _meshes.read(mesh), progress)
+        inputs = _columns(theta, "theta")
+        _same_labels(inputs.values(), "theta")
+        return Runs._fit(_read(inputs, "theta"), results, _meshes.read(mesh), progress)
 
     @staticmethod
     def _fit(columns: Any, results: Any, mesh: Any, progress: ProgressArgument) -> Runs:
@@ -103,44 +108,77 @@ class Runs:
             found[name] = (shaped[0], widths[0]) if one else (shaped, widths)
         return found
 
-    def posterior(self, data: Mapping[str, tuple[float, float]], *, seed: int = 0, progress: ProgressArgument = None) -> Posterior:
+    def posterior(
+        self,
+        data: Mapping[str, tuple[float, float]],
+        *,
+        seed: int = 0,
+        draws: int = 4000,
+        progress: ProgressArgument = None,
+    ) -> Posterior:
         """Draws of the parameters given values and standard deviations of outputs, by the emulator alone: no solver confirms them."""
         measured = []
         for name, pair in data.items():
             numbers = floats(pair, f"data: {name}")
             if numbers.shape != (2,):
                 raise CaseError(f"data: {name} of shape {numbers.shape}; give its value and its standard deviation")
-            measured.append((name, float(numbers[0]), float(numbers[1])))
+            measured.append((_head(name)[0], float(numbers[0]), float(numbers[1])))
+        each = -(-count(draws, "draws") // CHAINS)
         with shown(progress) as bar:
-            groups, words = self._native.posterior(measured, count(seed, "seed"), bar)
+            groups, words, warnings = self._native.posterior(measured, count(seed, "seed"), each, bar)
+        warn(warnings)
         return posterior.read(None, json.loads(groups), words)
 
     def _rows(self, theta: Any) -> tuple[Floats, bool]:
         names = list(self.parameters)
-        if isinstance(theta, Mapping) or hasattr(theta, "columns"):
-            given = {name: theta[name] for name in theta}
+        named = _theta.named(theta, names)
+        if named is not None:
+            given = {_head(name)[0]: value for name, value in named.items()}
             if set(given) != set(names):
-                raise CaseError(f"theta has {', '.join(map(str, given))}; the parameters are {', '.join(names)}")
-            columns = np.broadcast_arrays(*(floats(given[name], f"theta: {name}") for name in names))
-            array = np.stack(columns, axis=-1)
+                raise CaseError(f"theta has {', '.join(given)}; the parameters are {', '.join(names)}")
+            _same_labels(given.values(), "theta")
+            columns = [floats(given[name], f"theta: {name}") for name in names]
+            try:
+                array = np.stack(np.broadcast_arrays(*columns), axis=-1)
+            except ValueError as error:
+                raise CaseError("theta: columns of different lengths; give as many values in each") from error
         else:
             array = floats(theta, "theta")
-        if array.ndim not in (1, 2) or array.shape[-1] != len(names):
+        if array.ndim not in (1, 2) or array.shape[-1] != len(names) or array.size == 0:
             raise CaseError(f"theta of shape {array.shape}; give {', '.join(names)}, or a row of them for every set")
         return np.ascontiguousarray(np.atleast_2d(array)), array.ndim == 1
 
 
-def _columns(table: Any, what: str) -> list[tuple[str, str, Floats]]:
+def _head(text: Any) -> tuple[str, str]:
+    """Name and unit of a column such as `mu [kPa]`."""
+    name, _, unit = str(text).partition("[")
+    return name.strip(), unit.strip().rstrip("]").strip()
+
+
+def _same_labels(columns: Iterable[Any], what: str) -> None:
+    """Refuses columns whose rows have different labels."""
+    labels = [found for found in map(_theta.labels_of, columns) if found is not None]
+    if any(other != labels[0] for other in labels[1:]):
+        raise CaseError(f"{what}: columns have different labels; align them, or give their values alone")
+
+
+def _columns(table: Any, what: str) -> dict[str, Any]:
+    """Columns by their heads."""
+    if hasattr(table, "columns") and hasattr(table, "to_numpy"):
+        return {str(name): table[name] for name in table.columns}
+    if isinstance(table, Mapping) and table:
+        return {str(name): column for name, column in table.items()}
+    raise CaseError(f"{what}: {'there are no columns' if isinstance(table, Mapping) else f'a {type(table).__name__} has no names'}; "
+                    "give a dictionary of columns, or a frame")
+
+
+def _read(columns: Mapping[str, Any], what: str) -> list[tuple[str, str, Floats]]:
     """Names, units and values of columns."""
-    if not isinstance(table, Mapping) and not hasattr(table, "columns"):
-        raise CaseError(f"{what}: a {type(table).__name__} has no names; give a dictionary of columns, or a frame")
-    columns = []
-    for head in table:
-        name, _, unit = str(head).partition("[")
-        column = floats(table[head], f"{what}: {head}")
+    found = []
+    for head, values in columns.items():
+        column = floats(values, f"{what}: {head}")
         if column.ndim != 1:
             raise CaseError(f"{what}: {head} of shape {column.shape}; give a number per run")
-        columns.append((name.strip(), unit.rstrip("] ") or "1", column))
-    if not columns:
-        raise CaseError(f"{what}: there are no columns")
-    return columns
+        name, unit = _head(head)
+        found.append((name, unit or "1", column))
+    return found

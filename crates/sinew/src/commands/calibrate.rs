@@ -22,10 +22,17 @@ use std::time::{Duration, Instant};
 const DOUBTFUL: f64 = 3.0;
 
 /// Solves of a run within its folder.
-const SOLVES: &str = "solves.csv";
+pub(super) const SOLVES: &str = "solves.csv";
 /// Results of a run within its folder.
-const RESULTS: [&str; 6] =
-    ["posterior.csv", "posterior.json", "edpvr.csv", "rest.vtu", "report.html", "report.json"];
+const RESULTS: [&str; 7] = [
+    "posterior.csv",
+    "posterior.json",
+    "provenance.json",
+    "edpvr.csv",
+    "rest.vtu",
+    "report.html",
+    "report.json",
+];
 
 /// Patient file and folder.
 #[derive(Debug, Args)]
@@ -78,9 +85,9 @@ impl Calibrate {
     pub(crate) fn run(&self) -> Result<()> {
         if let Some(file) = DataFile::read(&self.patient.file.case)? {
             let solver = self.check || self.resume || self.restart || self.budget.is_some();
-            return match solver {
+            return match solver || self.patient.file.mesh.is_some() {
                 true => refuse(
-                    "--check, --resume, --restart and --budget are for patients, whose solver takes time; leave them out"
+                    "--check, --resume, --restart, --budget and --mesh are for patients, who have a solver; leave them out"
                         .into(),
                 ),
                 false => file.calibrate(&self.patient, self.seed),
@@ -181,7 +188,7 @@ fn refuse_solved(stored: &Path) -> Result<()> {
 }
 
 /// Removes the results of an earlier run, which would stand beside solves of another.
-fn remove_results(folder: &Path) -> Result<()> {
+pub(super) fn remove_results(folder: &Path) -> Result<()> {
     for name in RESULTS {
         let path = folder.join(name);
         if let Err(error) = std::fs::remove_file(&path)

@@ -1,16 +1,18 @@
 //! Emulators of stored runs of any solver: training, predictions and posteriors.
 
 use super::batch::{MOST_LINES, tell_outside};
-use super::{CaseArguments, ThetaArguments, Usage, refuse};
+use super::calibrate::{SOLVES, remove_results};
+use super::{CaseArguments, ThetaArguments, Usage, refuse, warn};
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
 use serde::Deserialize;
 use sinew::output::displacement_in_words;
 use sinew::report::format::digits;
-use sinew::runs::{Measured, Runs, RunsPosterior, write_predictions};
+use sinew::runs::{Measured, Runs, RunsPosterior, RunsPosteriorError, write_predictions};
 use sinew::{EmulatorError, Unit, values_in_words};
 use sinew_emulate::{LeftOut, Predicted, RunsEmulator, Terminal};
+use sinew_report::Provenance;
 use sinew_sample::{NutsOptions, write_csv};
 use std::path::{Path, PathBuf};
 
@@ -141,20 +143,41 @@ impl DataFile {
         Ok(Some(Self { emulator: folder, ..file }))
     }
 
-    /// Draws parameters given the data, and writes them.
+    /// Draws parameters given the data, and writes them with the file's settings.
     pub(crate) fn calibrate(&self, case: &CaseArguments, seed: Option<u64>) -> Result<()> {
-        let emulator = RunsEmulator::load(&self.emulator.join(EMULATOR))?;
+        let file = &case.file.case;
+        let stem = file.file_stem().unwrap_or_default();
+        let out = case.out.clone().unwrap_or_else(|| Path::new("out").join(stem)).join("calibrate");
+        if out.join(SOLVES).exists() {
+            let out = out.display();
+            return refuse(format!("{out} holds the calibration of a patient; give another --out"));
+        }
+        std::fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
+        remove_results(&out)?;
+        let inner = self.emulator.join(EMULATOR);
+        let folder = if inner.exists() { &inner } else { &self.emulator };
+        let emulator = RunsEmulator::load(folder)?;
         let default = NutsOptions::default();
         let draws = self.draws.map_or(default.draws, |draws| draws.div_ceil(default.chains));
         let options = NutsOptions { draws, seed: seed.unwrap_or(self.seed), ..default };
-        let posterior = RunsPosterior::new(&emulator, &self.data, &options)
-            .map_err(|reason| Usage(format!("{}: {reason}", case.file.case.display())))?;
+        let posterior = match RunsPosterior::new(&emulator, &self.data, &options) {
+            Err(RunsPosteriorError::Input(reason)) => {
+                return refuse(format!("{}: {reason}", file.display()));
+            }
+            other => other?,
+        };
+        warn(&posterior.warnings);
         posterior.in_words().iter().for_each(|line| println!("{line}"));
-        let stem = case.file.case.file_stem().unwrap_or_default();
-        let out = case.out.clone().unwrap_or_else(|| Path::new("out").join(stem)).join("calibrate");
-        std::fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
         write_csv(&out.join("posterior.csv"), &posterior.columns())?;
         posterior.to_arviz().write(&out.join("posterior.json"))?;
+        let provenance = Provenance {
+            seed: Some(options.seed),
+            config: std::fs::read_to_string(file).unwrap_or_default(),
+            ..Provenance::of_this_run("sinew", env!("CARGO_MANIFEST_DIR"))
+        };
+        let path = out.join("provenance.json");
+        std::fs::write(&path, serde_json::to_string_pretty(&provenance)?)
+            .with_context(|| path.display().to_string())?;
         println!("written: {}", out.display());
         Ok(())
     }

@@ -21,14 +21,20 @@ const STARTS: usize = 8;
 /// Steps of a search, and the gain of the log density that ends it.
 const STEPS: usize = 100;
 const CONVERGED: f64 = 1e-6;
-/// Difference of the log density to the best mode, above which a mode is dropped: it has less than 1e-4 of the mass.
-const NEGLIGIBLE: f64 = 10.0;
+/// Logarithm of the mass of the best mode over that of a mode, by Laplace's method, above which the mode is dropped: it has less than 1 %.
+const NEGLIGIBLE: f64 = 4.6;
+/// Distance above which two modes are distinct \[posterior standard deviations\].
+const APART: f64 = 3.0;
 /// R̂ above which chains disagree.
 const DISAGREE: f64 = 1.05;
-/// Misfit \[standard deviations\] above which a value is out of reach of all runs.
+/// Misfits at the mode \[standard deviations\] from which on a value is doubtful, and refused.
+const DOUBTFUL: f64 = 3.0;
 const OUT_OF_REACH: f64 = 5.0;
-/// Share of a range, next to an end, where runs do not enclose a mode.
-const EDGE: f64 = 0.02;
+/// Share of a range next to an end. If more draws are there than in the next such share, by this factor, the posterior goes on beyond it.
+const EDGE: f64 = 0.05;
+const RISING: f64 = 1.5;
+/// Draws of a chain.
+const DRAWS: std::ops::RangeInclusive<usize> = 100..=250_000;
 
 /// A measured value of an output.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -40,6 +46,23 @@ pub struct Measured {
     pub value: f64,
     /// Standard deviation of its error \[unit of the output\].
     pub sd: f64,
+}
+
+/// The reason why there is no posterior, in words.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RunsPosteriorError {
+    /// Data or settings to be corrected.
+    #[error("{0}")]
+    Input(String),
+    /// Chains that disagree, or that cannot begin.
+    #[error("{0}")]
+    Chains(String),
+}
+
+impl From<String> for RunsPosteriorError {
+    fn from(reason: String) -> Self {
+        Self::Input(reason)
+    }
 }
 
 /// Draws of parameters given measured values. The prior is uniform over the ranges of the runs, over their logarithm for
@@ -68,7 +91,10 @@ pub struct RunsPosterior {
     outputs: Vec<Vec<Vec<f64>>>,
     /// Parameters in coordinates whose prior is standard normal.
     coordinates: Chains,
-    warnings: Vec<String>,
+    /// Reasons for mistrust.
+    pub warnings: Vec<String>,
+    /// Standard deviations of the emulator at the mode, by the data.
+    errors: Vec<f64>,
     data: Vec<Measured>,
     units: Vec<Unit>,
     heads: Vec<String>,
@@ -78,34 +104,29 @@ impl RunsPosterior {
     /// Draws by NUTS, from the modes that Levenberg's and Marquardt's method finds.
     ///
     /// # Errors
-    /// An output that the emulator does not have, or of displacements; a value or standard deviation that is not usable; a value out of reach of
-    /// all runs; chains that disagree.
+    /// An output that the emulator does not have, that is there twice or of displacements; a value or standard deviation that is not usable; a
+    /// value that the most likely parameters miss by five standard deviations; fewer than 100 draws a chain; chains that disagree.
     pub fn new(
         emulator: &RunsEmulator,
         data: &[Measured],
         options: &NutsOptions,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, RunsPosteriorError> {
+        if !DRAWS.contains(&options.draws) {
+            return Err(format!("{} draws a chain; give {DRAWS:?}", options.draws).into());
+        }
         let target = Target::new(emulator, data)?;
         let modes = target.modes(options.seed);
-        let best = modes.first().ok_or("the density is not finite anywhere in the prior")?;
-        let warnings = target.judge(&best.0)?;
-        let failed = |error: sinew_sample::SampleError| error.to_string();
-        let about = Laplace::from_precision(&best.0, best.1.clone()).map_err(failed)?;
+        let chains = |reason: String| RunsPosteriorError::Chains(reason);
+        let nowhere = "the density is not finite anywhere in the prior";
+        let (best, precision) = modes.first().ok_or_else(|| chains(nowhere.into()))?;
+        let mut warnings = target.judge(best)?;
+        let failed = |error: sinew_sample::SampleError| chains(error.to_string());
+        let about = Laplace::from_precision(best, precision.clone()).map_err(failed)?;
         let starts: Vec<_> = modes.iter().map(|(y, _)| y.clone()).collect();
-        let coordinates = nuts_from(&target, &about, &starts, options).map_err(failed)?;
-        for (place, parameter) in emulator.parameters.iter().enumerate() {
-            let r_hat = coordinates.summary(place).r_hat;
-            if r_hat > DISAGREE {
-                let name = &parameter.name;
-                let modes = modes
-                    .iter()
-                    .map(|(y, _)| values_in_words(&emulator.parameters, &target.theta(y)));
-                return Err(format!(
-                    "chains disagree about {name}, R̂ {r_hat:.2}; likely are {}: add data that tell these apart, or draw more",
-                    modes.collect::<Vec<_>>().join("; ")
-                ));
-            }
-        }
+        let options = NutsOptions { chains: options.chains.max(starts.len()), ..*options };
+        let coordinates = nuts_from(&target, &about, &starts, &options).map_err(failed)?;
+        target.agree(&coordinates, &starts).map_err(chains)?;
+        warnings.extend(target.ends(&coordinates));
         let each = |of: &dyn Fn(&[f64]) -> Vec<f64>| -> Vec<Vec<Vec<f64>>> {
             let chain = |chain: &Vec<Vec<f64>>| chain.iter().map(|y| of(y)).collect();
             coordinates.draws.iter().map(chain).collect()
@@ -114,6 +135,7 @@ impl RunsPosterior {
         let draws = Chains { draws: each(&|y| target.theta(y)), ..coordinates.clone() };
         let left = emulator.left_out();
         Ok(Self {
+            errors: target.at(best).iter().map(|of| of.deviation).collect(),
             outputs: each(&values),
             draws,
             warnings,
@@ -124,7 +146,7 @@ impl RunsPosterior {
         })
     }
 
-    /// Parameters with mean, standard deviation and 95 % interval; data beside their predictions; warnings.
+    /// Parameters with median and 95 % interval, data beside their predictions, and how the chains mixed.
     pub fn in_words(&self) -> Vec<String> {
         let mut lines = Vec::new();
         for (place, head) in self.heads.iter().enumerate() {
@@ -138,7 +160,8 @@ impl RunsPosterior {
         }
         for (place, (datum, unit)) in self.data.iter().zip(&self.units).enumerate() {
             let found = Summary::of(&self.output(place));
-            let [mean, sd] = [found.mean, found.deviation].map(|value| digits(value, 3));
+            let sd = found.deviation.hypot(self.errors[place]);
+            let [mean, sd] = [found.mean, sd].map(|value| digits(value, 3));
             let [value, own] = [datum.value, datum.sd].map(|value| digits(value, 3));
             let (name, unit) = (&datum.output, unit.suffix());
             lines.push(format!("{name}: measured {value} ± {own}{unit}, emulated {mean} ± {sd}"));
@@ -148,7 +171,6 @@ impl RunsPosterior {
             [r_hat.max(of.r_hat), ess.min(of.ess_bulk).min(of.ess_tail)]
         });
         lines.push(format!("R̂ {r_hat:.3}, {ess:.0} effective draws; no solver has confirmed it"));
-        lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines
     }
 
@@ -195,6 +217,11 @@ impl<'a> Target<'a> {
             return Err("there are no data; add [[data]] with output, value and sd".into());
         }
         let names = || emulator.left_out().iter().map(|left| left.name.as_str());
+        for (number, Measured { output, .. }) in data.iter().enumerate() {
+            if data[..number].iter().any(|other| other.output == *output) {
+                return Err(format!("`{output}` is there twice; give one value with its sd"));
+            }
+        }
         let place = |datum: &Measured| {
             let Measured { output, value, sd } = datum;
             if !(value.is_finite() && sd.is_finite() && *sd > 0.0) {
@@ -224,8 +251,7 @@ impl<'a> Target<'a> {
 
     /// Emulated outputs of the data.
     fn at(&self, y: &[f64]) -> Vec<Emulated> {
-        let all = self.emulator.at_shares(&self.shares(y));
-        self.places.iter().map(|&place| all[place].clone()).collect()
+        self.emulator.at_shares(&self.shares(y), &self.places)
     }
 
     /// Logarithm of the density, its gradient, and Gauss and Newton's precision.
@@ -258,17 +284,27 @@ impl<'a> Target<'a> {
         let mut starts: Vec<_> =
             (0..PRIOR_DRAWS).map(draw).map(|y| (self.expand(y.as_slice()).0, y)).collect();
         starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let found = starts.into_iter().take(STARTS).filter_map(|(_, y)| self.climb(y));
-        let mut found: Vec<_> = found.collect();
+        let climb = |y: DVector<f64>| {
+            let (value, y, precision) = self.climb(y)?;
+            let half_log_determinant =
+                precision.clone().cholesky()?.l().diagonal().map(f64::ln).sum();
+            Some((value - half_log_determinant, y, precision))
+        };
+        let starts = starts.into_iter().take(STARTS);
+        let mut found: Vec<_> = starts.filter_map(|(_, y)| climb(y)).collect();
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         let best = found.first().map_or(0.0, |mode| mode.0);
-        found.retain(|mode| best - mode.0 < NEGLIGIBLE);
-        // Searches that end at one mode, within one posterior standard deviation.
-        found.dedup_by(|next, kept| {
-            let step = &next.1 - &kept.1;
-            step.dot(&(&kept.2 * &step)) < 1.0
-        });
-        found.into_iter().map(|(_, y, precision)| (y.as_slice().to_vec(), precision)).collect()
+        let mut apart: Vec<(Vec<f64>, DMatrix<f64>)> = Vec::new();
+        for (_, y, precision) in found.into_iter().take_while(|mode| best - mode.0 < NEGLIGIBLE) {
+            let is_apart = |(other, precision): &(Vec<f64>, DMatrix<f64>)| {
+                let step = &y - DVector::from_column_slice(other);
+                step.dot(&(precision * &step)) > APART * APART
+            };
+            if apart.iter().all(is_apart) {
+                apart.push((y.as_slice().to_vec(), precision));
+            }
+        }
+        apart
     }
 
     /// A maximum by Levenberg's and Marquardt's method (Nocedal and Wright, 10.3).
@@ -293,20 +329,23 @@ impl<'a> Target<'a> {
         value.is_finite().then_some((value, y, precision))
     }
 
-    /// Warnings about the mode; refuses a value out of reach.
+    /// Warnings about the data at the mode; refuses a value that it misses.
     fn judge(&self, y: &[f64]) -> Result<Vec<String>, String> {
         let mut warnings = Vec::new();
         for (datum, found) in self.data.iter().zip(self.at(y)) {
             let Measured { output, value, sd } = datum;
-            let misfit = (value - found.value) / sd.hypot(found.deviation);
-            if misfit.abs() > OUT_OF_REACH {
+            let misfit = ((value - found.value) / sd.hypot(found.deviation)).abs();
+            let said = format!(
+                "{output}: {value} is {misfit:.1} standard deviations from {}, the value at the most likely parameters",
+                digits(found.value, 4)
+            );
+            if misfit > OUT_OF_REACH {
                 let at = values_in_words(&self.emulator.parameters, &self.theta(y));
                 return Err(format!(
-                    "{output}: {value} is out of reach, {:.1} standard deviations from {} at {at}; look at its unit, or add runs there",
-                    misfit.abs(),
-                    digits(found.value, 4)
+                    "{said} ({at}); look at its unit and at the other data, or add runs"
                 ));
             }
+            warnings.extend((misfit > DOUBTFUL).then_some(said));
             if found.deviation > *sd {
                 warnings.push(format!(
                     "the error of the emulator of {output}, {}, exceeds that of the measurement; more runs make the posterior narrower",
@@ -314,15 +353,51 @@ impl<'a> Target<'a> {
                 ));
             }
         }
-        for (parameter, share) in self.emulator.parameters.iter().zip(self.shares(y)) {
-            if !(EDGE..=1.0 - EDGE).contains(&share) {
-                warnings.push(format!(
-                    "the most likely {} is at an end of its range in the runs; runs beyond it may be more likely",
-                    parameter.name
-                ));
-            }
-        }
         Ok(warnings)
+    }
+
+    /// Requires chains that agree.
+    fn agree(&self, coordinates: &Chains, modes: &[Vec<f64>]) -> Result<(), String> {
+        let parameters = &self.emulator.parameters;
+        for (place, parameter) in parameters.iter().enumerate() {
+            let r_hat = coordinates.summary(place).r_hat;
+            // A NaN disagrees as well.
+            if r_hat <= DISAGREE {
+                continue;
+            }
+            let likely = |y: &Vec<f64>| values_in_words(parameters, &self.theta(y));
+            let cure = match modes {
+                [_] => "draw more".into(),
+                _ => {
+                    let likely = modes.iter().map(likely).collect::<Vec<_>>().join("; ");
+                    format!("likely are {likely}: add data that tell these apart")
+                }
+            };
+            return Err(format!("chains disagree about {}, R̂ {r_hat:.2}; {cure}", parameter.name));
+        }
+        Ok(())
+    }
+
+    /// Warnings about ends of ranges towards which the posterior rises.
+    fn ends(&self, coordinates: &Chains) -> Vec<String> {
+        let rises = |place: usize| {
+            let shares = coordinates.pooled().map(|y| self.normal.cdf(y[place]));
+            let mut counts = [[0.0; 2]; 2];
+            for share in shares {
+                for (counts, from_end) in counts.iter_mut().zip([share, 1.0 - share]) {
+                    if from_end < 2.0 * EDGE {
+                        counts[usize::from(from_end >= EDGE)] += 1.0;
+                    }
+                }
+            }
+            let least = EDGE * coordinates.pooled().count() as f64;
+            counts.iter().any(|[outer, next]| *outer > least && *outer > RISING * next)
+        };
+        let names = self.emulator.parameters.iter().map(|parameter| &parameter.name);
+        let rising = names.enumerate().filter(|(place, _)| rises(*place));
+        rising
+            .map(|(_, name)| format!("{name} is most likely at an end of its range in the runs; runs beyond it may be more likely"))
+            .collect()
     }
 }
 

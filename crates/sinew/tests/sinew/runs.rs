@@ -323,12 +323,12 @@ fn intervals_of_posteriors_hold_the_parameters_that_made_the_data() {
 fn slopes_of_emulated_numbers_are_those_of_differences() {
     let (emulator, _) = two_numbers(12);
     let (shares, step) = ([0.3, 0.62], 1e-4);
-    for (place, at) in emulator.at_shares(&shares).iter().enumerate() {
+    for (place, at) in emulator.at_shares(&shares, &[0, 1]).iter().enumerate() {
         for d in 0..2 {
             let moved = |step: f64| {
                 let mut shares = shares;
                 shares[d] += step;
-                emulator.at_shares(&shares)[place].clone()
+                emulator.at_shares(&shares, &[place]).remove(0)
             };
             let (more, less) = (moved(step), moved(-step));
             let value = (more.value - less.value) / (2.0 * step);
@@ -372,18 +372,26 @@ fn measured_values_of_outputs_give_a_posterior_without_a_solver() {
     assert!(groups.contains("\"observed_data\":{\"volume [ml]\""), "{groups:.200}");
     assert_eq!(done(folder, "calibrate patient.toml"), told);
 
-    let refusals = [
+    let twice = "[[data]]\noutput = \"volume\"\nvalue = 70\nsd = 1\n";
+    let refusals: [(&str, &str); 7] = [
         ("[[data]]\noutput = \"volum\"\nvalue = 70\nsd = 1\n", "did you mean `volume`"),
-        ("[[data]]\noutput = \"volume\"\nvalue = 700\nsd = 1\n", "out of reach"),
+        ("[[data]]\noutput = \"volume\"\nvalue = 700\nsd = 1\n", "standard deviations from"),
         ("[[data]]\noutput = \"volume\"\nvalue = 70\nsd = 0\n", "positive sd"),
         ("[[data]]\noutput = \"volume\"\nvalue = 70\n", "missing field `sd`"),
         ("", "there are no data"),
+        ("draws = 12\n[[data]]\noutput = \"volume\"\nvalue = 70\nsd = 1\n", "draws a chain"),
+        (&format!("{twice}{twice}"), "is there twice"),
     ];
     for (text, reason) in refusals {
         data(text);
         let (code, told) = refused(folder, "calibrate patient.toml");
         assert!(code == 2 && told.contains(reason), "{told}");
     }
+    // Nothing of an earlier run stays beside an error; beyond all runs there is a warning.
+    assert!(!out.join("posterior.csv").exists());
+    data("[[data]]\noutput = \"volume\"\nvalue = 132\nsd = 4\n");
+    let told = done(folder, "calibrate patient.toml");
+    assert!(told.contains("k is most likely at an end of its range"), "{told}");
     let (code, told) = refused(folder, "calibrate patient.toml --resume");
     assert!(code == 2 && told.contains("leave them out"), "{told}");
 }
