@@ -116,7 +116,7 @@ impl RunsPosterior {
         }
         let target = Target::new(emulator, data)?;
         let modes = target.modes(options.seed);
-        let chains = |reason: String| RunsPosteriorError::Chains(reason);
+        let chains = RunsPosteriorError::Chains;
         let nowhere = "the density is not finite anywhere in the prior";
         let (best, precision) = modes.first().ok_or_else(|| chains(nowhere.into()))?;
         let mut warnings = target.judge(best)?;

@@ -389,7 +389,7 @@ fn measured_values_of_outputs_give_a_posterior_without_a_solver() {
     }
     // Nothing of an earlier run stays beside an error; beyond all runs there is a warning.
     assert!(!out.join("posterior.csv").exists());
-    data("[[data]]\noutput = \"volume\"\nvalue = 132\nsd = 4\n");
+    data("[[data]]\noutput = \"volume\"\nvalue = 128\nsd = 3\n");
     let told = done(folder, "calibrate patient.toml");
     assert!(told.contains("k is most likely at an end of its range"), "{told}");
     let (code, told) = refused(folder, "calibrate patient.toml --resume");
