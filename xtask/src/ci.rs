@@ -6,6 +6,10 @@ use crate::{arrows, circles, licences, readme, walks, wheel, words};
 use anyhow::{Context, Result};
 use cargo_metadata::MetadataCommand;
 use std::path::Path;
+use std::time::Duration;
+
+/// Time in which cargo finds that the tests are built.
+const HEAD_START: Duration = Duration::from_secs(20);
 
 /// Format, dependency arrows, circles of imports, walks, words, READMEs, licences, tests with lints, checks of examples, benchmarks, documentation and a
 /// build without networks, campaigns, tests of the Python package; then a table of the seconds of each step, which `ci.md` in the target folder keeps.
@@ -40,7 +44,11 @@ fn all(steps: &mut Steps) -> Result<()> {
         "tests, beside checks of examples, benchmarks, documentation and a build without networks",
         || {
             std::thread::scope(|scope| {
-                let checked = scope.spawn(checks);
+                let checked = scope.spawn(|| {
+                    // One cargo at a time compiles into a folder: the one that finds the tests built is to come first.
+                    std::thread::sleep(HEAD_START);
+                    checks()
+                });
                 let tested = test(&["--tests", "--no-fail-fast"]);
                 let checked = checked.join().expect("checks end with a result");
                 tested.and(checked)
