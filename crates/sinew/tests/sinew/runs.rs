@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew::emulate::{Output, RunsEmulator};
 use sinew::runs::{Measured, Runs, RunsPosterior};
 use sinew::{Body, Case, Design, Parameter, npz, outside, simulate};
-use sinew_mesh::Field;
+use sinew_mesh::{AnyMesh, Field};
 use sinew_sample::{NutsOptions, standard_normals};
 use std::fmt::Write;
 use std::path::Path;
@@ -166,7 +166,7 @@ fn displacements_on_a_mesh_predict_runs_that_were_held_back() {
     std::fs::create_dir(folder.join("vtu")).unwrap();
     let mut table = String::from("file,mu,lambda\n");
     let written = |run: usize, moved: f64, name: &str| {
-        let mut mesh = body.mesh.clone();
+        let mut mesh = AnyMesh::clone(&body.mesh);
         mesh.map_points(|[x, y, z]| [x + moved, y, z]);
         let field = Field::vectors(fields[run].as_chunks::<3>().0);
         mesh.point_fields_mut().insert(name.into(), field);
