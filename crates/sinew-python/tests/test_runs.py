@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pysinew import Case, CaseError, Runs, SinewWarning
+from pysinew import Case, CaseError, EmulatorError, Runs, SinewWarning
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def runs(theta: dict[str, np.ndarray]) -> Runs:
 
 
 def test_unseen_runs_are_within_their_intervals(runs: Runs, tmp_path: Path) -> None:
-    assert runs.left_out["volume"].unit == "ml" and runs.left_out["volume"].r_squared > 0.999
+    assert runs.left_out["volume"].unit == "ml" and runs.left_out["volume"].r_squared > 0.99
     unseen = np.random.default_rng(2).uniform([1.5, -50.0], [9.0, 50.0], (100, 2))
     exact = truth(*unseen.T)
     found = runs.predict({"angle": unseen[:, 1], "k": unseen[:, 0]})
@@ -66,7 +66,7 @@ def test_displacements_on_a_mesh_are_emulated(bar: Case) -> None:
     found, width = emulator.predict(solved.theta[3])["displacement"]
     error = np.sqrt(np.mean(np.sum((found - fields[3]) ** 2, axis=1)))
     assert found.shape == fields[3].shape and error <= 3 * width
-    with pytest.raises(CaseError, match="numbers in a run"):
+    with pytest.raises(EmulatorError, match="numbers in a run"):
         Runs.of_fields(columns, fields[:, 1:], (bar.points, bar.cells), progress=False)
 
 

@@ -54,11 +54,11 @@ def _table(case: NativeCase, theta: Any) -> Union[Floats, tuple[Floats, bool]]:
     if theta is None:
         return case.centre()[np.newaxis], True
     names = [name for name, *_ in case.parameters]
-    named = named(theta, names)
+    named = values_by_name(theta, names)
     if named is not None:
         return _by_name(case, named)
     if isinstance(theta, Sequence) and not isinstance(theta, str):
-        sets = [named(each, names) for each in theta]
+        sets = [values_by_name(each, names) for each in theta]
         if any(each is not None for each in sets):
             return np.stack([_one(case, named or each) for named, each in zip(sets, theta)]), False
     table = floats(theta, "theta")
@@ -70,7 +70,7 @@ def _table(case: NativeCase, theta: Any) -> Union[Floats, tuple[Floats, bool]]:
     return table
 
 
-def named(theta: Any, names: list[str]) -> Union[Mapping[str, Any], None]:
+def values_by_name(theta: Any, names: list[str]) -> Union[Mapping[str, Any], None]:
     """Values by the names that frames, rows of them, named tuples and xarray carry; None where there are none."""
     if isinstance(theta, Mapping):
         return theta

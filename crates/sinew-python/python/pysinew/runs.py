@@ -131,7 +131,7 @@ class Runs:
 
     def _rows(self, theta: Any) -> tuple[Floats, bool]:
         names = list(self.parameters)
-        named = _theta.named(theta, names)
+        named = _theta.values_by_name(theta, names)
         if named is not None:
             given = {_head(name)[0]: value for name, value in named.items()}
             if set(given) != set(names):
