@@ -1,4 +1,4 @@
-//! Kernels of linear algebra by themselves, compiled from their files: hard systems reach their ends seldom.
+//! Kernels of linear algebra, compiled from their files: failures that the solver seldom meets.
 
 #![allow(dead_code)]
 
