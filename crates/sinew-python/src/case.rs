@@ -1,15 +1,14 @@
 //! Cases: bodies, their parameters and solutions.
 
-use crate::arrays::{matrix, rows, stacked, vector};
+use crate::arrays::{Array, Flat, Rows, indices, triples};
 use crate::emulator::{NativeEmulator, by_own_units};
-use crate::errors::{self, Kind};
+use crate::errors::Result;
 use crate::mesh::NativeMesh;
 use crate::{relay, results, training};
-use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{IntoPyDict, PyBytes, PyDict};
 use sinew::case::Formulation;
-use sinew::stresses::add_stresses;
+use sinew::stresses::{StressField, add_stresses, stress_fields};
 use sinew::{
     Body, Case, TrainingOptions, admissible, locking_in_words, outside, theta_in_words, theta_of,
 };
@@ -19,7 +18,8 @@ use sinew_fem::{
     LoadSteps, Options, Solver, Unload, UnloadOptions, cell_stresses, held_sets, locking, reactions,
 };
 use sinew_mesh::{DISPLACEMENT, Field, to_vtu, with_cells};
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Names of the built-in scenes.
@@ -36,26 +36,21 @@ pub(crate) struct NativeCase {
 }
 
 impl NativeCase {
-    pub(crate) fn lowered(py: Python<'_>, case: Case) -> PyResult<Self> {
-        let body = py.detach(|| case.body()).map_err(|error| Kind::Case.of(py, error))?;
+    pub(crate) fn lowered(py: Python<'_>, case: Case) -> Result<Self> {
+        let body = py.detach(|| case.body())?;
         Ok(Self { case, body: Arc::new(body) })
     }
 
     /// A case, on a mesh in memory where one is given.
-    fn on(
-        py: Python<'_>,
-        case: Result<Case, sinew::CaseError>,
-        mesh: Option<&NativeMesh>,
-    ) -> PyResult<Self> {
-        let mut case = case.map_err(|error| Kind::Case.of(py, error))?;
+    fn on(py: Python<'_>, mut case: Case, mesh: Option<&NativeMesh>) -> Result<Self> {
         if let Some(mesh) = mesh {
-            let (mesh, report) = mesh.make(py)?;
+            let (mesh, report) = mesh.make()?;
             if report.unmatched_facets > 0 {
-                let reason = format!(
-                    "mesh: {} cells of the boundary are facets of no cell; give facets by the nodes of their cell",
-                    report.unmatched_facets
-                );
-                return Err(Kind::Case.of(py, reason));
+                let count = report.unmatched_facets;
+                return Err(format!(
+                    "mesh: {count} cells of the boundary are facets of no cell; give facets by the nodes of their cell"
+                )
+                .into());
             }
             case = case.on(mesh);
             // The case is new, so that nothing stands there.
@@ -64,14 +59,10 @@ impl NativeCase {
         Self::lowered(py, case)
     }
 
-    /// θ in the unit of the scene that the law has a meaning for.
-    pub(crate) fn thetas(&self, thetas: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Vec<f64>>> {
-        let (py, thetas) = (thetas.py(), rows(thetas));
-        for theta in &thetas {
-            admissible(&self.body, theta)
-                .map_err(|why| Kind::Case.of(py, format!("theta: {why}")))?;
-        }
-        Ok(thetas)
+    /// Requires θ that the law has a meaning for.
+    fn check(&self, thetas: &[Vec<f64>]) -> Result<()> {
+        let mut found = thetas.iter().map(|theta| admissible(&self.body, theta));
+        Ok(found.try_for_each(|found| found.map_err(|why| format!("theta: {why}")))?)
     }
 }
 
@@ -79,16 +70,15 @@ impl NativeCase {
 impl NativeCase {
     /// A case file, or a built-in scene of that name.
     #[staticmethod]
-    fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let case = Case::read(&path).map_err(|error| Kind::Case.of(py, error))?;
-        Self::lowered(py, case)
+    fn read(py: Python<'_>, path: PathBuf) -> Result<Self> {
+        Self::lowered(py, Case::read(&path)?)
     }
 
     /// The text of a case file, on a mesh in memory where one is given.
     #[staticmethod]
     #[pyo3(signature = (text, file, mesh=None))]
-    fn parse(py: Python<'_>, text: &str, file: &str, mesh: Option<&NativeMesh>) -> PyResult<Self> {
-        Self::on(py, Case::parse(text, file), mesh)
+    fn parse(py: Python<'_>, text: &str, file: &str, mesh: Option<&NativeMesh>) -> Result<Self> {
+        Self::on(py, Case::parse(text, file)?, mesh)
     }
 
     /// The keys of a case file as JSON, on a mesh in memory where one is given.
@@ -99,17 +89,15 @@ impl NativeCase {
         json: &str,
         name: &str,
         mesh: Option<&NativeMesh>,
-    ) -> PyResult<Self> {
-        let table: toml::Table = serde_json::from_str(json)
-            .map_err(|error| Kind::Case.of(py, format!("{name}: {error}")))?;
-        Self::on(py, Case::from_keys(&table, name), mesh)
+    ) -> Result<Self> {
+        let table = serde_json::from_str(json).map_err(|error| format!("{name}: {error}"))?;
+        Self::on(py, Case::from_keys(&table, name)?, mesh)
     }
 
     /// State that another process makes the case from: text, name of its file, whether its cells are made quadratic, mesh as a VTU file.
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<(&str, &str, bool, Bound<'py, PyBytes>)> {
-        let wrong = |error: &dyn std::fmt::Display| Kind::Case.of(py, error);
-        let mesh = self.case.mesh_made().map_err(|error| wrong(&error))?;
-        let mesh = with_cells!(&mesh, mesh => to_vtu(mesh)).map_err(|error| wrong(&error))?;
+    fn state<'py>(&self, py: Python<'py>) -> Result<(&str, &str, bool, Bound<'py, PyBytes>)> {
+        let mesh = self.case.mesh_made()?;
+        let mesh = with_cells!(&mesh, mesh => to_vtu(mesh))?;
         let quadratic = self.case.formulation == Formulation::Quadratic;
         Ok((self.case.text(), self.case.file(), quadratic, PyBytes::new(py, &mesh)))
     }
@@ -122,10 +110,9 @@ impl NativeCase {
         file: &str,
         quadratic: bool,
         mesh: &[u8],
-    ) -> PyResult<Self> {
-        let (mesh, _) =
-            sinew_mesh::parse("mesh.vtu", mesh).map_err(|error| Kind::Case.of(py, error))?;
-        let case = Case::revived(text, file, mesh).map_err(|error| Kind::Case.of(py, error))?;
+    ) -> Result<Self> {
+        let (mesh, _) = sinew_mesh::parse("mesh.vtu", mesh)?;
+        let case = Case::revived(text, file, mesh)?;
         match quadratic {
             true => Self::lowered(py, case.with_formulation(Formulation::Quadratic)),
             false => Self::lowered(py, case),
@@ -163,17 +150,15 @@ impl NativeCase {
     }
 
     #[getter]
-    fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn points(&self) -> Array {
         let points = self.body.mesh.points();
-        matrix(py, points.as_flattened().to_vec(), [points.len(), 3])
+        Array::new(points.as_flattened().to_vec(), [points.len(), 3])
     }
 
     #[getter]
-    fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
-        let mesh = &self.body.mesh;
-        let indices = mesh.cells().iter().map(|&node| node as i64).collect();
-        let count = mesh.cell_count();
-        matrix(py, indices, [count, mesh.cells().len() / count.max(1)])
+    fn cells(&self) -> Array<i64> {
+        let (cells, count) = (self.body.mesh.cells(), self.body.mesh.cell_count());
+        Array::new(indices(cells), [count, cells.len() / count.max(1)])
     }
 
     /// VTK's number for the kind of cell.
@@ -184,20 +169,16 @@ impl NativeCase {
 
     /// Nodes of the sets of nodes and of facets, by name.
     #[getter]
-    fn sets<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyDict>; 2]> {
-        let (nodes, facets) = (PyDict::new(py), PyDict::new(py));
+    fn sets(&self) -> [BTreeMap<String, Array<i64>>; 2] {
         let mesh = &self.body.mesh;
-        for (name, set) in mesh.node_sets() {
-            nodes.set_item(name, vector(py, set.iter().map(|&node| node as i64).collect()))?;
-        }
-        for (name, set) in mesh.facet_sets() {
-            let each: Vec<Vec<usize>> =
-                set.iter().map(|&facet| mesh.nodes_of_facet(facet)).collect();
+        let nodes = mesh.node_sets().iter();
+        let nodes = nodes.map(|(name, set)| (name.clone(), Array::vector(indices(set))));
+        let facets = mesh.facet_sets().iter().map(|(name, set)| {
+            let each: Vec<_> = set.iter().map(|&facet| mesh.nodes_of_facet(facet)).collect();
             let width = each.first().map_or(0, Vec::len);
-            let indices = each.iter().flatten().map(|&node| node as i64).collect();
-            facets.set_item(name, matrix(py, indices, [each.len(), width])?)?;
-        }
-        Ok([nodes, facets])
+            (name.clone(), Array::new(indices(each.iter().flatten()), [each.len(), width]))
+        });
+        [nodes.collect(), facets.collect()]
     }
 
     /// Doubts about the case, as the program tells them.
@@ -210,187 +191,145 @@ impl NativeCase {
     }
 
     /// A warning that the cells are too stiff in the middle of the ranges of the parameters, if they are.
-    fn locking(&self, py: Python<'_>) -> PyResult<Option<String>> {
-        let found =
-            sinew_fem::locking_at_centre(&self.body).map_err(|error| Kind::Solve.of(py, error))?;
-        Ok(found.map(|found| locking_in_words(&found)))
+    fn locking(&self) -> Result<Option<String>> {
+        Ok(sinew_fem::locking_at_centre(&self.body)?.as_ref().map(locking_in_words))
     }
 
     /// θ in the unit of the scene from names and texts such as `7 mmHg`.
-    fn theta<'py>(
-        &self,
-        py: Python<'py>,
-        pairs: Vec<(String, String)>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let pairs: Vec<(&str, &str)> =
-            pairs.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
-        let theta =
-            theta_of(&pairs, &self.body.parameters).map_err(|error| Kind::Case.of(py, error))?;
-        Ok(vector(py, theta))
+    fn theta(&self, pairs: Vec<(String, String)>) -> Result<Array> {
+        Ok(Array::vector(theta_of(&pairs, &self.body.parameters)?))
     }
 
     /// θ in the unit of the scene from the parameters' own.
-    fn in_scene<'py>(
-        &self,
-        py: Python<'py>,
-        thetas: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.converted(py, &thetas, sinew::Unit::in_scene)
+    fn in_scene(&self, thetas: Rows) -> Array {
+        self.converted(thetas, sinew::Unit::in_scene)
     }
 
     /// θ in the parameters' own units from that of the scene.
-    fn shown<'py>(
-        &self,
-        py: Python<'py>,
-        thetas: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.converted(py, &thetas, sinew::Unit::shown)
+    fn shown(&self, thetas: Rows) -> Array {
+        self.converted(thetas, sinew::Unit::shown)
     }
 
     /// θ in words.
-    fn in_words(&self, theta: PyReadonlyArray1<'_, f64>) -> String {
-        theta_in_words(&self.body, &theta.as_array().to_vec())
+    fn in_words(&self, theta: Flat) -> String {
+        theta_in_words(&self.body, &theta.0)
     }
 
     /// Values outside their ranges, in words; those without a meaning are refused.
-    fn outside(&self, thetas: PyReadonlyArray2<'_, f64>) -> PyResult<Vec<String>> {
-        let thetas = self.thetas(&thetas)?;
-        Ok(thetas.iter().flat_map(|theta| outside(&self.body.parameters, theta)).collect())
+    fn outside(&self, thetas: Rows) -> Result<Vec<String>> {
+        self.check(&thetas.0)?;
+        Ok(thetas.0.iter().flat_map(|theta| outside(&self.body.parameters, theta)).collect())
     }
 
     /// The middle of the ranges, in the unit of the scene.
-    fn centre<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.body.centre())
+    fn centre(&self) -> Array {
+        Array::vector(self.body.centre())
     }
 
     /// A design of θ in the unit of the scene.
-    fn sample<'py>(
-        &self,
-        py: Python<'py>,
-        count: usize,
-        seed: u64,
-        design: &str,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let design: Design = serde_json::from_value(design.into())
-            .map_err(|error| Kind::Case.of(py, format!("design: {error}")))?;
-        let thetas = design
-            .sample(&self.body.parameters, count, seed)
-            .map_err(|error| errors::emulator(py, &error))?;
-        stacked(py, &thetas, self.body.parameters.len())
+    fn sample(&self, count: usize, seed: u64, design: &str) -> Result<Array> {
+        let design: Design =
+            serde_json::from_value(design.into()).map_err(|error| format!("design: {error}"))?;
+        let thetas = design.sample(&self.body.parameters, count, seed)?;
+        Ok(Array::stacked(&thetas, self.body.parameters.len()))
     }
 
     /// Volumes of the cavities, a row per displacement \[mm³\].
-    fn volumes<'py>(
-        &self,
-        py: Python<'py>,
-        displacements: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let fields = rows(&displacements);
-        let found: Vec<_> = fields.iter().map(|field| self.body.cavity_volumes(field)).collect();
-        stacked(py, &found, self.body.cavities.len())
+    fn volumes(&self, fields: Rows) -> Array {
+        let found: Vec<_> = fields.0.iter().map(|field| self.body.cavity_volumes(field)).collect();
+        Array::stacked(&found, self.body.cavities.len())
     }
 
     /// Stress and strain of the cells at one displacement, by name.
     fn stresses<'py>(
         &self,
         py: Python<'py>,
-        theta: PyReadonlyArray1<'py, f64>,
-        displacement: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let (theta, field) = (theta.as_array().to_vec(), displacement.as_array().to_vec());
-        results::stresses(py, &self.body, &field, &theta)
+        theta: Flat,
+        displacement: Flat,
+    ) -> Result<Bound<'py, PyDict>> {
+        let cells = py.detach(|| cell_stresses(&self.body, &displacement.0, &theta.0))?;
+        let array = |field: StressField| {
+            let shape = [vec![cells.len()], field.shape()].concat();
+            (field.name, Array::new(field.values, shape))
+        };
+        Ok(stress_fields(&self.body, &cells).into_iter().map(array).into_py_dict(py)?)
     }
 
     /// Forces of the supports on the node sets that they hold \[stress·length²\], by name.
     fn reactions(
         &self,
         py: Python<'_>,
-        theta: PyReadonlyArray1<'_, f64>,
-        displacement: PyReadonlyArray1<'_, f64>,
-    ) -> PyResult<Vec<(String, [f64; 3])>> {
-        let (theta, field) = (theta.as_array().to_vec(), displacement.as_array().to_vec());
-        let forces = py.detach(|| reactions(&self.body, &field, &[], &theta));
-        let forces = forces.map_err(|error| Kind::Solve.of(py, error))?;
+        theta: Flat,
+        displacement: Flat,
+    ) -> Result<Vec<(String, [f64; 3])>> {
+        let forces = py.detach(|| reactions(&self.body, &displacement.0, &[], &theta.0))?;
         Ok(held_sets(&self.body).map(|(name, _)| name.clone()).zip(forces).collect())
     }
 
     /// Derivatives of the equilibrium's displacement by each parameter in its own unit, at one θ.
-    fn sensitivity<'py>(
-        &self,
-        py: Python<'py>,
-        theta: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let theta = self.thetas(&theta)?.concat();
+    fn sensitivity(&self, py: Python<'_>, theta: Rows) -> Result<Array> {
+        self.check(&theta.0)?;
         let found = py.detach(|| {
             let mut solver = Solver::new(&self.body)?;
-            let solution = solver.solve(&theta, &Options::default())?;
+            let solution = solver.solve(&theta.0.concat(), &Options::default())?;
             solver.sensitivity(&solution)
-        });
-        by_own_units(py, &self.body, found.map_err(|error| Kind::Solve.of(py, error))?)
+        })?;
+        Ok(by_own_units(&self.body, found))
     }
 
     /// Solutions at every row of θ: displacements (NaN for failed rows), failures by row, seconds by row, warnings.
-    #[pyo3(signature = (thetas, load_steps, folder, listener))]
     fn solve<'py>(
         &self,
-        py: Python<'py>,
-        thetas: PyReadonlyArray2<'py, f64>,
+        thetas: Rows,
         load_steps: bool,
         folder: Option<PathBuf>,
         listener: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let (body, thetas) = (self.body.clone(), self.thetas(&thetas)?);
-        let asked = thetas.clone();
+    ) -> Result<Bound<'py, PyDict>> {
+        self.check(&thetas.0)?;
+        let (body, asked) = (self.body.clone(), thetas.0.clone());
         let load_steps = if load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
-        let found = relay::run(py, listener, move |observer| {
+        let found = relay::run(listener, move |observer| {
             let options = Options { load_steps, ..Options::default() };
             simulate_by(&body, &asked, "solve", folder.as_deref(), &options, observer)
         })?;
-        let found = found.map_err(|error| errors::emulator(py, &error))?;
-        results::solutions(py, &self.body, &thetas, found)
+        Ok(results::solutions(listener.py(), &self.body, &thetas.0, found)?)
     }
 
     /// Displacements at every row of θ to a relative accuracy, each with its checked error.
-    #[pyo3(signature = (thetas, accuracy, emulator, listener))]
     fn answers<'py>(
         &self,
-        py: Python<'py>,
-        thetas: PyReadonlyArray2<'py, f64>,
+        thetas: Rows,
         accuracy: f64,
         emulator: Option<&NativeEmulator>,
         listener: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let (body, thetas) = (self.body.clone(), self.thetas(&thetas)?);
-        let (asked, trained) = (thetas.clone(), emulator.map(NativeEmulator::shared));
-        let found = relay::run(py, listener, move |observer| match trained {
-            None => Answers::to(&body, &asked, accuracy, None, observer),
+    ) -> Result<Bound<'py, PyDict>> {
+        self.check(&thetas.0)?;
+        let (body, trained) = (self.body.clone(), emulator.map(NativeEmulator::shared));
+        let found = relay::run(listener, move |observer| match trained {
+            None => Answers::to(&body, &thetas.0, accuracy, None, observer),
             Some(trained) => trained.with(|emulator| {
-                Answers::to(emulator.body(), &asked, accuracy, Some(emulator), observer)
+                Answers::to(emulator.body(), &thetas.0, accuracy, Some(emulator), observer)
             }),
         })?;
-        let found = found.map_err(|error| errors::emulator(py, &error))?;
-        results::answers(py, &self.body, &found)
+        Ok(results::answers(listener.py(), &self.body, &found)?)
     }
 
     /// An emulator by the case's recipe, its keys replaced by those in `options` (JSON).
-    #[pyo3(signature = (options, folder, resume, restart, listener))]
     fn train(
         &self,
-        py: Python<'_>,
         options: &str,
         folder: Option<PathBuf>,
         resume: bool,
         restart: bool,
         listener: &Bound<'_, PyAny>,
-    ) -> PyResult<NativeEmulator> {
-        let training = training::replaced(self.case.training.clone(), options)
-            .map_err(|reason| Kind::Case.of(py, reason))?;
+    ) -> Result<NativeEmulator> {
+        let training = training::replaced(self.case.training.clone(), options)?;
         let options = TrainingOptions { folder, resume, restart, ..training.options() };
-        NativeEmulator::trained(py, self.body.clone(), training, options, listener)
+        NativeEmulator::trained(self.body.clone(), training, options, listener)
     }
 
     /// An emulator of this body that was stored.
-    fn load(&self, py: Python<'_>, folder: PathBuf) -> PyResult<NativeEmulator> {
+    fn load(&self, py: Python<'_>, folder: PathBuf) -> Result<NativeEmulator> {
         NativeEmulator::loaded(py, self.body.clone(), &folder)
     }
 
@@ -398,23 +337,20 @@ impl NativeCase {
     #[pyo3(signature = (theta, keep_fibres, listener))]
     fn unload<'py>(
         &self,
-        py: Python<'py>,
-        theta: PyReadonlyArray2<'py, f64>,
+        theta: Rows,
         keep_fibres: bool,
         listener: &Bound<'py, PyAny>,
-    ) -> PyResult<(Self, Bound<'py, PyDict>)> {
-        let theta = self.thetas(&theta)?.concat();
-        let body = self.body.clone();
+    ) -> Result<(Self, Bound<'py, PyDict>)> {
+        self.check(&theta.0)?;
+        let (py, body) = (listener.py(), self.body.clone());
         let fibres = if keep_fibres { Fibres::Kept } else { Fibres::Carried };
-        let found = relay::run(py, listener, move |_| {
-            Unload::new(&body)?.fibres(fibres).solve(&theta, &UnloadOptions::default())
+        let found = relay::run(listener, move |_| {
+            Unload::new(&body)?.fibres(fibres).solve(&theta.0.concat(), &UnloadOptions::default())
         })?;
-        let found = found.map_err(|error| Kind::Solve.of(py, error))?;
-        let rest =
-            self.case.at_rest(&self.body, &found).map_err(|error| Kind::Case.of(py, error))?;
+        let rest = self.case.at_rest(&self.body, &found)?;
         let numbers = PyDict::new(py);
-        numbers
-            .set_item("displacement", matrix(py, found.displacement(), [self.body.nodes, 3])?)?;
+        let displacement = Array::new(found.displacement(), [self.body.nodes, 3]);
+        numbers.set_item("displacement", displacement)?;
         numbers.set_item("distance", found.loading.map_or(f64::NAN, |loading| loading.distance))?;
         numbers.set_item("volume_ratios", found.volume_ratios.map(|ratio| ratio.value))?;
         numbers.set_item("iterations", found.iterations)?;
@@ -425,44 +361,35 @@ impl NativeCase {
 
     /// Writes mesh and displacement of one set as a VTU file, with stresses where θ is given.
     #[pyo3(signature = (path, displacement, theta=None))]
-    fn write_vtu(
-        &self,
-        py: Python<'_>,
-        path: PathBuf,
-        displacement: PyReadonlyArray2<'_, f64>,
-        theta: Option<PyReadonlyArray1<'_, f64>>,
-    ) -> PyResult<()> {
+    fn write_vtu(&self, path: PathBuf, displacement: Flat, theta: Option<Flat>) -> Result<()> {
         let mut mesh = (*self.body.mesh).clone();
-        let field = crate::arrays::triples(&displacement);
-        if let Some(theta) = theta {
-            let cells = cell_stresses(&self.body, field.as_flattened(), &theta.as_array().to_vec());
-            let cells = cells.map_err(|error| Kind::Solve.of(py, error))?;
+        let field = triples(displacement);
+        if let Some(Flat(theta)) = theta {
+            let cells = cell_stresses(&self.body, field.as_flattened(), &theta)?;
             add_stresses(&mut mesh, &self.body, &cells);
         }
         mesh.point_fields_mut().insert(DISPLACEMENT.into(), Field::vectors(&field));
-        mesh.write_vtu(Path::new(&path)).map_err(|error| Kind::Case.of(py, error))
+        Ok(mesh.write_vtu(path)?)
     }
 
     /// The case in quadratic cells.
-    fn quadratic(&self, py: Python<'_>) -> PyResult<Self> {
+    fn quadratic(&self, py: Python<'_>) -> Result<Self> {
         Self::lowered(py, self.case.clone().with_formulation(Formulation::Quadratic))
     }
 }
 
 impl NativeCase {
-    fn converted<'py>(
+    fn converted(
         &self,
-        py: Python<'py>,
-        thetas: &PyReadonlyArray2<'py, f64>,
+        Rows(mut thetas): Rows,
         convert: impl Fn(&sinew::Unit, f64) -> f64,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    ) -> Array {
         let parameters = &self.body.parameters;
-        let mut thetas = rows(thetas);
         for theta in &mut thetas {
             for (value, parameter) in theta.iter_mut().zip(parameters) {
                 *value = convert(&parameter.unit, *value);
             }
         }
-        stacked(py, &thetas, parameters.len())
+        Array::stacked(&thetas, parameters.len())
     }
 }

@@ -2,52 +2,76 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyType;
-use std::fmt::Display;
+use sinew::EmulatorError as E;
+use sinew::SolveError;
+use sinew::calibrate::CalibrateError;
+use sinew::runs::RunsPosteriorError;
+use sinew_fem::UnloadError;
+use std::error::Error;
 
 /// Module of the exceptions.
 const MODULE: &str = "pysinew.errors";
+/// A mistake of the user: a case, a mesh, θ, an option.
+const CASE: &str = "CaseError";
+/// No equilibrium, or none that could be found.
+const SOLVE: &str = "SolveError";
+/// An emulator that cannot be made, stored or asked.
+const EMULATOR: &str = "EmulatorError";
+/// A posterior that the solver does not confirm.
+const CALIBRATION: &str = "CalibrationError";
 
-/// An exception class of [`MODULE`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
-    /// A mistake of the user: a case, a mesh, θ, an option.
-    Case,
-    /// No equilibrium, or none that could be found.
-    Solve,
-    /// An emulator that cannot be made, stored or asked.
-    Emulator,
-    /// A posterior that the solver does not confirm.
-    Calibration,
-}
+/// An error on its way to Python; a text is about a mistake of the user.
+pub(crate) struct Failure(Box<dyn Error + Send + Sync>);
 
-impl Kind {
-    fn class(self) -> &'static str {
-        match self {
-            Self::Case => "CaseError",
-            Self::Solve => "SolveError",
-            Self::Emulator => "EmulatorError",
-            Self::Calibration => "CalibrationError",
-        }
-    }
+pub(crate) type Result<T, E = Failure> = std::result::Result<T, E>;
 
-    /// The exception with the error's own words.
-    pub(crate) fn of(self, py: Python<'_>, error: impl Display) -> PyErr {
-        let class =
-            || py.import(MODULE)?.getattr(self.class())?.cast_into::<PyType>().map_err(PyErr::from);
-        match class() {
-            Ok(class) => PyErr::from_type(class, error.to_string()),
-            Err(missing) => missing,
-        }
+impl<E: Into<Box<dyn Error + Send + Sync>>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self(error.into())
     }
 }
 
-/// The exception of an emulator's error.
-pub(crate) fn emulator(py: Python<'_>, error: &sinew_emulate::Error) -> PyErr {
-    use sinew_emulate::Error as E;
-    let kind = match error {
-        E::Solve(_) => Kind::Solve,
-        E::ThetaLength { .. } | E::Setting { .. } | E::Samples(_) => Kind::Case,
-        _ => Kind::Emulator,
-    };
-    kind.of(py, error)
+/// The exception with the error's own words, or that of Python.
+impl From<Failure> for PyErr {
+    fn from(Failure(error): Failure) -> Self {
+        let error = match error.downcast::<Self>() {
+            Ok(raised) => return *raised,
+            Err(error) => error,
+        };
+        Python::attach(|py| {
+            let class = || {
+                py.import(MODULE)?
+                    .getattr(class(&*error))?
+                    .cast_into::<PyType>()
+                    .map_err(Self::from)
+            };
+            match class() {
+                Ok(class) => Self::from_type(class, error.to_string()),
+                Err(missing) => missing,
+            }
+        })
+    }
+}
+
+/// Name of the class of an error.
+fn class(error: &(dyn Error + 'static)) -> &'static str {
+    if let Some(error) = error.downcast_ref::<E>() {
+        return match error {
+            E::Solve(_) => SOLVE,
+            E::ThetaLength { .. } | E::Setting { .. } | E::Samples(_) => CASE,
+            _ => EMULATOR,
+        };
+    }
+    if let Some(error) = error.downcast_ref::<CalibrateError>() {
+        return match error {
+            CalibrateError::Input(_) | CalibrateError::Unreachable { .. } => CASE,
+            CalibrateError::NoStart { .. } => SOLVE,
+            _ => CALIBRATION,
+        };
+    }
+    match error.downcast_ref() {
+        Some(RunsPosteriorError::Chains(_)) => CALIBRATION,
+        _ if error.is::<SolveError>() || error.is::<UnloadError>() => SOLVE,
+        _ => CASE,
+    }
 }

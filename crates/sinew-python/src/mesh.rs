@@ -1,8 +1,8 @@
 //! Meshes from numpy arrays.
 
-use crate::arrays::triples;
-use crate::errors::Kind;
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use crate::arrays::{Flat, triples};
+use crate::errors::Result;
+use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use sinew_mesh::{AnyMesh, Field, FieldValues, MixedMesh, ReadReport};
 use std::sync::Mutex;
@@ -12,96 +12,67 @@ use std::sync::Mutex;
 pub(crate) struct NativeMesh(Mutex<Option<MixedMesh>>);
 
 impl NativeMesh {
-    fn with<T>(&self, py: Python<'_>, call: impl FnOnce(&mut MixedMesh) -> T) -> PyResult<T> {
+    fn with<T>(&self, call: impl FnOnce(&mut MixedMesh) -> T) -> Result<T> {
         let mut held = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let mixed = held.as_mut().ok_or_else(|| Kind::Case.of(py, "the mesh is made already"))?;
-        Ok(call(mixed))
+        Ok(call(held.as_mut().ok_or(MADE)?))
     }
 
-    fn put(&self, py: Python<'_>, name: &str, of_nodes: bool, field: Field) -> PyResult<()> {
-        self.with(py, |mixed| match of_nodes {
+    fn put(&self, name: &str, of_nodes: bool, field: Field) -> Result<()> {
+        self.with(|mixed| match of_nodes {
             true => mixed.add_point_field(name, field),
             false => mixed.add_cell_field(name, field),
         })
     }
 
     /// The mesh, which can be made once.
-    pub(crate) fn make(&self, py: Python<'_>) -> PyResult<(AnyMesh, ReadReport)> {
+    pub(crate) fn make(&self) -> Result<(AnyMesh, ReadReport)> {
         let taken = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take();
-        let mixed = taken.ok_or_else(|| Kind::Case.of(py, "the mesh is made already"))?;
-        mixed.into_mesh().map_err(|error| Kind::Case.of(py, format!("mesh: {error}")))
+        Ok(taken.ok_or(MADE)?.into_mesh().map_err(|error| format!("mesh: {error}"))?)
     }
 }
+
+const MADE: &str = "the mesh is made already";
 
 #[pymethods]
 impl NativeMesh {
     /// Nodes, `n × 3`.
     #[new]
-    fn new(points: PyReadonlyArray2<'_, f64>) -> Self {
-        Self(Mutex::new(Some(MixedMesh::new(triples(&points)))))
+    fn new(points: Flat) -> Self {
+        Self(Mutex::new(Some(MixedMesh::new(triples(points)))))
     }
 
     /// Adds cells of one kind, a row each; the number of the first of them.
-    fn add_cells(
-        &self,
-        py: Python<'_>,
-        vtk_type: u8,
-        cells: PyReadonlyArray2<'_, i64>,
-    ) -> PyResult<usize> {
+    fn add_cells(&self, vtk_type: u8, cells: PyReadonlyArray2<'_, i64>) -> Result<usize> {
         let cells = cells.as_array();
         let indices: Vec<i64> = cells.iter().copied().collect();
-        let added = self.with(py, |mixed| mixed.add_cells(vtk_type, cells.ncols(), &indices))?;
-        added.map(|range| range.start).map_err(|error| Kind::Case.of(py, format!("mesh: {error}")))
+        let added = self.with(|mixed| mixed.add_cells(vtk_type, cells.ncols(), &indices))?;
+        Ok(added.map_err(|error| format!("mesh: {error}"))?.start)
     }
 
     /// Makes one node of those at the same place.
-    fn merge_nodes(&self, py: Python<'_>) -> PyResult<()> {
-        self.with(py, MixedMesh::merge_nodes)
+    fn merge_nodes(&self) -> Result<()> {
+        self.with(MixedMesh::merge_nodes)
     }
 
     /// Names cells by their numbers.
-    fn name_cells(
-        &self,
-        py: Python<'_>,
-        name: &str,
-        cells: PyReadonlyArray1<'_, u64>,
-    ) -> PyResult<()> {
-        let cells: Vec<usize> = cells.as_array().iter().map(|&cell| cell as usize).collect();
-        self.with(py, |mixed| mixed.name_cells(name, cells))
+    fn name_cells(&self, name: &str, cells: Flat<u64>) -> Result<()> {
+        self.with(|mixed| mixed.name_cells(name, cells.0.iter().map(|&cell| cell as usize)))
     }
 
     /// Names nodes by their numbers.
-    fn name_nodes(
-        &self,
-        py: Python<'_>,
-        name: &str,
-        nodes: PyReadonlyArray1<'_, u64>,
-    ) -> PyResult<()> {
-        let nodes: Vec<usize> = nodes.as_array().iter().map(|&node| node as usize).collect();
-        self.with(py, |mixed| mixed.name_nodes(name, nodes))
+    fn name_nodes(&self, name: &str, nodes: Flat<u64>) -> Result<()> {
+        self.with(|mixed| mixed.name_nodes(name, nodes.0.iter().map(|&node| node as usize)))
     }
 
     /// Adds a field of real numbers, a row per node or per cell of any kind.
-    fn add_field(
-        &self,
-        py: Python<'_>,
-        name: &str,
-        of_nodes: bool,
-        rows: PyReadonlyArray2<'_, f64>,
-    ) -> PyResult<()> {
+    fn add_field(&self, name: &str, of_nodes: bool, rows: PyReadonlyArray2<'_, f64>) -> Result<()> {
         let rows = rows.as_array();
         let values = FieldValues::Float(rows.iter().copied().collect());
-        self.put(py, name, of_nodes, Field { components: rows.ncols(), values })
+        self.put(name, of_nodes, Field { components: rows.ncols(), values })
     }
 
     /// Adds a field of integers, a number per node or per cell of any kind.
-    fn add_labels(
-        &self,
-        py: Python<'_>,
-        name: &str,
-        of_nodes: bool,
-        labels: PyReadonlyArray1<'_, i64>,
-    ) -> PyResult<()> {
-        self.put(py, name, of_nodes, Field::labels(labels.as_array().to_vec()))
+    fn add_labels(&self, name: &str, of_nodes: bool, labels: Flat<i64>) -> Result<()> {
+        self.put(name, of_nodes, Field::labels(labels.0))
     }
 }

@@ -1,5 +1,6 @@
 //! Computations beside Python: on a thread of their own without the interpreter's lock, with progress and Ctrl-C.
 
+use crate::errors::{Failure, Result};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use sinew_emulate::{Observer, Progress, Warning};
@@ -57,23 +58,23 @@ impl Observer for Relay {
 }
 
 /// Place for the result of a computation; an error if it panicked.
-type Slot<T> = (Mutex<Option<Result<T, ()>>>, Condvar);
+type Slot<T> = (Mutex<Option<std::thread::Result<T>>>, Condvar);
 
 /// The result of `work`, which runs on a thread of its own. `listener` hears of its progress, if it is not None.
 ///
 /// # Errors
 /// An exception that a signal or the listener raises, within a second; a panic of the work.
-pub(crate) fn run<T: Send + 'static>(
-    py: Python<'_>,
+pub(crate) fn run<T: Send + 'static, E: Into<Failure> + Send + 'static>(
     listener: &Bound<'_, PyAny>,
-    work: impl FnOnce(&mut dyn Observer) -> T + Send + 'static,
-) -> PyResult<T> {
+    work: impl FnOnce(&mut dyn Observer) -> Result<T, E> + Send + 'static,
+) -> Result<T> {
+    let py = listener.py();
     let (news, stop) = (Arc::new(Mutex::new(News::default())), Arc::new(AtomicBool::new(false)));
     let mut relay = Relay { news: news.clone(), stop: stop.clone() };
-    let slot: Arc<Slot<T>> = Arc::new((Mutex::new(None), Condvar::new()));
+    let slot: Arc<Slot<Result<T, E>>> = Arc::new((Mutex::new(None), Condvar::new()));
     let theirs = slot.clone();
     std::thread::spawn(move || {
-        let found = catch_unwind(AssertUnwindSafe(|| work(&mut relay))).map_err(|_| ());
+        let found = catch_unwind(AssertUnwindSafe(|| work(&mut relay)));
         *theirs.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
         theirs.1.notify_all();
     });
@@ -84,10 +85,10 @@ pub(crate) fn run<T: Send + 'static>(
             if got.is_none() {
                 wait(py, &slot, PATIENCE);
             }
-            return Err(raised);
+            return Err(raised.into());
         }
         if let Some(found) = got {
-            return found.map_err(|()| PyRuntimeError::new_err(PANICKED));
+            return found.map_err(|_| PyRuntimeError::new_err(PANICKED))?.map_err(E::into);
         }
     }
 }
@@ -97,7 +98,7 @@ const PANICKED: &str =
     "the computation stopped at a mistake in it; what it said on standard error helps to mend it";
 
 /// Waits for the result without the interpreter's lock.
-fn wait<T: Send>(py: Python<'_>, slot: &Slot<T>, time: Duration) -> Option<Result<T, ()>> {
+fn wait<T: Send>(py: Python<'_>, slot: &Slot<T>, time: Duration) -> Option<std::thread::Result<T>> {
     py.detach(|| {
         let (result, ready) = slot;
         let held = result.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,35 +1,12 @@
 //! Results as dictionaries of arrays.
 
-use crate::arrays::{cube, matrix, vector};
-use crate::errors::Kind;
+use crate::arrays::Array;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sinew::case::doubtful_displacements;
-use sinew::stresses::{StressField, stress_fields};
 use sinew::{Body, Simulations, locking_in_words, theta_in_words};
 use sinew_emulate::{Answers, Method};
-use sinew_fem::{cell_stresses, locking};
-
-/// Stress and strain of the cells at one displacement, by name.
-pub(crate) fn stresses<'py>(
-    py: Python<'py>,
-    body: &Body,
-    field: &[f64],
-    theta: &[f64],
-) -> PyResult<Bound<'py, PyDict>> {
-    let cells = py
-        .detach(|| cell_stresses(body, field, theta))
-        .map_err(|error| Kind::Solve.of(py, error))?;
-    let (found, count) = (PyDict::new(py), cells.len());
-    for StressField { name, components, values } in stress_fields(body, &cells) {
-        match components {
-            1 => found.set_item(name, vector(py, values))?,
-            9 => found.set_item(name, cube(py, values, [count, 3, 3])?)?,
-            _ => found.set_item(name, matrix(py, values, [count, components])?)?,
-        }
-    }
-    Ok(found)
-}
+use sinew_fem::locking;
 
 /// Solutions at every row of θ: displacements (NaN for failed rows), failures by row, seconds by row, warnings.
 pub(crate) fn solutions<'py>(
@@ -46,9 +23,9 @@ pub(crate) fn solutions<'py>(
     warnings.extend(branched(body, &found));
     let (failures, seconds, fields) = by_row(thetas, found, 3 * body.nodes);
     let result = PyDict::new(py);
-    result.set_item("displacement", cube(py, fields, [thetas.len(), body.nodes, 3])?)?;
+    result.set_item("displacement", Array::new(fields, [thetas.len(), body.nodes, 3]))?;
     result.set_item("failures", failures)?;
-    result.set_item("seconds", vector(py, seconds))?;
+    result.set_item("seconds", Array::vector(seconds))?;
     result.set_item("warnings", warnings)?;
     Ok(result)
 }
@@ -83,8 +60,8 @@ pub(crate) fn answers<'py>(
         }
     }
     let result = PyDict::new(py);
-    result.set_item("displacement", cube(py, fields, [count, body.nodes, 3])?)?;
-    result.set_item("error", vector(py, error))?;
+    result.set_item("displacement", Array::new(fields, [count, body.nodes, 3]))?;
+    result.set_item("error", Array::vector(error))?;
     result.set_item("source", source)?;
     result.set_item("set_warnings", said)?;
     result.set_item("failures", failures)?;

@@ -1,12 +1,11 @@
 //! Emulators of stored runs of any solver.
 
-use crate::arrays::{matrix, rows, vector};
-use crate::errors::{self, Kind};
+use crate::arrays::{Array, Rows};
+use crate::errors::Result;
 use crate::mesh::NativeMesh;
 use crate::relay;
-use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
-use sinew::runs::{Measured, Runs, RunsPosterior, RunsPosteriorError};
+use sinew::runs::{Measured, Runs, RunsPosterior};
 use sinew::sample::NutsOptions;
 use sinew_emulate::{Output, RunsEmulator};
 use std::path::{Path, PathBuf};
@@ -17,48 +16,40 @@ use std::sync::Arc;
 pub(crate) struct NativeRuns(Arc<RunsEmulator>);
 
 /// Values of an output, a row for each θ, and half-widths of their 95 % intervals.
-type Predicted<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
+type Predicted = (Array, Array);
 /// Name, unit and a matrix with a row per run.
-type Column<'py> = (String, String, PyReadonlyArray2<'py, f64>);
+type Column = (String, String, Rows);
 
 #[pymethods]
 impl NativeRuns {
     /// Fits outputs to θ; displacements on a mesh.
     #[staticmethod]
     fn fit(
-        py: Python<'_>,
         parameters: Vec<(String, String)>,
-        thetas: PyReadonlyArray2<'_, f64>,
-        outputs: Vec<Column<'_>>,
+        thetas: Rows,
+        outputs: Vec<Column>,
         mesh: Option<&NativeMesh>,
         listener: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
+    ) -> Result<Self> {
         let heads: Vec<_> = parameters.iter().map(|(name, unit)| (&name[..], &unit[..])).collect();
-        let output =
-            |(name, unit, values): Column<'_>| Output { name, unit, values: rows(&values) };
+        let output = |(name, unit, Rows(values)): Column| Output { name, unit, values };
         let outputs = outputs.into_iter().map(output).collect();
-        let made = Runs::new(&heads, rows(&thetas), outputs, |run| format!("run {run}"));
         let Runs { parameters, thetas, outputs, .. } =
-            made.map_err(|reason| Kind::Case.of(py, reason))?;
-        let mesh = mesh.map(|mesh| mesh.make(py)).transpose()?.map(|(mesh, _)| mesh);
-        let fitted = relay::run(py, listener, move |observer| {
+            Runs::new(&heads, thetas.0, outputs, |run| format!("run {run}"))?;
+        let mesh = mesh.map(NativeMesh::make).transpose()?.map(|(mesh, _)| mesh);
+        let fitted = relay::run(listener, move |observer| {
             RunsEmulator::fit(parameters, &thetas, &outputs, mesh, observer)
         })?;
-        fitted
-            .map(|emulator| Self(Arc::new(emulator)))
-            .map_err(|error| errors::emulator(py, &error))
+        Ok(Self(Arc::new(fitted)))
     }
 
     #[staticmethod]
-    fn load(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
-        let loaded = RunsEmulator::load(&within(&folder));
-        loaded
-            .map(|emulator| Self(Arc::new(emulator)))
-            .map_err(|error| errors::emulator(py, &error))
+    fn load(folder: PathBuf) -> Result<Self> {
+        Ok(Self(Arc::new(RunsEmulator::load(&within(&folder))?)))
     }
 
-    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        self.0.save(&within(&folder)).map_err(|error| errors::emulator(py, &error))
+    fn save(&self, folder: PathBuf) -> Result<()> {
+        Ok(self.0.save(&within(&folder))?)
     }
 
     /// Names, units and ranges.
@@ -81,22 +72,17 @@ impl NativeRuns {
         self.0.mesh.is_some()
     }
 
-    fn predict<'py>(
-        &self,
-        py: Python<'py>,
-        thetas: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Vec<Predicted<'py>>> {
-        let thetas = rows(&thetas);
-        let found: Result<Vec<_>, _> =
-            py.detach(|| thetas.iter().map(|t| self.0.predict(t)).collect());
-        let found = found.map_err(|error| errors::emulator(py, &error))?;
+    fn predict(&self, py: Python<'_>, thetas: Rows) -> Result<Vec<Predicted>> {
+        let predict =
+            || thetas.0.iter().map(|theta| self.0.predict(theta)).collect::<Result<_, _>>();
+        let found: Vec<Vec<sinew_emulate::Predicted>> = py.detach(predict)?;
         let output = |place: usize| {
             let values: Vec<f64> = found.iter().flat_map(|all| all[place].values.clone()).collect();
             let widths = found.iter().map(|all| all[place].half_width).collect();
-            let shape = [thetas.len(), values.len() / thetas.len().max(1)];
-            Ok((matrix(py, values, shape)?, vector(py, widths)))
+            let shape = [thetas.0.len(), values.len() / thetas.0.len().max(1)];
+            (Array::new(values, shape), Array::vector(widths))
         };
-        (0..self.0.left_out().len()).map(output).collect()
+        Ok((0..self.0.left_out().len()).map(output).collect())
     }
 
     /// Warnings about parameters outside their ranges.
@@ -107,22 +93,17 @@ impl NativeRuns {
     /// Groups of draws for arviz as JSON, the result in lines, and warnings; data by output, value and standard deviation.
     fn posterior(
         &self,
-        py: Python<'_>,
         data: Vec<(String, f64, f64)>,
         seed: u64,
         draws: usize,
         listener: &Bound<'_, PyAny>,
-    ) -> PyResult<(String, Vec<String>, Vec<String>)> {
+    ) -> Result<(String, Vec<String>, Vec<String>)> {
         let emulator = self.0.clone();
         let measured = |(output, value, sd)| Measured { output, value, sd };
         let data: Vec<Measured> = data.into_iter().map(measured).collect();
         let options = NutsOptions { seed, draws, ..NutsOptions::default() };
-        let found =
-            relay::run(py, listener, move |_| RunsPosterior::new(&emulator, &data, &options))?;
-        let posterior = found.map_err(|error| match &error {
-            RunsPosteriorError::Input(_) => Kind::Case.of(py, error),
-            RunsPosteriorError::Chains(_) => Kind::Calibration.of(py, error),
-        })?;
+        let posterior =
+            relay::run(listener, move |_| RunsPosterior::new(&emulator, &data, &options))?;
         Ok((posterior.to_arviz().to_json(), posterior.in_words(), posterior.warnings))
     }
 }

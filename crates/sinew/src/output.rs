@@ -265,12 +265,7 @@ impl Results<'_> {
             let values = |fields: &Option<Vec<StressField>>| {
                 fields.as_ref().map_or(&missing, |fields| &fields[index].values).clone()
             };
-            let mut shape = vec![found.len(), self.body.cell_count()];
-            shape.extend(match field.components {
-                1 => vec![],
-                9 => vec![3, 3],
-                count => vec![count],
-            });
+            let shape = [vec![found.len(), self.body.cell_count()], field.shape()].concat();
             (field.name, shape, found.iter().flat_map(values).collect())
         };
         like.iter().enumerate().map(array).collect()

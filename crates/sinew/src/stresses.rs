@@ -15,6 +15,17 @@ pub struct StressField {
     pub values: Vec<f64>,
 }
 
+impl StressField {
+    /// Shape of the numbers of a cell.
+    pub fn shape(&self) -> Vec<usize> {
+        match self.components {
+            1 => vec![],
+            9 => vec![3, 3],
+            count => vec![count],
+        }
+    }
+}
+
 /// The fields of stress, strain and fibres; those of fibres only where the law has some. Stresses and strains are means over the
 /// quadrature points of a cell by their volumes in the reference configuration, principal values those of these means; `volume` is that of the cell in the current configuration \[length³\], `volume_ratio` is J.
 pub fn stress_fields(body: &Body, cells: &[CellStress]) -> Vec<StressField> {

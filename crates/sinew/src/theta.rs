@@ -105,9 +105,12 @@ pub fn parse_theta_but(
 /// let parameters = ["mu", "lambda"].map(|name| Parameter::log(name, "kPa", 1.0..=2.0));
 /// assert_eq!(theta_of(&[("lambda", "1.5"), ("mu", "2000 Pa")], &parameters).unwrap(), [2.0, 1.5]);
 /// ```
-pub fn theta_of(pairs: &[(&str, &str)], parameters: &[Parameter]) -> Result<Vec<f64>, ThetaText> {
+pub fn theta_of<T: AsRef<str>>(
+    pairs: &[(T, T)],
+    parameters: &[Parameter],
+) -> Result<Vec<f64>, ThetaText> {
     let (names, values): (Vec<&str>, Vec<&str>) =
-        pairs.iter().map(|(name, value)| (name.trim(), value.trim())).unzip();
+        pairs.iter().map(|(name, value)| (name.as_ref().trim(), value.as_ref().trim())).unzip();
     let error = |reason| ThetaText { place: "theta".into(), reason };
     named(&names, &values, parameters).map_err(error)
 }
