@@ -40,13 +40,9 @@ fn number(value: f64, digits: usize, plain: std::ops::Range<i32>) -> String {
 
 /// `10⁻³`
 pub fn power_of_ten(exponent: i32) -> String {
-    let superscript = |digit: char| match digit {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        // ⁰ and ⁴ to ⁹ are neighbours in Unicode.
-        other => char::from_u32(0x2070 + other.to_digit(10).unwrap_or(0)).unwrap_or(other),
+    let superscript = |sign: char| match sign.to_digit(10) {
+        Some(digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(digit as usize).unwrap_or(sign),
+        None => '⁻',
     };
     format!("10{}", exponent.to_string().chars().map(superscript).collect::<String>())
 }
@@ -67,25 +63,16 @@ pub fn seconds(value: f64) -> String {
 
 /// A factor: `1.1×`, `29×`, `4 100×`.
 pub fn factor(value: f64) -> String {
-    match value {
-        v if v.is_finite() && (99.5..1e6).contains(&v) => {
-            format!("{}×", count(rounded(v, 2) as u64))
-        }
-        v => format!("{}×", digits(v, 2)),
-    }
+    let whole = (99.5..1e6).contains(&value);
+    let number = if whole { count(rounded(value, 2) as u64) } else { digits(value, 2) };
+    format!("{number}×")
 }
 
 /// A count with thin spaces between thousands: `12 300`.
 pub fn count(value: u64) -> String {
     let plain = value.to_string();
-    let mut grouped = String::new();
-    for (index, digit) in plain.chars().enumerate() {
-        if index > 0 && (plain.len() - index).is_multiple_of(3) {
-            grouped.push('\u{202f}');
-        }
-        grouped.push(digit);
-    }
-    grouped
+    let groups = plain.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    groups.collect::<Vec<_>>().join("\u{202f}")
 }
 
 /// `value` rounded to so many significant digits.

@@ -1,8 +1,8 @@
 //! Drawings as data: charts of curves and points, maps of colours.
 
-use crate::Table;
 use crate::format::{digits, rounded, seconds};
-use serde::{Deserialize, Serialize};
+use crate::{Cell, Column, Table};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Drawings that belong together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -50,10 +50,10 @@ pub struct Series {
     /// Drawing style.
     pub style: Style,
     /// (x, y); `null` in the file where a number is not finite.
-    #[serde(with = "nullable")]
+    #[serde(deserialize_with = "nullable")]
     pub points: Vec<[f64; 2]>,
     /// Lower and upper end of a band at each point; may be empty.
-    #[serde(with = "nullable", skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "nullable", skip_serializing_if = "Vec::is_empty")]
     pub band: Vec<[f64; 2]>,
     /// Label of each point under the pointer; may be empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -118,20 +118,14 @@ impl Chart {
         let mut chart = Self::new("Time against error", ["time [s]", &name], [true; 2]);
         for row in &table.rows {
             let Some(height) = row.errors[error].value.median() else { continue };
-            let times = row.times.iter().zip(&table.times).filter(|(_, column)| !column.once);
-            let times =
-                times.filter_map(|(cell, column)| Some((cell.value.median()?, &column.name)));
-            let (points, hints): (Vec<_>, Vec<_>) = times
-                .map(|(time, name)| {
-                    let hint = format!(
-                        "{}, {name}: {}, error {}",
-                        row.method,
-                        seconds(time),
-                        digits(height, 2)
-                    );
-                    ([time, height], hint)
-                })
-                .unzip();
+            let point = |(cell, column): (&Cell, &Column)| {
+                let time = cell.value.median().filter(|_| !column.once)?;
+                let (told, error) = (seconds(time), digits(height, 2));
+                let hint = format!("{}, {}: {told}, error {error}", row.method, column.name);
+                Some(([time, height], hint))
+            };
+            let (points, hints): (Vec<_>, Vec<_>) =
+                row.times.iter().zip(&table.times).filter_map(point).unzip();
             let series = Series { hints, ..Series::new(&row.method, Style::Marked, points) };
             chart.series.push(series);
         }
@@ -168,20 +162,7 @@ impl Map {
 }
 
 /// Pairs of numbers, of which those that are not finite are `null` in the file and NaN when read back.
-mod nullable {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(
-        pairs: &[[f64; 2]],
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        pairs.serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'a, D: Deserializer<'a>>(
-        deserializer: D,
-    ) -> Result<Vec<[f64; 2]>, D::Error> {
-        let pairs = Vec::<[Option<f64>; 2]>::deserialize(deserializer)?;
-        Ok(pairs.into_iter().map(|pair| pair.map(|x| x.unwrap_or(f64::NAN))).collect())
-    }
+fn nullable<'a, D: Deserializer<'a>>(deserializer: D) -> Result<Vec<[f64; 2]>, D::Error> {
+    let pairs = Vec::<[Option<f64>; 2]>::deserialize(deserializer)?;
+    Ok(pairs.into_iter().map(|pair| pair.map(|x| x.unwrap_or(f64::NAN))).collect())
 }
