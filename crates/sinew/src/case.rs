@@ -41,6 +41,7 @@ pub(crate) use units::{LENGTH, STRESS, VOLUME, number_and_unit, stress};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use sinew_energy::{Body, Magnitude, Scene, SceneError};
+pub use source::Exactly;
 use source::Source;
 pub(crate) use source::advise;
 use std::collections::BTreeMap;
@@ -223,11 +224,9 @@ impl Case {
             let stem = Path::new(file).file_stem().unwrap_or_default();
             case.name = stem.to_string_lossy().into_owned();
         }
+        let both = case.training.minutes.is_some() && case.training.steps.is_some();
+        source.refuse_if(both, &["training", "steps"], || "give minutes or steps, not both")?;
         case.source = source;
-        if case.training.minutes.is_some() && case.training.steps.is_some() {
-            let reason = "give minutes or steps, not both".into();
-            return Err(case.source.error(&["training", "steps"], reason));
-        }
         Ok(case)
     }
 
@@ -358,10 +357,8 @@ impl Case {
             // Nodes are marked before means of the marks would stand in the middle of edges.
             self.marked_sets().for_each(|set| drop(supports::add_node_set(&mut mesh, set)));
             mesh = mesh::quadratic(mesh).map_err(|element| {
-                self.source.error(
-                    &["formulation"],
-                    format!("{element} have no quadratic form here; choose \"averaged\""),
-                )
+                let reason = format!("{element} have no quadratic form here; choose \"averaged\"");
+                self.source.error(&["formulation"], reason)
             })?;
         }
         let loads = self.lower_loads(&mesh, law)?;
@@ -439,10 +436,12 @@ impl Case {
         mesh: &mut sinew_mesh::AnyMesh,
     ) -> Result<Vec<sinew_energy::Support>, CaseError> {
         // Springs may hold the body too; lowering the scene checks whether they hold all rigid motions.
-        if self.supports.is_empty() && self.loads.iter().all(|load| load.foundation.is_none()) {
-            let advice = "the body is held nowhere; add { clamped = \"NODE SET\" }".into();
-            return Err(self.source.error(&["supports"], advice));
-        }
+        let held = self.loads.iter().any(|load| load.foundation.is_some());
+        self.source.refuse_if(
+            self.supports.is_empty() && !held,
+            &["supports"],
+            || "the body is held nowhere; add { clamped = \"NODE SET\" }",
+        )?;
         let lower =
             |(number, support): (usize, &Support)| support.lower(number, mesh, &self.source);
         self.supports.iter().enumerate().map(lower).collect()

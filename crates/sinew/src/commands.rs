@@ -20,9 +20,10 @@ pub(crate) mod synthesise;
 pub(crate) mod train;
 pub(crate) mod unload;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use batch::{Batch, ThetaArguments, Written};
 use clap::Args;
+use script::quoted;
 use sinew::case::{Formulation, doubtful_displacements};
 use sinew::{
     Body, Case, CaseError, Emulator, EmulatorError, FrozenStiffness, Simulations, ThetaText,
@@ -71,19 +72,13 @@ impl CaseFile {
     /// Refuses to write over the case file or the mesh of a case that was read.
     fn keep_sources(&self, case: &Case, output: &Path) -> Result<()> {
         let sources = [("case file", Some(&self.case)), ("mesh", case.mesh.file.as_ref())];
-        match sources.iter().find(|(_, file)| file.is_some_and(|file| same(file, output))) {
-            Some((name, _)) => refuse(format!(
-                "-o: {} is the {name} itself, which would be lost; name another file",
-                output.display()
-            )),
-            None => Ok(()),
-        }
+        sources.into_iter().try_for_each(|(name, file)| {
+            refuse_if(file.is_some_and(|file| same(file, output)), || {
+                let output = output.display();
+                format!("-o: {output} is the {name} itself, which would be lost; name another file")
+            })
+        })
     }
-}
-
-/// A path for a shell.
-fn quoted(path: &Path) -> String {
-    script::quoted(&path.to_string_lossy())
 }
 
 /// Body and folder of the results.
@@ -177,11 +172,10 @@ impl Neighbour {
     pub(crate) fn emulator<'b>(&self, other: &'b Body, body: &'b Body) -> Result<Emulator<'b>> {
         let unlike = |error: EmulatorError| {
             let name = self.from.as_deref().unwrap_or(Path::new("")).display();
+            let said = format!("--from {name}: {error}");
             match error {
-                EmulatorError::Solve(sinew_fem::SolveError::OtherBody { .. }) => {
-                    Usage(format!("--from {name}: {error}")).into()
-                }
-                error => anyhow::anyhow!("--from {name}: {error}"),
+                EmulatorError::Solve(SolveError::OtherBody { .. }) => Usage(said).into(),
+                _ => anyhow::Error::msg(said),
             }
         };
         let known = FrozenStiffness::new(other).map_err(|error| unlike(error.into()))?;
@@ -224,10 +218,9 @@ pub(crate) fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
             }
         }
     }
-    if found.is_empty() {
-        let folder = folder.display();
-        return refuse(format!("there is no emulator in {folder}; make one: sinew train"));
-    }
+    refuse_if(found.is_empty(), || {
+        format!("there is no emulator in {}; make one: sinew train", folder.display())
+    })?;
     // regression-25 before regression-100.
     found.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));
     Ok(found)
@@ -333,16 +326,11 @@ pub(crate) fn code(error: &anyhow::Error) -> u8 {
 }
 
 fn is_usage(error: &anyhow::Error) -> bool {
-    error.chain().any(|cause| {
-        let asked = cause.downcast_ref::<EmulatorError>().is_some_and(is_setting);
-        asked || cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>()
-    })
-}
-
-/// Whether an emulator was asked for in a way that makes no sense.
-fn is_setting(error: &EmulatorError) -> bool {
     use EmulatorError as E;
-    matches!(error, E::Setting { .. } | E::Request(_) | E::Samples(_))
+    error.chain().any(|cause| match cause.downcast_ref() {
+        Some(E::Setting { .. } | E::Request(_) | E::Samples(_)) => true,
+        _ => cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>(),
+    })
 }
 
 /// A command line that asks for something that does not exist.
@@ -377,33 +365,30 @@ fn same(a: &Path, b: &Path) -> bool {
 
 /// Requires the name of a VTU file in a folder that exists, before anything is computed for it.
 fn check_vtu(file: &Path) -> Result<()> {
-    match file.extension().is_some_and(|extension| extension == "vtu") {
-        true => check_folder(file),
-        false => refuse(format!("-o {}: the name must end with .vtu", file.display())),
-    }
+    refuse_if(file.extension().is_none_or(|extension| extension != "vtu"), || {
+        format!("-o {}: the name must end with .vtu", file.display())
+    })?;
+    check_folder(file)
 }
 
 /// Requires that the folder of a file exists.
 fn check_folder(file: &Path) -> Result<()> {
     let folder = file.parent().unwrap_or(file);
     let (named, place) = (file.display(), folder.display());
-    ensure!(
-        folder.as_os_str().is_empty() || folder.is_dir(),
-        Usage(format!("-o {named}: there is no folder {place}; make it, or name another file"))
-    );
-    Ok(())
+    refuse_if(!folder.as_os_str().is_empty() && !folder.is_dir(), || {
+        format!("-o {named}: there is no folder {place}; make it, or name another file")
+    })
 }
 
 /// Refuses to replace a file that a command did not write: its own begin with its mark.
 fn keep_foreign(command: &str, mark: &str, file: &Path) -> Result<()> {
     let own = std::fs::read(file).is_ok_and(|text| text.starts_with(mark.as_bytes()));
-    match own || !file.exists() {
-        true => Ok(()),
-        false => refuse(format!(
+    refuse_if(!own && file.exists(), || {
+        format!(
             "{} is there already, and sinew {command} did not write it; name another file with -o, or remove it",
             file.display()
-        )),
-    }
+        )
+    })
 }
 
 /// Text below a comment: a command's mark, and what the text was made from.
@@ -414,4 +399,22 @@ fn marked(mark: &str, origin: &str, text: &str) -> String {
 /// Refuses a command line.
 pub(crate) fn refuse<T>(reason: String) -> Result<T> {
     Err(Usage(reason).into())
+}
+
+/// Refuses a command line that is wrong.
+fn refuse_if<R: Into<String>>(wrong: bool, reason: impl FnOnce() -> R) -> Result<()> {
+    if wrong { refuse(reason().into()) } else { Ok(()) }
+}
+
+/// The set of parameters where a command line asks for one.
+fn single<'t>(option: &str, thetas: &'t [Vec<f64>]) -> Result<&'t Vec<f64>> {
+    let [theta] = thetas else {
+        return refuse(format!("{option}: give one set of parameters, not {}", thetas.len()));
+    };
+    Ok(theta)
+}
+
+/// Writes a file, which an error names.
+fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
+    std::fs::write(path, content).with_context(|| path.display().to_string())
 }

@@ -38,7 +38,6 @@ pub struct Comparison {
     /// The emulators.
     pub methods: Vec<Method>,
     /// Volumes of cavities by the solver.
-    #[serde(default)]
     pub inflation: Option<Inflation>,
     /// The body's surface, coloured by its displacement, in the test cases that move it in the middle and the most.
     #[serde(default)]

@@ -157,16 +157,15 @@ impl Results<'_> {
         let volume =
             |cavity: &sinew_energy::Cavity| format!("volume of {} [{length}3]", cavity.name);
         heads.extend(body.cavities.iter().map(volume));
-        let heads: Vec<String> = heads.iter().map(|head| quoted(head)).collect();
-        let mut lines = vec![heads.join(",")];
+        let mut text = csv_line(&heads);
         for (row, value) in self.rows.iter().zip(values) {
             let Some(field) = row.fields.first() else { continue };
             let mut cells = vec![*value];
             cells.extend(mean_and_largest(field));
             cells.extend(body.cavity_volumes(field));
-            lines.push(cells.iter().map(f64::to_string).collect::<Vec<_>>().join(","));
+            text += &csv_line(&cells);
         }
-        lines.join("\n") + "\n"
+        text
     }
 
     /// Makes the folder, removes an earlier run's files and writes the table and, unless they are too large, the arrays; returns
@@ -214,13 +213,11 @@ impl Results<'_> {
     fn write_arrays(&self, path: &Path) -> io::Result<()> {
         let (cases, nodes, count) = (self.rows.len(), self.body.nodes, self.body.parameters.len());
         let missing = vec![f64::NAN; 3 * nodes];
-        let mut theta = Vec::with_capacity(cases * count);
-        for row in &self.rows {
-            match row.theta.is_empty() {
-                true => theta.extend(vec![f64::NAN; count]),
-                false => theta.extend(shown(self.body, &row.theta)),
-            }
-        }
+        let theta = self.rows.iter().flat_map(|row| match row.theta.is_empty() {
+            true => vec![f64::NAN; count],
+            false => shown(self.body, &row.theta),
+        });
+        let theta: Vec<f64> = theta.collect();
         let field = |name: usize| -> Vec<f64> {
             let of =
                 |row: &Row<'_>| row.fields.get(name).map_or(&missing[..], |field| *field).to_vec();
@@ -302,13 +299,12 @@ impl Results<'_> {
     /// potential energy, empty where there is no potential, the volumes of cavities, the least and the largest J, and the reactions of supports; how good it is; parameters outside their ranges; warnings; why it failed.
     fn table(&self) -> String {
         let judged = self.rows.iter().any(|row| row.quality.is_some());
-        let heads: Vec<String> = self.heads(judged).iter().map(|head| quoted(head)).collect();
-        heads.join(",") + "\n" + &self.lines(0, judged).concat()
+        csv_line(&self.heads(judged)) + &self.lines(0, judged).concat()
     }
 
     /// Lines of the rows, numbered from the first on.
     fn lines(&self, first: usize, judged: bool) -> Vec<String> {
-        let row = |(case, row): (usize, &Row<'_>)| self.line(first + case, row, judged) + "\n";
+        let row = |(case, row): (usize, &Row<'_>)| self.line(first + case, row, judged);
         self.rows.par_iter().enumerate().map(row).collect()
     }
 
@@ -369,12 +365,12 @@ impl Results<'_> {
             let Quality { mean, largest, energy_norm, kind, residual } =
                 row.quality.clone().unwrap_or_default();
             cells.extend([mean, largest, energy_norm].map(number));
-            cells.extend([quoted(&kind), number(residual)]);
+            cells.extend([kind, number(residual)]);
         }
-        cells.push(quoted(&outside(&body.parameters, &row.theta).join("; ")));
-        cells.push(quoted(&row.warnings.join("; ")));
-        cells.push(quoted(row.failure.as_deref().unwrap_or_default()));
-        cells.join(",")
+        cells.push(outside(&body.parameters, &row.theta).join("; "));
+        cells.push(row.warnings.join("; "));
+        cells.push(row.failure.clone().unwrap_or_default());
+        csv_line(&cells)
     }
 }
 
@@ -403,12 +399,15 @@ fn heads(body: &Body) -> Vec<u8> {
     to_npy_of(&format!("<U{length}"), &[heads.len()], &bytes)
 }
 
-/// A text as a cell of a CSV table.
-pub(crate) fn quoted(text: &str) -> String {
-    match text.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " ")),
-        false => text.into(),
-    }
+/// A line of a CSV table, its cells in quotes where they need to be.
+pub(crate) fn csv_line<T: ToString>(cells: &[T]) -> String {
+    let quoted = |cell: &T| match cell.to_string() {
+        text if text.contains([',', '"', '\n']) => {
+            format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " "))
+        }
+        text => text,
+    };
+    cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n"
 }
 
 /// Table of a path along a parameter.

@@ -2,6 +2,7 @@
 
 use crate::Inflation;
 use crate::comparison::{Comparison, Method, SOLVER};
+use crate::viewer::volume_unit;
 use sinew_emulate::{CurvePoint, Errors, Evaluation, METRICS, Metric, Quantiles};
 use sinew_report::format::{count as spaced, digits, rounded, seconds as duration};
 use sinew_report::{
@@ -256,10 +257,7 @@ impl Comparison {
 
     /// Volumes of every cavity over its pressure.
     fn inflations(&self, inflation: &Inflation) -> Block {
-        let (unit, scale) = match &*self.length_unit {
-            "mm" => ("ml".to_string(), 1e-3),
-            other => (format!("{other}³"), 1.0),
-        };
+        let (unit, scale) = volume_unit(&self.length_unit);
         let chart = |(cavity, name): (usize, &String)| {
             let volume = format!("volume [{unit}]");
             let title = format!("Volume of {name}");

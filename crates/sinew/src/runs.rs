@@ -4,7 +4,7 @@ mod posterior;
 
 use crate::case::advise;
 use crate::npz;
-use crate::output::{clear, failed, quoted};
+use crate::output::{clear, csv_line, failed};
 use crate::theta::{ThetaText, cells, head, is_comment, outside, table_text};
 pub use posterior::{Measured, RunsPosterior, RunsPosteriorError};
 use sinew_emulate::{Output, Predicted, RunsEmulator, share_of};
@@ -354,16 +354,13 @@ fn lines(emulator: &RunsEmulator, found: &[(Vec<f64>, Vec<Predicted>)]) -> Strin
     }
     heads.push("outside their ranges".into());
     let line = |(case, (theta, found)): (usize, &(Vec<f64>, Vec<Predicted>))| {
-        let mut cells = vec![case as f64];
-        cells.extend(theta);
+        let mut cells = vec![case.to_string()];
+        cells.extend(theta.iter().map(f64::to_string));
         for Predicted { values, half_width } in found {
-            cells.extend(values.iter().filter(|_| number));
-            cells.push(*half_width);
+            cells.extend(values.iter().filter(|_| number).chain([half_width]).map(f64::to_string));
         }
-        let cells: Vec<String> = cells.iter().map(f64::to_string).collect();
-        cells.join(",") + "," + &quoted(&outside(&emulator.parameters, theta).join("; "))
+        cells.push(outside(&emulator.parameters, theta).join("; "));
+        csv_line(&cells)
     };
-    let heads: Vec<String> = heads.iter().map(|head| quoted(head)).collect();
-    let lines = found.iter().enumerate().map(line);
-    std::iter::once(heads.join(",")).chain(lines).map(|line| line + "\n").collect()
+    csv_line(&heads) + &found.iter().enumerate().map(line).collect::<String>()
 }

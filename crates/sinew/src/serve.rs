@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use sinew_emulate::{Error as EmulatorError, central_differences, parts::dot};
 use sinew_energy::Body;
-use sinew_fem::{Options, SolveError, SolverPool};
+use sinew_fem::{Options, SolverPool};
 
 /// Models of one body for the protocol of UM-Bridge 1.0 (Seelinger et al., "UM-Bridge: Uncertainty quantification and modeling
 /// bridge", J. Open Source Software, 2023).
@@ -109,26 +109,14 @@ struct Config {
     extrapolate: bool,
 }
 
-/// An error of the protocol.
-struct Fault {
-    status: u16,
-    kind: &'static str,
-    message: String,
+fn refuse<T>(message: String) -> Result<T, Response> {
+    Err(Response::failed(400, "InvalidInput", &message))
 }
 
-fn refuse<T>(message: impl Into<String>) -> Result<T, Fault> {
-    Err(Fault { status: 400, kind: "InvalidInput", message: message.into() })
-}
-
-impl From<EmulatorError> for Fault {
-    fn from(error: EmulatorError) -> Self {
-        Self { status: 500, kind: "InvalidOutput", message: error.to_string() }
-    }
-}
-
-impl From<SolveError> for Fault {
-    fn from(error: SolveError) -> Self {
-        EmulatorError::from(error).into()
+/// A computation without a result.
+impl<E: Into<EmulatorError>> From<E> for Response {
+    fn from(error: E) -> Self {
+        Self::failed(500, "InvalidOutput", &error.into().to_string())
     }
 }
 
@@ -174,19 +162,15 @@ impl<'b> Service<'b> {
         let found = match (method, path.trim_end_matches('/')) {
             ("GET", "/Info") => Ok(json!({ "protocolVersion": 1.0, "models": self.models() })),
             ("POST", path) => self.posted(path, text),
-            (method, path) => Err(Fault {
-                status: 404,
-                kind: "UnsupportedFeature",
-                message: format!("{method} {path} is no request of UM-Bridge 1.0"),
-            }),
+            (method, path) => {
+                let reason = format!("{method} {path} is no request of UM-Bridge 1.0");
+                Err(Response::failed(404, "UnsupportedFeature", &reason))
+            }
         };
-        match found {
-            Ok(value) => Response::json(200, &value),
-            Err(Fault { status, kind, message }) => Response::failed(status, kind, &message),
-        }
+        found.map_or_else(|refused| refused, |value| Response::json(200, &value))
     }
 
-    fn posted(&self, path: &str, text: &str) -> Result<Value, Fault> {
+    fn posted(&self, path: &str, text: &str) -> Result<Value, Response> {
         let known = [
             "/ModelInfo",
             "/InputSizes",
@@ -199,16 +183,11 @@ impl<'b> Service<'b> {
         let known = &known[..known.len() - usize::from(self.page.is_none())];
         if !known.contains(&path) {
             let message = format!("{path} is not supported; there are: {}", known.join(", "));
-            return Err(Fault { status: 400, kind: "UnsupportedFeature", message });
+            return Err(Response::failed(400, "UnsupportedFeature", &message));
         }
-        let request: Request = match serde_json::from_str(text) {
-            Ok(request) => request,
-            Err(error) => {
-                return refuse(format!(
-                    "the request cannot be read: {error}; send JSON with finite numbers"
-                ));
-            }
-        };
+        let request: Request = serde_json::from_str(text).or_else(|error| {
+            refuse(format!("the request cannot be read: {error}; send JSON with finite numbers"))
+        })?;
         let named =
             |model: &Model| model.name() == request.name && self.models().contains(&model.name());
         let Some(model) = Model::ALL.into_iter().find(named) else {
@@ -217,7 +196,7 @@ impl<'b> Service<'b> {
                 request.name,
                 self.models().join(", ")
             );
-            return Err(Fault { status: 400, kind: "ModelNotFound", message });
+            return Err(Response::failed(400, "ModelNotFound", &message));
         };
         match path {
             "/ModelInfo" => Ok(json!({ "support": {
@@ -229,7 +208,7 @@ impl<'b> Service<'b> {
         }
     }
 
-    fn computed(&self, path: &str, model: Model, request: &Request) -> Result<Value, Fault> {
+    fn computed(&self, path: &str, model: Model, request: &Request) -> Result<Value, Response> {
         let theta = self.theta(request.input.as_deref())?;
         let extrapolate = request.config.as_ref().is_some_and(|config| config.extrapolate);
         if model != Model::Solver && !extrapolate {
@@ -268,7 +247,7 @@ impl<'b> Service<'b> {
     }
 
     /// θ in the units of the scene, of values that its law has a meaning for.
-    fn theta(&self, input: Option<&[Vec<f64>]>) -> Result<Vec<f64>, Fault> {
+    fn theta(&self, input: Option<&[Vec<f64>]>) -> Result<Vec<f64>, Response> {
         let parameters = &self.body.parameters;
         let names =
             || parameters.iter().map(|p| p.unit.head(&p.name)).collect::<Vec<_>>().join(", ");
@@ -289,7 +268,7 @@ impl<'b> Service<'b> {
     }
 
     /// Requires θ within the ranges that an emulator is trained on.
-    fn within_ranges(&self, model: Model, theta: &[f64]) -> Result<(), Fault> {
+    fn within_ranges(&self, model: Model, theta: &[f64]) -> Result<(), Response> {
         let outside = crate::outside(&self.body.parameters, theta);
         if outside.is_empty() {
             return Ok(());
@@ -302,7 +281,7 @@ impl<'b> Service<'b> {
         ))
     }
 
-    fn displacement(&self, model: Model, theta: &[f64]) -> Result<Vec<f64>, Fault> {
+    fn displacement(&self, model: Model, theta: &[f64]) -> Result<Vec<f64>, Response> {
         if model == Model::Solver {
             return self
                 .solvers
@@ -318,7 +297,7 @@ impl<'b> Service<'b> {
     }
 
     /// Derivatives of the displacement, parameter by parameter [length per unit of the scene].
-    fn sensitivity(&self, model: Model, theta: &[f64]) -> Result<Vec<Vec<f64>>, Fault> {
+    fn sensitivity(&self, model: Model, theta: &[f64]) -> Result<Vec<Vec<f64>>, Response> {
         match model {
             Model::Emulator => Ok(self.emulator()?.sensitivity(theta)?),
             Model::Solver => self.solvers.with(|solver| {
@@ -332,7 +311,7 @@ impl<'b> Service<'b> {
     }
 
     /// `sensᵀ ∂q/∂θ` in the parameters' own units.
-    fn gradient(&self, model: Model, theta: &[f64], sens: &[f64]) -> Result<Vec<f64>, Fault> {
+    fn gradient(&self, model: Model, theta: &[f64], sens: &[f64]) -> Result<Vec<f64>, Response> {
         let quantities = Quantities(self.body);
         let slopes = match model {
             // One linear system, whatever the number of parameters.
@@ -351,7 +330,7 @@ impl<'b> Service<'b> {
     }
 
     /// `∂q/∂θ vec` with a direction in the parameters' own units.
-    fn along(&self, model: Model, theta: &[f64], vec: &[f64]) -> Result<Vec<f64>, Fault> {
+    fn along(&self, model: Model, theta: &[f64], vec: &[f64]) -> Result<Vec<f64>, Response> {
         let displacement = self.displacement(model, theta)?;
         let mut rate = vec![0.0; displacement.len()];
         for (column, by) in self.sensitivity(model, theta)?.iter().zip(self.per_own_unit(vec)) {
@@ -366,21 +345,20 @@ impl<'b> Service<'b> {
         values.iter().zip(sizes).map(|(value, size)| value * size).collect()
     }
 
-    fn emulator(&self) -> Result<&Emulator<'b>, Fault> {
-        let missing =
-            || Fault { status: 400, kind: "ModelNotFound", message: "there is no emulator".into() };
+    fn emulator(&self) -> Result<&Emulator<'b>, Response> {
+        let missing = || Response::failed(400, "ModelNotFound", "there is no emulator");
         self.emulator.as_ref().ok_or_else(missing)
     }
 }
 
 /// Requires numbers that JSON has a place for.
-fn finite(values: Vec<f64>) -> Result<Vec<f64>, Fault> {
+fn finite(values: Vec<f64>) -> Result<Vec<f64>, Response> {
     match values.iter().find(|value| !value.is_finite()) {
         None => Ok(values),
-        Some(value) => Err(Fault {
-            status: 500,
-            kind: "InvalidOutput",
-            message: format!("the output holds {value}; give parameters nearer to their ranges"),
-        }),
+        Some(value) => {
+            let reason =
+                format!("the output holds {value}; give parameters nearer to their ranges");
+            Err(Response::failed(500, "InvalidOutput", &reason))
+        }
     }
 }

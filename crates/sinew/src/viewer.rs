@@ -3,7 +3,6 @@
 mod compact;
 mod error;
 mod fields;
-mod refused;
 mod sampled;
 mod surface;
 
@@ -11,9 +10,8 @@ use crate::{Emulator, locking_in_words};
 use compact::Compact;
 use error::ErrorModel;
 use fields::Colour;
-use refused::PREDICTIONS;
-pub use refused::ViewerError;
-use sampled::{Sampled, predicted, relative};
+pub use sampled::ViewerError;
+use sampled::{PREDICTIONS, Sampled, predicted, relative};
 use serde_json::{Value, json};
 use sinew_emulate::{Design, Observer, PodRegression, split_seed};
 use sinew_energy::{Body, CavityPart, Lid, Magnitude, SymmetryPlane};
@@ -156,12 +154,14 @@ fn sliders(body: &Body) -> Vec<Slider> {
     body.parameters.iter().enumerate().map(slider).collect()
 }
 
+/// Unit that people read volumes in, and the size of a length³ in it.
+pub(crate) fn volume_unit(length: &str) -> (String, f64) {
+    if length == "mm" { ("ml".into(), 1e-3) } else { (format!("{length}³"), 1.0) }
+}
+
 /// Cavities with the ranges of their volumes.
 fn cavities(body: &Body, surface: &Surface, fitted: &Sampled) -> ViewerEmulator {
-    let (volume, volume_scale) = match &*body.units.length {
-        "mm" => ("ml".to_string(), 1e-3),
-        other => (format!("{other}³"), 1.0),
-    };
+    let (volume, volume_scale) = volume_unit(&body.units.length);
     let volumes: Vec<_> = fitted.fields.iter().map(|field| body.cavity_volumes(field)).collect();
     let cavity = |(index, cavity): (usize, &sinew_energy::Cavity)| {
         let own = || volumes.iter().map(|volumes| volume_scale * volumes[index]);

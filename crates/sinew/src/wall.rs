@@ -1,6 +1,6 @@
 //! A ventricle's wall with fibres, under the names that the built-in ventricle knows.
 
-use crate::case::FibreRule;
+use crate::case::{Exactly, FibreRule};
 use sinew_mesh::{AnyMesh, ChamberWall, Field};
 
 /// The mesh of a wall between surfaces, with fibres by rule (angles to the circumference at the inner and outer surface
@@ -15,8 +15,8 @@ pub fn ventricle(wall: &ChamberWall, hexahedra: bool, angles: [f64; 2]) -> Resul
         endocardium: "endocardium".into(),
         epicardium: "epicardium".into(),
         base: "base".into(),
-        angles,
-        sheet_angles: [0.0; 2],
+        angles: Exactly(angles),
+        sheet_angles: None,
     };
     let mut mesh: AnyMesh = wall.tetrahedra().into();
     if hexahedra {

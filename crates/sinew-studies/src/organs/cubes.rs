@@ -83,7 +83,7 @@ fn outcomes(
 ) -> Result<Vec<Outcome>> {
     let mut case = Case::read(Path::new("TwistingCube"))?;
     let cells = if options.quick { mesh.cells / 3 } else { mesh.cells };
-    case.mesh.cuboid.as_mut().context("a cube")?.cells = [cells; 3];
+    case.mesh.cuboid.as_mut().context("a cube")?.cells.0 = [cells; 3];
     case.name = format!("TwistingCube-{cells}");
     let body = case.body()?;
     eprintln!("\nTwistingCube, {} nodes", count(body.nodes as u64));

@@ -120,7 +120,7 @@ fn body(options: &Options, organ: &Organ, shape: &Shape, folder: &Path) -> Resul
         Source::Ellipsoids(mut mesh) => {
             let mut case = Case::read(Path::new("IdealVentricle"))?;
             if options.quick {
-                mesh.cells = [1, 8 * (mesh.cells[1] / 16), 6];
+                mesh.cells.0 = [1, 8 * (mesh.cells.0[1] / 16), 6];
             }
             case.mesh.ellipsoid = Some(mesh);
             case

@@ -71,10 +71,10 @@ pub fn case(options: &Options, organ: &Organ) -> Result<Option<(Case, bool)>> {
     };
     if options.quick {
         if let Some(cuboid) = &mut case.mesh.cuboid {
-            cuboid.cells = cuboid.cells.map(|cells| cells.min(4));
+            cuboid.cells.0 = cuboid.cells.0.map(|cells| cells.min(4));
         }
         if let Some(ellipsoid) = &mut case.mesh.ellipsoid {
-            ellipsoid.cells = QUICK_CELLS;
+            ellipsoid.cells.0 = QUICK_CELLS;
         }
         if let Some(liver) = &mut case.mesh.liver {
             liver.edge = QUICK_EDGE * liver.length;

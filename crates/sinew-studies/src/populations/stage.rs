@@ -5,7 +5,7 @@ use crate::shapes::{BeamShape, RingShape};
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew::case::FibreRule;
+use sinew::case::{Exactly, FibreRule};
 use sinew::{Body, Case, Parameter};
 use sinew_emulate::Design;
 use sinew_mesh::{AnyMesh, Field, VentricleShape};
@@ -172,8 +172,8 @@ impl Stage {
             let mut mesh = stage.mesh(numbers)?;
             if stage.kind == Kind::Inflated {
                 let [endocardium, epicardium, base] = ["endo", "epi", "base"].map(String::from);
-                let [angles, sheet_angles] = [[60.0, -60.0], [0.0; 2]];
-                let rule = FibreRule { endocardium, epicardium, base, angles, sheet_angles };
+                let angles = Exactly([60.0, -60.0]);
+                let rule = FibreRule { endocardium, epicardium, base, angles, sheet_angles: None };
                 let tetrahedra = VentricleShape::new(numbers)?.tetrahedra(stage.cells)?.into();
                 let frames = rule.at_nodes(&tetrahedra).map_err(anyhow::Error::msg)?;
                 let fibres: Vec<[f64; 3]> = frames.iter().map(|[fibre, ..]| *fibre).collect();

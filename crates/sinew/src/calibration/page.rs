@@ -1,7 +1,7 @@
 //! Report of a calibration.
 
 use super::curve::{Curve, inverse, measured};
-use super::words::{LINEARISED, parameter_in_words, verdict, volumes_in_words};
+use super::{LINEARISED, parameter_in_words, verdict, volumes_in_words};
 use crate::locking_in_words;
 use crate::patient::Prepared;
 use sinew_calibrate::{PatientStates, Posterior};

@@ -3,10 +3,10 @@
 use super::CaseError;
 use super::laws::Row;
 use super::mesh::MeshSource;
-use super::source::{Source, exactly};
+use super::source::{Exactly, Source};
 use serde::Deserialize;
 use sinew_energy::Scene;
-use sinew_fem::fibres::{EllipsoidWall, FibreRule};
+use sinew_fem::fibres::{EllipsoidWall, FibreError, FibreRule};
 
 /// Fibres that turn linearly with the depth in the wall of `mesh.ellipsoid`, at every quadrature point: those of
 /// problem 3 of Land et al. (2015).
@@ -14,12 +14,9 @@ use sinew_fem::fibres::{EllipsoidWall, FibreRule};
 #[serde(deny_unknown_fields)]
 pub struct EllipsoidRule {
     /// Angles to the circumferential direction at the inner and outer surface, positive towards the base \[degrees\].
-    #[serde(deserialize_with = "exactly")]
-    pub angles: [f64; 2],
+    pub angles: Exactly<f64, 2>,
     /// Angles of the sheets to the outward direction \[degrees\].
-    #[serde(default)]
-    #[serde(deserialize_with = "exactly")]
-    pub sheet_angles: [f64; 2],
+    pub sheet_angles: Option<Exactly<f64, 2>>,
 }
 
 /// Depth of a point beyond the surfaces that counts as in the wall \[relative to its thickness\]: flat cells cut the corner of
@@ -41,17 +38,24 @@ impl EllipsoidRule {
                 "it needs the wall of mesh.ellipsoid; give a `field` or a `rule` for other meshes";
             return Err(error(reason.into()));
         };
-        let wall = EllipsoidWall::new(shape.shape(made.scale(source)?));
-        let wall = wall.map_err(|why| error(why.to_string()))?;
-        let [inner, outer] = self.angles;
-        let rule = FibreRule::new(inner, outer)
-            .and_then(|rule| rule.with_sheets(self.sheet_angles[0], self.sheet_angles[1]))
-            .map_err(|why| error(why.to_string()))?;
-        let mut directions = Vec::new();
-        for point in scene.quadrature_points() {
-            let frame = wall.frame(point, &rule, SLACK).map_err(|why| error(why.to_string()))?;
-            directions.extend_from_slice(&frame[..law.directions]);
-        }
-        Ok(directions)
+        let shape = shape.shape(made.scale(source)?);
+        let laid = || -> Result<Vec<[f64; 3]>, FibreError> {
+            let (wall, mut directions) = (EllipsoidWall::new(shape)?, Vec::new());
+            let rule = turning(self.angles, self.sheet_angles)?;
+            for point in scene.quadrature_points() {
+                directions.extend_from_slice(&wall.frame(point, &rule, SLACK)?[..law.directions]);
+            }
+            Ok(directions)
+        };
+        laid().map_err(|why| error(why.to_string()))
     }
+}
+
+/// Angles of fibres, and of sheets if they are given.
+pub(super) fn turning(
+    Exactly([inner, outer]): Exactly<f64, 2>,
+    sheets: Option<Exactly<f64, 2>>,
+) -> Result<FibreRule, FibreError> {
+    let [first, last] = sheets.map_or([0.0; 2], |angles| angles.0);
+    FibreRule::new(inner, outer)?.with_sheets(first, last)
 }

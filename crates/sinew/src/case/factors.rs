@@ -1,11 +1,12 @@
 //! Factors from place to place: a stiffness that differs, and where muscle contracts.
 
+use super::fibres::field_of;
 use super::source::{Source, advise};
 use super::supports::add_node_set;
 use super::{Case, CaseError, laws};
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
-use sinew_energy::Body;
+use sinew_energy::{Body, SceneError};
 use sinew_mesh::AnyMesh;
 use std::fmt;
 
@@ -56,21 +57,18 @@ impl Factors {
         match (&self.field, &self.nodes, &self.cells, self.factor) {
             (Some(_), None, None, None) => Ok(()),
             (None, Some(nodes), None, Some(_)) => {
-                let hint = match mesh.cells_of(nodes) {
-                    Some(_) => {
-                        format!("; `{nodes}` is a set of cells: write {key} = {{ cells = … }}")
-                    }
-                    None => String::new(),
-                };
+                let hint = mesh.cells_of(nodes).map_or(String::new(), |_| {
+                    format!("; `{nodes}` is a set of cells: write {key} = {{ cells = … }}")
+                });
                 add_node_set(mesh, nodes)
                     .map_err(|reason| source.error(&[key, "nodes"], reason + &hint))
             }
-            (None, None, Some(name), Some(_)) if mesh.cells_of(name).is_some() => Ok(()),
             (None, None, Some(name), Some(_)) => {
-                let known = mesh.names_of_cells();
-                let advice = advise(name, known.iter().map(String::as_str), "sets of cells");
-                let reason = format!("the mesh has no set of cells `{name}`{advice}");
-                Err(source.error(&[key, "cells"], reason))
+                source.refuse_if(mesh.cells_of(name).is_none(), &[key, "cells"], || {
+                    let known = mesh.names_of_cells();
+                    let advice = advise(name, known.iter().map(String::as_str), "sets of cells");
+                    format!("the mesh has no set of cells `{name}`{advice}")
+                })
             }
             _ => {
                 let reason = "give the `field` of the mesh with the factors, or `nodes` or `cells` of a set and their `factor`";
@@ -93,10 +91,9 @@ impl Factors {
         let mesh = &*body.mesh;
         let Some(name) = &self.field else {
             let factor = self.factor.unwrap_or(1.0);
-            if !fits(factor) {
-                let reason = format!("{factor} is not a factor; give a finite number {required}");
-                return Err(source.error(&[key, "factor"], reason));
-            }
+            source.refuse_if(!fits(factor), &[key, "factor"], || {
+                format!("{factor} is not a factor; give a finite number {required}")
+            })?;
             if let Some(cells) = self.cells.as_ref().and_then(|name| mesh.cells_of(name)) {
                 let mut of_cells = vec![1.0; mesh.cell_count()];
                 cells.into_iter().for_each(|cell| of_cells[cell] = factor);
@@ -108,26 +105,21 @@ impl Factors {
             return means(key, body, &of_nodes, source);
         };
         let error = |reason| source.error(&[key, "field"], reason);
-        let of_cell = mesh.cell_fields().get(name);
-        let Some(field) = of_cell.or_else(|| mesh.point_fields().get(name)) else {
-            let known = mesh.cell_fields().keys().chain(mesh.point_fields().keys());
-            let advice = advise(name, known.map(String::as_str), "fields of the mesh");
-            return Err(error(format!("the mesh has no field `{name}`{advice}")));
-        };
+        let (field, of_cells) = field_of(mesh, name).map_err(error)?;
         if field.components != 1 {
             let (components, values) = (field.components, "a factor is one number");
             return Err(error(format!("the field `{name}` has {components} components, {values}")));
         }
         let values = field.to_f64();
         if let Some(at) = values.iter().position(|&factor| !fits(factor)) {
-            let (place, value) = (if of_cell.is_some() { "cell" } else { "node" }, values[at]);
+            let (place, value) = (if of_cells { "cell" } else { "node" }, values[at]);
             let reason =
                 format!("`{name}` is {value} at {place} {at}; give finite numbers {required}");
             return Err(error(reason));
         }
-        match of_cell {
-            Some(_) => Ok(values.into_owned()),
-            None => means(key, body, &values, source),
+        match of_cells {
+            true => Ok(values.into_owned()),
+            false => means(key, body, &values, source),
         }
     }
 }
@@ -143,16 +135,13 @@ const ACTIVE: &str = "active";
 impl Case {
     /// Refuses a contraction that the law cannot do.
     pub(super) fn check_active(&self, law: &laws::Row) -> Result<(), CaseError> {
-        if !self.active.contracts() || law.is_fibrous_solid() {
-            return Ok(());
-        }
-        let able = laws::LAWS.iter().filter(|row| row.is_fibrous_solid()).map(|row| row.name);
-        let able = able.collect::<Vec<_>>().join(", ");
-        let reason = format!(
-            "a tension acts along fibres, and `{}` reads none; leave it out, or take one of {able}",
-            law.name
-        );
-        Err(self.source.error(&[ACTIVE], reason))
+        let wrong = self.active.contracts() && !law.is_fibrous_solid();
+        self.source.refuse_if(wrong, &[ACTIVE], || {
+            let able = laws::LAWS.iter().filter(|row| row.is_fibrous_solid()).map(|row| row.name);
+            let able = able.collect::<Vec<_>>().join(", ");
+            let name = law.name;
+            format!("a tension acts along fibres, and `{name}` reads none; leave it out, or take one of {able}")
+        })
     }
 
     /// Sets that factors name, each with the key of the factors.
@@ -173,9 +162,7 @@ impl Case {
 
     /// The body with its field of stiffness, which leaves the tension as it is, and with factors of the tension.
     pub(super) fn with_factors(&self, body: Body) -> Result<Body, CaseError> {
-        let error = |key: &str, error: sinew_energy::SceneError| {
-            self.source.error(&[key], error.to_string())
-        };
+        let error = |key: &str, error: SceneError| self.source.error(&[key], error.to_string());
         let of = |key, positive, factors: Option<&Factors>| {
             factors.map(|factors| factors.of_cells(key, positive, &body, &self.source)).transpose()
         };
@@ -190,15 +177,15 @@ impl Case {
                 Some(tension.iter().zip(stiffness).map(|(c, f)| c / f).collect())
             }
         };
-        let mut body = body;
-        if let Some(tension) = tension {
-            let scaled = body.with_parameter_field(laws::TENSION, &tension);
-            body = scaled.map_err(|e| error(ACTIVE, e))?;
+        let body = match tension {
+            Some(tension) => body.with_parameter_field(laws::TENSION, &tension),
+            None => Ok(body),
+        };
+        let body = body.map_err(|e| error(ACTIVE, e))?;
+        match stiffness {
+            Some(stiffness) => body.stiffened_cells(&stiffness).map_err(|e| error(STIFFNESS, e)),
+            None => Ok(body),
         }
-        if let Some(stiffness) = stiffness {
-            body = body.stiffened_cells(&stiffness).map_err(|e| error(STIFFNESS, e))?;
-        }
-        Ok(body)
     }
 }
 

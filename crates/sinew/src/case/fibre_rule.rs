@@ -1,7 +1,8 @@
 //! Fibres by rule in the wall of a ventricle.
 
+use super::ellipsoid_fibres::turning;
 use super::fibres::write;
-use super::source::exactly;
+use super::source::Exactly;
 use serde::Deserialize;
 use sinew_fem::fibres::{Depth, FibreRule as Angles, Surfaces, VentricleCoordinates};
 use sinew_mesh::AnyMesh;
@@ -18,12 +19,9 @@ pub struct FibreRule {
     /// Facet set of the base.
     pub base: String,
     /// Angles to the circumferential direction at the inner and outer surface, positive towards the base \[degrees\].
-    #[serde(deserialize_with = "exactly")]
-    pub angles: [f64; 2],
+    pub angles: Exactly<f64, 2>,
     /// Angles of the sheets to the outward direction \[degrees\].
-    #[serde(default)]
-    #[serde(deserialize_with = "exactly")]
-    pub sheet_angles: [f64; 2],
+    pub sheet_angles: Option<Exactly<f64, 2>>,
 }
 
 /// Largest angle between fibres of two nodes of a cell \[degrees\]: beyond a right angle interpolation turns the other way.
@@ -54,7 +52,7 @@ impl FibreRule {
         let AnyMesh::Hexahedra(hexahedra) = mesh else {
             return Ok(wall.cell_frames(&rule, Depth::Thickness));
         };
-        let turns = (self.angles[1] - self.angles[0]).abs();
+        let turns = (self.angles.0[1] - self.angles.0[0]).abs();
         let turn = |nodes: &[usize; 8]| {
             let depths = nodes.map(|node| wall.thickness[node]);
             turns
@@ -78,8 +76,7 @@ impl FibreRule {
         };
         let Self { endocardium, epicardium, base, angles, sheet_angles } = self;
         let surfaces = Surfaces { endocardium, epicardium, base };
-        let rule = Angles::new(angles[0], angles[1])
-            .and_then(|rule| rule.with_sheets(sheet_angles[0], sheet_angles[1]));
+        let rule = turning(*angles, *sheet_angles);
         let wall = rule.and_then(|rule| Ok((VentricleCoordinates::new(mesh, &surfaces)?, rule)));
         wall.map_err(|error| error.to_string())
     }

@@ -4,7 +4,7 @@ use super::CaseError;
 use super::ellipsoid_fibres::EllipsoidRule;
 use super::fibre_rule::FibreRule;
 use super::laws::Row;
-use super::source::{Source, advise, exactly_if_any};
+use super::source::{Exactly, Source, advise};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use sinew_energy::Body;
@@ -25,8 +25,7 @@ pub struct Fibres {
     /// Cell or point field with the sheets, for laws that read them.
     pub sheets: Option<String>,
     /// One direction everywhere.
-    #[serde(deserialize_with = "exactly_if_any")]
-    pub direction: Option<[f64; 3]>,
+    pub direction: Option<Exactly<f64, 3>>,
     /// A rule for ventricles.
     pub rule: Option<FibreRule>,
     /// A rule in closed form, for walls that `mesh.ellipsoid` makes.
@@ -52,7 +51,7 @@ impl Fibres {
             // At quadrature points, which are not known yet.
             (Some(_), None, None, None) | (None, None, None, Some(_)) => return Ok(()),
             (None, Some(direction), None, None) => {
-                let frame = completed(&[*direction])
+                let frame = completed(&[direction.0])
                     .map_err(|reason| source.error(&["fibres", "direction"], reason.to_string()))?;
                 vec![frame; mesh.cell_count()]
             }
@@ -90,11 +89,9 @@ impl Fibres {
             ));
         }
         for name in self.fields() {
-            let of_cells = other.cell_fields().get(name);
-            let Some(field) = of_cells.or_else(|| other.point_fields().get(name)) else {
-                return Err(format!("{} has no field `{name}`", file.display()));
-            };
-            put(mesh, name, field.clone(), of_cells.is_some());
+            let missing = |_| format!("{} has no field `{name}`", file.display());
+            let (field, of_cells) = field_of(&other, name).map_err(missing)?;
+            put(mesh, name, field.clone(), of_cells);
         }
         Ok(())
     }
@@ -106,7 +103,7 @@ impl Fibres {
 
     fn radians(&self) -> Option<String> {
         let by_rule = self.rule.as_ref().map(|rule| rule.angles);
-        let angles = by_rule.or(self.ellipsoid.map(|rule| rule.angles))?;
+        let angles = by_rule.or(self.ellipsoid.map(|rule| rule.angles))?.0;
         let [inner, outer] = angles.map(f64::abs);
         let largest = inner.max(outer);
         let small = largest <= LARGEST_RADIANS || (inner == outer && largest <= TAU);
@@ -165,6 +162,17 @@ pub(super) fn write(rows: &[[[f64; 3]; 3]], mesh: &mut AnyMesh) {
     }
 }
 
+/// A field of the mesh, and whether it is one of cells.
+pub(super) fn field_of<'m>(mesh: &'m AnyMesh, name: &str) -> Result<(&'m Field, bool), String> {
+    let of_cells = mesh.cell_fields().get(name);
+    let field = of_cells.or_else(|| mesh.point_fields().get(name)).ok_or_else(|| {
+        let known = mesh.cell_fields().keys().chain(mesh.point_fields().keys());
+        let advice = advise(name, known.map(String::as_str), "fields of the mesh");
+        format!("the mesh has no field `{name}`{advice}")
+    })?;
+    Ok((field, of_cells.is_some()))
+}
+
 /// Puts a field of cells, or of nodes, in the place of both that have its name.
 fn put(mesh: &mut AnyMesh, name: &str, field: Field, of_cells: bool) {
     mesh.cell_fields_mut().remove(name);
@@ -190,37 +198,25 @@ pub(super) fn directions(
         return Err(source.error(&["law"], reason));
     };
     let names = fibres.fields();
-    if names.len() < law.needed {
-        let reason =
-            format!("`{}` reads {} directions; name the field of the sheets", law.name, law.needed);
-        return Err(error("sheets", reason));
-    }
+    source.refuse_if(names.len() < law.needed, &["fibres", "sheets"], || {
+        format!("`{}` reads {} directions; name the field of the sheets", law.name, law.needed)
+    })?;
     let keys = ["field", "sheets", "normal"];
     let read = |(name, key): (&&str, &str)| {
-        let field = mesh.cell_fields().get(*name).or_else(|| mesh.point_fields().get(*name));
-        let Some(field) = field else {
-            let known = mesh.cell_fields().keys().chain(mesh.point_fields().keys());
-            let advice = advise(name, known.map(String::as_str), "fields of the mesh");
-            return Err(error(key, format!("the mesh has no field `{name}`{advice}")));
-        };
+        let (field, _) = field_of(mesh, name).map_err(|reason| error(key, reason))?;
         field.to_vectors::<3>().ok_or_else(|| {
-            error(
-                key,
-                format!(
-                    "the field `{name}` has {} components, a direction has 3",
-                    field.components
-                ),
-            )
+            let count = field.components;
+            error(key, format!("the field `{name}` has {count} components, a direction has 3"))
         })
     };
     let columns = names.iter().zip(keys).take(law.directions).map(read);
     let columns: Vec<Vec<[f64; 3]>> = columns.collect::<Result<_, _>>()?;
-    if columns.iter().any(|column| column.len() != columns[0].len()) {
-        return Err(error(
-            "sheets",
-            "fibres and sheets must both be fields of cells, or both of nodes".into(),
-        ));
-    }
+    let differ = columns.iter().any(|column| column.len() != columns[0].len());
+    source.refuse_if(
+        differ,
+        &["fibres", "sheets"],
+        || "fibres and sheets must both be fields of cells, or both of nodes",
+    )?;
     let mut directions = Vec::with_capacity(law.directions * columns[0].len());
     for index in 0..columns[0].len() {
         let given: Vec<_> = columns.iter().map(|column| column[index]).collect();

@@ -129,20 +129,18 @@ impl Law {
             let advice = advise(&self.name, LAWS.iter().map(|row| row.name), "laws");
             return Err(source.error(&["law"], format!("there is no law `{}`{advice}", self.name)));
         };
-        match (row.bulk_modulus, self.bulk_modulus) {
-            (true, None) => Err(source.error(
-                &["law"],
-                format!("`bulk_modulus` [kPa], the penalty on changes of volume, is missing; write law = {{ name = \"{}\", bulk_modulus = 25.0 }}", row.name),
-            )),
-            (false, Some(_)) => {
-                Err(source.error(&["law", "bulk_modulus"], format!("`{}` has no bulk modulus of its own; leave it out", row.name)))
-            }
-            _ if self.strain.is_some() && !row.is_fibrous_solid() => {
-                let reason = format!("`{}` reads one strain only; leave it out", row.name);
-                Err(source.error(&["law", "strain"], reason))
-            }
-            _ => Ok(row),
-        }
+        let (name, given) = (row.name, self.bulk_modulus.is_some());
+        source.refuse_if(row.bulk_modulus && !given, &["law"], || {
+            format!("`bulk_modulus` [kPa], the penalty on changes of volume, is missing; write law = {{ name = \"{name}\", bulk_modulus = 25.0 }}")
+        })?;
+        source.refuse_if(given && !row.bulk_modulus, &["law", "bulk_modulus"], || {
+            format!("`{name}` has no bulk modulus of its own; leave it out")
+        })?;
+        let wrong = self.strain.is_some() && !row.is_fibrous_solid();
+        source.refuse_if(wrong, &["law", "strain"], || {
+            format!("`{name}` reads one strain only; leave it out")
+        })?;
+        Ok(row)
     }
 
     /// The material, whose directions are still to be given.

@@ -2,7 +2,7 @@
 
 use super::CaseError;
 use super::mesh::by_place;
-use super::source::{Source, advise, exactly_if_any};
+use super::source::{Exactly, Source, advise};
 use super::units::quantity;
 use serde::Deserialize;
 use serde::de::{Deserializer, Visitor};
@@ -15,11 +15,9 @@ use std::fmt;
 #[serde(default, deny_unknown_fields)]
 pub struct Load {
     /// Force per reference volume [kPa/mm].
-    #[serde(deserialize_with = "exactly_if_any")]
-    pub body_force: Option<[f64; 3]>,
+    pub body_force: Option<Exactly<f64, 3>>,
     /// Dead force per reference area \[kPa\].
-    #[serde(deserialize_with = "exactly_if_any")]
-    pub traction: Option<[f64; 3]>,
+    pub traction: Option<Exactly<f64, 3>>,
     /// Pressure against the solid that follows the surface.
     pub pressure: Option<Pressure>,
     /// The thesis' stand-in for it, to reproduce its numbers only.
@@ -86,21 +84,22 @@ impl Load {
         };
         let facets = || self.facet_set(&at, mesh, source);
         let Self { body_force, traction, pressure, thesis_pressure, foundation, .. } = self;
-        let given = &self.facets;
-        if self.rim.is_some() && pressure.is_none() {
-            let reason = "only a `pressure` has a rim; leave it out".into();
-            return Err(source.error(&["loads", &at, "rim"], reason));
-        }
+        source.refuse_if(
+            self.rim.is_some() && pressure.is_none(),
+            &["loads", &at, "rim"],
+            || "only a `pressure` has a rim; leave it out",
+        )?;
         Ok(match (body_force, traction, pressure, thesis_pressure, foundation) {
-            (Some(force), None, None, None, None) if given.is_none() => {
-                sinew_energy::Load::BodyForce(*force)
-            }
-            (Some(_), None, None, None, None) => {
-                let reason = "a body force acts on all of the body; leave the facets out".into();
-                return Err(source.error(&["loads", &at, "facets"], reason));
+            (Some(force), None, None, None, None) => {
+                source.refuse_if(
+                    self.facets.is_some(),
+                    &["loads", &at, "facets"],
+                    || "a body force acts on all of the body; leave the facets out",
+                )?;
+                sinew_energy::Load::BodyForce(force.0)
             }
             (None, Some(value), None, None, None) => {
-                sinew_energy::Load::Traction { facets: facets()?, value: *value }
+                sinew_energy::Load::Traction { facets: facets()?, value: value.0 }
             }
             (None, None, Some(p), None, None) => {
                 let (facets, magnitude) = (facets()?, magnitude(p));
@@ -112,8 +111,7 @@ impl Load {
             (None, None, None, Some(p), None) => {
                 sinew_energy::Load::ThesisPressure { facets: facets()?, magnitude: magnitude(p) }
             }
-            (None, None, None, None, Some(FoundationLoad { normal, tangential })) => {
-                let (normal, tangential) = (*normal, *tangential);
+            (None, None, None, None, &Some(FoundationLoad { normal, tangential })) => {
                 sinew_energy::Load::Foundation { facets: facets()?, normal, tangential }
             }
             _ => {
@@ -127,33 +125,26 @@ impl Load {
     fn facet_set(&self, at: &str, mesh: &AnyMesh, source: &Source) -> Result<String, CaseError> {
         let sets = mesh.facet_sets();
         let known = || sets.keys().map(String::as_str);
-        match &self.facets {
-            Some(name) if sets.contains_key(name) => match mesh.node_sets().get(name) {
-                // Of a selection inside the body, or of single nodes.
-                Some(nodes) if sets[name].is_empty() && !nodes.is_empty() => {
-                    let reason = format!(
-                        "`{name}` has {} nodes but no facet of the boundary, which needs all its nodes in the set; choose more of them",
-                        nodes.len()
-                    );
-                    Err(source.error(&["loads", at, "facets"], reason))
-                }
-                _ => Ok(name.clone()),
-            },
-            Some(name) => {
-                let advice = advise(name, known(), "facet sets of the mesh");
-                let reason =
-                    format!("the mesh has no facet set `{name}`{advice}{}", by_place(mesh, name));
-                Err(source.error(&["loads", at, "facets"], reason))
-            }
-            None => {
-                let sets = known().collect::<Vec<_>>().join(", ");
-                let reason = format!(
-                    "name the facets that it acts on; facet sets of the mesh: {sets}{}",
-                    by_place(mesh, "loaded")
-                );
-                Err(source.error(&["loads", at], reason))
-            }
-        }
+        let Some(name) = &self.facets else {
+            let sets = known().collect::<Vec<_>>().join(", ");
+            let places = by_place(mesh, "loaded");
+            let reason =
+                format!("name the facets that it acts on; facet sets of the mesh: {sets}{places}");
+            return Err(source.error(&["loads", at], reason));
+        };
+        let at = ["loads", at, "facets"];
+        source.refuse_if(!sets.contains_key(name), &at, || {
+            let advice = advise(name, known(), "facet sets of the mesh");
+            format!("the mesh has no facet set `{name}`{advice}{}", by_place(mesh, name))
+        })?;
+        // Of a selection inside the body, or of single nodes.
+        let nodes = mesh.node_sets().get(name).map_or(0, Vec::len);
+        source.refuse_if(sets[name].is_empty() && nodes > 0, &at, || {
+            format!(
+                "`{name}` has {nodes} nodes but no facet of the boundary, which needs all its nodes in the set; choose more of them"
+            )
+        })?;
+        Ok(name.clone())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Meshes: from a file, or made.
 
 use super::CaseError;
-use super::source::{Source, cell_name, exactly};
+use super::source::{Exactly, Source, cell_name};
 use super::units::LENGTH;
 use serde::Deserialize;
 use sinew_energy::listed;
@@ -55,11 +55,9 @@ pub struct MeshSource {
 #[serde(deny_unknown_fields)]
 pub struct BoxMesh {
     /// Edge lengths.
-    #[serde(deserialize_with = "exactly")]
-    pub extent: [f64; 3],
+    pub extent: Exactly<f64, 3>,
     /// Cells along each edge; six tetrahedra each.
-    #[serde(deserialize_with = "exactly")]
-    pub cells: [usize; 3],
+    pub cells: Exactly<usize, 3>,
 }
 
 /// See [`TruncatedEllipsoid`]; with sets `endo`, `epi` and `base`.
@@ -67,16 +65,13 @@ pub struct BoxMesh {
 #[serde(deny_unknown_fields)]
 pub struct EllipsoidMesh {
     /// Inner and outer semi-axis across.
-    #[serde(deserialize_with = "exactly")]
-    pub short: [f64; 2],
+    pub short: Exactly<f64, 2>,
     /// Inner and outer semi-axis along z.
-    #[serde(deserialize_with = "exactly")]
-    pub long: [f64; 2],
+    pub long: Exactly<f64, 2>,
     /// Height z of the plane of the base.
     pub base: f64,
     /// Layers, cells around (a multiple of 8) and from apex to base.
-    #[serde(deserialize_with = "exactly")]
-    pub cells: [usize; 3],
+    pub cells: Exactly<usize, 3>,
 }
 
 /// See [`Biventricle`]; with sets `base`, `endo_left`, `endo_right`, both together `endo`, and `epi`.
@@ -183,10 +178,9 @@ impl MeshSource {
             return Ok((**made).clone());
         }
         let scale = self.scale(source)?;
-        if self.merge && self.file.is_none() {
-            let reason = "nodes of a file are merged, not those of a mesh that is made or in memory; leave it out";
-            return Err(source.error(&["mesh", "merge"], reason.into()));
-        }
+        source.refuse_if(self.merge && self.file.is_none(), &["mesh", "merge"], || {
+            "nodes of a file are merged, not those of a mesh that is made or in memory; leave it out"
+        })?;
         let (mut mesh, mut report) = match &self.given {
             Some(mesh) => ((**mesh).clone(), ReadReport::default()),
             None => self.read_or_made(source)?,
@@ -216,10 +210,11 @@ impl MeshSource {
         let made = (&self.cuboid, &self.ellipsoid, &self.biventricle, &self.liver);
         let mesh = match (&self.file, made) {
             (Some(file), (None, None, None, None)) => {
-                if self.element.is_some() {
-                    let reason = "a file holds its own kind of cell; leave it out".into();
-                    return Err(source.error(&["mesh", "element"], reason));
-                }
+                source.refuse_if(
+                    self.element.is_some(),
+                    &["mesh", "element"],
+                    || "a file holds its own kind of cell; leave it out",
+                )?;
                 let error = |reason| self.file_error(source, reason);
                 let read = if self.merge { sinew_mesh::read_merged } else { sinew_mesh::read };
                 return read(file).map_err(|reason| match reason {
@@ -248,17 +243,13 @@ impl MeshSource {
 
 impl BoxMesh {
     fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
-        let Self { extent, cells } = self;
-        if !extent.iter().all(|&length| length > 0.0 && length.is_finite()) {
-            let reason =
-                format!("[{}] is not a size; give three positive lengths", listed(&extent));
-            return Err(source.error(&["mesh", "box", "extent"], reason));
-        }
-        if cells.contains(&0) {
-            let reason =
-                format!("[{}] leaves no cell along an edge; give at least 1 each", listed(&cells));
-            return Err(source.error(&["mesh", "box", "cells"], reason));
-        }
+        let Self { extent: Exactly(extent), cells: Exactly(cells) } = self;
+        source.refuse_if(!extent.into_iter().all(is_length), &["mesh", "box", "extent"], || {
+            format!("[{}] is not a size; give three positive lengths", listed(&extent))
+        })?;
+        source.refuse_if(cells.contains(&0), &["mesh", "box", "cells"], || {
+            format!("[{}] leaves no cell along an edge; give at least 1 each", listed(&cells))
+        })?;
         few_enough(cells).map_err(|reason| source.error(&["mesh", "box", "cells"], reason))?;
         Ok(match element {
             Element::Tetrahedra => box_tetrahedra(extent, cells).into(),
@@ -272,42 +263,33 @@ impl EllipsoidMesh {
     /// The wall in a unit of length \[mm\].
     pub(super) fn shape(self, scale: f64) -> TruncatedEllipsoid {
         let Self { short, long, base, .. } = self;
-        let [short, long] = [short, long].map(|axes| axes.map(|axis| scale * axis));
+        let [short, long] = [short, long].map(|axes| axes.0.map(|axis| scale * axis));
         TruncatedEllipsoid { short, long, base: scale * base }
     }
 
     fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
-        let Self { short, long, base, cells } = self;
-        let error = |key, reason: String| Err(source.error(&["mesh", "ellipsoid", key], reason));
+        let Self { short: Exactly(short), long: Exactly(long), base, cells: Exactly(cells) } = self;
+        let at = |key| ["mesh", "ellipsoid", key];
         for (key, [inner, outer]) in [("short", short), ("long", long)] {
-            if !(inner > 0.0 && inner < outer && outer.is_finite()) {
-                return error(
-                    key,
-                    format!(
-                        "{inner} and {outer} do not bound a wall; give the inner, then a larger outer semi-axis"
-                    ),
-                );
-            }
-        }
-        if base.is_nan() || base.abs() >= long[0] {
-            return error(
-                "base",
-                format!("the plane z = {base} cuts no ellipsoid of semi-axis {}", long[0]),
-            );
-        }
-        if let Err(reason) = few_enough(cells) {
-            return error("cells", reason);
-        }
-        let [layers, around, along] = cells;
-        if layers == 0 || along == 0 || around == 0 || around % 8 != 0 || around >= 8 * along {
-            return error(
-                "cells",
+            let wrong = !(inner > 0.0 && inner < outer && outer.is_finite());
+            source.refuse_if(wrong, &at(key), || {
                 format!(
-                    "[{}]: give layers, cells around (a multiple of 8 and less than 8 times those along) and cells from apex to base",
-                    listed(&cells)
-                ),
-            );
+                    "{inner} and {outer} do not bound a wall; give the inner, then a larger outer semi-axis"
+                )
+            })?;
         }
+        source.refuse_if(base.is_nan() || base.abs() >= long[0], &at("base"), || {
+            format!("the plane z = {base} cuts no ellipsoid of semi-axis {}", long[0])
+        })?;
+        few_enough(cells).map_err(|reason| source.error(&at("cells"), reason))?;
+        let [_, around, along] = cells;
+        let wrong = cells.contains(&0) || around % 8 != 0 || around >= 8 * along;
+        source.refuse_if(wrong, &at("cells"), || {
+            format!(
+                "[{}]: give layers, cells around (a multiple of 8 and less than 8 times those along) and cells from apex to base",
+                listed(&cells)
+            )
+        })?;
         let wall = self.shape(1.0).wall(cells);
         Ok(match element {
             Element::Tetrahedra => wall.tetrahedra().into(),
@@ -320,44 +302,26 @@ impl EllipsoidMesh {
 impl BiventricleMesh {
     fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
         let Self { radius, depth, wall, septum, edge } = self;
-        let error = |key, reason| Err(source.error(&["mesh", "biventricle", key], reason));
-        let sizes = [
-            ("radius", radius),
-            ("depth", depth),
-            ("wall", wall),
-            ("septum", septum),
-            ("edge", edge),
-        ];
-        for (key, size) in sizes {
-            if !(size > 0.0 && size.is_finite()) {
-                return error(key, format!("{size} is not a length; give a positive one"));
-            }
+        let at = |key| ["mesh", "biventricle", key];
+        let names = ["radius", "depth", "wall", "septum", "edge"];
+        for (key, size) in names.into_iter().zip([radius, depth, wall, septum, edge]) {
+            check_length(size, &at(key), source)?;
         }
         let heart = Biventricle { radius, depth, wall, septum };
         let (shortest, longest) = (heart.shortest_edge(), heart.longest_edge());
-        if shortest > longest {
+        source.refuse_if(shortest > longest, &["mesh", "biventricle"], || {
             let thinnest = wall.min(septum);
-            let reason = format!(
+            format!(
                 "a wall of {thinnest} is too thin beside the heart's size for a grid of cells; give a thicker `wall` and `septum`"
-            );
-            return Err(source.error(&["mesh", "biventricle"], reason));
-        }
-        if edge > longest {
-            let reason = format!(
-                "an edge of {edge} reaches through the thinnest wall; give at most {longest}"
-            );
-            return error("edge", reason);
-        }
-        if edge < shortest {
-            let reason = format!(
-                "an edge of {edge} makes more cells than can be held; give at least {shortest}"
-            );
-            return error("edge", reason);
-        }
-        if element != Element::Tetrahedra {
-            let reason = "two ventricles are made of tetrahedra only; leave it out".into();
-            return Err(source.error(&["mesh", "element"], reason));
-        }
+            )
+        })?;
+        source.refuse_if(edge > longest, &at("edge"), || {
+            format!("an edge of {edge} reaches through the thinnest wall; give at most {longest}")
+        })?;
+        source.refuse_if(edge < shortest, &at("edge"), || {
+            format!("an edge of {edge} makes more cells than can be held; give at least {shortest}")
+        })?;
+        check_tetrahedra(element, "two ventricles are", source)?;
         Ok(heart.tetrahedra(edge).into())
     }
 }
@@ -365,23 +329,32 @@ impl BiventricleMesh {
 impl LiverMesh {
     fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
         let Self { length, edge } = self;
-        let error = |key, reason| Err(source.error(&["mesh", "liver", key], reason));
-        if !(length > 0.0 && length.is_finite()) {
-            return error("length", format!("{length} is not a length; give a positive one"));
-        }
+        check_length(length, &["mesh", "liver", "length"], source)?;
         let liver = IdealLiver { length };
         let [shortest, longest] = liver.edges();
-        if !(shortest..=longest).contains(&edge) {
-            let reason =
-                format!("an edge of {edge} does not fit; give one from {shortest} to {longest}");
-            return error("edge", reason);
-        }
-        if element != Element::Tetrahedra {
-            let reason = "a liver is made of tetrahedra only; leave it out".into();
-            return Err(source.error(&["mesh", "element"], reason));
-        }
+        let wrong = !(shortest..=longest).contains(&edge);
+        source.refuse_if(wrong, &["mesh", "liver", "edge"], || {
+            format!("an edge of {edge} does not fit; give one from {shortest} to {longest}")
+        })?;
+        check_tetrahedra(element, "a liver is", source)?;
         Ok(liver.tetrahedra(edge).into())
     }
+}
+
+fn is_length(size: f64) -> bool {
+    size > 0.0 && size.is_finite()
+}
+
+fn check_length(size: f64, keys: &[&str], source: &Source) -> Result<(), CaseError> {
+    source.refuse_if(!is_length(size), keys, || {
+        format!("{size} is not a length; give a positive one")
+    })
+}
+
+fn check_tetrahedra(element: Element, body: &str, source: &Source) -> Result<(), CaseError> {
+    source.refuse_if(element != Element::Tetrahedra, &["mesh", "element"], || {
+        format!("{body} made of tetrahedra only; leave it out")
+    })
 }
 
 /// Most boxes of a mesh that is made: the factor of so many needs hundreds of gigabytes already.

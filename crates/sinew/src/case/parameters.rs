@@ -1,7 +1,7 @@
 //! Ranges of θ.
 
 use super::laws::{Row, TENSION};
-use super::source::{advise, exactly, exactly_if_any};
+use super::source::{Exactly, advise};
 use super::units::stress;
 use super::{Case, CaseError};
 use crate::theta::required;
@@ -16,8 +16,7 @@ use std::fmt;
 #[serde(remote = "Self", deny_unknown_fields)]
 pub struct Range {
     /// Smallest and largest value, in `unit`.
-    #[serde(default, deserialize_with = "exactly_if_any")]
-    pub range: Option<[f64; 2]>,
+    pub range: Option<Exactly<f64, 2>>,
     /// Instead, the known value, in `unit`.
     pub value: Option<f64>,
     /// Unit of them; by default the law's.
@@ -82,7 +81,7 @@ impl Case {
             }
         };
         let ([low, high], sampling) = match (range.range, range.value) {
-            (Some(ends), None) => (ends, range.sampling.unwrap_or(Sampling::Log)),
+            (Some(Exactly(ends)), None) => (ends, range.sampling.unwrap_or(Sampling::Log)),
             (None, Some(_)) if range.sampling.is_some() => {
                 return error("sampling", "a known value is not sampled; leave it out".into());
             }
@@ -121,13 +120,13 @@ impl Case {
             body.parameters.iter().enumerate().take(body.material.parameters().len())
         {
             let bounds = body.material.bounds(index);
-            if let Some(value) = parameter.range.iter().find(|&value| !bounds.contains(value)) {
-                let reason = format!(
-                    "{} makes no sense for this law; it must be {}",
-                    parameter.unit.format(*value),
-                    required(parameter, &body.units, &bounds, *value)
-                );
-                return Err(self.source.error(&["parameters", &parameter.name], reason));
+            for value in parameter.range {
+                let wrong = !bounds.contains(&value);
+                self.source.refuse_if(wrong, &["parameters", &parameter.name], || {
+                    let required = required(parameter, &body.units, &bounds, value);
+                    let value = parameter.unit.format(value);
+                    format!("{value} makes no sense for this law; it must be {required}")
+                })?;
             }
         }
         Ok(())
@@ -157,7 +156,7 @@ impl<'de> Deserialize<'de> for Range {
                 self.visit_f64(value as f64)
             }
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Range, A::Error> {
-                let range = Some(exactly(SeqAccessDeserializer::new(seq))?);
+                let range = Some(Exactly::deserialize(SeqAccessDeserializer::new(seq))?);
                 Ok(Range { range, value: None, unit: None, sampling: None })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Range, A::Error> {

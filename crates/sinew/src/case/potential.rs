@@ -35,10 +35,10 @@ impl Case {
             };
             let facets = mesh.facet_sets().get(name).into_iter().flatten();
             let nodes: Vec<usize> = facets.flat_map(|&f| mesh.nodes_of_facet(f)).collect();
-            if body.followers.iter().any(|follower| follower.nodes == nodes) {
-                let reason = format!("the rim of `{name}` moves freely; hold it, or {LOOSE}");
-                return Err(self.source.error(&["loads", &number.to_string()], reason));
-            }
+            let is_loose = body.followers.iter().any(|follower| follower.nodes == nodes);
+            self.source.refuse_if(is_loose, &["loads", &number.to_string()], || {
+                format!("the rim of `{name}` moves freely; hold it, or {LOOSE}")
+            })?;
         }
         Ok(())
     }

@@ -32,23 +32,19 @@ impl Case {
         let size = size(body);
         let key = |keys: &[&str], reason: String| self.source.error(keys, reason).to_string();
         let mut warnings = Vec::new();
-        if !(SIZES[0]..=SIZES[1]).contains(&size) {
+        let [least, most] = SIZES;
+        if !(least..=most).contains(&size) {
+            let (size, advice) = (rounded(size), self.fitting_unit(size));
             let reason = format!(
-                "the body is {} mm in size, and tissue is between {} and {} mm; {}",
-                rounded(size),
-                SIZES[0],
-                SIZES[1],
-                self.fitting_unit(size)
+                "the body is {size} mm in size, and tissue is between {least} and {most} mm; {advice}"
             );
             warnings.push(key(&["mesh"], reason));
         }
         if let Some(stiffness) = unlikely_stiffness(body) {
+            let (stiffness, [least, most]) = (rounded(stiffness), STIFFNESSES);
             let reason = format!(
-                "the shear modulus at rest is {} kPa within the ranges, and tissue is between {} and {} kPa; if they are in \
-                 another unit, say so: {{ range = […], unit = \"Pa\" }}",
-                rounded(stiffness),
-                STIFFNESSES[0],
-                STIFFNESSES[1]
+                "the shear modulus at rest is {stiffness} kPa within the ranges, and tissue is between {least} and {most} kPa; if they are in \
+                 another unit, say so: {{ range = […], unit = \"Pa\" }}"
             );
             warnings.push(key(&["parameters"], reason));
         }
@@ -87,9 +83,11 @@ impl Case {
                     "if its lengths are in mm, write \"mm\" in place of unit = \"{unit}\" under [mesh]"
                 )
             }
-            (Some(unit), _) => format!(
-                "if its lengths are in another unit, say so: unit = \"{unit}\" under [mesh]"
-            ),
+            (Some(unit), _) => {
+                format!(
+                    "if its lengths are in another unit, say so: unit = \"{unit}\" under [mesh]"
+                )
+            }
             (None, _) => {
                 "no unit of length makes it one, so look at the numbers of the mesh".into()
             }

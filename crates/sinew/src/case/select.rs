@@ -1,7 +1,7 @@
 //! Sets of nodes and facets by where they are.
 
-use super::source::{Source, advise, cell_name, exactly, exactly_if_any, meant};
-use super::{Case, CaseError};
+use super::source::{Exactly, advise, cell_name, meant};
+use super::{Case, CaseError, FibreRule};
 use serde::Deserialize;
 use sinew_mesh::{AnyMesh, ReadReport, Selection, TriangleMesh, read_mesh};
 use std::path::{Path, PathBuf};
@@ -24,13 +24,11 @@ pub struct Select {
     /// Near a surface of a file.
     pub near: Option<SelectNear>,
     /// The node nearest to a point.
-    #[serde(deserialize_with = "exactly_if_any")]
-    pub nearest: Option<[f64; 3]>,
+    pub nearest: Option<Exactly<f64, 3>>,
     /// Members of a set of the mesh, or of another selection.
     pub set: Option<String>,
     /// Facets between the cells of two sets or labels.
-    #[serde(deserialize_with = "exactly_if_any")]
-    pub between: Option<[toml::Value; 2]>,
+    pub between: Option<Exactly<toml::Value, 2>>,
     /// Points in at least one of these.
     pub any: Option<Vec<Select>>,
     /// These do not hold together.
@@ -42,11 +40,9 @@ pub struct Select {
 #[serde(deny_unknown_fields)]
 pub struct SelectPlane {
     /// A point of the plane \[mm\].
-    #[serde(deserialize_with = "exactly")]
-    pub point: [f64; 3],
+    pub point: Exactly<f64, 3>,
     /// Normal of the plane, of any length.
-    #[serde(deserialize_with = "exactly")]
-    pub normal: [f64; 3],
+    pub normal: Exactly<f64, 3>,
     /// Largest distance from it, on either side \[mm\]; by default that of rounding errors.
     #[serde(default)]
     pub within: f64,
@@ -57,11 +53,9 @@ pub struct SelectPlane {
 #[serde(deny_unknown_fields)]
 pub struct SelectBeyond {
     /// A point of the plane \[mm\].
-    #[serde(deserialize_with = "exactly")]
-    pub point: [f64; 3],
+    pub point: Exactly<f64, 3>,
     /// Normal of the plane, which points to the side that is chosen.
-    #[serde(deserialize_with = "exactly")]
-    pub normal: [f64; 3],
+    pub normal: Exactly<f64, 3>,
 }
 
 /// See [`Selection::cuboid`].
@@ -69,11 +63,9 @@ pub struct SelectBeyond {
 #[serde(deny_unknown_fields)]
 pub struct SelectBox {
     /// Smallest coordinates \[mm\].
-    #[serde(deserialize_with = "exactly")]
-    pub min: [f64; 3],
+    pub min: Exactly<f64, 3>,
     /// Largest coordinates \[mm\].
-    #[serde(deserialize_with = "exactly")]
-    pub max: [f64; 3],
+    pub max: Exactly<f64, 3>,
 }
 
 /// See [`Selection::sphere`].
@@ -81,8 +73,7 @@ pub struct SelectBox {
 #[serde(deny_unknown_fields)]
 pub struct SelectSphere {
     /// Centre of the sphere \[mm\].
-    #[serde(deserialize_with = "exactly")]
-    pub centre: [f64; 3],
+    pub centre: Exactly<f64, 3>,
     /// Radius of the sphere \[mm\].
     pub radius: f64,
 }
@@ -92,8 +83,7 @@ pub struct SelectSphere {
 #[serde(deny_unknown_fields)]
 pub struct SelectFacing {
     /// Direction, of any length.
-    #[serde(deserialize_with = "exactly")]
-    pub direction: [f64; 3],
+    pub direction: Exactly<f64, 3>,
     /// Largest angle between it and the outward normal \[degrees\].
     pub degrees: f64,
 }
@@ -115,13 +105,6 @@ pub struct SelectNear {
 type Scale<'s> = &'s dyn Fn(&ReadReport) -> f64;
 
 impl Select {
-    /// This and all selections within it.
-    fn walk<'s>(&'s self, visit: &mut dyn FnMut(&'s Self)) {
-        visit(self);
-        let inner = self.any.iter().flatten().chain(self.not.as_deref());
-        inner.for_each(|inner| inner.walk(visit));
-    }
-
     /// Makes the files of surfaces relative to a folder.
     pub(super) fn relative_to(&mut self, folder: &Path) {
         if let Some(SelectNear { surface, rather_than, .. }) = &mut self.near {
@@ -132,11 +115,10 @@ impl Select {
         inner.for_each(|inner| inner.relative_to(folder));
     }
 
-    /// Sets that it names.
+    /// Sets that it and all selections within it name.
     fn sets(&self) -> Vec<&str> {
-        let mut sets = Vec::new();
-        self.walk(&mut |select| sets.extend(select.set.as_deref()));
-        sets
+        let inner = self.any.iter().flatten().chain(self.not.as_deref());
+        self.set.as_deref().into_iter().chain(inner.flat_map(Self::sets)).collect()
     }
 
     /// The selection; files of surfaces are scaled to mm.
@@ -144,14 +126,15 @@ impl Select {
         let Self { plane, beyond, cuboid, sphere, facing, near, nearest, set, between, any, not } =
             self;
         let mut all: Vec<Selection> = Vec::new();
-        all.extend(plane.map(|p| Selection::near_plane(p.point, p.normal, p.within)));
-        all.extend(beyond.map(|p| Selection::half_space(p.point, p.normal)));
-        all.extend(cuboid.map(|b| Selection::cuboid(b.min, b.max)));
-        all.extend(sphere.map(|s| Selection::sphere(s.centre, s.radius)));
-        all.extend(facing.map(|f| Selection::facing(f.direction, f.degrees)));
-        all.extend(nearest.map(Selection::nearest));
+        all.extend(plane.map(|p| Selection::near_plane(p.point.0, p.normal.0, p.within)));
+        all.extend(beyond.map(|p| Selection::half_space(p.point.0, p.normal.0)));
+        all.extend(cuboid.map(|b| Selection::cuboid(b.min.0, b.max.0)));
+        all.extend(sphere.map(|s| Selection::sphere(s.centre.0, s.radius)));
+        all.extend(facing.map(|f| Selection::facing(f.direction.0, f.degrees)));
+        all.extend(nearest.map(|point| Selection::nearest(point.0)));
         all.extend(set.clone().map(Selection::set));
-        all.extend(between.as_ref().map(|[a, b]| Selection::between(cell_name(a), cell_name(b))));
+        let regions = between.as_ref().map(|Exactly(regions)| regions.each_ref().map(cell_name));
+        all.extend(regions.map(|[a, b]| Selection::between(a, b)));
         if let Some(near) = near {
             all.extend(near.selections(scale)?);
         }
@@ -224,13 +207,9 @@ impl Case {
             Some((keys, load.facets.as_deref()?))
         });
         let rule = self.fibres.iter().filter_map(|fibres| fibres.rule.as_ref());
-        let rule = rule.flat_map(|rule| {
-            [
-                ("endocardium", &rule.endocardium),
-                ("epicardium", &rule.epicardium),
-                ("base", &rule.base),
-            ]
-            .map(|(key, set)| (vec!["fibres".into(), "rule".into(), key.into()], set.as_str()))
+        let rule = rule.flat_map(|FibreRule { endocardium, epicardium, base, .. }| {
+            let sets = [("endocardium", endocardium), ("epicardium", epicardium), ("base", base)];
+            sets.map(|(key, set)| (vec!["fibres".into(), "rule".into(), key.into()], set.as_str()))
         });
         let factors =
             self.sets_of_factors().map(|(key, set)| (vec![key.into(), "nodes".into()], set));
@@ -253,30 +232,18 @@ impl Case {
                 self.select[*name].sets().iter().any(|set| left.iter().any(|other| other == set))
             };
             let ready: Vec<&String> = left.iter().copied().filter(|name| !waits(name)).collect();
-            if ready.is_empty() {
-                let name = left[0];
-                let reason = "it names a selection that names this one in turn; give one of them by other conditions";
-                return Err(self.source.error(&["select", name], reason.into()));
-            }
+            self.source.refuse_if(ready.is_empty(), &["select", left[0]], || {
+                "it names a selection that names this one in turn; give one of them by other conditions"
+            })?;
             for &name in &ready {
+                let error = |reason| self.source.error(&["select", name], reason);
                 let scale = |report: &ReadReport| self.mesh.factor(scale, report);
-                select(name, &self.select[name], &scale, mesh, &self.source)?;
+                let selection = self.select[name].selection(&scale).map_err(error)?;
+                mesh.select(name, &selection)
+                    .map_err(|reason| error(format!("{reason} (lengths in mm)")))?;
             }
             left.retain(|name| !ready.contains(name));
         }
         Ok(())
     }
-}
-
-fn select(
-    name: &str,
-    select: &Select,
-    scale: Scale<'_>,
-    mesh: &mut AnyMesh,
-    source: &Source,
-) -> Result<(), CaseError> {
-    let error = |reason| source.error(&["select", name], reason);
-    let selection = select.selection(scale).map_err(error)?;
-    mesh.select(name, &selection).map_err(|reason| error(format!("{reason} (lengths in mm)")))?;
-    Ok(())
 }

@@ -42,6 +42,16 @@ impl Source {
         }
     }
 
+    /// Refuses what is wrong at a key.
+    pub(crate) fn refuse_if<R: Into<String>>(
+        &self,
+        wrong: bool,
+        keys: &[&str],
+        reason: impl FnOnce() -> R,
+    ) -> Result<(), CaseError> {
+        if wrong { Err(self.error(keys, reason().into())) } else { Ok(()) }
+    }
+
     /// An error of the TOML reader, with what was meant.
     pub(crate) fn syntax(&self, error: &toml::de::Error) -> CaseError {
         let span = error.span();
@@ -200,22 +210,16 @@ pub(crate) fn cell_name(value: &toml::Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), String::from)
 }
 
-/// An array that holds as many values as are read, not more: the TOML reader overlooks those.
-pub(crate) fn exactly<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
-    deserializer: D,
-) -> Result<[T; N], D::Error> {
-    let all = Vec::deserialize(deserializer)?;
-    all.try_into().map_err(|all: Vec<T>| D::Error::custom(counted(all.len(), N)))
-}
+/// A list of so many values and not more, which the TOML reader overlooks in arrays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exactly<T, const N: usize>(pub [T; N]);
 
-fn counted(found: usize, wanted: usize) -> String {
-    let values = if found == 1 { "value" } else { "values" };
-    format!("{found} {values} where {wanted} belong; give {wanted}")
-}
-
-/// [`exactly`] of a key that may be left out.
-pub(crate) fn exactly_if_any<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
-    deserializer: D,
-) -> Result<Option<[T; N]>, D::Error> {
-    exactly(deserializer).map(Some)
+impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let all = Vec::deserialize(deserializer)?;
+        all.try_into().map(Self).map_err(|all: Vec<T>| {
+            let (found, values) = (all.len(), if all.len() == 1 { "value" } else { "values" });
+            D::Error::custom(format!("{found} {values} where {N} belong; give {N}"))
+        })
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::CaseError;
 use super::mesh::by_place;
-use super::source::{Source, advise, exactly_if_any};
+use super::source::{Exactly, Source, advise};
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use sinew_energy::Prescribed;
@@ -26,14 +26,11 @@ pub struct Support {
     /// Displacement along z \[mm\].
     pub z: Option<f64>,
     /// Normal of the plane that the nodes stay in: rollers.
-    #[serde(deserialize_with = "exactly_if_any")]
-    pub normal: Option<[f64; 3]>,
+    pub normal: Option<Exactly<f64, 3>>,
     /// Direction of an axis that the nodes move radially from, or turn about.
-    #[serde(deserialize_with = "exactly_if_any")]
-    pub axis: Option<[f64; 3]>,
+    pub axis: Option<Exactly<f64, 3>>,
     /// A point on the axis \[mm\].
-    #[serde(deserialize_with = "exactly_if_any")]
-    pub point: Option<[f64; 3]>,
+    pub point: Option<Exactly<f64, 3>>,
     /// Rotation about the axis.
     pub turn: Option<Rotation>,
 }
@@ -92,30 +89,28 @@ impl Support {
         let Self { clamped, nodes, x, y, z, normal, axis, point, turn } = self;
         let components = [*x, *y, *z];
         let free = components == [None; 3];
-        let about = point.unwrap_or([0.0; 3]);
-        let held = match (clamped, nodes, normal, axis, turn) {
-            (Some(name), None, None, None, None) if free => {
-                Some(("clamped", name, Prescribed::Uniform([Some(0.0); 3])))
+        let about = point.map_or([0.0; 3], |point| point.0);
+        let held = match (clamped, normal, *axis, turn) {
+            (Some(_), None, None, None) if free => Some(Prescribed::Uniform([Some(0.0); 3])),
+            (None, None, None, None) if !free => Some(Prescribed::Uniform(components)),
+            (None, &Some(Exactly(direction)), None, None) if free => {
+                Some(Prescribed::Along { direction, displacement: 0.0 })
             }
-            (None, Some(name), None, None, None) if !free => {
-                Some(("nodes", name, Prescribed::Uniform(components)))
-            }
-            (None, Some(name), Some(normal), None, None) if free => {
-                let direction = *normal;
-                Some(("nodes", name, Prescribed::Along { direction, displacement: 0.0 }))
-            }
-            (None, Some(name), None, Some(axis), None) if free => {
-                Some(("nodes", name, Prescribed::Radial { point: about, axis: *axis }))
+            (None, None, Some(Exactly(axis)), None) if free => {
+                Some(Prescribed::Radial { point: about, axis })
             }
             // Its displacements follow, once the set is known.
-            (None, Some(name), None, Some(_), Some(_)) if free => {
-                Some(("nodes", name, Prescribed::PerNode(Vec::new())))
-            }
+            (None, None, Some(_), Some(_)) if free => Some(Prescribed::PerNode(Vec::new())),
+            _ => None,
+        };
+        let set = match (clamped, nodes) {
+            (Some(name), None) => Some(("clamped", name)),
+            (None, Some(name)) => Some(("nodes", name)),
             _ => None,
         };
         // A point is one of an axis.
         let held = held.filter(|_| point.is_none() || axis.is_some());
-        let Some((key, name, mut displacement)) = held else {
+        let (Some((key, name)), Some(mut displacement)) = (set, held) else {
             let reason = "write clamped = \"SET\", or nodes = \"SET\" with one of: x, y, z (prescribed displacement, mm); \
                           normal (of the plane that they stay in); axis and point (they move radially from it); axis, \
                           point and turn (they turn about it)";
@@ -127,7 +122,7 @@ impl Support {
         if let (Prescribed::PerNode(rows), Some(turn), Some(axis)) = (&mut displacement, turn, axis)
         {
             let axis = turn
-                .about(*axis)
+                .about(axis.0)
                 .map_err(|(key, reason)| source.error(&["supports", &at, key], reason))?;
             let points = mesh.points();
             let moved =

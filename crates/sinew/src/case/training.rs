@@ -121,19 +121,17 @@ impl Training {
         observer: &mut dyn Observer,
     ) -> Result<Emulator<'b>, Error> {
         use sinew_emulate::{Train, recipe::Taylor};
+        if self.recipe.is_network() {
+            let reason = format!(
+                "the recipe `{}` trains a network, which this build leaves out; build with the feature `networks`, or \
+                 choose taylor or regression",
+                self.recipe.key()
+            );
+            return Err(Error::Network(reason.into()));
+        }
         match self.recipe {
             RecipeName::Taylor => Taylor.train(body, options, observer),
-            RecipeName::Auto | RecipeName::Regression => {
-                self.regression().train(body, options, observer)
-            }
-            network => {
-                let key = network.key();
-                let reason = format!(
-                    "the recipe `{key}` trains a network, which this build leaves out; build with the feature `networks`, or \
-                     choose taylor or regression"
-                );
-                Err(Error::Network(reason.into()))
-            }
+            _ => self.regression().train(body, options, observer),
         }
     }
 

@@ -1,10 +1,11 @@
 //! Equilibria along a parameter, each from the one before.
 
-use super::{ThetaArguments, refuse, warn, warn_of_locking};
+use super::{ThetaArguments, Usage, single, warn, warn_of_locking};
 use anyhow::{Result, anyhow};
 use sinew::output::{Results, Row};
 use sinew::{
-    Body, Options, Parameter, Solution, outside, parse_way, range_in_words, theta_in_words,
+    Body, Options, Parameter, Solution, admissible, outside, parse_way, range_in_words,
+    theta_in_words,
 };
 use sinew_emulate::{Counter, Terminal};
 use sinew_fem::{Solver, TraceEnd, locking};
@@ -38,10 +39,8 @@ impl Way {
         folder: &Path,
     ) -> Result<()> {
         let (index, ends) = parse_way(way, &body.parameters)?;
-        let given = theta.read_but(body, Some(index))?.thetas();
-        let [theta] = &given[..] else {
-            return refuse(format!("--along: give one set of parameters, not {}", given.len()));
-        };
+        let given = theta.read(body, Some(index))?.thetas();
+        let theta = single("--along", &given)?;
         let at = |frame: u32| {
             let part = f64::from(frame) / f64::from(self.frames);
             let mut theta = theta.clone();
@@ -51,13 +50,20 @@ impl Way {
         };
         let thetas: Vec<Vec<f64>> = (0..=self.frames).map(at).collect();
         for end in [&thetas[0], &thetas[thetas.len() - 1]] {
-            if let Err(why) = sinew::admissible(body, end) {
-                return refuse(format!("--along {way}: {why}"));
-            }
+            admissible(body, end).map_err(|why| Usage(format!("--along {way}: {why}")))?;
         }
         tell(&body.parameters[index], ends);
         let (frames, end) = traced(body, &thetas)?;
-        write(body, index, &thetas, &frames, stresses, folder)?;
+        let rows = frames.iter().map(|frame| Row {
+            theta: frame.theta.clone(),
+            fields: vec![&frame.displacement],
+            pressure: &frame.pressure,
+            ..Row::default()
+        });
+        let results = Results { body, names: vec!["solved"], rows: rows.collect(), stresses };
+        let unit = &body.parameters[index].unit;
+        let loads: Vec<f64> = thetas.iter().map(|theta| unit.shown(theta[index])).collect();
+        results.write_along(folder, index, &loads)?;
         if let Some(Solution { theta, displacement, .. }) = frames.last() {
             warn_of_locking(locking(body, theta, displacement));
         }
@@ -89,25 +95,6 @@ fn traced(body: &Body, thetas: &[Vec<f64>]) -> Result<(Vec<Solution>, Option<Tra
     let frames = trace.solutions;
     counter.finish(&format!("{} frames", frames.len()));
     Ok((frames, trace.end))
-}
-
-fn write(
-    body: &Body,
-    index: usize,
-    thetas: &[Vec<f64>],
-    frames: &[Solution],
-    stresses: bool,
-    folder: &Path,
-) -> Result<()> {
-    let mut rows = Vec::with_capacity(frames.len());
-    for Solution { theta, displacement, pressure, .. } in frames {
-        let fields = vec![&displacement[..]];
-        rows.push(Row { theta: theta.clone(), fields, pressure, ..Row::default() });
-    }
-    let unit = &body.parameters[index].unit;
-    let loads: Vec<f64> = thetas.iter().map(|theta| unit.shown(theta[index])).collect();
-    Results { body, names: vec!["solved"], rows, stresses }.write_along(folder, index, &loads)?;
-    Ok(())
 }
 
 /// Error that says where a path ended, and why.

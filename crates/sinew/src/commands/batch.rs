@@ -1,6 +1,6 @@
 //! Requested rows of θ with their results. A failed row does not stop the others.
 
-use super::{MOST_WARNINGS, Usage, refuse, warn};
+use super::{MOST_WARNINGS, Usage, refuse, refuse_if, warn};
 use anyhow::Result;
 use clap::Args;
 use sinew::output::{MOST_BYTES, Results, Row};
@@ -71,26 +71,19 @@ impl ThetaArguments {
                 false => thetas.extend(read_thetas(Path::new(text), parameters)?),
             }
         }
-        match thetas.is_empty() {
-            true => refuse("--theta is missing; give name=value,name=value, or a CSV table".into()),
-            false => Ok(thetas),
-        }
+        refuse_if(
+            thetas.is_empty(),
+            || "--theta is missing; give name=value,name=value, or a CSV table",
+        )?;
+        Ok(thetas)
     }
 
     /// All of them. Rows of tables that cannot be read or make no sense, and values outside their ranges, are told on
-    /// standard error.
+    /// standard error. Pairs may lack the parameter at the place `spare`, which has the middle of its range then.
     ///
     /// # Errors
     /// θ on the command line that cannot be read or makes no sense, a table without one row that can.
-    pub(crate) fn read(&self, body: &Body) -> Result<Batch> {
-        self.read_but(body, None)
-    }
-
-    /// [`ThetaArguments::read`] where pairs may lack one parameter, by its place: it has the middle of its range then.
-    ///
-    /// # Errors
-    /// As [`ThetaArguments::read`].
-    pub(crate) fn read_but(&self, body: &Body, spare: Option<usize>) -> Result<Batch> {
+    pub(crate) fn read(&self, body: &Body, spare: Option<usize>) -> Result<Batch> {
         let spare = spare.map(|index| (index, body.centre()[index]));
         let mut batch = Batch::default();
         for text in &self.theta {
@@ -105,10 +98,10 @@ impl ThetaArguments {
         if self.theta.is_empty() {
             batch.rows.push(Asked { theta: body.centre(), failure: None });
         }
-        if batch.open().next().is_none() {
+        refuse_if(batch.open().next().is_none(), || {
             let first = batch.rows.iter().find_map(|row| row.failure.clone()).unwrap_or_default();
-            return refuse(format!("there is no row that can be computed; the first: {first}"));
-        }
+            format!("there is no row that can be computed; the first: {first}")
+        })?;
         tell_outside(&body.parameters, &batch.thetas());
         Ok(batch)
     }

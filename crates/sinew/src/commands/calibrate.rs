@@ -1,7 +1,7 @@
 //! Posteriors of a patient's parameters.
 
 use super::runs::DataFile;
-use super::{CaseArguments, Usage, refuse, tell_reading, warn};
+use super::{CaseArguments, Usage, refuse, refuse_if, tell_reading, warn, write};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::calibration::{Curve, arviz, in_words, observed, report, too_stiff};
@@ -85,13 +85,11 @@ impl Calibrate {
     pub(crate) fn run(&self) -> Result<()> {
         if let Some(file) = DataFile::read(&self.patient.file.case)? {
             let solver = self.check || self.resume || self.restart || self.budget.is_some();
-            return match solver || self.patient.file.mesh.is_some() {
-                true => refuse(
-                    "--check, --resume, --restart, --budget and --mesh are for patients, who have a solver; leave them out"
-                        .into(),
-                ),
-                false => file.calibrate(&self.patient, self.seed),
-            };
+            refuse_if(
+                solver || self.patient.file.mesh.is_some(),
+                || "--check, --resume, --restart, --budget and --mesh are for patients, who have a solver; leave them out",
+            )?;
+            return file.calibrate(&self.patient, self.seed);
         }
         let clock = Instant::now();
         let (case, folder) = self.patient.read()?;
@@ -144,8 +142,7 @@ impl Calibrate {
             }
         }
         if let Some(curve) = curves.first() {
-            let path = folder.join("edpvr.csv");
-            std::fs::write(&path, curve.to_csv()).with_context(|| path.display().to_string())?;
+            write(&folder.join("edpvr.csv"), curve.to_csv())?;
         }
         let rest = patient.states_checked(&posterior.mode.theta, false)?;
         warn(too_stiff(&rest));
@@ -178,13 +175,13 @@ fn told(error: CalibrateError) -> anyhow::Error {
 /// Refuses to replace the solves of an earlier run; the first line names its patient.
 fn refuse_solved(stored: &Path) -> Result<()> {
     let text = std::fs::read_to_string(stored).unwrap_or_default();
-    match text.lines().count().saturating_sub(1) {
-        0 => Ok(()),
-        count => refuse(format!(
+    let count = text.lines().count().saturating_sub(1);
+    refuse_if(count > 0, || {
+        format!(
             "{} holds {count} solves of an earlier run; --resume goes on from them, --restart starts anew without them",
             stored.display()
-        )),
-    }
+        )
+    })
 }
 
 /// Removes the results of an earlier run, which would stand beside solves of another.

@@ -1,6 +1,6 @@
 //! Errors and times of trained emulators.
 
-use super::{CaseArguments, refuse, solved, trained};
+use super::{CaseArguments, refuse_if, solved, trained};
 use anyhow::Result;
 use clap::Args;
 use sinew::{Comparison, Design, Origin, TestSet};
@@ -38,23 +38,21 @@ impl Evaluate {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.case.open()?;
         let mut found = trained(&folder)?;
-        let unknown = |name: &&String| found.iter().all(|(known, _)| known != *name);
-        if let Some(missing) = self.emulator.iter().find(unknown) {
-            let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
-            let (folder, names) = (folder.display(), names.join(", "));
-            return refuse(format!(
-                "there is no emulator `{missing}` in {folder}; there are: {names}"
-            ));
+        for name in &self.emulator {
+            refuse_if(found.iter().all(|(known, _)| known != name), || {
+                let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
+                let (folder, names) = (folder.display(), names.join(", "));
+                format!("there is no emulator `{name}` in {folder}; there are: {names}")
+            })?;
         }
         found.retain(|(name, _)| self.emulator.is_empty() || self.emulator.contains(name));
         let thetas = Design::Uniform.sample(&body.parameters, self.cases, SEED)?;
         let kept = folder.join(format!("test/{}", self.cases));
         let simulations = solved(&body, &thetas, "solve test cases", Some(&kept))?;
-        if simulations.fields.is_empty() {
-            return refuse(
-                "there is no test case with an equilibrium; ask for more --cases".into(),
-            );
-        }
+        refuse_if(
+            simulations.fields.is_empty(),
+            || "there is no test case with an equilibrium; ask for more --cases",
+        )?;
         let test = TestSet::new(&body, simulations);
         let mut comparison = Comparison::new(&test)?;
         comparison.origin = Origin {

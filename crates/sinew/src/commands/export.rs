@@ -1,6 +1,6 @@
 //! A body for other programs.
 
-use super::{CaseArguments, chosen, tell_doubtful, trained, warn};
+use super::{CaseArguments, chosen, tell_doubtful, trained, warn, write};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
@@ -46,8 +46,7 @@ impl Export {
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         body.mesh.write_vtu(folder.join("body.vtu"))?;
         arrays(&body, &folder.join("body.npz")).context("body.npz cannot be written")?;
-        let text = serde_json::to_string_pretty(&description(&body))?;
-        std::fs::write(folder.join("body.json"), text).context("body.json cannot be written")?;
+        write(&folder.join("body.json"), serde_json::to_string_pretty(&description(&body))?)?;
         println!("written: {}", folder.display());
         for part in left_out(&body) {
             eprintln!(
@@ -56,9 +55,7 @@ impl Export {
         }
         Ok(())
     }
-}
 
-impl Export {
     fn page(&self, case: &Case, body: &Body, folder: &Path) -> Result<()> {
         let (name, emulator) = match (&self.emulator, trained(folder)) {
             (None, Err(_)) => {
@@ -76,7 +73,7 @@ impl Export {
             println!("{name}: {value}");
         }
         let (file, page) = (folder.join(format!("{name}.html")), viewer.to_html());
-        std::fs::write(&file, &page).with_context(|| file.display().to_string())?;
+        write(&file, &page)?;
         let size = sinew_report::format::digits(page.len() as f64 / 1e6, 2);
         println!("written: {}, {size} MB; open it in a browser", file.display());
         Ok(())
@@ -109,8 +106,8 @@ fn left_out(body: &Body) -> Vec<&'static str> {
     parts.into_iter().filter(|(_, has)| *has).map(|(part, _)| part).collect()
 }
 
-fn arrays(body: &Body, path: &std::path::Path) -> std::io::Result<()> {
-    let points = body.volumes.len();
+fn arrays(body: &Body, path: &Path) -> std::io::Result<()> {
+    let (points, each) = (body.volumes.len(), body.nodes_per_cell);
     let cells: Vec<f64> = body.cells.iter().map(|&node| node as f64).collect();
     let prescribed: Vec<f64> =
         body.prescribed.iter().map(|value| value.unwrap_or(f64::NAN)).collect();
@@ -118,23 +115,16 @@ fn arrays(body: &Body, path: &std::path::Path) -> std::io::Result<()> {
     let directions: Vec<f64> = (0..points)
         .flat_map(|point| body.material.directions(point).as_flattened().to_vec())
         .collect();
-    npz::write(
-        path,
-        &[
-            ("positions", &[body.nodes, 3], body.positions.as_flattened()),
-            ("cells", &[body.cell_count(), body.nodes_per_cell], &cells),
-            (
-                "shape_gradients",
-                &[points, body.nodes_per_cell, 3],
-                body.shape_gradients.as_flattened(),
-            ),
-            ("volumes", &[points], &body.volumes),
-            ("nodal_force", &[body.nodes, 3], &body.nodal_force),
-            ("prescribed", &[body.nodes, 3], &prescribed),
-            ("directions", &[directions.len() / (3 * count.max(1)), count, 3], &directions),
-        ],
-        &[],
-    )
+    let arrays: [npz::Named<'_>; 7] = [
+        ("positions", &[body.nodes, 3], body.positions.as_flattened()),
+        ("cells", &[body.cell_count(), each], &cells),
+        ("shape_gradients", &[points, each, 3], body.shape_gradients.as_flattened()),
+        ("volumes", &[points], &body.volumes),
+        ("nodal_force", &[body.nodes, 3], &body.nodal_force),
+        ("prescribed", &[body.nodes, 3], &prescribed),
+        ("directions", &[directions.len() / (3 * count.max(1)), count, 3], &directions),
+    ];
+    npz::write(path, &arrays, &[])
 }
 
 fn description(body: &Body) -> serde_json::Value {

@@ -2,10 +2,10 @@
 
 mod answer;
 use super::{
-    Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen, refuse, runs,
-    tell_doubtful, warn, warn_of_locking,
+    Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen, refuse_if,
+    runs, tell_doubtful, warn, warn_of_locking,
 };
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use rayon::prelude::*;
 use sinew::output::{Quality, Row, displacement_in_words};
@@ -79,19 +79,17 @@ pub(crate) struct Correct {
     steps: u32,
 }
 
-/// Opened case, parameter sets and emulator of both commands.
-struct Opened<'b> {
-    batch: Batch,
-    emulator: Emulator<'b>,
-    /// Name of the emulator's folder.
-    name: String,
-}
-
 impl Asked {
-    /// Reads θ and the emulator, and repeats the warnings of its training; locking is judged at the first prediction.
-    fn open<'b>(&self, case: &Case, body: &'b Body, folder: &Path) -> Result<Opened<'b>> {
+    /// Reads θ and the emulator with the name of its folder, and repeats the warnings of its training; locking is judged at the first
+    /// prediction.
+    fn open<'b>(
+        &self,
+        case: &Case,
+        body: &'b Body,
+        folder: &Path,
+    ) -> Result<(Batch, Emulator<'b>, String)> {
         let (name, path) = chosen(self.emulator.as_deref(), case, folder)?;
-        let batch = self.theta.read(body)?;
+        let batch = self.theta.read(body, None)?;
         let emulator = sinew::load(&path, body)?;
         for warning in &emulator.record.warnings {
             eprintln!("warning: the training of `{name}` said: {warning}");
@@ -99,7 +97,7 @@ impl Asked {
         if let Ok(first) = emulator.predict(&batch.thetas()[..1]) {
             warn_of_locking(sinew_fem::locking(body, &first.thetas[0], first.field(0)));
         }
-        Ok(Opened { batch, emulator, name })
+        Ok((batch, emulator, name))
     }
 }
 
@@ -107,21 +105,23 @@ impl Predict {
     pub(crate) fn run(&self) -> Result<()> {
         let Asked { case, theta, written, .. } = &self.asked;
         if let Some(folder) = runs::trained(case) {
-            if self.accuracy.is_some() || self.refine > 0 || self.neighbour.from.is_some() {
-                return refuse(
-                    "stored runs have no solver: leave --accuracy, --refine and --from out".into(),
-                );
-            }
+            let solver =
+                self.accuracy.is_some() || self.refine > 0 || self.neighbour.from.is_some();
+            refuse_if(
+                solver,
+                || "stored runs have no solver: leave --accuracy, --refine and --from out",
+            )?;
             return runs::predict(&folder, case, theta, written.pictures);
         }
         let (case, body, folder) = case.open()?;
         if let Some(accuracy) = self.accuracy {
             return answer::to(&self.asked, accuracy, &self.neighbour, (&case, &body, &folder));
         }
-        if self.neighbour.body()?.is_some() {
-            return refuse("--from answers to an accuracy: add --accuracy 1e-3".into());
-        }
-        let Opened { batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
+        refuse_if(
+            self.neighbour.body()?.is_some(),
+            || "--from answers to an accuracy: add --accuracy 1e-3",
+        )?;
+        let (batch, emulator, name) = self.asked.open(&case, &body, &folder)?;
         let folder = folder.join("predict").join(name);
         let written = &self.asked.written;
         batch.in_parts(&body, written, |batch| self.part(batch, &emulator, &folder))
@@ -159,19 +159,19 @@ impl Predict {
 /// # Errors
 /// No row has one.
 fn predicted(emulator: &Emulator<'_>, batch: &mut Batch, steps: usize) -> Result<Prediction> {
-    let refused = match emulator.refine(&batch.thetas(), steps) {
-        Ok(prediction) if prediction.displacement.iter().all(|u| u.is_finite()) => {
-            return Ok(prediction);
-        }
-        Ok(_) => anyhow::anyhow!("no prediction is finite"),
-        Err(error) => error.into(),
+    let refined = |thetas: &[Vec<f64>], wrong: &'static str| {
+        let found = emulator.refine(thetas, steps)?;
+        ensure!(found.displacement.iter().all(|u| u.is_finite()), wrong);
+        Ok(found)
+    };
+    let refused = match refined(&batch.thetas(), "no prediction is finite") {
+        Ok(prediction) => return Ok(prediction),
+        Err(refused) => refused,
     };
     // Which of them, one by one.
     for (row, theta) in batch.open().collect::<Vec<_>>().into_iter().zip(batch.thetas()) {
-        match emulator.refine(&[theta], steps) {
-            Ok(prediction) if prediction.displacement.iter().all(|u| u.is_finite()) => {}
-            Ok(_) => batch.fail(emulator.body(), row, "the prediction is not finite".into()),
-            Err(error) => batch.fail(emulator.body(), row, error.to_string()),
+        if let Err(error) = refined(&[theta], "the prediction is not finite") {
+            batch.fail(emulator.body(), row, error.to_string());
         }
     }
     match batch.open().next() {
@@ -232,7 +232,7 @@ fn others(warnings: &[Warning]) -> Vec<String> {
 impl Correct {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.asked.case.open()?;
-        let Opened { batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
+        let (batch, emulator, name) = self.asked.open(&case, &body, &folder)?;
         let folder = folder.join("correct").join(name);
         let written = &self.asked.written;
         batch.in_parts(&body, written, |batch| self.part(batch, &emulator, &folder))

@@ -2,7 +2,7 @@
 
 use super::batch::{MOST_LINES, tell_outside};
 use super::calibrate::{SOLVES, remove_results};
-use super::{CaseArguments, ThetaArguments, Usage, refuse, warn};
+use super::{CaseArguments, ThetaArguments, Usage, refuse, refuse_if, warn, write};
 use anyhow::{Context, Result};
 use clap::Args;
 use rayon::prelude::*;
@@ -57,12 +57,12 @@ impl RunsArguments {
         };
         let stem = file.file_stem().unwrap_or_default();
         let folder = case.out.clone().unwrap_or_else(|| Path::new("out").join(stem));
-        if folder.join(EMULATOR).exists() && !restart {
-            return refuse(format!(
+        refuse_if(folder.join(EMULATOR).exists() && !restart, || {
+            format!(
                 "{} holds an emulator already; replace it with --restart, or name another folder with --out",
                 folder.display()
-            ));
-        }
+            )
+        })?;
         let Runs { parameters, thetas, outputs, mesh } = runs;
         let mut terminal = Terminal::default();
         let emulator = RunsEmulator::fit(parameters, &thetas, &outputs, mesh, &mut terminal)?;
@@ -148,10 +148,9 @@ impl DataFile {
         let file = &case.file.case;
         let stem = file.file_stem().unwrap_or_default();
         let out = case.out.clone().unwrap_or_else(|| Path::new("out").join(stem)).join("calibrate");
-        if out.join(SOLVES).exists() {
-            let out = out.display();
-            return refuse(format!("{out} holds the calibration of a patient; give another --out"));
-        }
+        refuse_if(out.join(SOLVES).exists(), || {
+            format!("{} holds the calibration of a patient; give another --out", out.display())
+        })?;
         std::fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
         remove_results(&out)?;
         let inner = self.emulator.join(EMULATOR);
@@ -160,12 +159,11 @@ impl DataFile {
         let default = NutsOptions::default();
         let draws = self.draws.map_or(default.draws, |draws| draws.div_ceil(default.chains));
         let options = NutsOptions { draws, seed: seed.unwrap_or(self.seed), ..default };
-        let posterior = match RunsPosterior::new(&emulator, &self.data, &options) {
-            Err(RunsPosteriorError::Input(reason)) => {
-                return refuse(format!("{}: {reason}", file.display()));
-            }
-            other => other?,
-        };
+        let posterior = RunsPosterior::new(&emulator, &self.data, &options);
+        let posterior = posterior.or_else(|error| match error {
+            RunsPosteriorError::Input(reason) => refuse(format!("{}: {reason}", file.display())),
+            error => Err(error.into()),
+        })?;
         warn(&posterior.warnings);
         posterior.in_words().iter().for_each(|line| println!("{line}"));
         write_csv(&out.join("posterior.csv"), &posterior.columns())?;
@@ -175,9 +173,7 @@ impl DataFile {
             config: std::fs::read_to_string(file).unwrap_or_default(),
             ..Provenance::of_this_run("sinew", env!("CARGO_MANIFEST_DIR"))
         };
-        let path = out.join("provenance.json");
-        std::fs::write(&path, serde_json::to_string_pretty(&provenance)?)
-            .with_context(|| path.display().to_string())?;
+        write(&out.join("provenance.json"), serde_json::to_string_pretty(&provenance)?)?;
         println!("written: {}", out.display());
         Ok(())
     }

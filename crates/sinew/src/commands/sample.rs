@@ -2,7 +2,7 @@
 
 use super::script::{Scheduler, Script, quoted};
 use super::stop::Stoppable;
-use super::{CaseArguments, count, refuse, solved, told_failure};
+use super::{CaseArguments, count, refuse, refuse_if, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::{Deserialize, Serialize};
@@ -84,20 +84,16 @@ const SOLVED: [&str; 4] = ["cases.csv", "simulations.json", "under-way", "shards
 impl Sample {
     pub(crate) fn run(&self) -> Result<()> {
         let (_, body, folder) = &self.case.open_lowered()?;
-        if self.campaign_shards().is_some() && !body.has_potential() {
-            return refuse(
-                "a body without a potential (mixed elements, or a pressure whose rim moves freely) is solved by one process; leave \
+        let (shards, count) = (self.campaign_shards(), self.count);
+        refuse_if(shards.is_some() && !body.has_potential(), || {
+            "a body without a potential (mixed elements, or a pressure whose rim moves freely) is solved by one process; leave \
                  --shard and --script out"
-                    .into(),
-            );
-        }
+        })?;
         let folder = folder.join("sample");
-        if let Some(shards) = self.campaign_shards().filter(|&shards| shards > self.count) {
-            let count = self.count;
-            return refuse(format!(
-                "{shards} shards of {count} samples: give at most {count} shards"
-            ));
-        }
+        let shards = shards.unwrap_or_default();
+        refuse_if(shards > count, || {
+            format!("{shards} shards of {count} samples: give at most {count} shards")
+        })?;
         let design: Design = serde_json::from_value(self.design.as_str().into())?;
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
         let (path, text) = (folder.join(THETAS), table(body, &thetas));
@@ -151,10 +147,7 @@ impl Sample {
         let path = folder.join(name);
         store::write_bytes(&path, text.as_bytes())?;
         println!("written: {}", path.display());
-        println!(
-            "start {shards} shards of {count} samples: {start} {}",
-            quoted(&path.to_string_lossy())
-        );
+        println!("start {shards} shards of {count} samples: {start} {}", quoted(&path));
         Ok(())
     }
 
@@ -190,13 +183,12 @@ impl Sample {
         }
         let earlier = std::fs::read_to_string(folder.join(THETAS)).unwrap_or_default();
         let goes_on = self.solve && self.shard.is_none() && table.starts_with(&earlier);
-        match goes_on || table == earlier {
-            true => Ok(()),
-            false => refuse(format!(
+        refuse_if(!goes_on && table != earlier, || {
+            format!(
                 "{} holds solutions of other parameter sets; choose another --out, or remove this folder",
                 folder.display()
-            )),
-        }
+            )
+        })
     }
 
     fn solve_shard(

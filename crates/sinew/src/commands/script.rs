@@ -1,6 +1,7 @@
 //! Campaigns for a scheduler: the file that submits all shards, and the merge after them.
 
 use clap::ValueEnum;
+use std::ffi::OsStr;
 use std::path::Path;
 
 /// Program that a campaign is written for.
@@ -39,12 +40,15 @@ impl Script<'_> {
         }
     }
 
+    /// A file in the folder, as a word for a shell.
+    fn file(&self, name: &str) -> String {
+        quoted(self.folder.join(name))
+    }
+
     fn slurm(&self) -> String {
-        let Self { name, sample, merge, folder, shards } = self;
-        let here = quoted(&std::env::current_dir().unwrap_or_default().to_string_lossy());
-        let [logs, log] = ["slurm-%A_%a.log", "slurm-%j.log"]
-            .map(|name| quoted(&folder.join(name).to_string_lossy()));
-        let name = quoted(name);
+        let Self { name, sample, merge, shards, .. } = self;
+        let [logs, log] = ["slurm-%A_%a.log", "slurm-%j.log"].map(|name| self.file(name));
+        let (here, name) = (quoted(here()), quoted(name));
         format!(
             r#"#!/bin/sh
 # Submits {shards} shards of a campaign as a job array, and their merge. Options of sbatch may follow, for both:
@@ -71,11 +75,10 @@ MERGE
     }
 
     fn lsf(&self) -> String {
-        let Self { name, sample, merge, folder, shards } = self;
-        let here = quoted(&std::env::current_dir().unwrap_or_default().to_string_lossy());
-        let [logs, log] = ["lsf-%J-%I.log", "lsf-%J.log"]
-            .map(|name| quoted(&folder.join(name).to_string_lossy()));
-        let (array, name) = (quoted(&format!("{name}[1-{shards}]")), quoted(name));
+        let Self { name, sample, merge, shards, .. } = self;
+        let [logs, log] = ["lsf-%J-%I.log", "lsf-%J.log"].map(|name| self.file(name));
+        let (array, name) = (quoted(format!("{name}[1-{shards}]")), quoted(name));
+        let here = quoted(here());
         format!(
             r#"#!/bin/sh
 # Submits {shards} shards of a campaign as a job array, and their merge. Options of bsub may follow, for both:
@@ -106,7 +109,7 @@ MERGE
             let name = name.replace("COUNT", &format!("{shards:05}"));
             python(&folder.join(name).to_string_lossy())
         });
-        let here = python(&std::env::current_dir().unwrap_or_default().to_string_lossy());
+        let here = python(&here());
         format!(
             r#"# {shards} shards of a campaign, and their merge: snakemake --cores all --snakefile Snakefile
 workdir: {here}
@@ -132,12 +135,18 @@ rule shard:
 }
 
 /// A word for a shell, quoted where it needs to be.
-pub(crate) fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: impl AsRef<OsStr>) -> String {
+    let word = word.as_ref().to_string_lossy();
     let plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
-    match word {
-        word if !word.is_empty() && word.chars().all(plain) => word.into(),
-        word => format!("'{}'", word.replace('\'', r"'\''")),
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.into_owned(),
+        false => format!("'{}'", word.replace('\'', r"'\''")),
     }
+}
+
+/// The folder that paths are relative to.
+fn here() -> String {
+    std::env::current_dir().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// A literal of Python.

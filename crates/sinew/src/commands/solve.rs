@@ -54,7 +54,7 @@ impl Solve {
         if self.check_mesh {
             check_cells(body)?;
         }
-        let (batch, folder) = (self.theta.read(body)?, folder.join("solve"));
+        let (batch, folder) = (self.theta.read(body, None)?, folder.join("solve"));
         make_folder(&folder)?;
         batch.in_parts(body, &self.written, |batch| self.part(batch, (&case, body), &folder))
     }

@@ -1,7 +1,7 @@
 //! Data of patients that do not exist.
 
-use super::{Usage, check_folder, keep_foreign, marked, refuse, same, warn};
-use anyhow::{Context, Result};
+use super::{Usage, check_folder, keep_foreign, marked, refuse_if, same, warn, write};
+use anyhow::Result;
 use clap::Args;
 use sinew::{Parameter, PatientFile, admissible, outside, parse_theta};
 use std::path::PathBuf;
@@ -34,9 +34,10 @@ impl Synthesise {
     pub(crate) fn run(&self) -> Result<()> {
         check_folder(&self.output)?;
         let file = PatientFile::read(&self.patient)?;
-        if same(&self.output, &self.patient) {
-            return refuse("-o: this is the patient file itself; name another".into());
-        }
+        refuse_if(
+            same(&self.output, &self.patient),
+            || "-o: this is the patient file itself; name another",
+        )?;
         keep_foreign("synthesise", MARK, &self.output)?;
         let parameters = file.parameters()?;
         let theta = parse_theta(&self.theta, &parameters)?;
@@ -44,8 +45,7 @@ impl Synthesise {
         let text = file.synthesise(&theta, self.seed)?;
         let origin =
             format!("{}, theta {}, seed {}", self.patient.display(), self.theta, self.seed);
-        std::fs::write(&self.output, marked(MARK, &origin, &text))
-            .with_context(|| self.output.display().to_string())?;
+        write(&self.output, marked(MARK, &origin, &text))?;
         println!("written: {}", self.output.display());
         Ok(())
     }

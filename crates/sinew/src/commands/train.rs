@@ -1,6 +1,6 @@
 //! Training.
 
-use super::{CaseArguments, refuse, runs, tell_doubtful, warn_of_locking};
+use super::{CaseArguments, Usage, refuse, refuse_if, runs, tell_doubtful, warn_of_locking};
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{RecipeName, Training};
@@ -83,9 +83,9 @@ impl Train {
             return self.runs.train(&self.case, self.restart);
         }
         #[cfg(feature = "networks")]
-        if let Err(reason) = self.backend.device() {
-            return refuse(format!("--backend {}: {reason}", self.backend));
-        }
+        self.backend
+            .device()
+            .map_err(|reason| Usage(format!("--backend {}: {reason}", self.backend)))?;
         let (case, body, folder) = self.case.open()?;
         warn_of_locking(sinew_fem::locking_at_centre(&body));
         let own = case.training;
@@ -107,23 +107,20 @@ impl Train {
         if let Some(few @ 0..=1) = training.samples {
             return refuse(format!("{few} simulations to learn from: give at least 2 (--samples)"));
         }
-        if self.simulations.is_some()
-            && matches!(training.recipe, RecipeName::Pi | RecipeName::Taylor)
-        {
-            return refuse(format!(
-                "`{}` learns from no simulations; leave --simulations out, or choose regression, dd or auto",
-                training.recipe.key()
-            ));
-        }
-        let name = self.name.as_deref().unwrap_or(training.recipe.key());
-        if Path::new(name).file_name() != Some(name.as_ref()) {
-            return refuse(format!("--name {name}: give the name of a folder within OUT"));
-        }
-        if name == SIMULATIONS {
-            return refuse(format!(
-                "--name {name}: simulations are shared there; give another name"
-            ));
-        }
+        let recipe = training.recipe.key();
+        let alone = matches!(training.recipe, RecipeName::Pi | RecipeName::Taylor);
+        refuse_if(self.simulations.is_some() && alone, || {
+            format!(
+                "`{recipe}` learns from no simulations; leave --simulations out, or choose regression, dd or auto"
+            )
+        })?;
+        let name = self.name.as_deref().unwrap_or(recipe);
+        refuse_if(Path::new(name).file_name() != Some(name.as_ref()), || {
+            format!("--name {name}: give the name of a folder within OUT")
+        })?;
+        refuse_if(name == SIMULATIONS, || {
+            format!("--name {name}: simulations are shared there; give another name")
+        })?;
         let (shared, folder) = (folder.join(SIMULATIONS), folder.join(name));
         let options = sinew::TrainingOptions {
             folder: Some(folder.clone()),

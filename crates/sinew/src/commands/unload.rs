@@ -1,9 +1,9 @@
 //! Bodies at rest of loaded images.
 
 use super::{
-    CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, refuse, warn, warn_of_locking,
+    CaseFile, ThetaArguments, check_vtu, keep_foreign, marked, single, warn, warn_of_locking, write,
 };
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sinew::output::displacement_in_words;
@@ -59,10 +59,8 @@ impl UnloadCommand {
         let file = self.output.with_extension("toml");
         [&self.output, &file].into_iter().try_for_each(|to| self.case.keep_sources(&case, to))?;
         keep_foreign("unload", MARK, &file)?;
-        let thetas = self.theta.read(&image)?.thetas();
-        let [theta] = &thetas[..] else {
-            return refuse(format!("--theta: give one set of parameters, not {}", thetas.len()));
-        };
+        let thetas = self.theta.read(&image, None)?.thetas();
+        let theta = single("--theta", &thetas)?;
         let mut unload = Unload::new(&image)?.fibres(self.fibres);
         warn(unload.thin_wall());
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
@@ -71,7 +69,7 @@ impl UnloadCommand {
         picture(&image, &unloaded, self.fields)?.write_vtu(&self.output)?;
         let text = case.text_at_rest(&unloaded, Some(&self.output))?;
         let text = marked(MARK, &self.case.words(), &text);
-        std::fs::write(&file, text).with_context(|| file.display().to_string())?;
+        write(&file, text)?;
         println!("written: {} and {}", self.output.display(), file.display());
         if let Some(left) = left(&file, &unloaded) {
             bail!("loaded from {}, {left}", file.display());

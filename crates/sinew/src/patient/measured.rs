@@ -1,28 +1,35 @@
 //! Entries of the data: what they are measurements of, with values and standard deviations.
 
+use super::PatientFile;
 use super::prepared::IMAGE;
-use super::tables::{Entry, Quantity, Settings};
-use crate::case::{Case, CaseError, LENGTH, VOLUME, advise};
+use super::tables::{Entry, Quantity};
+use crate::case::{CaseError, LENGTH, VOLUME, advise};
 use sinew_calibrate::{At, Datum, Direction, Observable, Segments};
 use sinew_energy::Body;
 use std::collections::BTreeMap;
 
 /// One entry of the data.
 pub(super) struct Reader<'a> {
-    pub case: &'a Case,
+    pub file: &'a PatientFile,
     pub number: String,
     pub entry: &'a Entry,
     pub body: &'a Body,
     pub phases: &'a BTreeMap<String, BTreeMap<String, f64>>,
     pub segments: Option<&'a Segments>,
-    /// Whether values are still to be made.
-    pub blank: bool,
-    pub settings: &'a Settings,
 }
 
 impl Reader<'_> {
     fn error(&self, key: &str, reason: impl Into<String>) -> CaseError {
-        self.case.source.error(&["data", &self.number, key], reason.into())
+        self.file.case.source.error(&["data", &self.number, key], reason.into())
+    }
+
+    fn refuse_if<R: Into<String>>(
+        &self,
+        wrong: bool,
+        key: &str,
+        reason: impl FnOnce() -> R,
+    ) -> Result<(), CaseError> {
+        self.file.case.source.refuse_if(wrong, &["data", &self.number, key], reason)
     }
 
     /// Observables that it measures, with values.
@@ -33,26 +40,19 @@ impl Reader<'_> {
         let at = self.state("phase", phase)?;
         let from = self.state("from", entry.from.as_deref().unwrap_or(IMAGE))?;
         let is_volume = entry.volume.is_some();
-        if self.same(&at, if is_volume { &At::Image } else { &from }) {
-            let reason = match is_volume {
-                true => {
-                    "the volume in the image is that of the mesh, whatever the parameters are; leave it out"
-                }
-                false => {
-                    "it is counted from the same state, and is zero whatever the parameters are; name another phase, or another one in `from`"
-                }
-            };
-            return Err(self.error("phase", reason));
-        }
+        self.refuse_if(is_volume && self.same(&at, &At::Image), "phase", || {
+            "the volume in the image is that of the mesh, whatever the parameters are; leave it out"
+        })?;
+        self.refuse_if(!is_volume && self.same(&at, &from), "phase", || {
+            "it is counted from the same state, and is zero whatever the parameters are; name another phase, or another one in `from`"
+        })?;
         match (&entry.volume, entry.strain, entry.displacement) {
             (Some(cavity), None, None) => {
                 let known = || self.body.cavities.iter().map(|c| c.name.as_str());
-                if known().all(|name| name != cavity) {
+                self.refuse_if(known().all(|name| name != cavity), "volume", || {
                     let advice = advise(cavity, known(), "cavities under a pressure");
-                    return Err(
-                        self.error("volume", format!("there is no cavity `{cavity}`{advice}"))
-                    );
-                }
+                    format!("there is no cavity `{cavity}`{advice}")
+                })?;
                 Ok(vec![(Observable::volume(cavity, at), self.value()?)])
             }
             (None, Some(along), None) => self.strains(along, from, at),
@@ -81,24 +81,24 @@ impl Reader<'_> {
         let names = segments.names();
         let strain = |name: &String| Observable::strain(name, direction, from.clone(), at.clone());
         match (&self.entry.segment, &self.entry.values) {
-            (None, _) if self.blank => Ok(names.iter().map(strain).map(|o| (o, 1.0)).collect()),
+            (None, _) if self.file.blank => {
+                Ok(names.iter().map(strain).map(|o| (o, 1.0)).collect())
+            }
             (Some(segment), None) => {
                 let name = segment.text();
-                if !names.contains(&name) {
+                self.refuse_if(!names.contains(&name), "segment", || {
                     let advice = advise(&name, names.iter().map(String::as_str), "segments");
-                    return Err(
-                        self.error("segment", format!("there is no segment `{name}`{advice}"))
-                    );
-                }
+                    format!("there is no segment `{name}`{advice}")
+                })?;
                 Ok(vec![(strain(&name), self.value()?)])
             }
-            (None, Some(values)) if values.len() == names.len() => {
+            (None, Some(values)) => {
+                let (found, wanted) = (values.len(), names.len());
+                self.refuse_if(found != wanted, "values", || {
+                    format!("{found} values for {wanted} segments; give one for each")
+                })?;
                 Ok(names.iter().map(strain).zip(values.iter().copied()).collect())
             }
-            (None, Some(values)) => Err(self.error(
-                "values",
-                format!("{} values for {} segments; give one for each", values.len(), names.len()),
-            )),
             _ => Err(self
                 .error("segment", "give a segment with its value, or the values of all segments")),
         }
@@ -107,28 +107,27 @@ impl Reader<'_> {
     /// Whether two states are the same: by name, at rest, or by loads that are known exactly.
     fn same(&self, a: &At, b: &At) -> bool {
         let name = |at: &At| match at {
-            At::Rest if self.settings.image_at_rest => IMAGE.to_string(),
+            At::Rest if self.file.tables.calibration.image_at_rest => IMAGE.to_string(),
             other => other.to_string(),
         };
         let [a, b] = [name(a), name(b)];
         let loads = |name: &String| self.phases.get(name);
-        let known = self.settings.pressure_each.is_none();
+        let known = self.file.tables.calibration.pressure_each.is_none();
         a == b || (known && loads(&a).is_some() && loads(&a) == loads(&b))
     }
 
     fn value(&self) -> Result<f64, CaseError> {
-        if self.blank {
+        if self.file.blank {
             return Ok(1.0);
         }
         self.entry.value.ok_or_else(|| self.error("value", "the value is missing"))
     }
 
     fn state(&self, key: &str, name: &str) -> Result<At, CaseError> {
-        if name != "rest" && name != IMAGE && !self.phases.contains_key(name) {
-            let known = self.phases.keys().map(String::as_str).chain(["rest", IMAGE]);
-            let advice = advise(name, known, "phases");
-            return Err(self.error(key, format!("there is no phase `{name}`{advice}")));
-        }
+        let known = || self.phases.keys().map(String::as_str).chain(["rest", IMAGE]);
+        self.refuse_if(known().all(|phase| phase != name), key, || {
+            format!("there is no phase `{name}`{}", advise(name, known(), "phases"))
+        })?;
         Ok(At::from(name))
     }
 
@@ -138,10 +137,10 @@ impl Reader<'_> {
         value: f64,
         place: usize,
     ) -> Result<Datum, CaseError> {
-        let dimension = match observable {
-            Observable::Volume { .. } => Some(VOLUME),
-            Observable::Strain { .. } => None,
-            Observable::Displacement { .. } => Some(LENGTH),
+        let (kind, dimension) = match observable {
+            Observable::Volume { .. } => ("volume", Some(VOLUME)),
+            Observable::Strain { .. } => ("strain", None),
+            Observable::Displacement { .. } => ("displacement", Some(LENGTH)),
         };
         let given = self.entry.unit.as_deref();
         let (unit, size) = match (dimension, given) {
@@ -151,23 +150,15 @@ impl Reader<'_> {
                 .unit(given.unwrap_or_default())
                 .map_err(|reason| self.error("unit", reason))?,
         };
-        if !value.is_finite() {
-            return Err(self.error(
-                "value",
-                format!("the value is {value}; give a finite number or leave the datum out"),
-            ));
-        }
-        let kind = match observable {
-            Observable::Volume { .. } => "volume",
-            Observable::Strain { .. } => "strain",
-            Observable::Displacement { .. } => "displacement",
-        };
+        self.refuse_if(!value.is_finite(), "value", || {
+            format!("the value is {value}; give a finite number or leave the datum out")
+        })?;
         let (deviation, is_share) = self.deviation()?;
-        if is_share && !(kind == "volume" && value > 0.0) {
-            let reason =
-                "a share is for volumes that are positive; give the standard deviation as a number";
-            return Err(self.error("sd", reason));
-        }
+        self.refuse_if(
+            is_share && !(kind == "volume" && value > 0.0),
+            "sd",
+            || "a share is for volumes that are positive; give the standard deviation as a number",
+        )?;
         let deviation = if is_share { deviation } else { deviation * size };
         let named = Datum::new(observable.to_string(), kind, place, value * size, deviation);
         Ok(Datum { is_share, unit: unit.into(), size, ..named })
@@ -181,21 +172,13 @@ impl Reader<'_> {
             Quantity::Text(text) => {
                 let share =
                     text.trim().strip_suffix('%').and_then(|n| n.trim().parse::<f64>().ok());
-                let share = share.ok_or_else(|| {
-                    self.error(
-                        "sd",
-                        format!("`{text}` is neither a number nor a share such as \"3 %\""),
-                    )
-                })?;
-                (0.01 * share, true)
+                let wrong = || format!("`{text}` is neither a number nor a share such as \"3 %\"");
+                (0.01 * share.ok_or_else(|| self.error("sd", wrong()))?, true)
             }
         };
-        match deviation.0.is_finite() && deviation.0 > 0.0 {
-            true => Ok(deviation),
-            false => Err(self.error(
-                "sd",
-                format!("the standard deviation is {}; give a positive number", deviation.0),
-            )),
-        }
+        self.refuse_if(!(deviation.0.is_finite() && deviation.0 > 0.0), "sd", || {
+            format!("the standard deviation is {}; give a positive number", deviation.0)
+        })?;
+        Ok(deviation)
     }
 }

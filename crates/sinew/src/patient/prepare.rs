@@ -53,18 +53,22 @@ impl PatientFile {
     fn values(&self, body: &Body) -> Result<BTreeMap<String, BTreeMap<String, f64>>, CaseError> {
         let source = &self.case.source;
         let phases = &self.tables.phases;
-        if !phases.contains_key(IMAGE) && !self.tables.calibration.image_at_rest {
-            let reason = "the loads of the image are missing: add [phases.image] with a pressure, such as p = \"8 mmHg\", or \
-                 image_at_rest = true under [calibration]";
-            return Err(source.error(&["phases"], reason.into()));
-        }
+        let at_rest = self.tables.calibration.image_at_rest;
+        source.refuse_if(!at_rest && !phases.contains_key(IMAGE), &["phases"], || {
+            "the loads of the image are missing: add [phases.image] with a pressure, such as p = \"8 mmHg\", or \
+                 image_at_rest = true under [calibration]"
+        })?;
         let known = || body.parameters.iter().map(|p| p.name.as_str());
         let value = |phase: &str, name: &str, quantity: &Quantity| {
             let error = |reason: String| source.error(&["phases", phase, name], reason);
-            if known().all(|other| other != name) {
-                let advice = advise(name, known(), "parameters that are not known");
-                return Err(error(format!("no parameter `{name}` is left to set{advice}")));
-            }
+            source.refuse_if(
+                known().all(|other| other != name),
+                &["phases", phase, name],
+                || {
+                    let advice = advise(name, known(), "parameters that are not known");
+                    format!("no parameter `{name}` is left to set{advice}")
+                },
+            )?;
             match quantity {
                 Quantity::Number(value) => Err(error(format!(
                     "the unit is missing: write \"{value} mmHg\" or \"{value} kPa\""
@@ -79,7 +83,7 @@ impl PatientFile {
         };
         let mut found: BTreeMap<String, BTreeMap<String, f64>> =
             phases.iter().map(of_phase).collect::<Result<_, CaseError>>()?;
-        if self.tables.calibration.image_at_rest {
+        if at_rest {
             // No loads.
             let names: Vec<String> =
                 found.values().flat_map(|entries| entries.keys().cloned()).collect();
@@ -91,11 +95,12 @@ impl PatientFile {
         for (name, giver) in
             found.iter().flat_map(|(phase, all)| all.keys().map(move |n| (n, phase)))
         {
-            if let Some((phase, _)) = found.iter().find(|(_, all)| !all.contains_key(name)) {
-                let reason = format!(
-                    "phase `{phase}` lacks `{name}`, which phase `{giver}` has; write its value, \"0 kPa\" if it is none"
-                );
-                return Err(source.error(&["phases", phase], reason));
+            for (phase, all) in &found {
+                source.refuse_if(!all.contains_key(name), &["phases", phase], || {
+                    format!(
+                        "phase `{phase}` lacks `{name}`, which phase `{giver}` has; write its value, \"0 kPa\" if it is none"
+                    )
+                })?;
             }
         }
         Ok(found)
@@ -116,11 +121,12 @@ impl PatientFile {
             epicardium: &wall.epicardium,
             base: &wall.base,
         };
-        let found = WallCoordinates::new(mesh, &surfaces).map_err(|e| error(e.to_string()))?;
-        match wall.septum {
-            None => Ok(Some(found)),
-            Some(septum) => Ok(Some(found.with_septum(septum).map_err(|e| error(e.to_string()))?)),
-        }
+        let found = WallCoordinates::new(mesh, &surfaces);
+        let found = match wall.septum {
+            None => found,
+            Some(septum) => found.and_then(|found| found.with_septum(septum)),
+        };
+        found.map(Some).map_err(|e| error(e.to_string()))
     }
 
     fn segments(
@@ -157,16 +163,8 @@ impl PatientFile {
     ) -> Result<(Vec<Observable>, Vec<Datum>), CaseError> {
         let (mut observables, mut data) = (Vec::new(), Vec::new());
         for (number, entry) in self.tables.data.iter().enumerate() {
-            let reader = Reader {
-                case: &self.case,
-                number: number.to_string(),
-                entry,
-                body,
-                phases,
-                segments,
-                blank: self.blank,
-                settings: &self.tables.calibration,
-            };
+            let number = number.to_string();
+            let reader = Reader { file: self, number, entry, body, phases, segments };
             for (observable, value) in reader.observables()? {
                 let datum = reader.datum(&observable, value, observables.len())?;
                 observables.push(observable);
@@ -199,21 +197,20 @@ impl PatientFile {
                 }
                 None => Prior::LogUniform { range: parameter.range },
             };
-            if parameter.range[0] <= 0.0 {
-                let reason = "it is not known and its range begins at 0 or below, but unknown parameters are positive: give another range, or its \
-                              value in [phases]";
-                return Err(source.error(&["parameters", &parameter.name], reason.into()));
-            }
+            source.refuse_if(parameter.range[0] <= 0.0, &["parameters", &parameter.name], || {
+                "it is not known and its range begins at 0 or below, but unknown parameters are positive: give another range, or its \
+                              value in [phases]"
+            })?;
             let size = parameter.unit.in_scene(1.0);
             unknowns.push(Unknown { size, ..Unknown::new(&parameter.name, unit, prior) });
         }
-        if let Some(name) =
-            settings.priors.keys().find(|name| unknowns.iter().all(|u| u.name != **name))
-        {
-            let advice =
-                advise(name, unknowns.iter().map(|u| u.name.as_str()), "unknown parameters");
-            let reason = format!("`{name}` is not an unknown parameter{advice}");
-            return Err(source.error(&["calibration", "priors", name], reason));
+        for name in settings.priors.keys() {
+            let mut known = unknowns.iter().map(|u| u.name.as_str());
+            let wrong = known.clone().all(|unknown| unknown != name);
+            source.refuse_if(wrong, &["calibration", "priors", name], || {
+                let advice = advise(name, &mut known, "unknown parameters");
+                format!("`{name}` is not an unknown parameter{advice}")
+            })?;
         }
         let factor =
             |deviation: f64, key: &str| usable(Prior::LogNormal { median: 1.0, deviation }, &[key]);
@@ -230,15 +227,13 @@ impl PatientFile {
     /// Refuses a median outside of the range of its parameter: one in another unit, mostly.
     fn check_median(&self, parameter: &Parameter, median: f64) -> Result<(), CaseError> {
         let [low, high] = parameter.range.map(|end| parameter.unit.shown(end));
-        if (low..=high).contains(&median) {
-            return Ok(());
-        }
-        let unit = parameter.unit.name();
-        let reason = format!(
-            "the median {median} is outside of the range of `{}`, {low} to {high} in the unit {unit}; give it in that unit, or widen the range",
-            parameter.name
-        );
-        Err(self.case.source.error(&["calibration", "priors", &parameter.name], reason))
+        let (name, unit) = (&parameter.name, parameter.unit.name());
+        let wrong = !(low..=high).contains(&median);
+        self.case.source.refuse_if(wrong, &["calibration", "priors", name], || {
+            format!(
+                "the median {median} is outside of the range of `{name}`, {low} to {high} in the unit {unit}; give it in that unit, or widen the range"
+            )
+        })
     }
 
     fn kinds(&self, data: &[Datum]) -> Result<Vec<Kind>, CaseError> {
@@ -253,10 +248,8 @@ impl PatientFile {
         let place = |key: &str, name: &String| {
             names.iter().position(|other| other == name).ok_or_else(|| {
                 let advice = advise(name, names.iter().map(String::as_str), "kinds of the data");
-                source.error(
-                    &["calibration", key],
-                    format!("there are no data of the kind `{name}`{advice}"),
-                )
+                let reason = format!("there are no data of the kind `{name}`{advice}");
+                source.error(&["calibration", key], reason)
             })
         };
         for name in &settings.infer_noise {

@@ -7,15 +7,13 @@ use std::collections::BTreeMap;
 
 /// Tables of a patient file beside its case, whose keys are read elsewhere.
 #[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Tables {
     /// Values of loads and tensions by phase; `image` is the state of the mesh.
-    #[serde(default)]
     pub phases: BTreeMap<String, BTreeMap<String, Quantity>>,
     /// Measurements.
-    #[serde(default)]
     pub data: Vec<Entry>,
     /// Settings.
-    #[serde(default)]
     pub calibration: Settings,
 }
 

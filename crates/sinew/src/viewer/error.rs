@@ -1,8 +1,7 @@
 //! The error of the displacements on the page, over θ.
 
 use super::compact::Compact;
-use super::refused::ViewerError;
-use super::sampled::{AT_ONCE, Sampled};
+use super::sampled::{AT_ONCE, Sampled, ViewerError};
 use super::surface::Surface;
 use crate::Emulator;
 use rayon::prelude::*;

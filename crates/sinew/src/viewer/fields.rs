@@ -1,8 +1,7 @@
 //! Stress and strain at the surface, as regressions over θ.
 
 use super::compact::Compact;
-use super::refused::ViewerError;
-use super::sampled::{Sampled, relative};
+use super::sampled::{Sampled, ViewerError, relative};
 use super::surface::Surface;
 use crate::stresses::at_nodes;
 use rayon::prelude::*;

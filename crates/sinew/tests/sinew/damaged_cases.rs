@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use proptest::test_runner::TestRunner;
 use sinew::Case;
+use sinew::case::Exactly;
 use sinew_mesh::{Selection, box_tetrahedra, write_vtu};
 use std::cell::Cell;
 use std::ops::Range;
@@ -133,7 +134,7 @@ fn read_safely(text: &str) -> bool {
     }
     let cells =
         [case.mesh.cuboid.map(|mesh| mesh.cells), case.mesh.ellipsoid.map(|mesh| mesh.cells)];
-    let large = |cells: [usize; 3]| {
+    let large = |Exactly(cells): Exactly<usize, 3>| {
         cells
             .iter()
             .try_fold(1usize, |all, &n| all.checked_mul(n))

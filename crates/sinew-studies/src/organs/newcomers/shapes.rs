@@ -1,6 +1,6 @@
 //! Shapes that no training has seen, and how long networks learn them.
 
-use sinew::case::EllipsoidMesh;
+use sinew::case::{EllipsoidMesh, Exactly};
 
 /// Name on the command line.
 pub(crate) const KEY: &str = "new-ventricle";
@@ -38,5 +38,7 @@ pub(super) const fn shape(
     long: [f64; 2],
     cells: [usize; 3],
 ) -> Shape {
-    Shape { name, mesh: Source::Ellipsoids(EllipsoidMesh { short, long, base: 0.0, cells }) }
+    let [short, long] = [Exactly(short), Exactly(long)];
+    let mesh = EllipsoidMesh { short, long, base: 0.0, cells: Exactly(cells) };
+    Shape { name, mesh: Source::Ellipsoids(mesh) }
 }

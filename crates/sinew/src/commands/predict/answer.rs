@@ -22,7 +22,7 @@ pub(super) fn to(
     neighbour: &Neighbour,
     (case, body, folder): (&Case, &Body, &Path),
 ) -> Result<()> {
-    let batch = asked.theta.read(body)?;
+    let batch = asked.theta.read(body, None)?;
     let known = neighbour.body()?;
     let emulator = match (&asked.emulator, &known, trained(folder)) {
         (Some(_), Some(_), _) => {

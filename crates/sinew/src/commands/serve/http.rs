@@ -57,7 +57,7 @@ impl Connection {
         let mut lines = head.trim_start().split("\r\n");
         let words: Vec<&str> = lines.next().unwrap_or_default().split(' ').collect();
         let [method, target, version @ ("HTTP/1.0" | "HTTP/1.1")] = words[..] else {
-            return Err(invalid("the request is not one of HTTP/1.1"));
+            return Err(refused(400, "the request is not one of HTTP/1.1"));
         };
         let fields = lines.filter_map(|line| line.split_once(':'));
         let field = |name: &str| {
@@ -70,12 +70,15 @@ impl Connection {
         let content = match (field("transfer-encoding"), field("content-length")) {
             (Some(coding), _) if coding == "chunked" => self.chunks()?,
             (Some(coding), _) => {
-                return Err(invalid(&format!("the transfer encoding {coding} is not known here")));
+                return Err(refused(
+                    400,
+                    &format!("the transfer encoding {coding} is not known here"),
+                ));
             }
-            (None, Some(length)) => match length.parse() {
-                Ok(length) => self.content(length, 0)?,
-                Err(_) => return Err(invalid(&format!("{length} is not a length of content"))),
-            },
+            (None, Some(length)) => {
+                let wrong = |_| refused(400, &format!("{length} is not a length of content"));
+                self.content(length.parse().map_err(wrong)?, 0)?
+            }
             (None, None) => Vec::new(),
         };
         Ok(Request {
@@ -109,9 +112,8 @@ impl Connection {
         loop {
             let line = self.text_to("\r\n")?;
             let length = line.split(';').next().unwrap_or_default().trim();
-            let Ok(length) = usize::from_str_radix(length, 16) else {
-                return Err(invalid(&format!("{length} is not a length of a chunk")));
-            };
+            let wrong = |_| refused(400, &format!("{length} is not a length of a chunk"));
+            let length = usize::from_str_radix(length, 16).map_err(wrong)?;
             if length == 0 {
                 while !self.text_to("\r\n")?.is_empty() {}
                 return Ok(content);
@@ -127,7 +129,7 @@ impl Connection {
             let _ = self.skip(length);
             let reason =
                 format!("the request is longer than {MOST_BYTES} bytes; send shorter ones");
-            return Err(Some(Response::failed(413, "InvalidInput", &reason)));
+            return Err(refused(413, &reason));
         }
         while self.held.len() < length {
             self.more()?;
@@ -145,7 +147,7 @@ impl Connection {
             }
             if self.held.len() > MOST_HEAD {
                 let reason = format!("the head of the request is longer than {MOST_HEAD} bytes");
-                return Err(Some(Response::failed(431, "InvalidInput", &reason)));
+                return Err(refused(431, &reason));
             }
             self.more()?;
         }
@@ -171,24 +173,23 @@ impl Connection {
         // A time of nought is refused.
         let read =
             self.stream.set_read_timeout(Some(left)).and_then(|()| self.stream.read(&mut part));
-        match read {
-            Ok(count @ 1..) => self.held.extend(&part[..count]),
-            Ok(_) => return Err(None),
-            Err(_) => {
-                let reason =
-                    format!("the request did not arrive within {} s", self.limit.as_secs());
-                return Err(Some(Response::failed(408, "InvalidInput", &reason)));
+        let seconds = self.limit.as_secs();
+        let late = |_| refused(408, &format!("the request did not arrive within {seconds} s"));
+        match read.map_err(late)? {
+            0 => Err(None),
+            count => {
+                self.held.extend(&part[..count]);
+                Ok(())
             }
         }
-        Ok(())
     }
 }
 
 fn utf8(bytes: Vec<u8>) -> Result<String, Refusal> {
     String::from_utf8(bytes)
-        .map_err(|error| invalid(&format!("the request is not UTF-8: {error}; send JSON")))
+        .map_err(|error| refused(400, &format!("the request is not UTF-8: {error}; send JSON")))
 }
 
-fn invalid(reason: &str) -> Refusal {
-    Some(Response::failed(400, "InvalidInput", reason))
+fn refused(status: u16, reason: &str) -> Refusal {
+    Some(Response::failed(status, "InvalidInput", reason))
 }
