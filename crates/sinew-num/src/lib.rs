@@ -22,7 +22,6 @@
 //! ```
 
 mod connectivity;
-mod jet;
 mod mat3;
 mod monomials;
 mod random;
@@ -31,11 +30,10 @@ mod ready;
 mod scalar;
 mod simd;
 mod single;
-mod slope;
+mod taylor;
 mod vector;
 
 pub use connectivity::{cells_of_nodes, connected_components};
-pub use jet::Jet;
 pub use mat3::Mat3;
 pub use monomials::monomials;
 pub use random::SplitMix64;
@@ -44,5 +42,5 @@ pub use ready::on_ready_threads;
 pub use scalar::Scalar;
 pub use simd::{Instructions, instructions};
 pub use single::Single;
-pub use slope::Slope;
+pub use taylor::{Jet, Slope, Taylor};
 pub use vector::{add3, cross, dot, dot3, norm, sub3, sum};

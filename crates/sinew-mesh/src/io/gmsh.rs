@@ -166,9 +166,7 @@ impl Gmsh<'_> {
         let what = || format!("rows of `{}`", name.escape_debug());
         Problem::require_count(what, expected, found)?;
         let field = Field { components, values: FieldValues::Float(values) };
-        let fields =
-            if of_nodes { &mut self.grid.point_fields } else { &mut self.grid.cell_fields };
-        fields.insert(name, field);
+        self.grid.fields(of_nodes).insert(name, field);
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! Content common to all mesh formats: cells of any type with fields and groups.
 
 use crate::geometry::{extents, merged};
-use crate::{Field, Place, SELECTION_TOLERANCE};
+use crate::{Field, Place, Problem, SELECTION_TOLERANCE};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -39,6 +39,11 @@ impl UnstructuredGrid {
     pub(super) fn cell(&self, index: usize) -> &[i64] {
         let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.connectivity[start..self.ends[index]]
+    }
+
+    /// The fields of the points, or of the cells.
+    pub(super) fn fields(&mut self, of_points: bool) -> &mut BTreeMap<String, Field> {
+        if of_points { &mut self.point_fields } else { &mut self.cell_fields }
     }
 
     /// Number of nodes of cells at the place of another, and of those that become one with it where nodes are merged.
@@ -103,8 +108,19 @@ impl UnstructuredGrid {
     }
 }
 
+/// Indices of nodes by their numbers in the file.
+pub(super) fn indices<'i>(
+    numbers: &[i64],
+    expected: &'static str,
+    index: impl Fn(&i64) -> Option<&'i usize>,
+) -> Result<Vec<i64>, Problem> {
+    let unknown = |number: &i64| Problem::expected(expected, number.to_string());
+    let of = |number| index(number).map(|&index| index as i64).ok_or_else(|| unknown(number));
+    numbers.iter().map(of).collect()
+}
+
 /// VTK's numbers of cell types (VTK User's Guide, "VTK File Formats"): name, dimension, and nodes where their number is fixed.
-const CELL_TYPES: [(u8, &str, i64, Option<usize>); 29] = [
+pub(super) const CELL_TYPES: [(u8, &str, i64, Option<usize>); 29] = [
     (1, "vertex", 0, Some(1)),
     (2, "poly-vertex", 0, None),
     (3, "line", 1, Some(2)),

@@ -1,7 +1,7 @@
 //! Sets of nodes and elements in Abaqus and CalculiX files.
 
 use super::cursor::number;
-use super::inp_lines::{Block, Name, Wrong, fields};
+use super::inp_lines::{Block, Name, fields};
 use crate::Problem;
 use std::collections::BTreeMap;
 
@@ -16,6 +16,7 @@ pub(super) enum Scope {
 const MEMBERS_PER_BYTE: usize = 16;
 
 /// Nodes or elements by their number in the file, and the sets of them.
+#[derive(Default)]
 pub(super) struct Sets {
     /// Index by number.
     pub ids: BTreeMap<i64, usize>,
@@ -29,8 +30,17 @@ pub(super) struct Sets {
 impl Sets {
     /// Without sets, for a file of so many bytes.
     pub(super) fn new(bytes: usize) -> Self {
-        let room = bytes.saturating_mul(MEMBERS_PER_BYTE);
-        Self { ids: BTreeMap::new(), assembly_has_own: false, sets: BTreeMap::new(), room }
+        Self { room: bytes.saturating_mul(MEMBERS_PER_BYTE), ..Self::default() }
+    }
+
+    /// Adds members to the set that an option of a block names, if it does.
+    pub(super) fn add_named(
+        &mut self,
+        block: &Block<'_>,
+        option: &str,
+        members: impl IntoIterator<Item = usize>,
+    ) -> Result<(), Problem> {
+        block.name(option).map_or(Ok(()), |name| self.add(block.scope, &name, members))
     }
 
     /// Adds members to a set, which is made if it does not exist.
@@ -57,32 +67,27 @@ impl Sets {
     /// out.
     pub(super) fn add_lines(
         &mut self,
-        (scope, name): (Scope, &Name),
+        name: &Name,
         block: &Block<'_>,
         instance: Option<&Name>,
-    ) -> Result<(), Wrong> {
-        let of_assembly = scope == Scope::Assembly && block.name("INSTANCE").is_none();
+    ) -> Result<(), Problem> {
+        let of_assembly = block.scope == Scope::Assembly && block.name("INSTANCE").is_none();
         let numbers = !(of_assembly && self.assembly_has_own);
-        for &(at, line) in &block.lines {
-            let here = |problem| (at, problem);
-            if block.option("GENERATE").is_some() {
-                if !numbers {
-                    continue;
-                }
-                let range = self.range(line).map_err(here)?;
-                self.add(scope, name, range).map_err(here)?;
-            } else {
-                for word in fields(line).filter(|word| !word.is_empty()) {
-                    if !numbers && number::<i64>(word, "").is_ok() {
-                        continue;
-                    }
-                    let members = self.find(word, instance).map_err(here)?.to_vec();
-                    self.add(scope, name, members).map_err(here)?;
+        let is_range = block.option("GENERATE").is_some();
+        for line in block.lines().filter(|_| numbers || !is_range) {
+            if is_range {
+                self.add(block.scope, name, self.range(line)?)?;
+                continue;
+            }
+            for word in fields(line).filter(|word| !word.is_empty()) {
+                if numbers || number::<i64>(word, "").is_err() {
+                    let members = self.find(word, instance)?.to_vec();
+                    self.add(block.scope, name, members)?;
                 }
             }
         }
         // A set without members is one all the same.
-        self.add(scope, name, []).map_err(|problem| (block.at, problem))
+        self.add(block.scope, name, [])
     }
 
     /// First, last and step of a range; numbers in it that nothing has are left out.
@@ -137,10 +142,8 @@ impl Sets {
                 shown = format!("{}.{shown}", instance.shown);
             }
             if shown.is_empty() || named.insert(shown.clone(), members).is_some() {
-                return Err(Problem::expected(
-                    "names of sets that differ in more than capitals",
-                    shown,
-                ));
+                let expected = "names of sets that differ in more than capitals";
+                return Err(Problem::expected(expected, shown));
             }
         }
         Ok(named)

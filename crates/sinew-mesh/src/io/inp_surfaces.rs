@@ -2,7 +2,7 @@
 
 use super::grid::UnstructuredGrid;
 use super::inp::Model;
-use super::inp_lines::{Block, Wrong, fields};
+use super::inp_lines::{Block, fields};
 use crate::topology::{FacetKey, sorted_key};
 use crate::{Element, Problem};
 use std::collections::{BTreeMap, HashMap};
@@ -29,8 +29,7 @@ const OPTIONS: [&str; 8] =
     ["NAME", "TYPE", "INTERNAL", "DEFINITION", "MAX RATIO", "NO OFFSET", "NO THICK", "SCALE THICK"];
 
 impl Surfaces {
-    pub(super) fn read(&mut self, model: &Model, block: &Block<'_>) -> Result<(), Wrong> {
-        let head = |problem| (block.at, problem);
+    pub(super) fn read(&mut self, model: &Model, block: &Block<'_>) -> Result<(), Problem> {
         block.allow(&OPTIONS)?;
         let name = block.required("NAME", "NAME=… of *SURFACE")?;
         let of_nodes = match block.name("TYPE").map_or("ELEMENT".into(), |kind| kind.key).as_str() {
@@ -38,27 +37,26 @@ impl Surfaces {
             "NODE" => true,
             other => {
                 let advice = "define the surface by TYPE=ELEMENT or TYPE=NODE";
-                return Err(head(Problem::unsupported("the type of surface", other, advice)));
+                return Err(Problem::unsupported("the type of surface", other, advice));
             }
         };
         let instance = model.instance.as_ref();
         let mut surface = Surface::default();
-        for &(at, line) in &block.lines {
-            let here = |problem| (at, problem);
+        for line in block.lines() {
             let mut words = fields(line);
             let who = words.next().unwrap_or_default();
             if of_nodes {
-                surface.nodes.extend(model.nodes.find(who, instance).map_err(here)?);
+                surface.nodes.extend(model.nodes.find(who, instance)?);
                 continue;
             }
             let face = String::from_utf8_lossy(words.next().unwrap_or_default()).to_uppercase();
-            for &cell in model.elements.find(who, instance).map_err(here)? {
-                self.add(&mut surface, model, cell, &face).map_err(here)?;
+            for &cell in model.elements.find(who, instance)? {
+                self.add(&mut surface, model, cell, &face)?;
             }
         }
         let before = self.surfaces.insert(name.shown.clone(), surface);
         let expected = "the name of a surface that is not used yet";
-        Problem::unless_used(before, expected, name.shown).map_err(head)
+        Problem::unless_used(before, expected, name.shown)
     }
 
     /// Adds a face of an element, or all its faces that no other shares where none is named.
