@@ -50,7 +50,7 @@ pub fn augment(
         random.set_stream(layer as u64);
         let cluster_of = cluster(&leaves, roots, config.runs, &mut random)?;
         let means = cluster_means(leaves.as_flattened(), 3, &cluster_of, roots);
-        let positions: Vec<_> = means.chunks_exact(3).map(|x| [x[0], x[1], x[2]]).collect();
+        let positions: Vec<[f64; 3]> = means.as_chunks().0.to_vec();
 
         let first_root = first_leaf + leaves.len();
         let upwards = cluster_of.iter().enumerate();

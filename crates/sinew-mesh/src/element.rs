@@ -68,8 +68,7 @@ impl<const N: usize> Mesh<N> {
     /// The kind of the cells.
     pub const ELEMENT: &'static Element = Element::with_nodes(N);
 
-    /// The nodes of a facet in the order of [`Element::facets`], for any kind of cell; where the kind
-    /// is known, `facet_nodes` gives an array.
+    /// The nodes of a facet in the order of [`Element::facets`], for any kind of cell; of tetrahedra, `facet_nodes` gives an array.
     ///
     /// ```
     /// use sinew_mesh::{Facet, box_hexahedra};
@@ -98,6 +97,19 @@ const TRIANGLE: Element = Element {
     mirrored_facets: &[0, 2, 1],
 };
 
+/// Reference coordinates of the corners, and of the middles of the edges behind them.
+const fn with_middle_nodes<const N: usize>(linear: &Element) -> [[f64; 3]; N] {
+    let (mut nodes, mut k) = ([[0.0; 3]; N], 0);
+    while k < N {
+        let corner = k < linear.corners;
+        let edge: &[usize] = if corner { &[k, k] } else { linear.edges[k - linear.corners] };
+        let [a, b] = [linear.nodes[edge[0]], linear.nodes[edge[1]]];
+        nodes[k] = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])];
+        k += 1;
+    }
+    nodes
+}
+
 const QUADRATIC_TRIANGLE: Element = Element {
     name: "quadratic triangle",
     plural: "quadratic triangles",
@@ -105,14 +117,7 @@ const QUADRATIC_TRIANGLE: Element = Element {
     facet_vtk_type: 21,
     facets: &[&[1, 2, 4], &[2, 0, 5], &[0, 1, 3]],
     edges: &[&[0, 1, 3], &[1, 2, 4], &[2, 0, 5]],
-    nodes: &[
-        [0.0; 3],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.5, 0.0, 0.0],
-        [0.5, 0.5, 0.0],
-        [0.0, 0.5, 0.0],
-    ],
+    nodes: &with_middle_nodes::<6>(&TRIANGLE),
     mirrored: &[0, 2, 1, 5, 4, 3],
     ..TRIANGLE
 };
@@ -139,18 +144,7 @@ const QUADRATIC_TETRAHEDRON: Element = Element {
     facet_vtk_type: 22,
     facets: &[&[1, 2, 3, 5, 9, 8], &[0, 3, 2, 7, 9, 6], &[0, 1, 3, 4, 8, 7], &[0, 2, 1, 6, 5, 4]],
     edges: &[&[0, 1, 4], &[1, 2, 5], &[2, 0, 6], &[0, 3, 7], &[1, 3, 8], &[2, 3, 9]],
-    nodes: &[
-        [0.0; 3],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-        [0.5, 0.0, 0.0],
-        [0.5, 0.5, 0.0],
-        [0.0, 0.5, 0.0],
-        [0.0, 0.0, 0.5],
-        [0.5, 0.0, 0.5],
-        [0.0, 0.5, 0.5],
-    ],
+    nodes: &with_middle_nodes::<10>(&TETRAHEDRON),
     mirrored: &[0, 2, 1, 3, 6, 5, 4, 7, 9, 8],
     ..TETRAHEDRON
 };

@@ -1,6 +1,6 @@
 //! Edges and facets.
 
-use crate::{Facet, HexMesh, Mesh, TetMesh};
+use crate::{Facet, Mesh, TetMesh};
 
 /// The unique undirected edges as `[larger node, smaller node]`, ascending: the order
 /// `[sender, receiver]` of the thesis' graphs. An edge with a middle node counts as its two halves.
@@ -87,23 +87,24 @@ impl<const N: usize> Mesh<N> {
         nodes
     }
 
-    fn facet_array<const M: usize>(&self, facet: Facet) -> [usize; M] {
-        let cell = &self.cells[facet.cell];
-        let local = Self::ELEMENT.facets[facet.opposite];
-        std::array::from_fn(|k| cell[local[k]])
+    /// Other cells of the same nodes, with the sets and fields of this mesh.
+    pub(crate) fn with_other_cells<const M: usize>(&self, cells: Vec<[usize; M]>) -> Mesh<M> {
+        Mesh {
+            points: self.points.clone(),
+            cells,
+            node_sets: self.node_sets.clone(),
+            facet_sets: self.facet_sets.clone(),
+            cell_sets: self.cell_sets.clone(),
+            point_fields: self.point_fields.clone(),
+            cell_fields: self.cell_fields.clone(),
+        }
     }
 }
 
 impl TetMesh {
     /// The nodes of a facet, counterclockwise seen from outside its (positive) cell.
     pub fn facet_nodes(&self, facet: Facet) -> [usize; 3] {
-        self.facet_array(facet)
-    }
-}
-
-impl HexMesh {
-    /// The nodes of a facet, counterclockwise seen from outside its (positive) cell.
-    pub fn facet_nodes(&self, facet: Facet) -> [usize; 4] {
-        self.facet_array(facet)
+        let local = Self::ELEMENT.facets[facet.opposite];
+        std::array::from_fn(|k| self.cells[facet.cell][local[k]])
     }
 }

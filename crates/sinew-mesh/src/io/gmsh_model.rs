@@ -32,6 +32,8 @@ pub(super) struct Gmsh<'a> {
     pub node_index: HashMap<i64, usize>,
     /// Index of each element tag.
     pub element_index: HashMap<i64, usize>,
+    /// Index of each element by type and nodes (version 2).
+    pub known: HashMap<(u8, Vec<i64>), usize>,
 }
 
 impl Gmsh<'_> {

@@ -6,12 +6,13 @@ use super::grid::{UnstructuredGrid, indices};
 use super::inp_elements::{Kind, kind};
 use super::inp_lines::{Block, Name, blocks, fields, real};
 use super::inp_sets::{Scope, Sets};
-use super::inp_surfaces::Surfaces;
+use super::inp_surfaces::Surface;
 use super::report::counted;
 use crate::Problem;
+use crate::topology::FacetKey;
 use nalgebra::{Rotation3, Unit, Vector3};
-use std::cell::Cell;
-use std::collections::BTreeSet;
+use std::cell::{Cell, OnceCell};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Keywords that make or move nodes and elements, or bring them from elsewhere.
 const UNREAD: [&str; 11] = [
@@ -45,20 +46,21 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
 }
 
 /// Blocks read so far.
+#[derive(Default)]
 pub(super) struct Model {
     pub grid: UnstructuredGrid,
     pub nodes: Sets,
     pub elements: Sets,
     /// Number of each cell of the grid.
     pub kinds: Vec<Kind>,
-    /// The instance of the part, in files with an assembly.
-    pub instance: Option<Name>,
+    pub surfaces: BTreeMap<String, Surface>,
+    /// Number of elements that share each face, once a surface asks.
+    pub owners: OnceCell<HashMap<FacetKey, usize>>,
 }
 
 fn read(blocks: &[Block<'_>], bytes: usize) -> Result<UnstructuredGrid, Problem> {
     let (nodes, elements) = (Sets::new(bytes), Sets::new(bytes));
-    let grid = UnstructuredGrid::default();
-    let mut model = Model { grid, nodes, elements, kinds: Vec::new(), instance: None };
+    let mut model = Model { nodes, elements, ..Model::default() };
     // Keywords may come in any order, but sets only name what stands further up.
     let each = |keyword: &'static str| blocks.iter().filter(move |block| block.keyword == keyword);
     each("NODE").try_for_each(|block| model.read_nodes(block))?;
@@ -69,15 +71,14 @@ fn read(blocks: &[Block<'_>], bytes: usize) -> Result<UnstructuredGrid, Problem>
     }
     each("INSTANCE").try_for_each(|block| model.place(block))?;
     each("ELSET").chain(each("NSET")).try_for_each(|block| model.read_set(block))?;
-    let mut surfaces = Surfaces::default();
-    each("SURFACE").try_for_each(|block| surfaces.read(&model, block))?;
+    each("SURFACE").try_for_each(|block| model.read_surface(block))?;
     if let Some(last) = blocks.last() {
         last.place.set(last.at);
     }
     if model.grid.points.is_empty() {
         return Err(Problem::Missing { expected: "*NODE with its nodes" });
     }
-    surfaces.finish(model)
+    model.finish()
 }
 
 /// Gives each block its level. There may be one part, and one instance of it.
@@ -194,7 +195,7 @@ impl Model {
 
     /// Moves and turns the nodes as the instance says: a translation, then two points of an axis and an angle \[degrees\].
     fn place(&mut self, block: &Block<'_>) -> Result<(), Problem> {
-        self.instance = block.name("NAME");
+        (self.nodes.instance, self.elements.instance) = (block.name("NAME"), block.name("NAME"));
         for (row, line) in block.lines().enumerate() {
             let numbers = fields(line).map(real).collect::<Result<Vec<f64>, _>>()?;
             match (row, numbers.as_slice()) {
@@ -230,17 +231,17 @@ impl Model {
             false => block.required("ELSET", "ELSET=… with the name of the set")?,
         };
         let is_other =
-            |other: &Name| self.instance.as_ref().is_none_or(|name| name.key != other.key);
+            |other: &Name| self.nodes.instance.as_ref().is_none_or(|name| name.key != other.key);
         if let Some(other) = block.name("INSTANCE").filter(is_other) {
             return Err(Problem::expected("the name of the file's instance", other.shown));
         }
         if let (true, Some(elset)) = (of_nodes, block.option("ELSET")) {
-            let cells = self.elements.find(elset, self.instance.as_ref())?;
+            let cells = self.elements.find(elset)?;
             let nodes =
                 cells.iter().flat_map(|&cell| self.grid.cell(cell)).map(|&node| node as usize);
             return self.nodes.add(block.scope, &name, nodes.collect::<BTreeSet<_>>());
         }
         let sets = if of_nodes { &mut self.nodes } else { &mut self.elements };
-        sets.add_lines(&name, block, self.instance.as_ref())
+        sets.add_lines(&name, block)
     }
 }

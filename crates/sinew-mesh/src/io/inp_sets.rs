@@ -22,6 +22,8 @@ pub(super) struct Sets {
     pub ids: BTreeMap<i64, usize>,
     /// Whether the assembly has others of its own, which are left out.
     pub assembly_has_own: bool,
+    /// The instance of the part, in files with an assembly.
+    pub instance: Option<Name>,
     sets: BTreeMap<(Scope, String), (String, Vec<usize>)>,
     /// Members that may still be added.
     room: usize,
@@ -65,12 +67,7 @@ impl Sets {
 
     /// Adds the numbers, ranges and sets that the lines of a block list. Numbers of the assembly's own nodes or elements are left
     /// out.
-    pub(super) fn add_lines(
-        &mut self,
-        name: &Name,
-        block: &Block<'_>,
-        instance: Option<&Name>,
-    ) -> Result<(), Problem> {
+    pub(super) fn add_lines(&mut self, name: &Name, block: &Block<'_>) -> Result<(), Problem> {
         let of_assembly = block.scope == Scope::Assembly && block.name("INSTANCE").is_none();
         let numbers = !(of_assembly && self.assembly_has_own);
         let is_range = block.option("GENERATE").is_some();
@@ -81,7 +78,7 @@ impl Sets {
             }
             for word in fields(line).filter(|word| !word.is_empty()) {
                 if numbers || number::<i64>(word, "").is_err() {
-                    let members = self.find(word, instance)?.to_vec();
+                    let members = self.find(word)?.to_vec();
                     self.add(block.scope, name, members)?;
                 }
             }
@@ -109,8 +106,9 @@ impl Sets {
 
     /// Members, in any order, of a word: the number of a node or element or the name of a set, optionally after the
     /// name of the part's instance.
-    pub(super) fn find(&self, word: &[u8], instance: Option<&Name>) -> Result<&[usize], Problem> {
-        let (scopes, bare) = match instance.and_then(|name| without_instance(word, name)) {
+    pub(super) fn find(&self, word: &[u8]) -> Result<&[usize], Problem> {
+        let bare = self.instance.as_ref().and_then(|name| without_instance(word, name));
+        let (scopes, bare) = match bare {
             Some(bare) => (&[Scope::Part][..], bare),
             None => (&[Scope::Assembly, Scope::Part][..], word),
         };
@@ -127,10 +125,7 @@ impl Sets {
 
     /// All sets by the names that they get in the mesh. A set of the part whose name the assembly has too is named with its
     /// instance, as the file itself does.
-    pub(super) fn named(
-        self,
-        instance: Option<&Name>,
-    ) -> Result<BTreeMap<String, Vec<usize>>, Problem> {
+    pub(super) fn named(self) -> Result<BTreeMap<String, Vec<usize>>, Problem> {
         let mut named = BTreeMap::new();
         let of_assembly = self.sets.keys().filter(|key| key.0 == Scope::Assembly);
         let of_assembly: Vec<String> = of_assembly.map(|key| key.1.clone()).collect();
@@ -138,7 +133,7 @@ impl Sets {
             members.sort_unstable();
             members.dedup();
             let is_twice = of_assembly.contains(&key);
-            if let (Scope::Part, true, Some(instance)) = (scope, is_twice, instance) {
+            if let (Scope::Part, true, Some(instance)) = (scope, is_twice, &self.instance) {
                 shown = format!("{}.{shown}", instance.shown);
             }
             if shown.is_empty() || named.insert(shown.clone(), members).is_some() {

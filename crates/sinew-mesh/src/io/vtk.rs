@@ -19,16 +19,13 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     Ok(reader.grid)
 }
 
-/// POINT_DATA or CELL_DATA, with the number of rows of its arrays.
-type Section = (&'static str, usize);
-
 #[derive(Default)]
 struct Reader<'a> {
     cursor: Cursor<'a>,
     grid: UnstructuredGrid,
     cells: PolyData,
-    /// The section that attributes belong to.
-    attributes_of: Option<Section>,
+    /// The section that attributes belong to, POINT_DATA or CELL_DATA, and the number of rows of its arrays.
+    attributes_of: Option<(&'static str, usize)>,
     /// Major version of the format.
     major: u32,
 }
@@ -78,8 +75,8 @@ impl Reader<'_> {
         match word.to_ascii_uppercase().as_slice() {
             b"POINTS" => self.points()?,
             b"CELL_TYPES" => self.cell_types()?,
-            b"POINT_DATA" => self.attributes(("POINT_DATA", self.grid.points.len()))?,
-            b"CELL_DATA" => self.attributes(("CELL_DATA", self.cells.cell_count()))?,
+            b"POINT_DATA" => self.attributes("POINT_DATA", self.grid.points.len())?,
+            b"CELL_DATA" => self.attributes("CELL_DATA", self.cells.cell_count())?,
             b"METADATA" => self.metadata(),
             b"FIELD" => self.field_arrays()?,
             b"LOOKUP_TABLE" => self.lookup_table()?,
@@ -92,8 +89,8 @@ impl Reader<'_> {
                     (Some(kind), _) => {
                         self.cells.lists[kind as usize] = Some(self.cells_with_counts()?);
                     }
-                    (_, Some(section)) if let Some(components) = attribute_components(keyword) => {
-                        self.attribute(keyword, components, section)?;
+                    (_, Some(_)) if let Some(components) = attribute_components(keyword) => {
+                        self.attribute(keyword, components)?;
                     }
                     _ => return Err(Problem::expected("the keyword of a section", word)),
                 }
@@ -103,7 +100,7 @@ impl Reader<'_> {
     }
 
     /// Requires the declared number of rows of POINT_DATA or CELL_DATA to be the true one.
-    fn attributes(&mut self, (section, expected): Section) -> Result<(), Problem> {
+    fn attributes(&mut self, section: &'static str, expected: usize) -> Result<(), Problem> {
         let found = self.cursor.parse("the number of rows")?;
         Problem::require_count(|| format!("rows of {section}"), expected, found)?;
         self.attributes_of = Some((section, expected));
@@ -113,7 +110,8 @@ impl Reader<'_> {
     fn points(&mut self) -> Result<(), Problem> {
         let count: usize = self.cursor.parse("the number of points")?;
         let kind = number_type(self.cursor.text("a number type")?)?;
-        self.end_of_header();
+        // Here and below: binary numbers begin directly behind the line break.
+        self.cursor.line();
         self.grid.points_at = self.cursor.here();
         let coordinates = self.cursor.reals(kind, count.saturating_mul(3), "coordinates")?;
         self.grid.points = coordinates.as_chunks().0.to_vec();
@@ -124,7 +122,7 @@ impl Reader<'_> {
     fn cells_with_counts(&mut self) -> Result<CellList, Problem> {
         let count: usize = self.cursor.parse("the number of cells")?;
         let size: usize = self.cursor.parse("the size of the cell list")?;
-        self.end_of_header();
+        self.cursor.line();
         let at = self.cursor.here();
         let list = self.cursor.integers(NumberType::I32, size, "the cell list")?;
         let (mut ends, mut nodes) = (Vec::new(), Vec::with_capacity(list.len()));
@@ -150,12 +148,12 @@ impl Reader<'_> {
         let nodes: usize = self.cursor.parse("the length of the connectivity")?;
         self.cursor.keyword("OFFSETS")?;
         let kind = number_type(self.cursor.text("a number type")?)?;
-        self.end_of_header();
+        self.cursor.line();
         let offsets = self.cursor.integers(kind, offsets, "offsets of cells")?;
         let ends = checked_ends(&offsets, nodes)?;
         self.cursor.keyword("CONNECTIVITY")?;
         let kind = number_type(self.cursor.text("a number type")?)?;
-        self.end_of_header();
+        self.cursor.line();
         let at = self.cursor.here();
         let nodes = self.cursor.integers(kind, nodes, "nodes of cells")?;
         Ok(CellList { ends, nodes, at })
@@ -163,7 +161,7 @@ impl Reader<'_> {
 
     fn cell_types(&mut self) -> Result<(), Problem> {
         let count: usize = self.cursor.parse("the number of cell types")?;
-        self.end_of_header();
+        self.cursor.line();
         let types = self.cursor.integers(NumberType::I32, count, "cell types")?;
         // Unknown types are refused with their cell's index later.
         self.grid.types = types.iter().map(|&t| u8::try_from(t).unwrap_or(u8::MAX)).collect();
@@ -171,12 +169,7 @@ impl Reader<'_> {
     }
 
     /// SCALARS, VECTORS and their like.
-    fn attribute(
-        &mut self,
-        keyword: &[u8],
-        mut components: usize,
-        section: Section,
-    ) -> Result<(), Problem> {
+    fn attribute(&mut self, keyword: &[u8], mut components: usize) -> Result<(), Problem> {
         let name = decoded(self.cursor.text("the name of the attribute")?);
         if matches!(keyword, b"COLOR_SCALARS" | b"TEXTURE_COORDINATES") {
             components = self.cursor.parse("the number of components")?;
@@ -190,7 +183,7 @@ impl Reader<'_> {
             }
             self.lookup_table_name();
         }
-        self.array(name, components, kind, section)
+        self.array(name, components, kind)
     }
 
     /// The line `LOOKUP_TABLE name` behind SCALARS, which some programs leave out.
@@ -202,13 +195,8 @@ impl Reader<'_> {
         }
     }
 
-    fn array(
-        &mut self,
-        name: String,
-        components: usize,
-        kind: Values,
-        (section, rows): Section,
-    ) -> Result<(), Problem> {
+    fn array(&mut self, name: String, components: usize, kind: Values) -> Result<(), Problem> {
+        let Some((section, rows)) = self.attributes_of else { return Ok(()) };
         let count = rows.saturating_mul(components);
         let values = match self.values(kind, count)? {
             None => {
@@ -237,14 +225,14 @@ impl Reader<'_> {
             let components = self.cursor.parse("the number of components")?;
             let rows: usize = self.cursor.parse("the number of rows")?;
             let kind = self.type_of_values()?;
-            self.end_of_header();
-            let Some((section, expected)) = self.attributes_of else {
+            self.cursor.line();
+            let Some((_, expected)) = self.attributes_of else {
                 self.values(kind, rows.saturating_mul(components))?;
                 continue;
             };
             let what = || format!("rows of array `{}`", name.escape_debug());
             Problem::require_count(what, expected, rows)?;
-            self.array(name, components, kind, (section, expected))?;
+            self.array(name, components, kind)?;
         }
         Ok(())
     }
@@ -253,7 +241,7 @@ impl Reader<'_> {
     fn lookup_table(&mut self) -> Result<(), Problem> {
         self.cursor.text("the name of the lookup table")?;
         let size: usize = self.cursor.parse("the size of the lookup table")?;
-        self.end_of_header();
+        self.cursor.line();
         self.cursor.numbers(self.kind_of_colours(), size.saturating_mul(4), "colours")?;
         Ok(())
     }
@@ -299,7 +287,7 @@ impl Reader<'_> {
 
     /// METADATA describes the array before it and ends with an empty line.
     fn metadata(&mut self) {
-        self.end_of_header();
+        self.cursor.line();
         while self.cursor.line().is_some_and(|line| !line.is_empty()) {}
     }
 
@@ -310,11 +298,6 @@ impl Reader<'_> {
             "bit" => Values::Bits,
             _ => Values::Numbers(number_type(name)?),
         })
-    }
-
-    /// Binary numbers begin directly behind the line break.
-    fn end_of_header(&mut self) {
-        self.cursor.line();
     }
 }
 

@@ -56,11 +56,11 @@ impl<'a> Appended<'a> {
         Ok(Some(Appended { raw, data: &element[start..], start: at + start }))
     }
 
-    fn source(self, offset: usize) -> Result<Source<'a>, Problem> {
+    fn source(self, offset: usize, layout: Layout) -> Result<Source<'a>, Problem> {
         let value = i64::try_from(offset).unwrap_or(i64::MAX);
         let bounds = 0..=self.data.len() as i64;
         Problem::require_within("the offset of an appended array", value, bounds)?;
-        Ok(Source::new(self.start + offset, &self.data[offset..], !self.raw))
+        Ok(Source::new(self.start + offset, &self.data[offset..], !self.raw, layout))
     }
 }
 
@@ -255,17 +255,33 @@ impl<'a> Parser<'a> {
             }
         };
         let expected = rows.map(|rows| rows.saturating_mul(components));
-        let values = match self.source(&format, offset, text)? {
+        let source = match (format.as_str(), offset, self.appended) {
+            ("ascii", ..) => None,
+            ("binary", ..) => Some(Source::new(self.item, text, true, self.layout)),
+            ("appended", Some(offset), Some(appended)) => {
+                Some(appended.source(offset, self.layout)?)
+            }
+            ("appended", ..) => {
+                let expected = "an offset and an AppendedData element";
+                return Err(Problem::Missing { expected });
+            }
+            (other, ..) => return Err(Problem::expected("ascii, binary or appended", other)),
+        };
+        let values = match source {
             None => ascii(kind, text)?,
-            Some(mut source) => read_array(&mut source, self.layout, kind, expected)
+            Some(mut source) => read_array(&mut source, kind, expected)
                 .inspect_err(|_| self.item = source.place())?,
         };
         let what = || format!("numbers of array `{}`", name.escape_debug());
         Problem::require_count(what, expected.unwrap_or(values.len()), values.len())?;
-        let field = Field { components, values };
+        self.put(name, Field { components, values })
+    }
+
+    /// Adds an array of the section.
+    fn put(&mut self, name: String, field: Field) -> Result<(), Problem> {
         match self.section {
             Section::Points => {
-                Problem::require_count(|| "components of points".into(), 3, components)?;
+                Problem::require_count(|| "components of points".into(), 3, field.components)?;
                 self.grid.points = field.to_vectors().unwrap_or_default();
                 self.grid.points_at = Place::at(self.item);
             }
@@ -273,28 +289,6 @@ impl<'a> Parser<'a> {
             section => drop(self.grid.fields(section == Section::PointData).insert(name, field)),
         }
         Ok(())
-    }
-
-    /// The bytes of an array; `None` of one in text.
-    fn source<'t>(
-        &self,
-        format: &str,
-        offset: Option<usize>,
-        text: &'t [u8],
-    ) -> Result<Option<Source<'t>>, Problem>
-    where
-        'a: 't,
-    {
-        Ok(match (format, offset, self.appended) {
-            ("ascii", ..) => None,
-            ("binary", ..) => Some(Source::new(self.item, text, true)),
-            ("appended", Some(offset), Some(appended)) => Some(appended.source(offset)?),
-            ("appended", ..) => {
-                let expected = "an offset and an AppendedData element";
-                return Err(Problem::Missing { expected });
-            }
-            (other, ..) => return Err(Problem::expected("ascii, binary or appended", other)),
-        })
     }
 
     fn cells(&mut self, kind: Kind, name: &str, field: &Field) -> Result<(), Problem> {

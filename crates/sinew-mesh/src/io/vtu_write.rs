@@ -16,26 +16,16 @@ pub const DISPLACEMENT: &str = "displacement";
 /// # Errors
 /// When the mesh breaks a rule of [`Mesh::check`] or a name cannot be written.
 pub fn to_vtu<const N: usize>(mesh: &Mesh<N>) -> Result<Vec<u8>, MeshError> {
-    to_vtu_with(mesh, &[])
-}
-
-/// [`to_vtu`] with numbers that belong to the whole mesh, by name, such as parameters: VTK's field data.
-///
-/// # Errors
-/// As [`to_vtu`].
-pub fn to_vtu_with<const N: usize>(
-    mesh: &Mesh<N>,
-    numbers: &[(String, f64)],
-) -> Result<Vec<u8>, MeshError> {
-    to_xml(mesh, GRID, numbers)
+    to_xml(mesh, GRID, &[])
 }
 
 /// A VTK data set and its list of cells: of any kind, and of polygons.
-type DataSet = [&'static str; 2];
-const GRID: DataSet = ["UnstructuredGrid", "Cells"];
+pub(crate) type DataSet = [&'static str; 2];
+pub(crate) const GRID: DataSet = ["UnstructuredGrid", "Cells"];
 pub(super) const SURFACE: DataSet = ["PolyData", "Polys"];
 
-pub(super) fn to_xml<const N: usize>(
+/// The mesh as a file of this data set, with numbers that belong to the whole of it: VTK's field data.
+pub(crate) fn to_xml<const N: usize>(
     mesh: &Mesh<N>,
     data_set: DataSet,
     numbers: &[(String, f64)],
