@@ -8,6 +8,7 @@ use crate::{
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use sinew_num::ascending;
 
 /// Augments the graph of a mesh with layers of virtual nodes (thesis Algorithm 1).
 ///
@@ -63,8 +64,7 @@ pub fn augment(
         clusters.push(cluster_of);
         (leaves, first_leaf) = (positions, first_root);
     }
-    edges.sort_unstable();
-    edges.dedup();
+    let edges = ascending(edges);
     let topology = Topology {
         real_nodes,
         nodes: first_leaf + leaves.len(),

@@ -2,6 +2,7 @@
 
 use crate::topology::{FacetKey, facet_key, sorted_key};
 use crate::{Facet, Mesh, boundary_facets};
+use sinew_num::ascending;
 use std::collections::HashMap;
 
 /// Corners that belong to no facet of the boundary.
@@ -83,10 +84,8 @@ impl<const N: usize> Mesh<N> {
                 .filter(|_| C == Self::ELEMENT.facet_corners)
                 .ok_or_else(|| UnknownFacet { row, corners: corners.to_vec() })
         };
-        let mut facets = corners.iter().enumerate().map(find).collect::<Result<Vec<_>, _>>()?;
-        facets.sort_unstable();
-        facets.dedup();
-        self.facet_sets.insert(name.into(), facets);
+        let facets = corners.iter().enumerate().map(find).collect::<Result<Vec<_>, _>>()?;
+        self.facet_sets.insert(name.into(), ascending(facets));
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! Middle nodes on edges.
 
+use crate::topology::marked;
 use crate::{
     Field, FieldValues, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh, TriangleMesh,
     boundary_facets, remove_unused_nodes,
@@ -143,12 +144,6 @@ fn lifted_sets<const N: usize, const M: usize>(
         (name.clone(), (0..belongs.len()).filter(|&node| belongs[node]).collect())
     };
     mesh.node_sets.iter().map(lift).collect()
-}
-
-fn marked(length: usize, members: &[usize]) -> Vec<bool> {
-    let mut marks = vec![false; length];
-    members.iter().for_each(|&node| marks[node] = true);
-    marks
 }
 
 fn without_middle_nodes<const M: usize, const N: usize>(mesh: &Mesh<M>) -> Mesh<N> {

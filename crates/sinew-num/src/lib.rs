@@ -3,7 +3,7 @@
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
 //! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of another crate the energy of many
 //! elements at once. Beside them, loops for the vector
-//! instructions at hand ([`vectorised!`]), products of vectors, exponents of polynomials, connected components, random numbers,
+//! instructions at hand ([`vectorised!`]), products of vectors, exponents of polynomials, connected components, ordered sets, random numbers,
 //! and, with the feature `threads`, a way to keep the threads of short parallel
 //! parts awake.
 //!
@@ -33,7 +33,7 @@ mod single;
 mod taylor;
 mod vector;
 
-pub use connectivity::{cells_of_nodes, connected_components};
+pub use connectivity::{ascending, cells_of_nodes, connected_components};
 pub use mat3::Mat3;
 pub use monomials::monomials;
 pub use random::SplitMix64;

@@ -3,6 +3,7 @@
 use crate::geometry::{extents, merged};
 use crate::{Field, Place, Problem, SELECTION_TOLERANCE};
 use nalgebra::Vector3;
+use sinew_num::ascending;
 use std::collections::BTreeMap;
 
 /// The content of a mesh file before it becomes a [`crate::Mesh`]. Readers only
@@ -49,10 +50,8 @@ impl UnstructuredGrid {
     /// Number of nodes of cells at the place of another, and of those that become one with it where nodes are merged.
     pub(super) fn coincident(&mut self) -> (usize, usize) {
         let limit = self.points.len();
-        let mut used: Vec<usize> = self.connectivity.iter().map(|&node| node as usize).collect();
-        used.sort_unstable();
-        used.dedup();
-        used.retain(|&node| node < limit);
+        let nodes = self.connectivity.iter().map(|&node| node as usize);
+        let used = ascending(nodes.filter(|&node| node < limit));
         let places: Vec<_> = used.iter().map(|&node| self.points[node]).collect();
         let size = Vector3::from(extents(&places)).norm();
         let mut first: Vec<usize> = (0..limit).collect();
@@ -66,9 +65,7 @@ impl UnstructuredGrid {
         let joined = |node: usize| first.get(node).copied().unwrap_or(node);
         self.connectivity.iter_mut().for_each(|node| *node = joined(*node as usize) as i64);
         for set in self.node_sets.values_mut() {
-            set.iter_mut().for_each(|node| *node = joined(*node));
-            set.sort_unstable();
-            set.dedup();
+            *set = ascending(set.iter().map(|&node| joined(node)));
         }
         self.point_fields.values_mut().for_each(|field| *field = field.joined(&first));
         (0, count)

@@ -3,6 +3,7 @@
 use super::cursor::number;
 use super::inp_lines::{Block, Name, fields};
 use crate::Problem;
+use sinew_num::ascending;
 use std::collections::BTreeMap;
 
 /// Whether a name belongs to the part or to the assembly; a flat file is all part.
@@ -129,14 +130,12 @@ impl Sets {
         let mut named = BTreeMap::new();
         let of_assembly = self.sets.keys().filter(|key| key.0 == Scope::Assembly);
         let of_assembly: Vec<String> = of_assembly.map(|key| key.1.clone()).collect();
-        for ((scope, key), (mut shown, mut members)) in self.sets {
-            members.sort_unstable();
-            members.dedup();
+        for ((scope, key), (mut shown, members)) in self.sets {
             let is_twice = of_assembly.contains(&key);
             if let (Scope::Part, true, Some(instance)) = (scope, is_twice, &self.instance) {
                 shown = format!("{}.{shown}", instance.shown);
             }
-            if shown.is_empty() || named.insert(shown.clone(), members).is_some() {
+            if shown.is_empty() || named.insert(shown.clone(), ascending(members)).is_some() {
                 let expected = "names of sets that differ in more than capitals";
                 return Err(Problem::expected(expected, shown));
             }

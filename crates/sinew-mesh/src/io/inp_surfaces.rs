@@ -5,6 +5,7 @@ use super::inp::Model;
 use super::inp_lines::{Block, fields};
 use crate::topology::{FacetKey, sorted_key};
 use crate::{Element, Problem};
+use sinew_num::ascending;
 use std::collections::{BTreeMap, HashMap};
 
 /// A surface: faces, elements or nodes.
@@ -56,10 +57,9 @@ impl Model {
         let Model { mut grid, nodes, elements, kinds, surfaces, .. } = self;
         grid.node_sets = nodes.named()?;
         grid.groups = elements.named()?;
-        for (name, Surface { sides, mut cells, mut nodes }) in surfaces {
+        for (name, Surface { sides, mut cells, nodes }) in surfaces {
             if !nodes.is_empty() {
-                nodes.sort_unstable();
-                nodes.dedup();
+                let nodes = ascending(nodes);
                 give_way(&mut grid.node_sets, &name, &nodes, "nset");
                 grid.node_sets.insert(name, nodes);
                 continue;

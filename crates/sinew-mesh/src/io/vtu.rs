@@ -10,6 +10,7 @@ use super::vtu_data::{Layout, Source, ascii, read_array};
 use crate::{Field, Place, Problem};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
+use std::collections::BTreeMap;
 
 /// Reads an unstructured grid or a surface of one piece.
 pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
@@ -85,17 +86,8 @@ struct Parser<'a> {
     piece: Option<(usize, [usize; 4])>,
     grid: UnstructuredGrid,
     cells: PolyData,
-    lists: [Arrays; 4],
-}
-
-/// The arrays of a list of cells, and where they are in the file.
-#[derive(Default)]
-struct Arrays {
-    nodes: Vec<i64>,
-    nodes_at: usize,
-    /// End of each cell, behind a 0.
-    offsets: Option<Vec<i64>>,
-    offsets_at: usize,
+    /// Arrays of each list of cells, and where they are in the file.
+    lists: [BTreeMap<String, (Vec<i64>, usize)>; 4],
 }
 
 impl<'a> Parser<'a> {
@@ -285,44 +277,29 @@ impl<'a> Parser<'a> {
                 self.grid.points = field.to_vectors().unwrap_or_default();
                 self.grid.points_at = Place::at(self.item);
             }
-            Section::Cells(kind) => self.cells(kind, &name, &field)?,
+            Section::Cells(kind) => {
+                let other = || Problem::expected("integers with one component", &name);
+                let labels = field.as_labels().ok_or_else(other)?.to_vec();
+                self.lists[kind as usize].insert(name, (labels, self.item));
+            }
             section => drop(self.grid.fields(section == Section::PointData).insert(name, field)),
-        }
-        Ok(())
-    }
-
-    fn cells(&mut self, kind: Kind, name: &str, field: &Field) -> Result<(), Problem> {
-        let expected = "integers with one component";
-        let labels = field.as_labels().ok_or_else(|| Problem::expected(expected, name))?;
-        let list = &mut self.lists[kind as usize];
-        match name {
-            "connectivity" => (list.nodes_at, list.nodes) = (self.item, labels.to_vec()),
-            "offsets" => {
-                list.offsets_at = self.item;
-                list.offsets = Some(std::iter::once(0).chain(labels.iter().copied()).collect());
-            }
-            // Unknown types are refused with their cell's index later.
-            _ => {
-                let narrowed = labels.iter().map(|&kind| u8::try_from(kind).unwrap_or(u8::MAX));
-                self.grid.types = narrowed.collect();
-            }
         }
         Ok(())
     }
 
     /// A list of cells; `None` when it has none and no arrays.
     fn list(&mut self, kind: Kind, count: usize) -> Result<Option<CellList>, Problem> {
-        let Arrays { nodes, nodes_at, offsets, offsets_at } =
-            std::mem::take(&mut self.lists[kind as usize]);
-        match offsets {
-            None if count == 0 && self.cells.is_surface => Ok(None),
-            None => Err(Problem::Missing { expected: "an array named offsets" }),
-            Some(offsets) => {
-                let ends = checked_ends(&offsets, nodes.len());
-                let ends = ends.inspect_err(|_| self.item = offsets_at)?;
-                Ok(Some(CellList { ends, nodes, at: Place::at(nodes_at) }))
-            }
-        }
+        let arrays = &mut self.lists[kind as usize];
+        let (nodes, nodes_at) = arrays.remove("connectivity").unwrap_or_default();
+        let Some((offsets, offsets_at)) = arrays.remove("offsets") else {
+            let missing = Problem::Missing { expected: "an array named offsets" };
+            let is_empty = count == 0 && self.cells.is_surface;
+            return if is_empty { Ok(None) } else { Err(missing) };
+        };
+        // The end of each cell, behind a 0.
+        let ends = checked_ends(&[&[0], offsets.as_slice()].concat(), nodes.len());
+        let ends = ends.inspect_err(|_| self.item = offsets_at)?;
+        Ok(Some(CellList { ends, nodes, at: Place::at(nodes_at) }))
     }
 
     fn finish(&mut self) -> Result<(), Problem> {
@@ -331,6 +308,9 @@ impl<'a> Parser<'a> {
         if self.grid.points.len() != points {
             return Err(missing("a Points element with an array"));
         }
+        let (types, _) = self.lists[0].remove("types").unwrap_or_default();
+        // Unknown types are refused with their cell's index later.
+        self.grid.types = types.iter().map(|&kind| u8::try_from(kind).unwrap_or(u8::MAX)).collect();
         let kinds = [Kind::Vertices, Kind::Lines, Kind::Polygons, Kind::Strips];
         for &kind in &kinds[..if self.cells.is_surface { 4 } else { 1 }] {
             self.cells.lists[kind as usize] = self.list(kind, counts[kind as usize])?;

@@ -3,6 +3,7 @@
 use super::{Rule, Selection, SelectionError};
 use crate::{Facet, Mesh, SELECTION_TOLERANCE, boundary_facets, extents};
 use nalgebra::Vector3;
+use sinew_num::ascending;
 use std::collections::{HashMap, HashSet};
 
 type Point = Vector3<f64>;
@@ -35,8 +36,7 @@ impl<'m, const N: usize> Places<'m, N> {
             boundary.extend(&facets);
             between.insert(regions.clone(), facets);
         }
-        boundary.sort_unstable();
-        boundary.dedup();
+        let boundary = ascending(boundary);
         let normals = boundary.iter().map(|&facet| normal(mesh, facet)).collect();
         let of_cells = mesh.cells.as_flattened().iter().map(|&node| mesh.points[node]);
         let size = extents(&of_cells.collect::<Vec<_>>());
