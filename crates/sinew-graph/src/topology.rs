@@ -2,7 +2,7 @@
 
 use crate::{GraphError, kmeans::squared_distances, pool_positions};
 use serde::{Deserialize, Serialize};
-use sinew_num::connected_components;
+use sinew_num::{ascending, connected_components};
 use std::ops::Range;
 
 /// The augmented graph of thesis Algorithm 1, without positions: geometries whose meshes have
@@ -100,20 +100,16 @@ impl Topology {
             self.clusters.iter().zip(&self.roots_per_layer).enumerate()
         {
             count("leaves", leaves, clusters.len())?;
-            ensure!(
-                roots <= leaves,
-                "root {leaves} of layer {} has no leaves: its features would be undefined",
-                layer + 1
-            );
-            let mut used = vec![false; roots];
             for (leaf, &root) in clusters.iter().enumerate() {
-                *used.get_mut(root).ok_or_else(|| GraphError(format!(
-                    "leaf {leaf} of layer {layer} names root {root}, the layer above has {roots}"
-                )))? = true;
-            }
-            for (root, used) in used.into_iter().enumerate() {
                 ensure!(
-                    used,
+                    root < roots,
+                    "leaf {leaf} of layer {layer} names root {root}, the layer above has {roots}"
+                );
+            }
+            let used = ascending(clusters.iter().copied());
+            for root in 0..roots {
+                ensure!(
+                    used.get(root) == Some(&root),
                     "root {root} of layer {} has no leaves: its features would be undefined",
                     layer + 1
                 );

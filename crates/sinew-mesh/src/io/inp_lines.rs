@@ -64,7 +64,7 @@ pub(super) fn blocks<'a>(
             return Err(cursor.fault(Problem::expected("a keyword such as *NODE", found)));
         };
         if open && continues(line) {
-            block.options.extend(options(line));
+            block.options.extend(options(fields(line)));
             open = ends_open;
         } else {
             block.lines.push((at, line));
@@ -95,8 +95,8 @@ fn capitals(word: &[u8]) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-fn options(line: &[u8]) -> impl Iterator<Item = (String, &[u8])> {
-    fields(line).filter(|field| !field.is_empty()).map(|field| {
+fn options<'a>(fields: impl Iterator<Item = &'a [u8]>) -> impl Iterator<Item = (String, &'a [u8])> {
+    fields.filter(|field| !field.is_empty()).map(|field| {
         let mut parts = field.splitn(2, |&byte| byte == b'=');
         let key = capitals(parts.next().unwrap_or_default());
         (key, parts.next().unwrap_or_default().trim_ascii())
@@ -105,10 +105,9 @@ fn options(line: &[u8]) -> impl Iterator<Item = (String, &[u8])> {
 
 impl<'a> Block<'a> {
     fn new(at: usize, place: &'a Cell<usize>, line: &'a [u8]) -> Self {
-        let length = fields(line).next().map_or(0, <[u8]>::len);
-        let keyword = capitals(fields(line).next().unwrap_or_default());
-        let start = line.len().min(line.len() - line.trim_ascii_start().len() + length);
-        let options = options(&line[start..]).collect();
+        let mut words = fields(line);
+        let keyword = capitals(words.next().unwrap_or_default());
+        let options = options(words).collect();
         Self { at, place, scope: Scope::Part, keyword, options, lines: Vec::new() }
     }
 

@@ -142,25 +142,17 @@ impl ChamberReport {
     /// Warnings before the mesh is used, in words; empty where all is well.
     pub fn warnings(&self) -> Vec<String> {
         let (missed, [columns, _], own) = (self.missed, self.columns, self.own_crossings);
-        let mut warnings = Vec::new();
-        if self.crossings.0 > 0 {
-            warnings.push(
-                "the given surfaces cross each other or themselves; look at the mesh there".into(),
-            );
-        }
-        if own > 0 {
-            warnings.push(format!(
-                "the mesh's boundary crosses itself at {own} pairs of triangles; smooth the surfaces, choose other cells, \
-                 or put the base further down"
-            ));
-        }
-        if missed > 0 {
-            warnings.push(format!(
-                "{missed} of {columns} columns of nodes met no outer surface and are as thick as the wall beside them; \
-                 close the holes of the outer surfaces, or put the base further down"
-            ));
-        }
-        warnings
+        let given = "the given surfaces cross each other or themselves; look at the mesh there";
+        let of_mesh = format!(
+            "the mesh's boundary crosses itself at {own} pairs of triangles; smooth the surfaces, choose other cells, \
+             or put the base further down"
+        );
+        let holes = format!(
+            "{missed} of {columns} columns of nodes met no outer surface and are as thick as the wall beside them; \
+             close the holes of the outer surfaces, or put the base further down"
+        );
+        let all = [(self.crossings.0, given.into()), (own, of_mesh), (missed, holes)];
+        all.into_iter().filter(|(count, _)| *count > 0).map(|(_, warning)| warning).collect()
     }
 }
 
