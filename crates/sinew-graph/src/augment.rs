@@ -22,8 +22,7 @@ use sinew_num::ascending;
 ///
 /// The same input gives the same topology, for any number of threads. Positions enter relative to the bounding box, so
 /// translation or scaling of the body changes the topology only where rounding decides a tie. Coincident nodes and parts of
-/// a mesh that share no cell are accepted: virtual
-/// nodes join them ([`Topology::mesh_components`] tells).
+/// a mesh that share no cell are accepted: virtual nodes join them.
 ///
 /// # Errors
 /// When the mesh or the configuration is unusable, or the result is not connected.

@@ -46,7 +46,7 @@ impl AugmentationConfig {
     /// assert_eq!(AugmentationConfig::for_nodes(1570).roots_per_layer, [392, 98, 24]);
     /// ```
     pub fn for_nodes(nodes: usize) -> Self {
-        let next = |&roots: &usize| (roots > Self::LAST_LAYER).then(|| roots / Self::SHRINKAGE);
+        let next = |&roots: &usize| (roots > Self::LAST_LAYER).then_some(roots / Self::SHRINKAGE);
         let first = Some(nodes / Self::SHRINKAGE).filter(|&roots| roots > 0);
         Self::of_layers(nodes, std::iter::successors(first, next).collect())
     }

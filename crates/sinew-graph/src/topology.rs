@@ -47,13 +47,6 @@ impl Topology {
         self.senders.iter().zip(&self.receivers).map(|(&sender, &receiver)| [sender, receiver])
     }
 
-    /// Nodes of each connected part of the mesh alone, largest first. More than one part means
-    /// that only virtual nodes carry messages between them.
-    pub fn mesh_components(&self) -> Vec<usize> {
-        let of_mesh = self.edges().filter(|[sender, _]| *sender < self.real_nodes);
-        component_sizes(self.real_nodes, of_mesh)
-    }
-
     /// Mean squared distance of the nodes of each layer but the last from their roots, the
     /// quantity k-means minimises [squared length unit of the positions].
     ///
@@ -77,16 +70,15 @@ impl Topology {
         self.validate_clusters()?;
         self.validate_edges()?;
         self.validate_layers()?;
-        let components = component_sizes(self.nodes, self.edges());
-        match components.as_slice() {
-            [] | [_] => Ok(()),
-            [largest, .., smallest] => Err(GraphError(format!(
-                "the graph falls into {} parts of {} down to {} nodes: merge coincident nodes, drop nodes no cell uses, or add a layer of virtual nodes to join them",
-                components.len(),
-                *largest,
-                *smallest
-            ))),
-        }
+        let components = connected_components(self.nodes, self.edges());
+        let sizes = || components.iter().map(Vec::len);
+        let [largest, smallest] = [sizes().max(), sizes().min()].map(Option::unwrap_or_default);
+        ensure!(
+            components.len() < 2,
+            "the graph falls into {} parts of {largest} down to {smallest} nodes: merge coincident nodes, drop nodes no cell uses, or add a layer of virtual nodes to join them",
+            components.len()
+        );
+        Ok(())
     }
 
     /// Counts of nodes and clusters, every leaf with a root and every root with a leaf.
@@ -178,13 +170,6 @@ impl Topology {
         );
         Ok(())
     }
-}
-
-/// Nodes of each connected component, largest first.
-fn component_sizes(nodes: usize, edges: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
-    let mut sizes: Vec<_> = connected_components(nodes, edges).iter().map(Vec::len).collect();
-    sizes.sort_unstable_by(|a, b| b.cmp(a));
-    sizes
 }
 
 fn count(what: &'static str, expected: usize, found: usize) -> Result<(), GraphError> {

@@ -38,7 +38,7 @@ pub use mixed::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy, to_npy_of};
 pub use report::ReadReport;
 pub use surface_write::{to_obj, to_stl, to_vtp};
-pub use vtu_write::{DISPLACEMENT, to_pvd, to_vtu};
+pub use vtu_write::{DISPLACEMENT, to_vtu, write_pvd};
 pub(crate) use vtu_write::{GRID, to_xml};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
@@ -180,14 +180,6 @@ pub fn write_surface(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<(), 
         }
     };
     save(path, &bytes)
-}
-
-/// Writes a PVD file; see [`to_pvd`].
-///
-/// # Errors
-/// As [`to_pvd`], and when the file cannot be written.
-pub fn write_pvd(path: impl AsRef<Path>, series: &[(f64, &Path)]) -> Result<(), MeshError> {
-    save(path.as_ref(), to_pvd(series)?.as_bytes())
 }
 
 /// The content of a file, or of the files of a CARP mesh, and the name for errors about its cells.

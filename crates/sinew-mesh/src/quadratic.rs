@@ -42,14 +42,10 @@ impl QuadraticTetMesh {
     /// assert_eq!(beam.quadratic().linear(), beam);
     /// ```
     pub fn linear(&self) -> TetMesh {
-        without_middle_nodes(self)
-    }
-}
-
-impl QuadraticTriangleMesh {
-    /// The triangles of the corners; see [`QuadraticTetMesh::linear`].
-    pub fn linear(&self) -> TriangleMesh {
-        without_middle_nodes(self)
+        let corners = self.cells.iter().map(|cell| std::array::from_fn(|k| cell[k]));
+        let mut linear = self.with_other_cells(corners.collect());
+        remove_unused_nodes(&mut linear);
+        linear
     }
 }
 
@@ -144,11 +140,4 @@ fn lifted_sets<const N: usize, const M: usize>(
         (name.clone(), (0..belongs.len()).filter(|&node| belongs[node]).collect())
     };
     mesh.node_sets.iter().map(lift).collect()
-}
-
-fn without_middle_nodes<const M: usize, const N: usize>(mesh: &Mesh<M>) -> Mesh<N> {
-    let corners = mesh.cells.iter().map(|cell| std::array::from_fn(|k| cell[k]));
-    let mut linear = mesh.with_other_cells(corners.collect());
-    remove_unused_nodes(&mut linear);
-    linear
 }

@@ -86,11 +86,8 @@ impl<const N: usize> SortedCells<N> {
 /// VTK types of lower dimension than the facets, which are left out of a mesh of linear or quadratic
 /// cells, quadratic edges (21) among them; of poly-lines and poly-vertices no facets are made.
 fn is_lower(element: &Element, kind: u8) -> bool {
-    match (element.dimension, element.is_quadratic()) {
-        (2, _) => matches!(kind, 1 | 2 | 4),
-        (_, false) => matches!(kind, 1..=4),
-        (_, true) => matches!(kind, 1..=4 | 21),
-    }
+    let of_solid = kind == 3 || kind == 21 && element.is_quadratic();
+    matches!(kind, 1 | 2 | 4) || element.dimension == 3 && of_solid
 }
 
 fn sort_cells<const N: usize>(grid: &UnstructuredGrid) -> Result<SortedCells<N>, Problem> {

@@ -52,8 +52,8 @@ impl PolyData {
         self.lists.iter().flatten().map(|list| list.ends.len()).sum()
     }
 
-    /// Adds the cells to a grid; those of a surface: polygons as fans of triangles around their first corner, strips as their triangles. Each
-    /// triangle takes its row of the fields.
+    /// Adds the cells to a grid. Of a surface, polygons become fans of triangles around their first corner, strips their
+    /// triangles; each triangle takes its row of the fields.
     ///
     /// # Errors
     /// Polygons or strips of very many triangles with fields.
