@@ -19,7 +19,7 @@ pub(crate) struct CellList {
 /// The lists of cells in the order in which fields count them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
 pub(crate) enum Kind {
-    /// Or all cells of a grid.
+    /// Vertices of a surface, or all cells of a grid.
     Vertices,
     Lines,
     Polygons,
