@@ -8,6 +8,7 @@ use crate::{
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use sinew_num::ascending;
 
 /// Augments the graph of a mesh with layers of virtual nodes (thesis Algorithm 1).
 ///
@@ -21,8 +22,7 @@ use rand_chacha::ChaCha8Rng;
 ///
 /// The same input gives the same topology, for any number of threads. Positions enter relative to the bounding box, so
 /// translation or scaling of the body changes the topology only where rounding decides a tie. Coincident nodes and parts of
-/// a mesh that share no cell are accepted: virtual
-/// nodes join them ([`Topology::mesh_components`] tells).
+/// a mesh that share no cell are accepted: virtual nodes join them.
 ///
 /// # Errors
 /// When the mesh or the configuration is unusable, or the result is not connected.
@@ -50,7 +50,7 @@ pub fn augment(
         random.set_stream(layer as u64);
         let cluster_of = cluster(&leaves, roots, config.runs, &mut random)?;
         let means = cluster_means(leaves.as_flattened(), 3, &cluster_of, roots);
-        let positions: Vec<_> = means.chunks_exact(3).map(|x| [x[0], x[1], x[2]]).collect();
+        let positions: Vec<[f64; 3]> = means.as_chunks().0.to_vec();
 
         let first_root = first_leaf + leaves.len();
         let upwards = cluster_of.iter().enumerate();
@@ -63,8 +63,7 @@ pub fn augment(
         clusters.push(cluster_of);
         (leaves, first_leaf) = (positions, first_root);
     }
-    edges.sort_unstable();
-    edges.dedup();
+    let edges = ascending(edges);
     let topology = Topology {
         real_nodes,
         nodes: first_leaf + leaves.len(),

@@ -46,16 +46,9 @@ impl AugmentationConfig {
     /// assert_eq!(AugmentationConfig::for_nodes(1570).roots_per_layer, [392, 98, 24]);
     /// ```
     pub fn for_nodes(nodes: usize) -> Self {
-        let mut roots_per_layer = Vec::new();
-        let mut roots = nodes / Self::SHRINKAGE;
-        while roots > 0 {
-            roots_per_layer.push(roots);
-            if roots <= Self::LAST_LAYER {
-                break;
-            }
-            roots /= Self::SHRINKAGE;
-        }
-        Self::of_layers(nodes, roots_per_layer)
+        let next = |&roots: &usize| (roots > Self::LAST_LAYER).then_some(roots / Self::SHRINKAGE);
+        let first = Some(nodes / Self::SHRINKAGE).filter(|&roots| roots > 0);
+        Self::of_layers(nodes, std::iter::successors(first, next).collect())
     }
 
     /// Layers that shrink by `shrinkage`, down to a single root: clusters within clusters up to the whole body, for

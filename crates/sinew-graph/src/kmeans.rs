@@ -6,7 +6,10 @@
 //! 0.2 s. linfa's parallel loops treat points one by one, so the result does not depend on the
 //! number of threads.
 
-use crate::{GraphError, positions::cluster_means};
+use crate::{
+    GraphError,
+    positions::{cluster_means, range},
+};
 use linfa::DatasetBase;
 use linfa::traits::{Fit, Predict};
 use linfa_clustering::{KMeans, KMeansInit};
@@ -57,9 +60,10 @@ fn halves(
     mut block: Vec<usize>,
     roots: Range<usize>,
 ) -> [(Vec<usize>, Range<usize>); 2] {
+    let places: Vec<_> = block.iter().map(|&leaf| leaves[leaf]).collect();
     let extent = |axis: &usize| {
-        let along = || block.iter().map(|&leaf| leaves[leaf][*axis]);
-        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+        let [lowest, highest] = range(&places, *axis);
+        highest - lowest
     };
     let longest = (0..3).max_by(|a, b| extent(a).total_cmp(&extent(b))).unwrap_or(0);
     block.sort_by(|&a, &b| leaves[a][longest].total_cmp(&leaves[b][longest]));
@@ -132,30 +136,26 @@ fn plus_plus_start(leaves: &[[f64; 3]], roots: usize, random: &mut impl Rng) -> 
 
 fn fill_empty_clusters(leaves: &[[f64; 3]], roots: usize, clusters: &mut [usize]) {
     let mut sizes = vec![0usize; roots];
-    for &root in clusters.iter() {
-        sizes[root] += 1;
-    }
+    clusters.iter().for_each(|&root| sizes[root] += 1);
     for empty in 0..roots {
         if sizes[empty] > 0 {
             continue;
         }
-        let mut farthest = (f64::NEG_INFINITY, 0);
-        for (leaf, distance) in squared_distances(leaves, roots, clusters).into_iter().enumerate() {
-            if sizes[clusters[leaf]] > 1 && distance > farthest.0 {
-                farthest = (distance, leaf);
-            }
-        }
-        sizes[clusters[farthest.1]] -= 1;
+        let distances = squared_distances(leaves, roots, clusters);
+        let several = (0..leaves.len()).rev().filter(|&leaf| sizes[clusters[leaf]] > 1);
+        // The last of equals in this order is the first.
+        let farthest = several.max_by(|&a, &b| distances[a].total_cmp(&distances[b])).unwrap_or(0);
+        sizes[clusters[farthest]] -= 1;
         sizes[empty] += 1;
-        clusters[farthest.1] = empty;
+        clusters[farthest] = empty;
     }
 }
 
 /// Squared distance of each leaf from the mean of its cluster.
 pub(crate) fn squared_distances(leaves: &[[f64; 3]], roots: usize, clusters: &[usize]) -> Vec<f64> {
     let means = cluster_means(leaves.as_flattened(), 3, clusters, roots);
-    let mean = |root: usize| [means[3 * root], means[3 * root + 1], means[3 * root + 2]];
-    leaves.iter().zip(clusters).map(|(leaf, &root)| squared_distance(leaf, &mean(root))).collect()
+    let means = means.as_chunks().0;
+    leaves.iter().zip(clusters).map(|(leaf, &root)| squared_distance(leaf, &means[root])).collect()
 }
 
 fn squared_distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {

@@ -2,6 +2,7 @@
 
 use crate::GraphError;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use sinew_num::ascending;
 use std::num::NonZero;
 
 /// Pairs `[larger, smaller]` of roots of which one is among the `neighbours` nearest of the
@@ -35,7 +36,5 @@ pub(crate) fn nearest_pairs(
         let kept = others.into_iter().take(neighbours);
         pairs.extend(kept.map(|(_, other)| [root.max(other), root.min(other)]));
     }
-    pairs.sort_unstable();
-    pairs.dedup();
-    Ok(pairs)
+    Ok(ascending(pairs))
 }

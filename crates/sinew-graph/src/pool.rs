@@ -22,7 +22,7 @@ pub fn pool_positions(
     );
     check_positions(positions)?;
     let pooled = pool(topology, positions.as_flattened(), 3);
-    Ok(pooled.chunks_exact(3).map(|x| [x[0], x[1], x[2]]).collect())
+    Ok(pooled.as_chunks().0.to_vec())
 }
 
 /// Features of all nodes: those of a virtual node are the mean over its leaves, layer by

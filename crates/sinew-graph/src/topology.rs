@@ -2,7 +2,7 @@
 
 use crate::{GraphError, kmeans::squared_distances, pool_positions};
 use serde::{Deserialize, Serialize};
-use sinew_num::connected_components;
+use sinew_num::{ascending, connected_components};
 use std::ops::Range;
 
 /// The augmented graph of thesis Algorithm 1, without positions: geometries whose meshes have
@@ -47,13 +47,6 @@ impl Topology {
         self.senders.iter().zip(&self.receivers).map(|(&sender, &receiver)| [sender, receiver])
     }
 
-    /// Nodes of each connected part of the mesh alone, largest first. More than one part means
-    /// that only virtual nodes carry messages between them.
-    pub fn mesh_components(&self) -> Vec<usize> {
-        let of_mesh = self.edges().filter(|[sender, _]| *sender < self.real_nodes);
-        component_sizes(self.real_nodes, of_mesh)
-    }
-
     /// Mean squared distance of the nodes of each layer but the last from their roots, the
     /// quantity k-means minimises [squared length unit of the positions].
     ///
@@ -77,16 +70,15 @@ impl Topology {
         self.validate_clusters()?;
         self.validate_edges()?;
         self.validate_layers()?;
-        let components = component_sizes(self.nodes, self.edges());
-        match components.as_slice() {
-            [] | [_] => Ok(()),
-            [largest, .., smallest] => Err(GraphError(format!(
-                "the graph falls into {} parts of {} down to {} nodes: merge coincident nodes, drop nodes no cell uses, or add a layer of virtual nodes to join them",
-                components.len(),
-                *largest,
-                *smallest
-            ))),
-        }
+        let components = connected_components(self.nodes, self.edges());
+        let sizes = || components.iter().map(Vec::len);
+        let [largest, smallest] = [sizes().max(), sizes().min()].map(Option::unwrap_or_default);
+        ensure!(
+            components.len() < 2,
+            "the graph falls into {} parts of {largest} down to {smallest} nodes: merge coincident nodes, drop nodes no cell uses, or add a layer of virtual nodes to join them",
+            components.len()
+        );
+        Ok(())
     }
 
     /// Counts of nodes and clusters, every leaf with a root and every root with a leaf.
@@ -100,20 +92,16 @@ impl Topology {
             self.clusters.iter().zip(&self.roots_per_layer).enumerate()
         {
             count("leaves", leaves, clusters.len())?;
-            ensure!(
-                roots <= leaves,
-                "root {leaves} of layer {} has no leaves: its features would be undefined",
-                layer + 1
-            );
-            let mut used = vec![false; roots];
             for (leaf, &root) in clusters.iter().enumerate() {
-                *used.get_mut(root).ok_or_else(|| GraphError(format!(
-                    "leaf {leaf} of layer {layer} names root {root}, the layer above has {roots}"
-                )))? = true;
-            }
-            for (root, used) in used.into_iter().enumerate() {
                 ensure!(
-                    used,
+                    root < roots,
+                    "leaf {leaf} of layer {layer} names root {root}, the layer above has {roots}"
+                );
+            }
+            let used = ascending(clusters.iter().copied());
+            for root in 0..roots {
+                ensure!(
+                    used.get(root) == Some(&root),
                     "root {root} of layer {} has no leaves: its features would be undefined",
                     layer + 1
                 );
@@ -182,13 +170,6 @@ impl Topology {
         );
         Ok(())
     }
-}
-
-/// Nodes of each connected component, largest first.
-fn component_sizes(nodes: usize, edges: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
-    let mut sizes: Vec<_> = connected_components(nodes, edges).iter().map(Vec::len).collect();
-    sizes.sort_unstable_by(|a, b| b.cmp(a));
-    sizes
 }
 
 fn count(what: &'static str, expected: usize, found: usize) -> Result<(), GraphError> {

@@ -1,5 +1,6 @@
 //! A mesh whose kind of cell is decided at run time.
 
+use crate::io::{GRID, save, to_xml};
 use crate::{
     Defect, Element, Facet, Field, HexMesh, Mesh, MeshError, QuadraticTetMesh,
     QuadraticTriangleMesh, SelectionError, TetMesh, TriangleMesh,
@@ -204,7 +205,7 @@ impl AnyMesh {
         path: impl AsRef<Path>,
         numbers: &[(String, f64)],
     ) -> Result<(), MeshError> {
-        with_cells!(self, mesh => crate::io::write_vtu_with(path, mesh, numbers))
+        save(path.as_ref(), &with_cells!(self, mesh => to_xml(mesh, GRID, numbers))?)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Random distortion, for patch tests.
 
+use crate::topology::marked;
 use crate::{Mesh, boundary_facets};
 use sinew_num::{SplitMix64, cells_of_nodes};
 
@@ -27,8 +28,7 @@ impl<const N: usize> Mesh<N> {
     pub fn distorted(&self, seed: u64, amplitude: f64) -> Self {
         let mut mesh = self.clone();
         let mut random = SplitMix64(seed);
-        let mut stays = vec![false; self.points.len()];
-        self.nodes_of_facets(&boundary_facets(self)).iter().for_each(|&node| stays[node] = true);
+        let stays = marked(self.points.len(), &self.nodes_of_facets(&boundary_facets(self)));
         let shortest = shortest_edges(self);
         let around = cells_of_nodes(self.points.len(), &self.cells);
         let least: Vec<f64> = (0..self.cells.len()).map(|c| LEAST_SHARE * self.worst(c)).collect();

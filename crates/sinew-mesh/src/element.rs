@@ -1,5 +1,6 @@
 //! The kinds of cells.
 
+use crate::reference::{self, QuadraturePoint};
 use crate::{Facet, Mesh};
 
 /// Shape of a kind of cell. Node numbers are local and in the order of VTK.
@@ -36,6 +37,8 @@ pub struct Element {
     /// Reference coordinates of the nodes: corner 0 at the origin, corners of simplices on the unit
     /// axes, hexahedra the unit cube.
     pub nodes: &'static [[f64; 3]],
+    /// The rule that energies are integrated with, and one of higher degree.
+    pub(crate) quadrature: [&'static [QuadraturePoint]; 2],
     /// The order in which the nodes make the mirrored cell.
     pub(crate) mirrored: &'static [usize],
     /// The facets of the cell in those of the mirrored one.
@@ -68,8 +71,7 @@ impl<const N: usize> Mesh<N> {
     /// The kind of the cells.
     pub const ELEMENT: &'static Element = Element::with_nodes(N);
 
-    /// The nodes of a facet in the order of [`Element::facets`], for any kind of cell; where the kind
-    /// is known, `facet_nodes` gives an array.
+    /// The nodes of a facet in the order of [`Element::facets`], for any kind of cell; of tetrahedra, `facet_nodes` gives an array.
     ///
     /// ```
     /// use sinew_mesh::{Facet, box_hexahedra};
@@ -94,9 +96,23 @@ const TRIANGLE: Element = Element {
     facets: &[&[1, 2], &[2, 0], &[0, 1]],
     edges: &[&[0, 1], &[1, 2], &[2, 0]],
     nodes: &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+    quadrature: [reference::TRIANGLE_1, reference::TRIANGLE_3],
     mirrored: &[0, 2, 1],
     mirrored_facets: &[0, 2, 1],
 };
+
+/// Reference coordinates of the corners, and of the middles of the edges behind them.
+const fn with_middle_nodes<const N: usize>(linear: &Element) -> [[f64; 3]; N] {
+    let (mut nodes, mut k) = ([[0.0; 3]; N], 0);
+    while k < N {
+        let corner = k < linear.corners;
+        let edge: &[usize] = if corner { &[k, k] } else { linear.edges[k - linear.corners] };
+        let [a, b] = [linear.nodes[edge[0]], linear.nodes[edge[1]]];
+        nodes[k] = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])];
+        k += 1;
+    }
+    nodes
+}
 
 const QUADRATIC_TRIANGLE: Element = Element {
     name: "quadratic triangle",
@@ -105,14 +121,8 @@ const QUADRATIC_TRIANGLE: Element = Element {
     facet_vtk_type: 21,
     facets: &[&[1, 2, 4], &[2, 0, 5], &[0, 1, 3]],
     edges: &[&[0, 1, 3], &[1, 2, 4], &[2, 0, 5]],
-    nodes: &[
-        [0.0; 3],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.5, 0.0, 0.0],
-        [0.5, 0.5, 0.0],
-        [0.0, 0.5, 0.0],
-    ],
+    nodes: &with_middle_nodes::<6>(&TRIANGLE),
+    quadrature: [reference::TRIANGLE_3, reference::TRIANGLE_6],
     mirrored: &[0, 2, 1, 5, 4, 3],
     ..TRIANGLE
 };
@@ -128,6 +138,7 @@ const TETRAHEDRON: Element = Element {
     facets: &[&[1, 2, 3], &[0, 3, 2], &[0, 1, 3], &[0, 2, 1]],
     edges: &[&[0, 1], &[1, 2], &[2, 0], &[0, 3], &[1, 3], &[2, 3]],
     nodes: &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    quadrature: [reference::TETRAHEDRON_1, reference::TETRAHEDRON_4],
     mirrored: &[0, 2, 1, 3],
     mirrored_facets: &[0, 2, 1, 3],
 };
@@ -139,18 +150,8 @@ const QUADRATIC_TETRAHEDRON: Element = Element {
     facet_vtk_type: 22,
     facets: &[&[1, 2, 3, 5, 9, 8], &[0, 3, 2, 7, 9, 6], &[0, 1, 3, 4, 8, 7], &[0, 2, 1, 6, 5, 4]],
     edges: &[&[0, 1, 4], &[1, 2, 5], &[2, 0, 6], &[0, 3, 7], &[1, 3, 8], &[2, 3, 9]],
-    nodes: &[
-        [0.0; 3],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-        [0.5, 0.0, 0.0],
-        [0.5, 0.5, 0.0],
-        [0.0, 0.5, 0.0],
-        [0.0, 0.0, 0.5],
-        [0.5, 0.0, 0.5],
-        [0.0, 0.5, 0.5],
-    ],
+    nodes: &with_middle_nodes::<10>(&TETRAHEDRON),
+    quadrature: [reference::TETRAHEDRON_4, reference::TETRAHEDRON_14],
     mirrored: &[0, 2, 1, 3, 6, 5, 4, 7, 9, 8],
     ..TETRAHEDRON
 };
@@ -195,6 +196,7 @@ const HEXAHEDRON: Element = Element {
         [1.0, 1.0, 1.0],
         [0.0, 1.0, 1.0],
     ],
+    quadrature: [reference::HEXAHEDRON_8, reference::HEXAHEDRON_8],
     mirrored: &[4, 5, 6, 7, 0, 1, 2, 3],
     mirrored_facets: &[0, 1, 2, 3, 5, 4],
 };

@@ -87,15 +87,9 @@ pub enum Problem {
     /// A cell of another kind than the mesh has.
     #[error("cell {cell} is a {kind}, but the mesh wants {wanted}; {advice}")]
     Cell { cell: usize, kind: &'static str, wanted: &'static str, advice: &'static str },
-    /// A zlib block that does not give the bytes it declares.
-    #[error(
-        "zlib block {block} must decompress to {declared} bytes, but does not; the file is \
-         damaged: export or copy it again"
-    )]
-    Compression { block: usize, declared: usize },
-    /// Text that is not base64.
-    #[error("found `{}` in base64 data; the file is damaged: export or copy it again", found.escape_debug())]
-    Base64 { found: String },
+    /// A zlib block that does not give the bytes it declares, or text that is not base64.
+    #[error("{what}; the file is damaged: export or copy it again")]
+    Damaged { what: String },
     /// Text that is no XML.
     #[error("not well-formed XML ({0}); export the file again")]
     Xml(#[from] quick_xml::Error),

@@ -69,16 +69,7 @@ pub fn rectangle_triangles(extent: [f64; 2], cells: [usize; 2]) -> TriangleMesh 
 /// assert_eq!(beam.facet_sets["x_max"].len(), 20);
 /// ```
 pub fn box_hexahedra(extent: [f64; 3], cells: [usize; 3]) -> HexMesh {
-    let (mut mesh, stride) = grid_points(extent, cells);
-    let [x, y, z] = stride;
-    for at in grid(cells) {
-        let lowest: usize = (0..3).map(|axis| at[axis] * stride[axis]).sum();
-        let bottom = [lowest, lowest + x, lowest + x + y, lowest + y];
-        let [a, b, c, d] = bottom;
-        mesh.cells.push([a, b, c, d, a + z, b + z, c + z, d + z]);
-    }
-    name_sides(&mut mesh, extent);
-    mesh
+    structured(extent, cells, |[x, y, z]| vec![[0, x, x + y, y, z, x + z, x + y + z, y + z]])
 }
 
 /// The grid in `D` dimensions; each order of the axes is one simplex, whose vertices are met
@@ -88,16 +79,25 @@ fn kuhn_grid<const D: usize, const N: usize>(
     cells: [usize; D],
     axis_orders: &[[usize; D]],
 ) -> Mesh<N> {
+    let walk = |order: &[usize; D], stride: [usize; D]| {
+        std::array::from_fn(|step| order[..step].iter().map(|&axis| stride[axis]).sum())
+    };
+    structured(extent, cells, |stride| {
+        axis_orders.iter().map(|order| walk(order, stride)).collect()
+    })
+}
+
+/// The grid in `D` dimensions; each of its cells is divided alike, into cells of nodes so many steps behind its lowest corner.
+fn structured<const D: usize, const N: usize>(
+    extent: [f64; D],
+    cells: [usize; D],
+    divide: impl FnOnce([usize; D]) -> Vec<[usize; N]>,
+) -> Mesh<N> {
     let (mut mesh, stride) = grid_points(extent, cells);
+    let parts = divide(stride);
     for at in grid(cells) {
         let lowest: usize = (0..D).map(|axis| at[axis] * stride[axis]).sum();
-        for order in axis_orders {
-            let mut walk = [lowest; N];
-            for (step, &axis) in order.iter().enumerate() {
-                walk[step + 1] = walk[step] + stride[axis];
-            }
-            mesh.cells.push(walk);
-        }
+        mesh.cells.extend(parts.iter().map(|part| part.map(|step| lowest + step)));
     }
     repair_orientation(&mut mesh);
     name_sides(&mut mesh, extent);

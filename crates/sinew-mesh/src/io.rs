@@ -33,15 +33,17 @@ mod vtu_write;
 use std::path::Path;
 
 pub use carp_write::write_carp;
+pub(crate) use files::save;
 pub use mixed::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy, to_npy_of};
 pub use report::ReadReport;
 pub use surface_write::{to_obj, to_stl, to_vtp};
-pub use vtu_write::{DISPLACEMENT, to_pvd, to_vtu, to_vtu_with};
+pub use vtu_write::{DISPLACEMENT, to_vtu, write_pvd};
+pub(crate) use vtu_write::{GRID, to_xml};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
 use cursor::Fault;
-use files::{load, save};
+use files::load;
 use grid::UnstructuredGrid;
 
 /// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input, STL or OBJ file, or from the files of a CARP mesh.
@@ -156,15 +158,7 @@ pub fn read_npy(path: impl AsRef<Path>) -> Result<NpyArray, MeshError> {
 /// # Errors
 /// As [`to_vtu`], and when the file cannot be written.
 pub fn write_vtu<const N: usize>(path: impl AsRef<Path>, mesh: &Mesh<N>) -> Result<(), MeshError> {
-    write_vtu_with(path, mesh, &[])
-}
-
-pub(crate) fn write_vtu_with<const N: usize>(
-    path: impl AsRef<Path>,
-    mesh: &Mesh<N>,
-    numbers: &[(String, f64)],
-) -> Result<(), MeshError> {
-    save(path.as_ref(), &to_vtu_with(mesh, numbers)?)
+    save(path.as_ref(), &to_vtu(mesh)?)
 }
 
 /// Writes a surface in the format that the ending of the name says: `vtp`, `stl` (binary) or `obj`.
@@ -186,14 +180,6 @@ pub fn write_surface(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<(), 
         }
     };
     save(path, &bytes)
-}
-
-/// Writes a PVD file; see [`to_pvd`].
-///
-/// # Errors
-/// As [`to_pvd`], and when the file cannot be written.
-pub fn write_pvd(path: impl AsRef<Path>, series: &[(f64, &Path)]) -> Result<(), MeshError> {
-    save(path.as_ref(), to_pvd(series)?.as_bytes())
 }
 
 /// The content of a file, or of the files of a CARP mesh, and the name for errors about its cells.

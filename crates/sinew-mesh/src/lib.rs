@@ -117,8 +117,8 @@ pub use generate::{
 pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
 pub use io::{
     DISPLACEMENT, MixedMesh, NpyArray, ReadReport, parse, parse_mesh, parse_npy, read, read_merged,
-    read_mesh, read_npy, to_npy, to_npy_of, to_obj, to_pvd, to_stl, to_vtp, to_vtu, to_vtu_with,
-    write_carp, write_pvd, write_surface, write_vtu,
+    read_mesh, read_npy, to_npy, to_npy_of, to_obj, to_stl, to_vtp, to_vtu, write_carp, write_pvd,
+    write_surface, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,
@@ -126,7 +126,7 @@ pub use mesh::{
 };
 pub use naming::UnknownFacet;
 pub use quality::{
-    QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
+    QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, volume_ratio,
 };
 pub use reference::QuadraturePoint;
 pub use selection::{Selected, Selection, SelectionError};

@@ -1,6 +1,8 @@
 //! Names for nodes and facets, by where they are or by their corners.
 
+use crate::topology::{FacetKey, facet_key, sorted_key};
 use crate::{Facet, Mesh, boundary_facets};
+use sinew_num::ascending;
 use std::collections::HashMap;
 
 /// Corners that belong to no facet of the boundary.
@@ -72,21 +74,18 @@ impl<const N: usize> Mesh<N> {
         name: &str,
         corners: &[[usize; C]],
     ) -> Result<(), UnknownFacet> {
-        let sorted = |mut nodes: Vec<usize>| {
-            nodes.sort_unstable();
-            nodes
-        };
-        let of = |facet| self.nodes_of_facet(facet).take(Self::ELEMENT.facet_corners).collect();
-        let known: HashMap<Vec<usize>, Facet> =
-            boundary_facets(self).into_iter().map(|facet| (sorted(of(facet)), facet)).collect();
+        let known: HashMap<FacetKey, Facet> = boundary_facets(self)
+            .into_iter()
+            .map(|facet| (facet_key(self, facet), facet))
+            .collect();
         let find = |(row, corners): (usize, &[usize; C])| {
-            let found = known.get(&sorted(corners.to_vec())).copied();
-            found.ok_or_else(|| UnknownFacet { row, corners: corners.to_vec() })
+            let found = known.get(&sorted_key(corners.iter().copied())).copied();
+            found
+                .filter(|_| C == Self::ELEMENT.facet_corners)
+                .ok_or_else(|| UnknownFacet { row, corners: corners.to_vec() })
         };
-        let mut facets = corners.iter().enumerate().map(find).collect::<Result<Vec<_>, _>>()?;
-        facets.sort_unstable();
-        facets.dedup();
-        self.facet_sets.insert(name.into(), facets);
+        let facets = corners.iter().enumerate().map(find).collect::<Result<Vec<_>, _>>()?;
+        self.facet_sets.insert(name.into(), ascending(facets));
         Ok(())
     }
 }

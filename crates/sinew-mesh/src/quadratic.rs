@@ -1,5 +1,6 @@
 //! Middle nodes on edges.
 
+use crate::topology::marked;
 use crate::{
     Field, FieldValues, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh, TriangleMesh,
     boundary_facets, remove_unused_nodes,
@@ -41,14 +42,10 @@ impl QuadraticTetMesh {
     /// assert_eq!(beam.quadratic().linear(), beam);
     /// ```
     pub fn linear(&self) -> TetMesh {
-        without_middle_nodes(self)
-    }
-}
-
-impl QuadraticTriangleMesh {
-    /// The triangles of the corners; see [`QuadraticTetMesh::linear`].
-    pub fn linear(&self) -> TriangleMesh {
-        without_middle_nodes(self)
+        let corners = self.cells.iter().map(|cell| std::array::from_fn(|k| cell[k]));
+        let mut linear = self.with_other_cells(corners.collect());
+        remove_unused_nodes(&mut linear);
+        linear
     }
 }
 
@@ -75,31 +72,25 @@ impl<const N: usize> Mesh<N> {
 
 fn with_middle_nodes<const N: usize, const M: usize>(mesh: &Mesh<N>) -> Mesh<M> {
     let ends = edge_ends(mesh);
-    let mut raised = Mesh::<M> {
-        points: mesh.points.clone(),
-        facet_sets: mesh.facet_sets.clone(),
-        cell_sets: mesh.cell_sets.clone(),
-        cell_fields: mesh.cell_fields.clone(),
-        ..Mesh::default()
-    };
     let middle = |&[a, b]: &[usize; 2]| {
         let (a, b) = (mesh.points[a], mesh.points[b]);
         std::array::from_fn(|i| 0.5 * (a[i] + b[i]))
     };
-    raised.points.extend(ends.iter().map(middle));
     let number = |a: usize, b: usize| {
         let at = ends.partition_point(|edge| *edge < [a.min(b), a.max(b)]);
         mesh.points.len() + at
     };
-    for cell in &mesh.cells {
-        raised.cells.push(std::array::from_fn(|k| match k.checked_sub(N) {
+    let raise = |cell: &[usize; N]| {
+        std::array::from_fn(|k| match k.checked_sub(N) {
             None => cell[k],
             Some(edge) => {
                 let local = Mesh::<M>::ELEMENT.edges[edge];
                 number(cell[local[0]], cell[local[1]])
             }
-        }));
-    }
+        })
+    };
+    let mut raised: Mesh<M> = mesh.with_other_cells(mesh.cells.iter().map(raise).collect());
+    raised.points.extend(ends.iter().map(middle));
     let average = |(name, field): (&String, &Field)| (name.clone(), averaged(field, &ends));
     raised.point_fields = mesh.point_fields.iter().map(average).collect();
     raised.node_sets = lifted_sets(mesh, &raised);
@@ -115,19 +106,14 @@ fn edge_ends<const N: usize>(mesh: &Mesh<N>) -> Vec<[usize; 2]> {
 
 /// A point field with a row for each edge behind its rows.
 fn averaged(field: &Field, ends: &[[usize; 2]]) -> Field {
-    let at = |end: usize| {
-        let nodes: Vec<usize> = ends.iter().map(|edge| edge[end]).collect();
-        field.select(&nodes).values
-    };
-    let mut field = field.clone();
-    match (&mut field.values, at(0), at(1)) {
-        (FieldValues::Float(all), FieldValues::Float(a), FieldValues::Float(b)) => {
-            all.extend(a.iter().zip(&b).map(|(a, b)| 0.5 * a + 0.5 * b));
+    let (mut field, width) = (field.clone(), field.components);
+    let entries =
+        |[a, b]: &[usize; 2]| (a * width..(a + 1) * width).zip(b * width..(b + 1) * width);
+    for (a, b) in ends.iter().flat_map(entries) {
+        match &mut field.values {
+            FieldValues::Float(all) => all.push(0.5 * all[a] + 0.5 * all[b]),
+            FieldValues::Integer(all) => all.push(all[a].min(all[b])),
         }
-        (FieldValues::Integer(all), FieldValues::Integer(a), FieldValues::Integer(b)) => {
-            all.extend(a.iter().zip(b).map(|(&a, b)| a.min(b)));
-        }
-        _ => unreachable!("a selection has the number type of its field"),
     }
     field
 }
@@ -154,24 +140,4 @@ fn lifted_sets<const N: usize, const M: usize>(
         (name.clone(), (0..belongs.len()).filter(|&node| belongs[node]).collect())
     };
     mesh.node_sets.iter().map(lift).collect()
-}
-
-fn marked(length: usize, members: &[usize]) -> Vec<bool> {
-    let mut marks = vec![false; length];
-    members.iter().for_each(|&node| marks[node] = true);
-    marks
-}
-
-fn without_middle_nodes<const M: usize, const N: usize>(mesh: &Mesh<M>) -> Mesh<N> {
-    let mut linear = Mesh::<N> {
-        points: mesh.points.clone(),
-        cells: mesh.cells.iter().map(|cell| std::array::from_fn(|k| cell[k])).collect(),
-        node_sets: mesh.node_sets.clone(),
-        facet_sets: mesh.facet_sets.clone(),
-        cell_sets: mesh.cell_sets.clone(),
-        point_fields: mesh.point_fields.clone(),
-        cell_fields: mesh.cell_fields.clone(),
-    };
-    remove_unused_nodes(&mut linear);
-    linear
 }

@@ -43,11 +43,6 @@ pub fn volume_ratio(mesh: &TetMesh, cell: usize) -> f64 {
     if length == 0.0 { 0.0 } else { 6.0 * 2f64.sqrt() * mesh.cell_volume(cell) / length.powi(3) }
 }
 
-/// The tetrahedra with a dihedral angle below `threshold` in degrees, ascending.
-pub fn slivers(mesh: &TetMesh, threshold: f64) -> Vec<usize> {
-    (0..mesh.cells.len()).filter(|&cell| min_dihedral_angle(mesh, cell) < threshold).collect()
-}
-
 /// Smallest, middle and largest of some numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
@@ -85,7 +80,7 @@ pub struct QualitySummary {
     pub ratio: Spread,
     /// The tetrahedron with the smallest dihedral angle.
     pub worst_cell: usize,
-    /// The [`slivers`] below [`SLIVER_ANGLE`].
+    /// Tetrahedra with a dihedral angle below [`SLIVER_ANGLE`], ascending.
     pub slivers: Vec<usize>,
 }
 

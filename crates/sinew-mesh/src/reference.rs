@@ -19,22 +19,10 @@ impl<const N: usize> Mesh<N> {
     /// let volume: f64 = Mesh::<10>::QUADRATURE.iter().map(|point| point.weight).sum();
     /// assert!((volume - 1.0 / 6.0).abs() < 1e-15);
     /// ```
-    pub const QUADRATURE: &'static [QuadraturePoint] = match N {
-        3 => TRIANGLE_1,
-        6 => TRIANGLE_3,
-        4 => TETRAHEDRON_1,
-        10 => TETRAHEDRON_4,
-        _ => HEXAHEDRON_8,
-    };
+    pub const QUADRATURE: &'static [QuadraturePoint] = Self::ELEMENT.quadrature[0];
 
     /// A rule of higher degree, for terms with one more factor, such as those of a pressure field.
-    pub const FINE_QUADRATURE: &'static [QuadraturePoint] = match N {
-        3 => TRIANGLE_3,
-        6 => TRIANGLE_6,
-        4 => TETRAHEDRON_4,
-        10 => TETRAHEDRON_14,
-        _ => HEXAHEDRON_8,
-    };
+    pub const FINE_QUADRATURE: &'static [QuadraturePoint] = Self::ELEMENT.quadrature[1];
 
     /// Values of the shape functions of a cell at a point of the reference element, see [`Element::nodes`].
     ///
@@ -97,12 +85,12 @@ const fn point(at: [f64; 3], weight: f64) -> QuadraturePoint {
 }
 
 /// Degree 1.
-const TRIANGLE_1: &[QuadraturePoint] = &[point([1.0 / 3.0, 1.0 / 3.0, 0.0], 0.5)];
+pub(crate) const TRIANGLE_1: &[QuadraturePoint] = &[point([1.0 / 3.0, 1.0 / 3.0, 0.0], 0.5)];
 
 const A: f64 = 1.0 / 6.0;
 const B: f64 = 2.0 / 3.0;
 /// Degree 2.
-const TRIANGLE_3: &[QuadraturePoint] =
+pub(crate) const TRIANGLE_3: &[QuadraturePoint] =
     &[point([A, A, 0.0], A), point([B, A, 0.0], A), point([A, B, 0.0], A)];
 
 const C: f64 = 0.445_948_490_915_965;
@@ -110,7 +98,7 @@ const D: f64 = 0.091_576_213_509_771;
 const WEIGHT_C: f64 = 0.5 * 0.223_381_589_678_011;
 const WEIGHT_D: f64 = 0.5 * 0.109_951_743_655_322;
 /// Degree 4 (D. A. Dunavant, Int. J. Numer. Meth. Engng 21, 1985).
-const TRIANGLE_6: &[QuadraturePoint] = &[
+pub(crate) const TRIANGLE_6: &[QuadraturePoint] = &[
     point([C, C, 0.0], WEIGHT_C),
     point([1.0 - 2.0 * C, C, 0.0], WEIGHT_C),
     point([C, 1.0 - 2.0 * C, 0.0], WEIGHT_C),
@@ -120,12 +108,12 @@ const TRIANGLE_6: &[QuadraturePoint] = &[
 ];
 
 /// Degree 1.
-const TETRAHEDRON_1: &[QuadraturePoint] = &[point([0.25; 3], 1.0 / 6.0)];
+pub(crate) const TETRAHEDRON_1: &[QuadraturePoint] = &[point([0.25; 3], 1.0 / 6.0)];
 
 const E: f64 = 0.138_196_601_125_010_5;
 const F: f64 = 0.585_410_196_624_968_5;
 /// Degree 2.
-const TETRAHEDRON_4: &[QuadraturePoint] = &[
+pub(crate) const TETRAHEDRON_4: &[QuadraturePoint] = &[
     point([E, E, E], 1.0 / 24.0),
     point([F, E, E], 1.0 / 24.0),
     point([E, F, E], 1.0 / 24.0),
@@ -140,7 +128,7 @@ const WEIGHT_G: f64 = 0.112_687_925_718_015_85 / 6.0;
 const WEIGHT_H: f64 = 0.073_493_043_116_361_95 / 6.0;
 const WEIGHT_I: f64 = 0.042_546_020_777_081_47 / 6.0;
 /// Degree 5, all weights positive (N. J. Walkington, "Quadrature on simplices of arbitrary dimension", 2000).
-const TETRAHEDRON_14: &[QuadraturePoint] = &[
+pub(crate) const TETRAHEDRON_14: &[QuadraturePoint] = &[
     point([G, G, G], WEIGHT_G),
     point([1.0 - 3.0 * G, G, G], WEIGHT_G),
     point([G, 1.0 - 3.0 * G, G], WEIGHT_G),
@@ -160,7 +148,7 @@ const TETRAHEDRON_14: &[QuadraturePoint] = &[
 const LOW: f64 = 0.211_324_865_405_187_1;
 const HIGH: f64 = 1.0 - LOW;
 /// Gauss' rule of degree 3 along each axis.
-const HEXAHEDRON_8: &[QuadraturePoint] = &[
+pub(crate) const HEXAHEDRON_8: &[QuadraturePoint] = &[
     point([LOW, LOW, LOW], 0.125),
     point([HIGH, LOW, LOW], 0.125),
     point([HIGH, HIGH, LOW], 0.125),

@@ -3,6 +3,7 @@
 use crate::field::are_labels;
 use crate::topology::{FacetKey, facet_key, facets};
 use crate::{Defect, Facet, Mesh, SelectionError, boundary_facets, remove_unused_nodes};
+use sinew_num::ascending;
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -89,8 +90,7 @@ impl<const N: usize> Mesh<N> {
         let place = |cell: usize| kept.binary_search(&cell).ok();
         for set in sets.values_mut() {
             let placed = |facet: &Facet| Some(Facet { cell: place(facet.cell)?, ..*facet });
-            let own: BTreeSet<Facet> = set.iter().filter_map(placed).collect();
-            *set = own.into_iter().collect();
+            *set = ascending(set.iter().filter_map(placed));
         }
         for set in self.cell_sets.values_mut() {
             *set = set.iter().filter_map(|&cell| place(cell)).collect();

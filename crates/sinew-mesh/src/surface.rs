@@ -1,8 +1,6 @@
 //! Surfaces of tetrahedral meshes.
 
-use crate::{
-    Element, Facet, Field, Mesh, QuadraturePoint, TetMesh, TriangleMesh, remove_unused_nodes,
-};
+use crate::{Element, Facet, Mesh, QuadraturePoint, TetMesh, TriangleMesh, remove_unused_nodes};
 use nalgebra::Vector3;
 
 /// A surface with the node numbers of its tetrahedral mesh.
@@ -26,15 +24,11 @@ pub struct Surface {
 /// ```
 pub fn extract_surface(mesh: &TetMesh, facets: &[Facet]) -> Surface {
     let owners: Vec<usize> = facets.iter().map(|facet| facet.cell).collect();
-    let of_owners = |(name, field): (&String, &Field)| (name.clone(), field.select(&owners));
-    let mut surface = TriangleMesh {
-        points: mesh.points.clone(),
-        cells: facets.iter().map(|&facet| mesh.facet_nodes(facet)).collect(),
-        node_sets: mesh.node_sets.clone(),
-        point_fields: mesh.point_fields.clone(),
-        cell_fields: mesh.cell_fields.iter().map(of_owners).collect(),
-        ..TriangleMesh::default()
-    };
+    let triangles = facets.iter().map(|&facet| mesh.facet_nodes(facet));
+    let mut surface = mesh.with_other_cells(triangles.collect());
+    surface.facet_sets.clear();
+    surface.cell_sets.clear();
+    surface.cell_fields.values_mut().for_each(|field| *field = field.select(&owners));
     remove_unused_nodes(&mut surface);
     Surface { mesh: surface, nodes: mesh.nodes_of_facets(facets) }
 }

@@ -1,6 +1,7 @@
 //! Edges and facets.
 
-use crate::{Facet, HexMesh, Mesh, TetMesh};
+use crate::{Facet, Mesh, TetMesh};
+use sinew_num::ascending;
 
 /// The unique undirected edges as `[larger node, smaller node]`, ascending: the order
 /// `[sender, receiver]` of the thesis' graphs. An edge with a middle node counts as its two halves.
@@ -17,9 +18,7 @@ pub fn edges<const N: usize>(mesh: &Mesh<N>) -> Vec<[usize; 2]> {
         }
     }
     edges.iter_mut().for_each(|edge| edge.sort_unstable_by(|a, b| b.cmp(a)));
-    edges.sort_unstable();
-    edges.dedup();
-    edges
+    ascending(edges)
 }
 
 /// The facets that belong to one cell only, ascending by cell.
@@ -53,11 +52,17 @@ pub(crate) fn sorted_key(corners: impl Iterator<Item = usize>) -> FacetKey {
     key
 }
 
+/// Whether each of so many is a member.
+pub(crate) fn marked(length: usize, members: &[usize]) -> Vec<bool> {
+    let mut marks = vec![false; length];
+    members.iter().for_each(|&node| marks[node] = true);
+    marks
+}
+
 /// Removes the nodes that belong to no cell, with their rows in fields and sets, and returns
 /// how many there were. A solver would find no stiffness at such nodes.
 pub fn remove_unused_nodes<const N: usize>(mesh: &mut Mesh<N>) -> usize {
-    let mut used = vec![false; mesh.points.len()];
-    mesh.cells.as_flattened().iter().for_each(|&node| used[node] = true);
+    let used = marked(mesh.points.len(), mesh.cells.as_flattened());
     let is_used = |node: &usize| used[*node];
     let kept: Vec<usize> = (0..used.len()).filter(is_used).collect();
     if kept.len() == used.len() {
@@ -80,30 +85,27 @@ pub fn remove_unused_nodes<const N: usize>(mesh: &mut Mesh<N>) -> usize {
 impl<const N: usize> Mesh<N> {
     /// The nodes of a set of facets, ascending.
     pub fn nodes_of_facets(&self, facets: &[Facet]) -> Vec<usize> {
-        let mut nodes: Vec<usize> =
-            facets.iter().flat_map(|&facet| self.nodes_of_facet(facet)).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes
+        ascending(facets.iter().flat_map(|&facet| self.nodes_of_facet(facet)))
     }
 
-    fn facet_array<const M: usize>(&self, facet: Facet) -> [usize; M] {
-        let cell = &self.cells[facet.cell];
-        let local = Self::ELEMENT.facets[facet.opposite];
-        std::array::from_fn(|k| cell[local[k]])
+    /// Other cells of the same nodes, with the sets and fields of this mesh.
+    pub(crate) fn with_other_cells<const M: usize>(&self, cells: Vec<[usize; M]>) -> Mesh<M> {
+        Mesh {
+            points: self.points.clone(),
+            cells,
+            node_sets: self.node_sets.clone(),
+            facet_sets: self.facet_sets.clone(),
+            cell_sets: self.cell_sets.clone(),
+            point_fields: self.point_fields.clone(),
+            cell_fields: self.cell_fields.clone(),
+        }
     }
 }
 
 impl TetMesh {
     /// The nodes of a facet, counterclockwise seen from outside its (positive) cell.
     pub fn facet_nodes(&self, facet: Facet) -> [usize; 3] {
-        self.facet_array(facet)
-    }
-}
-
-impl HexMesh {
-    /// The nodes of a facet, counterclockwise seen from outside its (positive) cell.
-    pub fn facet_nodes(&self, facet: Facet) -> [usize; 4] {
-        self.facet_array(facet)
+        let local = Self::ELEMENT.facets[facet.opposite];
+        std::array::from_fn(|k| self.cells[facet.cell][local[k]])
     }
 }

@@ -12,6 +12,14 @@ pub fn cells_of_nodes<C: AsRef<[usize]>>(
     cells_of
 }
 
+/// Members of a set, ascending, each once.
+pub fn ascending<T: Ord>(members: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut members: Vec<T> = members.into_iter().collect();
+    members.sort_unstable();
+    members.dedup();
+    members
+}
+
 /// Nodes of each connected component, ascending, in the order of their least nodes; a node in no cell is one of its own.
 /// Nodes of cells must be below `nodes`.
 pub fn connected_components<C: AsRef<[usize]>>(

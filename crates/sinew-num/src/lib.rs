@@ -3,7 +3,7 @@
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
 //! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of another crate the energy of many
 //! elements at once. Beside them, loops for the vector
-//! instructions at hand ([`vectorised!`]), products of vectors, exponents of polynomials, connected components, random numbers,
+//! instructions at hand ([`vectorised!`]), products of vectors, exponents of polynomials, connected components, ordered sets, random numbers,
 //! and, with the feature `threads`, a way to keep the threads of short parallel
 //! parts awake.
 //!
@@ -22,7 +22,6 @@
 //! ```
 
 mod connectivity;
-mod jet;
 mod mat3;
 mod monomials;
 mod random;
@@ -31,11 +30,10 @@ mod ready;
 mod scalar;
 mod simd;
 mod single;
-mod slope;
+mod taylor;
 mod vector;
 
-pub use connectivity::{cells_of_nodes, connected_components};
-pub use jet::Jet;
+pub use connectivity::{ascending, cells_of_nodes, connected_components};
 pub use mat3::Mat3;
 pub use monomials::monomials;
 pub use random::SplitMix64;
@@ -44,5 +42,5 @@ pub use ready::on_ready_threads;
 pub use scalar::Scalar;
 pub use simd::{Instructions, instructions};
 pub use single::Single;
-pub use slope::Slope;
+pub use taylor::{Jet, Slope, Taylor};
 pub use vector::{add3, cross, dot, dot3, norm, sub3, sum};

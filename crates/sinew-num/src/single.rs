@@ -17,9 +17,6 @@ macro_rules! operator {
                 Self(self.0 $op right.0)
             }
         }
-    };
-    ($trait:ident, $method:ident, $op:tt, f64) => {
-        operator!($trait, $method, $op);
         impl $trait<f64> for Single {
             type Output = Self;
             fn $method(self, right: f64) -> Self {
@@ -28,9 +25,9 @@ macro_rules! operator {
         }
     };
 }
-operator!(Add, add, +, f64);
-operator!(Sub, sub, -, f64);
-operator!(Mul, mul, *, f64);
+operator!(Add, add, +);
+operator!(Sub, sub, -);
+operator!(Mul, mul, *);
 operator!(Div, div, /);
 
 impl Neg for Single {

@@ -44,7 +44,8 @@ pub(crate) fn expansion(
         None => with_amplitude(terms(parameters), rates),
         Some(direction) => {
             let pairs = parameters.iter().zip(direction);
-            let duals = pairs.map(|(&value, &slope)| Slope { value, gradient: [slope] });
+            let duals =
+                pairs.map(|(&value, &slope)| Slope { value, gradient: [slope], hessian: [] });
             let terms = with_amplitude(terms(&duals.collect::<Vec<_>>()), rates);
             terms.into_iter().map(|term| term.gradient[0]).collect()
         }

@@ -102,8 +102,9 @@ impl MotionTree {
     /// Derivative of the displacement at outputs along a change of them, by forward mode.
     pub fn tangent(&self, outputs: &[f64], change: &[f64]) -> Vec<f64> {
         let pairs = outputs.iter().zip(change);
-        let duals: Vec<Slope<1>> =
-            pairs.map(|(&value, &change)| Slope { value, gradient: [change] }).collect();
+        let duals: Vec<Slope<1>> = pairs
+            .map(|(&value, &change)| Slope { value, gradient: [change], hessian: [] })
+            .collect();
         self.displacement(&duals).into_iter().map(|u| u.gradient[0]).collect()
     }
 

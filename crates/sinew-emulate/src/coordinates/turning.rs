@@ -17,7 +17,7 @@ impl Number for f64 {
 impl Number for Slope<1> {
     fn chain(&self, function: impl Fn(f64) -> [f64; 2]) -> Self {
         let [value, slope] = function(self.value);
-        Self { value, gradient: self.gradient.map(|g| slope * g) }
+        Self { value, gradient: self.gradient.map(|g| slope * g), hessian: [] }
     }
 }
 

@@ -88,7 +88,6 @@ fn the_beams_of_chapter_3() {
         let config = AugmentationConfig::for_nodes(positions.len());
         let topology = augment(&positions, &mesh_edges, &config).unwrap();
         assert_eq!(topology.nodes, 390 + 97 + 24);
-        assert_eq!(topology.mesh_components(), [390]);
         assert_invariants(&topology, &positions, &mesh_edges, &config);
     }
 }

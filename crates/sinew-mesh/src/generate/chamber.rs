@@ -116,7 +116,7 @@ impl Chamber<'_> {
         match report.inverted {
             Some(at) => Err(ChamberError::Surfaces(format!(
                 "a cell is inside out at {}: the surfaces turn too sharply there for this size of cells; smooth them, choose other cells, or put the base further down",
-                shown(&at)
+                shown(at)
             ))),
             None => Ok(ChamberWall { wall, report }),
         }

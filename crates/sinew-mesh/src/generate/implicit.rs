@@ -112,19 +112,17 @@ impl<F: Fn([f64; 3]) -> f64> Cut<F> {
         self.points.len() - 1
     }
 
-    fn centre(&self, cell: [usize; 4]) -> [f64; 3] {
-        std::array::from_fn(|i| 0.25 * cell.iter().map(|&node| self.points[node][i]).sum::<f64>())
-    }
-
     /// The part of a cell that is inside.
     fn pieces(&mut self, cell: [usize; 4]) -> Vec<[usize; 4]> {
         let with = |sign: fn(&f64) -> bool| -> Vec<usize> {
             cell.into_iter().filter(|&node| sign(&self.values[node])).collect()
         };
+        let sum = |i: usize| cell.iter().map(|&node| self.points[node][i]).sum::<f64>();
+        let centre = || std::array::from_fn(|i| 0.25 * sum(i));
         let (inner, on, outer) = (with(|v| *v > 0.0), with(|v| *v == 0.0), with(|v| *v < 0.0));
         match (&inner[..], &on[..], &outer[..]) {
             // All nodes on the surface: a thin part of the body if deep enough, else outside.
-            ([], _, []) if (self.inside)(self.centre(cell)) < self.thin => Vec::new(),
+            ([], _, []) if (self.inside)(centre()) < self.thin => Vec::new(),
             (.., []) => vec![cell],
             ([], ..) => Vec::new(),
             (&[a], on, outer) => {

@@ -1,7 +1,7 @@
 //! Populations of shapes: left ventricles of random size, thickness and form, that differ by a few numbers, drawn independently.
 
 use crate::{HexMesh, Mesh, TetMesh, TruncatedEllipsoid};
-use nalgebra::{Cholesky, SMatrix, SVector};
+use nalgebra::{Cholesky, SMatrix, SVector, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::LazyLock;
 
@@ -60,19 +60,24 @@ pub struct VentricleShape {
 
 /// Effect of a mode.
 #[derive(Clone, Copy, Debug)]
-enum Mode {
+enum Effect {
     Size,
     Length,
-    Skew(usize),
+    /// Along x (0) or y (1).
+    Skew,
     /// Both surfaces along the normal by an eigenfunction.
-    Bulge(Wave),
+    Bulge,
     /// The surfaces against each other.
-    Thickness(Wave),
+    Thickness,
 }
+
+/// An effect, with its eigenfunction where it has one.
+#[derive(Clone, Copy, Debug)]
+struct Mode(Effect, Wave);
 
 /// `J_m(k r)` times `cos m φ` (0) or `sin m φ` (1).
 #[derive(Clone, Copy, Debug)]
-struct Wave(i32, f64, u8);
+struct Wave(i32, f64, i32);
 
 /// Root mean square displacement of the nodes by the first modes \[mm\]; the others fall by a constant factor.
 const SPECTRUM: [f64; 10] = [3.1, 2.0, 1.5, 1.25, 1.1, 0.8, 0.7, 0.6, 0.5, 0.5];
@@ -90,43 +95,39 @@ const K31: f64 = 4.201188941210528;
 const K32: f64 = 8.015236598375951;
 const K41: f64 = 5.317553126083994;
 
-const MODES: [Mode; VentricleShape::NUMBERS] = {
-    use Mode::{Bulge, Length, Size, Skew, Thickness};
+/// Effects with m and k. Where m is not zero they are two modes, of the cosine and the sine.
+const EFFECTS: [(Effect, i32, f64); 20] = {
+    use Effect::{Bulge, Length, Size, Skew, Thickness};
     [
-        Size,
-        Length,
-        Thickness(Wave(0, 0.0, 0)),
-        Bulge(Wave(2, K21, 0)),
-        Bulge(Wave(2, K21, 1)),
-        Skew(0),
-        Skew(1),
-        Bulge(Wave(0, K02, 0)),
-        Thickness(Wave(1, K11, 0)),
-        Thickness(Wave(1, K11, 1)),
-        Thickness(Wave(0, K02, 0)),
-        Bulge(Wave(1, K12, 0)),
-        Bulge(Wave(1, K12, 1)),
-        Bulge(Wave(3, K31, 0)),
-        Bulge(Wave(3, K31, 1)),
-        Thickness(Wave(2, K21, 0)),
-        Thickness(Wave(2, K21, 1)),
-        Bulge(Wave(2, K22, 0)),
-        Bulge(Wave(2, K22, 1)),
-        Bulge(Wave(0, K03, 0)),
-        Thickness(Wave(1, K12, 0)),
-        Thickness(Wave(1, K12, 1)),
-        Bulge(Wave(4, K41, 0)),
-        Bulge(Wave(4, K41, 1)),
-        Thickness(Wave(3, K31, 0)),
-        Thickness(Wave(3, K31, 1)),
-        Thickness(Wave(0, K03, 0)),
-        Thickness(Wave(2, K22, 0)),
-        Thickness(Wave(2, K22, 1)),
-        Bulge(Wave(1, K13, 0)),
-        Bulge(Wave(1, K13, 1)),
-        Bulge(Wave(3, K32, 0)),
+        (Size, 0, 0.0),
+        (Length, 0, 0.0),
+        (Thickness, 0, 0.0),
+        (Bulge, 2, K21),
+        (Skew, 1, 0.0),
+        (Bulge, 0, K02),
+        (Thickness, 1, K11),
+        (Thickness, 0, K02),
+        (Bulge, 1, K12),
+        (Bulge, 3, K31),
+        (Thickness, 2, K21),
+        (Bulge, 2, K22),
+        (Bulge, 0, K03),
+        (Thickness, 1, K12),
+        (Bulge, 4, K41),
+        (Thickness, 3, K31),
+        (Thickness, 0, K03),
+        (Thickness, 2, K22),
+        (Bulge, 1, K13),
+        (Bulge, 3, K32),
     ]
 };
+
+static MODES: LazyLock<Vec<Mode>> = LazyLock::new(|| {
+    let both = |(effect, m, k): (Effect, i32, f64)| {
+        (0..=m.min(1)).map(move |which| Mode(effect, Wave(m, k, which)))
+    };
+    EFFECTS.into_iter().flat_map(both).take(VentricleShape::NUMBERS).collect()
+});
 
 /// The ventricle of all zeros \[mm\].
 const MEAN: TruncatedEllipsoid =
@@ -153,17 +154,14 @@ impl VentricleShape {
         let all: [f64; Self::NUMBERS] =
             std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(0.0));
         let shape = Self { amounts: ORTHOGONAL.tr_mul(&SVector::from(all)) };
-        let distance = |a: [f64; 3], b: [f64; 3]| {
-            a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-        };
         for (r, angle) in grid() {
             let [inner, outer] = [0.0, 1.0].map(|depth| shape.place(r, angle, depth));
-            within("thickness of the wall", distance(inner, outer), THICKNESS)?;
+            within("thickness of the wall", (inner - outer).norm(), THICKNESS)?;
         }
-        within("length of the cavity", -shape.place(0.0, 0.0, 0.0)[2], LENGTH)?;
+        within("length of the cavity", -shape.place(0.0, 0.0, 0.0).z, LENGTH)?;
         for angle in [0.0, 0.25 * PI, 0.5 * PI, 0.75 * PI] {
             let [a, b] = [angle, angle + PI].map(|angle| shape.place(1.0, angle, 0.0));
-            within("width of the cavity", distance(a, b), WIDTH)?;
+            within("width of the cavity", (a - b).norm(), WIDTH)?;
         }
         Ok(shape)
     }
@@ -200,20 +198,17 @@ impl VentricleShape {
         for (x, depth) in mesh.points.iter_mut().zip(depths) {
             let long = MEAN.long[0] + depth * (MEAN.long[1] - MEAN.long[0]);
             let r = (-x[2] / long).clamp(0.0, 1.0).acos() / FRAC_PI_2;
-            *x = self.place(r, x[1].atan2(x[0]), depth);
+            *x = self.place(r, x[1].atan2(x[0]), depth).into();
         }
         mesh
     }
 
     /// The place of a point of the disk, r = 0 the apex and r = 1 the base, at a depth.
-    fn place(&self, r: f64, angle: f64, depth: f64) -> [f64; 3] {
+    fn place(&self, r: f64, angle: f64, depth: f64) -> Vector3<f64> {
         let point = Point::new(r, angle, depth);
-        let mut x = point.mean;
-        for (mode, amount) in MODES.iter().zip(&self.amounts) {
-            let moved = mode.moves(&point);
-            (0..3).for_each(|i| x[i] += amount * moved[i]);
-        }
-        x
+        let moved =
+            MODES.iter().zip(&self.amounts).map(|(mode, amount)| mode.moves(&point) * *amount);
+        moved.fold(point.mean, |x, moved| x + moved)
     }
 }
 
@@ -231,9 +226,9 @@ struct Point {
     angle: f64,
     depth: f64,
     /// Position of the point.
-    mean: [f64; 3],
+    mean: Vector3<f64>,
     /// Normal of a sphere there.
-    outward: [f64; 3],
+    outward: Vector3<f64>,
 }
 
 impl Point {
@@ -243,8 +238,8 @@ impl Point {
         let (sin, cos) = (FRAC_PI_2 * r).sin_cos();
         // At r = 1 the cosine is a rounding error; the base is a plane.
         let down = if r < 1.0 { cos } else { 0.0 };
-        let outward = [sin * angle.cos(), sin * angle.sin(), -down];
-        let mean = [across * outward[0], across * outward[1], along * outward[2]];
+        let outward = Vector3::new(sin * angle.cos(), sin * angle.sin(), -down);
+        let mean = outward.component_mul(&Vector3::new(across, across, along));
         Self { r, angle, depth, mean, outward }
     }
 }
@@ -259,8 +254,8 @@ static ORTHOGONAL: LazyLock<Modes> = LazyLock::new(|| {
         let weight = (FRAC_PI_2 * r).sin();
         for depth in [0.0, 1.0] {
             let point = Point::new(r, angle, depth);
-            let moved = MODES.map(|mode| mode.moves(&point));
-            let moved = SMatrix::<f64, 3, { VentricleShape::NUMBERS }>::from(moved);
+            let moved: Vec<_> = MODES.iter().map(|mode| mode.moves(&point)).collect();
+            let moved = SMatrix::<f64, 3, { VentricleShape::NUMBERS }>::from_columns(&moved);
             products += weight * moved.transpose() * moved;
             area += weight;
         }
@@ -277,19 +272,15 @@ static ORTHOGONAL: LazyLock<Modes> = LazyLock::new(|| {
 
 impl Mode {
     /// Displacement of a point, not normalised.
-    fn moves(self, point: &Point) -> [f64; 3] {
+    fn moves(self, point: &Point) -> Vector3<f64> {
         let &Point { mean, outward, depth, .. } = point;
-        let along_normal = |size: f64| outward.map(|n| size * n);
-        match self {
-            Self::Size => mean,
-            Self::Length => [0.0, 0.0, mean[2]],
-            Self::Skew(axis) => {
-                let mut moved = [0.0; 3];
-                moved[axis] = (mean[2] / MEAN.long[1]).powi(2);
-                moved
-            }
-            Self::Bulge(wave) => along_normal(wave.at(point)),
-            Self::Thickness(wave) => along_normal((2.0 * depth - 1.0) * wave.at(point)),
+        let Self(effect, wave) = self;
+        match effect {
+            Effect::Size => mean,
+            Effect::Length => Vector3::ith(2, mean.z),
+            Effect::Skew => Vector3::ith(wave.2 as usize, (mean.z / MEAN.long[1]).powi(2)),
+            Effect::Bulge => outward * wave.at(point),
+            Effect::Thickness => outward * ((2.0 * depth - 1.0) * wave.at(point)),
         }
     }
 }

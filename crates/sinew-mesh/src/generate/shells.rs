@@ -1,7 +1,7 @@
 //! Thick spheres and cylinders.
 
+use super::grid_coordinate;
 use super::wall::{Sheet, Wall, side};
-use super::{grid, grid_coordinate};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -29,15 +29,11 @@ pub fn sphere_octant(radii: [f64; 2], cells: [usize; 2]) -> Wall {
     let [layers, across] = cells;
     let mut sheet = Sheet::default();
     for axis in 0..3 {
-        let mut node = |[i, j]: [usize; 2]| {
+        sheet.patch([across; 2], |[i, j]| {
             let mut key = [across as i64; 3];
-            (key[(axis + 1) % 3], key[(axis + 2) % 3]) = (i as i64, j as i64);
-            sheet.node(key, || key.map(|at| grid_coordinate(at as usize, across, 1.0)))
-        };
-        let quads: Vec<_> = grid([across; 2])
-            .map(|[i, j]| [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(&mut node))
-            .collect();
-        quads.into_iter().for_each(|quad| sheet.quad(quad));
+            (key[(axis + 1) % 3], key[(axis + 2) % 3]) = (i, j);
+            (key, key.map(|at| grid_coordinate(at as usize, across, 1.0)))
+        });
     }
     Wall {
         sheet,
@@ -86,14 +82,8 @@ pub fn cylinder_quarter(radii: [f64; 2], height: f64, cells: [usize; 3]) -> Wall
     assert!(height.is_finite() && height > 0.0, "the height must be positive, not {height}");
     let [layers, around, along] = cells;
     let mut sheet = Sheet::default();
-    for [i, j] in grid([around, along]) {
-        let quad = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|[i, j]| {
-            sheet.node([i as i64, j as i64, 0], || {
-                [grid_coordinate(i, around, 1.0), grid_coordinate(j, along, 1.0), 0.0]
-            })
-        });
-        sheet.quad(quad);
-    }
+    let share = |at: i64, cells: usize| grid_coordinate(at as usize, cells, 1.0);
+    sheet.patch([around, along], |[i, j]| ([i, j, 0], [share(i, around), share(j, along), 0.0]));
     Wall {
         sheet,
         layers,

@@ -1,8 +1,8 @@
 //! Truncated ellipsoids, the idealised left ventricle.
 
+use super::grid_coordinate;
 use super::shells::{between, check};
 use super::wall::{InSet, Sheet, Wall, side};
-use super::{grid, grid_coordinate};
 use std::f64::consts::{FRAC_PI_4, PI};
 
 /// The wall between two ellipsoids of revolution around the z axis with their apexes at the bottom, cut
@@ -132,25 +132,17 @@ impl Disk {
         let start = if quarter { 0 } else { -half };
         let side = (half - start) as usize;
         let mut sheet = Sheet::default();
-        let mut quads = Vec::new();
-        let mut node = |i: i64, j: i64, ring: usize| {
-            sheet.node([i, j, ring as i64], || {
-                let scale = self.scale(ring);
-                [i, j, 0].map(|at| scale * (at as f64 / half as f64))
-            })
+        let node = |[i, j]: [i64; 2], ring: usize| {
+            let scale = self.scale(ring);
+            ([i, j, ring as i64], [i, j, 0].map(|at| scale * (at as f64 / half as f64)))
         };
-        for [i, j] in grid([side; 2]) {
-            let (i, j) = (start + i as i64, start + j as i64);
-            let corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
-            quads.push(corners.map(|[i, j]| node(i, j, 0)));
-        }
+        sheet.patch([side; 2], |at| node(at.map(|k| start + k), 0));
         for ring in 0..self.along - self.half {
-            for [[a, b], [c, d]] in rim(half, quarter) {
+            for [a, b] in rim(half, quarter) {
                 let (low, high) = (ring, ring + 1);
-                quads.push([node(a, b, low), node(a, b, high), node(c, d, high), node(c, d, low)]);
+                sheet.quad([node(a, low), node(a, high), node(b, high), node(b, low)]);
             }
         }
-        quads.into_iter().for_each(|quad| sheet.quad(quad));
         sheet
     }
 

@@ -1,6 +1,6 @@
 //! Walls: layers over a curved surface of quadrilaterals.
 
-use super::grid_coordinate;
+use super::{grid, grid_coordinate};
 use crate::{Field, HexMesh, Mesh, QuadraticTetMesh, TetMesh, boundary_facets, repair_orientation};
 use nalgebra::Vector3;
 use std::collections::HashMap;
@@ -57,16 +57,26 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    /// The node with this key, made where it is met first.
-    pub(super) fn node(&mut self, key: [i64; 3], point: impl FnOnce() -> [f64; 3]) -> usize {
-        *self.by_key.entry(key).or_insert_with(|| {
-            self.points.push(point());
-            self.points.len() - 1
-        })
+    /// Adds a quadrilateral by the keys and places of its nodes, which are made where they are met first.
+    pub(super) fn quad(&mut self, corners: [([i64; 3], [f64; 3]); 4]) {
+        let quad = corners.map(|(key, point)| {
+            *self.by_key.entry(key).or_insert_with(|| {
+                self.points.push(point);
+                self.points.len() - 1
+            })
+        });
+        self.quads.push(quad);
     }
 
-    pub(super) fn quad(&mut self, nodes: [usize; 4]) {
-        self.quads.push(nodes);
+    /// Adds a grid of quadrilaterals, with the keys and places of its nodes.
+    pub(super) fn patch(
+        &mut self,
+        cells: [usize; 2],
+        node: impl Fn([i64; 2]) -> ([i64; 3], [f64; 3]),
+    ) {
+        for [i, j] in grid(cells).map(|at| at.map(|k| k as i64)) {
+            self.quad([[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(&node));
+        }
     }
 }
 
@@ -81,18 +91,18 @@ impl Wall {
                 mesh.cells.push([a, b, c, d, a + step, b + step, c + step, d + step]);
             }
         }
-        self.finished(mesh, |mesh| mesh)
+        self.placed(self.named(mesh))
     }
 
     /// The wall as linear tetrahedra: the hexahedra are cut along the shorter diagonals of the inner
     /// surface into two prisms, and each prism into three tetrahedra.
     pub fn tetrahedra(&self) -> TetMesh {
-        self.finished(self.reference_tetrahedra(), |mesh| mesh)
+        self.placed(self.named(self.reference_tetrahedra()))
     }
 
     /// The wall as quadratic tetrahedra with the corners of [`Wall::tetrahedra`].
     pub fn quadratic_tetrahedra(&self) -> QuadraticTetMesh {
-        self.finished(self.reference_tetrahedra(), |mesh| mesh.quadratic())
+        self.placed(self.named(self.reference_tetrahedra()).quadratic())
     }
 
     fn reference_points(&self) -> Vec<[f64; 3]> {
@@ -128,13 +138,8 @@ impl Wall {
         }
     }
 
-    /// Gives a mesh of the reference body its sets and its field, raises its degree and puts it into
-    /// its place.
-    fn finished<const N: usize, const M: usize>(
-        &self,
-        mut mesh: Mesh<N>,
-        raise: impl FnOnce(Mesh<N>) -> Mesh<M>,
-    ) -> Mesh<M> {
+    /// Gives a mesh of the reference body its sets and its field.
+    fn named<const N: usize>(&self, mut mesh: Mesh<N>) -> Mesh<N> {
         let boundary = boundary_facets(&mesh);
         for (name, in_set) in &self.sides {
             mesh.name_side(&boundary, name, in_set);
@@ -144,7 +149,11 @@ impl Wall {
         }
         let depth = mesh.points.iter().map(|&at| (self.depth)(at)).collect();
         mesh.point_fields.insert("depth".into(), Field::scalars(depth));
-        let mut mesh = raise(mesh);
+        mesh
+    }
+
+    /// Puts a mesh of the reference body into its place.
+    fn placed<const N: usize>(&self, mut mesh: Mesh<N>) -> Mesh<N> {
         mesh.map_points(&self.place);
         repair_orientation(&mut mesh);
         mesh

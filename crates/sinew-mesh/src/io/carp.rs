@@ -6,6 +6,7 @@ use super::files::load;
 use super::grid::{UnstructuredGrid as Grid, cell_type};
 use super::number::NumberType::{F64, I64};
 use crate::{Field, MeshError, Place, Problem};
+use sinew_num::ascending;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -92,8 +93,7 @@ pub(super) fn read(stem: &Path) -> Result<(String, Grid), MeshError> {
             cursor.text("`intra` or `extra`")?;
             nodes(cursor, count, grid.points.len())
         })?;
-        let set: BTreeSet<usize> = nodes.into_iter().map(|node| node as usize).collect();
-        grid.node_sets.insert(name, set.into_iter().collect());
+        grid.node_sets.insert(name, ascending(nodes.into_iter().map(|node| node as usize)));
     }
     // Elements of surfaces have neither label nor direction.
     let cells = grid.types.len();

@@ -10,6 +10,7 @@ use crate::topology::{FacetKey, facet_key, facets, sorted_key};
 use crate::{
     Defect, Element, Facet, Field, Mesh, Problem, remove_unused_nodes, repair_orientation,
 };
+use sinew_num::ascending;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Makes a mesh of the cells with `N` nodes.
@@ -46,9 +47,9 @@ pub(crate) fn to_mesh<const N: usize>(
         if lacking > 0 {
             report.incomplete_sets.insert(name.clone(), lacking);
         }
-        let facets: BTreeSet<Facet> = facets.into_iter().flatten().collect();
+        let facets = ascending(facets.into_iter().flatten());
         if !facets.is_empty() {
-            mesh.facet_sets.insert(name, facets.into_iter().collect());
+            mesh.facet_sets.insert(name, facets);
         }
     }
     name_groups(&mut mesh, &grid.groups, &sorted);
@@ -85,11 +86,8 @@ impl<const N: usize> SortedCells<N> {
 /// VTK types of lower dimension than the facets, which are left out of a mesh of linear or quadratic
 /// cells, quadratic edges (21) among them; of poly-lines and poly-vertices no facets are made.
 fn is_lower(element: &Element, kind: u8) -> bool {
-    match (element.dimension, element.is_quadratic()) {
-        (2, _) => matches!(kind, 1 | 2 | 4),
-        (_, false) => matches!(kind, 1..=4),
-        (_, true) => matches!(kind, 1..=4 | 21),
-    }
+    let of_solid = kind == 3 || kind == 21 && element.is_quadratic();
+    matches!(kind, 1 | 2 | 4) || element.dimension == 3 && of_solid
 }
 
 fn sort_cells<const N: usize>(grid: &UnstructuredGrid) -> Result<SortedCells<N>, Problem> {
@@ -216,18 +214,16 @@ fn name_groups<const N: usize>(
 ) {
     let lower_at = |index: &usize| sorted.lower.binary_search_by_key(index, |cell| cell.0).ok();
     for (name, members) in groups {
-        let cells: BTreeSet<usize> =
-            members.iter().filter_map(|&index| sorted.cell_at(index)).collect();
+        let cells = ascending(members.iter().filter_map(|&index| sorted.cell_at(index)));
         let lower = members.iter().filter_map(lower_at);
-        let mut nodes: BTreeSet<usize> =
-            lower.flat_map(|at| &sorted.lower[at].1).copied().collect();
+        let mut nodes: Vec<usize> = lower.flat_map(|at| &sorted.lower[at].1).copied().collect();
         if !cells.is_empty() {
-            mesh.cell_sets.insert(name.clone(), cells.into_iter().collect());
+            mesh.cell_sets.insert(name.clone(), cells);
         }
         if !nodes.is_empty() {
             let facets = mesh.facet_sets.get(name).into_iter().flatten();
             nodes.extend(facets.flat_map(|&facet| mesh.nodes_of_facet(facet)));
-            mesh.node_sets.insert(name.clone(), nodes.into_iter().collect());
+            mesh.node_sets.insert(name.clone(), ascending(nodes));
         }
     }
 }

@@ -8,7 +8,7 @@ pub(super) fn load(path: &Path) -> Result<(String, Vec<u8>), MeshError> {
     Ok((path.display().to_string(), std::fs::read(path).map_err(failed)?))
 }
 
-pub(super) fn save(path: &Path, bytes: &[u8]) -> Result<(), MeshError> {
+pub(crate) fn save(path: &Path, bytes: &[u8]) -> Result<(), MeshError> {
     let failed = |source| MeshError::File { path: path.into(), source };
     std::fs::write(path, bytes).map_err(failed)
 }

@@ -125,16 +125,11 @@ impl Gmsh<'_> {
         }
         self.cursor.line();
         let [_, components, rows] = tags;
-        self.rows(of_nodes, name.unwrap_or_else(|| "data".into()), components, rows)
+        self.rows(of_nodes, name.unwrap_or_else(|| "data".into()), [rows, components])
     }
 
-    fn rows(
-        &mut self,
-        of_nodes: bool,
-        name: String,
-        components: usize,
-        rows: usize,
-    ) -> Result<(), Problem> {
+    fn rows(&mut self, of_nodes: bool, name: String, size: [usize; 2]) -> Result<(), Problem> {
+        let [rows, components] = size;
         // gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
         Problem::require_within("the number of components", components as i64, 1..=9)?;
         let total = if of_nodes { self.grid.points.len() } else { self.grid.types.len() };
@@ -166,9 +161,7 @@ impl Gmsh<'_> {
         let what = || format!("rows of `{}`", name.escape_debug());
         Problem::require_count(what, expected, found)?;
         let field = Field { components, values: FieldValues::Float(values) };
-        let fields =
-            if of_nodes { &mut self.grid.point_fields } else { &mut self.grid.cell_fields };
-        fields.insert(name, field);
+        self.grid.fields(of_nodes).insert(name, field);
         Ok(())
     }
 }

@@ -5,7 +5,6 @@ use super::gmsh_model::{Gmsh, element_type};
 use super::grid::cell_type;
 use super::number::NumberType::{F64, I32};
 use crate::Problem;
-use std::collections::HashMap;
 
 /// Rows of a tag and three coordinates; parametric ones with the dimension and the tag of the node's entity, and its one or
 /// two parameters on a curve or surface.
@@ -32,21 +31,21 @@ pub(super) fn elements(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
     let count: usize = gmsh.cursor.parse("the number of elements")?;
     gmsh.cursor.line();
     gmsh.grid.cells_at = gmsh.cursor.here();
-    let mut known = HashMap::new();
+    gmsh.known.clear();
     let mut read = 0;
     while read < count {
         if gmsh.cursor.encoding == Encoding::Text {
             let element = gmsh.cursor.integer(I32, "the tag of an element")?;
             let kind = gmsh.cursor.integer(I32, "the type of an element")?;
             let tags = gmsh.cursor.count(I32, "the number of tags")?;
-            row(gmsh, &mut known, Some(element), kind, tags)?;
+            row(gmsh, Some(element), kind, tags)?;
             read += 1;
         } else {
             let kind = gmsh.cursor.integer(I32, "the type of a block of elements")?;
             let block = gmsh.cursor.count(I32, "the number of elements in a block")?.max(1);
             let tags = gmsh.cursor.count(I32, "the number of tags")?;
             for _ in 0..block {
-                row(gmsh, &mut known, None, kind, tags)?;
+                row(gmsh, None, kind, tags)?;
             }
             read += block;
         }
@@ -54,13 +53,7 @@ pub(super) fn elements(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
     Ok(())
 }
 
-fn row(
-    gmsh: &mut Gmsh<'_>,
-    known: &mut HashMap<(u8, Vec<i64>), usize>,
-    tag: Option<i64>,
-    kind: i64,
-    tags: usize,
-) -> Result<(), Problem> {
+fn row(gmsh: &mut Gmsh<'_>, tag: Option<i64>, kind: i64, tags: usize) -> Result<(), Problem> {
     let (vtk_type, length) = element_type(kind)?;
     let tag = match tag {
         Some(tag) => tag,
@@ -68,11 +61,11 @@ fn row(
     };
     let tags = gmsh.cursor.integers(I32, tags, "tags of an element")?;
     let nodes = gmsh.cursor.integers(I32, length, "nodes of an element")?;
-    let index = match known.get(&(vtk_type, nodes.clone())) {
+    let index = match gmsh.known.get(&(vtk_type, nodes.clone())) {
         Some(&index) => index,
         None => gmsh.element(vtk_type, &nodes)?,
     };
-    known.insert((vtk_type, nodes), index);
+    gmsh.known.insert((vtk_type, nodes), index);
     gmsh.element_index.insert(tag, index);
     if let Some(&physical) = tags.first().filter(|&&physical| physical != 0) {
         gmsh.join_group(cell_type(vtk_type).1, physical, index);

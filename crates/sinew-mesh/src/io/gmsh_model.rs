@@ -1,7 +1,7 @@
 //! Content of a gmsh file: nodes, elements and groups by their tags.
 
 use super::cursor::{Cursor, Encoding};
-use super::grid::{UnstructuredGrid, cell_type};
+use super::grid::{UnstructuredGrid, cell_type, indices};
 use crate::{Problem, QuadraticTetMesh};
 use std::collections::{BTreeMap, HashMap};
 
@@ -32,6 +32,8 @@ pub(super) struct Gmsh<'a> {
     pub node_index: HashMap<i64, usize>,
     /// Index of each element tag.
     pub element_index: HashMap<i64, usize>,
+    /// Index of each element by type and nodes (version 2).
+    pub known: HashMap<(u8, Vec<i64>), usize>,
 }
 
 impl Gmsh<'_> {
@@ -61,11 +63,8 @@ impl Gmsh<'_> {
 
     /// Adds an element with the tags of its nodes and returns its index.
     pub(super) fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize, Problem> {
-        let index = |tag: &i64| match self.node_index.get(tag) {
-            Some(&index) => Ok(index as i64),
-            None => Err(Problem::expected("the tag of a node in $Nodes", tag.to_string())),
-        };
-        let mut nodes = nodes.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+        let index = |tag: &i64| self.node_index.get(tag);
+        let mut nodes = indices(nodes, "the tag of a node in $Nodes", index)?;
         if kind == QuadraticTetMesh::ELEMENT.vtk_type {
             // gmsh numbers the middles of the edges 23 and 13 the other way round.
             nodes.swap(8, 9);

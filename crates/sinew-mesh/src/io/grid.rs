@@ -1,8 +1,9 @@
 //! Content common to all mesh formats: cells of any type with fields and groups.
 
 use crate::geometry::{extents, merged};
-use crate::{Field, Place, SELECTION_TOLERANCE};
+use crate::{Field, Place, Problem, SELECTION_TOLERANCE};
 use nalgebra::Vector3;
+use sinew_num::ascending;
 use std::collections::BTreeMap;
 
 /// The content of a mesh file before it becomes a [`crate::Mesh`]. Readers only
@@ -41,13 +42,16 @@ impl UnstructuredGrid {
         &self.connectivity[start..self.ends[index]]
     }
 
+    /// The fields of the points, or of the cells.
+    pub(super) fn fields(&mut self, of_points: bool) -> &mut BTreeMap<String, Field> {
+        if of_points { &mut self.point_fields } else { &mut self.cell_fields }
+    }
+
     /// Number of nodes of cells at the place of another, and of those that become one with it where nodes are merged.
     pub(super) fn coincident(&mut self) -> (usize, usize) {
         let limit = self.points.len();
-        let mut used: Vec<usize> = self.connectivity.iter().map(|&node| node as usize).collect();
-        used.sort_unstable();
-        used.dedup();
-        used.retain(|&node| node < limit);
+        let nodes = self.connectivity.iter().map(|&node| node as usize);
+        let used = ascending(nodes.filter(|&node| node < limit));
         let places: Vec<_> = used.iter().map(|&node| self.points[node]).collect();
         let size = Vector3::from(extents(&places)).norm();
         let mut first: Vec<usize> = (0..limit).collect();
@@ -61,9 +65,7 @@ impl UnstructuredGrid {
         let joined = |node: usize| first.get(node).copied().unwrap_or(node);
         self.connectivity.iter_mut().for_each(|node| *node = joined(*node as usize) as i64);
         for set in self.node_sets.values_mut() {
-            set.iter_mut().for_each(|node| *node = joined(*node));
-            set.sort_unstable();
-            set.dedup();
+            *set = ascending(set.iter().map(|&node| joined(node)));
         }
         self.point_fields.values_mut().for_each(|field| *field = field.joined(&first));
         (0, count)
@@ -103,8 +105,19 @@ impl UnstructuredGrid {
     }
 }
 
+/// Indices of nodes by their numbers in the file.
+pub(super) fn indices<'i>(
+    numbers: &[i64],
+    expected: &'static str,
+    index: impl Fn(&i64) -> Option<&'i usize>,
+) -> Result<Vec<i64>, Problem> {
+    let unknown = |number: &i64| Problem::expected(expected, number.to_string());
+    let of = |number| index(number).map(|&index| index as i64).ok_or_else(|| unknown(number));
+    numbers.iter().map(of).collect()
+}
+
 /// VTK's numbers of cell types (VTK User's Guide, "VTK File Formats"): name, dimension, and nodes where their number is fixed.
-const CELL_TYPES: [(u8, &str, i64, Option<usize>); 29] = [
+pub(super) const CELL_TYPES: [(u8, &str, i64, Option<usize>); 29] = [
     (1, "vertex", 0, Some(1)),
     (2, "poly-vertex", 0, None),
     (3, "line", 1, Some(2)),

@@ -2,14 +2,17 @@
 //! CalculiX CrunchiX User's Manual). Materials, steps and all other keywords are passed over.
 
 use super::cursor::{Cursor, Fault, number};
-use super::grid::UnstructuredGrid;
+use super::grid::{UnstructuredGrid, indices};
 use super::inp_elements::{Kind, kind};
-use super::inp_lines::{Block, Name, Wrong, blocks, fields, real};
+use super::inp_lines::{Block, Name, blocks, fields, real};
 use super::inp_sets::{Scope, Sets};
-use super::inp_surfaces::Surfaces;
+use super::inp_surfaces::Surface;
+use super::report::counted;
 use crate::Problem;
+use crate::topology::FacetKey;
 use nalgebra::{Rotation3, Unit, Vector3};
-use std::collections::BTreeSet;
+use std::cell::{Cell, OnceCell};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Keywords that make or move nodes and elements, or bring them from elsewhere.
 const UNREAD: [&str; 11] = [
@@ -33,68 +36,58 @@ pub(crate) fn looks_like_it(content: &[u8]) -> bool {
 
 /// Reads the nodes, elements, sets and surfaces of a file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
-    let mut cursor = Cursor::new(bytes);
-    let blocks = blocks(&mut cursor)?;
+    let (mut cursor, place) = (Cursor::new(bytes), Cell::new(0));
+    let mut blocks = blocks(&mut cursor, &place)?;
     let first = blocks.iter().find(|block| block.keyword == "ELEMENT");
     let cells_at = cursor.place(first.map_or(0, |block| block.at));
-    let grid = read(&blocks, bytes.len()).map_err(|(at, problem)| (cursor.place(at), problem))?;
+    let grid = set_scopes(&mut blocks).and_then(|()| read(&blocks, bytes.len()));
+    let grid = grid.map_err(|problem| (cursor.place(place.get()), problem))?;
     Ok(UnstructuredGrid { cells_at, ..grid })
 }
 
 /// Blocks read so far.
+#[derive(Default)]
 pub(super) struct Model {
     pub grid: UnstructuredGrid,
     pub nodes: Sets,
     pub elements: Sets,
     /// Number of each cell of the grid.
     pub kinds: Vec<Kind>,
-    /// The instance of the part, in files with an assembly.
-    pub instance: Option<Name>,
+    pub surfaces: BTreeMap<String, Surface>,
+    /// Number of elements that share each face, once a surface asks.
+    pub owners: OnceCell<HashMap<FacetKey, usize>>,
 }
 
-fn read(blocks: &[Block<'_>], bytes: usize) -> Result<UnstructuredGrid, Wrong> {
-    let scoped = scopes(blocks)?;
+fn read(blocks: &[Block<'_>], bytes: usize) -> Result<UnstructuredGrid, Problem> {
     let (nodes, elements) = (Sets::new(bytes), Sets::new(bytes));
-    let grid = UnstructuredGrid::default();
-    let mut model = Model { grid, nodes, elements, kinds: Vec::new(), instance: None };
+    let mut model = Model { nodes, elements, ..Model::default() };
     // Keywords may come in any order, but sets only name what stands further up.
-    let each =
-        |keyword: &'static str| scoped.iter().filter(move |(_, block)| block.keyword == keyword);
-    for (scope, block) in each("NODE") {
-        model.read_nodes(*scope, block)?;
-    }
-    for (scope, block) in each("ELEMENT") {
-        model.read_elements(*scope, block)?;
-    }
+    let each = |keyword: &'static str| blocks.iter().filter(move |block| block.keyword == keyword);
+    each("NODE").try_for_each(|block| model.read_nodes(block))?;
+    each("ELEMENT").try_for_each(|block| model.read_elements(block))?;
     // gmsh writes the surfaces of a solid as elements of plane stress.
     if model.kinds.iter().any(|kind| kind.is_solid()) {
         model.kinds.iter_mut().for_each(|kind| kind.plane = false);
     }
-    for (_, block) in each("INSTANCE") {
-        model.place(block)?;
+    each("INSTANCE").try_for_each(|block| model.place(block))?;
+    each("ELSET").chain(each("NSET")).try_for_each(|block| model.read_set(block))?;
+    each("SURFACE").try_for_each(|block| model.read_surface(block))?;
+    if let Some(last) = blocks.last() {
+        last.place.set(last.at);
     }
-    for (scope, block) in each("ELSET").chain(each("NSET")) {
-        model.read_set(*scope, block)?;
-    }
-    let mut surfaces = Surfaces::default();
-    for (_, block) in each("SURFACE") {
-        surfaces.read(&model, block)?;
-    }
-    let end = blocks.last().map_or(0, |block| block.at);
     if model.grid.points.is_empty() {
-        return Err((end, Problem::Missing { expected: "*NODE with its nodes" }));
+        return Err(Problem::Missing { expected: "*NODE with its nodes" });
     }
-    surfaces.finish(model).map_err(|problem| (end, problem))
+    model.finish()
 }
 
-/// Level of each block. There may be one part, and one instance of it.
-fn scopes<'b, 'a>(blocks: &'b [Block<'a>]) -> Result<Vec<(Scope, &'b Block<'a>)>, Wrong> {
-    let has = |keyword: &str| blocks.iter().any(|block| block.keyword == keyword);
-    let has_assembly = has("ASSEMBLY");
+/// Gives each block its level. There may be one part, and one instance of it.
+fn set_scopes(blocks: &mut [Block<'_>]) -> Result<(), Problem> {
+    let has_assembly = blocks.iter().any(|block| block.keyword == "ASSEMBLY");
     let [mut parts, mut instances] = [0, 0];
     let mut in_part = false;
-    let mut scoped = Vec::with_capacity(blocks.len());
     for block in blocks {
+        block.place.set(block.at);
         match block.keyword.as_str() {
             "PART" => (parts, in_part) = (parts + 1, true),
             "END PART" | "END INSTANCE" => in_part = false,
@@ -103,53 +96,48 @@ fn scopes<'b, 'a>(blocks: &'b [Block<'a>]) -> Result<Vec<(Scope, &'b Block<'a>)>
             unread if UNREAD.contains(&unread) => {
                 let (what, value) = ("the keyword", format!("*{unread}"));
                 let advice = "write the file with all its nodes and elements in it, as Abaqus/CAE or PrePoMax do";
-                return Err((block.at, Problem::unsupported(what, value, advice)));
+                return Err(Problem::unsupported(what, value, advice));
             }
             _ => {}
         }
         if parts > 1 || instances > 1 {
             let (what, value) = ("an assembly with a second", format!("*{}", block.keyword));
             let advice = "write the body alone: a flat file, or one part with one instance";
-            return Err((block.at, Problem::unsupported(what, value, advice)));
+            return Err(Problem::unsupported(what, value, advice));
         }
-        let scope = if in_part || !has_assembly { Scope::Part } else { Scope::Assembly };
-        scoped.push((scope, block));
+        if has_assembly && !in_part {
+            block.scope = Scope::Assembly;
+        }
     }
-    Ok(scoped)
+    Ok(())
 }
 
 impl Model {
-    fn read_nodes(&mut self, scope: Scope, block: &Block<'_>) -> Result<(), Wrong> {
-        let head = |problem| (block.at, problem);
+    fn read_nodes(&mut self, block: &Block<'_>) -> Result<(), Problem> {
         block.allow(&["NSET", "SYSTEM"])?;
         let system = block.option("SYSTEM").unwrap_or(b"R");
         if !system.eq_ignore_ascii_case(b"R") {
             let (what, value) = ("the coordinate system of nodes", String::from_utf8_lossy(system));
             let advice = "write the nodes in Cartesian coordinates";
-            return Err(head(Problem::unsupported(what, value, advice)));
+            return Err(Problem::unsupported(what, value, advice));
         }
-        if scope == Scope::Assembly {
+        if block.scope == Scope::Assembly {
             // Reference points.
             return self.leave_out(block, "NSET", "node");
         }
         let first = self.grid.points.len();
-        for &(at, line) in &block.lines {
-            self.node(line).map_err(|problem| (at, problem))?;
-        }
-        let added = first..self.grid.points.len();
-        block.name("NSET").map_or(Ok(()), |name| self.nodes.add(scope, &name, added)).map_err(head)
+        block.lines().try_for_each(|line| self.node(line))?;
+        self.nodes.add_named(block, "NSET", first..self.grid.points.len())
     }
 
     /// Leaves out nodes or elements of the assembly itself; the set of them that their keyword makes is empty.
-    fn leave_out(&mut self, block: &Block<'_>, set: &str, what: &str) -> Result<(), Wrong> {
-        let (count, s) = (block.lines.len(), if block.lines.len() == 1 { "" } else { "s" });
+    fn leave_out(&mut self, block: &Block<'_>, set: &str, what: &str) -> Result<(), Problem> {
         let sets = if set == "NSET" { &mut self.nodes } else { &mut self.elements };
-        if count > 0 {
-            self.grid.left_out.push(format!("{count} {what}{s} of the assembly"));
+        if block.len() > 0 {
+            self.grid.left_out.push(format!("{} of the assembly", counted(block.len(), what)));
             sets.assembly_has_own = true;
         }
-        let added = block.name(set).map_or(Ok(()), |name| sets.add(Scope::Assembly, &name, []));
-        added.map_err(|problem| (block.at, problem))
+        sets.add_named(block, set, [])
     }
 
     /// A node's number and its coordinates; those that are left out are zero.
@@ -166,33 +154,29 @@ impl Model {
         Ok(())
     }
 
-    fn read_elements(&mut self, scope: Scope, block: &Block<'_>) -> Result<(), Wrong> {
-        let head = |problem| (block.at, problem);
+    fn read_elements(&mut self, block: &Block<'_>) -> Result<(), Problem> {
         block.allow(&["TYPE", "ELSET"])?;
         let name = block.required("TYPE", "TYPE=… of *ELEMENT")?.shown;
-        if scope == Scope::Assembly {
+        if block.scope == Scope::Assembly {
             return self.leave_out(block, "ELSET", "element");
         }
-        let kind = kind(&name).map_err(head)?;
+        let kind = kind(&name)?;
         let first = self.grid.types.len();
         let mut record: Vec<i64> = Vec::new();
-        for &(at, line) in &block.lines {
+        for (row, line) in (1..).zip(block.lines()) {
             for word in fields(line).filter(|word| !word.is_empty()) {
-                let expected = "the number of an element and those of its nodes";
-                record.push(number(word, expected).map_err(|problem| (at, problem))?);
+                record.push(number(word, "the number of an element and those of its nodes")?);
             }
             // An element may take several lines.
             if record.len() > kind.nodes {
-                self.element(&name, kind, &record).map_err(|problem| (at, problem))?;
+                self.element(&name, kind, &record)?;
                 record.clear();
             }
+            if row == block.len() && !record.is_empty() {
+                return Err(Problem::Missing { expected: "the other nodes of the last element" });
+            }
         }
-        if let (Some(_), Some(&(at, _))) = (record.first(), block.lines.last()) {
-            return Err((at, Problem::Missing { expected: "the other nodes of the last element" }));
-        }
-        let added = first..self.grid.types.len();
-        let name = block.name("ELSET");
-        name.map_or(Ok(()), |name| self.elements.add(scope, &name, added)).map_err(head)
+        self.elements.add_named(block, "ELSET", first..self.grid.types.len())
     }
 
     /// An element's number and its nodes, which stand in the order of VTK.
@@ -200,13 +184,8 @@ impl Model {
         let (id, nodes) = (record[0], &record[1..]);
         let what = || format!("nodes of element {id}, a {name}");
         Problem::require_count(what, kind.nodes, nodes.len())?;
-        let index = |node: &i64| match self.nodes.ids.get(node) {
-            Some(&index) => Ok(index as i64),
-            None => {
-                Err(Problem::expected("the number of a node that the file has", node.to_string()))
-            }
-        };
-        let nodes = nodes.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+        let nodes =
+            indices(nodes, "the number of a node that the file has", |id| self.nodes.ids.get(id))?;
         let before = self.elements.ids.insert(id, self.grid.types.len());
         Problem::unless_used(before, "the number of an element that is not used yet", id)?;
         self.grid.push(kind.vtk_type, &nodes);
@@ -215,27 +194,24 @@ impl Model {
     }
 
     /// Moves and turns the nodes as the instance says: a translation, then two points of an axis and an angle \[degrees\].
-    fn place(&mut self, block: &Block<'_>) -> Result<(), Wrong> {
-        self.instance = block.name("NAME");
-        for (row, &(at, line)) in block.lines.iter().enumerate() {
-            let numbers = fields(line).map(real).collect::<Result<Vec<f64>, _>>();
-            let numbers = numbers.map_err(|problem| (at, problem))?;
+    fn place(&mut self, block: &Block<'_>) -> Result<(), Problem> {
+        (self.nodes.instance, self.elements.instance) = (block.name("NAME"), block.name("NAME"));
+        for (row, line) in block.lines().enumerate() {
+            let numbers = fields(line).map(real).collect::<Result<Vec<f64>, _>>()?;
             match (row, numbers.as_slice()) {
                 (0, &[x, y, z]) => self.move_points(|point| point + Vector3::new(x, y, z)),
                 (1, &[ax, ay, az, bx, by, bz, degrees]) => {
                     let [a, b] = [Vector3::new(ax, ay, az), Vector3::new(bx, by, bz)];
-                    let axis = Unit::try_new(b - a, f64::MIN_POSITIVE);
-                    let found = "two equal points";
-                    let axis = axis.ok_or_else(|| {
-                        (at, Problem::expected("an axis of the instance's turn", found))
-                    })?;
+                    let equal =
+                        || Problem::expected("an axis of the instance's turn", "two equal points");
+                    let axis = Unit::try_new(b - a, f64::MIN_POSITIVE).ok_or_else(equal)?;
                     let turn = Rotation3::from_axis_angle(&axis, degrees.to_radians());
                     self.move_points(|point| a + turn * (point - a));
                 }
                 _ => {
                     let expected =
                         "the instance's translation (3 numbers), then its turn (7 numbers)";
-                    return Err((at, Problem::expected(expected, line)));
+                    return Err(Problem::expected(expected, line));
                 }
             }
         }
@@ -247,8 +223,7 @@ impl Model {
     }
 
     /// A set of nodes or of elements.
-    fn read_set(&mut self, scope: Scope, block: &Block<'_>) -> Result<(), Wrong> {
-        let head = |problem| (block.at, problem);
+    fn read_set(&mut self, block: &Block<'_>) -> Result<(), Problem> {
         let of_nodes = block.keyword == "NSET";
         block.allow(&["NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"])?;
         let name = match of_nodes {
@@ -256,17 +231,17 @@ impl Model {
             false => block.required("ELSET", "ELSET=… with the name of the set")?,
         };
         let is_other =
-            |other: &Name| self.instance.as_ref().is_none_or(|name| name.key != other.key);
+            |other: &Name| self.nodes.instance.as_ref().is_none_or(|name| name.key != other.key);
         if let Some(other) = block.name("INSTANCE").filter(is_other) {
-            return Err(head(Problem::expected("the name of the file's instance", other.shown)));
+            return Err(Problem::expected("the name of the file's instance", other.shown));
         }
         if let (true, Some(elset)) = (of_nodes, block.option("ELSET")) {
-            let cells = self.elements.find(elset, self.instance.as_ref()).map_err(head)?;
+            let cells = self.elements.find(elset)?;
             let nodes =
                 cells.iter().flat_map(|&cell| self.grid.cell(cell)).map(|&node| node as usize);
-            return self.nodes.add(scope, &name, nodes.collect::<BTreeSet<_>>()).map_err(head);
+            return self.nodes.add(block.scope, &name, nodes.collect::<BTreeSet<_>>());
         }
         let sets = if of_nodes { &mut self.nodes } else { &mut self.elements };
-        sets.add_lines((scope, &name), block, self.instance.as_ref())
+        sets.add_lines(&name, block)
     }
 }

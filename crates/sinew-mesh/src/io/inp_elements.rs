@@ -1,5 +1,6 @@
 //! Elements of Abaqus and CalculiX: how many nodes they have, and how their faces are numbered.
 
+use super::grid::{CELL_TYPES, cell_type};
 use crate::{Element, Problem};
 
 /// A type of element.
@@ -37,39 +38,31 @@ pub(super) fn kind(name: &str) -> Result<Kind, Problem> {
     }
     // STRI65 has six nodes with five degrees of freedom each.
     let upper = upper.strip_suffix("65").map_or(upper.clone(), |start| format!("{start}6"));
-    let known = [(&SOLIDS[..], 3), (&PLANES[..], 2), (&SHELLS[..], 1), (&LINES[..], 0)];
-    let found = known.iter().find_map(|&(families, which)| {
+    let known = [(&SOLIDS[..], 3), (&PLANES[..], 2), (&SHELLS[..], 2), (&LINES[..], 1)];
+    let found = known.iter().find_map(|&(families, dimension)| {
         let rest = families.iter().find_map(|family| {
             upper.strip_prefix(family).filter(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
         })?;
-        Some((which, rest))
+        Some((families == PLANES, dimension, rest))
     });
-    let (which, rest) = found.ok_or_else(unknown)?;
+    let (plane, dimension, rest) = found.ok_or_else(unknown)?;
     let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
-    let nodes: usize = rest[..digits].parse().map_err(|_| unknown())?;
-    let shape = match (which, nodes) {
-        (3, 4) => (10, 4),
-        (3, 5) => (14, 5),
-        (3, 6) => (13, 6),
-        (3, 8) => (12, 8),
-        (3, 10) => (24, 10),
-        (3, 15) => (26, 15),
-        (3, 20) => (25, 20),
-        (1 | 2, 3) => (5, 3),
-        (1 | 2, 4) => (9, 4),
-        (1 | 2, 6) => (22, 6),
-        (1 | 2, 8) => (23, 8),
+    let nodes = match (dimension, rest[..digits].parse::<usize>().map_err(|_| unknown())?) {
         // Beams have their nodes in the second digit: B31, B32.
-        (0, 2 | 21 | 31 | 33) => (3, 2),
-        (0, 3 | 22 | 32) => (21, 3),
+        (1, 2 | 21 | 31 | 33) => 2,
+        (1, 3 | 22 | 32) => 3,
+        (2, nodes @ (3 | 4 | 6 | 8)) | (3, nodes @ (4..=6 | 8 | 10 | 15 | 20)) => nodes,
         _ => return Err(unknown()),
     };
-    Ok(Kind { vtk_type: shape.0, nodes: shape.1, plane: which == 2 })
+    // The last, because pixels and voxels stand before quadrilaterals and hexahedra.
+    let shape = CELL_TYPES.iter().rfind(|shape| (shape.2, shape.3) == (dimension, Some(nodes)));
+    let vtk_type = shape.ok_or_else(unknown)?.0;
+    Ok(Kind { vtk_type, nodes, plane })
 }
 
 impl Kind {
     pub(super) fn is_solid(self) -> bool {
-        matches!(self.vtk_type, 10 | 12..=14 | 24..=26)
+        cell_type(self.vtk_type).1 == 3
     }
 
     /// Whether it is a shell, a membrane or a beam: part of the surface of a solid, where there is one.

@@ -1,21 +1,24 @@
 //! Lines of Abaqus and CalculiX files: keywords with their options, and the data behind them.
 
 use super::cursor::{Cursor, Fault};
+use super::inp_sets::Scope;
 use crate::Problem;
-
-/// A problem and the byte of its line.
-pub(super) type Wrong = (usize, Problem);
+use std::cell::Cell;
 
 /// A keyword with its options and lines of data.
 pub(super) struct Block<'a> {
     /// Byte at which the keyword's line begins.
     pub at: usize,
+    /// Byte of the line that is being read, which errors point to; one for all blocks.
+    pub place: &'a Cell<usize>,
+    /// Level of its names.
+    pub scope: Scope,
     /// Keyword in capitals, without its asterisk.
     pub keyword: String,
     /// Options in capitals, each with its value.
     options: Vec<(String, &'a [u8])>,
     /// Lines of data, each with the byte at which it begins.
-    pub lines: Vec<(usize, &'a [u8])>,
+    lines: Vec<(usize, &'a [u8])>,
 }
 
 /// A name as it is compared and as it is shown: capitals matter in quotation marks only.
@@ -37,7 +40,10 @@ impl Name {
 const FLAGS: [&[u8]; 3] = [b"GENERATE", b"INTERNAL", b"UNSORTED"];
 
 /// All blocks of a file.
-pub(super) fn blocks<'a>(cursor: &mut Cursor<'a>) -> Result<Vec<Block<'a>>, Fault> {
+pub(super) fn blocks<'a>(
+    cursor: &mut Cursor<'a>,
+    place: &'a Cell<usize>,
+) -> Result<Vec<Block<'a>>, Fault> {
     let mut blocks: Vec<Block<'a>> = Vec::new();
     // Whether the last line was a keyword's that ends with a comma.
     let mut open = false;
@@ -49,7 +55,7 @@ pub(super) fn blocks<'a>(cursor: &mut Cursor<'a>) -> Result<Vec<Block<'a>>, Faul
         }
         let ends_open = line.ends_with(b",");
         if let Some(keyword) = line.strip_prefix(b"*") {
-            blocks.push(Block::new(at, keyword));
+            blocks.push(Block::new(at, place, keyword));
             open = ends_open;
             continue;
         }
@@ -58,7 +64,7 @@ pub(super) fn blocks<'a>(cursor: &mut Cursor<'a>) -> Result<Vec<Block<'a>>, Faul
             return Err(cursor.fault(Problem::expected("a keyword such as *NODE", found)));
         };
         if open && continues(line) {
-            block.options.extend(options(line));
+            block.options.extend(options(fields(line)));
             open = ends_open;
         } else {
             block.lines.push((at, line));
@@ -89,8 +95,8 @@ fn capitals(word: &[u8]) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-fn options(line: &[u8]) -> impl Iterator<Item = (String, &[u8])> {
-    fields(line).filter(|field| !field.is_empty()).map(|field| {
+fn options<'a>(fields: impl Iterator<Item = &'a [u8]>) -> impl Iterator<Item = (String, &'a [u8])> {
+    fields.filter(|field| !field.is_empty()).map(|field| {
         let mut parts = field.splitn(2, |&byte| byte == b'=');
         let key = capitals(parts.next().unwrap_or_default());
         (key, parts.next().unwrap_or_default().trim_ascii())
@@ -98,11 +104,26 @@ fn options(line: &[u8]) -> impl Iterator<Item = (String, &[u8])> {
 }
 
 impl<'a> Block<'a> {
-    fn new(at: usize, line: &'a [u8]) -> Self {
-        let length = fields(line).next().map_or(0, <[u8]>::len);
-        let keyword = capitals(fields(line).next().unwrap_or_default());
-        let start = line.len().min(line.len() - line.trim_ascii_start().len() + length);
-        Self { at, keyword, options: options(&line[start..]).collect(), lines: Vec::new() }
+    fn new(at: usize, place: &'a Cell<usize>, line: &'a [u8]) -> Self {
+        let mut words = fields(line);
+        let keyword = capitals(words.next().unwrap_or_default());
+        let options = options(words).collect();
+        Self { at, place, scope: Scope::Part, keyword, options, lines: Vec::new() }
+    }
+
+    /// Number of lines of data.
+    pub(super) fn len(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The lines of data, to which errors point meanwhile; then to the keyword again.
+    pub(super) fn lines(&self) -> impl Iterator<Item = &'a [u8]> {
+        let mut lines = self.lines.iter();
+        std::iter::from_fn(move || {
+            let next = lines.next();
+            self.place.set(next.map_or(self.at, |line| line.0));
+            next.map(|line| line.1)
+        })
     }
 
     /// The value of an option; empty where it stands alone.
@@ -116,18 +137,19 @@ impl<'a> Block<'a> {
     }
 
     /// The name that an option must give.
-    pub(super) fn required(&self, key: &str, expected: &'static str) -> Result<Name, Wrong> {
-        self.name(key).ok_or((self.at, Problem::Missing { expected }))
+    pub(super) fn required(&self, key: &str, expected: &'static str) -> Result<Name, Problem> {
+        self.name(key).ok_or(Problem::Missing { expected })
     }
 
-    /// Refuses options beside these, which might change what the lines mean.
-    pub(super) fn allow(&self, known: &[&str]) -> Result<(), Wrong> {
+    /// Begins to read the block. Refuses options beside these, which might change what the lines mean.
+    pub(super) fn allow(&self, known: &[&str]) -> Result<(), Problem> {
+        self.place.set(self.at);
         match self.options.iter().find(|(key, _)| !known.contains(&key.as_str())) {
             None => Ok(()),
             Some((key, _)) => {
                 let value = format!("{key} of *{}", self.keyword);
                 let advice = "write the mesh without it";
-                Err((self.at, Problem::unsupported("the option", value, advice)))
+                Err(Problem::unsupported("the option", value, advice))
             }
         }
     }

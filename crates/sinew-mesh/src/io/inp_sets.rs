@@ -1,8 +1,9 @@
 //! Sets of nodes and elements in Abaqus and CalculiX files.
 
 use super::cursor::number;
-use super::inp_lines::{Block, Name, Wrong, fields};
+use super::inp_lines::{Block, Name, fields};
 use crate::Problem;
+use sinew_num::ascending;
 use std::collections::BTreeMap;
 
 /// Whether a name belongs to the part or to the assembly; a flat file is all part.
@@ -16,11 +17,14 @@ pub(super) enum Scope {
 const MEMBERS_PER_BYTE: usize = 16;
 
 /// Nodes or elements by their number in the file, and the sets of them.
+#[derive(Default)]
 pub(super) struct Sets {
     /// Index by number.
     pub ids: BTreeMap<i64, usize>,
     /// Whether the assembly has others of its own, which are left out.
     pub assembly_has_own: bool,
+    /// The instance of the part, in files with an assembly.
+    pub instance: Option<Name>,
     sets: BTreeMap<(Scope, String), (String, Vec<usize>)>,
     /// Members that may still be added.
     room: usize,
@@ -29,8 +33,17 @@ pub(super) struct Sets {
 impl Sets {
     /// Without sets, for a file of so many bytes.
     pub(super) fn new(bytes: usize) -> Self {
-        let room = bytes.saturating_mul(MEMBERS_PER_BYTE);
-        Self { ids: BTreeMap::new(), assembly_has_own: false, sets: BTreeMap::new(), room }
+        Self { room: bytes.saturating_mul(MEMBERS_PER_BYTE), ..Self::default() }
+    }
+
+    /// Adds members to the set that an option of a block names, if it does.
+    pub(super) fn add_named(
+        &mut self,
+        block: &Block<'_>,
+        option: &str,
+        members: impl IntoIterator<Item = usize>,
+    ) -> Result<(), Problem> {
+        block.name(option).map_or(Ok(()), |name| self.add(block.scope, &name, members))
     }
 
     /// Adds members to a set, which is made if it does not exist.
@@ -55,34 +68,24 @@ impl Sets {
 
     /// Adds the numbers, ranges and sets that the lines of a block list. Numbers of the assembly's own nodes or elements are left
     /// out.
-    pub(super) fn add_lines(
-        &mut self,
-        (scope, name): (Scope, &Name),
-        block: &Block<'_>,
-        instance: Option<&Name>,
-    ) -> Result<(), Wrong> {
-        let of_assembly = scope == Scope::Assembly && block.name("INSTANCE").is_none();
+    pub(super) fn add_lines(&mut self, name: &Name, block: &Block<'_>) -> Result<(), Problem> {
+        let of_assembly = block.scope == Scope::Assembly && block.name("INSTANCE").is_none();
         let numbers = !(of_assembly && self.assembly_has_own);
-        for &(at, line) in &block.lines {
-            let here = |problem| (at, problem);
-            if block.option("GENERATE").is_some() {
-                if !numbers {
-                    continue;
-                }
-                let range = self.range(line).map_err(here)?;
-                self.add(scope, name, range).map_err(here)?;
-            } else {
-                for word in fields(line).filter(|word| !word.is_empty()) {
-                    if !numbers && number::<i64>(word, "").is_ok() {
-                        continue;
-                    }
-                    let members = self.find(word, instance).map_err(here)?.to_vec();
-                    self.add(scope, name, members).map_err(here)?;
+        let is_range = block.option("GENERATE").is_some();
+        for line in block.lines().filter(|_| numbers || !is_range) {
+            if is_range {
+                self.add(block.scope, name, self.range(line)?)?;
+                continue;
+            }
+            for word in fields(line).filter(|word| !word.is_empty()) {
+                if numbers || number::<i64>(word, "").is_err() {
+                    let members = self.find(word)?.to_vec();
+                    self.add(block.scope, name, members)?;
                 }
             }
         }
         // A set without members is one all the same.
-        self.add(scope, name, []).map_err(|problem| (block.at, problem))
+        self.add(block.scope, name, [])
     }
 
     /// First, last and step of a range; numbers in it that nothing has are left out.
@@ -104,8 +107,9 @@ impl Sets {
 
     /// Members, in any order, of a word: the number of a node or element or the name of a set, optionally after the
     /// name of the part's instance.
-    pub(super) fn find(&self, word: &[u8], instance: Option<&Name>) -> Result<&[usize], Problem> {
-        let (scopes, bare) = match instance.and_then(|name| without_instance(word, name)) {
+    pub(super) fn find(&self, word: &[u8]) -> Result<&[usize], Problem> {
+        let bare = self.instance.as_ref().and_then(|name| without_instance(word, name));
+        let (scopes, bare) = match bare {
             Some(bare) => (&[Scope::Part][..], bare),
             None => (&[Scope::Assembly, Scope::Part][..], word),
         };
@@ -122,25 +126,18 @@ impl Sets {
 
     /// All sets by the names that they get in the mesh. A set of the part whose name the assembly has too is named with its
     /// instance, as the file itself does.
-    pub(super) fn named(
-        self,
-        instance: Option<&Name>,
-    ) -> Result<BTreeMap<String, Vec<usize>>, Problem> {
+    pub(super) fn named(self) -> Result<BTreeMap<String, Vec<usize>>, Problem> {
         let mut named = BTreeMap::new();
         let of_assembly = self.sets.keys().filter(|key| key.0 == Scope::Assembly);
         let of_assembly: Vec<String> = of_assembly.map(|key| key.1.clone()).collect();
-        for ((scope, key), (mut shown, mut members)) in self.sets {
-            members.sort_unstable();
-            members.dedup();
+        for ((scope, key), (mut shown, members)) in self.sets {
             let is_twice = of_assembly.contains(&key);
-            if let (Scope::Part, true, Some(instance)) = (scope, is_twice, instance) {
+            if let (Scope::Part, true, Some(instance)) = (scope, is_twice, &self.instance) {
                 shown = format!("{}.{shown}", instance.shown);
             }
-            if shown.is_empty() || named.insert(shown.clone(), members).is_some() {
-                return Err(Problem::expected(
-                    "names of sets that differ in more than capitals",
-                    shown,
-                ));
+            if shown.is_empty() || named.insert(shown.clone(), ascending(members)).is_some() {
+                let expected = "names of sets that differ in more than capitals";
+                return Err(Problem::expected(expected, shown));
             }
         }
         Ok(named)

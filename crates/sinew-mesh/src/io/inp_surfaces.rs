@@ -2,21 +2,15 @@
 
 use super::grid::UnstructuredGrid;
 use super::inp::Model;
-use super::inp_lines::{Block, Wrong, fields};
+use super::inp_lines::{Block, fields};
 use crate::topology::{FacetKey, sorted_key};
 use crate::{Element, Problem};
+use sinew_num::ascending;
 use std::collections::{BTreeMap, HashMap};
 
-/// Surfaces by name.
+/// A surface: faces, elements or nodes.
 #[derive(Default)]
-pub(super) struct Surfaces {
-    surfaces: BTreeMap<String, Surface>,
-    /// Number of elements that share each face, once a surface asks.
-    owners: Option<HashMap<FacetKey, usize>>,
-}
-
-#[derive(Default)]
-struct Surface {
+pub(super) struct Surface {
     /// Elements with the numbers of their faces.
     sides: Vec<(usize, usize)>,
     /// Elements that lie in the surface, such as shells.
@@ -28,9 +22,8 @@ struct Surface {
 const OPTIONS: [&str; 8] =
     ["NAME", "TYPE", "INTERNAL", "DEFINITION", "MAX RATIO", "NO OFFSET", "NO THICK", "SCALE THICK"];
 
-impl Surfaces {
-    pub(super) fn read(&mut self, model: &Model, block: &Block<'_>) -> Result<(), Wrong> {
-        let head = |problem| (block.at, problem);
+impl Model {
+    pub(super) fn read_surface(&mut self, block: &Block<'_>) -> Result<(), Problem> {
         block.allow(&OPTIONS)?;
         let name = block.required("NAME", "NAME=… of *SURFACE")?;
         let of_nodes = match block.name("TYPE").map_or("ELEMENT".into(), |kind| kind.key).as_str() {
@@ -38,67 +31,35 @@ impl Surfaces {
             "NODE" => true,
             other => {
                 let advice = "define the surface by TYPE=ELEMENT or TYPE=NODE";
-                return Err(head(Problem::unsupported("the type of surface", other, advice)));
+                return Err(Problem::unsupported("the type of surface", other, advice));
             }
         };
-        let instance = model.instance.as_ref();
         let mut surface = Surface::default();
-        for &(at, line) in &block.lines {
-            let here = |problem| (at, problem);
+        for line in block.lines() {
             let mut words = fields(line);
             let who = words.next().unwrap_or_default();
             if of_nodes {
-                surface.nodes.extend(model.nodes.find(who, instance).map_err(here)?);
+                surface.nodes.extend(self.nodes.find(who)?);
                 continue;
             }
             let face = String::from_utf8_lossy(words.next().unwrap_or_default()).to_uppercase();
-            for &cell in model.elements.find(who, instance).map_err(here)? {
-                self.add(&mut surface, model, cell, &face).map_err(here)?;
+            for &cell in self.elements.find(who)? {
+                surface.add(self, cell, &face)?;
             }
         }
         let before = self.surfaces.insert(name.shown.clone(), surface);
         let expected = "the name of a surface that is not used yet";
-        Problem::unless_used(before, expected, name.shown).map_err(head)
-    }
-
-    /// Adds a face of an element, or all its faces that no other shares where none is named.
-    fn add(
-        &mut self,
-        surface: &mut Surface,
-        model: &Model,
-        cell: usize,
-        face: &str,
-    ) -> Result<(), Problem> {
-        let kind = model.kinds[cell];
-        if let Some(side) = kind.side(face) {
-            surface.sides.push((cell, side));
-            return Ok(());
-        }
-        match (kind.element(), face) {
-            (_, "" | "SPOS" | "SNEG") if kind.lies_in_surface() => surface.cells.push(cell),
-            (Some(element), "") => {
-                let owners = self.owners.get_or_insert_with(|| owners(model));
-                let keys = keys(&model.grid, cell, element).enumerate();
-                let free = keys.filter(|(_, key)| owners.get(key) == Some(&1));
-                surface.sides.extend(free.map(|(side, _)| (cell, side)));
-            }
-            _ => {
-                let expected = "a face that the element has, such as S1";
-                return Err(Problem::expected(expected, face));
-            }
-        }
-        Ok(())
+        Problem::unless_used(before, expected, name.shown)
     }
 
     /// The grid with all sets and surfaces.
-    pub(super) fn finish(self, model: Model) -> Result<UnstructuredGrid, Problem> {
-        let Model { mut grid, nodes, elements, kinds, instance } = model;
-        grid.node_sets = nodes.named(instance.as_ref())?;
-        grid.groups = elements.named(instance.as_ref())?;
-        for (name, Surface { sides, mut cells, mut nodes }) in self.surfaces {
+    pub(super) fn finish(self) -> Result<UnstructuredGrid, Problem> {
+        let Model { mut grid, nodes, elements, kinds, surfaces, .. } = self;
+        grid.node_sets = nodes.named()?;
+        grid.groups = elements.named()?;
+        for (name, Surface { sides, mut cells, nodes }) in surfaces {
             if !nodes.is_empty() {
-                nodes.sort_unstable();
-                nodes.dedup();
+                let nodes = ascending(nodes);
                 give_way(&mut grid.node_sets, &name, &nodes, "nset");
                 grid.node_sets.insert(name, nodes);
                 continue;
@@ -118,6 +79,31 @@ impl Surfaces {
             }
         }
         Ok(grid)
+    }
+}
+
+impl Surface {
+    /// Adds a face of an element, or all its faces that no other shares where none is named.
+    fn add(&mut self, model: &Model, cell: usize, face: &str) -> Result<(), Problem> {
+        let kind = model.kinds[cell];
+        if let Some(side) = kind.side(face) {
+            self.sides.push((cell, side));
+            return Ok(());
+        }
+        match (kind.element(), face) {
+            (_, "" | "SPOS" | "SNEG") if kind.lies_in_surface() => self.cells.push(cell),
+            (Some(element), "") => {
+                let owners = model.owners.get_or_init(|| owners(model));
+                let keys = keys(&model.grid, cell, element).enumerate();
+                let free = keys.filter(|(_, key)| owners.get(key) == Some(&1));
+                self.sides.extend(free.map(|(side, _)| (cell, side)));
+            }
+            _ => {
+                let expected = "a face that the element has, such as S1";
+                return Err(Problem::expected(expected, face));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::grid::UnstructuredGrid;
 use crate::{Field, MeshError, Problem};
+use sinew_num::ascending;
 use std::ops::Range;
 
 /// Cells of several kinds in memory, as mesh files hold them, with fields and named groups.
@@ -80,8 +81,6 @@ impl MixedMesh {
     /// Names nodes.
     pub fn name_nodes(&mut self, name: impl Into<String>, nodes: impl IntoIterator<Item = usize>) {
         let set = self.0.node_sets.entry(name.into()).or_default();
-        set.extend(nodes);
-        set.sort_unstable();
-        set.dedup();
+        *set = ascending(set.drain(..).chain(nodes));
     }
 }

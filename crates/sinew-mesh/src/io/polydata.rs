@@ -19,48 +19,52 @@ pub(crate) struct CellList {
 /// The lists of cells in the order in which fields count them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
 pub(crate) enum Kind {
+    /// Vertices of a surface, or all cells of a grid.
     Vertices,
     Lines,
     Polygons,
     Strips,
 }
 
-/// The cells of a surface before they are a grid of triangles.
+/// The cells of a file before they are a grid, of triangles if they are a surface.
 #[derive(Default)]
 pub(crate) struct PolyData {
-    lists: [Option<CellList>; 4],
+    pub is_surface: bool,
+    pub lists: [Option<CellList>; 4],
 }
 
 impl Kind {
-    /// Kind by the keyword of legacy files.
-    pub(super) fn of_keyword(keyword: &[u8]) -> Option<Self> {
-        Some(match keyword {
-            b"VERTICES" => Kind::Vertices,
-            b"LINES" => Kind::Lines,
-            b"POLYGONS" => Kind::Polygons,
-            b"TRIANGLE_STRIPS" => Kind::Strips,
+    /// Kind by the keyword of legacy files, of a surface or a grid.
+    pub(super) fn of_keyword(keyword: &[u8], of_surface: bool) -> Option<Self> {
+        Some(match (keyword, of_surface) {
+            (b"CELLS", false) | (b"VERTICES", true) => Kind::Vertices,
+            (b"LINES", true) => Kind::Lines,
+            (b"POLYGONS", true) => Kind::Polygons,
+            (b"TRIANGLE_STRIPS", true) => Kind::Strips,
             _ => return None,
         })
     }
 }
 
 impl PolyData {
-    pub(super) fn put(&mut self, kind: Kind, list: CellList) {
-        self.lists[kind as usize] = Some(list);
-    }
-
     /// Number of cells in all lists.
     pub(super) fn cell_count(&self) -> usize {
         self.lists.iter().flatten().map(|list| list.ends.len()).sum()
     }
 
-    /// Adds the cells to a grid: polygons as fans of triangles around their first corner, strips as their triangles. Each
-    /// triangle takes its row of the fields.
+    /// Adds the cells to a grid. Of a surface, polygons become fans of triangles around their first corner, strips their
+    /// triangles; each triangle takes its row of the fields.
     ///
     /// # Errors
     /// Polygons or strips of very many triangles with fields.
     pub(super) fn fill(self, grid: &mut UnstructuredGrid) -> Result<(), Problem> {
         let cells = self.cell_count();
+        if !self.is_surface {
+            if let [Some(CellList { ends, nodes, at }), ..] = self.lists {
+                (grid.ends, grid.connectivity, grid.cells_at) = (ends, nodes, at);
+            }
+            return Ok(());
+        }
         let kinds = [Kind::Vertices, Kind::Lines, Kind::Polygons, Kind::Strips];
         // The row of the fields for each cell of the grid.
         let mut rows = Vec::new();

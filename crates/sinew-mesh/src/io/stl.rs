@@ -60,15 +60,14 @@ fn binary(bytes: &[u8], triangles: &mut Triangles) -> Result<(), Problem> {
 }
 
 fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<(), Problem> {
-    let mut solids = Vec::new();
+    let (mut solids, mut name) = (0, String::new());
     triangles.grid.points_at = cursor.here();
     triangles.grid.cells_at = cursor.here();
     while let Some(word) = cursor.word() {
         match word.to_ascii_lowercase().as_slice() {
             b"solid" => {
-                let name = cursor.line().unwrap_or_default();
-                let name = String::from_utf8_lossy(name).into_owned();
-                solids.push((name, triangles.grid.types.len()));
+                name = String::from_utf8_lossy(cursor.line().unwrap_or_default()).into_owned();
+                solids += 1;
             }
             b"facet" => {
                 // Normals are written as they come, not always as numbers.
@@ -85,13 +84,18 @@ fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<(), Proble
                 cursor.keyword("endloop")?;
                 cursor.keyword("endfacet")?;
                 triangles.push(corners);
+                if !name.is_empty() {
+                    let index = triangles.grid.types.len() - 1;
+                    triangles.grid.groups.entry(name.clone()).or_default().push(index);
+                }
             }
             b"endsolid" => drop(cursor.line()),
             _ => return Err(Problem::expected("facet or endsolid", word)),
         }
     }
-    if solids.len() > 1 {
-        triangles.name(&solids);
+    // The name of the only one names nothing.
+    if solids == 1 {
+        triangles.grid.groups.clear();
     }
     Ok(())
 }
@@ -115,15 +119,5 @@ impl Triangles {
         let [a, b, c] = nodes;
         // A collapsed triangle counts as a group of points, which a mesh leaves out.
         self.grid.push(if a == b || b == c || c == a { 2 } else { 5 }, &nodes);
-    }
-
-    /// Names the triangles behind each start.
-    fn name(&mut self, solids: &[(String, usize)]) {
-        let ends = solids.iter().skip(1).map(|(_, start)| *start).chain([self.grid.types.len()]);
-        for ((name, start), end) in
-            solids.iter().zip(ends).filter(|((name, _), _)| !name.is_empty())
-        {
-            self.grid.groups.entry(name.clone()).or_default().extend(*start..end);
-        }
     }
 }

@@ -8,7 +8,6 @@ use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
 use crate::{Field, FieldValues, Problem};
 use percent_encoding::percent_decode_str;
-use std::collections::BTreeMap;
 
 /// First bytes of every legacy VTK file.
 pub(crate) const MAGIC: &[u8] = b"# vtk DataFile Version";
@@ -20,21 +19,13 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     Ok(reader.grid)
 }
 
-/// Points or cells that the following attributes belong to.
-#[derive(Clone, Copy)]
-enum Owner {
-    Points(usize),
-    Cells(usize),
-}
-
 #[derive(Default)]
 struct Reader<'a> {
     cursor: Cursor<'a>,
     grid: UnstructuredGrid,
-    is_surface: bool,
-    /// The cells of a surface.
-    surface: PolyData,
-    attributes_of: Option<Owner>,
+    cells: PolyData,
+    /// The section that attributes belong to, POINT_DATA or CELL_DATA, and the number of rows of its arrays.
+    attributes_of: Option<(&'static str, usize)>,
     /// Major version of the format.
     major: u32,
 }
@@ -43,9 +34,7 @@ impl Reader<'_> {
     fn read(&mut self) -> Result<(), Problem> {
         self.header()?;
         while self.section()? {}
-        if self.is_surface {
-            std::mem::take(&mut self.surface).fill(&mut self.grid)?;
-        }
+        std::mem::take(&mut self.cells).fill(&mut self.grid)?;
         if self.grid.points.is_empty() {
             return Err(Problem::Missing { expected: "a POINTS section" });
         }
@@ -70,7 +59,7 @@ impl Reader<'_> {
         let dataset = self.cursor.text("a dataset type")?;
         match dataset.to_ascii_uppercase().as_str() {
             "UNSTRUCTURED_GRID" => {}
-            "POLYDATA" => self.is_surface = true,
+            "POLYDATA" => self.cells.is_surface = true,
             _ => {
                 let advice = "save it as an unstructured grid, or a surface as poly data";
                 return Err(Problem::unsupported("dataset type", dataset, advice));
@@ -85,66 +74,55 @@ impl Reader<'_> {
         let Some(word) = self.cursor.word() else { return Ok(false) };
         match word.to_ascii_uppercase().as_slice() {
             b"POINTS" => self.points()?,
-            b"CELLS" if !self.is_surface => {
-                let list = self.cells()?;
-                self.grid.cells_at = list.at;
-                (self.grid.ends, self.grid.connectivity) = (list.ends, list.nodes);
-            }
             b"CELL_TYPES" => self.cell_types()?,
-            b"POINT_DATA" => self.attributes(Owner::Points(self.grid.points.len()))?,
-            b"CELL_DATA" => {
-                let listed = self.grid.ends.len();
-                let cells = if self.is_surface { self.surface.cell_count() } else { listed };
-                self.attributes(Owner::Cells(cells))?;
-            }
+            b"POINT_DATA" => self.attributes("POINT_DATA", self.grid.points.len())?,
+            b"CELL_DATA" => self.attributes("CELL_DATA", self.cells.cell_count())?,
             b"METADATA" => self.metadata(),
             b"FIELD" => self.field_arrays()?,
             b"LOOKUP_TABLE" => self.lookup_table()?,
-            keyword => match (Kind::of_keyword(keyword), self.attributes_of) {
-                (Some(kind), _) if self.is_surface => {
-                    let list = self.cells()?;
-                    self.surface.put(kind, list);
+            keyword => {
+                let kind = Kind::of_keyword(keyword, self.cells.is_surface);
+                match (kind, self.attributes_of) {
+                    (Some(kind), _) if self.major >= 5 => {
+                        self.cells.lists[kind as usize] = Some(self.cells_with_offsets()?);
+                    }
+                    (Some(kind), _) => {
+                        self.cells.lists[kind as usize] = Some(self.cells_with_counts()?);
+                    }
+                    (_, Some(_)) if let Some(components) = attribute_components(keyword) => {
+                        self.attribute(keyword, components)?;
+                    }
+                    _ => return Err(Problem::expected("the keyword of a section", word)),
                 }
-                (_, Some(owner)) if let Some(components) = attribute_components(keyword) => {
-                    self.attribute(keyword, components, owner)?;
-                }
-                _ => return Err(Problem::expected("the keyword of a section", word)),
-            },
+            }
         }
         Ok(true)
     }
 
     /// Requires the declared number of rows of POINT_DATA or CELL_DATA to be the true one.
-    fn attributes(&mut self, owner: Owner) -> Result<(), Problem> {
-        let (section, expected) = match owner {
-            Owner::Points(rows) => ("POINT_DATA", rows),
-            Owner::Cells(rows) => ("CELL_DATA", rows),
-        };
+    fn attributes(&mut self, section: &'static str, expected: usize) -> Result<(), Problem> {
         let found = self.cursor.parse("the number of rows")?;
         Problem::require_count(|| format!("rows of {section}"), expected, found)?;
-        self.attributes_of = Some(owner);
+        self.attributes_of = Some((section, expected));
         Ok(())
     }
 
     fn points(&mut self) -> Result<(), Problem> {
         let count: usize = self.cursor.parse("the number of points")?;
-        let kind = self.number_type()?;
-        self.end_of_header();
+        let kind = number_type(self.cursor.text("a number type")?)?;
+        // Here and below: binary numbers begin directly behind the line break.
+        self.cursor.line();
         self.grid.points_at = self.cursor.here();
         let coordinates = self.cursor.reals(kind, count.saturating_mul(3), "coordinates")?;
         self.grid.points = coordinates.as_chunks().0.to_vec();
         Ok(())
     }
 
-    fn cells(&mut self) -> Result<CellList, Problem> {
-        if self.major >= 5 { self.cells_with_offsets() } else { self.cells_with_counts() }
-    }
-
     /// `CELLS n size`, then each cell as its number of nodes and the nodes.
     fn cells_with_counts(&mut self) -> Result<CellList, Problem> {
         let count: usize = self.cursor.parse("the number of cells")?;
         let size: usize = self.cursor.parse("the size of the cell list")?;
-        self.end_of_header();
+        self.cursor.line();
         let at = self.cursor.here();
         let list = self.cursor.integers(NumberType::I32, size, "the cell list")?;
         let (mut ends, mut nodes) = (Vec::new(), Vec::with_capacity(list.len()));
@@ -169,13 +147,13 @@ impl Reader<'_> {
         let offsets: usize = self.cursor.parse("the number of offsets")?;
         let nodes: usize = self.cursor.parse("the length of the connectivity")?;
         self.cursor.keyword("OFFSETS")?;
-        let kind = self.number_type()?;
-        self.end_of_header();
+        let kind = number_type(self.cursor.text("a number type")?)?;
+        self.cursor.line();
         let offsets = self.cursor.integers(kind, offsets, "offsets of cells")?;
         let ends = checked_ends(&offsets, nodes)?;
         self.cursor.keyword("CONNECTIVITY")?;
-        let kind = self.number_type()?;
-        self.end_of_header();
+        let kind = number_type(self.cursor.text("a number type")?)?;
+        self.cursor.line();
         let at = self.cursor.here();
         let nodes = self.cursor.integers(kind, nodes, "nodes of cells")?;
         Ok(CellList { ends, nodes, at })
@@ -183,7 +161,7 @@ impl Reader<'_> {
 
     fn cell_types(&mut self) -> Result<(), Problem> {
         let count: usize = self.cursor.parse("the number of cell types")?;
-        self.end_of_header();
+        self.cursor.line();
         let types = self.cursor.integers(NumberType::I32, count, "cell types")?;
         // Unknown types are refused with their cell's index later.
         self.grid.types = types.iter().map(|&t| u8::try_from(t).unwrap_or(u8::MAX)).collect();
@@ -191,14 +169,8 @@ impl Reader<'_> {
     }
 
     /// SCALARS, VECTORS and their like.
-    fn attribute(
-        &mut self,
-        keyword: &[u8],
-        components: usize,
-        owner: Owner,
-    ) -> Result<(), Problem> {
+    fn attribute(&mut self, keyword: &[u8], mut components: usize) -> Result<(), Problem> {
         let name = decoded(self.cursor.text("the name of the attribute")?);
-        let mut components = components;
         if matches!(keyword, b"COLOR_SCALARS" | b"TEXTURE_COORDINATES") {
             components = self.cursor.parse("the number of components")?;
         }
@@ -211,7 +183,7 @@ impl Reader<'_> {
             }
             self.lookup_table_name();
         }
-        self.array(name, components, kind, owner)
+        self.array(name, components, kind)
     }
 
     /// The line `LOOKUP_TABLE name` behind SCALARS, which some programs leave out.
@@ -223,14 +195,8 @@ impl Reader<'_> {
         }
     }
 
-    fn array(
-        &mut self,
-        name: String,
-        components: usize,
-        kind: Values,
-        owner: Owner,
-    ) -> Result<(), Problem> {
-        let (Owner::Points(rows) | Owner::Cells(rows)) = owner;
+    fn array(&mut self, name: String, components: usize, kind: Values) -> Result<(), Problem> {
+        let Some((section, rows)) = self.attributes_of else { return Ok(()) };
         let count = rows.saturating_mul(components);
         let values = match self.values(kind, count)? {
             None => {
@@ -240,11 +206,7 @@ impl Reader<'_> {
             Some(FieldValues::Float(shares)) if kind == Values::Colours => characters(&shares)?,
             Some(values) => values,
         };
-        let fields: &mut BTreeMap<_, _> = match owner {
-            Owner::Points(_) => &mut self.grid.point_fields,
-            Owner::Cells(_) => &mut self.grid.cell_fields,
-        };
-        fields.insert(name, Field { components, values });
+        self.grid.fields(section == "POINT_DATA").insert(name, Field { components, values });
         Ok(())
     }
 
@@ -263,15 +225,14 @@ impl Reader<'_> {
             let components = self.cursor.parse("the number of components")?;
             let rows: usize = self.cursor.parse("the number of rows")?;
             let kind = self.type_of_values()?;
-            self.end_of_header();
-            let Some(owner) = self.attributes_of else {
+            self.cursor.line();
+            let Some((_, expected)) = self.attributes_of else {
                 self.values(kind, rows.saturating_mul(components))?;
                 continue;
             };
-            let (Owner::Points(expected) | Owner::Cells(expected)) = owner;
             let what = || format!("rows of array `{}`", name.escape_debug());
             Problem::require_count(what, expected, rows)?;
-            self.array(name, components, kind, owner)?;
+            self.array(name, components, kind)?;
         }
         Ok(())
     }
@@ -280,7 +241,7 @@ impl Reader<'_> {
     fn lookup_table(&mut self) -> Result<(), Problem> {
         self.cursor.text("the name of the lookup table")?;
         let size: usize = self.cursor.parse("the size of the lookup table")?;
-        self.end_of_header();
+        self.cursor.line();
         self.cursor.numbers(self.kind_of_colours(), size.saturating_mul(4), "colours")?;
         Ok(())
     }
@@ -326,34 +287,25 @@ impl Reader<'_> {
 
     /// METADATA describes the array before it and ends with an empty line.
     fn metadata(&mut self) {
-        self.end_of_header();
+        self.cursor.line();
         while self.cursor.line().is_some_and(|line| !line.is_empty()) {}
     }
 
     fn type_of_values(&mut self) -> Result<Values, Problem> {
-        let before = self.cursor.position();
-        Ok(match self.cursor.word().unwrap_or_default().to_ascii_lowercase().as_slice() {
-            b"string" | b"utf8_string" => Values::Text,
-            b"bit" => Values::Bits,
-            _ => {
-                self.cursor.rewind(before);
-                Values::Numbers(self.number_type()?)
-            }
-        })
-    }
-
-    fn number_type(&mut self) -> Result<NumberType, Problem> {
         let name = self.cursor.text("a number type")?;
-        NumberType::named(&name.to_ascii_lowercase().replace("vtktype", "")).ok_or_else(|| {
-            let advice = "save the array with a type from char to double, or without this array";
-            Problem::unsupported("number type", name, advice)
+        Ok(match name.to_ascii_lowercase().as_str() {
+            "string" | "utf8_string" => Values::Text,
+            "bit" => Values::Bits,
+            _ => Values::Numbers(number_type(name)?),
         })
     }
+}
 
-    /// Binary numbers begin directly behind the line break.
-    fn end_of_header(&mut self) {
-        self.cursor.line();
-    }
+fn number_type(name: &str) -> Result<NumberType, Problem> {
+    NumberType::named(&name.to_ascii_lowercase().replace("vtktype", "")).ok_or_else(|| {
+        let advice = "save the array with a type from char to double, or without this array";
+        Problem::unsupported("number type", name, advice)
+    })
 }
 
 /// Values of an array in the file; no field of a mesh is of text or bits.

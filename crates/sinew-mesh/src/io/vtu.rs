@@ -7,9 +7,10 @@ use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
 use super::vtk::checked_ends;
 use super::vtu_data::{Layout, Source, ascii, read_array};
-use crate::{Field, FieldValues, Place, Problem};
+use crate::{Field, Place, Problem};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
+use std::collections::BTreeMap;
 
 /// Reads an unstructured grid or a surface of one piece.
 pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
@@ -25,7 +26,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
         section: Section::Other,
         piece: None,
         grid: UnstructuredGrid::default(),
-        is_surface: false,
+        cells: PolyData::default(),
         lists: Default::default(),
     };
     parser.xml.config_mut().check_end_names = false;
@@ -56,11 +57,11 @@ impl<'a> Appended<'a> {
         Ok(Some(Appended { raw, data: &element[start..], start: at + start }))
     }
 
-    fn source(self, offset: usize) -> Result<Source<'a>, Problem> {
+    fn source(self, offset: usize, layout: Layout) -> Result<Source<'a>, Problem> {
         let value = i64::try_from(offset).unwrap_or(i64::MAX);
         let bounds = 0..=self.data.len() as i64;
         Problem::require_within("the offset of an appended array", value, bounds)?;
-        Ok(Source::new(self.start + offset, &self.data[offset..], !self.raw))
+        Ok(Source::new(self.start + offset, &self.data[offset..], !self.raw, layout))
     }
 }
 
@@ -74,16 +75,6 @@ enum Section {
     Other,
 }
 
-/// A DataArray's attributes.
-struct Header {
-    name: String,
-    components: usize,
-    kind: Option<NumberType>,
-    kind_name: String,
-    format: String,
-    offset: Option<usize>,
-}
-
 struct Parser<'a> {
     xml: Reader<&'a [u8]>,
     /// Start of the last item, which errors point to.
@@ -94,18 +85,9 @@ struct Parser<'a> {
     /// Number of points, and of cells in each list.
     piece: Option<(usize, [usize; 4])>,
     grid: UnstructuredGrid,
-    is_surface: bool,
-    lists: [Arrays; 4],
-}
-
-/// The arrays of a list of cells, and where they are in the file.
-#[derive(Default)]
-struct Arrays {
-    nodes: Vec<i64>,
-    nodes_at: usize,
-    /// End of each cell, behind a 0.
-    offsets: Option<Vec<i64>>,
-    offsets_at: usize,
+    cells: PolyData,
+    /// Arrays of each list of cells, and where they are in the file.
+    lists: [BTreeMap<String, (Vec<i64>, usize)>; 4],
 }
 
 impl<'a> Parser<'a> {
@@ -147,8 +129,7 @@ impl<'a> Parser<'a> {
             b"DataArray" => {
                 let text = if empty { Vec::new() } else { self.array_text()? };
                 if self.section != Section::Other {
-                    let header = self.array_header(tag)?;
-                    self.array(header, &text)?;
+                    self.array(tag, &text)?;
                 }
             }
             // Data of the whole file, such as a time, is not part of the mesh.
@@ -174,7 +155,7 @@ impl<'a> Parser<'a> {
     fn file_header(&mut self, tag: &BytesStart<'a>) -> Result<(), Problem> {
         match self.attribute(tag, "type")?.unwrap_or_default() {
             kind if kind == "UnstructuredGrid" => {}
-            kind if kind == "PolyData" => self.is_surface = true,
+            kind if kind == "PolyData" => self.cells.is_surface = true,
             kind => {
                 let advice = "save it as an unstructured grid (.vtu) or a surface (.vtp)";
                 return Err(Problem::unsupported("VTK XML file type", kind, advice));
@@ -201,7 +182,7 @@ impl<'a> Parser<'a> {
             return Err(Problem::unsupported("number of pieces", "2 or more", advice));
         }
         let points = self.number(tag, "NumberOfPoints")?;
-        let (counts, expected) = if self.is_surface {
+        let (counts, expected) = if self.cells.is_surface {
             let names = ["NumberOfVerts", "NumberOfLines", "NumberOfPolys", "NumberOfStrips"];
             let mut counts = [0; 4];
             for (count, name) in counts.iter_mut().zip(names) {
@@ -212,21 +193,8 @@ impl<'a> Parser<'a> {
             let count = self.number(tag, "NumberOfCells")?;
             (count.map(|n| [n, 0, 0, 0]), "NumberOfPoints and NumberOfCells of the piece")
         };
-        let piece = points.zip(counts).ok_or(Problem::Missing { expected })?;
-        self.piece = Some(piece);
+        self.piece = Some(points.zip(counts).ok_or(Problem::Missing { expected })?);
         Ok(())
-    }
-
-    fn array_header(&self, tag: &BytesStart<'a>) -> Result<Header, Problem> {
-        let kind_name = self.attribute(tag, "type")?.unwrap_or_default();
-        Ok(Header {
-            name: self.attribute(tag, "Name")?.unwrap_or_default(),
-            components: self.number(tag, "NumberOfComponents")?.unwrap_or(1),
-            kind: NumberType::named(&kind_name.to_ascii_lowercase()),
-            kind_name,
-            format: self.attribute(tag, "format")?.unwrap_or_else(|| "ascii".into()),
-            offset: self.number(tag, "offset")?,
-        })
     }
 
     /// The text of a DataArray without that of the information keys inside it.
@@ -247,53 +215,43 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn array(&mut self, header: Header, text: &[u8]) -> Result<(), Problem> {
+    fn array(&mut self, tag: &BytesStart<'a>, text: &[u8]) -> Result<(), Problem> {
+        let kind_name = self.attribute(tag, "type")?.unwrap_or_default();
+        let name = self.attribute(tag, "Name")?.unwrap_or_default();
+        let components = self.number(tag, "NumberOfComponents")?.unwrap_or(1);
+        let format = self.attribute(tag, "format")?.unwrap_or_else(|| "ascii".into());
+        let offset = self.number(tag, "offset")?;
         let (points, cells) = self.piece.ok_or(Problem::Missing { expected: "a Piece element" })?;
         let all = cells.iter().fold(0, |all: usize, &count| all.saturating_add(count));
         // The length of the connectivity is known only from the offsets.
-        let rows = match (self.section, header.name.as_str()) {
+        let rows = match (self.section, name.as_str()) {
             (Section::Points | Section::PointData, _) => Some(points),
             (Section::Cells(_), "connectivity") => None,
             (Section::Cells(kind), "offsets") => Some(cells[kind as usize]),
-            (Section::Cells(_), "types") if !self.is_surface => Some(all),
+            (Section::Cells(_), "types") if !self.cells.is_surface => Some(all),
             // Faces of polyhedra; such cells are refused by their type.
             (Section::Cells(_), _) => return Ok(()),
             _ => Some(all),
         };
-        if header.kind.is_none() && matches!(self.section, Section::PointData | Section::CellData) {
-            let [name, kind] = [&header.name, &header.kind_name].map(|text| text.escape_debug());
-            self.grid.left_out.push(format!("array `{name}` of type {kind}"));
-            return Ok(());
-        }
-        let values = self.values(&header, rows, text)?;
-        let Header { name, components, .. } = header;
-        let field = Field { components, values };
-        match self.section {
-            Section::Points => self.points(&field)?,
-            Section::PointData => drop(self.grid.point_fields.insert(name, field)),
-            Section::CellData => drop(self.grid.cell_fields.insert(name, field)),
-            Section::Cells(kind) => self.cells(kind, &name, &field)?,
-            Section::Other => {}
-        }
-        Ok(())
-    }
-
-    fn values(
-        &mut self,
-        header: &Header,
-        rows: Option<usize>,
-        text: &[u8],
-    ) -> Result<FieldValues, Problem> {
-        let kind = header.kind.ok_or_else(|| {
-            let advice = "save the array as numbers, or without this array";
-            Problem::unsupported("array type", &header.kind_name, advice)
-        })?;
-        let expected = rows.map(|rows| rows.saturating_mul(header.components));
-        let values = match (header.format.as_str(), header.offset, self.appended) {
-            ("ascii", ..) => ascii(kind, text)?,
-            ("binary", ..) => self.decoded(Source::new(self.item, text, true), kind, expected)?,
+        let is_field = matches!(self.section, Section::PointData | Section::CellData);
+        let kind = match NumberType::named(&kind_name.to_ascii_lowercase()) {
+            Some(kind) => kind,
+            None if is_field => {
+                let [name, kind] = [&name, &kind_name].map(|text| text.escape_debug());
+                self.grid.left_out.push(format!("array `{name}` of type {kind}"));
+                return Ok(());
+            }
+            None => {
+                let advice = "save the array as numbers, or without this array";
+                return Err(Problem::unsupported("array type", kind_name, advice));
+            }
+        };
+        let expected = rows.map(|rows| rows.saturating_mul(components));
+        let source = match (format.as_str(), offset, self.appended) {
+            ("ascii", ..) => None,
+            ("binary", ..) => Some(Source::new(self.item, text, true, self.layout)),
             ("appended", Some(offset), Some(appended)) => {
-                self.decoded(appended.source(offset)?, kind, expected)?
+                Some(appended.source(offset, self.layout)?)
             }
             ("appended", ..) => {
                 let expected = "an offset and an AppendedData element";
@@ -301,60 +259,47 @@ impl<'a> Parser<'a> {
             }
             (other, ..) => return Err(Problem::expected("ascii, binary or appended", other)),
         };
-        let what = || format!("numbers of array `{}`", header.name.escape_debug());
+        let values = match source {
+            None => ascii(kind, text)?,
+            Some(mut source) => read_array(&mut source, kind, expected)
+                .inspect_err(|_| self.item = source.place())?,
+        };
+        let what = || format!("numbers of array `{}`", name.escape_debug());
         Problem::require_count(what, expected.unwrap_or(values.len()), values.len())?;
-        Ok(values)
+        self.put(name, Field { components, values })
     }
 
-    fn decoded(
-        &mut self,
-        mut source: Source<'_>,
-        kind: NumberType,
-        expected: Option<usize>,
-    ) -> Result<FieldValues, Problem> {
-        let values = read_array(&mut source, self.layout, kind, expected);
-        values.inspect_err(|_| self.item = source.place())
-    }
-
-    fn points(&mut self, field: &Field) -> Result<(), Problem> {
-        Problem::require_count(|| "components of points".into(), 3, field.components)?;
-        let points = field.to_vectors().unwrap_or_default();
-        (self.grid.points, self.grid.points_at) = (points, Place::at(self.item));
-        Ok(())
-    }
-
-    fn cells(&mut self, kind: Kind, name: &str, field: &Field) -> Result<(), Problem> {
-        let expected = "integers with one component";
-        let labels = field.as_labels().ok_or_else(|| Problem::expected(expected, name))?;
-        let list = &mut self.lists[kind as usize];
-        match name {
-            "connectivity" => (list.nodes_at, list.nodes) = (self.item, labels.to_vec()),
-            "offsets" => {
-                list.offsets_at = self.item;
-                list.offsets = Some(std::iter::once(0).chain(labels.iter().copied()).collect());
+    /// Adds an array of the section.
+    fn put(&mut self, name: String, field: Field) -> Result<(), Problem> {
+        match self.section {
+            Section::Points => {
+                Problem::require_count(|| "components of points".into(), 3, field.components)?;
+                self.grid.points = field.to_vectors().unwrap_or_default();
+                self.grid.points_at = Place::at(self.item);
             }
-            // Unknown types are refused with their cell's index later.
-            _ => {
-                let narrowed = labels.iter().map(|&kind| u8::try_from(kind).unwrap_or(u8::MAX));
-                self.grid.types = narrowed.collect();
+            Section::Cells(kind) => {
+                let other = || Problem::expected("integers with one component", &name);
+                let labels = field.as_labels().ok_or_else(other)?.to_vec();
+                self.lists[kind as usize].insert(name, (labels, self.item));
             }
+            section => drop(self.grid.fields(section == Section::PointData).insert(name, field)),
         }
         Ok(())
     }
 
     /// A list of cells; `None` when it has none and no arrays.
     fn list(&mut self, kind: Kind, count: usize) -> Result<Option<CellList>, Problem> {
-        let Arrays { nodes, nodes_at, offsets, offsets_at } =
-            std::mem::take(&mut self.lists[kind as usize]);
-        match offsets {
-            None if count == 0 && self.is_surface => Ok(None),
-            None => Err(Problem::Missing { expected: "an array named offsets" }),
-            Some(offsets) => {
-                let ends = checked_ends(&offsets, nodes.len());
-                let ends = ends.inspect_err(|_| self.item = offsets_at)?;
-                Ok(Some(CellList { ends, nodes, at: Place::at(nodes_at) }))
-            }
-        }
+        let arrays = &mut self.lists[kind as usize];
+        let (nodes, nodes_at) = arrays.remove("connectivity").unwrap_or_default();
+        let Some((offsets, offsets_at)) = arrays.remove("offsets") else {
+            let missing = Problem::Missing { expected: "an array named offsets" };
+            let is_empty = count == 0 && self.cells.is_surface;
+            return if is_empty { Ok(None) } else { Err(missing) };
+        };
+        // The end of each cell, behind a 0.
+        let ends = checked_ends(&[&[0], offsets.as_slice()].concat(), nodes.len());
+        let ends = ends.inspect_err(|_| self.item = offsets_at)?;
+        Ok(Some(CellList { ends, nodes, at: Place::at(nodes_at) }))
     }
 
     fn finish(&mut self) -> Result<(), Problem> {
@@ -363,22 +308,17 @@ impl<'a> Parser<'a> {
         if self.grid.points.len() != points {
             return Err(missing("a Points element with an array"));
         }
-        if self.is_surface {
-            let mut surface = PolyData::default();
-            for kind in [Kind::Vertices, Kind::Lines, Kind::Polygons, Kind::Strips] {
-                if let Some(list) = self.list(kind, counts[kind as usize])? {
-                    surface.put(kind, list);
-                }
-            }
-            surface.fill(&mut self.grid)?;
-        } else if let Some(list) = self.list(Kind::Vertices, counts[0])? {
-            if self.grid.types.len() != counts[0] {
-                return Err(missing("an array named types"));
-            }
-            self.grid.cells_at = list.at;
-            (self.grid.ends, self.grid.connectivity) = (list.ends, list.nodes);
+        let (types, _) = self.lists[0].remove("types").unwrap_or_default();
+        // Unknown types are refused with their cell's index later.
+        self.grid.types = types.iter().map(|&kind| u8::try_from(kind).unwrap_or(u8::MAX)).collect();
+        let kinds = [Kind::Vertices, Kind::Lines, Kind::Polygons, Kind::Strips];
+        for &kind in &kinds[..if self.cells.is_surface { 4 } else { 1 }] {
+            self.cells.lists[kind as usize] = self.list(kind, counts[kind as usize])?;
         }
-        Ok(())
+        if !self.cells.is_surface && self.grid.types.len() != counts[0] {
+            return Err(missing("an array named types"));
+        }
+        std::mem::take(&mut self.cells).fill(&mut self.grid)
     }
 }
 

@@ -27,13 +27,14 @@ pub(crate) struct Source<'a> {
     data: &'a [u8],
     position: usize,
     base64: bool,
+    layout: Layout,
     /// Decoded bytes of the last base64 group that were not asked for yet.
     ready: Vec<u8>,
 }
 
 impl<'a> Source<'a> {
-    pub(super) fn new(at: usize, data: &'a [u8], base64: bool) -> Self {
-        Source { at, data, position: 0, base64, ready: Vec::new() }
+    pub(super) fn new(at: usize, data: &'a [u8], base64: bool, layout: Layout) -> Self {
+        Source { at, data, position: 0, base64, layout, ready: Vec::new() }
     }
 
     /// Offset of the next byte in the file.
@@ -74,16 +75,17 @@ impl<'a> Source<'a> {
             *slot = character;
         }
         let decoded = STANDARD.decode(group);
-        self.ready.extend(decoded.map_err(|_| Problem::Base64 { found: excerpt(&group) })?);
+        let found = || format!("found `{}` in base64 data", excerpt(&group).escape_debug());
+        self.ready.extend(decoded.map_err(|_| Problem::Damaged { what: found() })?);
         Ok(())
     }
 
     /// `count` sizes of the header.
-    fn sizes(&mut self, count: usize, layout: Layout) -> Result<Vec<usize>, Problem> {
-        let kind = if layout.wide_header { NumberType::U64 } else { NumberType::U32 };
+    fn sizes(&mut self, count: usize) -> Result<Vec<usize>, Problem> {
+        let kind = if self.layout.wide_header { NumberType::U64 } else { NumberType::U32 };
         let what = "sizes in the header of an array";
         let bytes = self.take(count.saturating_mul(kind.size()), what)?;
-        match kind.decode(&bytes, layout.endian) {
+        match kind.decode(&bytes, self.layout.endian) {
             Ok(FieldValues::Integer(sizes)) => {
                 Ok(sizes.iter().map(|&size| size as usize).collect())
             }
@@ -95,18 +97,18 @@ impl<'a> Source<'a> {
 /// Reads the numbers of an array; `expected` is how many there must be, if known.
 pub(crate) fn read_array(
     source: &mut Source<'_>,
-    layout: Layout,
     kind: NumberType,
     expected: Option<usize>,
 ) -> Result<FieldValues, Problem> {
+    let layout = source.layout;
     if expected == Some(0) {
         return Ok(kind.decode(&[], layout.endian).unwrap_or(FieldValues::Integer(vec![])));
     }
     let expected = expected.map(|count| count.saturating_mul(kind.size()));
     let bytes = if layout.zlib {
-        inflate(source, layout, expected)?
+        inflate(source, expected)?
     } else {
-        let size = source.sizes(1, layout)?[0];
+        let size = source.sizes(1)?[0];
         check_size(size, expected)?;
         source.take(size, "numbers of an array")?
     };
@@ -119,14 +121,10 @@ fn check_size(found: usize, expected: Option<usize>) -> Result<(), Problem> {
 }
 
 /// Blocks of equal size, the last one shorter unless its size is given as 0.
-fn inflate(
-    source: &mut Source<'_>,
-    layout: Layout,
-    expected: Option<usize>,
-) -> Result<Vec<u8>, Problem> {
-    let head = source.sizes(3, layout)?;
+fn inflate(source: &mut Source<'_>, expected: Option<usize>) -> Result<Vec<u8>, Problem> {
+    let head = source.sizes(3)?;
     let (blocks, full, last) = (head[0], head[1], head[2]);
-    let compressed = source.sizes(blocks, layout)?;
+    let compressed = source.sizes(blocks)?;
     let last = if last == 0 { full } else { last };
     let total = full.saturating_mul(blocks.saturating_sub(1)).saturating_add(last);
     check_size(if blocks == 0 { 0 } else { total }, expected)?;
@@ -134,7 +132,8 @@ fn inflate(
     for (block, &size) in compressed.iter().enumerate() {
         let declared = if block + 1 == blocks { last } else { full };
         let data = source.take(size, "compressed blocks")?;
-        let broken = Err(Problem::Compression { block, declared });
+        let what = format!("zlib block {block} must decompress to {declared} bytes, but does not");
+        let broken = Err(Problem::Damaged { what });
         if declared > size.saturating_mul(MOST_DEFLATE) {
             return broken;
         }

@@ -1,5 +1,6 @@
 //! Writing VTU files and PVD series.
 
+use super::files::save;
 use super::sets::fields_with_sets;
 use crate::{Defect, Field, FieldValues, Mesh, MeshError};
 use base64::{Engine, engine::general_purpose::STANDARD};
@@ -16,26 +17,16 @@ pub const DISPLACEMENT: &str = "displacement";
 /// # Errors
 /// When the mesh breaks a rule of [`Mesh::check`] or a name cannot be written.
 pub fn to_vtu<const N: usize>(mesh: &Mesh<N>) -> Result<Vec<u8>, MeshError> {
-    to_vtu_with(mesh, &[])
-}
-
-/// [`to_vtu`] with numbers that belong to the whole mesh, by name, such as parameters: VTK's field data.
-///
-/// # Errors
-/// As [`to_vtu`].
-pub fn to_vtu_with<const N: usize>(
-    mesh: &Mesh<N>,
-    numbers: &[(String, f64)],
-) -> Result<Vec<u8>, MeshError> {
-    to_xml(mesh, GRID, numbers)
+    to_xml(mesh, GRID, &[])
 }
 
 /// A VTK data set and its list of cells: of any kind, and of polygons.
-type DataSet = [&'static str; 2];
-const GRID: DataSet = ["UnstructuredGrid", "Cells"];
+pub(crate) type DataSet = [&'static str; 2];
+pub(crate) const GRID: DataSet = ["UnstructuredGrid", "Cells"];
 pub(super) const SURFACE: DataSet = ["PolyData", "Polys"];
 
-pub(super) fn to_xml<const N: usize>(
+/// The mesh as a file of this data set, with numbers that belong to the whole of it: VTK's field data.
+pub(crate) fn to_xml<const N: usize>(
     mesh: &Mesh<N>,
     data_set: DataSet,
     numbers: &[(String, f64)],
@@ -65,30 +56,32 @@ pub(super) fn to_xml<const N: usize>(
     Ok(xml.into_bytes())
 }
 
-/// A PVD file: a series of mesh files over time, which ParaView plays. Each entry is a time
+/// Writes a PVD file: a series of mesh files over time, which ParaView plays. Each entry is a time
 /// and the path of a file relative to the PVD file.
 ///
-/// # Errors
-/// When a path is not Unicode or has control characters.
-///
 /// ```
+/// # let folder = tempfile::tempdir()?;
 /// let series = [(0.0, "beam_0.vtu".as_ref()), (0.5, "beam_1.vtu".as_ref())];
-/// let pvd = sinew_mesh::to_pvd(&series)?;
-/// assert!(pvd.contains("timestep=\"0.5\""));
-/// # Ok::<(), sinew_mesh::MeshError>(())
+/// let path = folder.path().join("beam.pvd");
+/// sinew_mesh::write_pvd(&path, &series)?;
+/// assert!(std::fs::read_to_string(path)?.contains("timestep=\"0.5\""));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn to_pvd(series: &[(f64, &Path)]) -> Result<String, MeshError> {
+///
+/// # Errors
+/// When a path is not Unicode or has control characters, and when the file cannot be written.
+pub fn write_pvd(path: impl AsRef<Path>, series: &[(f64, &Path)]) -> Result<(), MeshError> {
     let mut xml = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
     );
-    for (time, path) in series {
-        let name = path.to_str().filter(|name| !name.chars().any(char::is_control));
-        let lossy = || Defect::Name { name: path.to_string_lossy().into_owned() };
+    for (time, file) in series {
+        let name = file.to_str().filter(|name| !name.chars().any(char::is_control));
+        let lossy = || Defect::Name { name: file.to_string_lossy().into_owned() };
         let name = escape(name.ok_or_else(lossy)?);
         xml += &format!("<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{name}\"/>\n");
     }
     xml += "</Collection>\n</VTKFile>\n";
-    Ok(xml)
+    save(path.as_ref(), xml.as_bytes())
 }
 
 fn field_data(xml: &mut String, numbers: &[(String, f64)]) -> Result<(), MeshError> {

@@ -3,6 +3,7 @@
 use super::{Rule, Selection, SelectionError};
 use crate::{Facet, Mesh, SELECTION_TOLERANCE, boundary_facets, extents};
 use nalgebra::Vector3;
+use sinew_num::ascending;
 use std::collections::{HashMap, HashSet};
 
 type Point = Vector3<f64>;
@@ -35,8 +36,7 @@ impl<'m, const N: usize> Places<'m, N> {
             boundary.extend(&facets);
             between.insert(regions.clone(), facets);
         }
-        boundary.sort_unstable();
-        boundary.dedup();
+        let boundary = ascending(boundary);
         let normals = boundary.iter().map(|&facet| normal(mesh, facet)).collect();
         let of_cells = mesh.cells.as_flattened().iter().map(|&node| mesh.points[node]);
         let size = extents(&of_cells.collect::<Vec<_>>());
@@ -186,33 +186,26 @@ impl<'m, const N: usize> Places<'m, N> {
     }
 
     fn explain_part(&self, part: &Selection) -> Result<String, SelectionError> {
-        let what = part.what();
-        let chosen = self.choose(part)?;
-        let count = |all: &[bool]| all.iter().filter(|&&chosen| chosen).count();
+        let (what, chosen) = (part.what(), self.choose(part)?);
+        let (members, away, kind) = match part.reads_normals() {
+            true => (chosen.facets, self.angles(part)?, "facets"),
+            false => (chosen.nodes, self.excess(part)?.unwrap_or_default(), "nodes"),
+        };
+        let (found, all) = (members.iter().filter(|&&chosen| chosen).count(), members.len());
+        let nearest = (0..away.len()).min_by(|&a, &b| away[a].total_cmp(&away[b]));
+        let Some(nearest) = nearest.filter(|_| found == 0) else {
+            return Ok(format!("{what} holds {found} of {all} {kind}"));
+        };
+        let least = short(away[nearest]);
         if part.reads_normals() {
-            let (found, all) = (count(&chosen.facets), chosen.facets.len());
-            let least = self.angles(part)?.into_iter().fold(f64::INFINITY, f64::min);
-            return Ok(match found {
-                0 if least.is_finite() => format!(
-                    "{what} holds none of {all} facets, of which the nearest is {} degrees away",
-                    short(least)
-                ),
-                _ => format!("{what} holds {found} of {all} facets"),
-            });
+            return Ok(format!(
+                "{what} holds none of {all} facets, of which the nearest is {least} degrees away"
+            ));
         }
-        let (found, all) = (count(&chosen.nodes), chosen.nodes.len());
-        let excess = self.excess(part)?.unwrap_or_default();
-        let nearest = (0..excess.len()).min_by(|&a, &b| excess[a].total_cmp(&excess[b]));
-        Ok(match nearest {
-            Some(node) if found == 0 => {
-                let [x, y, z] = self.mesh.points[node].map(short);
-                format!(
-                    "{what} holds none of {all} nodes; the nearest, node {node} at [{x}, {y}, {z}], misses it by {}",
-                    short(excess[node])
-                )
-            }
-            _ => format!("{what} holds {found} of {all} nodes"),
-        })
+        let [x, y, z] = self.mesh.points[nearest].map(short);
+        Ok(format!(
+            "{what} holds none of {all} nodes; the nearest, node {nearest} at [{x}, {y}, {z}], misses it by {least}"
+        ))
     }
 }
 

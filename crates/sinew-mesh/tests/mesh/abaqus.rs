@@ -141,9 +141,8 @@ fn faces_of_a_hexahedron_point_where_the_manual_says() {
     for (index, normal) in normals.into_iter().enumerate() {
         let text = format!("{text}*SURFACE,NAME=side\n1,S{}\n", index + 1);
         let (mesh, _) = parse_mesh::<8>("test", text.as_bytes()).unwrap();
-        let [a, b, c, d] = mesh
-            .facet_nodes(mesh.facet_sets["side"][0])
-            .map(|n| nalgebra::Vector3::from(mesh.points[n]));
+        let nodes: Vec<usize> = mesh.nodes_of_facet(mesh.facet_sets["side"][0]).collect();
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| nalgebra::Vector3::from(mesh.points[nodes[k]]));
         let area = (c - a).cross(&(d - b)) / 2.0;
         assert_eq!(area, nalgebra::Vector3::from(normal.map(f64::from)), "S{}", index + 1);
     }
@@ -174,7 +173,7 @@ fn a_part_with_its_instance() {
     assert_eq!(mesh.cell_sets["Both Cells"], [0, 1]);
     let corners = |name: &str| -> Vec<Vec<usize>> {
         let sorted = |facet| {
-            let mut nodes = mesh.facet_nodes(facet).to_vec();
+            let mut nodes: Vec<usize> = mesh.nodes_of_facet(facet).collect();
             nodes.sort_unstable();
             nodes
         };

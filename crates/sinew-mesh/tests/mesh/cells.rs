@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use sinew_mesh::{
     Element, Facet, Mesh, SLIVER_ANGLE, TetMesh, TriangleMesh, box_tetrahedra, min_dihedral_angle,
-    quality, repair_orientation, slivers, volume_ratio,
+    quality, repair_orientation, volume_ratio,
 };
 
 const ALL: [&Element; 5] = [
@@ -163,8 +163,8 @@ fn a_sliver_is_found() {
     mesh.cells.push([0, 1, 2, 3]);
     mesh.points.push([0.0, 0.0, 3.0]);
     mesh.cells[0] = [0, 1, 2, 4];
-    assert_eq!(slivers(&mesh, SLIVER_ANGLE), [1]);
     let summary = quality(&mesh).unwrap();
+    assert!(min_dihedral_angle(&mesh, 1) < SLIVER_ANGLE);
     assert_eq!((summary.worst_cell, summary.slivers), (1, vec![1]));
 }
 

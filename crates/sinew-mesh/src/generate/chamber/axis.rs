@@ -185,17 +185,16 @@ impl Section {
 pub(super) fn wall(trees: &Trees, origin: Point, direction: Point) -> Result<Point, ChamberError> {
     let hits = trees.endocardium.hits(origin, direction);
     let (Some(&first), Some(&last)) = (hits.first(), hits.last()) else {
+        let [from, way] = [origin, direction].map(shown);
         return Err(ChamberError::Surfaces(format!(
-            "the endocardium has a hole below the base: nothing lies from {} along {}; put the base further down, or close the hole",
-            shown(&origin.into()),
-            shown(&direction.into())
+            "the endocardium has a hole below the base: nothing lies from {from} along {way}; put the base further down, or close the hole"
         )));
     };
     let point = origin + direction * first;
     if last - first > SAME * last {
         return Err(ChamberError::Surfaces(format!(
             "seen from its axis the endocardium lies behind itself at {}; smooth its folds and papillary muscles, or put the base further down",
-            shown(&point.into())
+            shown(point)
         )));
     }
     Ok(point)

@@ -4,7 +4,8 @@ use crate::Defect;
 use thiserror::Error;
 
 /// A point or direction as people read it.
-pub(super) fn shown([x, y, z]: &[f64; 3]) -> String {
+pub(super) fn shown(point: impl Into<[f64; 3]>) -> String {
+    let [x, y, z] = point.into();
     format!("({x:.3}, {y:.3}, {z:.3})")
 }
 
@@ -28,8 +29,8 @@ pub enum ChamberError {
     #[error(
         "no plane across the axis from {} along {} cuts a whole wall below the valves; give the plane of the base: \
          a point and a normal",
-        shown(apex),
-        shown(axis)
+        shown(*apex),
+        shown(*axis)
     )]
     NoBase { apex: [f64; 3], axis: [f64; 3] },
     /// Surfaces, a base or sizes that give no wall.

@@ -55,10 +55,9 @@ pub(super) fn units(inner: &TriangleMesh, outer: &TriangleMesh) -> Option<Chambe
             _ => None,
         }
     });
-    let (ratio, units) = found?;
+    let (ratio, [inner, outer]) = found?;
     Some(ChamberError::Surfaces(format!(
-        "the endocardium is {endocardium:.3} long and the epicardium {epicardium:.3}, a factor near {ratio} too far apart: the endocardium seems to be in {}, the epicardium in {}; give both in one unit",
-        units[0], units[1]
+        "the endocardium is {endocardium:.3} long and the epicardium {epicardium:.3}, a factor near {ratio} too far apart: the endocardium seems to be in {inner}, the epicardium in {outer}; give both in one unit"
     )))
 }
 
@@ -110,34 +109,28 @@ fn bounds(surface: &TriangleMesh) -> [Point; 2] {
 fn pieces(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
     let place = merged(&of.points, 0.0);
     let cells: Vec<_> = of.cells.iter().map(|cell| cell.map(|node| place[node])).collect();
-    let found = parts(of.points.len(), &cells);
-    let [(first, _), (second, node), ..] = found[..] else { return None };
-    let (pieces, triangles, point) = (found.len(), [first, second], of.points[node]);
+    let (pieces, [first, second], at) = parts(of, &cells)?;
     Some(ChamberError::Surfaces(format!(
-        "the {surface} has {pieces} pieces without a common point, the largest of {} triangles and the next of {} at {}; remove the pieces that do not belong to it",
-        triangles[0],
-        triangles[1],
-        shown(&point)
+        "the {surface} has {pieces} pieces without a common point, the largest of {first} triangles and the next of {second} at {at}; remove the pieces that do not belong to it"
     )))
 }
 
 /// Several rims: beside the valves, triangles are missing.
 fn holes(surface: &'static str, of: &TriangleMesh) -> Option<ChamberError> {
-    let found = parts(of.points.len(), &rims(of));
-    let [(first, _), (second, node), ..] = found[..] else { return None };
-    let (rims, edges, point) = (found.len(), [first, second], of.points[node]);
+    let (rims, [first, second], at) = parts(of, &rims(of))?;
     Some(ChamberError::Surfaces(format!(
-        "the {surface} has {rims} rims, the longest of {} edges and the next of {} at {}, and no plane below the valves cuts a whole wall; close the holes, or give the plane of the base: a point and a normal",
-        edges[0],
-        edges[1],
-        shown(&point)
+        "the {surface} has {rims} rims, the longest of {first} edges and the next of {second} at {at}, and no plane below the valves cuts a whole wall; close the holes, or give the plane of the base: a point and a normal"
     )))
 }
 
-/// Connected parts of triangles or edges: how many each has, and a node of it; the largest first.
-fn parts<const N: usize>(nodes: usize, links: &[[usize; N]]) -> Vec<(usize, usize)> {
-    let found = connected_components(nodes, links);
-    let mut part = vec![0; nodes];
+/// Number of connected parts of triangles or edges, if there are several: how many the two largest have, and a point of the
+/// second.
+fn parts<const N: usize>(
+    of: &TriangleMesh,
+    links: &[[usize; N]],
+) -> Option<(usize, [usize; 2], String)> {
+    let found = connected_components(of.points.len(), links);
+    let mut part = vec![0; of.points.len()];
     for (at, nodes) in found.iter().enumerate() {
         nodes.iter().for_each(|&node| part[node] = at);
     }
@@ -145,5 +138,6 @@ fn parts<const N: usize>(nodes: usize, links: &[[usize; N]]) -> Vec<(usize, usiz
     links.iter().for_each(|link| counts[part[link[0]]].0 += 1);
     counts.retain(|(count, _)| *count > 0);
     counts.sort_by_key(|(count, node)| (Reverse(*count), *node));
-    counts
+    let [(first, _), (second, node), ..] = counts[..] else { return None };
+    Some((counts.len(), [first, second], shown(of.points[node])))
 }

@@ -142,63 +142,47 @@ impl ChamberReport {
     /// Warnings before the mesh is used, in words; empty where all is well.
     pub fn warnings(&self) -> Vec<String> {
         let (missed, [columns, _], own) = (self.missed, self.columns, self.own_crossings);
-        let mut warnings = Vec::new();
-        if self.crossings.0 > 0 {
-            warnings.push(
-                "the given surfaces cross each other or themselves; look at the mesh there".into(),
-            );
-        }
-        if own > 0 {
-            warnings.push(format!(
-                "the mesh's boundary crosses itself at {own} pairs of triangles; smooth the surfaces, choose other cells, \
-                 or put the base further down"
-            ));
-        }
-        if missed > 0 {
-            warnings.push(format!(
-                "{missed} of {columns} columns of nodes met no outer surface and are as thick as the wall beside them; \
-                 close the holes of the outer surfaces, or put the base further down"
-            ));
-        }
-        warnings
+        let given = "the given surfaces cross each other or themselves; look at the mesh there";
+        let of_mesh = format!(
+            "the mesh's boundary crosses itself at {own} pairs of triangles; smooth the surfaces, choose other cells, \
+             or put the base further down"
+        );
+        let holes = format!(
+            "{missed} of {columns} columns of nodes met no outer surface and are as thick as the wall beside them; \
+             close the holes of the outer surfaces, or put the base further down"
+        );
+        let all = [(self.crossings.0, given.into()), (own, of_mesh), (missed, holes)];
+        all.into_iter().filter(|(count, _)| *count > 0).map(|(_, warning)| warning).collect()
     }
 }
 
 impl fmt::Display for ChamberReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [layers, around, along] = self.cells;
-        writeln!(
-            f,
-            "{layers} layers of {around} cells around and {along} from the apex to the base"
-        )?;
-        writeln!(f, "lengths below are in the unit of the surfaces, volumes in its cube")?;
-        let [base, normal] = self.base.each_ref().map(shown);
-        writeln!(f, "base at {base}, normal {normal}")?;
-        writeln!(f, "{}", self.quality)?;
+        let [base, normal] = self.base.map(shown);
+        let Self { quality, missed, own_crossings, .. } = self;
         let Spread { min, median, max } = self.thickness;
-        writeln!(f, "thickness {min:.2} to {max:.2}, median {median:.2}")?;
         let [columns, limited] = self.columns;
-        writeln!(
-            f,
-            "cut short where the thickness jumps: {limited} of {columns} columns of nodes"
-        )?;
-        writeln!(f, "nothing outside along their normal: {} of {columns}", self.missed)?;
         let (cavity, given) = (self.cavity_volume, self.cavity_volume_of_surface);
-        writeln!(f, "cavity {cavity:.1}, {:.4} of the endocardium's {given:.1}", cavity / given)?;
-        for (name, [mean, largest]) in
-            [("endocardium", self.endocardium_distance), ("outer surface", self.outer_distance)]
-        {
-            writeln!(
-                f,
-                "distance of the {name} from the given one: mean {mean:.3}, largest {largest:.3}"
-            )?;
-        }
+        let share = cavity / given;
+        let [inner, outer] = [self.endocardium_distance, self.outer_distance]
+            .map(|[mean, largest]| format!("mean {mean:.3}, largest {largest:.3}"));
         let (count, first) = self.crossings;
-        let at = first.map_or(String::new(), |x| format!(", the first at {}", shown(&x)));
-        writeln!(
+        let at = first.map_or(String::new(), |x| format!(", the first at {}", shown(x)));
+        write!(
             f,
-            "triangles of the given surfaces that cross below the base: {count} pairs{at}"
-        )?;
-        write!(f, "triangles of the mesh's boundary that cross: {} pairs", self.own_crossings)
+            "{layers} layers of {around} cells around and {along} from the apex to the base\n\
+             lengths below are in the unit of the surfaces, volumes in its cube\n\
+             base at {base}, normal {normal}\n\
+             {quality}\n\
+             thickness {min:.2} to {max:.2}, median {median:.2}\n\
+             cut short where the thickness jumps: {limited} of {columns} columns of nodes\n\
+             nothing outside along their normal: {missed} of {columns}\n\
+             cavity {cavity:.1}, {share:.4} of the endocardium's {given:.1}\n\
+             distance of the endocardium from the given one: {inner}\n\
+             distance of the outer surface from the given one: {outer}\n\
+             triangles of the given surfaces that cross below the base: {count} pairs{at}\n\
+             triangles of the mesh's boundary that cross: {own_crossings} pairs"
+        )
     }
 }

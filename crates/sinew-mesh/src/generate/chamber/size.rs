@@ -46,10 +46,8 @@ impl Lengths {
             }
             Size::Edge(edge) => fail(format!("edges cannot be {edge} long")),
             Size::Nodes(wanted) if NODES.contains(&wanted) => {
-                match self.about(wanted, options.layers) {
-                    Some(cells) => Ok(cells),
-                    None => fail(format!("{wanted} nodes are too few for so many layers")),
-                }
+                let few = || fail(format!("{wanted} nodes are too few for so many layers"));
+                self.about(wanted, options.layers).map_or_else(few, Ok)
             }
             Size::Nodes(wanted) => fail(format!("{wanted} nodes cannot be made")),
         }

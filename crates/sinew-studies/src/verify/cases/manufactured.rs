@@ -224,6 +224,7 @@ fn stress<E: Exact>(at: [f64; 3], [shear, lame]: [f64; 2]) -> [[Slope<3>; 3]; 3]
     let f = Mat3::from_fn(|i, j| Slope::<3> {
         value: u[i].gradient[j] + if i == j { 1.0 } else { 0.0 },
         gradient: u[i].hessian[j],
+        hessian: [],
     });
     let volume = f.determinant();
     let pressure = E::pressure(std::array::from_fn(|i| Slope::variable(at[i], i)));
