@@ -70,7 +70,8 @@ impl Sparsity {
         let neighbours = neighbours(potential.nodes, matrices.iter().copied().chain(lids));
         let free =
             |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
-        let order = order_of_elimination(&neighbours, |node| free(node).next().is_some());
+        let kept = (0..potential.nodes).filter(|&node| free(node).next().is_some()).collect();
+        let order = fill_reducing_order(&neighbours, kept, &potential.positions);
 
         let mut unknown = vec![PRESCRIBED; potential.prescribed.len()];
         let mut degree_of_freedom = Vec::new();
@@ -191,20 +192,6 @@ fn neighbours<'n>(nodes: usize, cells: impl Iterator<Item = &'n [usize]>) -> Vec
         list.dedup();
     }
     neighbours
-}
-
-/// The nodes that `keep` keeps, ordered for little fill.
-fn order_of_elimination(neighbours: &[Vec<usize>], keep: impl Fn(usize) -> bool) -> Vec<usize> {
-    let kept: Vec<_> = (0..neighbours.len()).filter(|&node| keep(node)).collect();
-    let mut position = vec![usize::MAX; neighbours.len()];
-    kept.iter().enumerate().for_each(|(at, &node)| position[node] = at);
-    let (mut starts, mut beside) = (vec![0], Vec::new());
-    for &node in &kept {
-        let positions = neighbours[node].iter().map(|&n| position[n]);
-        beside.extend(positions.filter(|&at| at != usize::MAX));
-        starts.push(beside.len());
-    }
-    fill_reducing_order(&starts, &beside).into_iter().map(|at| kept[at]).collect()
 }
 
 /// The lower half by columns, while it is built node by node in the order of elimination.
