@@ -5,7 +5,7 @@ mod entries;
 mod error;
 mod image;
 mod loaded;
-mod multifrontal;
+mod lu;
 mod newton;
 mod options;
 mod point;
@@ -25,7 +25,7 @@ use crate::elements::check::{check_displacement, check_length};
 use crate::elements::supports::is_moved_rim;
 use crate::elements::system::System;
 use image::Image;
-use multifrontal::Multifrontal;
+use lu::Lu;
 use sinew_energy::{Body, Fibres, ThetaError};
 use state::{Level, Trial};
 use std::time::Instant;
@@ -74,7 +74,7 @@ const ACCURACY: f64 = 1e-13;
 pub struct Unload<'p> {
     image: Image<'p>,
     /// The last factor of the derivative in the positions at rest.
-    factor: Multifrontal,
+    factor: Lu,
 }
 
 impl<'p> Unload<'p> {
@@ -90,7 +90,7 @@ impl<'p> Unload<'p> {
         if let Some(node) = is_moved_rim(image) {
             return Err(UnloadError::MovedRim { node });
         }
-        let factor = Multifrontal::new(&system.sparsity);
+        let factor = Lu::new(&system.factor);
         Ok(Self { image: Image { system, fibres: Fibres::default() }, factor })
     }
 

@@ -1,7 +1,7 @@
 //! Cholesky factors of the stiffness matrix, with one symbolic analysis for all: faer's supernodal ones in an order of our own.
 
 use crate::SolveError;
-use crate::linear::cholesky::{back_substitute, cholesky, pivots, prepared};
+use crate::linear::cholesky::{back_substitute, cholesky, pivots, prepared, supernodes};
 use crate::linear::sparsity::Sparsity;
 use faer::dyn_stack::MemStack;
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
@@ -12,6 +12,7 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMatRef, Triplet};
 use faer::{Conj, Par, Side};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// First shift of an indefinite matrix \[relative to the mean diagonal\], and its growth. It is small enough to keep
@@ -100,6 +101,11 @@ impl Factor {
     /// Number of stored entries of the factor.
     pub(crate) fn entries(&self) -> usize {
         self.symbolic.len_val()
+    }
+
+    /// Columns that are eliminated together, with the later rows that depend on them, ascending.
+    pub(crate) fn supernodes(&self) -> Vec<(Range<usize>, &[usize])> {
+        supernodes(&self.symbolic)
     }
 
     /// Whether solutions with the last factor are accurate to rounding errors in double precision.

@@ -1,6 +1,6 @@
 //! Small matrices that are not symmetric, added to a large one.
 
-use super::multifrontal::Entries;
+use super::lu::Entries;
 use crate::linear::sparsity::Sparsity;
 
 impl Entries {

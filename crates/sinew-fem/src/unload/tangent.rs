@@ -1,7 +1,7 @@
 //! The derivative of the balance of the image in the positions at rest.
 
 use super::image::Image;
-use super::multifrontal::Entries;
+use super::lu::Entries;
 use super::point::PointRate;
 use super::state::{Level, Trial};
 use crate::linear::sparsity::Sparsity;

@@ -18,7 +18,7 @@ pub(super) const BETWEEN: u8 = 2;
 
 /// Side of each vertex by a small separator, the best of those from cuts in halves across each axis; `None` where nothing separates the graph: it is
 /// complete, or nearly so. Multilevel bisection without positions (G. Karypis, V. Kumar, SIAM J. Sci. Comput. 20, 1998) takes twice the time; factors
-/// take 0.95 to 1.07 times as many operations by it on beams and shells.
+/// take 0.95 to 1.08 times as many operations by it on beams and shells.
 pub(super) fn separate(graph: &[Vec<usize>], positions: &[[f64; 3]]) -> Option<Vec<u8>> {
     let cut = |axis: usize| {
         let mut order: Vec<_> = (0..graph.len()).collect();
