@@ -27,19 +27,26 @@ pub(super) fn back_substitute<T: RealField>(
     solve(right, MemStack::new(&mut memory));
 }
 
-/// Factorises `L Lᵀ`; false where that fails.
+/// Factorises `L Lᵀ` of a matrix with this lower half; false where that fails.
 pub(super) fn cholesky<T: RealField + Default>(
     symbolic: &SymbolicCholesky<usize>,
     entries: &mut Vec<T>,
     half: SparseColMatRef<'_, usize, T>,
-    side: Side,
 ) -> bool {
     let scratch = symbolic.factorize_numeric_llt_scratch::<T>(shares(symbolic), Default::default());
     let Some(mut memory) = prepared(symbolic, entries, scratch) else { return false };
     let regularisation = LltRegularization::default();
     let (par, memory) = (shares(symbolic), MemStack::new(&mut memory));
     symbolic
-        .factorize_numeric_llt(entries, half, side, regularisation, par, memory, Default::default())
+        .factorize_numeric_llt(
+            entries,
+            half,
+            Side::Lower,
+            regularisation,
+            par,
+            memory,
+            Default::default(),
+        )
         .is_ok()
 }
 
