@@ -123,7 +123,7 @@ impl<'p> Unload<'p> {
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
         let motion = vec![0.0; self.image.system.body.prescribed.len()];
-        self.solve_from_motion(motion, theta, options)
+        self.solve_near(&motion, theta, options)
     }
 
     /// Starts from the body at rest for another θ that should be near.
@@ -136,19 +136,24 @@ impl<'p> Unload<'p> {
         theta: &[f64],
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
-        self.solve_from_motion(near.motion.clone(), theta, options)
+        self.solve_near(&near.motion, theta, options)
     }
 
-    fn solve_from_motion(
+    /// Starts from a motion from the image to the body at rest \[length\], such as one that is extrapolated.
+    ///
+    /// # Errors
+    /// As for [`Unload::solve`], and a motion of the wrong length or that is not finite.
+    pub fn solve_near(
         &mut self,
-        motion: Vec<f64>,
+        motion: &[f64],
         theta: &[f64],
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
         let start = Instant::now();
-        self.check(&motion, theta)?;
+        self.check(motion, theta)?;
         let mut iterations = 0;
-        let at_once = self.newton(motion, &Level::whole(theta), options, &mut iterations);
+        let whole = Level::whole(theta);
+        let at_once = self.newton(motion.to_vec(), &whole, options, &mut iterations);
         let judged = at_once.and_then(|trial| {
             let loading = self.image.judge(&trial, theta, options).ok()?;
             Some((trial, 1, loading))
@@ -171,19 +176,6 @@ impl<'p> Unload<'p> {
         let body = self.image.system.body;
         body.check_theta(theta)?;
         check_displacement(body, motion)
-    }
-
-    /// Starts from a motion from the image to the body at rest \[length\], such as one that is extrapolated.
-    ///
-    /// # Errors
-    /// As for [`Unload::solve`], and a motion of the wrong length or that is not finite.
-    pub fn solve_near(
-        &mut self,
-        motion: &[f64],
-        theta: &[f64],
-        options: &UnloadOptions,
-    ) -> Result<Unloaded, UnloadError> {
-        self.solve_from_motion(motion.to_vec(), theta, options)
     }
 
     /// Another one of the same image, for another thread; it shares what is prepared, and the last factor.

@@ -112,7 +112,7 @@ pub fn mixed_stresses(
     check_pressure(body, pressure)?;
     let field = body.pressure_field.as_ref();
     let field_at = |point| field.map_or(0.0, |field| field.at(point, pressure));
-    let gradients = gradients(body, displacement)?;
+    let gradients = law_gradients(body, displacement)?;
     let parameters = body.law_parameters(theta);
     let points: Vec<Point> = (gradients.iter().enumerate())
         .map(|(point, h)| {
@@ -134,7 +134,10 @@ pub fn mixed_stresses(
 }
 
 /// Displacement gradient that the law reads at each quadrature point.
-fn gradients(body: &Body, displacement: &[f64]) -> Result<Vec<Mat3<f64>>, SolveError> {
+pub(crate) fn law_gradients(
+    body: &Body,
+    displacement: &[f64],
+) -> Result<Vec<Mat3<f64>>, SolveError> {
     let own = |point| body.displacement_gradient(point, displacement);
     let mut gradients: Vec<_> = (0..body.volumes.len()).map(own).collect();
     for patch in &body.patches {
