@@ -93,7 +93,7 @@ impl System<'_> {
             self.assembly.points.iter().map(|(h, own)| mean_stress(h, &own.stress)).collect();
         let smooth = smoothed(body, &pressures);
         let parameters = body.law_parameters(theta);
-        // Without patches: in a body with averaged volume ratios those of its scaled gradients.
+        // A body with averaged volume ratios has those of its scaled gradients here, without patches.
         let point = |(point, h): (usize, Mat3<f64>)| {
             let Response { stress, mut tangent, .. } =
                 body.material.response(point, parameters, &h);
