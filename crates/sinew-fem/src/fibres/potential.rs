@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use sinew_mesh::TetMesh;
 
 /// Residual of conjugate gradients \[relative to the right-hand side\]: rounding errors of a factor leave as much.
-const ACCURACY: f64 = 1e-12;
+const ACCURACY: f64 = 1e-14;
 /// Most iterations: some 300 reach the accuracy with 100 000 unknowns.
 const MOST: usize = 3_000;
 

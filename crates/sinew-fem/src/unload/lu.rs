@@ -102,17 +102,17 @@ impl Lu {
             while let Some(&row) = later.get(first) {
                 let next = self.fronts.partition_point(|front| front.own.end <= row);
                 let (front, Block { columns, right, .. }) = (&self.fronts[next], &mut blocks[next]);
-                let end = later.partition_point(|&row| row < front.own.end);
-                let places: Vec<_> = later.iter().map(|&row| front.place(row)).collect();
-                for column in first..later.len() {
-                    let (to, rows) = match places[column].checked_sub(front.own.len()) {
-                        None => (columns.col_as_slice_mut(places[column]), first..later.len()),
-                        Some(column) => (right.col_as_slice_mut(column), first..end),
+                let places: Vec<_> = later[first..].iter().map(|&row| front.place(row)).collect();
+                let own = places.partition_point(|&place| place < front.own.len());
+                for (column, &place) in (first..).zip(&places) {
+                    let (to, rows) = match place.checked_sub(front.own.len()) {
+                        None => (columns.col_as_slice_mut(place), &places[..]),
+                        Some(place) => (right.col_as_slice_mut(place), &places[..own]),
                     };
-                    let from = &change.col_as_slice(column)[rows.clone()];
-                    places[rows].iter().zip(from).for_each(|(&row, x)| to[row] += x);
+                    let from = &change.col_as_slice(column)[first..];
+                    rows.iter().zip(from).for_each(|(&row, x)| to[row] += x);
                 }
-                first = end;
+                first += own;
             }
         }
         self.blocks = Arc::new(blocks);
