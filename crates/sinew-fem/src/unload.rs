@@ -21,7 +21,7 @@ pub use thin::ThinWall;
 pub use unloaded::{Loading, Unloaded};
 
 use crate::SolveError;
-use crate::elements::check::{check_displacement, check_length};
+use crate::elements::check::{check_length, check_state};
 use crate::elements::supports::is_moved_rim;
 use crate::elements::system::System;
 use image::Image;
@@ -150,7 +150,7 @@ impl<'p> Unload<'p> {
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
         let start = Instant::now();
-        self.check(motion, theta)?;
+        check_state(self.image.system.body, motion, theta)?;
         let mut iterations = 0;
         let whole = Level::whole(theta);
         let at_once = self.newton(motion.to_vec(), &whole, options, &mut iterations);
@@ -169,13 +169,6 @@ impl<'p> Unload<'p> {
         };
         let found = (trial, iterations, load_steps);
         Ok(Unloaded::new(&self.image, found, theta, loading, start))
-    }
-
-    /// Checks that θ and a displacement of all nodes are of the image.
-    fn check(&self, motion: &[f64], theta: &[f64]) -> Result<(), SolveError> {
-        let body = self.image.system.body;
-        body.check_theta(theta)?;
-        check_displacement(body, motion)
     }
 
     /// Another one of the same image, for another thread; it shares what is prepared, and the last factor.
@@ -210,7 +203,7 @@ impl<'p> Unload<'p> {
         directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {
         let Unloaded { motion, theta, .. } = unloaded;
-        self.check(motion, theta)?;
+        check_state(self.image.system.body, motion, theta)?;
         check_directions(theta, directions)?;
         let level = Level::whole(theta);
         let trial = Trial::new(&self.image, motion.clone(), &level);

@@ -2,7 +2,7 @@
 
 use crate::SolveError;
 use crate::elements::cells::inadmissible;
-use crate::elements::check::{check_pressure, check_state};
+use crate::elements::check::check_fields;
 use nalgebra::{Matrix3, SymmetricEigen};
 use sinew_energy::{Body, Mat3};
 
@@ -108,8 +108,7 @@ pub fn mixed_stresses(
     pressure: &[f64],
     theta: &[f64],
 ) -> Result<Vec<CellStress>, SolveError> {
-    check_state(body, displacement, theta)?;
-    check_pressure(body, pressure)?;
+    check_fields(body, displacement, pressure, theta)?;
     let field = body.pressure_field.as_ref();
     let field_at = |point| field.map_or(0.0, |field| field.at(point, pressure));
     let gradients = law_gradients(body, displacement)?;
