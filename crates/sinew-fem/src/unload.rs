@@ -5,7 +5,7 @@ mod entries;
 mod error;
 mod image;
 mod loaded;
-mod multifrontal;
+mod lu;
 mod newton;
 mod options;
 mod point;
@@ -21,11 +21,11 @@ pub use thin::ThinWall;
 pub use unloaded::{Loading, Unloaded};
 
 use crate::SolveError;
-use crate::elements::check::{check_displacement, check_length};
+use crate::elements::check::{check_length, check_state};
 use crate::elements::supports::is_moved_rim;
 use crate::elements::system::System;
 use image::Image;
-use multifrontal::Multifrontal;
+use lu::Lu;
 use sinew_energy::{Body, Fibres, ThetaError};
 use state::{Level, Trial};
 use std::time::Instant;
@@ -74,7 +74,7 @@ const ACCURACY: f64 = 1e-13;
 pub struct Unload<'p> {
     image: Image<'p>,
     /// The last factor of the derivative in the positions at rest.
-    factor: Multifrontal,
+    factor: Lu,
 }
 
 impl<'p> Unload<'p> {
@@ -90,7 +90,7 @@ impl<'p> Unload<'p> {
         if let Some(node) = is_moved_rim(image) {
             return Err(UnloadError::MovedRim { node });
         }
-        let factor = Multifrontal::new(&system.sparsity);
+        let factor = Lu::new(&system.factor);
         Ok(Self { image: Image { system, fibres: Fibres::default() }, factor })
     }
 
@@ -123,7 +123,7 @@ impl<'p> Unload<'p> {
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
         let motion = vec![0.0; self.image.system.body.prescribed.len()];
-        self.solve_from_motion(motion, theta, options)
+        self.solve_near(&motion, theta, options)
     }
 
     /// Starts from the body at rest for another θ that should be near.
@@ -136,19 +136,24 @@ impl<'p> Unload<'p> {
         theta: &[f64],
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
-        self.solve_from_motion(near.motion.clone(), theta, options)
+        self.solve_near(&near.motion, theta, options)
     }
 
-    fn solve_from_motion(
+    /// Starts from a motion from the image to the body at rest \[length\], such as one that is extrapolated.
+    ///
+    /// # Errors
+    /// As for [`Unload::solve`], and a motion of the wrong length or that is not finite.
+    pub fn solve_near(
         &mut self,
-        motion: Vec<f64>,
+        motion: &[f64],
         theta: &[f64],
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
         let start = Instant::now();
-        self.check(&motion, theta)?;
+        check_state(self.image.system.body, motion, theta)?;
         let mut iterations = 0;
-        let at_once = self.newton(motion, &Level::whole(theta), options, &mut iterations);
+        let whole = Level::whole(theta);
+        let at_once = self.newton(motion.to_vec(), &whole, options, &mut iterations);
         let judged = at_once.and_then(|trial| {
             let loading = self.image.judge(&trial, theta, options).ok()?;
             Some((trial, 1, loading))
@@ -164,26 +169,6 @@ impl<'p> Unload<'p> {
         };
         let found = (trial, iterations, load_steps);
         Ok(Unloaded::new(&self.image, found, theta, loading, start))
-    }
-
-    /// Checks that θ and a displacement of all nodes are of the image.
-    fn check(&self, motion: &[f64], theta: &[f64]) -> Result<(), SolveError> {
-        let body = self.image.system.body;
-        body.check_theta(theta)?;
-        check_displacement(body, motion)
-    }
-
-    /// Starts from a motion from the image to the body at rest \[length\], such as one that is extrapolated.
-    ///
-    /// # Errors
-    /// As for [`Unload::solve`], and a motion of the wrong length or that is not finite.
-    pub fn solve_near(
-        &mut self,
-        motion: &[f64],
-        theta: &[f64],
-        options: &UnloadOptions,
-    ) -> Result<Unloaded, UnloadError> {
-        self.solve_from_motion(motion.to_vec(), theta, options)
     }
 
     /// Another one of the same image, for another thread; it shares what is prepared, and the last factor.
@@ -218,7 +203,7 @@ impl<'p> Unload<'p> {
         directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, UnloadError> {
         let Unloaded { motion, theta, .. } = unloaded;
-        self.check(motion, theta)?;
+        check_state(self.image.system.body, motion, theta)?;
         check_directions(theta, directions)?;
         let level = Level::whole(theta);
         let trial = Trial::new(&self.image, motion.clone(), &level);

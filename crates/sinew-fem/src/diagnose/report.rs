@@ -12,10 +12,11 @@ use crate::diagnose::named::CellValue;
 use crate::elements::cells::{
     MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
+use crate::elements::check::check_fields;
 use crate::elements::state::State;
 use crate::linear::vector::relative;
 use crate::{Solution, SolveError, locking};
-use forces::{Forces, check};
+use forces::Forces;
 use sinew_energy::Body;
 
 /// Numbers that tell whether a solution can be trusted; its `Display` is a readable block.
@@ -76,7 +77,7 @@ pub struct SolutionReport {
 /// A solution that is not one of this body: by the length of displacement, pressure or θ.
 pub fn report(body: &Body, solution: &Solution) -> Result<SolutionReport, SolveError> {
     let Solution { displacement, pressure, theta, .. } = solution;
-    check(body, displacement, pressure, theta)?;
+    check_fields(body, displacement, pressure, theta)?;
     let load_factor = solution.load_factor;
     let forces = Forces::of(body, State { displacement, theta, load_factor, pressure });
     let points = body.points_per_cell;

@@ -1,89 +1,118 @@
 //! Supports that leave a body free to move.
 
-use crate::diagnose::hinges::free_piece;
+use crate::diagnose::hinges::pieces;
 use crate::{RigidMode, SolveError};
-use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use sinew_energy::{Body, BodyArrays};
 use sinew_num::connected_components;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashSet};
 
-/// A motion counts as free when the supports resist it by less than this, relative to what they
+/// More hinged pieces than this are not analysed: the dense eigenvalues would take longer than a solve.
+const MOST_PIECES: usize = 100;
+/// A motion counts as free when joints and supports resist it by less than this, relative to what they
 /// resist most; a support that grips a millionth of the body's size still holds.
 const FREE: f64 = 1e-12;
+/// A piece takes part in a motion \[of unit norm\] when it moves by more than this.
+const MOVES: f64 = 1e-6;
+
 /// Checks that each connected part of the body, and each piece of it that is only hinged to the others, is held
 /// against all rigid motions.
-pub(crate) fn check_supports(potential: &Body) -> Result<(), SolveError> {
-    let parts = parts(potential);
-    for part in &parts {
-        let modes = free_modes(part, potential);
-        if !modes.is_empty() {
-            let (node, nodes) = (part[0].0, part.len());
-            return Err(SolveError::FreeToMove { node, nodes, modes });
-        }
-    }
-    match free_piece(potential, parts.len()) {
-        None => Ok(()),
-        Some((node, nodes, modes)) => Err(SolveError::FreeToMove { node, nodes, modes }),
-    }
-}
-
-/// A connected part: its nodes with their positions relative to the first of them.
-type Part = Vec<(usize, Vector3<f64>)>;
-
-/// Connected parts.
-fn parts(potential: &Body) -> Vec<Part> {
-    let position = |node: usize| Vector3::from(potential.positions[node]);
+pub(crate) fn check_supports(body: &Body) -> Result<(), SolveError> {
+    let mut parts = connected_components(body.nodes, body.cell_nodes());
     // A node in no cell is held: lowering refuses others.
-    let parts = connected_components(potential.nodes, potential.cell_nodes()).into_iter();
-    let relative = |part: Vec<usize>| {
-        part.iter().map(|&node| (node, position(node) - position(part[0]))).collect()
-    };
-    parts.filter(|part| part.len() > 1).map(relative).collect()
+    parts.retain(|part| part.len() > 1);
+    parts.chunks(1).try_for_each(|part| check(body, part))?;
+    let pieces = pieces(body);
+    let hinged = pieces.len() != parts.len() && pieces.len() <= MOST_PIECES;
+    if hinged { check(body, &pieces) } else { Ok(()) }
 }
 
-/// Rigid motions of a part that neither prescribed displacements nor springs resist.
-fn free_modes(part: &Part, potential: &Body) -> Vec<RigidMode> {
-    let BodyArrays { prescribed, frames, springs, .. } = &**potential;
-    let sprung: HashMap<_, _> = springs.iter().map(|s| (s.node, &s.stiffness)).collect();
-    let stiffest = springs.iter().flat_map(|s| s.stiffness.as_flattened());
-    let stiffest = stiffest.fold(f64::MIN_POSITIVE, |m: f64, k| m.max(k.abs()));
-    let fixed = |n: &usize| (0..3).any(|i| prescribed[3 * n + i].is_some());
-    let held = || part.iter().filter(|(n, _)| fixed(n) || sprung.contains_key(n));
-    let (count, sum) = held().fold((0, Vector3::zeros()), |(n, sum), (_, x)| (n + 1, sum + x));
-    let all: Vector3<f64> = part.iter().map(|(_, x)| x).sum();
-    let centre = if count > 0 { sum / count as f64 } else { all / part.len() as f64 };
-    // The unit of rotation is a turn that moves the farthest node by a unit.
-    let size = part.iter().map(|(_, x)| (x - centre).norm()).fold(0.0, f64::max);
-
-    let mut resistance = Matrix6::zeros();
-    for (node, position) in held() {
-        let arm = (position - centre) / size;
-        let rows: [Vector6<f64>; 3] = std::array::from_fn(|i| {
-            let axis = Vector3::ith(i, 1.0);
-            let turn = arm.cross(&axis);
-            Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z)
-        });
-        for dof in (3 * node..3 * node + 3).filter(|&dof| prescribed[dof].is_some()) {
-            let axis = frames.axis(dof);
-            let row = rows[0] * axis[0] + rows[1] * axis[1] + rows[2] * axis[2];
-            resistance += row * row.transpose();
+/// Refuses a piece that can move, with its free rigid motions.
+fn check(body: &Body, pieces: &[Vec<usize>]) -> Result<(), SolveError> {
+    let eigen = SymmetricEigen::new(resistance(body, pieces));
+    let strongest = eigen.eigenvalues.max().max(f64::MIN_POSITIVE);
+    let free: Vec<_> = (0..6 * pieces.len())
+        .filter(|&i| eigen.eigenvalues[i] <= FREE * strongest)
+        .map(|i| eigen.eigenvectors.column(i))
+        .collect();
+    if free.is_empty() {
+        return Ok(());
+    }
+    for (index, nodes) in pieces.iter().enumerate() {
+        let mut own = DMatrix::from_fn(6, free.len(), |i, k| free[k][6 * index + i]);
+        if pieces.len() > 1 {
+            // The motions of this piece alone, without repetition.
+            let singular = own.svd(true, false);
+            let values = singular.singular_values.iter().enumerate();
+            let moving: Vec<_> = values.filter(|(_, v)| **v > MOVES).map(|(k, _)| k).collect();
+            own = singular.u.unwrap_or_default().select_columns(&moving);
         }
-        let Some(stiffness) = sprung.get(node) else { continue };
+        let mode = |k: usize| RigidMode {
+            translation: std::array::from_fn(|i| own[(i, k)]),
+            rotation: std::array::from_fn(|i| own[(3 + i, k)]),
+        };
+        let modes: Vec<_> = (0..own.ncols()).map(mode).collect();
+        if !modes.is_empty() {
+            return Err(SolveError::FreeToMove { node: nodes[0], nodes: nodes.len(), modes });
+        }
+    }
+    Ok(())
+}
+
+/// Resistance of joints, supports and springs against velocities of the pieces, six components per piece: translation, and rotation about the centre of
+/// its joints (of its held nodes if it has none, else of all) in units that move its farthest node by a unit.
+fn resistance(body: &Body, pieces: &[Vec<usize>]) -> DMatrix<f64> {
+    let BodyArrays { prescribed, frames, springs, positions, .. } = &**body;
+    let mut owners = BTreeMap::<usize, Vec<usize>>::new();
+    for (index, nodes) in pieces.iter().enumerate() {
+        nodes.iter().for_each(|&node| owners.entry(node).or_default().push(index));
+    }
+    let sprung: HashSet<_> = springs.iter().map(|spring| spring.node).collect();
+    let at = |node: usize| Vector3::from(positions[node]);
+    let arms = |nodes: &Vec<usize>| {
+        let fixed = |n: &usize| (0..3).any(|i| prescribed[3 * n + i].is_some());
+        let joints: Vec<_> = nodes.iter().filter(|node| owners[node].len() > 1).collect();
+        let held: Vec<_> = nodes.iter().filter(|n| fixed(n) || sprung.contains(n)).collect();
+        let found = [joints, held].into_iter().find(|nodes| !nodes.is_empty());
+        let of = found.unwrap_or_else(|| nodes.iter().collect());
+        let centre = of.iter().map(|&&node| at(node)).sum::<Vector3<f64>>() / of.len() as f64;
+        let distances = nodes.iter().map(|&node| (at(node) - centre).norm());
+        (centre, distances.fold(0.0, f64::max))
+    };
+    let arms: Vec<_> = pieces.iter().map(arms).collect();
+    let size = 6 * pieces.len();
+    let mut resistance = DMatrix::zeros(size, size);
+    // Resists the velocity of a node along an axis as part of a piece, or its difference from that as part of another.
+    let mut resist = |pieces: &[usize], node: usize, axis: Vector3<f64>| {
+        let mut row = DVector::zeros(size);
+        for (&piece, sign) in pieces.iter().zip([1.0, -1.0]) {
+            let (centre, size) = arms[piece];
+            let turn = ((at(node) - centre) / size).cross(&axis);
+            row.fixed_rows_mut::<3>(6 * piece).copy_from(&(sign * axis));
+            row.fixed_rows_mut::<3>(6 * piece + 3).copy_from(&(sign * turn));
+        }
+        resistance.ger(1.0, &row, &row, 1.0);
+    };
+    for (&node, owners) in &owners {
         for i in 0..3 {
-            for j in 0..3 {
-                resistance += rows[i] * rows[j].transpose() * (stiffness[i][j] / stiffest);
+            let others = owners[1..].iter();
+            others.for_each(|&other| resist(&[owners[0], other], node, Vector3::ith(i, 1.0)));
+            if prescribed[3 * node + i].is_some() {
+                resist(&owners[..1], node, frames.axis(3 * node + i).into());
             }
         }
     }
-    let eigen = SymmetricEigen::new(resistance);
-    let strongest = eigen.eigenvalues.max().max(f64::MIN_POSITIVE);
-    let free = (0..6).filter(|&i| eigen.eigenvalues[i] <= FREE * strongest);
-    free.map(|i| {
-        let mode = eigen.eigenvectors.column(i);
-        RigidMode {
-            translation: std::array::from_fn(|k| mode[k]),
-            rotation: std::array::from_fn(|k| mode[3 + k]),
+    let stiffest = springs.iter().flat_map(|s| s.stiffness.as_flattened());
+    let stiffest = stiffest.fold(f64::MIN_POSITIVE, |m: f64, k| m.max(k.abs()));
+    for spring in springs {
+        let Some(owners) = owners.get(&spring.node) else { continue };
+        for direction in spring.stiffness.map(Vector3::from) {
+            let size = direction.norm();
+            if size > 0.0 {
+                let share = (size / stiffest).sqrt();
+                resist(&owners[..1], spring.node, direction / size * share);
+            }
         }
-    })
-    .collect()
+    }
+    resistance
 }

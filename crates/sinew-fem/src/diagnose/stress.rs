@@ -2,7 +2,7 @@
 
 use crate::SolveError;
 use crate::elements::cells::inadmissible;
-use crate::elements::check::{check_pressure, check_state};
+use crate::elements::check::check_fields;
 use nalgebra::{Matrix3, SymmetricEigen};
 use sinew_energy::{Body, Mat3};
 
@@ -108,11 +108,10 @@ pub fn mixed_stresses(
     pressure: &[f64],
     theta: &[f64],
 ) -> Result<Vec<CellStress>, SolveError> {
-    check_state(body, displacement, theta)?;
-    check_pressure(body, pressure)?;
+    check_fields(body, displacement, pressure, theta)?;
     let field = body.pressure_field.as_ref();
     let field_at = |point| field.map_or(0.0, |field| field.at(point, pressure));
-    let gradients = gradients(body, displacement)?;
+    let gradients = law_gradients(body, displacement)?;
     let parameters = body.law_parameters(theta);
     let points: Vec<Point> = (gradients.iter().enumerate())
         .map(|(point, h)| {
@@ -134,7 +133,10 @@ pub fn mixed_stresses(
 }
 
 /// Displacement gradient that the law reads at each quadrature point.
-fn gradients(body: &Body, displacement: &[f64]) -> Result<Vec<Mat3<f64>>, SolveError> {
+pub(crate) fn law_gradients(
+    body: &Body,
+    displacement: &[f64],
+) -> Result<Vec<Mat3<f64>>, SolveError> {
     let own = |point| body.displacement_gradient(point, displacement);
     let mut gradients: Vec<_> = (0..body.volumes.len()).map(own).collect();
     for patch in &body.patches {

@@ -164,22 +164,28 @@ pub(crate) fn turn(frames: &Frames, nodes: &[usize], lower: &mut [f64]) {
     if frames.is_empty() || nodes.iter().all(|&node| frames.get(node).is_none()) {
         return;
     }
-    let axes = |node: usize| std::array::from_fn::<_, 3, _>(|i| frames.axis(3 * node + i));
-    let axes: Vec<_> = nodes.iter().map(|&node| axes(node)).collect();
-    for (a, first) in axes.iter().enumerate() {
-        for (b, second) in axes[..=a].iter().enumerate() {
-            let place = |i: usize, k: usize| {
-                let (row, column) = (3 * a + i, 3 * b + k);
-                row.max(column) * (row.max(column) + 1) / 2 + row.min(column)
-            };
-            let block: [[f64; 3]; 3] =
-                std::array::from_fn(|i| std::array::from_fn(|k| lower[place(i, k)]));
-            let half = first
-                .map(|axis| [0, 1, 2].map(|k| (0..3).map(|i| axis[i] * block[i][k]).sum::<f64>()));
-            for (i, left) in half.iter().enumerate() {
-                for (k, axis) in second.iter().enumerate() {
-                    lower[place(i, k)] = (0..3).map(|l| left[l] * axis[l]).sum();
-                }
+    let size = 3 * nodes.len();
+    let place = |(row, column): (usize, usize)| {
+        row.max(column) * (row.max(column) + 1) / 2 + row.min(column)
+    };
+    let mut matrix: Vec<f64> =
+        (0..size * size).map(|at| lower[place((at / size, at % size))]).collect();
+    turn_square(frames, nodes, &mut matrix);
+    let half = (0..size).flat_map(|row| row * size..=row * (size + 1));
+    lower.iter_mut().zip(half).for_each(|(entry, at)| *entry = matrix[at]);
+}
+
+/// Turns a square matrix over the components of some nodes into their frames.
+pub(crate) fn turn_square(frames: &Frames, nodes: &[usize], matrix: &mut [f64]) {
+    let size = 3 * nodes.len();
+    for (a, &node) in nodes.iter().enumerate() {
+        let Some(frame) = frames.get(node) else { continue };
+        // All rows, then all columns.
+        for [own, across] in [[size, 1], [1, size]] {
+            for other in 0..size {
+                let place = |i: usize| (3 * a + i) * own + other * across;
+                let turned = frame.apply(&std::array::from_fn(|i| matrix[place(i)]));
+                (0..3).for_each(|i| matrix[place(i)] = turned[i]);
             }
         }
     }

@@ -27,6 +27,17 @@ pub(crate) fn check_pressure(body: &Body, pressure: &[f64]) -> Result<(), SolveE
     check_length(body.pressure_field.as_ref().map_or(0, |field| field.unknowns), pressure)
 }
 
+/// Checks a displacement, the pressures of the field and θ.
+pub(crate) fn check_fields(
+    body: &Body,
+    displacement: &[f64],
+    pressure: &[f64],
+    theta: &[f64],
+) -> Result<(), SolveError> {
+    check_state(body, displacement, theta)?;
+    check_pressure(body, pressure)
+}
+
 /// Checks that there are as many entries as needed, all finite.
 pub(crate) fn check_length(needed: usize, values: &[f64]) -> Result<(), SolveError> {
     let (given, finite) = (values.len(), values.iter().filter(|u| u.is_finite()).count());

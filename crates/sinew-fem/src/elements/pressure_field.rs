@@ -2,7 +2,6 @@
 
 use crate::elements::assembly::Assembly;
 use crate::linear::factor::Factor;
-use faer::Side;
 use faer::sparse::Triplet;
 use sinew_energy::{Body, PressureField};
 use sinew_num::Mat3;
@@ -120,7 +119,7 @@ impl<'p> Coupling<'p> {
                 }
             }
         }
-        self.schur = Some(Factor::alone(field.unknowns, &triplets, Side::Lower)?);
+        self.schur = Some(Factor::alone(field.unknowns, &triplets)?);
         Some(())
     }
 

@@ -18,11 +18,8 @@ pub struct EllipsoidWall {
 
 /// Rounding of a point on a surface, as a fraction of the wall's thickness.
 const ROUNDING: f64 = 1e-9;
-/// Newton's method for the depth ends at steps below this; it is exact to rounding then, as it converges
-/// quadratically.
-const DEPTH_STEP: f64 = 1e-12;
-/// Newton and bisection together need fewer steps than this for the 52 digits of a depth.
-const MOST_STEPS: usize = 80;
+/// Bisections of a depth: it has 52 digits, and the wall with its slack is up to three thicknesses wide.
+const BISECTIONS: usize = 54;
 
 impl EllipsoidWall {
     /// Problems 2 and 3 of Land et al. (2015) \[mm\].
@@ -66,30 +63,18 @@ impl EllipsoidWall {
         let (mut low, mut high) = (self.innermost().max(-slack), 1.0 + slack);
         // Written so that a NaN is outside as well.
         let inside = point[2] <= base + slack * (outer - inner)
-            && self.level(point, low).0 >= 0.0
-            && self.level(point, high).0 <= 0.0;
+            && self.level(point, low) >= 0.0
+            && self.level(point, high) <= 0.0;
         if !inside {
             return Err(outside);
         }
-        let mut depth = 0.5;
-        for _ in 0..MOST_STEPS {
-            let (value, slope) = self.level(point, depth);
+        for _ in 0..BISECTIONS {
+            let middle = f64::midpoint(low, high);
             // The level falls with the depth.
-            if value > 0.0 {
-                low = depth
-            } else {
-                high = depth
-            }
-            let newton = depth - value / slope;
-            let next =
-                if (low..=high).contains(&newton) { newton } else { f64::midpoint(low, high) };
-            let step = (next - depth).abs();
-            depth = next;
-            if step < DEPTH_STEP {
-                break;
-            }
+            let outside = self.level(point, middle) <= 0.0;
+            (low, high) = if outside { (low, middle) } else { (middle, high) };
         }
-        Ok(depth)
+        Ok(f64::midpoint(low, high))
     }
 
     /// Fibre, sheet and normal at a point \[length\] in the wall; `slack` as for [`EllipsoidWall::depth`].
@@ -128,13 +113,9 @@ impl EllipsoidWall {
             .map(|[inner, outer]| inner + depth * (outer - inner))
     }
 
-    /// `(x² + y²)/r² + z²/l² − 1` at a depth, and its slope.
-    fn level(&self, [x, y, z]: [f64; 3], depth: f64) -> (f64, f64) {
+    /// `(x² + y²)/r² + z²/l² − 1` at a depth.
+    fn level(&self, [x, y, z]: [f64; 3], depth: f64) -> f64 {
         let [short, long] = self.semi_axes(depth);
-        let (across, along) = ((x * x + y * y) / (short * short), z * z / (long * long));
-        let growth =
-            [self.ellipsoid.short, self.ellipsoid.long].map(|[inner, outer]| outer - inner);
-        let slope = -2.0 * (across * growth[0] / short + along * growth[1] / long);
-        (across + along - 1.0, slope)
+        (x * x + y * y) / (short * short) + z * z / (long * long) - 1.0
     }
 }

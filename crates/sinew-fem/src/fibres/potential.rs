@@ -2,16 +2,11 @@
 
 use super::FibreError;
 use crate::linear::conjugate_gradients::{End, conjugate_gradients};
-use crate::linear::factor::Factor;
-use faer::Side;
-use faer::sparse::{SparseColMat, Triplet};
 use nalgebra::{Matrix3, Vector3};
 use sinew_mesh::TetMesh;
 
-/// Unknowns from which conjugate gradients are faster than a factor.
-const LARGE: usize = 20_000;
 /// Residual of conjugate gradients \[relative to the right-hand side\]: rounding errors of a factor leave as much.
-const ACCURACY: f64 = 1e-12;
+const ACCURACY: f64 = 1e-14;
 /// Most iterations: some 300 reach the accuracy with 100 000 unknowns.
 const MOST: usize = 3_000;
 
@@ -46,7 +41,7 @@ impl<'m> Laplacian<'m> {
     /// Nodal values of the potential. The conductivity, one per cell, is 1 unless given.
     ///
     /// # Errors
-    /// Too little memory, or cells too flat. Each connected part of the mesh needs a prescribed node.
+    /// Cells too flat. Each connected part of the mesh needs a prescribed node.
     pub(super) fn solve(
         &self,
         prescribed: &[Option<f64>],
@@ -83,21 +78,14 @@ impl<'m> Laplacian<'m> {
                 }
             }
         }
-        let columns = columns.iter().enumerate();
-        let upper: Vec<_> = columns
-            .flat_map(|(at, column)| column.iter().map(move |&(row, x)| Triplet::new(row, at, x)))
-            .collect();
-        let large = free.len() > LARGE;
-        match large.then(|| iterated(&upper, &right)).flatten() {
-            Some(solution) => right = solution,
-            None if free.is_empty() => {}
-            None => {
-                let factor = Factor::alone(free.len(), &upper, Side::Upper);
-                factor.ok_or_else(|| FibreError::Unfit(format!("no memory for the factor of {} unknowns, or cells too flat; coarsen or repair the mesh", free.len())))?.solve(&mut right);
-            }
-        }
+        let solution = solved(columns, &right).ok_or_else(|| {
+            FibreError::Unfit(format!(
+                "no potential of {} unknowns was found, as cells are too flat; repair the mesh",
+                free.len()
+            ))
+        })?;
         let mut values: Vec<_> = prescribed.iter().map(|value| value.unwrap_or(0.0)).collect();
-        free.iter().zip(right).for_each(|(&node, value)| values[node] = value);
+        free.iter().zip(solution).for_each(|(&node, value)| values[node] = value);
         Ok(values)
     }
 
@@ -123,40 +111,27 @@ impl<'m> Laplacian<'m> {
 }
 
 /// Solution by conjugate gradients with symmetric Gauss–Seidel steps as preconditioner, at the cost of a diagonal one (S. C. Eisenstat, SIAM J. Sci.
-/// Stat. Comput. 2, 1981); `None` where they do not converge.
-fn iterated(upper: &[Triplet<usize, usize, f64>], right: &[f64]) -> Option<Vec<f64>> {
-    let size = right.len();
-    let matrix = SparseColMat::try_new_from_triplets(size, size, upper).ok()?;
-    let (starts, rows) = (matrix.col_ptr(), matrix.row_idx());
-    // The diagonal comes last in each column that has entries.
-    let last = |column: usize| (starts[column]..starts[column + 1]).last();
-    let on_diagonal = |column| last(column).filter(|&slot| rows[slot] == column);
-    let scale = |column| on_diagonal(column).map(|slot| matrix.val()[slot].sqrt().recip());
-    let scale: Vec<f64> = (0..size).map(scale).collect::<Option<_>>()?;
+/// Stat. Comput. 2, 1981); `None` where they do not converge. The columns hold the entries of the upper half.
+fn solved(mut columns: Vec<Vec<(usize, f64)>>, right: &[f64]) -> Option<Vec<f64>> {
+    let diagonal = |(at, column): (usize, &Vec<(usize, f64)>)| {
+        column.iter().find(|(row, _)| *row == at).map(|(_, entry)| entry.sqrt().recip())
+    };
+    let scale: Vec<f64> = columns.iter().enumerate().map(diagonal).collect::<Option<_>>()?;
     // The scaled matrix is L + I + Lᵀ.
-    let above = |column: usize| {
-        let range = starts[column]..starts[column + 1] - 1;
-        rows[range.clone()].iter().zip(&matrix.val()[range])
-    };
-    let mut values = Vec::with_capacity(rows.len());
-    for column in 0..size {
-        values.extend(above(column).map(|(&row, value)| value * scale[row] * scale[column]));
-        values.push(1.0);
+    for (at, column) in columns.iter_mut().enumerate() {
+        column.retain(|(row, _)| *row != at);
+        column.iter_mut().for_each(|(row, entry)| *entry *= scale[*row] * scale[at]);
     }
-    let above = |column: usize| {
-        let range = starts[column]..starts[column + 1] - 1;
-        rows[range.clone()].iter().zip(&values[range])
-    };
     // (I + L)⁻¹ and (I + Lᵀ)⁻¹.
     let forward = |x: &mut [f64]| {
-        for column in 0..size {
-            x[column] -= above(column).map(|(&row, value)| value * x[row]).sum::<f64>();
+        for (at, column) in columns.iter().enumerate() {
+            x[at] -= column.iter().map(|&(row, entry)| entry * x[row]).sum::<f64>();
         }
     };
     let backward = |x: &mut [f64]| {
-        for column in (0..size).rev() {
-            let own = x[column];
-            above(column).for_each(|(&row, value)| x[row] -= value * own);
+        for (at, column) in columns.iter().enumerate().rev() {
+            let own = x[at];
+            column.iter().for_each(|&(row, entry)| x[row] -= entry * own);
         }
     };
     let apply = |from: &[f64], to: &mut [f64]| {

@@ -7,6 +7,7 @@ use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
 use faer::traits::RealField;
 use faer::{MatMut, Par, Side};
 use std::num::NonZeroUsize;
+use std::ops::Range;
 
 /// Shares of the dense blocks of a large factor. The division is fixed, so that results do not depend on the number of
 /// threads; a single thread does not divide, with the same bits.
@@ -26,19 +27,26 @@ pub(super) fn back_substitute<T: RealField>(
     solve(right, MemStack::new(&mut memory));
 }
 
-/// Factorises `L Lᵀ`; false where that fails.
+/// Factorises `L Lᵀ` of a matrix with this lower half; false where that fails.
 pub(super) fn cholesky<T: RealField + Default>(
     symbolic: &SymbolicCholesky<usize>,
     entries: &mut Vec<T>,
     half: SparseColMatRef<'_, usize, T>,
-    side: Side,
 ) -> bool {
     let scratch = symbolic.factorize_numeric_llt_scratch::<T>(shares(symbolic), Default::default());
     let Some(mut memory) = prepared(symbolic, entries, scratch) else { return false };
     let regularisation = LltRegularization::default();
     let (par, memory) = (shares(symbolic), MemStack::new(&mut memory));
     symbolic
-        .factorize_numeric_llt(entries, half, side, regularisation, par, memory, Default::default())
+        .factorize_numeric_llt(
+            entries,
+            half,
+            Side::Lower,
+            regularisation,
+            par,
+            memory,
+            Default::default(),
+        )
         .is_ok()
 }
 
@@ -53,24 +61,31 @@ pub(super) fn prepared<T: Clone + Default>(
     MemBuffer::try_new(scratch).ok()
 }
 
-/// Slots of the diagonal of a factor.
-pub(super) fn pivots(symbolic: &SymbolicCholesky<usize>) -> impl Iterator<Item = usize> {
-    let mut slots = Vec::with_capacity(symbolic.nrows());
+/// Columns that are eliminated together, with the rows of their common block below them, ascending.
+pub(super) fn supernodes(symbolic: &SymbolicCholesky<usize>) -> Vec<(Range<usize>, &[usize])> {
     match symbolic.raw() {
         SymbolicCholeskyRaw::Supernodal(symbolic) => {
-            let ends = symbolic.supernode_end();
-            for (s, (&begin, end)) in symbolic.supernode_begin().iter().zip(ends).enumerate() {
-                let [start, next] = [s, s + 1].map(|s| symbolic.col_ptr_for_val()[s]);
-                let rows = (next - start).checked_div(end - begin).unwrap_or(0);
-                slots.extend((0..end - begin).map(|i| start + i * (rows + 1)));
-            }
+            let own = symbolic.supernode_begin().iter().zip(symbolic.supernode_end());
+            let below = (0..).map(|s| symbolic.supernode(s).pattern());
+            own.map(|(&begin, &end)| begin..end).zip(below).collect()
         }
         // Tiny matrices have no supernodes, whatever is requested; the diagonal comes first in each column.
         SymbolicCholeskyRaw::Simplicial(symbolic) => {
-            slots.extend(&symbolic.col_ptr()[..symbolic.ncols()]);
+            let columns = symbolic.col_ptr().windows(2).zip(0..);
+            let below = |ends: &[usize]| &symbolic.row_idx()[ends[0] + 1..ends[1]];
+            columns.map(|(ends, column)| (column..column + 1, below(ends))).collect()
         }
     }
-    slots.into_iter()
+}
+
+/// Slots of the diagonal of a factor.
+pub(super) fn pivots(symbolic: &SymbolicCholesky<usize>) -> impl Iterator<Item = usize> {
+    let mut next = 0;
+    supernodes(symbolic).into_iter().flat_map(move |(own, below)| {
+        let (start, rows) = (next, own.len() + below.len());
+        next += own.len() * rows;
+        (0..own.len()).map(move |i| start + i * (rows + 1))
+    })
 }
 
 /// Division of a factor's blocks.

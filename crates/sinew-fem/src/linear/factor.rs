@@ -1,7 +1,7 @@
 //! Cholesky factors of the stiffness matrix, with one symbolic analysis for all: faer's supernodal ones in an order of our own.
 
 use crate::SolveError;
-use crate::linear::cholesky::{back_substitute, cholesky, pivots, prepared};
+use crate::linear::cholesky::{back_substitute, cholesky, pivots, prepared, supernodes};
 use crate::linear::sparsity::Sparsity;
 use faer::dyn_stack::MemStack;
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
@@ -12,6 +12,7 @@ use faer::sparse::linalg::cholesky::{
 };
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMatRef, Triplet};
 use faer::{Conj, Par, Side};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// First shift of an indefinite matrix \[relative to the mean diagonal\], and its growth. It is small enough to keep
@@ -68,17 +69,13 @@ impl Factor {
         symbolic.map(|symbolic| Self::of(Arc::new(symbolic))).map_err(|_| memory())
     }
 
-    /// The factor of a positive definite matrix of its own, given by one of its halves; `None` where it is not, or does not fit in memory.
-    pub(crate) fn alone(
-        size: usize,
-        half: &[Triplet<usize, usize, f64>],
-        side: Side,
-    ) -> Option<Self> {
+    /// The factor of a positive definite matrix of its own, given by its lower half; `None` where it is not, or does not fit in memory.
+    pub(crate) fn alone(size: usize, half: &[Triplet<usize, usize, f64>]) -> Option<Self> {
         let matrix = SparseColMat::try_new_from_triplets(size, size, half).ok()?;
         let (pattern, order) = (matrix.symbolic(), SymmetricOrdering::Amd);
-        let symbolic = factorize_symbolic_cholesky(pattern, side, order, Default::default());
+        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, order, Default::default());
         let mut factor = Self::of(Arc::new(symbolic.ok()?));
-        factor.factorise(matrix.as_ref(), side).then_some(factor)
+        factor.factorise(matrix.as_ref()).then_some(factor)
     }
 
     /// Another factor of the same sparsity: its own numbers, the same analysis.
@@ -102,6 +99,11 @@ impl Factor {
         self.symbolic.len_val()
     }
 
+    /// Columns that are eliminated together, with the later rows that depend on them, ascending.
+    pub(crate) fn supernodes(&self) -> Vec<(Range<usize>, &[usize])> {
+        supernodes(&self.symbolic)
+    }
+
     /// Whether solutions with the last factor are accurate to rounding errors in double precision.
     pub(crate) fn is_double(&self) -> bool {
         !matches!(self.form, Form::Single(_))
@@ -109,7 +111,7 @@ impl Factor {
 
     /// Factorises `L Lᵀ`; false where the matrix is not positive definite.
     pub(crate) fn positive_definite(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> bool {
-        self.factorise(lower_half(sparsity, matrix), Side::Lower)
+        self.factorise(lower_half(sparsity, matrix))
     }
 
     /// Factorises `L Lᵀ` in single precision, in half the memory and time; false where the matrix is not positive definite, or so nearly
@@ -125,15 +127,15 @@ impl Factor {
         let scaled: Vec<f32> =
             matrix[..sparsity.entries()].iter().map(|x| (x / mean) as f32).collect();
         let half = SparseColMatRef::new(sparsity.pattern.as_ref(), &scaled);
-        cholesky(&self.symbolic, &mut self.single, half, Side::Lower)
+        cholesky(&self.symbolic, &mut self.single, half)
             && pivots(&self.symbolic)
                 .all(|slot| self.single[slot] > 0.0 && self.single[slot].is_finite())
     }
 
-    fn factorise(&mut self, half: SparseColMatRef<'_, usize, f64>, side: Side) -> bool {
+    fn factorise(&mut self, half: SparseColMatRef<'_, usize, f64>) -> bool {
         self.single = Vec::new();
         self.form = Form::Definite;
-        cholesky(&self.symbolic, &mut self.entries, half, side)
+        cholesky(&self.symbolic, &mut self.entries, half)
             && self.pivots().all(|pivot| pivot > 0.0 && pivot.is_finite())
     }
 

@@ -67,10 +67,11 @@ impl Sparsity {
             true => potential.cell_nodes().collect(),
             false => patches.iter().map(|nodes| &nodes[..]).collect(),
         };
-        let neighbours = neighbours(potential.nodes, matrices.iter().copied().chain(lids));
+        let neighbours = neighbours(potential.nodes, matrices.into_iter().chain(lids));
         let free =
             |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
-        let order = order_of_elimination(&neighbours, |node| free(node).next().is_some());
+        let kept = (0..potential.nodes).filter(|&node| free(node).next().is_some()).collect();
+        let order = fill_reducing_order(&neighbours, kept, &potential.positions);
 
         let mut unknown = vec![PRESCRIBED; potential.prescribed.len()];
         let mut degree_of_freedom = Vec::new();
@@ -81,21 +82,63 @@ impl Sparsity {
             }
         }
 
-        let mut columns = Columns { starts: vec![0], rows: Vec::new(), unknown };
+        let (mut starts, mut rows) = (vec![0], Vec::new());
         for &node in &order {
-            columns.push_node(node, &neighbours[node]);
+            let unknowns = |node: usize| unknown[3 * node..3 * node + 3].iter().copied();
+            let present = |&row: &u32| row != PRESCRIBED;
+            let own: Vec<_> = unknowns(node).filter(present).collect();
+            let last = own.last().copied().unwrap_or(0);
+            let others = neighbours[node].iter().flat_map(|&other| unknowns(other));
+            let below = others.filter(|row| present(row) && *row > last);
+            let mut below: Vec<_> = below.map(|row| row as usize).collect();
+            below.sort_unstable();
+            for at in 0..own.len() {
+                rows.extend(own[at..].iter().map(|&row| row as usize));
+                rows.extend(&below);
+                starts.push(rows.len());
+            }
         }
-        let cells = columns.slots(matrices.into_iter());
-        let surfaces = potential.pressures.iter().chain(&potential.followers);
-        let facets = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
-        let facets = columns.slots(facets);
-        let springs = columns
-            .slots(potential.springs.iter().map(|spring| std::slice::from_ref(&spring.node)));
-
-        let (size, Columns { starts, rows, unknown }) = (degree_of_freedom.len(), columns);
+        let size = degree_of_freedom.len();
         let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
         let frames = potential.frames.clone();
-        Self { degree_of_freedom, frames, pattern, cells, facets, springs, patches, unknown }
+        let [cells, facets, springs] = std::array::from_fn(|_| Slots::default());
+        let mut sparsity =
+            Self { degree_of_freedom, frames, pattern, cells, facets, springs, patches, unknown };
+        let surfaces = potential.pressures.iter().chain(&potential.followers);
+        let facets = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
+        sparsity.facets = sparsity.slots(facets);
+        let springs = potential.springs.iter();
+        sparsity.springs = sparsity.slots(springs.map(|s| std::slice::from_ref(&s.node)));
+        sparsity.cells = match sparsity.patches.is_empty() {
+            true => sparsity.slots(potential.cell_nodes()),
+            false => sparsity.slots(sparsity.patches.iter().map(|nodes| &nodes[..])),
+        };
+        sparsity
+    }
+
+    /// Places in the values of small matrices, whose rows are the three components of each of
+    /// the nodes listed for them.
+    fn slots<'n>(&self, matrices: impl Iterator<Item = &'n [usize]>) -> Slots {
+        let mut slots = Slots { starts: vec![0], places: Vec::new() };
+        for nodes in matrices {
+            let dofs = || nodes.iter().flat_map(|node| 3 * node..3 * node + 3);
+            let unknowns: Vec<_> = dofs().map(|dof| self.unknown(dof)).collect();
+            for (row, a) in unknowns.iter().enumerate() {
+                let slot =
+                    |b: &Option<usize>| a.zip(*b).map_or(self.entries(), |(a, b)| self.slot(a, b));
+                slots.places.extend(unknowns[..=row].iter().map(|b| slot(b) as u32));
+            }
+            slots.starts.push(slots.places.len());
+        }
+        slots
+    }
+
+    /// Place of the entry of two unknowns among the values of the lower half.
+    pub(crate) fn slot(&self, a: usize, b: usize) -> usize {
+        let (row, column) = (a.max(b), a.min(b));
+        let start = self.pattern.col_ptr()[column];
+        let rows = &self.pattern.row_idx()[start..self.pattern.col_ptr()[column + 1]];
+        start + rows.partition_point(|&other| other < row)
     }
 
     /// Number of unknowns.
@@ -191,94 +234,4 @@ fn neighbours<'n>(nodes: usize, cells: impl Iterator<Item = &'n [usize]>) -> Vec
         list.dedup();
     }
     neighbours
-}
-
-/// The nodes that `keep` keeps, ordered for little fill.
-fn order_of_elimination(neighbours: &[Vec<usize>], keep: impl Fn(usize) -> bool) -> Vec<usize> {
-    let kept: Vec<_> = (0..neighbours.len()).filter(|&node| keep(node)).collect();
-    let mut position = vec![usize::MAX; neighbours.len()];
-    kept.iter().enumerate().for_each(|(at, &node)| position[node] = at);
-    let (mut starts, mut beside) = (vec![0], Vec::new());
-    for &node in &kept {
-        let positions = neighbours[node].iter().map(|&n| position[n]);
-        beside.extend(positions.filter(|&at| at != usize::MAX));
-        starts.push(beside.len());
-    }
-    fill_reducing_order(&starts, &beside).into_iter().map(|at| kept[at]).collect()
-}
-
-/// The lower half by columns, while it is built node by node in the order of elimination.
-struct Columns {
-    starts: Vec<usize>,
-    rows: Vec<usize>,
-    unknown: Vec<u32>,
-}
-
-impl Columns {
-    /// Appends the columns of one node's unknowns; they hold the later unknowns of itself and its neighbours.
-    fn push_node(&mut self, node: usize, neighbours: &[usize]) {
-        let unknowns = |node: usize| self.unknown[3 * node..3 * node + 3].iter().copied();
-        let present = |&row: &u32| row != PRESCRIBED;
-        let own: Vec<_> = unknowns(node).filter(present).collect();
-        let last = own.last().copied().unwrap_or(0);
-        let others = neighbours.iter().flat_map(|&other| unknowns(other)).filter(present);
-        let mut below: Vec<_> = others.filter(|&row| row > last).map(|row| row as usize).collect();
-        below.sort_unstable();
-        for at in 0..own.len() {
-            self.rows.extend(own[at..].iter().map(|&row| row as usize));
-            self.rows.extend(&below);
-            self.starts.push(self.rows.len());
-        }
-    }
-
-    /// Places in the values of small matrices, whose rows are the three components of each of
-    /// the nodes listed for them.
-    fn slots<'n>(&self, matrices: impl Iterator<Item = &'n [usize]>) -> Slots {
-        let mut slots = Slots { starts: vec![0], places: Vec::new() };
-        for nodes in matrices {
-            let size = 3 * nodes.len();
-            let first_place = slots.places.len();
-            slots.places.resize(first_place + size * (size + 1) / 2, self.rows.len() as u32);
-            slots.starts.push(slots.places.len());
-            let places = &mut slots.places[first_place..];
-            for (a, &first) in nodes.iter().enumerate() {
-                for (b, &second) in nodes[..=a].iter().enumerate() {
-                    self.block_slots(first, second, |i, k, slot| {
-                        let (row, column) = (3 * a + i, 3 * b + k);
-                        if column <= row {
-                            places[row * (row + 1) / 2 + column] = slot;
-                        }
-                    });
-                }
-            }
-        }
-        slots
-    }
-
-    /// Calls `put(i, k, slot)` for each pair of free components `i` of node `a` and `k` of node `b`. Their
-    /// rows follow each other in a column, so one search per column will do.
-    fn block_slots(&self, a: usize, b: usize, mut put: impl FnMut(usize, usize, u32)) {
-        let unknowns = |node: usize| {
-            let unknown = &self.unknown[3 * node..3 * node + 3];
-            unknown.iter().enumerate().filter(|(_, u)| **u != PRESCRIBED).map(|(i, &u)| (i, u))
-        };
-        let (Some((_, first_a)), Some((_, first_b))) = (unknowns(a).next(), unknowns(b).next())
-        else {
-            return;
-        };
-        let swapped = first_a < first_b;
-        let (below, left) = if swapped { (b, a) } else { (a, b) };
-        for (k, column) in unknowns(left) {
-            let start = self.starts[column as usize];
-            let rows = &self.rows[start..self.starts[column as usize + 1]];
-            let Some((_, first)) = unknowns(below).find(|&(_, row)| row >= column) else {
-                continue;
-            };
-            let first_slot = start + rows.partition_point(|&row| row < first as usize);
-            for (i, row) in unknowns(below).filter(|&(_, row)| row >= column) {
-                let slot = first_slot as u32 + (row - first);
-                if swapped { put(k, i, slot) } else { put(i, k, slot) }
-            }
-        }
-    }
 }

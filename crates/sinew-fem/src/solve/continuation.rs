@@ -265,12 +265,10 @@ impl<'s, 'p> Curve<'s, 'p> {
         let place = matches!(self.path.along, Along::Arc(_)).then(|| self.path.reached().place);
         let displacement = self.path.reached().unknowns.displacement.clone();
         let load_factor = place.map_or(0.0, |place| line.at(place).0);
-        let failure = log.failure(load_factor, displacement, worst_cells);
-        match (place, failure) {
-            (Some(place), SolveError::NotConverged(failure)) => {
-                SolveError::CurveEnded { place, theta: line.at(place).1, failure }
-            }
-            (_, failure) => failure,
+        let failure = log.failure(load_factor, displacement, worst_cells, None);
+        match place {
+            Some(place) => SolveError::CurveEnded { place, theta: line.at(place).1, failure },
+            None => SolveError::NotConverged(failure),
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::solve::plane::Plane;
 use crate::solve::search::{Equilibrium, Goal, Point};
 use crate::solve::turn::far_turn;
 use crate::solve::watch::Log;
-use crate::{Advice, NotConverged, Options, SolveError};
+use crate::{Advice, Options, SolveError};
 use sinew_num::Mat3;
 
 /// The first load step changes no displacement gradient by more than this, by the linear model of the body at rest.
@@ -264,10 +264,11 @@ impl<'s, 'p> Path<'s, 'p> {
                 None if rest => point.unknowns.displacement,
                 None => continue,
             };
-            return advised(history.failure(load_factor, displacement, worst_cells), advice);
+            let failure = history.failure(load_factor, displacement, worst_cells, advice);
+            return SolveError::NotConverged(failure);
         }
         let rest = self.system.rest().displacement;
-        advised(history.failure(0.0, rest, worst_cells), advice)
+        SolveError::NotConverged(history.failure(0.0, rest, worst_cells, advice))
     }
 
     /// Polynomial extrapolation of the last points.
@@ -301,16 +302,6 @@ impl<'s, 'p> Path<'s, 'p> {
             }
         }
         Point { at, place, unknowns: Unknowns { displacement, pressure }, stress }
-    }
-}
-
-/// A failure with the advice that is known, if any.
-fn advised(error: SolveError, advice: Option<Advice>) -> SolveError {
-    match (error, advice) {
-        (SolveError::NotConverged(failure), Some(advice)) => {
-            SolveError::NotConverged(Box::new(NotConverged { advice, ..*failure }))
-        }
-        (error, _) => error,
     }
 }
 

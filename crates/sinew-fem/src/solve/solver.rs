@@ -145,7 +145,7 @@ impl<'p> Solver<'p> {
     #[doc(alias("Newton-Raphson", "line search"))]
     pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution, SolveError> {
         let rest = self.system.rest();
-        self.solve_told(rest, theta, options)
+        self.solve_told(rest, theta, options, &mut |_| ())
     }
 
     /// The equilibrium for θ, starting from a displacement \[length\] that should be near it.
@@ -162,7 +162,7 @@ impl<'p> Solver<'p> {
         options: &Options,
     ) -> Result<Solution, SolveError> {
         let from = self.at(initial, theta)?;
-        self.solve_told(from, theta, options)
+        self.solve_told(from, theta, options, &mut |_| ())
     }
 
     /// The equilibrium for θ, starting from another one with its field of pressure; step by step from rest where that fails.
@@ -176,7 +176,7 @@ impl<'p> Solver<'p> {
         options: &Options,
     ) -> Result<Solution, SolveError> {
         let from = self.checked(near, theta)?;
-        self.solve_told(from, theta, options)
+        self.solve_told(from, theta, options, &mut |_| ())
     }
 
     /// The equilibrium under loads and prescribed motions that rise slowly from rest, if it differs from `solution`. Of
@@ -216,7 +216,7 @@ impl<'p> Solver<'p> {
         watch: &mut impl FnMut(&Progress<'_>),
     ) -> Result<Solution, SolveError> {
         let rest = self.system.rest();
-        self.solve_logged(rest, theta, options, Log::watched(watch))
+        self.solve_told(rest, theta, options, watch)
     }
 
     fn solve_told(
@@ -224,24 +224,14 @@ impl<'p> Solver<'p> {
         from: Unknowns,
         theta: &[f64],
         options: &Options,
+        tell: &mut dyn FnMut(&Progress<'_>),
     ) -> Result<Solution, SolveError> {
-        let watch = self.watch;
+        let (start, watch) = (Instant::now(), self.watch);
         let mut tell = |state: &Progress<'_>| {
-            if let Some(watch) = watch {
-                watch(state);
-            }
+            watch.iter().for_each(|watch| watch(state));
+            tell(state);
         };
-        self.solve_logged(from, theta, options, Log::watched(&mut tell))
-    }
-
-    fn solve_logged(
-        &mut self,
-        from: Unknowns,
-        theta: &[f64],
-        options: &Options,
-        mut history: Log<'_>,
-    ) -> Result<Solution, SolveError> {
-        let start = Instant::now();
+        let mut history = Log::watched(&mut tell);
         self.system.body.check_theta(theta)?;
         let found = Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
         Ok(Solution::new(&self.system, found, theta, history.take(), start))

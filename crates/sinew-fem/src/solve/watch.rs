@@ -2,7 +2,7 @@
 
 use crate::diagnose::named::CellValue;
 use crate::solve::history::short;
-use crate::{Advice, History, Iteration, NotConverged, SolveError};
+use crate::{Advice, History, Iteration, NotConverged};
 use std::fmt;
 
 /// A state that a solve has come to: what [`crate::Solver::solve_watched`] hands out once per iteration.
@@ -114,16 +114,16 @@ impl<'w> Log<'w> {
         History { iterations: std::mem::take(&mut self.iterations) }
     }
 
-    /// The error of a solve that came no farther than `load_factor`.
+    /// Failure of a solve that came no farther than `load_factor`, with the advice that is known or that of the last iterations.
     pub(crate) fn failure(
         &mut self,
         load_factor: f64,
         displacement: Vec<f64>,
         worst_cells: Vec<CellValue>,
-    ) -> SolveError {
+        advice: Option<Advice>,
+    ) -> Box<NotConverged> {
         let history = self.take();
-        let advice = Advice::from_history(&history);
-        let failure = NotConverged { load_factor, displacement, history, worst_cells, advice };
-        SolveError::NotConverged(Box::new(failure))
+        let advice = advice.unwrap_or_else(|| Advice::from_history(&history));
+        Box::new(NotConverged { load_factor, displacement, history, worst_cells, advice })
     }
 }

@@ -3,7 +3,7 @@
 use super::error::UnloadError;
 use super::state::{Level, Trial};
 use super::{Image, Unload, check_directions};
-use crate::elements::check::check_displacement;
+use crate::elements::check::{check_displacement, check_state};
 use crate::elements::system::Unknowns;
 use crate::solve::path::Path;
 use crate::solve::watch::Log;
@@ -26,8 +26,7 @@ impl Unload<'_> {
     ) -> Result<Solution, SolveError> {
         let start = Instant::now();
         let mut system = self.image.system.like(rest)?;
-        system.body.check_theta(theta)?;
-        check_displacement(system.body, near)?;
+        check_state(system.body, near, theta)?;
         let mut history = Log::default();
         let path = Path::to_load(&mut system, theta, options);
         let found = path.run(Unknowns::of(near), &mut history)?;
@@ -50,8 +49,7 @@ impl Unload<'_> {
         let Solution { displacement, theta, .. } = state;
         check_directions(theta, theta_directions)?;
         let mut system = self.image.system.like(rest)?;
-        system.body.check_theta(theta).map_err(SolveError::from)?;
-        check_displacement(system.body, displacement)?;
+        check_state(system.body, displacement, theta)?;
         let moved = self.image.forces_by_rest(rest, state, rest_directions)?;
         let shift = system.factorise_at(&Unknowns::of(displacement), theta, 1.0)?;
         let slope = |(index, direction): (usize, &Vec<f64>)| {

@@ -1,7 +1,7 @@
 //! Newton's method on the positions at rest, and load steps where it fails.
 
 use super::error::UnloadError;
-use super::multifrontal::Entries;
+use super::lu::Entries;
 use super::options::UnloadOptions;
 use super::state::{Level, Trial};
 use super::unloaded::volume_ratios;

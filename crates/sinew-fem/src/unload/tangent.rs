@@ -1,13 +1,13 @@
 //! The derivative of the balance of the image in the positions at rest.
 
 use super::image::Image;
-use super::multifrontal::Entries;
+use super::lu::Entries;
 use super::point::PointRate;
 use super::state::{Level, Trial};
 use crate::linear::sparsity::Sparsity;
 use rayon::prelude::*;
 use sinew_energy::{PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
-use sinew_num::{cross, dot3};
+use sinew_num::{Scalar, Slope, cross, dot3};
 
 /// Number of cells that are computed on all threads before they are added.
 const AT_ONCE: usize = 2048;
@@ -255,35 +255,29 @@ fn of_facet<'n>(
     let size = block.size();
     for point in &surface.rule.points {
         let [s, t] = surface.tangents(facet, point, &trial.rest.positions);
-        let normal = cross(&s, &t);
-        let area = dot3(&normal, &normal).sqrt();
-        if area == 0.0 {
+        if cross(&s, &t) == [0.0; 3] {
             continue;
         }
-        let unit = normal.map(|x| x / area);
         for (a, &node) in facet.iter().enumerate() {
-            let weight = point.weight * point.shape[a];
-            let u: [f64; 3] = std::array::from_fn(|i| trial.displacement[3 * node + i]);
-            let along = dot3(&unit, &u);
-            let (tangential, more) = (surface.tangential, surface.normal - surface.tangential);
-            for column in 0..size {
-                let (b, k) = (column / 3, column % 3);
-                let axis: [f64; 3] = std::array::from_fn(|i| f64::from(u8::from(i == k)));
-                let across = if surface.rule.dimension == 2 { 0.0 } else { point.slope[1][b] };
-                let (first, second) = (cross(&axis, &t), cross(&s, &axis));
-                let turned: [f64; 3] =
-                    std::array::from_fn(|i| point.slope[0][b] * first[i] + across * second[i]);
-                let grown = dot3(&unit, &turned);
-                for i in 0..3 {
-                    let mut change = -level.factor * surface.traction[i] * grown;
-                    change += tangential * grown * u[i];
-                    let spring = turned[i] * along + unit[i] * (dot3(&turned, &u) - along * grown);
-                    change += more * spring;
-                    if a == b {
-                        let own = if i == k { tangential } else { 0.0 };
-                        change -= area * (own + more * unit[i] * unit[k]);
-                    }
-                    block.values[(3 * a + i) * size + column] += weight * change;
+            let u = std::array::from_fn(|i| trial.displacement[3 * node + i]);
+            // Force per area of the reference element, with derivatives in both tangents and the displacement.
+            let [s, t, u] = [(s, 0), (t, 3), (u, 6)].map(|(vector, first): ([f64; 3], _)| {
+                [0, 1, 2].map(|i| Slope::<9>::variable(vector[i], first + i))
+            });
+            let normal = cross(&s, &t);
+            let area = (dot3(&normal, &normal).ln() * 0.5).exp();
+            let along = dot3(&normal, &u) / area * (surface.normal - surface.tangential);
+            for i in 0..3 {
+                let traction = -level.factor * surface.traction[i];
+                let force = area * (u[i] * surface.tangential + traction) + along * normal[i];
+                for column in 0..size {
+                    let (b, k) = (column / 3, column % 3);
+                    let across = if surface.rule.dimension == 2 { 0.0 } else { point.slope[1][b] };
+                    let own = if a == b { force.gradient[6 + k] } else { 0.0 };
+                    let moved =
+                        point.slope[0][b] * force.gradient[k] + across * force.gradient[3 + k];
+                    let weight = point.weight * point.shape[a];
+                    block.values[(3 * a + i) * size + column] += weight * (moved - own);
                 }
             }
         }

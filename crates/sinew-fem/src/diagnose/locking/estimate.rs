@@ -2,6 +2,7 @@
 
 use super::enriched::{Enriched, Modes};
 use crate::SolveError;
+use crate::diagnose::stress::law_gradients;
 use crate::elements::cell::inverse;
 use crate::elements::replaced::PredictedStress;
 use crate::elements::state::State;
@@ -91,7 +92,17 @@ impl System<'_> {
         let pressures: Vec<f64> =
             self.assembly.points.iter().map(|(h, own)| mean_stress(h, &own.stress)).collect();
         let smooth = smoothed(body, &pressures);
-        let points = self.points_without_patches(displacement, theta, &smooth)?;
+        let parameters = body.law_parameters(theta);
+        // A body with averaged volume ratios has those of its scaled gradients here, without patches.
+        let point = |(point, h): (usize, Mat3<f64>)| {
+            let Response { stress, mut tangent, .. } =
+                body.material.response(point, parameters, &h);
+            let more = smooth[point] - mean_stress(&h, &stress);
+            h.plus_identity().add_second_of_determinant(more, &mut tangent);
+            (h, tangent)
+        };
+        let points = law_gradients(body, displacement)?.into_iter().enumerate();
+        let points: Vec<Point> = points.map(point).collect();
         match body.patches.is_empty() {
             true => {
                 let stress = self.stress_with(&pressures, &smooth);
@@ -104,9 +115,9 @@ impl System<'_> {
         let enriched = Enriched::new(body, points.iter().map(|(_, tangent)| *tangent).collect());
         let mut residual = enriched.couple(&linear);
         if tension.iter().any(|&t| t != 0.0) {
-            let parameters = [theta, &tension].map(|theta| body.law_parameters(theta));
+            let rates = body.law_parameters(&tension);
             let stress = |point: usize| {
-                body.material.stress_rate(point, parameters[0], parameters[1], &points[point].0)
+                body.material.stress_rate(point, parameters, rates, &points[point].0)
             };
             enriched.add_stresses(stress, &mut residual);
         }
@@ -149,39 +160,6 @@ impl System<'_> {
             Mat3::from_fn(|i, k| own[i][k] + more * compliance(i, k).sum::<f64>())
         };
         points.enumerate().map(stress).collect()
-    }
-
-    /// Displacement gradient and tangent at each point, with smooth mean stresses; in a body with averaged volume ratios those of its scaled
-    /// gradients.
-    fn points_without_patches(
-        &self,
-        displacement: &[f64],
-        theta: &[f64],
-        smooth: &[f64],
-    ) -> Result<Vec<Point>, SolveError> {
-        let body = self.body;
-        let smoothed = |point: usize, (h, response): &(Mat3<f64>, Response)| {
-            let mut tangent = response.tangent;
-            let more = smooth[point] - mean_stress(h, &response.stress);
-            h.plus_identity().add_second_of_determinant(more, &mut tangent);
-            (*h, tangent)
-        };
-        if body.patches.is_empty() {
-            let points = self.assembly.points.iter().enumerate();
-            return Ok(points.map(|(point, at)| smoothed(point, at)).collect());
-        }
-        let parameters = body.law_parameters(theta);
-        let mut found = vec![(Mat3::ZERO, [[0.0; 9]; 9]); body.volumes.len()];
-        for points in &body.patches {
-            let kinematics = body.patch_kinematics(points, displacement);
-            let kinematics =
-                kinematics.ok_or(SolveError::Inadmissible { cell: self.assembly.worst_cell })?;
-            for (&point, h) in points.iter().zip(&kinematics.scaled) {
-                let response = body.material.response(point, parameters, h);
-                found[point] = smoothed(point, &(*h, response));
-            }
-        }
-        Ok(found)
     }
 
     /// Replaces the stiffness of the patches by that of their cells.

@@ -1,23 +1,9 @@
 //! Nodal forces and energies of a solution.
 
-use crate::SolveError;
-use crate::elements::check::{check_displacement, check_pressure};
 use crate::elements::followers::Followers;
 use crate::elements::state::{State, load_gradient};
 use sinew_energy::Body;
 use sinew_num::Mat3;
-
-/// Requires arrays of the lengths of a body's.
-pub(super) fn check(
-    body: &Body,
-    displacement: &[f64],
-    pressure: &[f64],
-    theta: &[f64],
-) -> Result<(), SolveError> {
-    body.check_theta(theta)?;
-    check_displacement(body, displacement)?;
-    check_pressure(body, pressure)
-}
 
 /// Forces on a body.
 pub(super) struct Forces {

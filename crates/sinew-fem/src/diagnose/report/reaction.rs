@@ -1,7 +1,8 @@
 //! Reactions of the supports.
 
-use super::forces::{Forces, check};
+use super::forces::Forces;
 use crate::SolveError;
+use crate::elements::check::check_fields;
 use crate::elements::state::State;
 use crate::elements::supports::held_part;
 use nalgebra::Vector3;
@@ -45,7 +46,7 @@ pub fn reactions(
     pressure: &[f64],
     theta: &[f64],
 ) -> Result<Vec<[f64; 3]>, SolveError> {
-    check(body, displacement, pressure, theta)?;
+    check_fields(body, displacement, pressure, theta)?;
     let total = Forces::of(body, State { displacement, theta, load_factor: 1.0, pressure }).total;
     let sum = |nodes: &[usize]| {
         nodes.iter().fold(Vector3::zeros(), |sum, &node| sum + force_on(body, node, &total)).into()

@@ -3,7 +3,6 @@
 use super::blocks::{Block, BlockMatrix, ROWS, add_product, definite_inverse, single, times};
 use super::groups::{MODES, groups, tentative};
 use crate::linear::factor::Factor;
-use faer::Side;
 use faer::sparse::Triplet;
 use rayon::prelude::*;
 
@@ -224,5 +223,5 @@ fn factor(matrix: &BlockMatrix<f64, MODES, MODES>) -> Option<Factor> {
             }
         }
     }
-    Factor::alone(MODES * matrix.height(), &half, Side::Lower)
+    Factor::alone(MODES * matrix.height(), &half)
 }

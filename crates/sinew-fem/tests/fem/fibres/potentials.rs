@@ -35,7 +35,7 @@ fn linear_potentials_are_exact() {
 #[test]
 fn linear_potentials_of_many_nodes_are_those_of_few() {
     let mesh = box_tetrahedra([2.0, 1.0, 3.0], [28, 26, 28]);
-    // Conjugate gradients solve for more than 20 000 nodes.
+    // More than 20 000 unknowns.
     let held = mesh.node_sets["x_min"].len() + mesh.node_sets["x_max"].len();
     assert!(mesh.points.len() - held > 20_000);
     let wall = VentricleCoordinates::new(&mesh, &BOX).unwrap();
