@@ -26,7 +26,7 @@ use std::path::Path;
 /// Sizes of a network. The default has half of the thesis' width: where embeddings are weights of their own, more steps
 /// of narrower perceptrons are worth more (docs/design.md).
 #[doc(alias("MeshGraphNet", "GNN"))]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Network {
     /// Width of the embeddings of nodes, edges and parameters.
@@ -37,11 +37,21 @@ pub struct Network {
     pub cluster_width: usize,
     /// Message-passing steps.
     pub message_passing_steps: usize,
+    /// Virtual nodes of each level, thesis' η (Algorithm 1, Tables A.3 and A.6), each fewer than before; none leaves the graph of the mesh.
+    /// By default each level has a quarter of the nodes below, and in motions of clusters half of them, up to the whole body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub virtual_nodes: Option<Vec<usize>>,
 }
 
 impl Default for Network {
     fn default() -> Self {
-        Self { latent: 40, width: 64, cluster_width: 32, message_passing_steps: 5 }
+        Self {
+            latent: 40,
+            width: 64,
+            cluster_width: 32,
+            message_passing_steps: 5,
+            virtual_nodes: None,
+        }
     }
 }
 
@@ -54,7 +64,7 @@ impl Network {
     /// A network of these sizes for a geometry and so many parameters.
     pub(crate) fn on(&self, geometry: &Geometry, parameters: usize) -> GraphNetworkConfig {
         let Geometry { features, topology, coordinates, .. } = geometry;
-        let Self { latent, width, cluster_width, message_passing_steps: steps } = *self;
+        let Self { latent, width, cluster_width, message_passing_steps: steps, .. } = *self;
         let decoding = match coordinates {
             Meaning::Motions(_) => {
                 Decoding::Motions { layers: topology.roots_per_layer.len(), width: cluster_width }
@@ -152,7 +162,7 @@ pub(crate) struct TrainingData<'a> {
 pub(crate) struct Plan<'a> {
     /// Short name of the recipe.
     pub recipe: &'static str,
-    pub network: Network,
+    pub network: &'a Network,
     pub coordinates: &'a OutputCoordinates,
     pub training: &'a TrainingConfig,
     /// The one place where recipes differ.
@@ -172,8 +182,11 @@ pub(crate) fn train(
     let body = session.body;
     let mut prepare_s = 0.0;
     let mut geometry = timed(&mut prepare_s, || {
-        features::geometry(body, plan.coordinates.are_motions(), session.options.seed)
+        let (levels, motions) =
+            (plan.network.virtual_nodes.as_deref(), plan.coordinates.are_motions());
+        features::geometry(body, levels, motions, session.options.seed)
     })?;
+    record.virtual_nodes.clone_from(&geometry.topology.roots_per_layer);
     let (training, validation) = (training_data.samples(), Vec::new());
     let mut data = DataSet { geometries: Vec::new(), training, validation };
     let (starts, anchors) = (session.options.start.is_some(), session.options.anchors);

@@ -6,6 +6,7 @@ mod update;
 pub use muon::MuonConfig;
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use crate::fused::AdamRule;
 use burn::optim::GradientsParams;
@@ -38,6 +39,12 @@ impl OptimiserConfig {
     /// Adam with its usual decays of 0.9 and 0.999.
     pub fn adam() -> Self {
         Self::Adam { beta1: 0.9, beta2: 0.999 }
+    }
+}
+
+impl fmt::Display for OptimiserConfig {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if let Self::Adam { .. } = self { "Adam" } else { "Muon" })
     }
 }
 

@@ -61,7 +61,7 @@ impl DataDriven {
         let training_data = TrainingData { thetas, fields, scale, energy: 0.0, held_out };
         let plan = Plan {
             recipe: "dd",
-            network: self.network,
+            network: &self.network,
             coordinates: &self.coordinates,
             training: &self.training,
             objective: &|| self.objective(body, length),

@@ -71,7 +71,7 @@ impl PhysicsInformed {
         let training_data = TrainingData { thetas: &thetas, fields: None, scale, energy, held_out };
         let plan = Plan {
             recipe: "pi",
-            network: self.network,
+            network: &self.network,
             coordinates: &self.coordinates,
             training: &self.training,
             objective: &objective,

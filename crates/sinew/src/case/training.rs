@@ -5,13 +5,16 @@ use sinew_emulate::recipe::Regression;
 use sinew_emulate::{Body, Budget, Design, Emulator, Error, Observer, TrainingOptions};
 #[cfg(feature = "networks")]
 use sinew_gnn::{
-    Network, Recipe,
+    Network, OptimiserConfig, OutputCoordinates, Recipe, TrainingConfig,
     recipe::{Auto, DataDriven, PhysicsInformed},
 };
 
 /// Sizes of a network, which a build without networks does not read.
 #[cfg(not(feature = "networks"))]
 type Network = toml::Table;
+
+/// Largest size of a network and of a batch: beyond, a step takes minutes.
+const MOST: usize = 1024;
 
 /// Settings of an emulator's training; every key may be left out.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -37,6 +40,22 @@ pub struct Training {
     pub design: Option<Design>,
     /// Sizes of the network.
     pub network: Option<Network>,
+    /// Optimiser of the network's weights.
+    pub optimiser: Option<Optimiser>,
+    /// Peak of the learning rate, in every stage of a training.
+    pub learning_rate: Option<f64>,
+    /// Parameter sets in a training step.
+    pub batch: Option<usize>,
+}
+
+/// An optimiser of networks by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Optimiser {
+    /// Muon on matrices, Adam on vectors.
+    Muon,
+    /// Adam with decays of 0.9 and 0.999.
+    Adam,
 }
 
 /// A recipe by name.
@@ -92,7 +111,56 @@ impl Training {
             anchors: self.anchors.or(own.anchors),
             design: self.design.or(own.design),
             network: self.network.or(own.network),
+            optimiser: self.optimiser.or(own.optimiser),
+            learning_rate: self.learning_rate.or(own.learning_rate),
+            batch: self.batch.or(own.batch),
         }
+    }
+
+    /// The first key of networks that the recipe does not read, or whose value admits no training, and the reason.
+    pub fn objection(&self) -> Option<(&'static str, String)> {
+        let given = [
+            ("network", self.network.is_some()),
+            ("optimiser", self.optimiser.is_some()),
+            ("learning_rate", self.learning_rate.is_some()),
+            ("batch", self.batch.is_some()),
+        ];
+        let recipe = self.recipe.key();
+        if let RecipeName::Taylor | RecipeName::Regression = self.recipe
+            && let Some((key, _)) = given.into_iter().find(|(_, given)| *given)
+        {
+            let reason = "trains no network; leave this key out, or choose pi, dd or auto";
+            return Some((key, format!("the recipe `{recipe}` {reason}")));
+        }
+        if let Some(rate) =
+            self.learning_rate.filter(|rate| !(f64::MIN_POSITIVE..=1.0).contains(rate))
+        {
+            let reason = "is no learning rate; give a number above 0, at most 1, such as 4e-3";
+            return Some(("learning_rate", format!("{rate} {reason}")));
+        }
+        let size = |key, value, least| {
+            let refused = !(least..=MOST).contains(&value);
+            refused.then(|| (key, format!("{value} is out of bounds; give {least} to {MOST}")))
+        };
+        let batch = self.batch.and_then(|batch| size("batch", batch, 1));
+        #[cfg(feature = "networks")]
+        if let (None, Some(network)) = (&batch, &self.network) {
+            let Network { latent, width, cluster_width, message_passing_steps, virtual_nodes } =
+                network;
+            let levels = virtual_nodes.as_deref().unwrap_or_default();
+            let grows = levels.windows(2).any(|pair| pair[1] >= pair[0]) || levels.contains(&0);
+            let grows = grows.then(|| {
+                let reason = "each level has fewer than the one before, and the last at least one; give them such as [97, 24]";
+                ("network.virtual_nodes", reason.to_string())
+            });
+            let sizes = size("network.latent", *latent, 1)
+                .or(size("network.width", *width, 1))
+                .or(size("network.cluster_width", *cluster_width, 1));
+            return sizes
+                .or(size("network.message_passing_steps", *message_passing_steps, 0))
+                .or(grows);
+        }
+        batch
     }
 
     /// Trains by the recipe.
@@ -106,6 +174,14 @@ impl Training {
         options: &TrainingOptions,
         observer: &mut dyn Observer,
     ) -> Result<Emulator<'b>, Error> {
+        let levels = self.network.as_ref().and_then(|network| network.virtual_nodes.as_ref());
+        if let Some(&first) = levels.and_then(|levels| levels.first()).filter(|n| **n >= body.nodes)
+        {
+            return Err(Error::Request(format!(
+                "training.network.virtual_nodes: the first level has {first}, and the mesh {} nodes; give fewer",
+                body.nodes
+            )));
+        }
         self.recipe().train(body, options, observer)
     }
 
@@ -140,18 +216,45 @@ impl Training {
     /// The recipe with its settings.
     #[cfg(feature = "networks")]
     pub fn recipe(&self) -> Recipe {
-        let network = self.network.unwrap_or_default();
         match self.recipe {
-            RecipeName::Auto => Auto { regression: self.regression(), ..Auto::default() }.into(),
+            RecipeName::Auto => {
+                let rivals = vec![self.data_driven(None).into()];
+                Auto { regression: self.regression(), rivals }.into()
+            }
             RecipeName::Taylor => Recipe::Taylor,
             RecipeName::Regression => self.regression().into(),
-            RecipeName::Pi => PhysicsInformed { network, ..PhysicsInformed::default() }.into(),
-            RecipeName::Dd => {
-                let own = DataDriven::default();
-                let simulations = self.samples.unwrap_or(own.simulations);
-                DataDriven { simulations, network, ..own }.into()
+            RecipeName::Pi => {
+                let network = self.network.clone().unwrap_or_default();
+                let mut own = PhysicsInformed { network, ..PhysicsInformed::default() };
+                if let OutputCoordinates::MotionsAfter(first) = &mut own.coordinates {
+                    self.tune(first);
+                }
+                self.tune(&mut own.training);
+                own.into()
             }
+            RecipeName::Dd => self.data_driven(self.samples).into(),
         }
+    }
+
+    #[cfg(feature = "networks")]
+    fn data_driven(&self, samples: Option<usize>) -> DataDriven {
+        let mut own = DataDriven::default();
+        own.simulations = samples.unwrap_or(own.simulations);
+        own.network = self.network.clone().unwrap_or_default();
+        self.tune(&mut own.training);
+        own
+    }
+
+    /// Puts the keys that are given into a training.
+    #[cfg(feature = "networks")]
+    fn tune(&self, training: &mut TrainingConfig) {
+        match self.optimiser {
+            Some(Optimiser::Muon) => training.optimiser = OptimiserConfig::default(),
+            Some(Optimiser::Adam) => training.optimiser = OptimiserConfig::adam(),
+            None => {}
+        }
+        training.learning_rate = self.learning_rate.unwrap_or(training.learning_rate);
+        training.batch = self.batch.unwrap_or(training.batch);
     }
 
     fn regression(&self) -> Regression {
