@@ -6,14 +6,14 @@ mod update;
 pub use muon::MuonConfig;
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use crate::fused::AdamRule;
 use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use update::{Moments, apply, collect, squared_norm};
+pub(crate) use update::collect;
+use update::{Moments, apply, squared_norm};
 
 use crate::graph_network::GraphNetwork;
 
@@ -39,12 +39,6 @@ impl OptimiserConfig {
     /// Adam with its usual decays of 0.9 and 0.999.
     pub fn adam() -> Self {
         Self::Adam { beta1: 0.9, beta2: 0.999 }
-    }
-}
-
-impl fmt::Display for OptimiserConfig {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(if let Self::Adam { .. } = self { "Adam" } else { "Muon" })
     }
 }
 
@@ -74,7 +68,7 @@ impl Optimiser {
     ) -> [f64; 2] {
         let value: f64 = loss.clone().into_scalar::<f32>().into();
         let gradients = GradientsParams::from_grads(loss.backward(), emulator);
-        let mut updates = collect(emulator, gradients);
+        let mut updates = collect(emulator, Some(gradients));
         // In the order of the module, so that it is reproducible.
         let norm = updates.iter().map(|update| squared_norm(&update.gradient)).sum::<f64>().sqrt();
         if !(value.is_finite() && norm.is_finite()) {

@@ -70,11 +70,12 @@ impl Recipe {
         let Some((_, network, training)) = self.network() else { return made };
         let Network { latent, width, cluster_width, message_passing_steps, .. } = network;
         let TrainingConfig { optimiser, learning_rate, batch, .. } = training;
+        let rule = if let OptimiserConfig::Adam { .. } = optimiser { "Adam" } else { "Muon" };
         let levels: Vec<_> = record.virtual_nodes.iter().map(usize::to_string).collect();
         let levels = if levels.is_empty() { "none".into() } else { levels.join(", ") };
         format!(
             "{made}; {message_passing_steps} message-passing steps, embeddings of {latent}, hidden layers of {width} and of {cluster_width} for \
-             clusters, virtual nodes: {levels}; {optimiser} at {learning_rate:e}, {batch} parameter sets a step"
+             clusters, virtual nodes: {levels}; {rule} at {learning_rate:e}, {batch} parameter sets a step"
         )
     }
 

@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use burn::module::{Module, ModuleVisitor, Param};
+use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};
 
-use crate::arrays::numbers;
 use crate::config::GraphNetworkConfig;
 use crate::data::Geometry;
 use crate::error::{Error, Result};
 use crate::files::{open_directory, read_json, replace_directory, write_json};
 use crate::graph_network::GraphNetwork;
+use crate::optimiser::collect;
 use crate::surrogate::{Scales, Surrogate};
 
 /// Version of the surrogate format.
@@ -48,31 +48,9 @@ impl Surrogate {
 
     /// Name, shape and numbers, row by row, of all weights; a weight is named by its place in the network, as `decoders.0.layers.2.bias`.
     pub fn weights(&self) -> Vec<(String, Vec<usize>, Vec<f64>)> {
-        let mut weights = Weights::default();
-        self.emulator.visit(&mut weights);
-        weights.found
-    }
-}
-
-#[derive(Default)]
-struct Weights {
-    /// Names of the modules around the weight that is visited, and its own.
-    path: Vec<String>,
-    found: Vec<(String, Vec<usize>, Vec<f64>)>,
-}
-
-impl ModuleVisitor for Weights {
-    fn enter_module(&mut self, name: &str, _container_type: &str) {
-        self.path.push(name.into());
-    }
-
-    fn exit_module(&mut self, _name: &str, _container_type: &str) {
-        self.path.pop();
-    }
-
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        let (tensor, name) = (param.val(), self.path.join("."));
-        self.found.push((name, tensor.dims().to_vec(), numbers(tensor)));
+        let weights = collect(&self.emulator, None).into_iter();
+        let doubled = |values: Vec<f32>| values.into_iter().map(f64::from).collect();
+        weights.map(|weight| (weight.name, weight.shape, doubled(weight.gradient))).collect()
     }
 }
 

@@ -43,35 +43,15 @@ vectorised! {
     ) {
         let width = bias.len();
         for (offset, x) in x.chunks_exact_mut(width).enumerate() {
-            match sources {
-                [] => x.copy_from_slice(bias),
-                [first] => {
-                    let first = row_of(first, start + offset, width);
-                    for ((x, bias), first) in x.iter_mut().zip(bias).zip(first) {
-                        *x = bias + first;
-                    }
-                }
-                [first, second, others @ ..] => {
-                    let row = start + offset;
-                    let (first, second) = (row_of(first, row, width), row_of(second, row, width));
-                    for j in 0..width {
-                        x[j] = bias[j] + first[j] + second[j];
-                    }
-                    for other in others {
-                        for (x, value) in x.iter_mut().zip(row_of(other, row, width)) {
-                            *x += value;
-                        }
-                    }
+            x.copy_from_slice(bias);
+            for (gather, source) in sources {
+                let row = &source[gather.source(start + offset) * width..][..width];
+                for (x, value) in x.iter_mut().zip(row) {
+                    *x += value;
                 }
             }
         }
     }
-}
-
-/// The row of a source that `row` of the result reads.
-#[inline(always)]
-fn row_of<'a>((gather, source): &(&Gather, &'a [f32]), row: usize, width: usize) -> &'a [f32] {
-    &source[gather.source(row) * width..][..width]
 }
 
 vectorised! {

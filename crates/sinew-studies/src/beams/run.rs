@@ -29,7 +29,9 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
     options.backend.device()?;
     let title = "Emulators against finite elements";
     let about = match options.quick {
-        true => "This is not a result: a quick check of the code path with few simulations and steps, whose errors mean nothing.",
+        true => {
+            "This is not a result: a quick check of the code path with few simulations and steps, whose errors mean nothing."
+        }
         false => "Error and time on the same meshes, parameters and machine.",
     };
     let mut report = Report::new(title, about, provenance);

@@ -119,48 +119,46 @@ impl Training {
 
     /// The first key of networks that the recipe does not read, or whose value admits no training, and the reason.
     pub fn objection(&self) -> Option<(&'static str, String)> {
-        let given = [
+        let keys = [
             ("network", self.network.is_some()),
             ("optimiser", self.optimiser.is_some()),
             ("learning_rate", self.learning_rate.is_some()),
             ("batch", self.batch.is_some()),
         ];
-        let recipe = self.recipe.key();
         if let RecipeName::Taylor | RecipeName::Regression = self.recipe
-            && let Some((key, _)) = given.into_iter().find(|(_, given)| *given)
+            && let Some((key, _)) = keys.into_iter().find(|(_, given)| *given)
         {
-            let reason = "trains no network; leave this key out, or choose pi, dd or auto";
-            return Some((key, format!("the recipe `{recipe}` {reason}")));
+            let recipe = self.recipe.key();
+            let advice = "leave this key out, or choose pi, dd or auto";
+            return Some((key, format!("the recipe `{recipe}` trains no network; {advice}")));
         }
-        if let Some(rate) =
-            self.learning_rate.filter(|rate| !(f64::MIN_POSITIVE..=1.0).contains(rate))
-        {
-            let reason = "is no learning rate; give a number above 0, at most 1, such as 4e-3";
-            return Some(("learning_rate", format!("{rate} {reason}")));
+        let is_rate = |rate: &f64| (f64::MIN_POSITIVE..=1.0).contains(rate);
+        if let Some(rate) = self.learning_rate.filter(|rate| !is_rate(rate)) {
+            let advice = "give a number above 0, at most 1, such as 4e-3";
+            return Some(("learning_rate", format!("{rate} is no learning rate; {advice}")));
         }
-        let size = |key, value, least| {
-            let refused = !(least..=MOST).contains(&value);
-            refused.then(|| (key, format!("{value} is out of bounds; give {least} to {MOST}")))
-        };
-        let batch = self.batch.and_then(|batch| size("batch", batch, 1));
+        #[cfg_attr(
+            not(feature = "networks"),
+            expect(unused_mut, reason = "their sizes are checked where they are built")
+        )]
+        let mut sizes = vec![("batch", self.batch.unwrap_or(1), 1)];
         #[cfg(feature = "networks")]
-        if let (None, Some(network)) = (&batch, &self.network) {
-            let Network { latent, width, cluster_width, message_passing_steps, virtual_nodes } =
-                network;
-            let levels = virtual_nodes.as_deref().unwrap_or_default();
-            let grows = levels.windows(2).any(|pair| pair[1] >= pair[0]) || levels.contains(&0);
-            let grows = grows.then(|| {
+        if let Some(network) = &self.network {
+            let levels = network.virtual_nodes.as_deref().unwrap_or_default();
+            if levels.windows(2).any(|pair| pair[1] >= pair[0]) || levels.contains(&0) {
                 let reason = "each level has fewer than the one before, and the last at least one; give them such as [97, 24]";
-                ("network.virtual_nodes", reason.to_string())
-            });
-            let sizes = size("network.latent", *latent, 1)
-                .or(size("network.width", *width, 1))
-                .or(size("network.cluster_width", *cluster_width, 1));
-            return sizes
-                .or(size("network.message_passing_steps", *message_passing_steps, 0))
-                .or(grows);
+                return Some(("network.virtual_nodes", reason.into()));
+            }
+            sizes.extend([
+                ("network.latent", network.latent, 1),
+                ("network.width", network.width, 1),
+                ("network.cluster_width", network.cluster_width, 1),
+                ("network.message_passing_steps", network.message_passing_steps, 0),
+            ]);
         }
-        batch
+        let refused = |(_, value, least): &(_, usize, usize)| !(*least..=MOST).contains(value);
+        let (key, value, least) = sizes.into_iter().find(refused)?;
+        Some((key, format!("{value} is out of bounds; give {least} to {MOST}")))
     }
 
     /// Trains by the recipe.

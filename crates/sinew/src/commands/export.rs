@@ -80,7 +80,8 @@ impl Export {
         }
         let device = sinew::Backend::default().device()?;
         let weights = sinew_gnn::Surrogate::load(&stored, &device)?.weights();
-        let arrays = weights.iter().map(|(name, shape, values)| (&name[..], &shape[..], &values[..]));
+        let arrays =
+            weights.iter().map(|(name, shape, values)| (&name[..], &shape[..], &values[..]));
         let file = folder.join(format!("{name}.npz"));
         npz::write(&file, &arrays.collect::<Vec<_>>(), &[])
             .with_context(|| file.display().to_string())?;

@@ -73,7 +73,11 @@ fn keys_of_networks_are_trained_with_printed_stored_and_exported() {
     let documented: Vec<_> = documented.filter(|name| !name.starts_with('.')).collect();
     let holds = |known: &str, name: &str| match known.strip_suffix('…') {
         Some(module) => name.starts_with(module),
-        None => name == known || name.rsplit_once('.').map(|(at, _)| at) == known.rsplit_once('.').map(|(at, _)| at),
+        None => {
+            name == known
+                || name.rsplit_once('.').map(|(at, _)| at)
+                    == known.rsplit_once('.').map(|(at, _)| at)
+        }
     };
     let found: BTreeSet<_> = trained.iter().flatten().collect();
     for name in &found {
@@ -93,13 +97,28 @@ fn numbers_that_train_no_network_are_refused_with_key_line_and_bounds() {
         ("recipe = \"dd\"\nbatch = 0", ["training.batch", "give 1 to 1024"]),
         ("recipe = \"dd\"\nnetwork = { width = 0 }", ["training.network.width", "give 1 to 1024"]),
         ("recipe = \"dd\"\nnetwork = { latent = 4000 }", ["training.network.latent", "4000"]),
-        ("recipe = \"dd\"\nnetwork = { virtual_nodes = [6, 24] }", ["training.network.virtual_nodes", "fewer than"]),
-        ("recipe = \"dd\"\nnetwork = { virtual_nodes = [6, 0] }", ["training.network.virtual_nodes", "at least one"]),
+        (
+            "recipe = \"dd\"\nnetwork = { virtual_nodes = [6, 24] }",
+            ["training.network.virtual_nodes", "fewer than"],
+        ),
+        (
+            "recipe = \"dd\"\nnetwork = { virtual_nodes = [6, 0] }",
+            ["training.network.virtual_nodes", "at least one"],
+        ),
         ("recipe = \"dd\"\noptimiser = \"adm\"", ["training.optimiser", "did you mean `adam`?"]),
         ("recipe = \"dd\"\nlerning_rate = 1e-3", ["training", "did you mean `learning_rate`?"]),
-        ("recipe = \"dd\"\nnetwork = { virtual_node = [4] }", ["training.network", "did you mean `virtual_nodes`?"]),
-        ("recipe = \"regression\"\nbatch = 4", ["training.batch", "`regression` trains no network"]),
-        ("recipe = \"taylor\"\nnetwork = { width = 8 }", ["training.network", "choose pi, dd or auto"]),
+        (
+            "recipe = \"dd\"\nnetwork = { virtual_node = [4] }",
+            ["training.network", "did you mean `virtual_nodes`?"],
+        ),
+        (
+            "recipe = \"regression\"\nbatch = 4",
+            ["training.batch", "`regression` trains no network"],
+        ),
+        (
+            "recipe = \"taylor\"\nnetwork = { width = 8 }",
+            ["training.network", "choose pi, dd or auto"],
+        ),
     ] {
         let told = with(keys);
         for word in words {
