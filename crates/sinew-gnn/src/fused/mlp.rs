@@ -139,13 +139,6 @@ struct GatheredMlp {
     epsilon: Option<f32>,
 }
 
-/// Tensors of the backward pass: inputs, parameters and activations.
-#[derive(Clone, Debug)]
-struct Saved {
-    tensors: Vec<HostTensor>,
-    activations: Arc<Activations>,
-}
-
 impl GatheredMlp {
     fn sources<'a>(&'a self, tensors: &'a [HostTensor]) -> Vec<Source<'a>> {
         let gathers = self.plan.sources.iter().zip(&self.first_rows);
@@ -187,9 +180,10 @@ impl GatheredMlp {
 }
 
 impl HostOperation for GatheredMlp {
-    type Saved = Saved;
+    /// Inputs and parameters; activations.
+    type Saved = (Vec<HostTensor>, Arc<Activations>);
 
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Saved>) {
+    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
         let (sources, parameters) = (self.sources(inputs), self.parameters(inputs));
         let keep = match tracked {
             true => self.keep(&sources, &parameters),
@@ -197,14 +191,17 @@ impl HostOperation for GatheredMlp {
         };
         let (output, activations) = forward(&self.plan, &sources, &parameters, keep);
         let output = HostTensor::new(output, [self.plan.rows, parameters.widths()[2]]);
-        let saved =
-            tracked.then(|| Saved { tensors: inputs.to_vec(), activations: Arc::new(activations) });
-        (output, saved)
+        (output, tracked.then(|| (inputs.to_vec(), Arc::new(activations))))
     }
 
-    fn backward(&self, saved: Saved, cotangent: &[f32], needed: &[bool]) -> Vec<Option<Vec<f32>>> {
-        let (sources, parameters) = (self.sources(&saved.tensors), self.parameters(&saved.tensors));
+    fn backward(
+        &self,
+        (tensors, activations): Self::Saved,
+        cotangent: &[f32],
+        needed: &[bool],
+    ) -> Vec<Option<Vec<f32>>> {
+        let (sources, parameters) = (self.sources(&tensors), self.parameters(&tensors));
         let needed = &needed[..sources.len()];
-        backward(&self.plan, &sources, &parameters, &saved.activations, cotangent, needed)
+        backward(&self.plan, &sources, &parameters, &activations, cotangent, needed)
     }
 }

@@ -20,6 +20,8 @@ use std::ops::Range;
 
 /// Most groups of tiles with parameter gradients of their own.
 const GROUPS: usize = 8;
+/// Numbers of the gradients that one task sums over the groups.
+const NUMBERS_PER_TASK: usize = 1 << 12;
 /// Tiles from which on there are so many; fewer tiles make half the groups.
 const TILES_FOR_ALL_GROUPS: usize = 64;
 
@@ -57,13 +59,20 @@ pub(crate) fn backward(
             (rows, d_first)
         })
         .collect();
+    let length = sizes.iter().map(|size| size.next_multiple_of(LINE)).sum();
     let group = |(rows, d_first)| {
-        let mut sums = Buffer::zeros(sizes.iter().map(|size| size.next_multiple_of(LINE)).sum());
+        let mut sums = Buffer::zeros(length);
         pass.group(rows, &mut split(&mut sums, &sizes), d_first);
         sums
     };
     let partial: Vec<Buffer> = groups.into_par_iter().map(group).collect();
-    let mut totals = total(&partial, &sizes);
+    let mut sums = Buffer::zeros(length);
+    sums.par_chunks_mut(NUMBERS_PER_TASK).enumerate().for_each(|(task, sums)| {
+        let groups = partial.iter().map(|group| &group[task * NUMBERS_PER_TASK..]);
+        groups.for_each(|group| add_into(sums, group));
+    });
+    let totals = split(&mut sums, &sizes).into_iter();
+    let mut totals: Vec<Vec<f32>> = totals.map(|part| part.to_vec()).collect();
     let of_sources = totals.split_off(TAIL);
     pass.gradients(totals, of_sources, &d_first)
 }
@@ -91,30 +100,6 @@ fn split<'a>(values: &'a mut [f32], sizes: &[usize]) -> Vec<&'a mut [f32]> {
     let mut rest = values;
     let part = |&size: &usize| &mut split_off(&mut rest, size.next_multiple_of(LINE))[..size];
     sizes.iter().map(part).collect()
-}
-
-/// Sums over the groups, in their order.
-fn total(partial: &[Buffer], sizes: &[usize]) -> Vec<Vec<f32>> {
-    let mut start = 0;
-    let ranges: Vec<Range<usize>> = sizes
-        .iter()
-        .map(|size| {
-            let range = start..start + size;
-            start += size.next_multiple_of(LINE);
-            range
-        })
-        .collect();
-    let sum = |range: &Range<usize>| match partial.split_first() {
-        None => vec![0.0; range.len()],
-        Some((first, others)) => {
-            let mut sum = first[range.clone()].to_vec();
-            for group in others {
-                add_into(&mut sum, &group[range.clone()]);
-            }
-            sum
-        }
-    };
-    ranges.par_iter().map(sum).collect()
 }
 
 impl Pass<'_> {
@@ -298,7 +283,7 @@ impl Pass<'_> {
             let product = match source.gather {
                 Gather::Identity => Cow::Borrowed(d_first),
                 Gather::Indexed { inverse, .. } if self.has_gradient(source, *needed) => {
-                    let mut product = vec![0.0; inverse.targets() * hidden];
+                    let mut product = vec![0.0; inverse.len() * hidden];
                     add_up(d_first, inverse, 1.0, hidden, &mut product);
                     product.into()
                 }
