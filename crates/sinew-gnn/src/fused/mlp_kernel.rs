@@ -27,7 +27,7 @@ pub(crate) fn tile_rows(rows: usize) -> usize {
 #[derive(Clone, Copy)]
 pub(crate) struct Parameters<'a> {
     pub activation: Activation,
-    /// Of each layer, row by row.
+    /// Weight of each layer, row by row.
     pub weights: [&'a [f32]; 3],
     pub biases: [&'a [f32]; 3],
     pub normalisation: Option<Normalisation<'a>>,
