@@ -135,13 +135,10 @@ impl Training {
         let is_rate = |rate: &f64| (f64::MIN_POSITIVE..=1.0).contains(rate);
         if let Some(rate) = self.learning_rate.filter(|rate| !is_rate(rate)) {
             let advice = "give a number above 0, at most 1, such as 4e-3";
-            return Some(("learning_rate", format!("{rate} is no learning rate; {advice}")));
+            return Some(("learning_rate", format!("{rate} is not a learning rate; {advice}")));
         }
-        #[cfg_attr(
-            not(feature = "networks"),
-            expect(unused_mut, reason = "their sizes are checked where they are built")
-        )]
-        let mut sizes = vec![("batch", self.batch.unwrap_or(1), 1)];
+        let mut sizes = Vec::new();
+        sizes.extend(self.batch.map(|batch| ("batch", batch, 1)));
         #[cfg(feature = "networks")]
         if let Some(network) = &self.network {
             let levels = network.virtual_nodes.as_deref().unwrap_or_default();
@@ -172,9 +169,8 @@ impl Training {
         options: &TrainingOptions,
         observer: &mut dyn Observer,
     ) -> Result<Emulator<'b>, Error> {
-        let levels = self.network.as_ref().and_then(|network| network.virtual_nodes.as_ref());
-        if let Some(&first) = levels.and_then(|levels| levels.first()).filter(|n| **n >= body.nodes)
-        {
+        let levels = self.network.iter().flat_map(|network| &network.virtual_nodes).flatten();
+        if let Some(first) = levels.copied().next().filter(|first| *first >= body.nodes) {
             return Err(Error::Request(format!(
                 "training.network.virtual_nodes: the first level has {first}, and the mesh {} nodes; give fewer",
                 body.nodes

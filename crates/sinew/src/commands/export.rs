@@ -76,7 +76,7 @@ impl Export {
         let (name, path) = chosen(self.emulator.as_deref(), case, folder)?;
         let stored = path.join("network");
         if !stored.exists() {
-            return refuse(format!("`{name}` is no network and has no weights; train pi or dd"));
+            return refuse(format!("`{name}` is not a network and has no weights; train pi or dd"));
         }
         let device = sinew::Backend::default().device()?;
         let weights = sinew_gnn::Surrogate::load(&stored, &device)?.weights();
