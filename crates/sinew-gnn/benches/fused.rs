@@ -58,12 +58,8 @@ fn perceptron(
     let vector = |size: usize| tracked(Tensor::<1>::zeros([size], device));
     PerceptronWeights {
         activation: Activation::Celu,
-        first_weight: matrix(inputs, WIDTH, device),
-        first_bias: vector(WIDTH),
-        second_weight: matrix(WIDTH, WIDTH, device),
-        second_bias: vector(WIDTH),
-        third_weight: matrix(WIDTH, outputs, device),
-        third_bias: vector(outputs),
+        layers: [[inputs, WIDTH], [WIDTH, WIDTH], [WIDTH, outputs]]
+            .map(|[rows, columns]| (matrix(rows, columns, device), vector(columns))),
         normalisation: normalised.then(|| LayerNormalisation {
             gain: tracked(Tensor::ones([outputs], device)),
             offset: vector(outputs),
@@ -129,7 +125,7 @@ impl Processor {
         let v = self.forward(kernels);
         let gradients = v.clone().powi_scalar(2).mean().backward();
         let gradient = |x: &Tensor<2>| x.grad(&gradients).expect("tracked");
-        [v, gradient(&self.node_features), gradient(&self.steps[0].edge.second_weight)]
+        [v, gradient(&self.node_features), gradient(&self.steps[0].edge.layers[1].0)]
     }
 }
 
@@ -169,7 +165,7 @@ impl Decoder {
         let u = self.forward(kernels);
         let gradients = u.clone().powi_scalar(2).mean().backward();
         let gradient = |x: &Tensor<2>| x.grad(&gradients).expect("tracked");
-        [u, gradient(&self.nodes[0]), gradient(&self.heads[1].second_weight)]
+        [u, gradient(&self.nodes[0]), gradient(&self.heads[1].layers[1].0)]
     }
 }
 

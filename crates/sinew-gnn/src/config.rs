@@ -79,7 +79,7 @@ impl GraphNetworkConfig {
     /// # Errors
     /// [`Error::Configuration`] naming the size.
     pub(crate) fn check(&self) -> Result<()> {
-        let positive = [
+        let mut sizes = vec![
             ("latent", self.latent),
             ("width", self.width),
             ("dimensions", self.dimensions),
@@ -87,13 +87,10 @@ impl GraphNetworkConfig {
             ("edge_features", self.edge_features),
             ("parameters", self.parameters),
         ];
-        let layers = match self.decoding {
-            Decoding::Components => vec![],
-            Decoding::Motions { layers, width } => {
-                vec![("layers of virtual nodes", layers), ("width of their decoders", width)]
-            }
-        };
-        match positive.into_iter().chain(layers).find(|(_, value)| *value == 0) {
+        if let Decoding::Motions { layers, width } = self.decoding {
+            sizes.extend([("layers of virtual nodes", layers), ("width of their decoders", width)]);
+        }
+        match sizes.into_iter().find(|(_, value)| *value == 0) {
             None => Ok(()),
             Some((what, value)) => Err(Error::Configuration { what, value }),
         }

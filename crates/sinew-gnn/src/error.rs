@@ -55,9 +55,6 @@ pub enum Error {
     /// Coordinates or scales that do not suit a body or a sample.
     #[error(transparent)]
     Coordinates(#[from] CoordinateError),
-    /// Parameters that do not suit a body.
-    #[error(transparent)]
-    Theta(#[from] sinew_energy::ThetaError),
     /// Features do not fit the graph.
     #[error(transparent)]
     Graph(#[from] sinew_graph::GraphError),

@@ -10,16 +10,26 @@ use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
 const SHRINKAGE: usize = 2;
 
 /// Augmented graph and features of a body (thesis Algorithm 1): the indicator of the Dirichlet boundary
-/// on the nodes, difference and distance of positions on the edges. `to_one_root` continues the clusters, halving them, up to the whole
-/// body.
+/// on the nodes, difference and distance of positions on the edges. `to_one_root` continues the clusters up to the whole body, by halves
+/// where `virtual_nodes` does not say how many each level has.
 ///
 /// # Errors
 /// A mesh that has no valid graph.
-pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<Geometry> {
+pub(crate) fn geometry(
+    body: &Body,
+    virtual_nodes: Option<&[usize]>,
+    to_one_root: bool,
+    seed: u64,
+) -> Result<Geometry> {
     let nodes = body.nodes;
-    let config = match to_one_root {
-        true => AugmentationConfig::to_one_root(nodes, SHRINKAGE),
-        false => AugmentationConfig::for_nodes(nodes),
+    let config = match virtual_nodes {
+        Some(levels) => {
+            let mut levels = levels.to_vec();
+            levels.extend((to_one_root && levels.last() != Some(&1)).then_some(1));
+            AugmentationConfig::of_layers(nodes, levels)
+        }
+        None if to_one_root => AugmentationConfig::to_one_root(nodes, SHRINKAGE),
+        None => AugmentationConfig::for_nodes(nodes),
     };
     let config = AugmentationConfig { seed, ..config };
     let topology = augment(&body.positions, &body.mesh.edges(), &config).map_err(Error::Mesh)?;

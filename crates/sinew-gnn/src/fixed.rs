@@ -47,15 +47,6 @@ impl NetworkPrediction {
     }
 }
 
-/// Displacements and their derivatives with respect to the parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sensitivity {
-    /// The displacements.
-    pub prediction: NetworkPrediction,
-    /// `∂û/∂θ_p`, parameter by parameter, then as the displacements [length per unit of the parameter].
-    pub derivative: Vec<f64>,
-}
-
 impl FixedGeometry {
     /// Binds a surrogate to a geometry of its training, at index `known`, or to another one.
     pub(crate) fn new(
@@ -81,7 +72,7 @@ impl FixedGeometry {
     /// Parameters of a wrong number, not finite, or not positive on a log scale; a prediction that is not finite.
     pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<NetworkPrediction> {
         let mut displacement = Vec::with_capacity(thetas.len() * self.degrees_of_freedom());
-        for chunk in thetas.chunks(self.sets_per_chunk(1)) {
+        for chunk in thetas.chunks((ROWS_PER_CHUNK / self.output.dims()[0]).max(1)) {
             let inputs = self.inputs(chunk)?;
             let nodes = self.node_parts.iter().cloned();
             let nodes = nodes.map(|(decoder, part)| (decoder, Input::Product(part)));
@@ -91,41 +82,22 @@ impl FixedGeometry {
         self.prediction(thetas, displacement)
     }
 
-    /// Displacements and `∂û/∂θ` of a batch of parameter sets, in forward mode through the decoder.
+    /// `∂û/∂θ` at one parameter set, a field for each parameter [length per unit of the parameter], in forward mode through the decoder.
     ///
     /// # Errors
     /// As [`FixedGeometry::predict`].
-    pub fn sensitivity(&self, thetas: &[Vec<f64>]) -> Result<Sensitivity> {
-        let (count, degrees_of_freedom) =
-            (self.parameters.ranges().len(), self.degrees_of_freedom());
-        let length = thetas.len() * degrees_of_freedom;
-        let mut displacement = Vec::with_capacity(length);
-        let mut derivative = vec![0.0; count * length];
-        let mut done = 0;
-        for chunk in thetas.chunks(self.sets_per_chunk(1 + count)) {
-            let inputs = self.inputs(chunk)?;
-            let (output, tangent) = self.emulator.decode_with_tangents(
-                &self.node_parts,
-                self.global.clone(),
-                inputs.clone(),
-            );
-            let tangent = self.output.tangents(&output, &tangent, &inputs);
-            displacement.extend(numbers(self.output.displacement(output, &inputs)));
-            for (set, theta) in chunk.iter().enumerate() {
-                for (parameter, slope) in self.parameters.slopes(theta).into_iter().enumerate() {
-                    let from = (parameter * chunk.len() + set) * degrees_of_freedom;
-                    let to = parameter * length + (done + set) * degrees_of_freedom;
-                    let target = &mut derivative[to..to + degrees_of_freedom];
-                    let source = &tangent[from..from + degrees_of_freedom];
-                    target
-                        .iter_mut()
-                        .zip(source)
-                        .for_each(|(target, source)| *target = slope * source);
-                }
-            }
-            done += chunk.len();
+    pub fn sensitivity(&self, theta: &[f64]) -> Result<Vec<Vec<f64>>> {
+        let inputs = self.inputs(&[theta.to_vec()])?;
+        let (global, parts) = (self.global.clone(), &self.node_parts);
+        let (output, change) = self.emulator.decode_with_tangents(parts, global, inputs.clone());
+        let mut tangents = self.output.tangents(&output, &change, &inputs);
+        if tangents.iter().flatten().any(|u| !u.is_finite()) {
+            return Err(Error::PredictionNotFinite { sample: 0 });
         }
-        Ok(Sensitivity { prediction: self.prediction(thetas, displacement)?, derivative })
+        for (tangent, slope) in tangents.iter_mut().zip(self.parameters.slopes(theta)) {
+            tangent.iter_mut().for_each(|u| *u *= slope);
+        }
+        Ok(tangents)
     }
 
     fn inputs(&self, thetas: &[Vec<f64>]) -> Result<Tensor<2>> {
@@ -144,9 +116,5 @@ impl FixedGeometry {
 
     fn degrees_of_freedom(&self) -> usize {
         self.output.dims().iter().product()
-    }
-
-    fn sets_per_chunk(&self, copies: usize) -> usize {
-        (ROWS_PER_CHUNK / (copies * self.output.dims()[0])).max(1)
     }
 }

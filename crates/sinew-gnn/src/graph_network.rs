@@ -252,43 +252,36 @@ impl GraphNetwork {
         }
     }
 
-    /// NetworkPrediction, and its derivatives with respect to the standardised parameters in forward mode, those of all
-    /// sets by the first parameter before those by the second.
+    /// Outputs at one parameter set `[1, parameters]`, and their derivatives with respect to the standardised parameters in forward mode, a row
+    /// for each.
     pub(crate) fn decode_with_tangents(
         &self,
         node_parts: &[(usize, Tensor<2>)],
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
     ) -> (Output, Output) {
-        let [batch, count] = parameters.dims();
+        let count = parameters.dims()[1];
+        let GraphNetworkConfig { latent, activation, .. } = self.config;
         let encoder = &self.parameter_encoder;
-        let first = encoder.layers[0].forward(parameters);
-        // Row p·batch + b of the tangent: derivative of set b in parameter p.
-        let GraphNetworkConfig { latent, width, activation, .. } = self.config;
-        let tangent = encoder.layers[0].weight.val().reshape([count, 1, width]);
-        let tangent = tangent.expand([count, batch, width]).reshape([count * batch, width]);
+        let (first, tangent) =
+            (encoder.layers[0].forward(parameters), encoder.layers[0].weight.val());
         let (embedding, tangent) = encoder.continue_with_tangent(first, tangent, activation);
-        let mut values = Vec::with_capacity(node_parts.len());
-        let mut tangents = Vec::with_capacity(node_parts.len());
-        for (decoder, node_part) in node_parts {
+        let parts = node_parts.iter().map(|(decoder, node_part)| {
             let (decoder, [nodes, width]) = (&self.decoders[*decoder], node_part.dims());
             let layer = &decoder.layers[0];
-            // The part that all nodes share, `[batch, width]`.
+            // The part that all nodes share, `[1, width]`.
             let mut shared = layer.partial(embedding.clone(), 0);
             if let Some(global) = &global {
                 shared = shared + layer.partial(global.clone(), latent);
             }
-            let pairs = node_part.clone().unsqueeze_dim::<3>(0) + shared.unsqueeze_dim::<3>(1);
-            let first = pairs.reshape([batch * nodes, width]) + layer.bias.val().unsqueeze();
-            let tangent = layer.partial(tangent.clone(), 0).reshape([count * batch, 1, width]);
-            let tangent = tangent
-                .expand([count * batch, nodes, width])
-                .reshape([count * batch * nodes, width]);
+            let first = node_part.clone() + shared + layer.bias.val().unsqueeze();
+            let tangent = layer.partial(tangent.clone(), 0).reshape([count, 1, width]);
+            let tangent = tangent.expand([count, nodes, width]).reshape([count * nodes, width]);
             let (value, tangent) = decoder.continue_with_tangent(first, tangent, activation);
             let outputs = value.dims()[1];
-            values.push(value.reshape([batch, nodes, outputs]));
-            tangents.push(tangent.reshape([count * batch, nodes, outputs]));
-        }
+            (value.reshape([1, nodes, outputs]), tangent.reshape([count, nodes, outputs]))
+        });
+        let (values, tangents) = parts.unzip();
         (self.gathered(values), self.gathered(tangents))
     }
 }

@@ -149,7 +149,7 @@ pub use coordinates::OutputCoordinates;
 pub use data::{DataSet, Geometry, Sample};
 pub use device::Backend;
 pub use error::{Error, Result};
-pub use fixed::{FixedGeometry, NetworkPrediction, Sensitivity};
+pub use fixed::{FixedGeometry, NetworkPrediction};
 pub use fused::Activation;
 pub use graph::Graph;
 pub use graph_network::{Embedding, GraphNetwork, Output};
@@ -162,7 +162,7 @@ pub use recipe::{Recipe, train};
 pub use schedule::Schedule;
 pub use surrogate::{Scales, Surrogate};
 pub use training::{
-    Concern, HistoryPoint, StopReason, Trainer, TrainingBudget, TrainingConfig, TrainingObserver,
+    Concern, HistoryPoint, Trainer, TrainingBudget, TrainingConfig, TrainingObserver,
     TrainingProgress, TrainingReport,
 };
 

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use burn::tensor::Tensor;
+use burn::tensor::{DType, Tensor};
+use rayon::prelude::*;
 use sinew_emulate::coordinates::{Coordinates, OutputScale};
 
 use crate::arrays::numbers;
 use crate::data::Geometry;
-use crate::fused::{FieldMap, mapped};
+use crate::fused::{HostOperation, HostTensor, apply};
 use crate::graph_network::Output;
 
 /// Map from network outputs to displacements of one geometry, prescribed ones written over them, in double precision.
@@ -48,14 +49,21 @@ impl OutputMap {
         [self.origin.len() / self.dimensions, self.dimensions]
     }
 
-    /// Displacements `[batch, real nodes, D]` of a network's outputs at standardised parameters, one row per sample.
+    /// Displacements `[batch, real nodes, D]` of a network's outputs at standardised parameters, one row per sample, as one operation in double
+    /// precision. Samples are spread over threads.
     pub(crate) fn displacement(
         self: &Arc<Self>,
         output: Output,
         parameters: &Tensor<2>,
     ) -> Tensor<3> {
-        let samples = Samples { map: self.clone(), parameters: rows(parameters) };
-        mapped(output.clusters, output.nodes, Arc::new(samples))
+        let [samples, count] = parameters.dims();
+        let values = numbers(parameters.clone());
+        let rows = (0..samples).map(|row| values[row * count..(row + 1) * count].to_vec());
+        let operation = Samples { map: self.clone(), parameters: rows.collect() };
+        let dtype = output.nodes.dtype();
+        let inputs = output.clusters.into_iter().chain([output.nodes]);
+        let inputs = inputs.map(|x| x.cast(DType::F32).into_dispatch()).collect();
+        apply::<_, 3>(operation, inputs).cast(dtype)
     }
 
     /// Displacements where a network adds nothing.
@@ -65,32 +73,28 @@ impl OutputMap {
         self.displacement(Output { nodes, clusters: None }, parameters)
     }
 
-    /// Derivatives of the displacements in the standardised parameters, those of all samples by the first before those by the
-    /// second, from a network's outputs and their derivatives in the same order.
+    /// Derivative of the displacement in each standardised parameter, from a network's outputs at one parameter set and their derivatives.
     pub(crate) fn tangents(
         &self,
         output: &Output,
         change: &Output,
         parameters: &Tensor<2>,
-    ) -> Vec<f64> {
-        let parameters = rows(parameters);
-        let (samples, count) = (parameters.len(), parameters.first().map_or(0, Vec::len));
-        let outputs = output.rows(samples).into_iter().zip(&parameters);
-        let outputs: Vec<_> = outputs.map(|(row, at)| self.completed(&row, at, None)).collect();
-        let tangent = |(row, change): (usize, Vec<f64>)| {
-            let sample = row % samples;
-            let mut direction = vec![0.0; count];
-            direction[row / samples] = 1.0;
-            let (at, along) = (&parameters[sample], Some(&direction[..]));
+    ) -> Vec<Vec<f64>> {
+        let at = &numbers(parameters.clone())[..];
+        let outputs = self.completed(&output.rows(1)[0], at, None);
+        let tangent = |(parameter, change): (usize, Vec<f64>)| {
+            let mut direction = vec![0.0; at.len()];
+            direction[parameter] = 1.0;
+            let along = Some(&direction[..]);
             let change = self.completed(&change, at, along);
             let mut tangent = match &self.coordinates {
-                Coordinates::Motions(motions) => motions.tree().tangent(&outputs[sample], &change),
+                Coordinates::Motions(motions) => motions.tree().tangent(&outputs, &change),
                 _ => self.moved(&change),
             };
             self.add_anchors(&mut tangent, at, along);
             self.project(&tangent)
         };
-        change.rows(samples * count).into_iter().enumerate().flat_map(tangent).collect()
+        change.rows(at.len()).into_iter().enumerate().map(tangent).collect()
     }
 
     /// A network's outputs and the polynomial's, or their derivatives along a direction of the parameters.
@@ -142,29 +146,24 @@ fn scaled(values: &[f64], scale: &[f64]) -> Vec<f64> {
     values.iter().zip(scale).map(|(value, scale)| value * scale).collect()
 }
 
-fn rows(parameters: &Tensor<2>) -> Vec<Vec<f64>> {
-    let [samples, count] = parameters.dims();
-    let values = numbers(parameters.clone());
-    (0..samples).map(|row| values[row * count..(row + 1) * count].to_vec()).collect()
-}
-
 /// The map at the standardised parameters of each sample.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Samples {
     map: Arc<OutputMap>,
-    parameters: Vec<Vec<f64>>,
+    parameters: Arc<[Vec<f64>]>,
 }
 
-impl FieldMap for Samples {
-    fn displacement(&self, sample: usize, outputs: &[f64]) -> Vec<f64> {
+impl Samples {
+    /// Displacement of a sample's outputs, node by node.
+    fn displacement(&self, sample: usize, outputs: &[f64]) -> impl Iterator<Item = f64> {
         let (map, parameters) = (&*self.map, &self.parameters[sample]);
         let mut displacement = map.moved(&map.completed(outputs, parameters, None));
         map.add_anchors(&mut displacement, parameters, None);
         displacement.iter_mut().zip(&map.origin).for_each(|(u, origin)| *u += origin);
-        let free = map.project(&displacement);
-        free.iter().zip(&map.held).map(|(free, held)| free + held).collect()
+        map.project(&displacement).into_iter().zip(&map.held).map(|(free, held)| free + held)
     }
 
+    /// Cotangent of a sample's outputs from that of its displacement. That of outputs which the row lacks comes first.
     fn pull_back(&self, sample: usize, outputs: &[f64], cotangent: &[f64]) -> Vec<f64> {
         let map = &*self.map;
         let free = map.project(cotangent);
@@ -176,5 +175,55 @@ impl FieldMap for Samples {
                 motions.tree().pull_back(&outputs, &free)
             }
         }
+    }
+}
+
+/// Numbers of one of `samples` in each of the inputs, in a row.
+fn row(inputs: &[HostTensor], sample: usize, samples: usize) -> Vec<f64> {
+    let part = |input: &'_ HostTensor| of_sample(input.values(), sample, samples);
+    inputs.iter().flat_map(part).collect()
+}
+
+fn of_sample(values: &[f32], sample: usize, samples: usize) -> Vec<f64> {
+    let length = values.len() / samples;
+    let part = &values[sample * length..(sample + 1) * length];
+    part.iter().map(|value| f64::from(*value)).collect()
+}
+
+impl HostOperation for Samples {
+    type Saved = Vec<HostTensor>;
+
+    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
+        let (shape, samples) = (inputs[inputs.len() - 1].shape(), self.parameters.len());
+        let fields = (0..samples).into_par_iter().map(|sample| {
+            let outputs = row(inputs, sample, samples);
+            self.displacement(sample, &outputs).map(|u| u as f32).collect::<Vec<_>>()
+        });
+        let fields: Vec<Vec<f32>> = fields.collect();
+        (HostTensor::new(fields.concat(), shape), tracked.then(|| inputs.to_vec()))
+    }
+
+    fn backward(
+        &self,
+        inputs: Self::Saved,
+        cotangent: &[f32],
+        _needed: &[bool],
+    ) -> Vec<Option<Vec<f32>>> {
+        let samples = self.parameters.len();
+        let rows = (0..samples).into_par_iter().map(|sample| {
+            let cotangent = of_sample(cotangent, sample, samples);
+            self.pull_back(sample, &row(&inputs, sample, samples), &cotangent)
+        });
+        let rows: Vec<Vec<f64>> = rows.collect();
+        let length = |input: &HostTensor| input.values().len() / samples.max(1);
+        let gradient = |(number, input): (usize, &HostTensor)| {
+            let after: usize = inputs[number + 1..].iter().map(length).sum();
+            let part = |row: &'_ Vec<f64>| {
+                let end = row.len() - after;
+                row[end - length(input)..end].iter().map(|value| *value as f32).collect::<Vec<_>>()
+            };
+            Some(rows.iter().flat_map(part).collect())
+        };
+        inputs.iter().enumerate().map(gradient).collect()
     }
 }

@@ -13,7 +13,6 @@ use crate::fixed::FixedGeometry;
 use crate::objective::Objective;
 use crate::surrogate::{Scales, Surrogate};
 use crate::training::{Trainer, TrainingConfig};
-use burn::tensor::Device;
 use course::Course;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::coordinates::Coordinates as Meaning;
@@ -26,7 +25,7 @@ use std::path::Path;
 /// Sizes of a network. The default has half of the thesis' width: where embeddings are weights of their own, more steps
 /// of narrower perceptrons are worth more (docs/design.md).
 #[doc(alias("MeshGraphNet", "GNN"))]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Network {
     /// Width of the embeddings of nodes, edges and parameters.
@@ -37,11 +36,21 @@ pub struct Network {
     pub cluster_width: usize,
     /// Message-passing steps.
     pub message_passing_steps: usize,
+    /// Virtual nodes of each level, thesis' η (Algorithm 1, Tables A.3 and A.6), each fewer than before; none leaves the graph of the mesh.
+    /// By default each level has a quarter of the nodes below, and in motions of clusters half of them, up to the whole body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub virtual_nodes: Option<Vec<usize>>,
 }
 
 impl Default for Network {
     fn default() -> Self {
-        Self { latent: 40, width: 64, cluster_width: 32, message_passing_steps: 5 }
+        Self {
+            latent: 40,
+            width: 64,
+            cluster_width: 32,
+            message_passing_steps: 5,
+            virtual_nodes: None,
+        }
     }
 }
 
@@ -54,7 +63,7 @@ impl Network {
     /// A network of these sizes for a geometry and so many parameters.
     pub(crate) fn on(&self, geometry: &Geometry, parameters: usize) -> GraphNetworkConfig {
         let Geometry { features, topology, coordinates, .. } = geometry;
-        let Self { latent, width, cluster_width, message_passing_steps: steps } = *self;
+        let Self { latent, width, cluster_width, message_passing_steps: steps, .. } = *self;
         let decoding = match coordinates {
             Meaning::Motions(_) => {
                 Decoding::Motions { layers: topology.roots_per_layer.len(), width: cluster_width }
@@ -126,9 +135,7 @@ impl Predictor for TrainedNetwork {
 
     /// Exact, in forward mode through the decoders.
     fn sensitivity(&self, _: &Body, theta: &[f64]) -> sinew_emulate::Result<Vec<Vec<f64>>> {
-        let found = self.fixed.sensitivity(&[theta.to_vec()])?.derivative;
-        let length = found.len() / theta.len();
-        Ok(found.chunks(length).map(<[f64]>::to_vec).collect())
+        Ok(self.fixed.sensitivity(theta)?)
     }
 
     fn save(&self, folder: &Path) -> sinew_emulate::Result<()> {
@@ -136,8 +143,15 @@ impl Predictor for TrainedNetwork {
     }
 }
 
-/// Training data of a network.
-pub(crate) struct TrainingData<'a> {
+/// Plan of a network's training, and its data.
+pub(crate) struct Plan<'a> {
+    /// Short name of the recipe.
+    pub recipe: &'static str,
+    pub network: &'a Network,
+    pub coordinates: &'a OutputCoordinates,
+    pub training: &'a TrainingConfig,
+    /// The one place where recipes differ.
+    pub objective: &'a dyn Fn() -> Result<Box<dyn Objective>>,
     pub thetas: &'a [Vec<f64>],
     /// Simulated displacements at the parameters; `None` for training without any.
     pub fields: Option<&'a [Vec<f64>]>,
@@ -148,47 +162,38 @@ pub(crate) struct TrainingData<'a> {
     pub held_out: &'a TestSet<'a>,
 }
 
-/// Plan of a network's training.
-pub(crate) struct Plan<'a> {
-    /// Short name of the recipe.
-    pub recipe: &'static str,
-    pub network: Network,
-    pub coordinates: &'a OutputCoordinates,
-    pub training: &'a TrainingConfig,
-    /// The one place where recipes differ.
-    pub objective: &'a dyn Fn() -> Result<Box<dyn Objective>>,
-}
-
 /// Learning rate of fine-tuning [relative to training from scratch]: a high rate destroys the earlier training.
 const RATE_OF_START: f64 = 0.5;
 
 /// Trains by `plan`; an interrupted run goes on from its last checkpoint.
 pub(crate) fn train(
     session: &mut Session<'_, '_>,
-    training_data: &TrainingData<'_>,
     plan: &Plan<'_>,
     record: &mut Record,
 ) -> Result<TrainedNetwork> {
     let body = session.body;
     let mut prepare_s = 0.0;
     let mut geometry = timed(&mut prepare_s, || {
-        features::geometry(body, plan.coordinates.are_motions(), session.options.seed)
+        let (levels, motions) =
+            (plan.network.virtual_nodes.as_deref(), plan.coordinates.are_motions());
+        features::geometry(body, levels, motions, session.options.seed)
     })?;
-    let (training, validation) = (training_data.samples(), Vec::new());
-    let mut data = DataSet { geometries: Vec::new(), training, validation };
+    record.virtual_nodes.clone_from(&geometry.topology.roots_per_layer);
+    let training = plan.samples().collect();
+    let mut data = DataSet { geometries: Vec::new(), training, validation: Vec::new() };
     let (starts, anchors) = (session.options.start.is_some(), session.options.anchors);
     // Further anchors stand about a solved state.
     let solves = starts || anchors > 1;
     let (coordinates, training) = stages(session, plan, solves);
     let (mut course, mut earlier) = (Course::new(session)?, None);
     let at_rest = |geometry: &Geometry| {
-        coordinates::at_rest(body, &geometry.topology, training_data.energy).map(Meaning::Motions)
+        coordinates::at_rest(body, &geometry.topology, plan.energy).map(Meaning::Motions)
     };
-    let thetas = training_data.thetas;
+    let thetas = plan.thetas;
     geometry.coordinates = match &coordinates {
         OutputCoordinates::Components => Meaning::Components,
         OutputCoordinates::Simulations => {
-            let fields = training_data.fields.unwrap_or_default();
+            let fields = plan.fields.unwrap_or_default();
             Meaning::Principal(timed(&mut prepare_s, || {
                 coordinates::of_simulations(body, thetas, fields)
             })?)
@@ -206,7 +211,7 @@ pub(crate) fn train(
         OutputCoordinates::MotionsAfter(first) => {
             geometry.coordinates = timed(&mut prepare_s, || at_rest(&geometry))?;
             data.geometries = vec![geometry.clone()];
-            let surrogate = course.stage(session, "anchor", &data, training_data, plan, first)?;
+            let surrogate = course.stage(session, "anchor", &data, plan, first)?;
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
             earlier = course.kept.map(|kept| (surrogate, kept));
             let anchor = coordinates::nearer(body, &anchor)?;
@@ -214,7 +219,7 @@ pub(crate) fn train(
         }
     };
     data.geometries = vec![geometry.clone()];
-    let last = course.stage(session, "train", &data, training_data, plan, &training)?;
+    let last = course.stage(session, "train", &data, plan, &training)?;
     let surrogate = course.better(earlier, last);
     (record.steps, record.train_s) = course.before;
     record.prepare_s += prepare_s;
@@ -264,14 +269,13 @@ fn stages(
     (coordinates, training)
 }
 
-impl TrainingData<'_> {
-    fn samples(&self) -> Vec<Sample> {
-        let sample = |(index, theta): (usize, &Vec<f64>)| Sample {
+impl Plan<'_> {
+    fn samples(&self) -> impl Iterator<Item = Sample> {
+        self.thetas.iter().enumerate().map(|(index, theta)| Sample {
             geometry: 0,
             theta: theta.clone(),
             displacement: self.fields.map(|fields| fields[index].clone()).unwrap_or_default(),
-        };
-        self.thetas.iter().enumerate().map(sample).collect()
+        })
     }
 }
 
@@ -280,7 +284,6 @@ fn trainer(
     session: &Session<'_, '_>,
     checkpoint: Option<&Path>,
     data: &DataSet,
-    training_data: &TrainingData<'_>,
     plan: &Plan<'_>,
     config: &TrainingConfig,
 ) -> Result<Trainer> {
@@ -294,24 +297,16 @@ fn trainer(
         Some(run) => {
             Surrogate::load(&run.join("emulator/network"), &device)?.transferred_to(data)?
         }
-        None => untrained(session, data, training_data, plan, (config.seed, &device))?,
+        None => {
+            let sizes = plan.network.on(&data.geometries[0], session.body.parameters.len());
+            let scales =
+                Scales::over(&data.geometries, scaling(session.body)?, plan.scale.clone())?;
+            Surrogate::new(&sizes, data, scales, config.seed, &device)?
+        }
     };
     let trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
     Ok(match checkpoint {
         Some(folder) => trainer.with_checkpoints(folder),
         None => trainer,
     })
-}
-
-fn untrained(
-    session: &Session<'_, '_>,
-    data: &DataSet,
-    training_data: &TrainingData<'_>,
-    plan: &Plan<'_>,
-    (seed, device): (u64, &Device),
-) -> Result<Surrogate> {
-    let sizes = plan.network.on(&data.geometries[0], session.body.parameters.len());
-    let inputs = scaling(session.body)?;
-    let scales = Scales::over(&data.geometries, inputs, training_data.scale.clone())?;
-    Surrogate::new(&sizes, data, scales, seed, device)
 }

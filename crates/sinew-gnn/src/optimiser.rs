@@ -12,7 +12,8 @@ use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use update::{Moments, apply, collect, squared_norm};
+pub(crate) use update::collect;
+use update::{Moments, apply, squared_norm};
 
 use crate::graph_network::GraphNetwork;
 
@@ -67,7 +68,7 @@ impl Optimiser {
     ) -> [f64; 2] {
         let value: f64 = loss.clone().into_scalar::<f32>().into();
         let gradients = GradientsParams::from_grads(loss.backward(), emulator);
-        let mut updates = collect(emulator, gradients);
+        let mut updates = collect(emulator, Some(gradients));
         // In the order of the module, so that it is reproducible.
         let norm = updates.iter().map(|update| squared_norm(&update.gradient)).sum::<f64>().sqrt();
         if !(value.is_finite() && norm.is_finite()) {

@@ -125,20 +125,10 @@ impl Perceptron {
         plan: &Arc<GatherPlan>,
         activation: Activation,
     ) -> Tensor<2> {
-        let [first, second, third] = &self.layers[..] else {
-            unreachable!("a perceptron has three layers")
-        };
-        let weights = PerceptronWeights {
-            activation,
-            first_weight: first.weight.val(),
-            first_bias: first.bias.val(),
-            second_weight: second.weight.val(),
-            second_bias: second.bias.val(),
-            third_weight: third.weight.val(),
-            third_bias: third.bias.val(),
-            normalisation: self.normalisation.as_ref().map(Normalisation::fused),
-        };
-        gathered_mlp(inputs, plan, weights)
+        let layer = |k: usize| (self.layers[k].weight.val(), self.layers[k].bias.val());
+        let layers = std::array::from_fn(layer);
+        let normalisation = self.normalisation.as_ref().map(Normalisation::fused);
+        gathered_mlp(inputs, plan, PerceptronWeights { activation, layers, normalisation })
     }
 
     /// Value and derivative after the first affine map, whose own are `first` and `tangent`.

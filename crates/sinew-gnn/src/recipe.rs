@@ -55,14 +55,28 @@ impl Recipe {
     }
 
     /// Outputs, sizes and training of its network, where it is one.
-    pub(crate) fn network(&self) -> Option<(&OutputCoordinates, Network, &TrainingConfig)> {
+    pub(crate) fn network(&self) -> Option<(&OutputCoordinates, &Network, &TrainingConfig)> {
         match self {
             Self::DataDriven(DataDriven { coordinates, network, training, .. })
             | Self::PhysicsInformed(PhysicsInformed { coordinates, network, training, .. }) => {
-                Some((coordinates, *network, training))
+                Some((coordinates, network, training))
             }
             Self::Taylor | Self::Regression(_) | Self::Auto(_) => None,
         }
+    }
+
+    /// A description of its network, continued by sizes, virtual nodes and training.
+    pub(crate) fn with_settings(&self, made: String, record: &Record) -> String {
+        let Some((_, network, training)) = self.network() else { return made };
+        let Network { latent, width, cluster_width, message_passing_steps, .. } = network;
+        let TrainingConfig { optimiser, learning_rate, batch, .. } = training;
+        let rule = if let OptimiserConfig::Adam { .. } = optimiser { "Adam" } else { "Muon" };
+        let levels: Vec<_> = record.virtual_nodes.iter().map(usize::to_string).collect();
+        let levels = if levels.is_empty() { "none".into() } else { levels.join(", ") };
+        format!(
+            "{made}; {message_passing_steps} message-passing steps, embeddings of {latent}, hidden layers of {width} and of {cluster_width} for \
+             clusters, virtual nodes: {levels}; {rule} at {learning_rate:e}, {batch} parameter sets a step"
+        )
     }
 
     /// Trains an emulator of a body and checks its error estimate, see [`sinew_emulate::train`].
@@ -102,7 +116,7 @@ impl Train for Recipe {
     }
 
     fn about(&self, record: &Record) -> String {
-        match self {
+        let made = match self {
             Self::DataDriven(recipe) => {
                 let and = if recipe.gradient_weight > 0.0 { " and their gradients" } else { "" };
                 format!("network on {} simulations{and}", record.simulations)
@@ -117,7 +131,8 @@ impl Train for Recipe {
             Self::Taylor => Taylor.about(record),
             Self::Regression(regression) => regression.about(record),
             Self::Auto(recipe) => recipe.regression.about(record),
-        }
+        };
+        self.with_settings(made, record)
     }
 
     fn check(&self) -> sinew_emulate::Result<()> {

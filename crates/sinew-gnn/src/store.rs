@@ -11,6 +11,7 @@ use crate::data::Geometry;
 use crate::error::{Error, Result};
 use crate::files::{open_directory, read_json, replace_directory, write_json};
 use crate::graph_network::GraphNetwork;
+use crate::optimiser::collect;
 use crate::surrogate::{Scales, Surrogate};
 
 /// Version of the surrogate format.
@@ -43,6 +44,13 @@ impl Surrogate {
     /// A file that is missing, damaged or of another version.
     pub fn load(directory: &Path, device: &Device) -> Result<Self> {
         read_surrogate(&open_directory(directory), device)
+    }
+
+    /// Name, shape and numbers, row by row, of all weights; a weight is named by its place in the network, as `decoders.0.layers.2.bias`.
+    pub fn weights(&self) -> Vec<(String, Vec<usize>, Vec<f64>)> {
+        let weights = collect(&self.emulator, None).into_iter();
+        let doubled = |values: Vec<f32>| values.into_iter().map(f64::from).collect();
+        weights.map(|weight| (weight.name, weight.shape, doubled(weight.gradient))).collect()
     }
 }
 

@@ -102,28 +102,19 @@ impl Surrogate {
         geometries: Vec<Geometry>,
     ) -> Result<Self> {
         let config = &emulator.config;
-        require_count("parameter ranges", scales.parameters.ranges().len(), config.parameters)?;
-        require_count(
-            "columns of node features",
-            scales.features.nodes.mean.len(),
-            config.node_features,
-        )?;
-        require_count(
-            "columns of edge features",
-            scales.features.edges.mean.len(),
-            config.edge_features,
-        )?;
-        require_count("global features", scales.global.mean.len(), config.global_features)?;
+        let Scales { features, global, parameters, .. } = &scales;
+        require_count("parameter ranges", parameters.ranges().len(), config.parameters)?;
+        let (nodes, edges) = (features.nodes.mean.len(), features.edges.mean.len());
+        require_count("columns of node features", nodes, config.node_features)?;
+        require_count("columns of edge features", edges, config.edge_features)?;
+        require_count("global features", global.mean.len(), config.global_features)?;
         if let Decoding::Motions { .. } = config.decoding {
             require_count("components of a motion's translation", config.dimensions, 3)?;
         }
         let emulator = emulator.valid();
-        let (prepared, none) = (Vec::new(), Vec::new());
-        let mut surrogate = Self { emulator, scales, geometries: none, prepared };
-        for geometry in geometries {
-            surrogate.prepared.push(surrogate.prepare(&geometry)?);
-            surrogate.geometries.push(geometry);
-        }
+        let mut surrogate = Self { emulator, scales, geometries, prepared: Vec::new() };
+        let prepared = surrogate.geometries.iter().map(|geometry| surrogate.prepare(geometry));
+        surrogate.prepared = prepared.collect::<Result<_>>()?;
         Ok(surrogate)
     }
 

@@ -12,5 +12,5 @@ mod trainer;
 
 pub use concern::Concern;
 pub use config::{TrainingBudget, TrainingConfig};
-pub use progress::{HistoryPoint, StopReason, TrainingObserver, TrainingProgress, TrainingReport};
+pub use progress::{HistoryPoint, TrainingObserver, TrainingProgress, TrainingReport};
 pub use trainer::Trainer;

@@ -65,7 +65,8 @@ impl AugmentationConfig {
         Self::of_layers(nodes, roots_per_layer)
     }
 
-    fn of_layers(nodes: usize, roots_per_layer: Vec<usize>) -> Self {
+    /// Layers of so many virtual nodes on a mesh of `nodes` nodes.
+    pub fn of_layers(nodes: usize, roots_per_layer: Vec<usize>) -> Self {
         let largest = roots_per_layer.first().copied().unwrap_or(0);
         let per_run = nodes.saturating_mul(largest).max(1);
         let runs = (Self::DISTANCES / per_run).clamp(1, Self::RUNS);

@@ -15,5 +15,9 @@ pub(crate) fn replaced(own: Training, given: &str) -> Result<Training, String> {
     if given.minutes.is_some() && given.steps.is_some() {
         return Err("train: give minutes or steps, not both".into());
     }
-    Ok(Training { recipe: if named { given.recipe } else { own.recipe }, ..given }.or(own))
+    let given = Training { recipe: if named { given.recipe } else { own.recipe }, ..given };
+    match given.objection() {
+        Some((key, reason)) => Err(format!("train: {key}: {reason}")),
+        None => Ok(given.or(own)),
+    }
 }

@@ -106,6 +106,9 @@ def test_a_run_is_kept_and_refused_twice(bar: Case, tmp_path: Path) -> None:
         pytest.param({"recipe": "pi"}, "networks", marks=pytest.mark.skipif(NETWORKS, reason="this library has networks")),
         ({"minutes": -1.0}, "positive"),
         ({"held_out": 0}, "held-out"),
+        ({"recipe": "regression", "learning_rate": 1e-3}, "learning_rate: the recipe `regression` trains no network"),
+        ({"recipe": "dd", "batch": 0}, "batch: 0 is out of bounds; give 1 to 1024"),
+        ({"recipe": "dd", "optimiser": "adm"}, "muon, adam"),
     ],
 )
 def test_a_training_that_makes_no_sense_is_refused(bar: Case, keys: dict, said: str) -> None:

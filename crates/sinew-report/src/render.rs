@@ -61,8 +61,11 @@ fn provenance(report: &Report) -> Markup {
 
 /// Headline, errors above their published figures, notes and warnings.
 fn summary(report: &Report) -> Markup {
-    let judged = report.tables().flat_map(crate::Table::verdicts);
-    let short: Vec<_> = judged.filter(|found| !found.3.met).collect();
+    let judged = report.sections.iter().flat_map(|section| {
+        let verdicts = section.tables().flat_map(crate::Table::verdicts);
+        verdicts.map(move |found| (&section.title, found))
+    });
+    let short: Vec<_> = judged.filter(|(_, found)| !found.3.met).collect();
     let warned =
         || report.tables().flat_map(|table| &table.rows).filter(|row| !row.warnings.is_empty());
     let sections = report.sections.len() > 1;
@@ -81,8 +84,8 @@ fn summary(report: &Report) -> Markup {
             @if !short.is_empty() {
                 details open[short.len() < 9] {
                     summary.missed { "✗ " (short.len()) " of " (report.verdicts()[0]) " not met" }
-                    ul { @for (row, column, cell, verdict) in short {
-                        li { (column.name) " of " (row.name()) ": " (table::value(&cell.value, 2)) ", " (verdict.text) }
+                    ul { @for (section, (row, column, cell, verdict)) in short {
+                        li { (section) ", " (column.name) " of " (row.name()) ": " (table::value(&cell.value, 2)) ", " (verdict.text) }
                     } }
                 }
             }

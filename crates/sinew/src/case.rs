@@ -34,7 +34,7 @@ pub use select::{
     Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,
 };
 pub use supports::{Rotation, Support};
-pub use training::{RecipeName, Training};
+pub use training::{Optimiser, RecipeName, Training};
 pub use units::stress_in_kpa;
 pub(crate) use units::{LENGTH, STRESS, VOLUME, number_and_unit, stress};
 
@@ -227,6 +227,10 @@ impl Case {
         let both = case.training.minutes.is_some() && case.training.steps.is_some();
         source.refuse_if(both, &["training", "steps"], || "give minutes or steps, not both")?;
         case.source = source;
+        if let Some((key, reason)) = case.training.objection() {
+            let keys: Vec<&str> = std::iter::once("training").chain(key.split('.')).collect();
+            return Err(case.source.error(&keys, reason));
+        }
         Ok(case)
     }
 

@@ -305,6 +305,7 @@ impl Comparison {
     /// Errors, and the energy above that of the solution, over training time.
     fn curves(&self, published: &Published) -> Vec<Chart> {
         let time = "training time [s]";
+        let positive = self.methods.iter().flat_map(|m| &m.history).all(|point| point.loss > 0.0);
         let lines = |chart: Chart, value: &dyn Fn(&CurvePoint) -> Option<f64>| {
             let trained = self.methods.iter().filter(|method| !method.history.is_empty());
             trained.fold(chart, |chart, method| {
@@ -330,7 +331,10 @@ impl Comparison {
         let axes = [time, "mean energy above the solution's [%]"];
         let energy = Chart::new("Energy above the minimum", axes, [true; 2]);
         let energy = lines(energy, &|p| p.energy_excess_pct);
-        METRICS.iter().zip(self.errors()).enumerate().map(chart).chain([energy]).collect()
+        let axes = [time, "mean training loss"];
+        let loss = Chart::new("Training loss", axes, [true, positive]);
+        let loss = lines(loss, &|p| Some(p.loss));
+        METRICS.iter().zip(self.errors()).enumerate().map(chart).chain([energy, loss]).collect()
     }
 }
 

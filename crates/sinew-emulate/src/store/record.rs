@@ -24,6 +24,9 @@ pub struct Record {
     pub steps: u64,
     /// Errors on the held-out cases on the way; empty for a regression.
     pub history: Vec<CurvePoint>,
+    /// Virtual nodes of each level of its network's graph; empty where there are none.
+    #[serde(default)]
+    pub virtual_nodes: Vec<usize>,
     /// Weights of the networks that were kept, where some were trained.
     #[serde(default)]
     pub kept: Option<Kept>,

@@ -2,7 +2,7 @@
 
 use crate::fused::error::IndexError;
 use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
-use crate::fused::index::{Gather, GatherPlan, Inverse, check};
+use crate::fused::index::{Gather, GatherPlan, check, inverse};
 use crate::fused::reference;
 use crate::fused::rows::add_up;
 use burn::tensor::Tensor;
@@ -20,8 +20,8 @@ pub struct EdgeTopology {
     nodes: usize,
     senders: Vec<u32>,
     receivers: Vec<u32>,
-    received: Inverse,
-    sent: Inverse,
+    received: Vec<Vec<usize>>,
+    sent: Vec<Vec<usize>>,
 }
 
 impl EdgeTopology {
@@ -38,7 +38,7 @@ impl EdgeTopology {
             });
         }
         let (senders, receivers) = (check(senders, nodes)?, check(receivers, nodes)?);
-        let (received, sent) = (Inverse::new(&receivers, nodes), Inverse::new(&senders, nodes));
+        let (received, sent) = (inverse(&receivers, nodes), inverse(&senders, nodes));
         Ok(Arc::new(Self { nodes, senders, receivers, received, sent }))
     }
 
@@ -63,8 +63,8 @@ impl GatherPlan {
     /// read at the receiving and at the sending node.
     pub fn edges(topology: &EdgeTopology) -> Arc<Self> {
         let EdgeTopology { nodes, senders, receivers, received, sent } = topology;
-        let read_at = |index: &[u32], inverse: &Inverse| Gather::Indexed {
-            index: index.to_vec(),
+        let read_at = |index: &Vec<u32>, inverse: &Vec<_>| Gather::Indexed {
+            index: index.clone(),
             inverse: inverse.clone(),
         };
         let (receiver, sender) = (read_at(receivers, received), read_at(senders, sent));
@@ -128,18 +128,14 @@ impl HostOperation for EdgeSum {
 
     fn backward(&self, width: usize, cotangent: &[f32], _needed: &[bool]) -> Vec<Option<Vec<f32>>> {
         let mut gradient = vec![0.0; self.topology.senders.len() * width];
-        gradient.par_chunks_mut(EDGES_PER_TASK * width).enumerate().for_each(
-            |(task, gradients)| {
-                for (offset, gradient) in gradients.chunks_exact_mut(width).enumerate() {
-                    let edge = task * EDGES_PER_TASK + offset;
-                    gradient.copy_from_slice(row(cotangent, self.topology.receivers[edge], width));
-                    if self.signed {
-                        let sent = row(cotangent, self.topology.senders[edge], width);
-                        gradient.iter_mut().zip(sent).for_each(|(sum, value)| *sum -= value);
-                    }
-                }
-            },
-        );
+        let edges = gradient.par_chunks_exact_mut(width).enumerate().with_min_len(EDGES_PER_TASK);
+        edges.for_each(|(edge, gradient)| {
+            gradient.copy_from_slice(row(cotangent, self.topology.receivers[edge], width));
+            if self.signed {
+                let sent = row(cotangent, self.topology.senders[edge], width);
+                gradient.iter_mut().zip(sent).for_each(|(sum, value)| *sum -= value);
+            }
+        });
         vec![Some(gradient)]
     }
 }

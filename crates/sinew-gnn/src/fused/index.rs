@@ -1,6 +1,7 @@
 //! Row indices, their inverses, and plans that say which source rows meet in which row.
 
 use crate::fused::error::IndexError;
+use sinew_num::cells_of_nodes;
 use std::sync::Arc;
 
 /// Checks that all of `indices` are below `count` and shortens them.
@@ -14,39 +15,9 @@ pub(crate) fn check(indices: &[usize], count: usize) -> Result<Vec<u32>, IndexEr
     indices.iter().enumerate().map(narrow).collect()
 }
 
-/// Entries that refer to each target, in ascending order (compressed rows).
-#[derive(Clone, Debug)]
-pub(crate) struct Inverse {
-    starts: Vec<u32>,
-    entries: Vec<u32>,
-}
-
-impl Inverse {
-    pub(crate) fn new(indices: &[u32], targets: usize) -> Self {
-        let mut starts = vec![0; targets + 1];
-        for &index in indices {
-            starts[index as usize + 1] += 1;
-        }
-        for target in 0..targets {
-            starts[target + 1] += starts[target];
-        }
-        let mut next = starts.clone();
-        let mut entries = vec![0; indices.len()];
-        for (entry, &index) in indices.iter().enumerate() {
-            entries[next[index as usize] as usize] = entry as u32;
-            next[index as usize] += 1;
-        }
-        Self { starts, entries }
-    }
-
-    pub(crate) fn targets(&self) -> usize {
-        self.starts.len() - 1
-    }
-
-    /// Entries that refer to `target`.
-    pub(crate) fn of(&self, target: usize) -> &[u32] {
-        &self.entries[self.starts[target] as usize..self.starts[target + 1] as usize]
-    }
+/// Entries that refer to each target, in ascending order.
+pub(crate) fn inverse(indices: &[u32], targets: usize) -> Vec<Vec<usize>> {
+    cells_of_nodes(targets, indices.iter().map(|&index| [index as usize]))
 }
 
 /// Row of the source that each row of the result reads.
@@ -58,8 +29,8 @@ pub(crate) enum Gather {
     Cyclic { period: usize },
     /// Row `r` reads row `r / times`, as in a source whose rows are each repeated.
     Repeated { times: usize },
-    /// Row `r` reads row `index[r]`.
-    Indexed { index: Vec<u32>, inverse: Inverse },
+    /// Row `r` reads row `index[r]`; with the [`inverse`] of the index.
+    Indexed { index: Vec<u32>, inverse: Vec<Vec<usize>> },
 }
 
 /// Says, for several sources, which of their rows meet in which row of a result.

@@ -34,12 +34,11 @@ const KEPT_BYTES: usize = 64 << 20;
 /// let device = Device::flex();
 /// let weights = PerceptronWeights {
 ///     activation: Activation::Celu,
-///     first_weight: Tensor::from_floats([[1.0, 0.0], [0.0, 1.0]], &device),
-///     first_bias: Tensor::zeros([2], &device),
-///     second_weight: Tensor::from_floats([[1.0, 0.0], [0.0, 1.0]], &device),
-///     second_bias: Tensor::zeros([2], &device),
-///     third_weight: Tensor::from_floats([[1.0], [1.0]], &device),
-///     third_bias: Tensor::zeros([1], &device),
+///     layers: [
+///         (Tensor::from_floats([[1.0, 0.0], [0.0, 1.0]], &device), Tensor::zeros([2], &device)),
+///         (Tensor::from_floats([[1.0, 0.0], [0.0, 1.0]], &device), Tensor::zeros([2], &device)),
+///         (Tensor::from_floats([[1.0], [1.0]], &device), Tensor::zeros([1], &device)),
+///     ],
 ///     normalisation: None,
 /// };
 /// // Two nodes and three parameters: six rows.
@@ -59,7 +58,7 @@ pub fn gathered_mlp(
 ) -> Tensor<2> {
     check_shapes(&inputs, plan, &weights);
     let are_on_host = inputs.iter().all(|input| is_on_host(input.tensor()));
-    if !are_on_host || !is_on_host(&weights.second_weight) || weights.widths().contains(&0) {
+    if !are_on_host || !is_on_host(&weights.layers[1].0) || weights.widths().contains(&0) {
         return reference::gathered_mlp(inputs, plan, weights);
     }
     let operation = GatheredMlp {
@@ -70,14 +69,9 @@ pub fn gathered_mlp(
     };
     let mut tensors: Vec<_> =
         inputs.iter().map(|input| input.tensor().clone().into_dispatch()).collect();
-    tensors.extend([
-        weights.first_weight.into_dispatch(),
-        weights.first_bias.into_dispatch(),
-        weights.second_weight.into_dispatch(),
-        weights.second_bias.into_dispatch(),
-        weights.third_weight.into_dispatch(),
-        weights.third_bias.into_dispatch(),
-    ]);
+    for (weight, bias) in weights.layers {
+        tensors.extend([weight.into_dispatch(), bias.into_dispatch()]);
+    }
     if let Some(LayerNormalisation { gain, offset, .. }) = weights.normalisation {
         tensors.extend([gain.into_dispatch(), offset.into_dispatch()]);
     }
@@ -107,14 +101,16 @@ impl Input {
 
 impl PerceptronWeights {
     fn widths(&self) -> [usize; 3] {
-        [self.first_bias.dims()[0], self.second_bias.dims()[0], self.third_bias.dims()[0]]
+        self.layers.each_ref().map(|(_, bias)| bias.dims()[0])
     }
 }
 
 fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights) {
     let [first, second, outputs] = weights.widths();
-    let [meeting, width] = weights.first_weight.dims();
+    let [[meeting, width], hidden @ ..] =
+        weights.layers.each_ref().map(|(weight, _)| weight.dims());
     assert_eq!(width, first, "first weight against its bias");
+    assert_eq!(hidden, [[first, second], [second, outputs]], "later weights against the biases");
     assert_eq!(inputs.len(), plan.source_rows.len(), "the plan's number of sources");
     for (input, rows) in inputs.iter().zip(&plan.source_rows) {
         let [found, columns] = input.tensor().dims();
@@ -124,8 +120,6 @@ fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights
             None => assert_eq!(columns, first, "a product against the first bias"),
         }
     }
-    assert_eq!(weights.second_weight.dims(), [first, second], "second weight against the biases");
-    assert_eq!(weights.third_weight.dims(), [second, outputs], "third weight against the biases");
     if let Some(LayerNormalisation { gain, offset, .. }) = &weights.normalisation {
         assert_eq!(
             [gain.dims()[0], offset.dims()[0]],
@@ -143,13 +137,6 @@ struct GatheredMlp {
     first_rows: Vec<Option<usize>>,
     /// Epsilon of the normalisation, if there is one.
     epsilon: Option<f32>,
-}
-
-/// Tensors of the backward pass: inputs, parameters and activations.
-#[derive(Clone, Debug)]
-struct Saved {
-    tensors: Vec<HostTensor>,
-    activations: Arc<Activations>,
 }
 
 impl GatheredMlp {
@@ -172,12 +159,8 @@ impl GatheredMlp {
         let tensors = &tensors[self.first_rows.len()..];
         Parameters {
             activation: self.activation,
-            first_weight: tensors[0].values(),
-            first_bias: tensors[1].values(),
-            second_weight: tensors[2].values(),
-            second_bias: tensors[3].values(),
-            third_weight: tensors[4].values(),
-            third_bias: tensors[5].values(),
+            weights: std::array::from_fn(|layer| tensors[2 * layer].values()),
+            biases: std::array::from_fn(|layer| tensors[2 * layer + 1].values()),
             normalisation: self.epsilon.map(|epsilon| Normalisation {
                 gain: tensors[6].values(),
                 offset: tensors[7].values(),
@@ -197,24 +180,28 @@ impl GatheredMlp {
 }
 
 impl HostOperation for GatheredMlp {
-    type Saved = Saved;
+    /// Inputs and parameters; activations.
+    type Saved = (Vec<HostTensor>, Arc<Activations>);
 
-    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Saved>) {
+    fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
         let (sources, parameters) = (self.sources(inputs), self.parameters(inputs));
         let keep = match tracked {
             true => self.keep(&sources, &parameters),
             false => Keep { first: false, second: false },
         };
         let (output, activations) = forward(&self.plan, &sources, &parameters, keep);
-        let output = HostTensor::new(output, [self.plan.rows, parameters.third_bias.len()]);
-        let saved =
-            tracked.then(|| Saved { tensors: inputs.to_vec(), activations: Arc::new(activations) });
-        (output, saved)
+        let output = HostTensor::new(output, [self.plan.rows, parameters.widths()[2]]);
+        (output, tracked.then(|| (inputs.to_vec(), Arc::new(activations))))
     }
 
-    fn backward(&self, saved: Saved, cotangent: &[f32], needed: &[bool]) -> Vec<Option<Vec<f32>>> {
-        let (sources, parameters) = (self.sources(&saved.tensors), self.parameters(&saved.tensors));
+    fn backward(
+        &self,
+        (tensors, activations): Self::Saved,
+        cotangent: &[f32],
+        needed: &[bool],
+    ) -> Vec<Option<Vec<f32>>> {
+        let (sources, parameters) = (self.sources(&tensors), self.parameters(&tensors));
         let needed = &needed[..sources.len()];
-        backward(&self.plan, &sources, &parameters, &saved.activations, cotangent, needed)
+        backward(&self.plan, &sources, &parameters, &activations, cotangent, needed)
     }
 }

@@ -15,10 +15,13 @@ use crate::fused::pool::{Buffer, LINE};
 use crate::fused::product::{Panels, Start, add_transposed_product, multiply};
 use crate::fused::rows::{add_gathered_rows, add_into, add_rows_into, add_up};
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Most groups of tiles with parameter gradients of their own.
 const GROUPS: usize = 8;
+/// Numbers of the gradients that one task sums over the groups.
+const NUMBERS_PER_TASK: usize = 1 << 12;
 /// Tiles from which on there are so many; fewer tiles make half the groups.
 const TILES_FOR_ALL_GROUPS: usize = 64;
 
@@ -32,11 +35,7 @@ pub(crate) fn backward(
     cotangent: &[f32],
     needed: &[bool],
 ) -> Vec<Option<Vec<f32>>> {
-    let [first, second, outputs] = parameters.widths();
-    let transposed = |(source, needed): (&Source<'_>, &bool)| {
-        (*needed && source.is_multiplied_in_tiles())
-            .then(|| Panels::transposed(source.weight(parameters), first))
-    };
+    let [hidden, second, outputs] = parameters.widths();
     let recomputed = activations.second.is_empty();
     let pass = Pass {
         plan,
@@ -46,29 +45,36 @@ pub(crate) fn backward(
         cotangent,
         needed,
         layer: FirstLayer::new(sources, &activations.products, parameters),
-        second_weight: recomputed.then(|| Panels::new(parameters.second_weight, second)),
-        first_transposed: sources.iter().zip(needed).map(transposed).collect(),
-        second_transposed: Panels::transposed(parameters.second_weight, second),
-        third_transposed: Panels::transposed(parameters.third_weight, outputs),
+        second_weight: recomputed.then(|| Panels::new(parameters.weights[1], second)),
+        second_transposed: Panels::transposed(parameters.weights[1], second),
+        third_transposed: Panels::transposed(parameters.weights[2], outputs),
     };
     let sizes = pass.sizes();
-    let mut row_gradients = RowGradients::new(&pass);
-    let partial: Vec<Buffer> = pass
-        .groups()
-        .into_iter()
-        .zip(row_gradients.split(&pass))
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .map(|(rows, row_gradients)| {
-            let mut sums =
-                Buffer::zeros(sizes.iter().map(|size| size.next_multiple_of(LINE)).sum());
-            pass.group(rows, &mut split(&mut sums, &sizes), row_gradients);
-            sums
+    let mut d_first = Buffer::take(if pass.keeps_rows() { plan.rows * hidden } else { 0 });
+    let mut rest = &mut d_first[..];
+    let groups = pass.groups().into_iter();
+    let groups: Vec<_> = groups
+        .map(|rows| {
+            let d_first = split_off(&mut rest, rows.len() * hidden);
+            (rows, d_first)
         })
         .collect();
-    let mut totals = total(&partial, &sizes);
+    let length = sizes.iter().map(|size| size.next_multiple_of(LINE)).sum();
+    let group = |(rows, d_first)| {
+        let mut sums = Buffer::zeros(length);
+        pass.group(rows, &mut split(&mut sums, &sizes), d_first);
+        sums
+    };
+    let partial: Vec<Buffer> = groups.into_par_iter().map(group).collect();
+    let mut sums = Buffer::zeros(length);
+    sums.par_chunks_mut(NUMBERS_PER_TASK).enumerate().for_each(|(task, sums)| {
+        let groups = partial.iter().map(|group| &group[task * NUMBERS_PER_TASK..]);
+        groups.for_each(|group| add_into(sums, group));
+    });
+    let totals = split(&mut sums, &sizes).into_iter();
+    let mut totals: Vec<Vec<f32>> = totals.map(|part| part.to_vec()).collect();
     let of_sources = totals.split_off(TAIL);
-    pass.gradients(totals, of_sources, row_gradients)
+    pass.gradients(totals, of_sources, &d_first)
 }
 
 /// Gradients a group adds up besides those of sources: first bias, second weight and bias, third
@@ -85,57 +91,8 @@ struct Pass<'a> {
     layer: FirstLayer<'a>,
     /// Recomputes a second layer that was not kept.
     second_weight: Option<Panels>,
-    /// Transposed weights of sources multiplied in tiles that need gradients.
-    first_transposed: Vec<Option<Panels>>,
     second_transposed: Panels,
     third_transposed: Panels,
-}
-
-/// Gradients per row of the result, filled by all groups.
-struct RowGradients {
-    /// Gradients of the sums in the first layer, where a source is gathered by index.
-    first: Buffer,
-    /// Gradients of the inputs that are read row by row.
-    inputs: Vec<Vec<f32>>,
-}
-
-/// The rows of one group in [`RowGradients`].
-struct GroupRows<'a> {
-    first: &'a mut [f32],
-    inputs: Vec<&'a mut [f32]>,
-}
-
-impl RowGradients {
-    fn new(pass: &Pass<'_>) -> Self {
-        let (rows, hidden) = (pass.plan.rows, pass.parameters.first_bias.len());
-        let indexed = |(source, needed): (&Source<'_>, &bool)| {
-            matches!(source.gather, Gather::Indexed { .. }) && pass.has_gradient(source, *needed)
-        };
-        let any = pass.sources.iter().zip(pass.needed).any(indexed);
-        let input = |(source, needed): (&Source<'_>, &bool)| {
-            let read_row_by_row = *needed && matches!(source.gather, Gather::Identity);
-            vec![0.0; if read_row_by_row { source.values.len() } else { 0 }]
-        };
-        Self {
-            first: Buffer::take(if any { rows * hidden } else { 0 }),
-            inputs: pass.sources.iter().zip(pass.needed).map(input).collect(),
-        }
-    }
-
-    fn split<'s>(&'s mut self, pass: &Pass<'_>) -> Vec<GroupRows<'s>> {
-        let hidden = pass.parameters.first_bias.len();
-        let mut first = &mut self.first[..];
-        let mut inputs: Vec<&mut [f32]> = self.inputs.iter_mut().map(|x| &mut x[..]).collect();
-        let groups = pass.groups().into_iter().map(|rows| GroupRows {
-            first: split_off(&mut first, rows.len() * hidden),
-            inputs: inputs
-                .iter_mut()
-                .zip(pass.sources)
-                .map(|(rest, source)| split_off(rest, rows.len() * source.width))
-                .collect(),
-        });
-        groups.collect()
-    }
 }
 
 /// Parts of these sizes, each from the start of a cache line on.
@@ -145,31 +102,17 @@ fn split<'a>(values: &'a mut [f32], sizes: &[usize]) -> Vec<&'a mut [f32]> {
     sizes.iter().map(part).collect()
 }
 
-/// Sums over the groups, in their order.
-fn total(partial: &[Buffer], sizes: &[usize]) -> Vec<Vec<f32>> {
-    let mut start = 0;
-    let ranges: Vec<Range<usize>> = sizes
-        .iter()
-        .map(|size| {
-            let range = start..start + size;
-            start += size.next_multiple_of(LINE);
-            range
-        })
-        .collect();
-    let sum = |range: &Range<usize>| match partial.split_first() {
-        None => vec![0.0; range.len()],
-        Some((first, others)) => {
-            let mut sum = first[range.clone()].to_vec();
-            for group in others {
-                add_into(&mut sum, &group[range.clone()]);
-            }
-            sum
-        }
-    };
-    ranges.par_iter().map(sum).collect()
-}
-
 impl Pass<'_> {
+    /// Whether gradients of the sums in the first layer are kept row by row: where a source is gathered by index, or its rows, each of
+    /// which serves one row of the result, need a gradient.
+    fn keeps_rows(&self) -> bool {
+        self.sources.iter().zip(self.needed).any(|(source, needed)| match source.gather {
+            Gather::Identity => *needed,
+            Gather::Indexed { .. } => self.has_gradient(source, *needed),
+            Gather::Cyclic { .. } | Gather::Repeated { .. } => false,
+        })
+    }
+
     /// Whether the gradient of a source's product is of use.
     fn has_gradient(&self, source: &Source<'_>, needed: bool) -> bool {
         needed || source.first_row.is_some()
@@ -206,8 +149,8 @@ impl Pass<'_> {
         sizes
     }
 
-    /// Adds up the gradients of a group.
-    fn group(&self, rows: Range<usize>, sums: &mut [&mut [f32]], mut to: GroupRows<'_>) {
+    /// Adds up the gradients of a group, and writes those of its sums in the first layer where they are kept.
+    fn group(&self, rows: Range<usize>, sums: &mut [&mut [f32]], kept: &mut [f32]) {
         let [first, second, outputs] = self.parameters.widths();
         let tile = tile_rows(self.plan.rows);
         let scratch = |width: usize| Buffer::take(tile * width);
@@ -222,17 +165,17 @@ impl Pass<'_> {
                 self.second_hidden(&here, hidden_first, &mut second_again[..count * second]);
             let d_second = &mut d_second[..count * second];
             self.last_layer(&here, hidden_second, sums, &mut d_output[..count * outputs], d_second);
-            let d_first = match to.first.is_empty() {
+            let d_first = match kept.is_empty() {
                 true => &mut d_first[..count * first],
-                false => &mut to.first[offset * first..(offset + count) * first],
+                false => &mut kept[offset * first..(offset + count) * first],
             };
             self.second_layer(hidden_first, sums, d_second, d_first);
-            self.sources(&here, offset, d_first, &mut sums[TAIL..], &mut to.inputs);
+            self.sources(&here, d_first, &mut sums[TAIL..]);
         }
     }
 
     fn first_hidden<'s>(&'s self, rows: &Range<usize>, scratch: &'s mut [f32]) -> &'s [f32] {
-        let width = self.parameters.first_bias.len();
+        let width = self.parameters.biases[0].len();
         if self.activations.first.is_empty() {
             self.layer.evaluate(self.parameters, rows.start, scratch);
             return scratch;
@@ -246,7 +189,7 @@ impl Pass<'_> {
         first: &[f32],
         scratch: &'s mut [f32],
     ) -> &'s [f32] {
-        let width = self.parameters.second_bias.len();
+        let width = self.parameters.biases[1].len();
         if let Some(weight) = &self.second_weight {
             second_layer(self.parameters, weight, first, scratch);
             return scratch;
@@ -285,7 +228,7 @@ impl Pass<'_> {
                 p.activation,
                 hidden,
                 d_output,
-                p.third_weight,
+                p.weights[2],
                 d_second,
                 d_second_bias,
                 d_weight,
@@ -307,85 +250,56 @@ impl Pass<'_> {
         d_first: &mut [f32],
     ) {
         let [d_bias, d_weight, ..] = sums else { unreachable!("one sum per parameter") };
-        add_transposed_product(hidden, self.parameters.first_bias.len(), d_second, d_weight);
+        add_transposed_product(hidden, self.parameters.biases[0].len(), d_second, d_weight);
         multiply(d_second, &self.second_transposed, Start::Zero, d_first);
         pull_back_rows(self.parameters.activation, hidden, d_first, d_bias);
     }
 
     /// Gradients of the sources' weights and rows, as far as a tile knows them.
-    fn sources(
-        &self,
-        rows: &Range<usize>,
-        offset: usize,
-        d_first: &[f32],
-        sums: &mut [&mut [f32]],
-        inputs: &mut [&mut [f32]],
-    ) {
-        let hidden = self.parameters.first_bias.len();
-        for (number, source) in self.sources.iter().enumerate() {
-            let width = source.width;
-            let input = &mut inputs[number];
+    fn sources(&self, rows: &Range<usize>, d_first: &[f32], sums: &mut [&mut [f32]]) {
+        let hidden = self.parameters.biases[0].len();
+        for (source, sum) in self.sources.iter().zip(sums).filter(|(_, sum)| !sum.is_empty()) {
             match source.gather {
                 Gather::Identity => {
-                    if source.first_row.is_some() {
-                        let values = &source.values[rows.start * width..rows.end * width];
-                        add_transposed_product(values, width, d_first, sums[number]);
-                    }
-                    if input.is_empty() {
-                        continue;
-                    }
-                    let input = &mut input[offset * width..(offset + rows.len()) * width];
-                    match &self.first_transposed[number] {
-                        Some(weight) => multiply(d_first, weight, Start::Zero, input),
-                        None => input.copy_from_slice(d_first),
-                    }
+                    let values = &source.values[rows.start * source.width..rows.end * source.width];
+                    add_transposed_product(values, source.width, d_first, sum);
                 }
-                Gather::Cyclic { .. } | Gather::Repeated { .. } => {
-                    if !sums[number].is_empty() {
-                        add_gathered_rows(source.gather, rows.start, hidden, d_first, sums[number]);
-                    }
-                }
-                Gather::Indexed { .. } => {}
+                gather => add_gathered_rows(gather, rows.start, hidden, d_first, sum),
             }
         }
     }
 
-    /// Puts the gradients together.
+    /// Puts the gradients together; `d_first` are those of the sums in the first layer.
     fn gradients(
         &self,
         mut tail: Vec<Vec<f32>>,
         of_sources: Vec<Vec<f32>>,
-        rows: RowGradients,
+        d_first: &[f32],
     ) -> Vec<Option<Vec<f32>>> {
-        let hidden = self.parameters.first_bias.len();
-        let mut first_weight = vec![0.0; self.parameters.first_weight.len()];
+        let hidden = self.parameters.biases[0].len();
+        let mut first_weight = vec![0.0; self.parameters.weights[0].len()];
         let mut gradients = Vec::with_capacity(self.sources.len() + 1 + TAIL);
-        let RowGradients { first, inputs: row_by_row } = rows;
-        for (number, (sum, row_by_row)) in of_sources.into_iter().zip(row_by_row).enumerate() {
-            let (source, needed) = (&self.sources[number], self.needed[number]);
-            let weight_rows =
-                source.first_row.map(|row| row * hidden..(row + source.width) * hidden);
-            if let Gather::Identity = source.gather {
-                if let Some(range) = weight_rows {
-                    add_into(&mut first_weight[range], &sum);
-                }
-                gradients.push(needed.then_some(row_by_row));
-                continue;
-            }
+        for ((source, needed), sum) in self.sources.iter().zip(self.needed).zip(of_sources) {
             let product = match source.gather {
-                Gather::Indexed { inverse, .. } if self.has_gradient(source, needed) => {
-                    let mut product = vec![0.0; inverse.targets() * hidden];
-                    add_up(&first, inverse, 1.0, hidden, &mut product);
-                    product
+                Gather::Identity => Cow::Borrowed(d_first),
+                Gather::Indexed { inverse, .. } if self.has_gradient(source, *needed) => {
+                    let mut product = vec![0.0; inverse.len() * hidden];
+                    add_up(d_first, inverse, 1.0, hidden, &mut product);
+                    product.into()
                 }
-                _ => sum,
+                _ => Cow::Borrowed(&sum[..]),
             };
-            let Some(range) = weight_rows else {
-                gradients.push(needed.then_some(product));
-                continue;
-            };
-            add_transposed_product(source.values, source.width, &product, &mut first_weight[range]);
+            if let Some(row) = source.first_row {
+                let of_weight = &mut first_weight[row * hidden..(row + source.width) * hidden];
+                match source.gather {
+                    Gather::Identity => add_into(of_weight, &sum),
+                    _ => add_transposed_product(source.values, source.width, &product, of_weight),
+                }
+            }
             gradients.push(needed.then(|| {
+                if source.first_row.is_none() {
+                    return product.into_owned();
+                }
                 let mut input = vec![0.0; source.values.len()];
                 let weight = Panels::transposed(source.weight(self.parameters), hidden);
                 multiply_in_parallel(&product, hidden, &weight, source.width, &mut input);

@@ -23,22 +23,19 @@ pub(crate) fn tile_rows(rows: usize) -> usize {
     rows.div_ceil(FEWEST_TILES).next_multiple_of(ROWS_PER_BLOCK).clamp(ROWS_PER_BLOCK, TILE_ROWS)
 }
 
-/// Parameters after the first weight.
+/// Parameters of a perceptron.
 #[derive(Clone, Copy)]
 pub(crate) struct Parameters<'a> {
     pub activation: Activation,
-    pub first_weight: &'a [f32],
-    pub first_bias: &'a [f32],
-    pub second_weight: &'a [f32],
-    pub second_bias: &'a [f32],
-    pub third_weight: &'a [f32],
-    pub third_bias: &'a [f32],
+    /// Weight of each layer, row by row.
+    pub weights: [&'a [f32]; 3],
+    pub biases: [&'a [f32]; 3],
     pub normalisation: Option<Normalisation<'a>>,
 }
 
 impl Parameters<'_> {
     pub(crate) fn widths(&self) -> [usize; 3] {
-        [self.first_bias.len(), self.second_bias.len(), self.third_bias.len()]
+        self.biases.map(<[f32]>::len)
     }
 }
 
@@ -61,14 +58,14 @@ impl Source<'_> {
 
     /// The rows of the first weight it meets; none for products.
     pub(crate) fn weight<'w>(&self, parameters: &Parameters<'w>) -> &'w [f32] {
-        let hidden = parameters.first_bias.len();
+        let hidden = parameters.biases[0].len();
         self.first_row
-            .map_or(&[], |row| &parameters.first_weight[row * hidden..(row + self.width) * hidden])
+            .map_or(&[], |row| &parameters.weights[0][row * hidden..(row + self.width) * hidden])
     }
 
     /// Products with the weight once per row; empty where that is left to the tiles or done.
     fn product(&self, parameters: &Parameters<'_>) -> Buffer {
-        let hidden = parameters.first_bias.len();
+        let hidden = parameters.biases[0].len();
         if self.first_row.is_none() || self.is_multiplied_in_tiles() || self.values.is_empty() {
             return Buffer::take(0);
         }
@@ -102,10 +99,10 @@ pub(crate) fn multiply_in_parallel(
 
 /// The inputs of a perceptron, multiplied where each row serves several.
 pub(crate) struct FirstLayer<'a> {
-    sources: &'a [Source<'a>],
-    products: &'a [Buffer],
-    /// Weights of the sources multiplied in tiles.
-    weights: Vec<Option<Panels>>,
+    /// Products of sources with the weight, and how their rows are gathered.
+    gathered: Vec<(&'a Gather, &'a [f32])>,
+    /// Sources that are multiplied in tiles, with their weights.
+    tiled: Vec<(&'a Source<'a>, Panels)>,
 }
 
 impl<'a> FirstLayer<'a> {
@@ -114,31 +111,26 @@ impl<'a> FirstLayer<'a> {
         products: &'a [Buffer],
         parameters: &Parameters<'_>,
     ) -> Self {
-        let pack = |source: &Source<'_>| {
-            source
-                .is_multiplied_in_tiles()
-                .then(|| Panels::new(source.weight(parameters), parameters.first_bias.len()))
-        };
-        Self { sources, products, weights: sources.iter().map(pack).collect() }
-    }
-
-    /// The first hidden layer of the rows from `start` on.
-    pub(crate) fn evaluate(&self, parameters: &Parameters<'_>, start: usize, first: &mut [f32]) {
-        let hidden = parameters.first_bias.len();
-        let mut gathered: Vec<(&Gather, &[f32])> = Vec::with_capacity(self.sources.len());
-        for (source, product) in self.sources.iter().zip(self.products) {
-            if !source.is_multiplied_in_tiles() {
+        let (mut gathered, mut tiled) = (Vec::new(), Vec::new());
+        for (source, product) in sources.iter().zip(products) {
+            if source.is_multiplied_in_tiles() {
+                let weight = Panels::new(source.weight(parameters), parameters.biases[0].len());
+                tiled.push((source, weight));
+            } else {
                 let is_product = source.first_row.is_none();
                 gathered.push((source.gather, if is_product { source.values } else { product }));
             }
         }
-        gather_sums(parameters.first_bias, &gathered, start, first);
-        let rows = first.len() / hidden;
-        for (source, weight) in self.sources.iter().zip(&self.weights) {
-            if let Some(weight) = weight {
-                let values = &source.values[start * source.width..(start + rows) * source.width];
-                multiply(values, weight, Start::Kept, first);
-            }
+        Self { gathered, tiled }
+    }
+
+    /// The first hidden layer of the rows from `start` on.
+    pub(crate) fn evaluate(&self, parameters: &Parameters<'_>, start: usize, first: &mut [f32]) {
+        gather_sums(parameters.biases[0], &self.gathered, start, first);
+        let rows = first.len() / parameters.biases[0].len();
+        for (source, weight) in &self.tiled {
+            let values = &source.values[start * source.width..(start + rows) * source.width];
+            multiply(values, weight, Start::Kept, first);
         }
         activate(parameters.activation, first);
     }
@@ -194,10 +186,8 @@ pub(crate) fn forward(
     };
 
     let layer = FirstLayer::new(sources, &all.products, parameters);
-    let weights = [
-        Panels::new(parameters.second_weight, second),
-        Panels::new(parameters.third_weight, outputs),
-    ];
+    let weights =
+        [Panels::new(parameters.weights[1], second), Panels::new(parameters.weights[2], outputs)];
     let mut rest =
         (&mut all.first[..], &mut all.second[..], &mut all.normal[..], &mut all.inverse[..]);
     let tile = tile_rows(rows);
@@ -253,11 +243,11 @@ fn forward_tile(
     layer.evaluate(parameters, start, first);
     second_layer(parameters, second_weight, first, second);
     if outputs == 1 {
-        single_output(parameters.third_weight, second, tile.output);
+        single_output(parameters.weights[2], second, tile.output);
     } else {
         multiply(second, third_weight, Start::Zero, tile.output);
     }
-    add_to_rows(parameters.third_bias, tile.output);
+    add_to_rows(parameters.biases[2], tile.output);
     if let Some(normalisation) = parameters.normalisation {
         normalise(normalisation, tile.output, tile.normal, tile.inverse);
     }
@@ -271,5 +261,5 @@ pub(crate) fn second_layer(
     second: &mut [f32],
 ) {
     multiply(first, weight, Start::Zero, second);
-    add_bias_and_activate(parameters.activation, parameters.second_bias, second);
+    add_bias_and_activate(parameters.activation, parameters.biases[1], second);
 }

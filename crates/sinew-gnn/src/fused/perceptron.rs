@@ -9,18 +9,8 @@ use burn::tensor::Tensor;
 pub struct PerceptronWeights {
     /// Activation f of both hidden layers.
     pub activation: Activation,
-    /// W₁, `[inputs, h]`.
-    pub first_weight: Tensor<2>,
-    /// b₁, `[h]`.
-    pub first_bias: Tensor<1>,
-    /// W₂, `[h, h']`.
-    pub second_weight: Tensor<2>,
-    /// b₂, `[h']`.
-    pub second_bias: Tensor<1>,
-    /// W₃, `[h', m]`.
-    pub third_weight: Tensor<2>,
-    /// b₃, `[m]`.
-    pub third_bias: Tensor<1>,
+    /// W₁ `[inputs, h]` and b₁ `[h]`, W₂ `[h, h']` and b₂ `[h']`, W₃ `[h', m]` and b₃ `[m]`.
+    pub layers: [(Tensor<2>, Tensor<1>); 3],
     /// Layer normalisation of the output.
     pub normalisation: Option<LayerNormalisation>,
 }

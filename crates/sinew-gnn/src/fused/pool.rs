@@ -5,7 +5,6 @@
 //! allocator is brought to keep what Burn's tensors free.
 
 use bytemuck::{Pod, Zeroable};
-use std::fmt;
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, Once, PoisonError};
 
@@ -17,7 +16,7 @@ const LARGEST_MISFIT: usize = 4;
 
 /// Numbers of a cache line, at its place: registers are as wide at most, and loads
 /// across two lines cost twice.
-#[derive(Clone, Copy, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 struct Line([f32; LINE]);
 
@@ -42,6 +41,7 @@ pub(crate) fn keep_freed_memory() {
 }
 
 /// A borrowed stretch of numbers with unspecified content, returned when dropped.
+#[derive(Debug)]
 pub(crate) struct Buffer {
     lines: Vec<Line>,
     len: usize,
@@ -98,11 +98,5 @@ impl Deref for Buffer {
 impl DerefMut for Buffer {
     fn deref_mut(&mut self) -> &mut [f32] {
         &mut bytemuck::cast_slice_mut(&mut self.lines)[..self.len]
-    }
-}
-
-impl fmt::Debug for Buffer {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Buffer of {} numbers", self.len)
     }
 }

@@ -57,26 +57,24 @@ impl fmt::Debug for Potential {
 
 impl HostOperation for Potential {
     /// Gradients of all samples.
-    type Saved = Arc<Vec<f32>>;
+    type Saved = Arc<Vec<Vec<f32>>>;
 
     fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Self::Saved>) {
         let samples = inputs[0].shape()[0];
         let displacement: Vec<f64> = inputs[0].values().iter().map(|u| f64::from(*u)).collect();
         let size = displacement.len() / samples.max(1);
-        let mut gradient = vec![0.0; displacement.len()];
-        // An empty field still has an energy, hence no chunks of size zero.
-        let energy: Vec<f32> = if size == 0 {
-            (0..samples).map(|sample| (self.0)(&[], sample, &mut []) as f32).collect()
-        } else {
-            gradient
-                .par_chunks_mut(size)
-                .zip(displacement.par_chunks(size))
-                .enumerate()
-                .map(|(sample, (gradient, field))| self.sample(field, sample, gradient) as f32)
-                .collect()
+        let energy = |sample: usize| {
+            let mut gradient = vec![0.0; size];
+            let field = &displacement[sample * size..(sample + 1) * size];
+            let energy = (self.0)(field, sample, &mut gradient);
+            if !energy.is_finite() {
+                gradient.fill(f64::NAN);
+            }
+            (energy as f32, gradient.iter().map(|g| *g as f32).collect::<Vec<_>>())
         };
-        let saved = tracked.then(|| Arc::new(gradient.iter().map(|g| *g as f32).collect()));
-        (HostTensor::new(energy, [samples]), saved)
+        let (energies, gradients): (Vec<_>, Vec<_>) =
+            (0..samples).into_par_iter().map(energy).unzip();
+        (HostTensor::new(energies, [samples]), tracked.then(|| Arc::new(gradients)))
     }
 
     fn backward(
@@ -85,23 +83,7 @@ impl HostOperation for Potential {
         cotangent: &[f32],
         _needed: &[bool],
     ) -> Vec<Option<Vec<f32>>> {
-        let mut gradient = Arc::unwrap_or_clone(saved);
-        let size = gradient.len() / cotangent.len().max(1);
-        for (gradient, cotangent) in gradient.chunks_mut(size.max(1)).zip(cotangent) {
-            for g in gradient {
-                *g *= cotangent;
-            }
-        }
-        vec![Some(gradient)]
-    }
-}
-
-impl Potential {
-    fn sample(&self, displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64 {
-        let energy = (self.0)(displacement, sample, gradient);
-        if !energy.is_finite() {
-            gradient.fill(f64::NAN);
-        }
-        energy
+        let samples = saved.iter().zip(cotangent);
+        vec![Some(samples.flat_map(|(gradient, c)| gradient.iter().map(move |g| g * c)).collect())]
     }
 }

@@ -51,21 +51,21 @@ pub fn gathered_mlp(
     plan: &Arc<GatherPlan>,
     weights: PerceptronWeights,
 ) -> Tensor<2> {
-    let mut first = weights.first_bias.unsqueeze::<2>();
+    let [(weight, bias), hidden @ ..] = weights.layers;
+    let mut output = bias.unsqueeze::<2>();
     for (number, input) in inputs.into_iter().enumerate() {
         let product = match input {
             Input::Product(product) => product,
             Input::Features { values, first_row } => {
                 let rows = first_row..first_row + values.dims()[1];
-                values.matmul(weights.first_weight.clone().slice_dim(0, rows))
+                values.matmul(weight.clone().slice_dim(0, rows))
             }
         };
-        first = first + gathered(product, plan, number);
+        output = output + gathered(product, plan, number);
     }
-    let hidden = activate(first, weights.activation);
-    let second = hidden.matmul(weights.second_weight) + weights.second_bias.unsqueeze();
-    let hidden = activate(second, weights.activation);
-    let output = hidden.matmul(weights.third_weight) + weights.third_bias.unsqueeze();
+    for (weight, bias) in hidden {
+        output = activate(output, weights.activation).matmul(weight) + bias.unsqueeze();
+    }
     match weights.normalisation {
         Some(normalisation) => normalised(output, normalisation),
         None => output,

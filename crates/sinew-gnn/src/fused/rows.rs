@@ -1,6 +1,6 @@
 //! Gathers, scatters and sums of rows.
 
-use crate::fused::index::{Gather, Inverse};
+use crate::fused::index::Gather;
 use crate::fused::simd::{dot, vectorised};
 use rayon::prelude::*;
 
@@ -8,7 +8,13 @@ use rayon::prelude::*;
 const ROWS_PER_TASK: usize = 64;
 
 /// Adds to each target's sum `sign` times those `rows` that it is referred to by.
-pub(crate) fn add_up(rows: &[f32], inverse: &Inverse, sign: f32, width: usize, sums: &mut [f32]) {
+pub(crate) fn add_up(
+    rows: &[f32],
+    inverse: &[Vec<usize>],
+    sign: f32,
+    width: usize,
+    sums: &mut [f32],
+) {
     sums.par_chunks_mut(ROWS_PER_TASK * width).enumerate().for_each(|(task, sums)| {
         add_up_targets(rows, inverse, sign, task * ROWS_PER_TASK, width, sums);
     });
@@ -17,15 +23,15 @@ pub(crate) fn add_up(rows: &[f32], inverse: &Inverse, sign: f32, width: usize, s
 vectorised! {
     fn add_up_targets<FUSED>(
         rows: &[f32],
-        inverse: &Inverse,
+        inverse: &[Vec<usize>],
         sign: f32,
         start: usize,
         width: usize,
         sums: &mut [f32],
     ) {
         for (offset, sum) in sums.chunks_exact_mut(width).enumerate() {
-            for &row in inverse.of(start + offset) {
-                for (sum, value) in sum.iter_mut().zip(&rows[row as usize * width..][..width]) {
+            for &row in &inverse[start + offset] {
+                for (sum, value) in sum.iter_mut().zip(&rows[row * width..][..width]) {
                     *sum += sign * value;
                 }
             }
@@ -43,35 +49,15 @@ vectorised! {
     ) {
         let width = bias.len();
         for (offset, x) in x.chunks_exact_mut(width).enumerate() {
-            match sources {
-                [] => x.copy_from_slice(bias),
-                [first] => {
-                    let first = row_of(first, start + offset, width);
-                    for ((x, bias), first) in x.iter_mut().zip(bias).zip(first) {
-                        *x = bias + first;
-                    }
-                }
-                [first, second, others @ ..] => {
-                    let row = start + offset;
-                    let (first, second) = (row_of(first, row, width), row_of(second, row, width));
-                    for j in 0..width {
-                        x[j] = bias[j] + first[j] + second[j];
-                    }
-                    for other in others {
-                        for (x, value) in x.iter_mut().zip(row_of(other, row, width)) {
-                            *x += value;
-                        }
-                    }
+            x.copy_from_slice(bias);
+            for (gather, source) in sources {
+                let row = &source[gather.source(start + offset) * width..][..width];
+                for (x, value) in x.iter_mut().zip(row) {
+                    *x += value;
                 }
             }
         }
     }
-}
-
-/// The row of a source that `row` of the result reads.
-#[inline(always)]
-fn row_of<'a>((gather, source): &(&Gather, &'a [f32]), row: usize, width: usize) -> &'a [f32] {
-    &source[gather.source(row) * width..][..width]
 }
 
 vectorised! {

@@ -1,13 +1,13 @@
 //! The course of a training over its stages: the curve on the held-out cases, and the weights that are kept.
 
-use super::{Plan, TrainingData, trainer};
+use super::{Plan, trainer};
 use crate::data::{DataSet, Geometry};
 use crate::error::{Error, Result};
 use crate::surrogate::Surrogate;
-use crate::training::{Concern, HistoryPoint, StopReason, TrainingConfig, TrainingReport};
+use crate::training::{Concern, HistoryPoint, TrainingConfig, TrainingReport};
 use sinew_emulate::parts::Session;
 use sinew_emulate::store::{read_json, write_json};
-use sinew_emulate::{CurvePoint, Kept, Observer, Progress, Warning};
+use sinew_emulate::{CurvePoint, Kept, Observer, Progress, TestSet, Warning};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -36,29 +36,25 @@ impl Course {
         session: &mut Session<'_, '_>,
         name: &str,
         data: &DataSet,
-        training_data: &TrainingData<'_>,
         plan: &Plan<'_>,
         config: &TrainingConfig,
     ) -> Result<Surrogate> {
         let stage = format!("train {} ({name})", plan.recipe);
         let checkpoint = session.folder(name);
-        let mut trainer =
-            trainer(session, checkpoint.as_deref(), data, training_data, plan, config)?;
+        let mut trainer = trainer(session, checkpoint.as_deref(), data, plan, config)?;
         let mut watch = Watch {
             course: self,
             observer: &mut *session.observer,
             stage: &stage,
-            training_data,
+            held_out: plan.held_out,
             geometry: &data.geometries[0],
-            failure: None,
             warned: false,
         };
         if session.options.budget.is_nothing() {
             return Ok(trainer.into_surrogate());
         }
         let report = trainer.run(&mut watch)?;
-        watch.failure.take().map_or(Ok(()), Err)?;
-        if report.stop == StopReason::Interrupted {
+        if report.interrupted {
             return Err(sinew_emulate::Error::Interrupted { stage }.into());
         }
         self.finish(session, &stage, report);
@@ -104,16 +100,26 @@ struct Watch<'a> {
     course: &'a mut Course,
     observer: &'a mut dyn Observer,
     stage: &'a str,
-    training_data: &'a TrainingData<'a>,
+    held_out: &'a TestSet<'a>,
     geometry: &'a Geometry,
-    failure: Option<Error>,
     /// Whether a concern of this stage was said before its end.
     warned: bool,
 }
 
-impl Watch<'_> {
+impl crate::training::TrainingObserver for Watch<'_> {
+    fn progress(&mut self, progress: &crate::training::TrainingProgress) -> ControlFlow<()> {
+        let error = self.course.curve.last().and_then(|point| point.medians);
+        let error = error.map_or(String::new(), |[u, ..]| format!("  median error {u:.2e}"));
+        self.observer.progress(&Progress {
+            stage: self.stage,
+            fraction: progress.share,
+            seconds_left: progress.remaining_seconds,
+            message: &format!("loss {:.3e}{error}", progress.loss),
+        })
+    }
+
     /// Puts an evaluation on the curve; the error that it found.
-    fn record(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Result<f64> {
+    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Result<Option<f64>> {
         let (steps, seconds) = self.course.before;
         let (step, train_s) = (steps + point.step as u64, seconds + point.seconds);
         let mut point = CurvePoint {
@@ -125,14 +131,14 @@ impl Watch<'_> {
             error: None,
             inverted: 0,
         };
-        let held_out = self.training_data.held_out;
+        let held_out = self.held_out;
         let found = match surrogate.predict(self.geometry, &held_out.thetas) {
             Ok(prediction) => {
                 let fields = 0..held_out.thetas.len();
                 let fields: Vec<_> = fields.map(|case| prediction.field(case).to_vec()).collect();
                 point.measure(&held_out.cases(&fields)?)
             }
-            Err(crate::error::Error::PredictionNotFinite { .. }) => f64::INFINITY,
+            Err(Error::PredictionNotFinite { .. }) => f64::INFINITY,
             Err(other) => return Err(other),
         };
         // A run that was killed after its last checkpoint repeats some evaluations.
@@ -141,33 +147,7 @@ impl Watch<'_> {
         if let Some(file) = &self.course.file {
             write_json(file, &self.course.curve)?;
         }
-        Ok(found)
-    }
-}
-
-impl crate::training::TrainingObserver for Watch<'_> {
-    fn progress(&mut self, progress: &crate::training::TrainingProgress) -> ControlFlow<()> {
-        if self.failure.is_some() {
-            return ControlFlow::Break(());
-        }
-        let error = self.course.curve.last().and_then(|point| point.medians);
-        let error = error.map_or(String::new(), |[u, ..]| format!("  median error {u:.2e}"));
-        self.observer.progress(&Progress {
-            stage: self.stage,
-            fraction: progress.share,
-            seconds_left: progress.remaining_seconds,
-            message: &format!("loss {:.3e}{error}", progress.loss),
-        })
-    }
-
-    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Option<f64> {
-        match self.record(surrogate, point) {
-            Ok(error) => Some(error),
-            Err(failure) => {
-                self.failure = Some(failure);
-                None
-            }
-        }
+        Ok(Some(found))
     }
 
     fn concern(&mut self, concern: &Concern) {

@@ -78,24 +78,17 @@ impl Objective for DataFitWithGradient {
 
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
         let difference = self.fit.difference(batch, displacement);
-        let gradient = self.operators[batch.geometry].apply(difference.clone());
-        let squared = gradient.into_iter().map(|column| (column.clone() * column).sum_dim(2));
-        let squared = squared.reduce(|sum, column| sum + column);
-        let distance = DataFit::mean_distance(difference);
-        Ok(match squared {
-            // F − F̂ = ∇(u − û): the length that made u dimensionless is put back.
-            Some(squared) => {
-                distance
-                    + (squared + SQUARED_NORM_FLOOR).sqrt().mean() * (self.weight * self.fit.length)
-            }
-            None => distance,
-        })
+        let squared = self.operators[batch.geometry].squared_gradient(difference.clone());
+        // F − F̂ = ∇(u − û): the length that made u dimensionless is put back.
+        let weight = self.weight * self.fit.length;
+        Ok(DataFit::mean_distance(difference)
+            + (squared + SQUARED_NORM_FLOOR).sqrt().mean() * weight)
     }
 }
 
 impl GradientOperator {
-    /// Columns `∂u/∂X_j` of the displacement gradient, `[batch, cells, D]` each.
-    fn apply(&self, displacement: Tensor<3>) -> Vec<Tensor<3>> {
+    /// Squared norms of the displacement gradients, `[batch, cells, 1]`.
+    fn squared_gradient(&self, displacement: Tensor<3>) -> Tensor<3> {
         let [batch, _, dimensions] = displacement.dims();
         let cells = self.cells.len() / self.nodes_per_cell;
         let device = displacement.device();
@@ -105,9 +98,12 @@ impl GradientOperator {
         let of_cells = displacement.select(1, nodes).reshape(shape);
         let column = |component| {
             let gradient = self.column(component, dimensions, &device);
-            (of_cells.clone() * gradient).sum_dim(2).reshape([batch, cells, dimensions])
+            let column = (of_cells.clone() * gradient).sum_dim(2);
+            let column = column.reshape([batch, cells, dimensions]);
+            (column.clone() * column).sum_dim(2)
         };
-        (0..dimensions).map(column).collect()
+        let columns = (0..dimensions).map(column);
+        columns.reduce(|sum, column| sum + column).expect("displacements have components")
     }
 
     /// `∂N_a/∂X_j` for one j: `[1, cells, nodes per cell, 1]`.

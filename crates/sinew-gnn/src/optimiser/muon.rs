@@ -61,7 +61,8 @@ fn of_vector(config: &MuonConfig, steps: usize, update: &mut Update) {
 
 /// Whether a parameter's direction of change is orthogonalised, as those of matrices are.
 fn is_orthogonal(update: &Update) -> bool {
-    update.shape.len() == 2 && !update.embeds
+    // Rows of embeddings are no layer of a network.
+    update.shape.len() == 2 && !update.name.starts_with("embeddings")
 }
 
 /// Factors of momentum and gradient in the bias-corrected Nesterov momentum after `steps` steps.

@@ -14,7 +14,7 @@ use sinew_emulate::coordinates::packed;
 /// First and second moment of one parameter's gradient; a rule that needs none leaves it empty.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(try_from = "[String; 2]", into = "[String; 2]")]
-pub(super) struct Moments {
+pub(crate) struct Moments {
     pub first: Vec<f32>,
     pub second: Vec<f32>,
 }
@@ -34,12 +34,12 @@ impl TryFrom<[String; 2]> for Moments {
 }
 
 /// One parameter on its way through a step.
-pub(super) struct Update {
+pub(crate) struct Update {
     pub id: ParamId,
+    /// Place in the network, as `decoders.0.layers.2.bias`.
+    pub name: String,
     pub shape: Vec<usize>,
-    /// Whether these are embeddings of a geometry, whose rows are no layer of a network.
-    pub embeds: bool,
-    /// The gradient, then the direction of change.
+    /// The gradient, then the direction of change; where no gradients are collected, the weights.
     pub gradient: Vec<f32>,
     pub moments: Moments,
 }
@@ -54,8 +54,8 @@ impl Update {
     }
 }
 
-/// Gradients of all parameters that have one.
-pub(super) fn collect(emulator: &GraphNetwork, gradients: GradientsParams) -> Vec<Update> {
+/// Gradients of all parameters that have one, or all weights.
+pub(crate) fn collect(emulator: &GraphNetwork, gradients: Option<GradientsParams>) -> Vec<Update> {
     let mut collector = Collector { gradients, updates: Vec::new(), path: Vec::new() };
     emulator.visit(&mut collector);
     collector.updates
@@ -85,7 +85,7 @@ fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
 }
 
 struct Collector {
-    gradients: GradientsParams,
+    gradients: Option<GradientsParams>,
     updates: Vec<Update>,
     /// Names of the modules around the parameter that is visited.
     path: Vec<String>,
@@ -101,12 +101,16 @@ impl ModuleVisitor for Collector {
     }
 
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        if let Some(gradient) = self.gradients.remove::<D>(param.id) {
+        let found = match &mut self.gradients {
+            Some(gradients) => gradients.remove::<D>(param.id),
+            None => Some(param.val()),
+        };
+        if let Some(tensor) = found {
             self.updates.push(Update {
                 id: param.id,
-                shape: gradient.dims().to_vec(),
-                embeds: self.path.iter().any(|name| name == "embeddings"),
-                gradient: numbers(gradient),
+                name: self.path.join("."),
+                shape: tensor.dims().to_vec(),
+                gradient: numbers(tensor),
                 moments: Moments::default(),
             });
         }

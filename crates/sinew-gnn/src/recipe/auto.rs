@@ -50,7 +50,8 @@ impl Auto {
                 simulations: session.simulations,
                 error,
                 seconds,
-                detail: format!("{} steps, median {median:.1e}", own.steps),
+                detail: rival
+                    .with_settings(format!("{} steps, median {median:.1e}", own.steps), &own),
             });
             if error < best.1 {
                 choice.taken = choice.candidates.len() - 1;

@@ -2,7 +2,7 @@
 
 use crate::coordinates::OutputCoordinates;
 use crate::error::Result;
-use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
+use crate::network::{Network, Plan, TrainedNetwork, train};
 use crate::objective::{DataFit, DataFitWithGradient, GradientOperator, Objective};
 use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
@@ -58,15 +58,19 @@ impl DataDriven {
         let scale = OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?;
         let (body, length) = (session.body, scale.length());
         let fields = Some(&fields[..]);
-        let training_data = TrainingData { thetas, fields, scale, energy: 0.0, held_out };
         let plan = Plan {
             recipe: "dd",
-            network: self.network,
+            network: &self.network,
             coordinates: &self.coordinates,
             training: &self.training,
             objective: &|| self.objective(body, length),
+            thetas,
+            fields,
+            scale,
+            energy: 0.0,
+            held_out,
         };
-        train(session, &training_data, &plan, record)
+        train(session, &plan, record)
     }
 
     fn objective(&self, body: &Body, length: f64) -> Result<Box<dyn Objective>> {

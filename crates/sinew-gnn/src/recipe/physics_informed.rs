@@ -2,7 +2,7 @@
 
 use crate::coordinates::{self, OutputCoordinates};
 use crate::error::Result;
-use crate::network::{Network, Plan, TrainedNetwork, TrainingData, train};
+use crate::network::{Network, Plan, TrainedNetwork, train};
 use crate::objective::{MinimumPotential, Objective};
 use crate::training::{TrainingBudget, TrainingConfig};
 use serde::{Deserialize, Serialize};
@@ -68,15 +68,19 @@ impl PhysicsInformed {
             Ok(Box::new(MinimumPotential::new(vec![potential.clone()], energy)?))
         };
         let scale = OutputScale::root_mean_square(3, [&linear_response[..]])?;
-        let training_data = TrainingData { thetas: &thetas, fields: None, scale, energy, held_out };
         let plan = Plan {
             recipe: "pi",
-            network: self.network,
+            network: &self.network,
             coordinates: &self.coordinates,
             training: &self.training,
             objective: &objective,
+            thetas: &thetas,
+            fields: None,
+            scale,
+            energy,
+            held_out,
         };
-        let network = train(session, &training_data, &plan, record)?;
+        let network = train(session, &plan, record)?;
         let predicted = network.fixed.predict(std::slice::from_ref(&centre))?.displacement;
         judge_equilibrium(session, &predicted)?;
         Ok(network)

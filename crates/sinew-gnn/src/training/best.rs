@@ -34,8 +34,6 @@ impl Trainer {
             let (step, emulator) = (self.progress.clock.step, self.surrogate.emulator.clone());
             self.best = Some(Best { error, step, emulator, optimiser: self.optimiser.clone() });
         }
-        let waited = self.progress.evaluations_without_improvement;
-        self.progress.evaluations_without_improvement = if improved { 0 } else { waited + 1 };
         let over = self.progress.clock.share(self.config.budget) >= 1.0;
         let left = !over && best.is_some_and(|best| has_left(error, best));
         left && self.return_to_best()

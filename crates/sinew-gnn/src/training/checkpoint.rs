@@ -45,17 +45,6 @@ struct BestRun {
     embedded_nodes: Vec<Vec<usize>>,
 }
 
-impl BestRun {
-    fn of(best: &Best) -> Self {
-        Self {
-            error: best.error,
-            step: best.step,
-            optimiser: best.optimiser.clone(),
-            embedded_nodes: best.emulator.embedded_nodes(),
-        }
-    }
-}
-
 impl Trainer {
     /// Continues from the checkpoint in `directory`, exactly where it was written if the budget
     /// is in steps. Data and objective are given again, as they were.
@@ -91,7 +80,12 @@ impl Trainer {
             sampler: self.sampler.state.clone(),
             optimiser: self.optimiser.clone(),
             samples: self.data.training.len(),
-            best: self.best.as_ref().map(BestRun::of),
+            best: self.best.as_ref().map(|best| BestRun {
+                error: best.error,
+                step: best.step,
+                optimiser: best.optimiser.clone(),
+                embedded_nodes: best.emulator.embedded_nodes(),
+            }),
         };
         replace_directory(directory, |folder| {
             write_surrogate(&self.current_surrogate(), folder)?;

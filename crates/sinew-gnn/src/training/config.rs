@@ -46,9 +46,6 @@ pub struct TrainingConfig {
     pub seed: u64,
     /// Evaluations (validation, observer, checkpoint), evenly spread over the budget. The last one is at its end.
     pub evaluations: usize,
-    /// Stop after this many evaluations without a better validation loss.
-    #[doc(alias = "early stopping")]
-    pub patience: Option<usize>,
 }
 
 impl Default for TrainingConfig {
@@ -64,7 +61,6 @@ impl Default for TrainingConfig {
             frozen_encoder: false,
             seed: 0,
             evaluations: 20,
-            patience: None,
         }
     }
 }

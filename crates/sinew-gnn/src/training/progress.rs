@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::concern::Concern;
+use crate::error::Result;
 use crate::surrogate::Surrogate;
 
 /// State of a run after a step.
@@ -41,9 +42,12 @@ pub trait TrainingObserver {
     /// Returns their error on held-out cases if there are any: not negative, and infinite if it is not a number. The run
     /// keeps the weights with the lowest error. If the error becomes much larger, it returns to them with a smaller
     /// learning rate. Without this error, the loss of the validation samples is taken.
-    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Option<f64> {
+    ///
+    /// # Errors
+    /// Whatever is to end the run.
+    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Result<Option<f64>> {
         let _ = (surrogate, point);
-        None
+        Ok(None)
     }
 
     /// Called after an evaluation in the second half of the budget, for each reason not to trust the weights.
@@ -69,18 +73,6 @@ pub struct HistoryPoint {
     pub validation: Option<f64>,
 }
 
-/// Why a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum StopReason {
-    /// The budget is spent.
-    TrainingBudget,
-    /// The validation loss no longer improved.
-    EarlyStop,
-    /// The observer asked to stop.
-    Interrupted,
-}
-
 /// Summary of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrainingReport {
@@ -88,8 +80,8 @@ pub struct TrainingReport {
     pub steps: usize,
     /// Seconds of training, evaluations not counted.
     pub seconds: f64,
-    /// Why the run ended.
-    pub stop: StopReason,
+    /// Whether the observer ended it, and not its budget.
+    pub interrupted: bool,
     /// Step whose weights were kept: the best by the observer's error or the validation loss, the last one without either.
     pub kept_step: usize,
     /// Error or validation loss of the kept weights.

@@ -9,9 +9,7 @@ use burn::tensor::Tensor;
 use super::clock::Clock;
 use super::concern::Thoroughness;
 use super::config::TrainingConfig;
-use super::progress::{
-    HistoryPoint, StopReason, TrainingObserver, TrainingProgress, TrainingReport,
-};
+use super::progress::{HistoryPoint, TrainingObserver, TrainingProgress, TrainingReport};
 use super::sampler::Sampler;
 use crate::data::{DataSet, Sample};
 use crate::error::{Error, Result};
@@ -63,7 +61,6 @@ pub(super) struct Best {
 pub(super) struct RunState {
     pub clock: Clock,
     pub evaluations: usize,
-    pub evaluations_without_improvement: usize,
     /// Losses of the steps since the latest evaluation.
     pub losses: Vec<f64>,
     pub history: Vec<HistoryPoint>,
@@ -131,7 +128,7 @@ impl Trainer {
         self
     }
 
-    /// Trains until the budget is spent, the error stalls or the observer breaks.
+    /// Trains until the budget is spent or the observer breaks.
     ///
     /// Afterwards the surrogate holds the best weights of all evaluations by the observer's error or by the validation loss, or the
     /// last ones where there is neither. A run that has left its best weights returns to them and goes on with half the learning rate.
@@ -139,17 +136,15 @@ impl Trainer {
     /// one.
     ///
     /// # Errors
-    /// [`Error::Diverged`], an objective or a checkpoint that fails.
+    /// [`Error::Diverged`], an objective, an evaluation or a checkpoint that fails.
     pub fn run(&mut self, observer: &mut dyn TrainingObserver) -> Result<TrainingReport> {
-        let stop = loop {
-            if self.progress.clock.share(self.config.budget) >= 1.0 {
-                break StopReason::TrainingBudget;
-            }
+        let mut interrupted = false;
+        while !interrupted && self.progress.clock.share(self.config.budget) < 1.0 {
             let progress = match self.step() {
                 Err(error) if self.survives(&error) => continue,
                 made => made?,
             };
-            let interrupted = observer.progress(&progress).is_break();
+            interrupted = observer.progress(&progress).is_break();
             let share = self.progress.clock.share(self.config.budget);
             let due = (share * self.config.evaluations as f64) as usize;
             let decides = due > self.progress.evaluations;
@@ -157,21 +152,14 @@ impl Trainer {
                 self.progress.evaluations = due.max(self.progress.evaluations);
                 self.evaluate(observer, decides)?;
             }
-            if interrupted {
-                break StopReason::Interrupted;
-            }
-            let stalled = self.progress.evaluations_without_improvement;
-            if self.config.patience.is_some_and(|patience| stalled >= patience.max(1)) {
-                break StopReason::EarlyStop;
-            }
-        };
+        }
         let (kept_step, kept_error) = self.keep_best();
         let concerns = self.concerns(Thoroughness::AllSamples)?;
         let RunState { clock, ref history, returns, .. } = self.progress;
         Ok(TrainingReport {
             steps: clock.step,
             seconds: clock.seconds,
-            stop,
+            interrupted,
             kept_step,
             kept_error,
             returns,
@@ -341,7 +329,7 @@ impl Trainer {
         let Clock { step, seconds, .. } = state.clock;
         let point = HistoryPoint { step, seconds, loss, deviation, validation };
         state.history.push(point);
-        let error = observer.evaluate(&self.surrogate, &point).or(validation);
+        let error = observer.evaluate(&self.surrogate, &point)?.or(validation);
         let returned = decides && self.judge(error);
         // Weights that the run has left are not diagnosed.
         if !returned && self.progress.clock.share(self.config.budget) >= JUDGED_FROM {

@@ -77,10 +77,14 @@ impl TrainingObserver for Judge<'_> {
         if progress.step == self.stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Option<f64> {
+    fn evaluate(
+        &mut self,
+        surrogate: &Surrogate,
+        point: &HistoryPoint,
+    ) -> sinew_gnn::Result<Option<f64>> {
         let error = error(surrogate, self.data);
         self.errors.push((point.step, error));
-        Some(error)
+        Ok(Some(error))
     }
 }
 

@@ -40,9 +40,9 @@ impl Objective for Scripted {
 struct Listener(Vec<Concern>);
 
 impl TrainingObserver for Listener {
-    fn evaluate(&mut self, _: &Surrogate, _: &HistoryPoint) -> Option<f64> {
+    fn evaluate(&mut self, _: &Surrogate, _: &HistoryPoint) -> sinew_gnn::Result<Option<f64>> {
         self.0.clear();
-        None
+        Ok(None)
     }
 
     fn concern(&mut self, concern: &Concern) {

@@ -27,7 +27,13 @@ pub(crate) fn beam_held_at(end: &str, weight: f64) -> Body {
 
 /// A network that trains in seconds.
 pub(crate) fn small_network() -> Network {
-    Network { latent: 16, width: 32, cluster_width: 16, message_passing_steps: 3 }
+    Network {
+        latent: 16,
+        width: 32,
+        cluster_width: 16,
+        message_passing_steps: 3,
+        virtual_nodes: None,
+    }
 }
 
 pub(crate) fn steps(config: &TrainingConfig, steps: usize) -> TrainingConfig {

@@ -61,7 +61,7 @@ fn every_optimiser_lowers_the_loss_on_every_backend() {
             let (first, last) = (report.history[0], report.history[3]);
             assert!(last.validation < first.validation, "{optimiser:?}: {:?}", report.history);
             assert!(last.loss < 0.3, "{optimiser:?}: {:?}", report.history);
-            assert_eq!((report.steps, report.stop), (80, StopReason::TrainingBudget));
+            assert_eq!((report.steps, report.interrupted), (80, false));
         }
     }
 }
@@ -147,7 +147,7 @@ fn a_resumed_run_continues_bit_for_bit() {
             let place = folder.path().join("checkpoint");
             let mut first = StopAfter { steps: 10, losses: vec![] };
             let mut killed = trainer(&data, &device, config).with_checkpoints(&place);
-            assert_eq!(killed.run(&mut first).unwrap().stop, StopReason::Interrupted);
+            assert!(killed.run(&mut first).unwrap().interrupted);
             drop(killed);
 
             let objective = data_fit(uninterrupted.surrogate());
@@ -366,7 +366,7 @@ fn divergence_is_reported_with_advice_and_keeps_the_weights() {
 }
 
 #[test]
-fn training_stops_early_and_keeps_the_best_weights() {
+fn the_best_weights_on_the_validation_samples_are_kept() {
     let (_, data) = plane_data();
     // A rate far too high: the validation loss soon gets worse.
     let config = TrainingConfig {
@@ -374,19 +374,17 @@ fn training_stops_early_and_keeps_the_best_weights() {
         schedule: Schedule::Constant,
         learning_rate: 0.5,
         evaluations: 50,
-        patience: Some(3),
         ..settings(100)
     };
     let mut trainer = trainer(&data, &devices()[0], config);
     let report = trainer.run(&mut ()).unwrap();
-    assert_eq!(report.stop, StopReason::EarlyStop);
     let best = report
         .history
         .iter()
         .min_by(|a, b| a.validation.partial_cmp(&b.validation).unwrap())
         .unwrap();
     assert_eq!(report.kept_step, best.step);
-    assert!(report.steps < 100 && report.history.last().unwrap().validation > best.validation);
+    assert!(report.history.last().unwrap().validation > best.validation);
 }
 
 #[test]

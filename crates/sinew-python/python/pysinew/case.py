@@ -30,6 +30,7 @@ __all__ = ["Case", "Parameter", "Unloaded"]
 
 Path = Union[str, "PathLike[str]"]
 Recipe = Literal["auto", "taylor", "regression", "pi", "dd"]
+Optimiser = Literal["muon", "adam"]
 Design = Literal["latin-hypercube", "sobol", "uniform"]
 # Cases that went to another process or came from one, by what they are made of.
 _alive: WeakValueDictionary[tuple[str, str, bool, bytes], Case] = WeakValueDictionary()
@@ -296,6 +297,10 @@ class Case:
         seed: int | None = None,
         held_out: int | None = None,
         design: Design | None = None,
+        network: Mapping[str, Any] | None = None,
+        optimiser: Optimiser | None = None,
+        learning_rate: float | None = None,
+        batch: int | None = None,
         folder: Path | None = None,
         resume: bool = False,
         restart: bool = False,
@@ -305,6 +310,9 @@ class Case:
 
         Arguments replace those of the case's `training`. In a `folder` everything is kept as it is made: a run that was stopped
         goes on with `resume`, one that is there is replaced with `restart`.
+
+        Networks (`pi`, `dd`, and `dd` within `auto`) read `network`, a dictionary of their sizes such as `{"virtual_nodes": [97, 24]}`,
+        `optimiser`, `learning_rate` and `batch`; other recipes refuse them.
         """
         from .emulator import Emulator
 
@@ -316,13 +324,17 @@ class Case:
             "seed": seed,
             "held_out": held_out,
             "design": design,
+            "network": network,
+            "optimiser": optimiser,
+            "learning_rate": learning_rate,
+            "batch": batch,
         }
         given = {key: value for key, value in given.items() if value is not None}
-        for key in {"samples", "seed", "held_out"} & given.keys():
+        for key in {"samples", "seed", "held_out", "batch"} & given.keys():
             given[key] = _numbers.count(given[key], key)
-        for key, choices in {"recipe": get_args(Recipe), "design": get_args(Design)}.items():
+        for key, choices in {"recipe": Recipe, "design": Design, "optimiser": Optimiser}.items():
             if key in given:
-                _numbers.choice(given[key], choices, key)
+                _numbers.choice(given[key], get_args(choices), key)
         options = json.dumps(given, default=_plain)
         locking = self._native.locking()
         warn([] if locking is None else [locking])

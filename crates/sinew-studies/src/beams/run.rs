@@ -28,9 +28,14 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
     store::write_json(&options.out.join("manifest.json"), &provenance)?;
     options.backend.device()?;
     let title = "Emulators against finite elements";
-    let about = "Error and time on the same meshes, parameters and machine.";
+    let about = match options.quick {
+        true => {
+            "This is not a result: a quick check of the code path with few simulations and steps, whose errors mean nothing."
+        }
+        false => "Error and time on the same meshes, parameters and machine.",
+    };
     let mut report = Report::new(title, about, provenance);
-    report.notes = notes(options);
+    report.notes = NOTES.map(String::from).to_vec();
     let mut lines = String::new();
     for beam in options.scene.beams() {
         let run = run_scene(options, beam, &clock)?;
@@ -84,24 +89,12 @@ fn begin(options: &BeamOptions) -> Result<WallClock> {
     Ok(clock)
 }
 
-fn notes(options: &BeamOptions) -> Vec<String> {
-    let mut notes = vec![
-        "Errors are over all test cases and over the nodes that no support holds; the thesis counts all \
-         nodes, which makes its medians a little smaller."
-            .to_string(),
-        "The truth is our finite-element solution on the same linear tetrahedra, as in the thesis. The rows \
-         fem_cold and fem_warm compare that solution with an independent program on the same mesh, \
-         not with the continuum."
-            .to_string(),
-    ];
-    if options.quick {
-        notes.push(
-            "A quick check of the code path with few simulations and steps: its errors mean nothing."
-                .to_string(),
-        );
-    }
-    notes
-}
+const NOTES: [&str; 2] = [
+    "Errors are over all test cases and over the nodes that no support holds; the thesis counts all nodes, which makes its medians \
+     a little smaller.",
+    "The truth is our finite-element solution on the same linear tetrahedra, as in the thesis. The rows fem_cold and fem_warm compare \
+     that solution with an independent program on the same mesh, not with the continuum.",
+];
 
 /// Part of the report on one scene.
 struct SceneRun {

@@ -5,13 +5,16 @@ use sinew_emulate::recipe::Regression;
 use sinew_emulate::{Body, Budget, Design, Emulator, Error, Observer, TrainingOptions};
 #[cfg(feature = "networks")]
 use sinew_gnn::{
-    Network, Recipe,
+    Network, OptimiserConfig, OutputCoordinates, Recipe, TrainingConfig,
     recipe::{Auto, DataDriven, PhysicsInformed},
 };
 
 /// Sizes of a network, which a build without networks does not read.
 #[cfg(not(feature = "networks"))]
 type Network = toml::Table;
+
+/// Largest size of a network and of a batch: beyond, a step takes minutes.
+const MOST: usize = 1024;
 
 /// Settings of an emulator's training; every key may be left out.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -37,6 +40,22 @@ pub struct Training {
     pub design: Option<Design>,
     /// Sizes of the network.
     pub network: Option<Network>,
+    /// Optimiser of the network's weights.
+    pub optimiser: Option<Optimiser>,
+    /// Peak of the learning rate, in every stage of a training.
+    pub learning_rate: Option<f64>,
+    /// Parameter sets in a training step.
+    pub batch: Option<usize>,
+}
+
+/// An optimiser of networks by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Optimiser {
+    /// Muon on matrices, Adam on vectors.
+    Muon,
+    /// Adam with decays of 0.9 and 0.999.
+    Adam,
 }
 
 /// A recipe by name.
@@ -92,7 +111,51 @@ impl Training {
             anchors: self.anchors.or(own.anchors),
             design: self.design.or(own.design),
             network: self.network.or(own.network),
+            optimiser: self.optimiser.or(own.optimiser),
+            learning_rate: self.learning_rate.or(own.learning_rate),
+            batch: self.batch.or(own.batch),
         }
+    }
+
+    /// The first key of networks that the recipe does not read, or whose value admits no training, and the reason.
+    pub fn objection(&self) -> Option<(&'static str, String)> {
+        let keys = [
+            ("network", self.network.is_some()),
+            ("optimiser", self.optimiser.is_some()),
+            ("learning_rate", self.learning_rate.is_some()),
+            ("batch", self.batch.is_some()),
+        ];
+        if let RecipeName::Taylor | RecipeName::Regression = self.recipe
+            && let Some((key, _)) = keys.into_iter().find(|(_, given)| *given)
+        {
+            let recipe = self.recipe.key();
+            let advice = "leave this key out, or choose pi, dd or auto";
+            return Some((key, format!("the recipe `{recipe}` trains no network; {advice}")));
+        }
+        let is_rate = |rate: &f64| (f64::MIN_POSITIVE..=1.0).contains(rate);
+        if let Some(rate) = self.learning_rate.filter(|rate| !is_rate(rate)) {
+            let advice = "give a number above 0, at most 1, such as 4e-3";
+            return Some(("learning_rate", format!("{rate} is not a learning rate; {advice}")));
+        }
+        let mut sizes = Vec::new();
+        sizes.extend(self.batch.map(|batch| ("batch", batch, 1)));
+        #[cfg(feature = "networks")]
+        if let Some(network) = &self.network {
+            let levels = network.virtual_nodes.as_deref().unwrap_or_default();
+            if levels.windows(2).any(|pair| pair[1] >= pair[0]) || levels.contains(&0) {
+                let reason = "each level has fewer than the one before, and the last at least one; give them such as [97, 24]";
+                return Some(("network.virtual_nodes", reason.into()));
+            }
+            sizes.extend([
+                ("network.latent", network.latent, 1),
+                ("network.width", network.width, 1),
+                ("network.cluster_width", network.cluster_width, 1),
+                ("network.message_passing_steps", network.message_passing_steps, 0),
+            ]);
+        }
+        let refused = |(_, value, least): &(_, usize, usize)| !(*least..=MOST).contains(value);
+        let (key, value, least) = sizes.into_iter().find(refused)?;
+        Some((key, format!("{value} is out of bounds; give {least} to {MOST}")))
     }
 
     /// Trains by the recipe.
@@ -106,6 +169,13 @@ impl Training {
         options: &TrainingOptions,
         observer: &mut dyn Observer,
     ) -> Result<Emulator<'b>, Error> {
+        let levels = self.network.iter().flat_map(|network| &network.virtual_nodes).flatten();
+        if let Some(first) = levels.copied().next().filter(|first| *first >= body.nodes) {
+            return Err(Error::Request(format!(
+                "training.network.virtual_nodes: the first level has {first}, and the mesh {} nodes; give fewer",
+                body.nodes
+            )));
+        }
         self.recipe().train(body, options, observer)
     }
 
@@ -138,18 +208,45 @@ impl Training {
     /// The recipe with its settings.
     #[cfg(feature = "networks")]
     pub fn recipe(&self) -> Recipe {
-        let network = self.network.unwrap_or_default();
         match self.recipe {
-            RecipeName::Auto => Auto { regression: self.regression(), ..Auto::default() }.into(),
+            RecipeName::Auto => {
+                let rivals = vec![self.data_driven(None).into()];
+                Auto { regression: self.regression(), rivals }.into()
+            }
             RecipeName::Taylor => Recipe::Taylor,
             RecipeName::Regression => self.regression().into(),
-            RecipeName::Pi => PhysicsInformed { network, ..PhysicsInformed::default() }.into(),
-            RecipeName::Dd => {
-                let own = DataDriven::default();
-                let simulations = self.samples.unwrap_or(own.simulations);
-                DataDriven { simulations, network, ..own }.into()
+            RecipeName::Pi => {
+                let network = self.network.clone().unwrap_or_default();
+                let mut own = PhysicsInformed { network, ..PhysicsInformed::default() };
+                if let OutputCoordinates::MotionsAfter(first) = &mut own.coordinates {
+                    self.tune(first);
+                }
+                self.tune(&mut own.training);
+                own.into()
             }
+            RecipeName::Dd => self.data_driven(self.samples).into(),
         }
+    }
+
+    #[cfg(feature = "networks")]
+    fn data_driven(&self, samples: Option<usize>) -> DataDriven {
+        let mut own = DataDriven::default();
+        own.simulations = samples.unwrap_or(own.simulations);
+        own.network = self.network.clone().unwrap_or_default();
+        self.tune(&mut own.training);
+        own
+    }
+
+    /// Puts the keys that are given into a training.
+    #[cfg(feature = "networks")]
+    fn tune(&self, training: &mut TrainingConfig) {
+        match self.optimiser {
+            Some(Optimiser::Muon) => training.optimiser = OptimiserConfig::default(),
+            Some(Optimiser::Adam) => training.optimiser = OptimiserConfig::adam(),
+            None => {}
+        }
+        training.learning_rate = self.learning_rate.unwrap_or(training.learning_rate);
+        training.batch = self.batch.unwrap_or(training.batch);
     }
 
     fn regression(&self) -> Regression {

@@ -1,5 +1,7 @@
 //! A body for other programs.
 
+#[cfg(feature = "networks")]
+use super::refuse;
 use super::{CaseArguments, chosen, tell_doubtful, trained, warn, write};
 use anyhow::{Context, Result};
 use clap::Args;
@@ -21,15 +23,21 @@ With --page writes OUT/NAME.html instead, where NAME is the emulator's: one file
 slider for every parameter and the error shown. Without a trained emulator a regression is trained first, as by
 sinew train --recipe regression. docs/viewer.md describes how its numbers are made.
 
+With --weights writes OUT/NAME.npz instead, for numpy.load: the weights of a trained network by the names of docs/emulators.md.
+
 Example: sinew export OnceClampedBeam --page")]
 pub(crate) struct Export {
     #[command(flatten)]
     case: CaseArguments,
     /// The emulator as one page for a browser
-    #[arg(long)]
+    #[arg(long, group = "of_emulator")]
     page: bool,
+    /// The weights of a network as arrays for `numpy.load`
+    #[cfg(feature = "networks")]
+    #[arg(long, group = "of_emulator")]
+    weights: bool,
     /// Name of the emulator's folder within OUT, such as `regression` [default: the only one, or that of the case's recipe]
-    #[arg(long, value_name = "NAME", requires = "page")]
+    #[arg(long, value_name = "NAME", requires = "of_emulator")]
     emulator: Option<String>,
 }
 
@@ -42,6 +50,10 @@ impl Export {
         if self.page {
             return self.page(&case, &body, &folder);
         }
+        #[cfg(feature = "networks")]
+        if self.weights {
+            return self.weights(&case, &folder);
+        }
         let folder = folder.join("export");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         body.mesh.write_vtu(folder.join("body.vtu"))?;
@@ -53,6 +65,24 @@ impl Export {
                 "warning: {part} of this body are not in the arrays; another program must add them"
             );
         }
+        Ok(())
+    }
+
+    #[cfg(feature = "networks")]
+    fn weights(&self, case: &Case, folder: &Path) -> Result<()> {
+        let (name, path) = chosen(self.emulator.as_deref(), case, folder)?;
+        let stored = path.join("network");
+        if !stored.exists() {
+            return refuse(format!("`{name}` is not a network and has no weights; train pi or dd"));
+        }
+        let device = sinew::Backend::default().device()?;
+        let weights = sinew_gnn::Surrogate::load(&stored, &device)?.weights();
+        let arrays =
+            weights.iter().map(|(name, shape, values)| (&name[..], &shape[..], &values[..]));
+        let file = folder.join(format!("{name}.npz"));
+        npz::write(&file, &arrays.collect::<Vec<_>>(), &[])
+            .with_context(|| file.display().to_string())?;
+        println!("written: {}, {} arrays", file.display(), weights.len());
         Ok(())
     }
 

@@ -161,8 +161,9 @@ fn kept_in_words(kept: &Kept, steps: u64) -> String {
 /// Prints the outcome of the training and the folder of the emulator.
 fn tell(emulator: &sinew::Emulator<'_>, folder: &Path) {
     let record = &emulator.record;
-    if let Some(choice) = &record.choice {
-        println!("{choice}");
+    match &record.choice {
+        Some(choice) => println!("{choice}"),
+        None => println!("{}", record.about),
     }
     if let Some(errors) = &record.held_out {
         let unit = &emulator.body().units.length;

@@ -194,6 +194,32 @@ fn every_key_that_is_read_is_on_the_page() {
     }
 }
 
+#[test]
+fn every_law_has_its_formula_with_its_parameters() {
+    let formulas = PAGE.split("### Formulas").nth(1).unwrap().split("\n##").next().unwrap();
+    for law in sinew::case::laws::LAWS {
+        let start = format!("| `{}` | ", law.name);
+        let row = formulas.lines().find_map(|line| line.strip_prefix(&start));
+        let formula = row.unwrap_or_else(|| panic!("{} has no formula", law.name));
+        let of_another = formula.starts_with("the same");
+        for parameter in law.parameters {
+            let symbol = match *parameter {
+                "mu" => "μ",
+                "lambda" => "λ",
+                "nu" => "ν",
+                own => own,
+            };
+            let summed = symbol.ends_with("_s") || symbol == "a_f" || symbol == "b_f";
+            assert!(
+                formula.contains(symbol) || of_another || summed && formula.contains("Σ"),
+                "{parameter} of {}: {formula}",
+                law.name
+            );
+        }
+        assert_eq!(formula.contains("κ"), law.bulk_modulus, "{formula}");
+    }
+}
+
 /// The block with everything, edited; every edit must apply.
 fn edited(from: &str, to: &str) -> String {
     let block = chamber();

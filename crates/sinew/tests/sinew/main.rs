@@ -13,6 +13,7 @@ mod images;
 mod keys;
 mod land;
 mod locking;
+mod networks;
 mod newcomer;
 mod organs;
 mod page_numbers;

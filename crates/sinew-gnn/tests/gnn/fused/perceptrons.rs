@@ -77,16 +77,8 @@ fn assemble(
         offset: vector(7),
         epsilon: 1e-6,
     });
-    let weights = PerceptronWeights {
-        activation,
-        first_weight: p[0].clone(),
-        first_bias: vector(1),
-        second_weight: p[2].clone(),
-        second_bias: vector(3),
-        third_weight: p[4].clone(),
-        third_bias: vector(5),
-        normalisation,
-    };
+    let layers = std::array::from_fn(|k| (p[2 * k].clone(), vector(2 * k + 1)));
+    let weights = PerceptronWeights { activation, layers, normalisation };
     let input = |(k, values): (usize, &Tensor<2>)| match k > 0 && k + 1 == sources.len() {
         true => Input::Product(values.clone()),
         // In another order than that of the inputs.
@@ -171,17 +163,8 @@ fn single_outputs_over_an_outer_plan_agree_with_plain_tensors() {
 fn an_outer_plan_pairs_every_row() {
     // A perceptron that passes positive numbers on.
     let device = device();
-    let (unit, zero) = (Tensor::eye(2, &device), Tensor::zeros([2], &device));
-    let weights = PerceptronWeights {
-        activation: Activation::Celu,
-        first_weight: unit.clone(),
-        first_bias: zero.clone(),
-        second_weight: unit.clone(),
-        second_bias: zero.clone(),
-        third_weight: unit,
-        third_bias: zero,
-        normalisation: None,
-    };
+    let layers = [(); 3].map(|()| (Tensor::eye(2, &device), Tensor::zeros([2], &device)));
+    let weights = PerceptronWeights { activation: Activation::Celu, layers, normalisation: None };
     let inner = Tensor::from_floats([[1.0], [2.0], [3.0]], &device);
     let outer = Tensor::from_floats([[10.0], [20.0]], &device);
     let sources = vec![
@@ -224,16 +207,9 @@ fn perceptrons_of_whole_numbers_are_exact() {
         let plan = GatherPlan::identity(rows, 1);
         let parts = |x: &[Tensor<2>]| {
             let vector = |i: usize| x[i].clone().flatten::<1>(0, 1);
-            let weights = PerceptronWeights {
-                activation: Activation::Celu,
-                first_weight: x[1].clone(),
-                first_bias: vector(2),
-                second_weight: x[3].clone(),
-                second_bias: vector(4),
-                third_weight: x[5].clone(),
-                third_bias: vector(6),
-                normalisation: None,
-            };
+            let layers = std::array::from_fn(|k| (x[2 * k + 1].clone(), vector(2 * k + 2)));
+            let weights =
+                PerceptronWeights { activation: Activation::Celu, layers, normalisation: None };
             (vec![Input::Features { values: x[0].clone(), first_row: 0 }], weights)
         };
         let found = |x: &[Tensor<2>]| {
