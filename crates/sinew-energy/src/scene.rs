@@ -1,7 +1,7 @@
 //! Scenes: bodies with material, loads and supports by name.
 
 use crate::discretisation::{Discretisation, Elements};
-use crate::{IntoMaterial, Magnitude, Material, PressureForm, Unit};
+use crate::{IntoMaterial, Magnitude, Material, Unit};
 use sinew_mesh::{AnyMesh, Mesh};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -188,7 +188,11 @@ impl Parameter {
 
 /// Distribution of a parameter's samples over its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Sampling {
     /// Uniform in the logarithm.
     Log,
@@ -224,7 +228,7 @@ pub enum Load {
         /// Stiffness against motion in the surface [stress/length].
         tangential: f64,
     },
-    /// A true follower pressure, see [`crate::PressureForm::Follower`].
+    /// A true follower pressure, see [`crate::PressureSurface`].
     ///
     /// Each edge of the surface's rim must be held, or slide in a coordinate plane; where it moves freely, [`Load::CavityPressure`]
     /// has a potential.
@@ -261,7 +265,7 @@ pub enum Load {
         /// Pressure against the solid \[stress\].
         magnitude: Magnitude,
     },
-    /// The thesis' formula for a pressure, see [`crate::PressureForm::Thesis`]; only to reproduce its numbers.
+    /// The thesis' formula for a pressure, `−∫ t₀·u dA` with `t₀ = −p cof(F)N`, eqs. (3.14)–(3.16); only to reproduce its numbers.
     ThesisPressure {
         /// Named facet set.
         facets: String,
@@ -283,19 +287,13 @@ impl Load {
         }
     }
 
-    /// Form, facet set and size of a pressure; `None` for other loads.
-    pub(crate) fn pressure(&self) -> Option<(PressureForm, &str, Magnitude)> {
+    /// Facet set and size of a pressure; `None` for other loads.
+    pub(crate) fn pressure(&self) -> Option<(&str, Magnitude)> {
         match self {
-            Self::BodyForce(_)
-            | Self::NodalForces(_)
-            | Self::Traction { .. }
-            | Self::Foundation { .. } => None,
-            Self::Pressure { facets, magnitude } | Self::CavityPressure { facets, magnitude } => {
-                Some((PressureForm::Follower, facets, *magnitude))
-            }
-            Self::ThesisPressure { facets, magnitude } => {
-                Some((PressureForm::Thesis, facets, *magnitude))
-            }
+            Self::Pressure { facets, magnitude }
+            | Self::CavityPressure { facets, magnitude }
+            | Self::ThesisPressure { facets, magnitude } => Some((facets, *magnitude)),
+            _ => None,
         }
     }
 }
