@@ -13,7 +13,7 @@
 
 mod decomposition;
 mod error;
-mod interpolation;
+pub(crate) mod interpolation;
 mod matrix;
 mod parts;
 mod process;
