@@ -55,7 +55,8 @@ struct Started {
 const STARTED: &str = "run.json";
 
 impl<'a, 'b> Session<'a, 'b> {
-    /// Prepares the folder for a recipe by its short name, settings and sizes of its network: empty, emptied of a run that is to be replaced, or checked to hold the one to be resumed.
+    /// Prepares the folder for a recipe by its short name, settings and sizes of its network: empty, emptied of a run that is to be
+    /// replaced, or checked to hold the one to be resumed.
     pub(crate) fn begin(
         body: &'b Body,
         (key, recipe, network): (&str, Value, Option<Value>),
