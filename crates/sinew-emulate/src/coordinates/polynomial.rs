@@ -1,6 +1,8 @@
-//! Polynomials in the parameters.
+//! A polynomial in the parameters through simulations.
 
-use crate::coordinates::error::{Result, require_count};
+use nalgebra::{DMatrix, DVector};
+
+use crate::coordinates::error::{CoordinateError, Result, require_count};
 use crate::coordinates::turning::Number;
 use sinew_num::Slope;
 
@@ -66,5 +68,55 @@ pub fn check_terms(found: usize, parameters: usize) -> Result<()> {
         0 => Ok(()),
         all if all == all_terms(parameters) => Ok(()),
         _ => require_count("parameters of the expansion", found, parameters),
+    }
+}
+
+/// Least squares through values at parameters.
+pub(crate) struct Polynomial {
+    pub constant: DVector<f64>,
+    /// Coefficients of the terms, as many as the order has.
+    pub terms: Vec<DVector<f64>>,
+    /// Residuals of the values, a row for each of them.
+    pub residual: DMatrix<f64>,
+}
+
+impl Polynomial {
+    /// Polynomial of the order, zero, one or two, that predicts each row of `values` best from all others.
+    pub(crate) fn fit(values: &DMatrix<f64>, parameters: &[Vec<f64>]) -> Result<Self> {
+        let count = parameters.first().map_or(0, Vec::len);
+        let rows: Vec<Vec<f64>> = parameters.iter().map(|p| terms(p)).collect();
+        let mut orders = vec![0, count, all_terms(count)];
+        orders.dedup();
+        let mut best: Option<(f64, Self)> = None;
+        for order in orders {
+            // A value for each coefficient, and one to judge them by.
+            if order + 1 >= values.nrows() {
+                continue;
+            }
+            let Some((missed, found)) = Self::of_order(values, &rows, order) else { continue };
+            if best.as_ref().is_none_or(|(least, _)| missed < *least) {
+                best = Some((missed, found));
+            }
+        }
+        let best =
+            best.ok_or(CoordinateError::None(crate::coordinates::principal::NO_DIRECTIONS))?;
+        Ok(best.1)
+    }
+
+    /// Leave-one-out sum of squares and the polynomial; `None` if the parameters do not determine all terms.
+    fn of_order(values: &DMatrix<f64>, rows: &[Vec<f64>], order: usize) -> Option<(f64, Self)> {
+        let entry = |i: usize, j: usize| if j == 0 { 1.0 } else { rows[i][j - 1] };
+        let (basis, triangle) = DMatrix::from_fn(rows.len(), order + 1, entry).qr().unpack();
+        let projected = basis.tr_mul(values);
+        let coefficients = triangle.solve_upper_triangular(&projected)?;
+        let residual = values - &basis * &projected;
+        let missed = residual.row_iter().zip(basis.row_iter()).map(|(missed, basis)| {
+            let own = 1.0 - basis.norm_squared();
+            missed.norm_squared() / (own * own)
+        });
+        let missed: f64 = missed.sum();
+        let column = |row: usize| coefficients.row(row).transpose();
+        let terms = (1..=order).map(column).collect();
+        missed.is_finite().then(|| (missed, Self { constant: column(0), terms, residual }))
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::coordinates::error::{CoordinateError, Result, require_count, require_finite};
 use crate::coordinates::packed;
-use crate::predict::regression::interpolation::fit_polynomial;
+use crate::coordinates::polynomial::Polynomial;
 
 /// Displacements as `u = origin + U (s/s₁)^p s₁ Uᵀ · output` with the principal directions U and deviations s of simulations:
 /// simulated displacements vary in few directions, and nothing else is predicted, strains included.
@@ -70,9 +70,7 @@ impl Factor {
 const SMALLEST_DEVIATION: f64 = 1e-7;
 /// Accuracy and sweeps of the singular values: nalgebra's default accuracy, and a bound that no matrix reaches.
 const DECOMPOSITION: (f64, usize) = (5.0 * f64::EPSILON, 10_000);
-/// Highest order of the polynomial that simulations follow.
-const HIGHEST_ORDER: usize = 2;
-const NO_DIRECTIONS: &str = "directions need two simulations that differ";
+pub(crate) const NO_DIRECTIONS: &str = "directions need two simulations that differ";
 
 /// Left singular vectors and singular values.
 fn decomposed(matrix: DMatrix<f64>) -> Result<(DMatrix<f64>, DVector<f64>)> {
@@ -125,13 +123,9 @@ impl PrincipalDirections {
         let floor = SMALLEST_DEVIATION * deviations[0];
         let kept = deviations.iter().take_while(|&&deviation| deviation > floor).count();
         let modes = modes.columns(0, kept).into_owned();
-        let values = modes.tr_mul(&spread).transpose();
-        let points = DMatrix::from_fn(count, width, |i, j| parameters[i][j]);
-        let trend = fit_polynomial(&points, &values, HIGHEST_ORDER);
-        let terms = |row: usize| trend.weights.row(row).transpose();
-        let residual = &values - trend.basis.at_all(&points) * &trend.weights;
-        let (turn, left) = decomposed(residual.transpose())?;
-        let start = &modes * terms(0);
+        let polynomial = Polynomial::fit(&modes.tr_mul(&spread).transpose(), parameters)?;
+        let (turn, left) = decomposed(polynomial.residual.transpose())?;
+        let start = &modes * &polynomial.constant;
         let modes = modes * &turn;
         let root = (count as f64).sqrt();
         let largest = left[0].max(floor) / root;
@@ -142,12 +136,12 @@ impl PrincipalDirections {
             Factor::new(kept, down.map(|(i, j)| modes[(i, j)] * scales[j])),
             Factor::new(size, up.map(|(i, j)| modes[(i, j)])),
         ];
-        let output = |row: usize| -> Vec<f64> {
-            let components = turn.tr_mul(&terms(row)).component_div(&scales);
+        let output = |term: &DVector<f64>| -> Vec<f64> {
+            let components = turn.tr_mul(term).component_div(&scales);
             (&modes * components).iter().copied().collect()
         };
         let origin = mean.iter().zip(start.iter()).map(|(mean, start)| mean + start).collect();
-        Self::from_parts(origin, factors, (1..trend.weights.nrows()).map(output).collect())
+        Self::from_parts(origin, factors, polynomial.terms.iter().map(output).collect())
     }
 
     fn from_parts(origin: Vec<f64>, factors: Vec<Factor>, slopes: Vec<Vec<f64>>) -> Result<Self> {

@@ -13,7 +13,7 @@
 
 mod decomposition;
 mod error;
-pub(crate) mod interpolation;
+mod interpolation;
 mod matrix;
 mod parts;
 mod process;

@@ -48,11 +48,11 @@ impl fmt::Display for Interpolation {
 
 /// An interpolation with what it needs to predict; one column of weights per mode.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Fitted {
+pub(super) struct Fitted {
     pub(super) interpolation: Interpolation,
-    pub(crate) basis: Basis,
+    pub(super) basis: Basis,
     #[serde(with = "super::matrix")]
-    pub(crate) weights: DMatrix<f64>,
+    pub(super) weights: DMatrix<f64>,
     /// Sum over the samples of the squared error of the field.
     pub(super) leave_one_out: f64,
 }
@@ -85,7 +85,7 @@ impl Fitted {
 /// The functions of `x` that the weights belong to: kernels with these lengths at these points, one per row, and then
 /// monomials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Basis {
+pub(super) struct Basis {
     pub(super) lengths: Vec<f64>,
     #[serde(with = "super::matrix")]
     pub(super) points: DMatrix<f64>,
@@ -126,14 +126,14 @@ impl Basis {
     }
 
     /// One row per point.
-    pub(crate) fn at_all(&self, points: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(super) fn at_all(&self, points: &DMatrix<f64>) -> DMatrix<f64> {
         let rows: Vec<_> = points.row_iter().map(|x| self.at(&x.into_owned())).collect();
         DMatrix::from_rows(&rows)
     }
 }
 
 /// The degree and ridge of least leave-one-out error.
-pub(crate) fn fit_polynomial(
+pub(super) fn fit_polynomial(
     points: &DMatrix<f64>,
     targets: &DMatrix<f64>,
     degree: usize,
