@@ -1,7 +1,7 @@
 //! Scenes: bodies with material, loads and supports by name.
 
 use crate::discretisation::{Discretisation, Elements};
-use crate::{IntoMaterial, Magnitude, Material, Unit};
+use crate::{IntoMaterial, Magnitude, Material, PressureForm, Unit};
 use sinew_mesh::{AnyMesh, Mesh};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -188,11 +188,7 @@ impl Parameter {
 
 /// Distribution of a parameter's samples over its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case")
-)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Sampling {
     /// Uniform in the logarithm.
     Log,
@@ -228,7 +224,7 @@ pub enum Load {
         /// Stiffness against motion in the surface [stress/length].
         tangential: f64,
     },
-    /// A true follower pressure, see [`crate::PressureSurface`].
+    /// A true follower pressure, see [`crate::PressureForm::Follower`].
     ///
     /// Each edge of the surface's rim must be held, or slide in a coordinate plane; where it moves freely, [`Load::CavityPressure`]
     /// has a potential.
@@ -265,7 +261,7 @@ pub enum Load {
         /// Pressure against the solid \[stress\].
         magnitude: Magnitude,
     },
-    /// The thesis' formula for a pressure, `−∫ t₀·u dA` with `t₀ = −p cof(F)N`, eqs. (3.14)–(3.16); only to reproduce its numbers.
+    /// The thesis' formula for a pressure, see [`crate::PressureForm::Thesis`]; only to reproduce its numbers.
     ThesisPressure {
         /// Named facet set.
         facets: String,
@@ -287,13 +283,19 @@ impl Load {
         }
     }
 
-    /// Facet set and size of a pressure; `None` for other loads.
-    pub(crate) fn pressure(&self) -> Option<(&str, Magnitude)> {
+    /// Form, facet set and size of a pressure; `None` for other loads.
+    pub(crate) fn pressure(&self) -> Option<(PressureForm, &str, Magnitude)> {
         match self {
-            Self::Pressure { facets, magnitude }
-            | Self::CavityPressure { facets, magnitude }
-            | Self::ThesisPressure { facets, magnitude } => Some((facets, *magnitude)),
-            _ => None,
+            Self::BodyForce(_)
+            | Self::NodalForces(_)
+            | Self::Traction { .. }
+            | Self::Foundation { .. } => None,
+            Self::Pressure { facets, magnitude } | Self::CavityPressure { facets, magnitude } => {
+                Some((PressureForm::Follower, facets, *magnitude))
+            }
+            Self::ThesisPressure { facets, magnitude } => {
+                Some((PressureForm::Thesis, facets, *magnitude))
+            }
         }
     }
 }

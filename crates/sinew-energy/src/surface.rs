@@ -2,8 +2,7 @@
 
 mod response;
 
-use crate::pressure::thesis_response;
-use crate::{FacetRule, Magnitude, PressedLid};
+use crate::{FacetRule, Magnitude, PressedLid, PressureForm};
 pub use response::SurfaceResponse;
 use sinew_num::{add3, cross, dot3};
 
@@ -16,8 +15,8 @@ use sinew_num::{add3, cross, dot3};
 pub struct PressureSurface {
     /// Pressure \[stress\].
     pub magnitude: Magnitude,
-    /// Whether the potential is the thesis' formula on flat triangles.
-    pub is_thesis: bool,
+    /// The potential in closed form, for facets that are flat triangles; `None` where the true one is integrated by quadrature.
+    pub triangles: Option<PressureForm>,
     /// Shape functions and quadrature of a facet.
     pub rule: FacetRule,
     /// Nodes of the facets, counterclockwise seen from outside the solid, one facet after the other.
@@ -46,14 +45,12 @@ impl PressureSurface {
 
     /// Potential of the load [stress·length³].
     pub fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
-        let mut response = SurfaceResponse::default();
-        let volume = |facet| match self.lid(facet) {
-            Some(lid) => lid.change(displacement),
-            None if self.is_thesis => {
-                self.respond(facet, displacement, false, &mut response);
-                response.energy
+        let volume = |facet| match (self.lid(facet), self.triangles) {
+            (Some(lid), _) => lid.change(displacement),
+            (None, Some(form)) => {
+                form.facet_energy(self.triangle(facet), &self.moved(facet, displacement))
             }
-            None => self.facet_volume(facet, displacement),
+            (None, None) => self.facet_volume(facet, displacement),
         };
         self.magnitude.value(theta) * (0..self.facets()).map(volume).sum::<f64>()
     }
@@ -99,11 +96,9 @@ impl PressureSurface {
         if let Some(lid) = self.lid(facet) {
             return lid.respond(displacement, with_hessian, response);
         }
-        if self.is_thesis {
-            let corner = |a: usize| 3 * self.nodes[3 * facet + a];
-            let moved =
-                std::array::from_fn(|a| std::array::from_fn(|i| displacement[corner(a) + i]));
-            return thesis_response(&self.positions.as_chunks().0[facet], &moved, response);
+        if let Some(form) = self.triangles {
+            let moved = self.moved(facet, displacement);
+            return form.respond(self.triangle(facet), &moved, with_hessian, response);
         }
         let scale = 1.0 / self.rule.dimension as f64;
         response.energy = self.facet_volume(facet, displacement);
@@ -125,6 +120,17 @@ impl PressureSurface {
                 }
             }
         });
+    }
+
+    /// Reference positions of a flat triangle.
+    fn triangle(&self, facet: usize) -> &[[f64; 3]; 3] {
+        &self.positions.as_chunks().0[facet]
+    }
+
+    /// Displacements of its corners.
+    fn moved(&self, facet: usize, displacement: &[f64]) -> [[f64; 3]; 3] {
+        let corner = |a: usize| 3 * self.nodes[3 * facet + a];
+        std::array::from_fn(|a| std::array::from_fn(|i| displacement[corner(a) + i]))
     }
 
     /// Nodal forces of one facet under unit pressure and their tangent, for any motion of the rim.

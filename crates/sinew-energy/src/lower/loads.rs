@@ -4,7 +4,8 @@ use super::{Held, Setup, finite};
 use crate::cavity::{Cavity, FLAT, Surroundings, sorted};
 use crate::rim::rim_origin;
 use crate::{
-    FacetRule, Load, Magnitude, PressureSurface, ReferenceLoads, ReferenceSurface, SceneError,
+    FacetRule, Load, Magnitude, PressureForm, PressureSurface, ReferenceLoads, ReferenceSurface,
+    SceneError,
 };
 use sinew_mesh::{Mesh, boundary_facets, extents};
 use sinew_num::sub3;
@@ -98,7 +99,7 @@ impl<const N: usize> Setup<'_, N> {
     /// The cavities that pressures act in, in three dimensions.
     pub(super) fn cavities(&self, held: &Held) -> Result<Vec<Cavity>, SceneError> {
         let solid = sinew_mesh::Mesh::<N>::ELEMENT.dimension == 3;
-        let names = self.scene.loads.iter().filter_map(Load::pressure).map(|(name, _)| name);
+        let names = self.scene.loads.iter().filter_map(Load::pressure).map(|(_, name, _)| name);
         let mut seen = HashSet::new();
         let names = names.filter(|name| solid && seen.insert(*name));
         names.filter_map(|name| self.cavity(name, held).transpose()).collect()
@@ -135,30 +136,35 @@ impl<const N: usize> Setup<'_, N> {
     ) -> Result<(Vec<PressureSurface>, Vec<PressureSurface>), SceneError> {
         let (mut pressures, mut followers) = (Vec::new(), Vec::new());
         for load in &self.scene.loads {
-            let Some((name, magnitude)) = load.pressure() else { continue };
+            let Some((form, name, magnitude)) = load.pressure() else { continue };
             let (points, facets) = (&self.mesh.points, self.facet_nodes(name)?);
             let rule = FacetRule::of_cells::<N>();
             if matches!(load, Load::CavityPressure { .. }) {
                 pressures.push(self.cavity_pressure(name, magnitude, held)?);
                 continue;
             }
-            let is_thesis = matches!(load, Load::ThesisPressure { .. });
-            if is_thesis && N != 4 {
-                return Err(SceneError::Loads(format!(
+            let potential_origin = match form {
+                PressureForm::Follower => rim_origin(name, &rule, &facets, points, held),
+                PressureForm::Thesis if N == 4 => Ok([0.0; 3]),
+                PressureForm::Thesis => Err(SceneError::Loads(format!(
                     "the thesis' pressure is defined on linear tetrahedra (4 nodes), not on cells of {} nodes; use Load::Pressure, the true follower load",
                     N
-                )));
-            }
-            let (origin, has_potential) = match rim_origin(name, &rule, &facets, points, held) {
-                _ if is_thesis => ([0.0; 3], true),
+                ))),
+            };
+            let (origin, has_potential) = match potential_origin {
                 Ok(origin) => (origin, true),
-                Err(_) if self.scene.discretisation.loose_rims => (points[facets[0][0]], false),
+                Err(_)
+                    if self.scene.discretisation.loose_rims && form == PressureForm::Follower =>
+                {
+                    (points[facets[0][0]], false)
+                }
                 Err(error) => return Err(error),
             };
             let nodes: Vec<_> = facets.into_iter().flatten().collect();
             let positions = nodes.iter().map(|&node| sub3(&points[node], &origin)).collect();
+            let triangles = (N == 4 && has_potential).then_some(form);
             let lids = Vec::new();
-            let surface = PressureSurface { magnitude, is_thesis, rule, nodes, positions, lids };
+            let surface = PressureSurface { magnitude, triangles, rule, nodes, positions, lids };
             if has_potential { &mut pressures } else { &mut followers }.push(surface);
         }
         Ok((pressures, followers))
@@ -199,6 +205,7 @@ impl<const N: usize> Setup<'_, N> {
         };
         let positions = facets.iter().flat_map(place).collect();
         let nodes = facets.into_iter().flatten().collect();
-        Ok(PressureSurface { magnitude, is_thesis: false, rule, nodes, positions, lids })
+        let triangles = (N == 4).then_some(PressureForm::Follower);
+        Ok(PressureSurface { magnitude, triangles, rule, nodes, positions, lids })
     }
 }

@@ -6,7 +6,7 @@ use super::point::PointRate;
 use super::state::{Level, Trial};
 use crate::linear::sparsity::Sparsity;
 use rayon::prelude::*;
-use sinew_energy::{PressureSurface, ReferenceSurface, SurfaceResponse};
+use sinew_energy::{PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
 use sinew_num::{cross, dot3};
 
 /// Number of cells that are computed on all threads before they are added.
@@ -115,7 +115,8 @@ impl Image<'_> {
                 add(of_facet(surface, facet, trial, level), None);
             }
         }
-        for surface in trial.rest.pressures.iter().filter(|surface| surface.is_thesis) {
+        let thesis = |p: &&PressureSurface| p.triangles == Some(PressureForm::Thesis);
+        for surface in trial.rest.pressures.iter().filter(thesis) {
             let magnitude = level.factor * surface.magnitude.value(&level.theta);
             for facet in 0..surface.facets() {
                 add(of_thesis_pressure(surface, facet, &trial.displacement, magnitude), None);
