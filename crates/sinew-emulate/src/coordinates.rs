@@ -52,5 +52,5 @@ pub use error::{CoordinateError, require_count, require_finite, require_positive
 pub use motions::{Anchor, Motions};
 pub use polynomial::{all_terms, check_terms};
 pub use principal::PrincipalDirections;
-pub use scaling::{OutputScale, ParameterRange, ParameterScale, ParameterScaling};
+pub use scaling::{OutputScale, ParameterRange, ParameterScaling};
 pub use tree::MotionTree;

@@ -13,7 +13,7 @@ pub use taylor::Taylor;
 
 use crate::estimate::evaluate::TestSet;
 use crate::predict::Predictor;
-use crate::recipe::session::{Described, Session, is_finished};
+use crate::recipe::session::{Session, is_finished};
 use crate::store::record::Record;
 use crate::{Body, Calibration, Emulator, Error, Observer, Result, TrainingOptions};
 use serde_json::Value;
@@ -114,9 +114,8 @@ pub fn train_with<'b>(
             options.anchors
         )));
     }
-    let (key, settings, network) = (recipe.key().into(), recipe.settings(), recipe.network());
-    let described = Described { key, recipe: settings, network };
-    let mut session = Session::begin(body, &described, options, observer)?;
+    let described = (recipe.key(), recipe.settings(), recipe.network());
+    let mut session = Session::begin(body, described, options, observer)?;
     if let Some(folder) = &options.folder
         && is_finished(folder)
     {

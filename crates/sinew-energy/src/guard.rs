@@ -34,36 +34,23 @@ impl Guard for Exact {}
 
 /// The barriers of the thesis for training, eqs. (3.17)–(3.19).
 ///
-/// Below `J = volume_ratio_threshold` the volume ratio decays exponentially to
-/// `least_volume_ratio` instead of crossing zero; above their thresholds invariants saturate
-/// like `tanh`. The exponent is bounded too: with the caps on the invariants alone a
+/// Below J = 0.05 the volume ratio decays exponentially to 1e-3 instead of crossing zero; above I₁ = 10 and I₄ = 8 invariants saturate
+/// like `tanh`. Exponents are bounded by 15 too: with the caps on the invariants alone a
 /// Holzapfel–Ogden energy still reaches 5e136 on a tangled mesh.
 #[doc(alias = "barrier")]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Barriers {
-    /// J_ch of (3.18): J above it is left alone.
-    pub volume_ratio_threshold: f64,
-    /// J_min of (3.18): limit of the guarded J as J → −∞.
-    pub least_volume_ratio: f64,
-    /// I₁ above it saturates.
-    pub first_invariant_threshold: f64,
-    /// I₄ above it saturates.
-    pub fibre_invariant_threshold: f64,
-    /// Exponents above it saturate.
-    pub exponent_threshold: f64,
-}
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Barriers {}
 
-impl Default for Barriers {
-    fn default() -> Self {
-        Self {
-            volume_ratio_threshold: 0.05,
-            least_volume_ratio: 1e-3,
-            first_invariant_threshold: 10.0,
-            fibre_invariant_threshold: 8.0,
-            exponent_threshold: 15.0,
-        }
-    }
-}
+/// J_ch of (3.18): J above it is left alone.
+pub(crate) const VOLUME_RATIO: f64 = 0.05;
+/// J_min of (3.18): limit of the guarded J as J → −∞.
+const LEAST_VOLUME_RATIO: f64 = 1e-3;
+/// I₁ above it saturates.
+const FIRST_INVARIANT: f64 = 10.0;
+/// I₄ above it saturates.
+const FIBRE_INVARIANT: f64 = 8.0;
+/// Exponents above it saturate.
+const EXPONENT: f64 = 15.0;
 
 /// `z` up to `threshold`, `tanh(z − threshold) + threshold` above, eq. (3.19).
 fn saturate<S: Scalar>(z: S, threshold: f64) -> S {
@@ -72,7 +59,7 @@ fn saturate<S: Scalar>(z: S, threshold: f64) -> S {
 
 impl Guard for Barriers {
     fn volume_change<S: Scalar>(&self, volume_change: S) -> S {
-        let (threshold, least) = (self.volume_ratio_threshold, self.least_volume_ratio);
+        let (threshold, least) = (VOLUME_RATIO, LEAST_VOLUME_RATIO);
         let width = threshold - least;
         let decayed = || {
             // Clamped first, because tensors evaluate both branches, and both must be finite.
@@ -82,12 +69,12 @@ impl Guard for Barriers {
         volume_change.branch_below(threshold - 1.0, decayed, || volume_change.clone())
     }
     fn first_invariant<S: Scalar>(&self, excess: S) -> S {
-        saturate(excess, self.first_invariant_threshold - 3.0)
+        saturate(excess, FIRST_INVARIANT - 3.0)
     }
     fn fibre_invariant<S: Scalar>(&self, excess: S) -> S {
-        saturate(excess, self.fibre_invariant_threshold - 1.0)
+        saturate(excess, FIBRE_INVARIANT - 1.0)
     }
     fn exponent<S: Scalar>(&self, exponent: S) -> S {
-        saturate(exponent, self.exponent_threshold)
+        saturate(exponent, EXPONENT)
     }
 }

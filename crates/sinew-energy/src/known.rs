@@ -1,9 +1,7 @@
 //! Parameters whose values are known, so that θ does not list them.
 
 use crate::error::unknown_parameter;
-use crate::mapped::Mapped;
 use crate::{Body, Magnitude, Parameter, SceneError};
-use std::sync::Arc;
 
 impl Body {
     /// Body with known values of some parameters, of its law or its loads: θ lists the others, and emulators learn in those
@@ -35,7 +33,7 @@ impl Body {
         let body = &mut self.0;
         let of_law = &held[..body.material.parameters().len()];
         if of_law.iter().any(Option::is_some) {
-            body.material = Arc::new(Mapped::known(body.material.clone(), of_law));
+            body.material = body.material.with_known(of_law);
         }
         let surfaces = body.pressures.iter_mut().chain(&mut body.followers);
         surfaces.for_each(|surface| surface.magnitude.hold(&held));

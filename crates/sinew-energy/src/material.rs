@@ -1,5 +1,6 @@
 //! A law at the quadrature points of a body, whatever the law is.
 
+use crate::mapped::{ParameterMap, Parameters};
 use crate::{Barriers, Exact, Law, Response};
 use sinew_num::Mat3;
 use std::fmt::Debug;
@@ -45,6 +46,10 @@ pub trait Material: Debug + Send + Sync {
     fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>>;
     /// The material with its energy multiplied by a factor at each point.
     fn stiffened(&self, factors: Vec<f64>) -> Arc<dyn Material>;
+    /// The material with known values of some of the parameters that it lists.
+    fn with_known(&self, held: &[Option<f64>]) -> Arc<dyn Material>;
+    /// The material with one of the parameters that it lists times a factor at each point.
+    fn with_factors(&self, parameter: usize, factors: Vec<f64>) -> Arc<dyn Material>;
     /// The material with other unit directions, those of a point one after the other, point by point.
     fn with_directions(&self, directions: Vec<[f64; 3]>) -> Arc<dyn Material>;
     /// Change of the stress with the parameters along `rates`, one per parameter: `∂²Ψ/∂H∂θ · rates`.
@@ -100,19 +105,45 @@ pub(crate) struct AtPoints<L, const D: usize> {
     directions: Vec<[[f64; 3]; D]>,
     /// Factor of the energy at each point; empty if it is one everywhere.
     factors: Vec<f64>,
+    /// Map from θ to the law's parameters, unless they are the same.
+    map: Option<ParameterMap>,
 }
 
 impl<L, const D: usize> AtPoints<L, D> {
     pub(crate) fn new(law: L, directions: Vec<[[f64; 3]; D]>) -> Self {
-        Self { law, directions, factors: Vec::new() }
+        Self { law, directions, factors: Vec::new(), map: None }
     }
 }
 
 impl<L: Law<D>, const D: usize> AtPoints<L, D> {
     /// Directions at a point, if there are any for it.
     #[inline]
-    fn at(&self, point: usize) -> Option<&[[f64; 3]; D]> {
+    fn along(&self, point: usize) -> Option<&[[f64; 3]; D]> {
         if D == 0 { Some(&[[0.0; 3]; D]) } else { self.directions.get(point) }
+    }
+
+    /// Value of the law's parameters and the directions at a point, if there are any for it.
+    #[inline]
+    fn at<T>(
+        &self,
+        point: usize,
+        listed: &[f64],
+        value: impl FnOnce(&[f64], &[[f64; 3]; D]) -> T,
+    ) -> Option<T> {
+        let directions = self.along(point)?;
+        let mapped: Parameters;
+        let parameters = match &self.map {
+            None => listed,
+            Some(map) => {
+                mapped = map.at(point, listed);
+                &mapped
+            }
+        };
+        Some(value(parameters, directions))
+    }
+
+    fn mapped(&self) -> ParameterMap {
+        self.map.clone().unwrap_or_else(|| ParameterMap::of(L::PARAMETERS))
     }
 
     /// Factor of the energy at a point.
@@ -133,22 +164,21 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
     }
 
     fn parameters(&self) -> &[&'static str] {
-        L::PARAMETERS
+        self.map.as_ref().map_or(L::PARAMETERS, |map| &map.names)
     }
 
     fn bounds(&self, index: usize) -> RangeInclusive<f64> {
-        L::bounds(index)
+        L::bounds(self.map.as_ref().map_or(index, |map| map.places[index]))
     }
 
     fn points(&self) -> Option<usize> {
-        match self.factors.len() {
-            0 => (D > 0).then_some(self.directions.len()),
-            points => Some(points),
-        }
+        let scaled = self.map.iter().flat_map(|map| &map.scaled).map(|(_, factors)| factors.len());
+        let factors = scaled.chain([self.factors.len()]).find(|&points| points > 0);
+        factors.or_else(|| (D > 0).then_some(self.directions.len()))
     }
 
     fn directions(&self, point: usize) -> &[[f64; 3]] {
-        self.at(point).map_or(&[], <[_; D]>::as_slice)
+        self.along(point).map_or(&[], <[_; D]>::as_slice)
     }
 
     fn energy(
@@ -158,12 +188,11 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         h: &Mat3<f64>,
         barriers: Option<&Barriers>,
     ) -> f64 {
-        let Some(directions) = self.at(point) else { return f64::INFINITY };
-        let energy = match barriers {
+        let energy = self.at(point, parameters, |parameters, directions| match barriers {
             None => self.law.energy(parameters, h, directions, &Exact),
             Some(barriers) => self.law.energy(parameters, h, directions, barriers),
-        };
-        self.factor(point) * energy
+        });
+        energy.map_or(f64::INFINITY, |energy| self.factor(point) * energy)
     }
 
     fn stress(
@@ -173,18 +202,18 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         h: &Mat3<f64>,
         barriers: Option<&Barriers>,
     ) -> (f64, Mat3<f64>) {
-        let Some(directions) = self.at(point) else { return (f64::INFINITY, Mat3::ZERO) };
-        let (energy, stress) = match barriers {
+        let found = self.at(point, parameters, |parameters, directions| match barriers {
             None => self.law.stress(parameters, h, directions, &Exact),
             Some(barriers) => self.law.stress(parameters, h, directions, barriers),
-        };
+        });
+        let Some((energy, stress)) = found else { return (f64::INFINITY, Mat3::ZERO) };
         let factor = self.factor(point);
         (factor * energy, times(factor, &stress))
     }
 
     fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
-        let Some(directions) = self.at(point) else { return Response::INADMISSIBLE };
-        let found = self.law.response(parameters, h, directions);
+        let found = self.at(point, parameters, |p, directions| self.law.response(p, h, directions));
+        let Some(found) = found else { return Response::INADMISSIBLE };
         if self.factors.is_empty() {
             return found;
         }
@@ -200,15 +229,23 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
 
     fn stiffened(&self, mut factors: Vec<f64>) -> Arc<dyn Material> {
         factors.iter_mut().enumerate().for_each(|(point, factor)| *factor *= self.factor(point));
-        let (law, directions) = (self.law.clone(), self.directions.clone());
-        Arc::new(Self { law, directions, factors })
+        Arc::new(Self { factors, ..self.clone() })
+    }
+
+    fn with_known(&self, held: &[Option<f64>]) -> Arc<dyn Material> {
+        Arc::new(Self { map: Some(self.mapped().known(held)), ..self.clone() })
+    }
+
+    fn with_factors(&self, parameter: usize, factors: Vec<f64>) -> Arc<dyn Material> {
+        let mut map = self.mapped();
+        map.scaled.push((map.places[parameter], factors));
+        Arc::new(Self { map: Some(map), ..self.clone() })
     }
 
     fn with_directions(&self, directions: Vec<[f64; 3]>) -> Arc<dyn Material> {
         let rows = directions.chunks_exact(D.max(1));
         let directions = rows.map(|row| std::array::from_fn(|d| row[d])).collect();
-        let (law, factors) = (self.law.clone(), self.factors.clone());
-        Arc::new(Self { law, directions, factors })
+        Arc::new(Self { directions, ..self.clone() })
     }
 
     fn stress_rate(
@@ -218,8 +255,11 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         rates: &[f64],
         h: &Mat3<f64>,
     ) -> Mat3<f64> {
-        let Some(directions) = self.at(point) else { return Mat3([[f64::NAN; 3]; 3]) };
-        times(self.factor(point), &self.law.stress_rate(parameters, rates, h, directions))
+        let rates = self.map.as_ref().map_or_else(|| rates.into(), |map| map.rates(point, rates));
+        let rate = self.at(point, parameters, |parameters, directions| {
+            self.law.stress_rate(parameters, &rates, h, directions)
+        });
+        rate.map_or(Mat3([[f64::NAN; 3]; 3]), |rate| times(self.factor(point), &rate))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Bodies with a changed reference configuration.
 
 use crate::lower::geometry::orthonormalise;
-use crate::{Body, BodyArrays, Material, PressureSurface};
+use crate::{Body, Material, PressureSurface};
 use sinew_num::Mat3;
 use std::sync::Arc;
 
@@ -43,56 +43,30 @@ impl Body {
         if !ratios.iter().all(|ratio| *ratio > 0.0 && ratio.is_finite()) {
             return None;
         }
-        let place = |node: usize| -> [f64; 3] {
-            std::array::from_fn(|i| self.positions[node][i] + motion[3 * node + i])
-        };
-        let positions: Vec<_> = (0..self.nodes).map(place).collect();
-        let volumes: Vec<_> =
-            self.volumes.iter().zip(&ratios).map(|(v, ratio)| v * ratio).collect();
-        let mut shape_gradients = Vec::with_capacity(self.shape_gradients.len());
-        for (point, (map, ratio)) in maps.iter().zip(&ratios).enumerate() {
+        let mut body = self.clone();
+        let moved = &mut body.0;
+        let places = moved.positions.as_flattened_mut().iter_mut().zip(motion);
+        places.for_each(|(x, u)| *x += u);
+        for (volume, ratio) in moved.volumes.iter_mut().zip(&ratios) {
+            *volume *= ratio;
+        }
+        let gradients = moved.shape_gradients.chunks_exact_mut(self.nodes_per_cell);
+        for ((map, ratio), gradients) in maps.iter().zip(&ratios).zip(gradients) {
             // ∂N/∂X = f⁻ᵀ ∂N/∂x, and f⁻ᵀ = cof f / det f.
             let cofactors = map.cofactors();
-            let gradients = self.shape_of_point(point).iter();
-            shape_gradients.extend(gradients.map(|g| cofactors.apply(g).map(|x| x / ratio)));
+            gradients.iter_mut().for_each(|g| *g = cofactors.apply(g).map(|x| x / ratio));
         }
-        let mut mesh = (*self.mesh).clone();
-        mesh.place_points(&positions);
-        let material = match fibres {
-            Fibres::Carried => carried(&self.material, &maps),
-            Fibres::Kept => self.material.clone(),
-        };
-        let placed = |surfaces: &[PressureSurface]| {
-            surfaces.iter().map(|surface| surface.placed(motion)).collect()
-        };
-        let loads = &self.reference_loads;
-        // Field by field: a clone would copy the largest arrays to throw them away.
-        Some(Self(BodyArrays {
-            name: self.name.clone(),
-            units: self.units.clone(),
-            parameters: self.parameters.clone(),
-            known: self.known.clone(),
-            mesh: Arc::new(mesh),
-            material,
-            barriers: self.barriers,
-            nodes: self.nodes,
-            nodal_force: loads.nodal_force(&self.cells, &volumes, &positions),
-            springs: loads.springs(&positions),
-            positions,
-            nodes_per_cell: self.nodes_per_cell,
-            cells: self.cells.clone(),
-            points_per_cell: self.points_per_cell,
-            shape_gradients,
-            volumes,
-            patches: self.patches.clone(),
-            reference_loads: loads.clone(),
-            pressures: placed(&self.pressures),
-            followers: placed(&self.followers),
-            pressure_field: self.pressure_field.clone(),
-            cavities: self.cavities.clone(),
-            prescribed: self.prescribed.clone(),
-            frames: self.frames.clone(),
-        }))
+        Arc::make_mut(&mut moved.mesh).place_points(&moved.positions);
+        if fibres == Fibres::Carried {
+            moved.material = carried(&self.material, &maps);
+        }
+        let loads = &moved.reference_loads;
+        moved.nodal_force = loads.nodal_force(&moved.cells, &moved.volumes, &moved.positions);
+        moved.springs = loads.springs(&moved.positions);
+        for surface in moved.pressures.iter_mut().chain(&mut moved.followers) {
+            *surface = surface.placed(motion);
+        }
+        Some(body)
     }
 }
 

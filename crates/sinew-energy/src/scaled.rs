@@ -1,10 +1,8 @@
 //! A parameter of the law that differs from cell to cell, such as the tension of a muscle with a scar in it.
 
 use crate::error::unknown_parameter;
-use crate::mapped::Mapped;
 use crate::stiffened::check;
 use crate::{Body, SceneError};
-use std::sync::Arc;
 
 impl Body {
     /// Body whose law reads one of its parameters times one factor per cell; θ keeps its value where the factor is one.
@@ -45,7 +43,7 @@ impl Body {
         };
         check(factors, self.cell_count(), "cell", |factor| factor >= 0.0)?;
         let factors = self.per_point(factors);
-        self.0.material = Arc::new(Mapped::scaled(self.material.clone(), index, factors));
+        self.0.material = self.material.with_factors(index, factors);
         Ok(self)
     }
 }

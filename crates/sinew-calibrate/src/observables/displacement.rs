@@ -3,7 +3,7 @@
 use super::{Quantity, States};
 use crate::error::PatientError;
 use sinew_energy::Body;
-use sinew_num::Mat3;
+use sinew_num::{dot3, sub3};
 
 /// A point is in a cell if none of its corners' shares is below this: points on a facet must be found from either side.
 const INSIDE: f64 = -1e-9;
@@ -57,20 +57,12 @@ impl PointDisplacement {
 /// Shares of the corners of a cell that a point is in.
 fn shares(image: &Body, cell: usize, point: [f64; 3]) -> Option<Vec<(usize, f64)>> {
     let nodes = image.nodes_of_cell(cell);
-    let [o, a, b, c] = [0, 1, 2, 3].map(|k| image.positions[nodes[k]]);
-    let from = |x: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| x[i] - o[i]) };
-    let edges = [from(a), from(b), from(c)];
-    let volume = Mat3(edges).determinant();
-    let at = from(point);
-    let share = |k: usize| {
-        let mut replaced = edges;
-        replaced[k] = at;
-        Mat3(replaced).determinant() / volume
-    };
-    let [a, b, c] = [0, 1, 2].map(share);
-    let all = [1.0 - a - b - c, a, b, c];
-    let inside = all.iter().all(|share| *share >= INSIDE);
-    inside.then(|| nodes.iter().copied().zip(all).collect())
+    let from_first = sub3(&point, &image.positions[nodes[0]]);
+    let gradients = image.shape_of_point(cell * image.points_per_cell).iter();
+    let mut shares: Vec<f64> = gradients.map(|gradient| dot3(gradient, &from_first)).collect();
+    shares[0] += 1.0;
+    let inside = shares.iter().all(|share| *share >= INSIDE);
+    inside.then(|| nodes.iter().copied().zip(shares).collect())
 }
 
 fn outside(image: &Body, point: [f64; 3]) -> PatientError {

@@ -7,16 +7,6 @@ use crate::coordinates::error::{
     CoordinateError, Result, require_count, require_finite, require_positive,
 };
 
-/// Scale on which a parameter enters the network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ParameterScale {
-    /// Unchanged.
-    Linear,
-    /// Logarithmic, for stiffnesses that range over orders of magnitude.
-    Log,
-}
-
 /// One parameter's trained range.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ParameterRange {
@@ -25,18 +15,14 @@ pub struct ParameterRange {
     /// Largest trained value [unit of the parameter].
     pub upper: f64,
     /// Scale on which the range is uniform.
-    pub scale: ParameterScale,
+    pub scale: Sampling,
 }
 
 impl From<&Parameter> for ParameterRange {
     /// The range that a parameter is sampled from, on its scale.
     fn from(parameter: &Parameter) -> Self {
         let [lower, upper] = parameter.range;
-        let scale = match parameter.sampling {
-            Sampling::Log => ParameterScale::Log,
-            Sampling::Linear => ParameterScale::Linear,
-        };
-        Self { lower, upper, scale }
+        Self { lower, upper, scale: parameter.sampling }
     }
 }
 
@@ -59,7 +45,7 @@ impl ParameterScaling {
     pub fn new(ranges: Vec<ParameterRange>) -> Result<Self> {
         for (parameter, &ParameterRange { lower, upper, scale }) in ranges.iter().enumerate() {
             require_finite("parameter range", &[lower, upper])?;
-            if scale == ParameterScale::Log && lower <= 0.0 {
+            if scale == Sampling::Log && lower <= 0.0 {
                 return Err(CoordinateError::LogOfNonPositive { parameter, value: lower });
             }
             if lower >= upper {
@@ -75,7 +61,7 @@ impl ParameterScaling {
     /// As [`ParameterScaling::new`].
     pub fn logarithmic(lower: &[f64], upper: &[f64]) -> Result<Self> {
         require_count("upper bounds of the parameters", upper.len(), lower.len())?;
-        let range = |(&lower, &upper)| ParameterRange { lower, upper, scale: ParameterScale::Log };
+        let range = |(&lower, &upper)| ParameterRange { lower, upper, scale: Sampling::Log };
         Self::new(lower.iter().zip(upper).map(range).collect())
     }
 
@@ -93,11 +79,11 @@ impl ParameterScaling {
         require_finite("parameters", theta)?;
         let scaled =
             theta.iter().zip(&self.ranges).enumerate().map(|(parameter, (&value, range))| {
-                if range.scale == ParameterScale::Log && value <= 0.0 {
+                if range.scale == Sampling::Log && value <= 0.0 {
                     return Err(CoordinateError::LogOfNonPositive { parameter, value });
                 }
                 let (centre, deviation) = range.centre_and_deviation();
-                Ok((range.scale.of(value) - centre) / deviation)
+                Ok((range.scaled(value) - centre) / deviation)
             });
         scaled.collect()
     }
@@ -112,8 +98,8 @@ impl ParameterScaling {
             let (centre, deviation) = range.centre_and_deviation();
             let scaled = centre + deviation * input;
             match range.scale {
-                ParameterScale::Linear => scaled,
-                ParameterScale::Log => scaled.exp(),
+                Sampling::Linear => scaled,
+                Sampling::Log => scaled.exp(),
             }
         };
         Ok(inputs.iter().zip(&self.ranges).map(value).collect())
@@ -138,8 +124,8 @@ impl ParameterScaling {
         let slope = |(&value, range): (&f64, &ParameterRange)| {
             let deviation = range.centre_and_deviation().1;
             match range.scale {
-                ParameterScale::Linear => 1.0 / deviation,
-                ParameterScale::Log => 1.0 / (value * deviation),
+                Sampling::Linear => 1.0 / deviation,
+                Sampling::Log => 1.0 / (value * deviation),
             }
         };
         theta.iter().zip(&self.ranges).map(slope).collect()
@@ -165,24 +151,22 @@ impl From<ParameterScaling> for Vec<ParameterRange> {
     }
 }
 
-impl ParameterScale {
-    fn of(self, value: f64) -> f64 {
-        match self {
-            Self::Linear => value,
-            Self::Log => value.ln(),
-        }
-    }
-}
-
 impl ParameterRange {
     fn contains(&self, value: f64) -> bool {
         let slack = RANGE_SLACK * (self.upper - self.lower);
         (self.lower - slack..=self.upper + slack).contains(&value)
     }
 
+    fn scaled(&self, value: f64) -> f64 {
+        match self.scale {
+            Sampling::Linear => value,
+            Sampling::Log => value.ln(),
+        }
+    }
+
     /// Mean and standard deviation of the uniform distribution over the range.
     fn centre_and_deviation(&self) -> (f64, f64) {
-        let (lower, upper) = (self.scale.of(self.lower), self.scale.of(self.upper));
+        let [lower, upper] = [self.lower, self.upper].map(|bound| self.scaled(bound));
         (0.5 * (lower + upper), (upper - lower) / 12f64.sqrt())
     }
 }

@@ -4,7 +4,7 @@ use crate::estimate::evaluate::{Errors, TestSet, share};
 use crate::store::record::Calibration;
 use crate::{Distance, Emulator, Result};
 use rayon::prelude::*;
-use sinew_energy::metrics::displacement_error;
+use sinew_energy::metrics::mean_and_largest;
 use sinew_num::dot;
 
 impl Calibration {
@@ -23,23 +23,15 @@ impl Calibration {
         Self {
             cases: judged.len(),
             refused: judged.len() - estimated,
-            inverted: judged.iter().filter(|judged| **judged == Err(Refused::Inverted)).count(),
+            inverted: judged.iter().filter(|judged| **judged == Err(true)).count(),
             within_two: within as f64 / estimated.max(1) as f64,
         }
     }
 }
 
-/// Reason for which a case has no estimate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Refused {
-    /// Prediction that inverts a cell.
-    Inverted,
-    /// Prediction that is not near an equilibrium.
-    Far,
-}
-
-/// True error over its estimate, in the energy norm and in the mean nodal distance.
-pub(crate) type Judged = std::result::Result<[f64; 2], Refused>;
+/// True error over its estimate, in the energy norm and in the mean nodal distance; without an estimate, whether the prediction inverts a
+/// cell.
+pub(crate) type Judged = std::result::Result<[f64; 2], bool>;
 
 /// True errors over their estimates, case by case.
 pub(crate) fn ratios(
@@ -51,8 +43,7 @@ pub(crate) fn ratios(
         let estimate = emulator.estimate_of(field, &test.thetas[case])?;
         match estimate.distance {
             Some(distance) => Ok(Ok(ratio(emulator, test, case, field, &distance)?)),
-            None if estimate.residual.is_none() => Ok(Err(Refused::Inverted)),
-            None => Ok(Err(Refused::Far)),
+            None => Ok(Err(estimate.residual.is_none())),
         }
     };
     fields.par_iter().enumerate().map(judge).collect()
@@ -74,7 +65,6 @@ fn ratio(
     }
     let in_energy =
         emulator.solvers.with(|solver| solver.energy_norm(truth, theta, &difference))?;
-    let nodal = displacement_error(truth, field);
-    let mean = nodal.iter().sum::<f64>() / nodal.len() as f64;
+    let [mean, _] = mean_and_largest(&difference);
     Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)])
 }

@@ -21,20 +21,15 @@ pub struct Progress<'a> {
 pub trait Observer: Send {
     /// Called often. Breaking ends the run with [`Error::Interrupted`](crate::Error::Interrupted), to be resumed from
     /// what is stored.
-    fn progress(&mut self, progress: &Progress<'_>) -> ControlFlow<()> {
-        let _ = progress;
+    fn progress(&mut self, _progress: &Progress<'_>) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 
     /// Called at the end of a stage with what it gave and the seconds it took.
-    fn finished(&mut self, stage: &str, outcome: &str, seconds: f64) {
-        let _ = (stage, outcome, seconds);
-    }
+    fn finished(&mut self, _stage: &str, _outcome: &str, _seconds: f64) {}
 
     /// Called at each warning. Warnings that hold at the end are also in the result.
-    fn warning(&mut self, warning: &Warning) {
-        let _ = warning;
-    }
+    fn warning(&mut self, _warning: &Warning) {}
 }
 
 impl Observer for () {}

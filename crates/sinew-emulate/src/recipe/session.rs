@@ -41,22 +41,13 @@ pub struct Session<'a, 'b> {
     pub simulations: usize,
 }
 
-/// Key, settings and network sizes of a recipe.
-#[derive(Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Described {
-    /// Short name.
-    pub key: String,
-    /// Settings.
-    pub recipe: Value,
-    /// Sizes of its network.
-    pub network: Option<Value>,
-}
-
 /// Recipe, options and body of a run, kept in its folder.
 #[derive(Serialize, Deserialize)]
 struct Started {
-    #[serde(flatten)]
-    recipe: Described,
+    /// Short name of the recipe, its settings, and sizes of its network.
+    key: String,
+    recipe: Value,
+    network: Option<Value>,
     options: TrainingOptions,
     body: identity::Identity,
 }
@@ -64,17 +55,25 @@ struct Started {
 const STARTED: &str = "run.json";
 
 impl<'a, 'b> Session<'a, 'b> {
-    /// Prepares the folder: empty, emptied of a run that is to be replaced, or checked to hold the one to be resumed.
+    /// Prepares the folder for a recipe by its short name, settings and sizes of its network: empty, emptied of a run that is to be
+    /// replaced, or checked to hold the one to be resumed.
     pub(crate) fn begin(
         body: &'b Body,
-        recipe: &Described,
+        (key, recipe, network): (&str, Value, Option<Value>),
         options: &'a TrainingOptions,
         observer: &'a mut dyn Observer,
     ) -> Result<Self> {
         options.check()?;
         check_body(body)?;
+        let own = Started {
+            key: key.into(),
+            recipe,
+            network,
+            options: options.clone(),
+            body: identity::of(body),
+        };
         if let Some(start) = &options.start {
-            check_start(start, body, recipe)?;
+            check_start(start, &own)?;
         }
         if let Some(folder) = &options.folder {
             // What is learned from must not be emptied with an earlier run.
@@ -82,14 +81,14 @@ impl<'a, 'b> Session<'a, 'b> {
                 [&options.start, &options.simulations, &options.shared].into_iter().flatten()
             {
                 if inside(source, folder) {
-                    return Err(Error::Request(format!(
+                    return Err(Error::Refused(format!(
                         "{} lies in {}, which the new run replaces; give the new run another folder",
                         source.display(),
                         folder.display()
                     )));
                 }
             }
-            prepare(folder, body, recipe, options)?;
+            prepare(folder, &own)?;
         }
         Ok(Self { body, options, observer, warnings: Vec::new(), simulate_s: 0.0, simulations: 0 })
     }
@@ -208,36 +207,32 @@ impl<'a, 'b> Session<'a, 'b> {
 }
 
 /// Requires a finished run of the same recipe, with networks of the same sizes, for parameters of the same names.
-fn check_start(start: &Path, body: &Body, recipe: &Described) -> Result<()> {
+fn check_start(start: &Path, own: &Started) -> Result<()> {
     let refuse = |reason: String| {
-        Err(Error::Request(format!(
+        Err(Error::Refused(format!(
             "training cannot start from {}: {reason}; name the folder of a finished run of the same recipe and parameters",
             start.display()
         )))
     };
-    let Some(network) = &recipe.network else {
-        return refuse(format!("`{}` trains no network of its own; choose pi or dd", recipe.key));
-    };
+    if own.network.is_none() {
+        return refuse(format!("`{}` trains no network of its own; choose pi or dd", own.key));
+    }
     let Some(stored) = read_json::<Started>(&start.join(STARTED))? else {
         return refuse("it holds no run".into());
     };
     if !is_finished(start) {
         return refuse("its run is not finished".into());
     }
-    if stored.recipe.key != recipe.key {
-        return refuse(format!(
-            "it is of the recipe `{}`, not `{}`",
-            stored.recipe.key, recipe.key
-        ));
+    if stored.key != own.key {
+        return refuse(format!("it is of the recipe `{}`, not `{}`", stored.key, own.key));
     }
-    if stored.recipe.network.as_ref() != Some(network) {
+    if stored.network != own.network {
         return refuse(
             "its network has other sizes; name the same under [training.network]".into(),
         );
     }
-    let (known, own) = (&stored.body.parameters, identity::axes(body));
-    if *known != own {
-        let (known, own) = (identity::listed(known), identity::listed(&own));
+    if stored.body.parameters != own.body.parameters {
+        let [known, own] = [&stored, own].map(|run| identity::listed(&run.body.parameters));
         return refuse(format!("its parameters are {known}, those here {own}"));
     }
     Ok(())
@@ -282,34 +277,24 @@ fn require_nothing(folder: &Path) -> Result<()> {
     )))
 }
 
-fn prepare(
-    folder: &Path,
-    body: &Body,
-    recipe: &Described,
-    options: &TrainingOptions,
-) -> Result<()> {
+fn prepare(folder: &Path, own: &Started) -> Result<()> {
     let file = folder.join(STARTED);
-    let body = identity::of(body);
     // What a run replaces may be damaged or of an earlier form.
-    if options.resume
+    if own.options.resume
         && let Some(stored) = read_json::<Started>(&file)?
     {
-        let others = TrainingOptions {
-            folder: None,
-            shared: None,
-            resume: false,
-            restart: false,
-            ..options.clone()
-        };
-        let differs = if stored.recipe != *recipe {
+        let recipe = |run: &Started| (run.key.clone(), run.recipe.clone(), run.network.clone());
+        // As they are stored, without folders.
+        let options = |run: &Started| serde_json::to_value(&run.options).ok();
+        let differs = if recipe(&stored) != recipe(own) {
             Some("the recipe")
-        } else if stored.options != others {
+        } else if options(&stored) != options(own) {
             Some("the options")
         } else {
-            identity::difference(&stored.body, &body).map(|(what, _, _)| what)
+            identity::difference(&stored.body, &own.body).map(|(what, _, _)| what)
         };
         return match differs {
-            Some(differs) => Err(Error::Request(format!(
+            Some(differs) => Err(Error::Refused(format!(
                 "the run in {} was started with another recipe, other options or for another body ({differs}); repeat them, or begin it again (--restart)",
                 folder.display()
             ))),
@@ -320,16 +305,16 @@ fn prepare(
     if folder.exists() {
         let mut entries = std::fs::read_dir(folder).map_err(file_error)?;
         if is_run(folder) {
-            if !options.restart {
+            if !own.options.restart {
                 require_nothing(folder)?;
             }
             std::fs::remove_dir_all(folder).map_err(file_error)?;
         } else if entries.next().is_some() {
-            return Err(Error::Request(format!(
+            return Err(Error::Refused(format!(
                 "{} exists but is not of an earlier training; choose another folder",
                 folder.display()
             )));
         }
     }
-    write_json(&file, &Started { recipe: recipe.clone(), options: options.clone(), body })
+    write_json(&file, own)
 }

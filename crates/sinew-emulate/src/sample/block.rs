@@ -19,14 +19,19 @@ const REPEATED_S: f64 = 30.0;
 /// Folder of a block that is under way, in that of the simulations.
 pub(crate) const UNDER_WAY: &str = "under-way";
 
+/// Displacement, pressure field and seconds of a sample, or why it has no solution.
+type Outcome = std::result::Result<(Vec<f64>, Vec<f64>, f64), String>;
+
 /// A block that is being solved.
 pub(crate) struct Block<'a> {
     pub(crate) thetas: &'a [Vec<f64>],
     store: Option<(PathBuf, &'a Identity)>,
-    /// Results in the order in which they were found, so that files of which a kill left one short agree in their first rows.
-    found: Simulations,
+    /// Results by index, in the order in which they were found, so that files of which a kill left one short agree in their first rows.
+    found: Vec<(usize, Outcome)>,
     /// Solutions that a rising load may not lead to, by index. They are found again after a kill, to be compared.
     jumped: Vec<(usize, Solution)>,
+    /// Seconds of earlier runs.
+    earlier_s: f64,
     opened: Instant,
     stored: Instant,
     /// Time that the last store took.
@@ -48,61 +53,51 @@ impl<'a> Block<'a> {
             None => None,
         };
         let now = Instant::now();
-        let (found, jumped, cost) = (earlier.unwrap_or_default(), Vec::new(), Duration::ZERO);
-        let mut block = Self { thetas, store, found, jumped, opened: now, stored: now, cost };
-        // A kill after the last block was stored leaves its own.
-        if block.earlier().iter().flatten().count() != block.len() {
-            block.found = Simulations::default();
+        let (found, jumped, cost) = (Vec::new(), Vec::new(), Duration::ZERO);
+        let (opened, stored) = (now, now);
+        let mut block = Self { thetas, store, found, jumped, earlier_s: 0.0, opened, stored, cost };
+        if let Some(earlier) = earlier {
+            block.go_on_from(earlier);
         }
-        block.restart_short_chains();
         Ok(block)
     }
 
-    /// Drops the results of chains that are unfinished and took less than [`REPEATED_S`].
-    fn restart_short_chains(&mut self) {
-        let known: Vec<bool> = self.earlier().iter().map(Option::is_some).collect();
-        if !known.contains(&true) {
-            return;
+    /// Takes the results of an earlier run, but for those of chains that are unfinished and took less than [`REPEATED_S`].
+    fn go_on_from(&mut self, earlier: Simulations) {
+        let Simulations { thetas, fields, failures, solve_seconds, seconds, .. } = earlier;
+        let solved = fields.into_iter().zip(solve_seconds).map(|(u, took)| Ok((u, vec![], took)));
+        let solved = thetas.into_iter().zip(solved);
+        let failed = failures.into_iter().map(|failure| (failure.theta, Err(failure.reason)));
+        let mut took = vec![None; self.thetas.len()];
+        for (theta, outcome) in solved.chain(failed) {
+            let is_its = |&at: &usize| took[at].is_none() && alike(&theta, &self.thetas[at]);
+            // A kill after the last block was stored leaves its own.
+            let Some(place) = (0..took.len()).find(is_its) else { return self.found.clear() };
+            took[place] = Some(outcome.as_ref().map_or(0.0, |(.., seconds)| *seconds));
+            self.found.push((place, outcome));
         }
-        let place = |theta: &Vec<f64>| self.thetas.iter().position(|own| alike(own, theta));
-        let mut seconds = vec![0.0; known.len()];
-        for (theta, took) in self.found.thetas.iter().zip(&self.found.solve_seconds) {
-            place(theta).into_iter().for_each(|place| seconds[place] += took);
-        }
-        let mut repeated = vec![false; known.len()];
-        for chain in neighbours(self.thetas).chunks(CHAIN) {
-            let spent: f64 = chain.iter().map(|&place| seconds[place]).sum();
-            if spent < REPEATED_S && !chain.iter().all(|&place| known[place]) {
-                chain.iter().for_each(|&place| repeated[place] = true);
-            }
-        }
-        let stays = |theta: &Vec<f64>| place(theta).is_some_and(|place| !repeated[place]);
-        let kept: Vec<bool> = self.found.thetas.iter().map(stays).collect();
-        self.found.failures.retain(|failure| stays(&failure.theta));
-        let Simulations { thetas, fields, solve_seconds, .. } = &mut self.found;
-        retain(thetas, &kept);
-        retain(fields, &kept);
-        retain(solve_seconds, &kept);
+        self.earlier_s = seconds;
+        let is_short = |chain: &&[usize]| {
+            let known = chain.iter().filter_map(|&place| took[place]);
+            known.clone().count() < chain.len() && known.sum::<f64>() < REPEATED_S
+        };
+        let order = neighbours(self.thetas);
+        let repeated: Vec<usize> =
+            order.chunks(CHAIN).filter(is_short).flatten().copied().collect();
+        self.found.retain(|(place, _)| !repeated.contains(place));
     }
 
     /// Samples that are found.
     pub(crate) fn len(&self) -> usize {
-        self.found.fields.len() + self.found.failures.len()
+        self.found.len()
     }
 
     /// Results so far, sample by sample.
     pub(crate) fn earlier(&self) -> Vec<Option<Earlier>> {
-        let Simulations { thetas, fields, failures, .. } = &self.found;
-        let solved =
-            thetas.iter().zip(fields).map(|(theta, u)| (theta, Earlier::Solved(u.clone())));
-        let failed = failures.iter().map(|failure| (&failure.theta, Earlier::Failed));
         let mut known = vec![None; self.thetas.len()];
-        for (theta, earlier) in solved.chain(failed) {
-            let is_its =
-                |&place: &usize| known[place].is_none() && alike(theta, &self.thetas[place]);
-            if let Some(place) = (0..known.len()).find(is_its) {
-                known[place] = Some(earlier);
-            }
+        for (place, outcome) in &self.found {
+            let solved = outcome.as_ref().map(|(u, ..)| Earlier::Solved(u.clone()));
+            known[*place] = Some(solved.unwrap_or(Earlier::Failed));
         }
         known
     }
@@ -111,12 +106,28 @@ impl<'a> Block<'a> {
     pub(crate) fn take(&mut self, index: usize, result: std::result::Result<Solution, SolveError>) {
         match result {
             Ok(solution) if solution.jumped => self.jumped.push((index, solution)),
-            Ok(solution) => self.found.push(self.thetas[index].clone(), solution),
-            Err(error) => self
-                .found
-                .failures
-                .push(Failure { theta: self.thetas[index].clone(), reason: error.to_string() }),
+            Ok(found) => self.found.push((index, Ok(outcome(found)))),
+            Err(error) => self.found.push((index, Err(error.to_string()))),
         }
+    }
+
+    /// Results so far, in their order.
+    fn simulations(&self) -> Simulations {
+        let seconds = self.earlier_s + self.opened.elapsed().as_secs_f64();
+        let mut all = Simulations { seconds, ..Simulations::default() };
+        for (place, outcome) in &self.found {
+            let theta = self.thetas[*place].clone();
+            match outcome.clone() {
+                Err(reason) => all.failures.push(Failure { theta, reason }),
+                Ok((displacement, pressure, took)) => {
+                    all.thetas.push(theta);
+                    all.fields.push(displacement);
+                    all.pressures.extend(Some(pressure).filter(|field| !field.is_empty()));
+                    all.solve_seconds.push(took);
+                }
+            }
+        }
+        all
     }
 
     /// Whether the time has come to store.
@@ -128,8 +139,7 @@ impl<'a> Block<'a> {
     pub(crate) fn store(&mut self) -> Result<()> {
         let start = Instant::now();
         if let Some((folder, body)) = &self.store {
-            let seconds = self.found.seconds + self.opened.elapsed().as_secs_f64();
-            store(folder, body, self.len(), &Simulations { seconds, ..self.found.clone() })?;
+            store(folder, body, self.len(), &self.simulations())?;
         }
         (self.stored, self.cost) = (Instant::now(), start.elapsed());
         Ok(())
@@ -140,27 +150,10 @@ impl<'a> Block<'a> {
         self.jumped.sort_by_key(|&(index, _)| index);
         let [branched, jumped] =
             if compare { branches(body, &self.jumped)? } else { <_>::default() };
-        self.jumped.drain(..).for_each(|(_, solution)| {
-            self.found.push(solution.theta.clone(), solution);
-        });
-        let place = |theta: &Vec<f64>| self.thetas.iter().position(|own| alike(own, theta));
-        let mut order: Vec<usize> = (0..self.found.thetas.len()).collect();
-        order.sort_by_key(|&row| place(&self.found.thetas[row]));
-        self.found.failures.sort_by_key(|failure| place(&failure.theta));
-        let Simulations {
-            thetas, mut fields, mut pressures, failures, solve_seconds, seconds, ..
-        } = self.found;
-        let pressure = |&row: &usize| pressures.get_mut(row).map(std::mem::take);
-        Ok(Simulations {
-            thetas: order.iter().map(|&row| thetas[row].clone()).collect(),
-            fields: order.iter().map(|&row| std::mem::take(&mut fields[row])).collect(),
-            pressures: order.iter().filter_map(pressure).collect(),
-            solve_seconds: order.iter().map(|&row| solve_seconds[row]).collect(),
-            failures,
-            branched,
-            jumped,
-            seconds: seconds + self.opened.elapsed().as_secs_f64(),
-        })
+        let late = self.jumped.drain(..).map(|(index, solution)| (index, Ok(outcome(solution))));
+        self.found.extend(late);
+        self.found.sort_by_key(|&(index, _)| index);
+        Ok(Simulations { branched, jumped, ..self.simulations() })
     }
 
     /// Removes what was stored on the way, once the block is stored itself.
@@ -170,9 +163,8 @@ impl<'a> Block<'a> {
     }
 }
 
-fn retain<T>(rows: &mut Vec<T>, kept: &[bool]) {
-    let mut kept = kept.iter();
-    rows.retain(|_| kept.next() == Some(&true));
+fn outcome(solution: Solution) -> (Vec<f64>, Vec<f64>, f64) {
+    (solution.displacement, solution.pressure, solution.seconds)
 }
 
 /// Parameters of solutions beside which a rising load leads to another one, and of all that were not shown to be its own.

@@ -7,7 +7,7 @@ use crate::store::identity::{self, Identity};
 use crate::store::{read_json, read_table, write_json, write_table};
 use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};
-use sinew_fem::{LoadSteps, Options, Solution, SolveError, resume_sweep};
+use sinew_fem::{LoadSteps, Options, SolveError, resume_sweep};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -91,14 +91,6 @@ impl Simulations {
         self.pressures.truncate(count);
         self.solve_seconds.truncate(count);
         self.seconds *= share;
-    }
-
-    /// Appends a solution.
-    pub(crate) fn push(&mut self, theta: Vec<f64>, solution: Solution) {
-        self.thetas.push(theta);
-        self.fields.push(solution.displacement);
-        self.pressures.extend(Some(solution.pressure).filter(|field| !field.is_empty()));
-        self.solve_seconds.push(solution.seconds);
     }
 
     /// Appends more of them.
@@ -257,7 +249,7 @@ pub(crate) fn store(
 pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
     let found = read(folder, &identity::of(body))?.map(|(_, simulations)| simulations);
     found.ok_or_else(|| {
-        Error::Request(format!(
+        Error::Refused(format!(
             "{} holds no simulations; name a folder that simulations were stored or merged in",
             folder.display()
         ))

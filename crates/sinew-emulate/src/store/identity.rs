@@ -37,7 +37,7 @@ pub(crate) struct Axis {
 }
 
 /// Parameters of a body, in the order of θ.
-pub(crate) fn axes(body: &Body) -> Vec<Axis> {
+fn axes(body: &Body) -> Vec<Axis> {
     body.parameters.iter().map(|p| axis(p, p.unit.of_scene(&body.units))).collect()
 }
 

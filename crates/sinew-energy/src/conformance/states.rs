@@ -1,5 +1,6 @@
 //! Random states of deformation.
 
+use crate::lower::geometry::orthonormalise;
 use sinew_num::{Mat3, SplitMix64};
 
 /// A stream of random states, the same on every machine.
@@ -25,22 +26,13 @@ impl States {
         }
     }
 
-    /// A rotation from a random unit quaternion: any axis, any angle.
+    /// A rotation of random axes.
     pub(super) fn rotation(&mut self) -> Mat3<f64> {
-        let q = loop {
-            let q = [self.0.number(), self.0.number(), self.0.number(), self.0.number()];
-            let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-            // Away from zero, where normalising loses digits, and inside the ball, for uniformity.
-            if (0.1..1.0).contains(&length) {
-                break q.map(|x| x / length);
-            }
-        };
-        let [w, x, y, z] = q;
-        Mat3([
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ])
+        let mut axes = self.any(1.0).0;
+        // Once more, for the rounding errors of axes that were nearly parallel.
+        (0..2).for_each(|_| _ = orthonormalise(&mut axes));
+        let sign = Mat3(axes).determinant().signum();
+        Mat3(axes.map(|axis| axis.map(|x| sign * x)))
     }
 }
 

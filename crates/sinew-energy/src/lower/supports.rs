@@ -80,11 +80,13 @@ impl<const N: usize> Setup<'_, N> {
         if Mesh::<N>::ELEMENT.dimension == 2 {
             held.prescribed.iter_mut().skip(2).step_by(3).for_each(|u| *u = Some(0.0));
         }
-        for support in &self.scene.supports {
-            self.hold_components(support, &mut held.prescribed)?;
-        }
-        for support in &self.scene.supports {
-            self.hold_directions(support, &mut held)?;
+        let is_along_axes = |support: &&Support| {
+            matches!(support.displacement, Prescribed::Uniform(_) | Prescribed::PerNode(_))
+        };
+        let (along_axes, others): (Vec<_>, Vec<_>) =
+            self.scene.supports.iter().partition(is_along_axes);
+        for support in along_axes.into_iter().chain(others) {
+            self.hold_set(support, &mut held)?;
         }
         // Springs may hold what supports do not; the solver checks the rigid motions.
         let foundation =
@@ -112,47 +114,39 @@ impl<const N: usize> Setup<'_, N> {
         })
     }
 
-    /// Prescribed components of a support along the coordinate axes.
-    fn hold_components(
-        &self,
-        support: &Support,
-        prescribed: &mut [Option<f64>],
-    ) -> Result<(), SceneError> {
+    /// Holds the nodes of a support along the axes or other directions.
+    fn hold_set(&self, support: &Support, held: &mut Held) -> Result<(), SceneError> {
         let name = &support.nodes;
         let nodes = self.node_set(name)?;
+        let what = || format!("the displacement prescribed on `{name}`");
+        let row = |held: &mut Held, node: usize, row: &[Option<f64>; 3]| {
+            let components = row.iter().zip(Mat3::IDENTITY.0);
+            for (value, axis) in components.filter_map(|(u, axis)| Some(((*u)?, axis))) {
+                finite(value, what)?;
+                self.hold(held, node, axis, value, support)?;
+            }
+            Ok(())
+        };
         match &support.displacement {
             Prescribed::PerNode(rows) if rows.len() != nodes.len() => {
-                let (name, given) = (name.clone(), rows.len());
                 Err(SceneError::Supports(format!(
-                    "the support of node set `{name}` lists {given} displacements for {} nodes; give one per node",
+                    "the support of node set `{name}` lists {} displacements for {} nodes; give one per node",
+                    rows.len(),
                     nodes.len()
                 )))
             }
-            Prescribed::PerNode(rows) => nodes
-                .iter()
-                .zip(rows)
-                .try_for_each(|(&node, row)| prescribe(prescribed, node, *row, name)),
-            Prescribed::Uniform(row) => {
-                nodes.iter().try_for_each(|&node| prescribe(prescribed, node, *row, name))
+            Prescribed::PerNode(rows) => {
+                nodes.iter().zip(rows).try_for_each(|(&node, own)| row(held, node, own))
             }
-            Prescribed::Along { .. } | Prescribed::Radial { .. } => Ok(()),
-        }
-    }
-
-    /// Prescribed components of a support along other directions.
-    fn hold_directions(&self, support: &Support, held: &mut Held) -> Result<(), SceneError> {
-        let name = &support.nodes;
-        let nodes = self.node_set(name)?;
-        match support.displacement {
-            Prescribed::Uniform(_) | Prescribed::PerNode(_) => Ok(()),
-            Prescribed::Along { direction, displacement } => {
-                finite(displacement, || format!("the displacement prescribed on `{name}`"))?;
+            Prescribed::Uniform(own) => nodes.iter().try_for_each(|&node| row(held, node, own)),
+            &Prescribed::Along { direction, displacement } => {
+                finite(displacement, what)?;
                 let direction = unit(direction, name)?;
                 nodes
                     .iter()
                     .try_for_each(|&node| self.hold(held, node, direction, displacement, support))
             }
-            Prescribed::Radial { point, axis } => {
+            &Prescribed::Radial { point, axis } => {
                 let place = || format!("the point on the axis of the support of `{name}`");
                 point.iter().try_for_each(|&x| finite(x, place))?;
                 let axis = unit(axis, name)?;
@@ -190,11 +184,14 @@ impl<const N: usize> Setup<'_, N> {
             };
             let others: Vec<_> =
                 self.scene.supports.iter().filter(holds).map(|s| &s.nodes).collect();
+            let by = match others.is_empty() {
+                true => "the plane section or the same set".into(),
+                false => format!("those of {}", listed(&others)),
+            };
             SceneError::Supports(format!(
-                "the support of `{}` prescribes {second} along ({}) for node {node}, but it is held at {first} there by those of {}; take the node out of one of the sets, or let the supports agree",
+                "the support of `{}` prescribes {second} along ({}) for node {node}, but it is held at {first} there by {by}; take the node out of one of the sets, or let the supports agree",
                 support.nodes,
-                listed(&direction),
-                listed(&others)
+                listed(&direction)
             ))
         })
     }
@@ -213,27 +210,6 @@ fn unit(direction: [f64; 3], name: &str) -> Result<[f64; 3], SceneError> {
         "the support of `{name}` has the direction ({}); give finite components, one of them not 0",
         listed(&direction)
     )))
-}
-
-fn prescribe(
-    prescribed: &mut [Option<f64>],
-    node: usize,
-    components: [Option<f64>; 3],
-    set: &str,
-) -> Result<(), SceneError> {
-    for (component, second) in components.into_iter().enumerate() {
-        let Some(second) = second else { continue };
-        finite(second, || format!("the displacement prescribed on `{set}`"))?;
-        match prescribed[3 * node + component].replace(second) {
-            Some(first) if first != second => {
-                return Err(SceneError::Supports(format!(
-                    "supports prescribe both {first} and {second} for component {component} of node {node}; keep one"
-                )));
-            }
-            _ => {}
-        }
-    }
-    Ok(())
 }
 
 fn check_loose_nodes<const N: usize>(

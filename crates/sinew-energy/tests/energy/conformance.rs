@@ -90,16 +90,16 @@ mod laws {
     fn faults_are_found() {
         let failures = check_law(&Faulty, &[1.0], &[], Claims::default(), 7).unwrap_err();
         for property in [
-            Property::StressAtRest,
-            Property::ObjectiveStress,
-            Property::TaylorStress,
-            Property::DifferenceStress,
-            Property::SinglePrecision,
-            Property::InfiniteWhenInverted,
+            "the stress at rest is zero",
+            "rotation turns the stress with it",
+            "the stress agrees with Taylor numbers",
+            "the stress agrees with differences of the energy",
+            "single precision keeps its digits at small strain",
+            "the energy is infinite at J <= 0",
         ] {
             assert!(failures.iter().any(|f| f.property == property), "{property} not found");
         }
-        assert!(failures.iter().all(|f| f.property != Property::EnergyAtRest));
+        assert!(failures.iter().all(|f| f.property != "the energy at rest is zero"));
         assert!(check_law(&NeoHookean, &[-1.0, 1.0], &[], Claims::default(), 7).is_err());
     }
 }

@@ -233,7 +233,9 @@ fn wrong_scenes_are_refused_with_advice() {
     let free = refused(|s| s.supports = vec![slides]);
     assert_eq!(free, SceneError::Supports("no support holds the body along y: it is free to move there and has no unique equilibrium; add a support that holds it there".into()));
     let twice = refused(|s| s.supports.push(Support::uniform("z_min", [Some(1.0), None, None])));
-    assert!(twice.to_string().contains("both 0 and 1 for component 0"), "{twice}");
+    let both =
+        "prescribes 1 along (1, 0, 0) for node 0, but it is held at 0 there by those of x_min";
+    assert!(twice.to_string().contains(both), "{twice}");
     let short = Support { nodes: "x_max".into(), displacement: Prescribed::PerNode(vec![]) };
     let short = refused(|s| s.supports.push(short));
     assert!(short.to_string().contains("lists 0 displacements for 9 nodes"), "{short}");

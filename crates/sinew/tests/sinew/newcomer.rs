@@ -239,7 +239,7 @@ fn case_mistakes() -> Vec<Mistake> {
         (
             "{ clamped = \"x_min\" }",
             "{ nodes = \"x_min\", y = 2.0 }",
-            &["supports", "2", "keep one"],
+            &["supports", "2", "let the supports agree"],
         ),
         (
             "{ clamped = \"x_min\" }",

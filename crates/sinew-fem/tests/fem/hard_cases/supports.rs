@@ -192,7 +192,7 @@ fn contradictory_supports_are_refused_with_both_values() {
         vec![Support::clamped("x_min"), Support::uniform("y_min", [Some(0.25), None, None])];
     let error = held_at(|_| false, supports).unwrap_err();
     let expected = SceneError::Supports(
-        "supports prescribe both 0 and 0.25 for component 0 of node 0; keep one".into(),
+        "the support of `y_min` prescribes 0.25 along (1, 0, 0) for node 0, but it is held at 0 there by those of x_min; take the node out of one of the sets, or let the supports agree".into(),
     );
     assert_eq!(error, expected);
 }
