@@ -108,15 +108,17 @@ impl<const D: usize> Model<D> {
                 register(&mut theta, parameter)?;
             }
         }
-        let (mut compiled, mut size, mut first_leg, mut imposed) = (Vec::new(), 0, 0, 0);
+        let mut compiled = Vec::new();
         for number in order {
-            let own = compile(&prior, &groups[number], number, &mut theta)?;
-            let own = Compiled { offset: size, first_leg, ..own };
-            size += own.given.values.len();
-            first_leg += own.legs.len();
-            imposed = if own.given.role == Role::Imposed { size } else { imposed };
-            compiled.push(own);
+            let whose = format!("observation group {}", number + 1);
+            let own = compile(&prior, &groups[number], (number, &whose), &mut theta)?;
+            append(&mut compiled, own);
         }
+        let end = |role: Role| {
+            let last = compiled.iter().rfind(|group| group.given.role <= role);
+            last.map_or(0, |group| group.rows().end)
+        };
+        let [imposed, size] = [Role::Imposed, Role::Observed].map(end);
         if size == 0 {
             return Err(no_data());
         }
@@ -138,6 +140,13 @@ impl<const D: usize> Model<D> {
         model.lay_out_parameters();
         model.check_parameters()?;
         Ok(model)
+    }
+
+    /// The model with one more group of values, which come after its data and are none of them.
+    pub(crate) fn with_group(&self, group: Compiled<D>) -> Self {
+        let mut groups = self.groups.clone();
+        append(&mut groups, group);
+        Self { plans: plans(&self.prior, &groups), groups, ..self.clone() }
     }
 
     /// The parameters, in the order of the vectors that describe them.
@@ -353,6 +362,13 @@ pub(crate) fn spread(values: &[f64]) -> Option<f64> {
     let mean = values.iter().sum::<f64>() / count;
     let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
     [deviation, mean.abs()].into_iter().find(|s| *s > 0.0)
+}
+
+/// Adds a group whose rows and legs follow those of all others.
+fn append<const D: usize>(groups: &mut Vec<Compiled<D>>, group: Compiled<D>) {
+    let ends = |last: &Compiled<D>| (last.rows().end, last.first_leg + last.legs.len());
+    let (offset, first_leg) = groups.last().map_or((0, 0), ends);
+    groups.push(Compiled { offset, first_leg, ..group });
 }
 
 fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<PairPlan<D>>> {

@@ -10,18 +10,17 @@ use crate::model::data::Group;
 use crate::prior::constraint::unconstrained;
 use crate::prior::structure::{AxisStructure, Lift};
 use crate::{
-    Constraints, Data, Domain, Feature, Field, Kernel, Noise, Operator, Problem, Result, Series,
-    Side, constraints,
+    Constraints, Data, Domain, Feature, Field, Formula, Kernel, Noise, Operator, Problem, Result,
+    Series, Side, constraints,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::sync::Arc;
 
 /// One summand σ² φ(x) φ(x′) k(x, x′) of a prior's covariance.
 #[derive(Clone, Debug)]
 pub(crate) struct Part<const D: usize> {
     pub feature: Feature<D>,
-    pub kernel: Arc<dyn Kernel<D>>,
+    pub kernel: Formula<D>,
 }
 
 /// An axis as kernels take it: stretched next to one end.
@@ -88,12 +87,13 @@ impl<const D: usize> Prior<D> {
             true => constraints(problem)?,
             false => unconstrained(),
         };
-        check_declarations(kernel, &vec![1.0; kernel.hyperparameters().len()])?;
+        let kernel = kernel.to_formula();
+        check_declarations(&kernel, &vec![1.0; kernel.hyperparameters().len()])?;
         kernel.check_smoothness(problem.equation())?;
         check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
         let part =
-            |feature: Feature<D>| Part { kernel: kernel.on_axes(&feature.axes).into(), feature };
+            |feature: Feature<D>| Part { kernel: kernel.clone().along(&feature.axes), feature };
         let parts = features.into_iter().map(part).collect();
         Ok(Self { domain, equation, mean, parts, boundary: Vec::new(), stretches: [None; D] })
     }

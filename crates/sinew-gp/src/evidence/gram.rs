@@ -3,8 +3,9 @@
 //! For two points p, q and a part of the prior, K_pq = Σ_{β, β′} a_{p,β} a_{q,β′} ∂^β ∂′^{β′} k; of a
 //! stationary kernel the last factor is (−1)^|β′| G_{β+β′} with the derivatives G in the difference.
 
+use crate::Formula;
 use crate::kernel::simd::lane_sum;
-use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request};
+use crate::kernel::{Hermites, MOST_PAIRS, Orders, Request};
 use crate::prior::Part;
 use crate::prior::coefficients::position;
 use sinew_num::vectorised;
@@ -21,7 +22,7 @@ pub(crate) struct PairPlan<const D: usize> {
 
 impl<const D: usize> PairPlan<D> {
     pub(crate) fn new(part: &Part<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
-        let stationary = part.kernel.is_stationary();
+        let stationary = part.kernel.stationary;
         let (mut entries, mut reads) = (Vec::new(), Vec::new());
         for (first, second) in first.iter().flat_map(|a| second.iter().map(move |b| (*a, *b))) {
             let orders = Orders { first, second };
@@ -59,7 +60,7 @@ impl<'a, const D: usize> Side<'a, D> {
 
 /// One part of the prior between two sets of points.
 pub(crate) struct Block<'a, const D: usize> {
-    pub kernel: &'a dyn Kernel<D>,
+    pub kernel: &'a Formula<D>,
     pub hyperparameters: &'a [f64],
     pub plan: &'a PairPlan<D>,
     pub first: Side<'a, D>,
@@ -74,6 +75,7 @@ pub(crate) struct Scratch {
     signed: Vec<f64>,
     /// Cotangents of the coefficients of the column's own point, one for each order.
     pub own: Vec<f64>,
+    hermites: Hermites,
 }
 
 impl<const D: usize> Block<'_, D> {
@@ -110,7 +112,7 @@ impl<const D: usize> Block<'_, D> {
             let (start, count) = (start + number * MOST_PAIRS, out.len());
             scratch.table.resize(self.plan.entries.len() * count, 0.0);
             let table = scratch.table.as_mut_slice();
-            self.request(start, count, column).derivatives(table);
+            self.request(start, count, column).derivatives(table, &mut scratch.hermites, 0);
             for order in 0..self.first.width() {
                 let coefficients = self.first.row(order, start, count);
                 let reads = &self.plan.reads[order * scratch.signed.len()..];
@@ -130,7 +132,7 @@ impl<const D: usize> Block<'_, D> {
         [coefficients, hyperparameters]: [&mut [f64]; 2],
         scratch: &mut Scratch,
     ) {
-        let Scratch { table, weights: slopes, signed, own } = scratch;
+        let Scratch { table, weights: slopes, signed, own, hermites } = scratch;
         own.clear();
         if self.plan.entries.is_empty() {
             return;
@@ -144,18 +146,16 @@ impl<const D: usize> Block<'_, D> {
             table.resize(size, 0.0);
             slopes.clear();
             slopes.resize(size, 0.0);
-            let mut weigh = |table: &[f64], slopes: &mut [f64]| {
-                for order in 0..self.first.width() {
-                    let factors = self.first.row(order, start, count);
-                    let position = order * self.first.count() + start;
-                    let cotangent = &mut coefficients[position..][..count];
-                    let reads = &self.plan.reads[order * width..];
-                    expand(table, reads, signed, factors, weights, cotangent, slopes, own);
-                }
-            };
             let request = self.request(start, count, column);
-            let memory = [&mut table[..], &mut slopes[..]];
-            request.derivatives_and_pull_back(memory, &mut weigh, hyperparameters);
+            request.derivatives(table, hermites, 1);
+            for order in 0..self.first.width() {
+                let factors = self.first.row(order, start, count);
+                let position = order * self.first.count() + start;
+                let cotangent = &mut coefficients[position..][..count];
+                let reads = &self.plan.reads[order * width..];
+                expand(table, reads, signed, factors, weights, cotangent, slopes, own);
+            }
+            request.pull_back(slopes, hermites, hyperparameters);
         }
         own.iter_mut().zip(&self.plan.signs).for_each(|(own, sign)| *own *= sign);
     }

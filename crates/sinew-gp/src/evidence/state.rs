@@ -1,7 +1,7 @@
 //! A model at given parameters: its covariance, factored.
 
 use crate::evidence::factor::Factor;
-use crate::evidence::gram::{Block, PairPlan, Scratch, Side};
+use crate::evidence::gram::{Block, Scratch, Side};
 use crate::evidence::inverse::for_columns;
 use crate::model::compile::Compiled;
 use crate::prior::Part;
@@ -99,27 +99,34 @@ impl<'a, const D: usize> State<'a, D> {
         group.first_leg..group.first_leg + group.legs.len()
     }
 
-    pub(crate) fn side(&self, part: usize, leg: usize) -> Side<'_, D> {
-        let leg = &self.legs[leg];
-        Side { axes: &leg.points.axes, coefficients: &leg.coefficients[part] }
-    }
-
     /// Covariance of one part between two legs.
     pub(crate) fn block(&self, part: usize, first: usize, second: usize) -> Block<'_, D> {
         let plan = &self.model.plans[part][first * self.legs.len() + second];
-        self.between(part, plan, self.side(part, first), self.side(part, second))
+        let [first, second] = [first, second].map(|leg| {
+            let leg = &self.legs[leg];
+            Side { axes: &leg.points.axes, coefficients: &leg.coefficients[part] }
+        });
+        let kernel = &self.model.prior.parts[part].kernel;
+        Block { kernel, hyperparameters: &self.kernels[part].1, plan, first, second }
     }
 
-    /// Covariance of one part between any points.
-    pub(crate) fn between<'b>(
-        &'b self,
-        part: usize,
-        plan: &'b PairPlan<D>,
-        first: Side<'b, D>,
-        second: Side<'b, D>,
-    ) -> Block<'b, D> {
-        let kernel = &*self.model.prior.parts[part].kernel;
-        Block { kernel, hyperparameters: &self.kernels[part].1, plan, first, second }
+    /// Adds the covariances of a group's observations, from number `start` on, with that of a row of the matrix.
+    pub(crate) fn add_covariances(
+        &self,
+        [group, start]: [usize; 2],
+        row: usize,
+        out: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        let own = self.group_of(row);
+        let point = row - self.model.groups[own].offset;
+        for part in 0..self.kernels.len() {
+            for first in self.legs_of(group) {
+                for second in self.legs_of(own) {
+                    self.block(part, first, second).add_column(start, point, out, scratch);
+                }
+            }
+        }
     }
 
     /// y − mean.
@@ -140,17 +147,9 @@ impl<'a, const D: usize> State<'a, D> {
         let size = self.model.size;
         let mut matrix = vec![0.0; size * size];
         let column = |(number, column): (usize, &mut [f64]), scratch: &mut Scratch| {
-            let own = self.group_of(number);
-            let seconds = self.legs_of(own);
-            let point = number - self.model.groups[own].offset;
-            for part in 0..self.kernels.len() {
-                for first in seconds.start..self.legs.len() {
-                    let (start, rows) = self.rows(self.legs[first].group, number);
-                    for second in seconds.clone() {
-                        let block = self.block(part, first, second);
-                        block.add_column(start, point, &mut column[rows.clone()], scratch);
-                    }
-                }
+            for group in self.group_of(number)..self.model.groups.len() {
+                let (start, rows) = self.rows(group, number);
+                self.add_covariances([group, start], number, &mut column[rows], scratch);
             }
         };
         for_columns(self.threads(), (&mut matrix, size), column);

@@ -107,25 +107,24 @@ pub(crate) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
-/// Puts a group of observations into numbers.
+/// Puts a group of observations into numbers; messages call it `whose`.
 pub(crate) fn compile<const D: usize>(
     prior: &Prior<D>,
     group: &Group<D>,
-    number: usize,
+    (number, whose): (usize, &str),
     theta: &mut Vec<Parameter>,
 ) -> Result<Compiled<D>> {
     let operator = group.operator.as_ref().unwrap_or(&prior.equation);
     prior.check_roughness(operator)?;
-    let whose = format!("observation group {}", number + 1);
     let mut coefficients =
-        |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
+        |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, whose), theta);
     let mut given = group.clone();
     let mut legs = vec![coefficients(&group.points)?];
     for (factor, points) in &group.further {
         legs.push(coefficients(points)?.scaled(*factor));
     }
     if group.further.is_empty() && group.noise == Noise::Exact {
-        let kept = informative(&legs[0], &group.values, number + 1)?;
+        let kept = informative(&legs[0], &group.values, whose)?;
         if kept.len() < group.values.len() {
             given.points = kept.iter().map(|index| group.points[*index]).collect();
             given.values = kept.iter().map(|index| group.values[*index]).collect();
@@ -140,7 +139,7 @@ pub(crate) fn compile<const D: usize>(
 fn informative<const D: usize>(
     built: &PointCoefficients<D>,
     values: &[f64],
-    group: usize,
+    whose: &str,
 ) -> Result<Vec<usize>> {
     let mut kept = Vec::new();
     for (index, value) in values.iter().enumerate() {
@@ -156,7 +155,7 @@ fn informative<const D: usize>(
         let residual = value - mean[index];
         ensure!(
             residual.abs() <= AGREEMENT * largest(values).max(largest(mean)),
-            "value {index} of observation group {group} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
+            "value {index} of {whose} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
         );
     }
     Ok(kept)
