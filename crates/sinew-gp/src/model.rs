@@ -88,16 +88,13 @@ impl<const D: usize> Model<D> {
     }
 
     fn put_together(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self> {
-        let Data { groups, everywhere } = data;
-        if let Some(source) = everywhere {
+        if let Some(source) = &data.everywhere {
             let at = prior.domain.sample(FIRST_POINTS * D, POINTS_SEED)?;
-            let f: Vec<f64> = at.iter().map(|x| source.value(*x)).collect();
-            let data = Data { groups, everywhere: None }.equation(&at, &f, Noise::Exact);
-            return Ok(Self { source: Some(source), ..Self::new(prior, data, evidence)? });
+            let model = Self::new(prior, data.placed(source, &at), evidence)?;
+            return Ok(Self { source: data.everywhere, ..model });
         }
-        let given = groups.clone();
-        let mut groups = groups;
-        groups.extend(prior.boundary.iter().cloned());
+        let given = data.groups;
+        let groups = [&given[..], &prior.boundary].concat();
         check(&groups, &prior.domain)?;
         // A stable sort keeps the order given within each role.
         let mut order: Vec<usize> = (0..groups.len()).collect();

@@ -175,8 +175,48 @@ impl<const D: usize> Prior<D> {
     ) -> Result<Self> {
         type Observed<const D: usize> = fn(&Problem<D>, usize, u64) -> Result<Vec<Group<D>>>;
         let prior = Self::unconstrained(problem, kernel)?;
-        let boundary = instance!(D, pseudo_observations, Observed<D>)(problem, points, seed)?;
+        let boundary =
+            instance!(D, Prior::pseudo_observations, Observed<D>)(problem, points, seed)?;
         Ok(Self { boundary, ..prior })
+    }
+
+    /// The conditions of all faces as observations, about `points` in all.
+    fn pseudo_observations(
+        problem: &Problem<D>,
+        points: usize,
+        seed: u64,
+    ) -> Result<Vec<Group<D>>> {
+        let domain = problem.domain();
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let faces: Vec<Lift<D>> =
+            (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
+        let edges = domain.cross_section().zip(problem.boundary.as_ref());
+        let all = faces.len() + usize::from(edges.is_some());
+        let mut data = Data::new();
+        let share = |number: usize| (points * (number + 1)) / all - (points * number) / all;
+        for (number, Lift { axis, at, imposed, .. }) in faces.iter().enumerate() {
+            let places = domain.sample(share(number), random.random())?;
+            let moved = |mut point: [f64; D], side: Side| {
+                point[*axis] = domain.end(*axis, side);
+                point
+            };
+            let to = |side: Side| -> Vec<_> { places.iter().map(|x| moved(*x, side)).collect() };
+            let jump = at.is_none().then(|| (-1.0, to(Side::Lower)));
+            let places = to(at.unwrap_or(Side::Upper));
+            let values: Vec<f64> = places.iter().map(|point| imposed.data.value(*point)).collect();
+            data = data.imposed(imposed.operator(), &places, &values, Noise::Learned);
+            data.groups[number].further.extend(jump);
+        }
+        if let Some((polygon, value)) = edges {
+            let mut places = domain.sample(share(faces.len()), random.random())?;
+            for point in &mut places {
+                let edge = random.random_range(0..polygon.corners().len());
+                (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
+            }
+            let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
+            data = data.imposed(Operator::identity(), &places, &values, Noise::Learned);
+        }
+        Ok(data.groups)
     }
 }
 
@@ -194,43 +234,4 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<()>
         );
     }
     Ok(())
-}
-
-/// The conditions of all faces as observations, about `points` in all.
-fn pseudo_observations<const D: usize>(
-    problem: &Problem<D>,
-    points: usize,
-    seed: u64,
-) -> Result<Vec<Group<D>>> {
-    let domain = problem.domain();
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let faces: Vec<Lift<D>> =
-        (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
-    let edges = domain.cross_section().zip(problem.boundary.as_ref());
-    let all = faces.len() + usize::from(edges.is_some());
-    let mut data = Data::new();
-    let share = |number: usize| (points * (number + 1)) / all - (points * number) / all;
-    for (number, Lift { axis, at, imposed, .. }) in faces.iter().enumerate() {
-        let places = domain.sample(share(number), random.random())?;
-        let moved = |mut point: [f64; D], side: Side| {
-            point[*axis] = domain.end(*axis, side);
-            point
-        };
-        let to = |side: Side| -> Vec<_> { places.iter().map(|x| moved(*x, side)).collect() };
-        let jump = at.is_none().then(|| (-1.0, to(Side::Lower)));
-        let places = to(at.unwrap_or(Side::Upper));
-        let values: Vec<f64> = places.iter().map(|point| imposed.data.value(*point)).collect();
-        data = data.imposed(imposed.operator(), &places, &values, Noise::Learned);
-        data.groups[number].further.extend(jump);
-    }
-    if let Some((polygon, value)) = edges {
-        let mut places = domain.sample(share(faces.len()), random.random())?;
-        for point in &mut places {
-            let edge = random.random_range(0..polygon.corners().len());
-            (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
-        }
-        let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
-        data = data.imposed(Operator::identity(), &places, &values, Noise::Learned);
-    }
-    Ok(data.groups)
 }

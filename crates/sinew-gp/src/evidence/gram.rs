@@ -7,7 +7,7 @@ use crate::Formula;
 use crate::kernel::simd::lane_sum;
 use crate::kernel::{Hermites, MOST_PAIRS, Orders, Request};
 use crate::prior::Part;
-use crate::prior::coefficients::position;
+use crate::prior::coefficients::{PointCoefficients, position};
 use sinew_num::vectorised;
 
 /// Entry of a kernel's table that each pair of orders reads.
@@ -35,27 +35,13 @@ impl<const D: usize> PairPlan<D> {
     }
 }
 
-/// Points with the coefficients of one part of the prior at the current parameters.
-#[derive(Clone, Copy)]
-pub(crate) struct Side<'a, const D: usize> {
-    /// Their coordinates, axis by axis.
-    pub axes: &'a [Vec<f64>; D],
-    /// a_β at `[β · points + point]`, with the amplitude in it.
-    pub coefficients: &'a [f64],
-}
-
-impl<'a, const D: usize> Side<'a, D> {
-    fn width(&self) -> usize {
-        self.coefficients.len() / self.count().max(1)
-    }
-
-    fn count(&self) -> usize {
-        self.axes[0].len()
-    }
-
-    fn row(&self, order: usize, start: usize, count: usize) -> &'a [f64] {
-        &self.coefficients[order * self.count() + start..][..count]
-    }
+/// Points of a group with the coefficients of the prior at the current parameters.
+pub(crate) struct Leg<'a, const D: usize> {
+    /// Number of the group.
+    pub group: usize,
+    pub points: &'a PointCoefficients<D>,
+    /// a_β of each part at `[β · points + point]`, with the amplitude in it.
+    pub coefficients: Vec<Vec<f64>>,
 }
 
 /// One part of the prior between two sets of points.
@@ -63,8 +49,9 @@ pub(crate) struct Block<'a, const D: usize> {
     pub kernel: &'a Formula<D>,
     pub hyperparameters: &'a [f64],
     pub plan: &'a PairPlan<D>,
-    pub first: Side<'a, D>,
-    pub second: Side<'a, D>,
+    pub part: usize,
+    pub first: &'a Leg<'a, D>,
+    pub second: &'a Leg<'a, D>,
 }
 
 /// Memory reused from column to column.
@@ -84,14 +71,20 @@ impl<const D: usize> Block<'_, D> {
             kernel: self.kernel,
             hyperparameters: self.hyperparameters,
             orders: &self.plan.entries,
-            first: self.first.axes.each_ref().map(|axis| &axis[start..start + count]),
-            second: std::array::from_fn(|d| self.second.axes[d][column]),
+            first: self.first.points.axes.each_ref().map(|axis| &axis[start..start + count]),
+            second: self.second.points.axes.each_ref().map(|axis| axis[column]),
         }
+    }
+
+    /// Coefficients of the first points for one order after the other.
+    fn rows(&self) -> impl Iterator<Item = &[f64]> {
+        self.first.coefficients[self.part].chunks(self.first.points.count)
     }
 
     /// Signed coefficients of the second point.
     fn signed(&self, column: usize, signed: &mut Vec<f64>) {
-        let coefficients = self.second.coefficients[column..].iter().step_by(self.second.count());
+        let coefficients = self.second.coefficients[self.part][column..].iter();
+        let coefficients = coefficients.step_by(self.second.points.count);
         signed.clear();
         signed.extend(self.plan.signs.iter().zip(coefficients).map(|(sign, a)| sign * a));
     }
@@ -113,8 +106,8 @@ impl<const D: usize> Block<'_, D> {
             scratch.table.resize(self.plan.entries.len() * count, 0.0);
             let table = scratch.table.as_mut_slice();
             self.request(start, count, column).derivatives(table, &mut scratch.hermites, 0);
-            for order in 0..self.first.width() {
-                let coefficients = self.first.row(order, start, count);
+            for (order, row) in self.rows().enumerate() {
+                let coefficients = &row[start..start + count];
                 let reads = &self.plan.reads[order * scratch.signed.len()..];
                 contract(table, reads, &scratch.signed, coefficients, out);
             }
@@ -148,10 +141,10 @@ impl<const D: usize> Block<'_, D> {
             slopes.resize(size, 0.0);
             let request = self.request(start, count, column);
             request.derivatives(table, hermites, 1);
-            for order in 0..self.first.width() {
-                let factors = self.first.row(order, start, count);
-                let position = order * self.first.count() + start;
-                let cotangent = &mut coefficients[position..][..count];
+            let cotangents = coefficients.chunks_mut(self.first.points.count);
+            for (order, (row, cotangent)) in self.rows().zip(cotangents).enumerate() {
+                let factors = &row[start..start + count];
+                let cotangent = &mut cotangent[start..start + count];
                 let reads = &self.plan.reads[order * width..];
                 expand(table, reads, signed, factors, weights, cotangent, slopes, own);
             }

@@ -1,11 +1,10 @@
 //! A model at given parameters: its covariance, factored.
 
 use crate::evidence::factor::Factor;
-use crate::evidence::gram::{Block, Scratch, Side};
+use crate::evidence::gram::{Block, Leg, Scratch};
 use crate::evidence::inverse::for_columns;
 use crate::model::compile::Compiled;
 use crate::prior::Part;
-use crate::prior::coefficients::PointCoefficients;
 use crate::{Evaluation, Evidence, GpError, Model, Noise, Result};
 use faer::Par;
 use sinew_num::on_ready_threads;
@@ -17,6 +16,9 @@ const LAST_JITTER: f64 = 1e-4;
 
 /// Observations from which on work is shared between threads.
 const PARALLEL_FROM: usize = 256;
+
+/// An evidence with or without its gradient.
+type Computed<const D: usize> = fn(&Model<D>, &[f64], bool) -> Result<Evaluation>;
 
 /// A factored covariance with the whitened residual.
 #[derive(Debug)]
@@ -52,15 +54,6 @@ pub(crate) struct State<'a, const D: usize> {
     pub noise: Vec<f64>,
     /// Divisors of the variance of each observation's noise, by group.
     pub weights: Vec<Vec<f64>>,
-}
-
-/// A leg of a group at given parameters.
-pub(crate) struct Leg<'a, const D: usize> {
-    /// Number of the group.
-    pub group: usize,
-    pub points: &'a PointCoefficients<D>,
-    /// a_β of each part.
-    pub coefficients: Vec<Vec<f64>>,
 }
 
 impl<'a, const D: usize> State<'a, D> {
@@ -102,12 +95,9 @@ impl<'a, const D: usize> State<'a, D> {
     /// Covariance of one part between two legs.
     pub(crate) fn block(&self, part: usize, first: usize, second: usize) -> Block<'_, D> {
         let plan = &self.model.plans[part][first * self.legs.len() + second];
-        let [first, second] = [first, second].map(|leg| {
-            let leg = &self.legs[leg];
-            Side { axes: &leg.points.axes, coefficients: &leg.coefficients[part] }
-        });
+        let [first, second] = [first, second].map(|leg| &self.legs[leg]);
         let kernel = &self.model.prior.parts[part].kernel;
-        Block { kernel, hyperparameters: &self.kernels[part].1, plan, first, second }
+        Block { kernel, hyperparameters: &self.kernels[part].1, plan, part, first, second }
     }
 
     /// Adds the covariances of a group's observations, from number `start` on, with that of a row of the matrix.
@@ -254,12 +244,7 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If their number is wrong, or the covariance is not positive definite with any jitter.
     pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64> {
-        instance!(D, Model::value, fn(&Model<D>, &[f64]) -> Result<f64>)(self, parameters)
-    }
-
-    fn value(&self, parameters: &[f64]) -> Result<f64> {
-        let state = State::new(self, parameters)?;
-        Ok(state.value(&state.factored()?))
+        Ok(instance!(D, Model::computed, Computed<D>)(self, parameters, false)?.value)
     }
 
     /// [`Model::log_evidence`] with its gradient.
@@ -267,16 +252,16 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// As [`Model::log_evidence`].
     pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation> {
-        instance!(D, Model::computed, fn(&Model<D>, &[f64]) -> Result<Evaluation>)(self, parameters)
+        instance!(D, Model::computed, Computed<D>)(self, parameters, true)
     }
 
-    fn computed(&self, parameters: &[f64]) -> Result<Evaluation> {
+    fn computed(&self, parameters: &[f64], with_gradient: bool) -> Result<Evaluation> {
         let state = State::new(self, parameters)?;
         let evaluate = || {
             let factored = state.factored()?;
             Ok(Evaluation {
                 value: state.value(&factored),
-                gradient: state.gradient(&factored),
+                gradient: if with_gradient { state.gradient(&factored) } else { Vec::new() },
                 jitter: factored.jitter,
             })
         };

@@ -109,6 +109,12 @@ impl<const D: usize> Data<D> {
         self
     }
 
+    /// Data with an equation that holds everywhere at these points.
+    pub(crate) fn placed(&self, source: &Field<D>, points: &[[f64; D]]) -> Self {
+        let f: Vec<f64> = points.iter().map(|x| source.value(*x)).collect();
+        Self { everywhere: None, ..self.clone() }.equation(points, &f, Noise::Exact)
+    }
+
     /// Adds measured values of any linear functional of u, as a flux on a boundary.
     pub fn functional(
         self,

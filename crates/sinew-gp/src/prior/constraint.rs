@@ -49,17 +49,18 @@ pub(crate) fn unconstrained<const D: usize>() -> Constraints<D> {
 /// # Errors
 /// If conditions of two faces conflict where these meet.
 pub fn constraints<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>> {
-    instance!(D, built_in, fn(&Problem<D>) -> Result<Constraints<D>>)(problem)
+    instance!(D, Constraints::built_in, fn(&Problem<D>) -> Result<Constraints<D>>)(problem)
 }
 
-fn built_in<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>> {
-    let structures: [AxisStructure<D>; D] =
-        std::array::from_fn(|axis| AxisStructure::new(problem, axis));
-    check_corners(problem, &structures)?;
-    Ok(Constraints {
-        mean: mean(problem, &structures),
-        features: features(problem.domain(), &structures, planes(problem))?,
-    })
+impl<const D: usize> Constraints<D> {
+    fn built_in(problem: &Problem<D>) -> Result<Self> {
+        let structures: [AxisStructure<D>; D] =
+            std::array::from_fn(|axis| AxisStructure::new(problem, axis));
+        check_corners(problem, &structures)?;
+        let mean = mean(problem, &structures);
+        let features = features(problem.domain(), &structures, planes(problem))?;
+        Ok(Self { mean, features })
+    }
 }
 
 /// Features in the plane of a polygon whose edges hold values: R-functions that vanish there in the first power of the distance, and at
