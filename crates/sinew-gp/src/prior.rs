@@ -194,17 +194,17 @@ impl<const D: usize> Prior<D> {
         let all = faces.len() + usize::from(edges.is_some());
         let mut data = Data::new();
         let share = |number: usize| (points * (number + 1)) / all - (points * number) / all;
-        for (number, Lift { axis, at, imposed, .. }) in faces.iter().enumerate() {
+        for (number, lift) in faces.iter().enumerate() {
             let places = domain.sample(share(number), random.random())?;
-            let moved = |mut point: [f64; D], side: Side| {
-                point[*axis] = domain.end(*axis, side);
-                point
+            let to = |side: Side| {
+                let mut moved = places.clone();
+                moved.iter_mut().for_each(|x| x[lift.axis] = domain.end(lift.axis, side));
+                moved
             };
-            let to = |side: Side| -> Vec<_> { places.iter().map(|x| moved(*x, side)).collect() };
-            let jump = at.is_none().then(|| (-1.0, to(Side::Lower)));
-            let places = to(at.unwrap_or(Side::Upper));
-            let values: Vec<f64> = places.iter().map(|point| imposed.data.value(*point)).collect();
-            data = data.imposed(imposed.operator(), &places, &values, Noise::Learned);
+            let jump = lift.at.is_none().then(|| (-1.0, to(Side::Lower)));
+            let places = to(lift.at.unwrap_or(Side::Upper));
+            let values: Vec<f64> = places.iter().map(|point| lift.data.value(*point)).collect();
+            data = data.imposed(lift.operator(), &places, &values, Noise::Learned);
             data.groups[number].further.extend(jump);
         }
         if let Some((polygon, value)) = edges {

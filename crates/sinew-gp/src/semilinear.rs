@@ -222,7 +222,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             let each = each.map(|(k, at)| Candidate { at: *at, value: f[k], residual: off(k) });
             let more = options.most_points.saturating_sub(at.len()).min(at.len() / 2);
             let chosen = match round < ROUNDS && solution.has_converged() {
-                true => spread_out(each.collect(), &at, more, domain.extents()),
+                true => spread_out(each.collect(), &at, more, domain),
                 false => Vec::new(),
             };
             if chosen.is_empty() {
@@ -316,7 +316,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         theta: &[f64],
     ) -> Result<Model<D>> {
         let (equation, shifts) = self.tangent(points, values, theta)?;
-        let problem = self.problem.with_equation(equation)?;
+        let problem = Problem { equation, ..self.problem.clone() };
         let mut groups = task.data.groups.clone();
         let imposed = groups.iter_mut().filter(|group| group.operator.is_none());
         let values = imposed.flat_map(|group| &mut group.values);

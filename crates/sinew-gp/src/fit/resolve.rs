@@ -3,7 +3,7 @@
 use crate::fit::HoldOut;
 use crate::fit::hold_out::{Candidate, EVEN};
 use crate::model::data::{Group, Role};
-use crate::{Data, Fit, FitOptions, GpError, Model, Noise, Prior, Result, Side};
+use crate::{Data, Domain, Fit, FitOptions, GpError, Model, Noise, Prior, Result, Side};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -108,18 +108,14 @@ pub(crate) fn spread_out<const D: usize>(
     mut candidates: Vec<Candidate<D>>,
     known: &[[f64; D]],
     wanted: usize,
-    extents: [f64; D],
+    domain: &Domain<D>,
 ) -> Vec<Candidate<D>> {
     candidates.sort_by(|a, b| b.residual.abs().total_cmp(&a.residual.abs()));
     let apart = APART * ((known.len() + wanted) as f64).powf(-1.0 / D as f64);
-    let near = |a: &[f64; D], b: &[f64; D]| {
-        let axis = |d: usize| ((a[d] - b[d]) / extents[d]).powi(2);
-        (0..D).map(axis).sum::<f64>().sqrt() < apart
-    };
     let mut chosen: Vec<Candidate<D>> = Vec::new();
     for candidate in candidates {
         let mut taken = known.iter().chain(chosen.iter().map(|other| &other.at));
-        if chosen.len() < wanted && !taken.any(|other| near(&candidate.at, other)) {
+        if chosen.len() < wanted && taken.all(|other| domain.apart(&candidate.at, other) >= apart) {
             chosen.push(candidate);
         }
     }
@@ -137,8 +133,7 @@ impl<const D: usize> Fit<D> {
         }
         let room = options.most_points.saturating_sub(known.len());
         let wanted = ((GROWTH * known.len() as f64) as usize).max(2).min(room);
-        let extents = model.prior.domain.extents();
-        let chosen = spread_out(self.candidates(round)?, &known, wanted, extents);
+        let chosen = spread_out(self.candidates(round)?, &known, wanted, &model.prior.domain);
         let mut groups = model.given.clone();
         let exact = groups.iter_mut().find(|g| g.operator.is_none() && g.noise == Noise::Exact);
         let Some(group) = exact.filter(|_| !chosen.is_empty()) else { return Ok(None) };

@@ -1,6 +1,7 @@
 //! Observed and imposed values.
 
 use crate::error::{Result, check_lengths, place};
+use crate::model::compile::largest;
 use crate::{Domain, Field, Functional, GpError, Operator};
 
 /// Standard deviation of the error of observations.
@@ -234,7 +235,7 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
             }
         }
         match group.noise {
-            Noise::Exact => check_contradictions(group, number, &domain.extents())?,
+            Noise::Exact => check_contradictions(group, number, domain)?,
             Noise::Known(sigma) => ensure!(
                 sigma.is_finite() && sigma > 0.0,
                 "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
@@ -287,34 +288,22 @@ const STEEPEST: f64 = 1e3;
 fn check_contradictions<const D: usize>(
     group: &Group<D>,
     number: usize,
-    extents: &[f64; D],
+    domain: &Domain<D>,
 ) -> Result<()> {
     if !group.further.is_empty() {
         return Ok(());
     }
-    let largest = group.values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    // In the order of their first coordinate few come near enough to be compared.
-    let mut order: Vec<usize> = (0..group.values.len()).collect();
-    order.sort_by(|a, b| group.points[*a][0].total_cmp(&group.points[*b][0]).then(a.cmp(b)));
-    for (position, first) in order.iter().enumerate() {
-        let (here, value) = (&group.points[*first], group.values[*first]);
-        for second in &order[position + 1..] {
-            let there = &group.points[*second];
-            let apart = |d: usize| ((there[d] - here[d]) / extents[d]).powi(2);
-            // No two values differ by more than twice the largest.
-            if apart(0).sqrt() * STEEPEST > 2.0 {
-                break;
-            }
-            let distance = (0..D).map(apart).sum::<f64>().sqrt();
-            let difference = group.values[*second] - value;
-            if difference.abs() > largest * (STEEPEST * distance).max(SAME) {
-                let (first, second) = (first.min(second), first.max(second));
-                let points = [first, second].map(|k| place(&group.points[*k])).join(" and ");
-                return Err(GpError::Invalid(format!(
-                    "values {first} and {second} of observation group {number} at {points} are noise-free and differ by {:e}, more than neighbours can; keep one, or give them noise",
-                    difference.abs()
-                )));
-            }
+    let most = largest(&group.values);
+    let numbered = || group.points.iter().zip(&group.values).enumerate();
+    for (first, (here, value)) in numbered() {
+        for (second, (there, other)) in numbered().skip(first + 1) {
+            let difference = (other - value).abs();
+            ensure!(
+                difference <= most * (STEEPEST * domain.apart(here, there)).max(SAME),
+                "values {first} and {second} of observation group {number} at {} and {} are noise-free and differ by {difference:e}, more than neighbours can; keep one, or give them noise",
+                place(here),
+                place(there)
+            );
         }
     }
     Ok(())

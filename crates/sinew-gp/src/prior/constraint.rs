@@ -1,12 +1,10 @@
 //! Mean and features of a prior that satisfies boundary conditions.
 
 mod corners;
-mod imposed;
 
 use crate::prior::structure::{AxisStructure, Factor, Lift};
 use crate::{Domain, Field, Polygon, Problem, Result, Series, constant, field};
 use corners::check_corners;
-pub(crate) use imposed::Imposed;
 
 /// Mean and features such that every function m + Σ φ zₚ satisfies all conditions, whatever the zₚ.
 #[derive(Clone, Debug)]
@@ -84,7 +82,7 @@ fn mean<const D: usize>(problem: &Problem<D>, structures: &[AxisStructure<D>; D]
         (0..D).partition(|axis| !structures[*axis].varies(problem.domain()));
     for axis in even.into_iter().chain(uneven) {
         // A zero mean misses nothing of a homogeneous condition.
-        let misses = |lift: &&Lift<D>| !(mean.is_zero() && lift.imposed.data.is_zero());
+        let misses = |lift: &&Lift<D>| !(mean.is_zero() && lift.data.is_zero());
         let lifts: Vec<Lift<D>> = structures[axis].lifts.iter().filter(misses).cloned().collect();
         if lifts.is_empty() {
             continue;
@@ -92,8 +90,7 @@ fn mean<const D: usize>(problem: &Problem<D>, structures: &[AxisStructure<D>; D]
         let before = mean;
         mean = field(move |x: [Series; D]| {
             lifts.iter().fold(before.at(x.clone()), |sum, lift| {
-                let missed =
-                    lift.imposed.data.at(lift.moved(&x, lift.side())) - lift.apply(&before, &x);
+                let missed = lift.data.at(lift.moved(&x, lift.side())) - lift.apply(&before, &x);
                 sum + lift.shape.at(&x[axis]) * missed
             })
         });

@@ -116,6 +116,12 @@ impl<const D: usize> Domain<D> {
         std::array::from_fn(|d| self.upper[d] - self.lower[d])
     }
 
+    /// Distance of two points in units of the lengths of the axes.
+    pub(crate) fn apart(&self, a: &[f64; D], b: &[f64; D]) -> f64 {
+        let axis = |d: usize| ((a[d] - b[d]) / self.extents()[d]).powi(2);
+        (0..D).map(axis).sum::<f64>().sqrt()
+    }
+
     /// The polygon that restricts the first two axes, if any.
     pub fn cross_section(&self) -> Option<&Polygon> {
         self.polygon.as_ref()

@@ -35,11 +35,11 @@ pub(super) fn check_corners<const D: usize>(
 
 /// The condition of a face against the values on the edges of its polygon.
 fn check_edges<const D: usize>(problem: &Problem<D>, lift: &Lift<D>) -> Result<()> {
-    let (domain, face) = (problem.domain(), &lift.imposed);
+    let domain = problem.domain();
     let (Some(polygon), Some(value)) = (domain.cross_section(), &problem.boundary) else {
         return Ok(());
     };
-    let size = magnitude(value, domain) + magnitude(&face.data, domain);
+    let size = magnitude(value, domain) + magnitude(&lift.data, domain);
     for (edge, fraction) in
         (0..polygon.corners().len()).flat_map(|edge| [0.0, 0.29, 0.71].map(|share| (edge, share)))
     {
@@ -52,7 +52,7 @@ fn check_edges<const D: usize>(problem: &Problem<D>, lift: &Lift<D>) -> Result<(
             let face = lift.face(domain);
             format!("{face}, polygon edge at ({}, {})", point[0], point[1])
         };
-        agree(corner, [lift.apply(value, &x).value(), face.data.value(point)], size)?;
+        agree(corner, [lift.apply(value, &x).value(), lift.data.value(point)], size)?;
     }
     Ok(())
 }
@@ -65,16 +65,16 @@ fn check_corner<const D: usize>(domain: &Domain<D>, a: &Lift<D>, b: &Lift<D>) ->
         let x = Series::plain(point);
         for (own, other) in [(a, b), (b, a)] {
             ensure!(
-                other.lets_pass(&own.imposed.value, &x),
+                other.lets_pass(&own.value, &x),
                 "the factor of the Robin condition on {} varies where it meets {}, on which a slope is held; give a factor without slope there, or impose one of the two at points by `Data::imposed`",
                 own.face(domain),
                 other.face(domain)
             );
         }
         // ∂ along the second axis of the first face's data, against ∂ along the first of the second's.
-        let [implied, asked] = [b.apply(&a.imposed.data, &x), a.apply(&b.imposed.data, &x)];
+        let [implied, asked] = [b.apply(&a.data, &x), a.apply(&b.data, &x)];
         let corner = || format!("{}, {}", a.face(domain), b.face(domain));
-        let size = magnitude(&a.imposed.data, domain) + magnitude(&b.imposed.data, domain);
+        let size = magnitude(&a.data, domain) + magnitude(&b.data, domain);
         agree(corner, [implied.value(), asked.value()], size)?;
     }
     Ok(())
