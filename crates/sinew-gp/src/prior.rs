@@ -186,16 +186,22 @@ impl<const D: usize> Prior<D> {
         points: usize,
         seed: u64,
     ) -> Result<Vec<Group<D>>> {
-        let domain = problem.domain();
+        let (domain, mut data) = (problem.domain(), Data::new());
         let mut random = ChaCha8Rng::seed_from_u64(seed);
+        if let Some((polygon, value)) = domain.cross_section().zip(problem.boundary.as_ref()) {
+            let mut places = domain.sample(points, random.random())?;
+            for point in &mut places {
+                let edge = random.random_range(0..polygon.corners().len());
+                (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
+            }
+            let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
+            return Ok(data.imposed(Operator::identity(), &places, &values, Noise::Learned).groups);
+        }
         let faces: Vec<Lift<D>> =
             (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
-        let edges = domain.cross_section().zip(problem.boundary.as_ref());
-        let all = faces.len() + usize::from(edges.is_some());
-        let mut data = Data::new();
-        let share = |number: usize| (points * (number + 1)) / all - (points * number) / all;
+        let until = |number: usize| points * number / faces.len();
         for (number, lift) in faces.iter().enumerate() {
-            let places = domain.sample(share(number), random.random())?;
+            let places = domain.sample(until(number + 1) - until(number), random.random())?;
             let to = |side: Side| {
                 let mut moved = places.clone();
                 moved.iter_mut().for_each(|x| x[lift.axis] = domain.end(lift.axis, side));
@@ -206,15 +212,6 @@ impl<const D: usize> Prior<D> {
             let values: Vec<f64> = places.iter().map(|point| lift.data.value(*point)).collect();
             data = data.imposed(lift.operator(), &places, &values, Noise::Learned);
             data.groups[number].further.extend(jump);
-        }
-        if let Some((polygon, value)) = edges {
-            let mut places = domain.sample(share(faces.len()), random.random())?;
-            for point in &mut places {
-                let edge = random.random_range(0..polygon.corners().len());
-                (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
-            }
-            let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
-            data = data.imposed(Operator::identity(), &places, &values, Noise::Learned);
         }
         Ok(data.groups)
     }

@@ -150,7 +150,7 @@ impl<const D: usize> Fit<D> {
             return Ok((self, found));
         }
         let (names, extents) = (prior.domain.names(), prior.domain.extents());
-        let free = (0..D).filter(|d| prior.domain.cross_section().is_none() || *d >= 2);
+        let free = (0..D).filter(|_| prior.domain.cross_section().is_none());
         let ends: Vec<(usize, Side)> =
             free.flat_map(|d| Side::BOTH.map(|side| (d, side))).collect();
         let tried = |(d, side): (usize, Side)| -> Result<(Self, HoldOut)> {

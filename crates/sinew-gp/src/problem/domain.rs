@@ -18,9 +18,7 @@ impl Side {
     pub const BOTH: [Self; 2] = [Self::Lower, Self::Upper];
 }
 
-/// A box with named axes, of which the first two may be restricted to a polygon.
-///
-/// An extrusion in time, or along a third direction, is one more axis.
+/// A box with named axes, or a convex polygon in a box of two.
 #[derive(Clone, Debug)]
 pub struct Domain<const D: usize> {
     names: [String; D],
@@ -52,18 +50,6 @@ impl Domain<2> {
         let polygon = Polygon::new(corners)?;
         let [x, y] = polygon.extents();
         Ok(Self { polygon: Some(polygon), ..Self::cuboid([(names[0], x), (names[1], y)])? })
-    }
-}
-
-impl Domain<3> {
-    /// A convex polygon times an interval: an extrusion, or a plane problem in time.
-    ///
-    /// # Errors
-    /// As [`Domain::polygon`] and [`Domain::interval`].
-    pub fn prism(names: [&str; 2], corners: &[[f64; 2]], along: (&str, [f64; 2])) -> Result<Self> {
-        let polygon = Polygon::new(corners)?;
-        let [x, y] = polygon.extents();
-        Ok(Self { polygon: Some(polygon), ..Self::cuboid([(names[0], x), (names[1], y), along])? })
     }
 }
 
@@ -122,7 +108,7 @@ impl<const D: usize> Domain<D> {
         (0..D).map(axis).sum::<f64>().sqrt()
     }
 
-    /// The polygon that restricts the first two axes, if any.
+    /// The polygon that restricts the axes, if any.
     pub fn cross_section(&self) -> Option<&Polygon> {
         self.polygon.as_ref()
     }
@@ -141,8 +127,7 @@ impl<const D: usize> Domain<D> {
     /// Position of an axis that is no part of a polygon, for which an error says what to use.
     pub(crate) fn free_axis(&self, name: &str, instead: &str) -> Result<usize> {
         let axis = self.axis(name)?;
-        let free = self.polygon.is_none() || axis >= 2;
-        ensure!(free, "{name} is part of the polygon; use {instead}");
+        ensure!(self.polygon.is_none(), "{name} is part of the polygon; use {instead}");
         Ok(axis)
     }
 

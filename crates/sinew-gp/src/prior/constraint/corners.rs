@@ -29,31 +29,6 @@ pub(super) fn check_corners<const D: usize>(
             }
         }
     }
-    let mut beyond = structures.iter().skip(2).flat_map(|structure| &structure.lifts);
-    beyond.try_for_each(|lift| check_edges(problem, lift))
-}
-
-/// The condition of a face against the values on the edges of its polygon.
-fn check_edges<const D: usize>(problem: &Problem<D>, lift: &Lift<D>) -> Result<()> {
-    let domain = problem.domain();
-    let (Some(polygon), Some(value)) = (domain.cross_section(), &problem.boundary) else {
-        return Ok(());
-    };
-    let size = magnitude(value, domain) + magnitude(&lift.data, domain);
-    for (edge, fraction) in
-        (0..polygon.corners().len()).flat_map(|edge| [0.0, 0.29, 0.71].map(|share| (edge, share)))
-    {
-        let mut point: [f64; D] =
-            std::array::from_fn(|d| 0.5 * (domain.lower()[d] + domain.upper()[d]));
-        (point[0], point[1]) = polygon.on_edge(edge, fraction).into();
-        point[lift.axis] = lift.end();
-        let x = Series::plain(point);
-        let corner = || {
-            let face = lift.face(domain);
-            format!("{face}, polygon edge at ({}, {})", point[0], point[1])
-        };
-        agree(corner, [lift.apply(value, &x).value(), lift.data.value(point)], size)?;
-    }
     Ok(())
 }
 
