@@ -211,7 +211,7 @@ impl<const D: usize> Prior<D> {
             let places = to(lift.at.unwrap_or(Side::Upper));
             let values: Vec<f64> = places.iter().map(|point| lift.data.value(*point)).collect();
             data = data.imposed(lift.operator(), &places, &values, Noise::Learned);
-            data.groups[number].further.extend(jump);
+            data.groups[number].legs.extend(jump);
         }
         Ok(data.groups)
     }

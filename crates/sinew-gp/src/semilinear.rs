@@ -342,7 +342,7 @@ fn singular_term(index: usize, arguments: &[f64]) -> GpError {
 fn collocation<const D: usize>(data: &Data<D>, domain: &Domain<D>) -> Result<Vec<[f64; D]>> {
     check(&data.groups, domain)?;
     let imposed = data.groups.iter().filter(|group| group.operator.is_none());
-    let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points.iter().copied()).collect();
+    let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points().iter().copied()).collect();
     if points.is_empty() { Err(no_data()) } else { Ok(points) }
 }
 

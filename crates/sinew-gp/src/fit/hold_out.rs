@@ -46,7 +46,7 @@ impl<const D: usize> Fit<D> {
         let (model, conditional) = (self.model(), self.conditional()?);
         let (mut own, mut term) = (Vec::new(), 0.0_f64);
         for group in model.equations() {
-            let at = &group.given.points;
+            let at = group.given.points();
             term = term.max(NOTHING * conditional.prior_spread(&model.prior.equation, at)?);
             for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
                 own.push((conditional.left_out(row)[0], *at));
@@ -101,11 +101,11 @@ impl<const D: usize> Model<D> {
     fn equations(&self) -> impl Iterator<Item = &Compiled<D>> {
         self.groups
             .iter()
-            .filter(|group| group.given.operator.is_none() && !group.given.points.is_empty())
+            .filter(|group| group.given.operator.is_none() && !group.given.points().is_empty())
     }
 
     /// All collocation points.
     pub(crate) fn places(&self) -> Vec<[f64; D]> {
-        self.equations().flat_map(|group| group.given.points.iter().copied()).collect()
+        self.equations().flat_map(|group| group.given.points().iter().copied()).collect()
     }
 }

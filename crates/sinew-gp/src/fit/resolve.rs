@@ -137,7 +137,7 @@ impl<const D: usize> Fit<D> {
         let mut groups = model.given.clone();
         let exact = groups.iter_mut().find(|g| g.operator.is_none() && g.noise == Noise::Exact);
         let Some(group) = exact.filter(|_| !chosen.is_empty()) else { return Ok(None) };
-        group.points.extend(chosen.iter().map(|candidate| candidate.at));
+        group.legs[0].1.extend(chosen.iter().map(|candidate| candidate.at));
         group.values.extend(chosen.iter().map(|candidate| candidate.value));
         model.rebuilt(model.prior.clone(), groups).map(Some)
     }
@@ -146,13 +146,13 @@ impl<const D: usize> Fit<D> {
     fn stretched(self, found: HoldOut, options: &FitOptions) -> Result<(Self, HoldOut)> {
         let model = self.model();
         let prior = &model.prior;
-        if self.candidates(0)?.is_empty() || prior.stretches.iter().any(Option::is_some) {
+        let taken = prior.stretches.iter().any(Option::is_some);
+        if taken || prior.domain.cross_section().is_some() || self.candidates(0)?.is_empty() {
             return Ok((self, found));
         }
         let (names, extents) = (prior.domain.names(), prior.domain.extents());
-        let free = (0..D).filter(|_| prior.domain.cross_section().is_none());
         let ends: Vec<(usize, Side)> =
-            free.flat_map(|d| Side::BOTH.map(|side| (d, side))).collect();
+            (0..D).flat_map(|d| Side::BOTH.map(|side| (d, side))).collect();
         let tried = |(d, side): (usize, Side)| -> Result<(Self, HoldOut)> {
             let prior = prior.clone().stretched(&names[d], side, WIDTH * extents[d])?;
             let own = model.rebuilt(prior, model.given.clone())?;

@@ -27,9 +27,9 @@ impl<const D: usize> Data<D> {
         let average = |group: &Group<D>| {
             let many = group.values.len() >= 4 * (D + 1) * cells.max(1);
             let noisy = matches!(group.noise, Noise::Known(_) | Noise::Learned);
-            let whole = group.points.len() == group.values.len()
-                && group.points.iter().flatten().chain(&group.values).all(|v| v.is_finite());
-            let plain = group.role == Role::Observed && group.further.is_empty() && noisy;
+            let whole = group.points().len() == group.values.len()
+                && group.points().iter().flatten().chain(&group.values).all(|v| v.is_finite());
+            let plain = group.role == Role::Observed && group.legs.len() == 1 && noisy;
             match many && plain && whole && group.averages.is_none() {
                 true => averaged(group, cells),
                 false => group.clone(),
@@ -82,7 +82,7 @@ fn cells<const D: usize>(points: &[[f64; D]], count: usize) -> Vec<Vec<usize>> {
 
 /// Sum of squares of what a linear function leaves of the values of a cell.
 fn left_by_plane<const D: usize>(group: &Group<D>, cell: &[usize], mean: [f64; D], y: f64) -> f64 {
-    let row = |k: usize| DVector::from_fn(D, |d, _| group.points[k][d] - mean[d]);
+    let row = |k: usize| DVector::from_fn(D, |d, _| group.points()[k][d] - mean[d]);
     let (mut normal, mut right) = (DMatrix::zeros(D, D), DVector::zeros(D));
     for k in cell {
         let x = row(*k);
@@ -96,12 +96,12 @@ fn left_by_plane<const D: usize>(group: &Group<D>, cell: &[usize], mean: [f64; D
 }
 
 fn averaged<const D: usize>(group: &Group<D>, count: usize) -> Group<D> {
-    let cells = cells(&group.points, count);
+    let cells = cells(group.points(), count);
     let (mut values, mut counts, mut squares) = (Vec::new(), Vec::new(), 0.0);
     // Two points along each principal axis of a cell.
     let mut points: Vec<Vec<[f64; D]>> = vec![Vec::new(); 2 * D];
     for cell in &cells {
-        let (mean, covariance) = moments(&group.points, cell);
+        let (mean, covariance) = moments(group.points(), cell);
         let y = cell.iter().map(|k| group.values[*k]).sum::<f64>() / cell.len() as f64;
         squares += left_by_plane(group, cell, mean, y);
         values.push(y);
@@ -115,14 +115,7 @@ fn averaged<const D: usize>(group: &Group<D>, count: usize) -> Group<D> {
         }
     }
     let freedom = (group.values.len() - cells.len() * (D + 1)) as f64;
-    let operator = group.operator.clone().map(|operator| (0.5 / D as f64) * operator);
-    let mut lists = points.into_iter();
-    Group {
-        operator,
-        points: lists.next().unwrap_or_default(),
-        further: lists.map(|points| (1.0, points)).collect(),
-        values,
-        averages: Some(Averages { counts, squares, freedom }),
-        ..group.clone()
-    }
+    let legs = points.into_iter().map(|points| (0.5 / D as f64, points)).collect();
+    let averages = Some(Averages { counts, squares, freedom });
+    Group { legs, values, averages, ..group.clone() }
 }

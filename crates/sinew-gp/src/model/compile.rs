@@ -116,19 +116,18 @@ pub(crate) fn compile<const D: usize>(
 ) -> Result<Compiled<D>> {
     let operator = group.operator.as_ref().unwrap_or(&prior.equation);
     prior.check_roughness(operator)?;
-    let mut coefficients =
-        |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, whose), theta);
+    let mut coefficients = |(factor, points): &(f64, Vec<[f64; D]>)| {
+        let plain = PointCoefficients::new(prior, operator, (points, whose), theta)?;
+        Ok(plain.scaled(*factor))
+    };
     let mut given = group.clone();
-    let mut legs = vec![coefficients(&group.points)?];
-    for (factor, points) in &group.further {
-        legs.push(coefficients(points)?.scaled(*factor));
-    }
-    if group.further.is_empty() && group.noise == Noise::Exact {
+    let mut legs = group.legs.iter().map(&mut coefficients).collect::<Result<Vec<_>>>()?;
+    if let ([(factor, points)], Noise::Exact) = (&group.legs[..], group.noise) {
         let kept = informative(&legs[0], &group.values, whose)?;
         if kept.len() < group.values.len() {
-            given.points = kept.iter().map(|index| group.points[*index]).collect();
+            given.legs = vec![(*factor, kept.iter().map(|index| points[*index]).collect())];
             given.values = kept.iter().map(|index| group.values[*index]).collect();
-            legs = vec![coefficients(&given.points)?];
+            legs = vec![coefficients(&given.legs[0])?];
         }
     }
     let (learned, weighted) = (None, None);

@@ -35,15 +35,21 @@ pub(crate) enum Role {
 pub(crate) struct Group<const D: usize> {
     /// `None` for the operator of the problem's equation.
     pub operator: Option<Operator<D>>,
-    pub points: Vec<[f64; D]>,
-    /// Further points of each observation, with the factor that their values are added with: −1 at the other end of a jump,
-    /// quotients of weights in a quadrature.
-    pub further: Vec<(f64, Vec<[f64; D]>)>,
+    /// Points of each observation, which is the sum of the operator's values there times their factors: one of factor 1, two ends of
+    /// a jump, or those of a quadrature.
+    pub legs: Vec<(f64, Vec<[f64; D]>)>,
     pub values: Vec<f64>,
     pub noise: Noise,
     pub role: Role,
     /// Statistics of the averages, if each value is a mean of many.
     pub averages: Option<Averages>,
+}
+
+impl<const D: usize> Group<D> {
+    /// The first point of each observation.
+    pub(crate) fn points(&self) -> &[[f64; D]] {
+        &self.legs[0].1
+    }
 }
 
 /// Statistics of values that were averaged.
@@ -82,7 +88,7 @@ impl<const D: usize> Data<D> {
 
     /// Number of observations.
     pub fn count(&self) -> usize {
-        self.groups.iter().map(|group| group.points.len()).sum()
+        self.groups.iter().map(|group| group.points().len()).sum()
     }
 
     /// Adds values of u, one for each point.
@@ -175,19 +181,17 @@ impl<const D: usize> Data<D> {
     fn sum(self, functional: &Functional<D>, value: f64, noise: Noise, role: Role) -> Result<Self> {
         let Functional { operator, points, weights } = functional;
         check_lengths(points.len(), weights.len())?;
-        let (Some((first, rest)), Some(weight)) = (points.split_first(), weights.first()) else {
+        if points.is_empty() {
             return Err(no_data());
-        };
+        }
         if let Some(wrong) = weights.iter().find(|w| !w.is_finite() || **w == 0.0) {
             return Err(GpError::Invalid(format!(
                 "a weighted sum has the weight {wrong}; leave points of no weight out, and give finite ones"
             )));
         }
-        let scaled = Some(*weight * operator.clone());
-        let factors = weights.iter().skip(1).map(|w| w / weight);
-        let further = factors.zip(rest).map(|(factor, point)| (factor, vec![*point])).collect();
-        let mut data = self.group(scaled, &[*first], &[value], noise, role);
-        data.groups.last_mut().expect("a group was added").further = further;
+        let mut data = self.group(Some(operator.clone()), &[], &[value], noise, role);
+        let legs = weights.iter().zip(points).map(|(weight, point)| (*weight, vec![*point]));
+        data.groups.last_mut().expect("a group was added").legs = legs.collect();
         Ok(data)
     }
 
@@ -199,25 +203,23 @@ impl<const D: usize> Data<D> {
         noise: Noise,
         role: Role,
     ) -> Self {
-        let (points, values, further) = (points.to_vec(), values.to_vec(), Vec::new());
-        let averages = None;
-        self.groups.push(Group { operator, points, further, values, noise, role, averages });
+        let (legs, values) = (vec![(1.0, points.to_vec())], values.to_vec());
+        self.groups.push(Group { operator, legs, values, noise, role, averages: None });
         self
     }
 }
 
 /// Refuses data that are not numbers or not of the domain, before anything is computed with them.
 pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> Result<()> {
-    if groups.iter().all(|group| group.points.is_empty() && group.values.is_empty()) {
+    if groups.iter().all(|group| group.points().is_empty() && group.values.is_empty()) {
         return Err(no_data());
     }
     for (index, group) in groups.iter().enumerate() {
         // As noises are numbered.
         let number = index + 1;
-        check_lengths(group.points.len(), group.values.len())?;
-        for (index, (point, value)) in group.points.iter().zip(&group.values).enumerate() {
-            let further = || group.further.iter().filter_map(|(_, points)| points.get(index));
-            let points = || std::iter::once(point).chain(further());
+        check_lengths(group.points().len(), group.values.len())?;
+        for (index, value) in group.values.iter().enumerate() {
+            let points = || group.legs.iter().map(|(_, points)| &points[index]);
             let coordinates = points().flatten().map(|c| ("point", c));
             for (what, found) in coordinates.chain([("value", value)]) {
                 ensure!(
@@ -241,7 +243,7 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
                 "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
             ),
             Noise::Learned => ensure!(
-                !group.points.is_empty(),
+                !group.points().is_empty(),
                 "observation group {number} has no points, so that its noise cannot be learned; leave it out"
             ),
             Noise::StudentT(freedom) => ensure!(
@@ -290,11 +292,11 @@ fn check_contradictions<const D: usize>(
     number: usize,
     domain: &Domain<D>,
 ) -> Result<()> {
-    if !group.further.is_empty() {
+    if group.legs.len() > 1 {
         return Ok(());
     }
     let most = largest(&group.values);
-    let numbered = || group.points.iter().zip(&group.values).enumerate();
+    let numbered = || group.points().iter().zip(&group.values).enumerate();
     for (first, (here, value)) in numbered() {
         for (second, (there, other)) in numbered().skip(first + 1) {
             let difference = (other - value).abs();
