@@ -151,12 +151,9 @@ impl<'a, const D: usize> State<'a, D> {
         self.model.size >= PARALLEL_FROM
     }
 
-    pub(crate) fn parallel(&self) -> bool {
-        self.is_large() && rayon::current_num_threads() > 1
-    }
-
     pub(crate) fn threads(&self) -> Par {
-        if self.parallel() { Par::rayon(0) } else { Par::Seq }
+        let shared = self.is_large() && rayon::current_num_threads() > 1;
+        if shared { Par::rayon(0) } else { Par::Seq }
     }
 
     pub(crate) fn group_of(&self, row: usize) -> usize {
@@ -265,6 +262,6 @@ impl<const D: usize> Model<D> {
                 jitter: factored.jitter,
             })
         };
-        if state.parallel() { on_ready_threads(evaluate) } else { evaluate() }
+        if state.threads() == Par::Seq { evaluate() } else { on_ready_threads(evaluate) }
     }
 }

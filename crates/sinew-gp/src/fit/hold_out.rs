@@ -1,7 +1,7 @@
 //! The error of collocation, from places that the fit does not know of.
 
 use crate::fit::HoldOut;
-use crate::model::compile::Compiled;
+use crate::model::compile::{Compiled, root_mean_square};
 use crate::{Fit, GpError, Model, Noise, Operator, Result};
 
 /// Points that are left out at most, for time.
@@ -22,12 +22,6 @@ pub(crate) struct Candidate<const D: usize> {
     pub value: f64,
     /// Error of the left-hand side of the posterior mean.
     pub residual: f64,
-}
-
-/// Root mean square of residuals at places.
-fn size<const D: usize>(residuals: &[(f64, [f64; D])]) -> f64 {
-    let squares: f64 = residuals.iter().map(|(residual, _)| residual * residual).sum();
-    (squares / residuals.len().max(1) as f64).sqrt()
 }
 
 /// Error of the equation in units of its largest term from which on intervals are withheld.
@@ -53,12 +47,14 @@ impl<const D: usize> Fit<D> {
             }
             for summand in model.prior.equation.terms() {
                 let values = conditional.mean_of(&Operator::of(summand), at)?;
-                let square: f64 = values.iter().map(|v| v * v).sum();
-                term = term.max((square / values.len() as f64).sqrt());
+                term = term.max(root_mean_square(&values));
             }
         }
         let elsewhere = self.candidates(SEED)?.into_iter();
         let elsewhere: Vec<_> = elsewhere.map(|place| (place.residual, place.at)).collect();
+        let size = |found: &[(f64, [f64; D])]| {
+            root_mean_square(&found.iter().map(|(residual, _)| *residual).collect::<Vec<_>>())
+        };
         let worse = if size(&elsewhere) > size(&own) { elsewhere } else { own };
         let worst = worse.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
         let residual = size(&worse);

@@ -129,7 +129,8 @@ impl<const D: usize> Checked<'_, D> {
     /// ∂∂′k of two points, or of one with itself, against differences of the formula.
     fn slopes(&self, x: [f64; D], y: [f64; D]) -> Result<()> {
         let steps = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
-        for d in (0..D).filter(|_| self.kernel.smoothness != Some(0)) {
+        let axes = self.kernel.axes.iter().copied();
+        for d in axes.filter(|_| self.kernel.smoothness != Some(0)) {
             let mut orders = Orders { first: [0; D], second: [0; D] };
             (orders.first[d], orders.second[d]) = (1, 1);
             let (asked, sign) = match self.kernel.stationary {

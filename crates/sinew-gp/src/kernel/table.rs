@@ -1,7 +1,7 @@
 //! Tables of derivatives of kernels: of the squared exponential in Hermite polynomials, of any formula by Taylor series in the
 //! coordinates of a pair.
 
-use super::{MOST_PAIRS, Orders, Request};
+use super::{MOST_PAIRS, Request};
 use crate::kernel::simd::{exp_of_negative, lane_sum};
 use crate::problem::operator::MOST_DERIVATIVES;
 use crate::series::Series;
@@ -60,11 +60,6 @@ impl<const D: usize> Request<'_, D> {
 /// Orders of derivatives in x − x′, with one more for gradients.
 const MOST_ORDERS: usize = 2 * MOST_DERIVATIVES + 2;
 
-/// Whether a derivative is taken along an axis that the kernel does not depend on.
-fn beyond<const D: usize>(orders: [usize; D], axes: &[usize]) -> bool {
-    (0..D).any(|d| orders[d] > 0 && !axes.contains(&d))
-}
-
 /// Numbers of the pairs of a request.
 type Pairs = [f64; MOST_PAIRS];
 
@@ -72,6 +67,15 @@ type Pairs = [f64; MOST_PAIRS];
 struct Hermite {
     differences: Pairs,
     rows: [Pairs; MOST_ORDERS],
+}
+
+impl Hermite {
+    /// Factors of the n-th derivative.
+    fn multiply(&self, product: &mut [f64], n: usize) {
+        if n > 0 {
+            multiply(product, &self.rows[n]);
+        }
+    }
 }
 
 /// Polynomials of all axes and the exponential of them together, in memory that is kept from request to request.
@@ -86,29 +90,13 @@ const LANES: usize = 8;
 
 impl Hermites {
     fn tabulate<const D: usize>(&self, request: &Request<'_, D>, table: &mut [f64]) {
-        let (axes, count) = (&request.kernel.axes, request.count());
+        let count = request.count();
         for (order, row) in request.orders.iter().zip(table.chunks_mut(count)) {
-            if beyond(order.first, axes) {
-                row.fill(0.0);
-                continue;
-            }
             row.copy_from_slice(&self.exponential[..count]);
-            self.differentiated(order, axes, None).for_each(|next| multiply(row, next));
+            for (axis, d) in self.axes.iter().zip(&request.kernel.axes) {
+                axis.multiply(row, order.first[*d]);
+            }
         }
-    }
-
-    /// Polynomials of the axes along which derivatives are taken, but for that of one axis.
-    fn differentiated<const D: usize>(
-        &self,
-        order: &Orders<D>,
-        axes: &[usize],
-        skipped: Option<usize>,
-    ) -> impl Iterator<Item = &Pairs> {
-        let numbered = self.axes.iter().zip(axes).enumerate();
-        numbered
-            .map(move |(number, (axis, d))| (number, axis, order.first[*d]))
-            .filter(move |(number, _, n)| *n > 0 && skipped != Some(*number))
-            .map(|(_, axis, n)| &axis.rows[n])
     }
 
     /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis:
@@ -119,18 +107,19 @@ impl Hermites {
         weights: &[f64],
         gradient: &mut [f64],
     ) {
-        let (axes, count) = (&request.kernel.axes, request.count());
-        for (number, (d, slope)) in axes.iter().zip(gradient).enumerate() {
-            let axis = &self.axes[number];
+        let count = request.count();
+        let axes = || self.axes.iter().zip(&request.kernel.axes);
+        for (number, ((axis, d), slope)) in axes().zip(gradient).enumerate() {
             for n in 0..=request.most(*d) {
                 let mut sum = [0.0; MOST_PAIRS];
                 for (order, weights) in request.orders.iter().zip(weights.chunks(count)) {
-                    if order.first[*d] != n || beyond(order.first, axes) {
+                    if order.first[*d] != n {
                         continue;
                     }
                     let mut others = [1.0; MOST_PAIRS];
-                    self.differentiated(order, axes, Some(number))
-                        .for_each(|other| multiply(&mut others[..count], other));
+                    for (_, (other, e)) in axes().enumerate().filter(|(k, _)| *k != number) {
+                        other.multiply(&mut others[..count], order.first[*e]);
+                    }
                     add_product(&mut sum[..count], &others, weights);
                 }
                 dilation(slope, n, &sum[..count], &self.exponential, axis);

@@ -72,34 +72,35 @@ impl<const D: usize> Compiled<D> {
 
     /// Root mean square of what values differ from the prior mean by.
     pub(crate) fn residual_size(&self, theta: &[f64]) -> f64 {
-        let count = self.given.values.len().max(1) as f64;
         let mut residual = self.given.values.clone();
         self.legs.iter().for_each(|leg| leg.add_mean(&leg.factors(theta), -1.0, &mut residual));
-        (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt()
+        root_mean_square(&residual)
     }
 
     /// Size of the operator on functions of size one of each part that vary over the whole domain: a derivative is
     /// of the size of one over the extent, whatever the unit of length.
     pub(crate) fn operator_sizes(&self, theta: &[f64]) -> Vec<f64> {
-        let count = self.given.values.len().max(1) as f64;
+        let count = self.given.values.len().max(1);
         let size = |leg: &PointCoefficients<D>, part: usize| {
             let PartCoefficients { orders, arrays } = &leg.parts[part];
-            let shrink = |orders: &[usize; D]| -> f64 {
-                let each = leg.extents.iter().zip(orders);
-                each.map(|(extent, n)| extent.powi(-(*n as i32))).product()
-            };
-            let rows = leg.factors(theta).into_iter().zip(arrays).flat_map(|(monomial, array)| {
-                let rows = array.chunks(leg.count.max(1)).zip(orders);
-                rows.flat_map(move |(row, orders)| {
-                    let factor = monomial * shrink(orders);
-                    row.iter().map(move |a| (factor * a).powi(2))
-                })
-            });
-            (rows.sum::<f64>() / count).sqrt()
+            let mut sum = 0.0;
+            for (monomial, array) in leg.factors(theta).into_iter().zip(arrays) {
+                for (row, orders) in array.chunks(count).zip(orders) {
+                    let shrink = leg.extents.iter().zip(orders).map(|(l, n)| l.powi(-(*n as i32)));
+                    let factor = monomial * shrink.product::<f64>();
+                    row.iter().for_each(|a| sum += (factor * a).powi(2));
+                }
+            }
+            (sum / count as f64).sqrt()
         };
         let largest = |part| self.legs.iter().map(|leg| size(leg, part)).fold(0.0, f64::max);
         (0..self.legs[0].parts.len()).map(largest).collect()
     }
+}
+
+/// Root of the mean square; 0 of nothing.
+pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Largest magnitude.

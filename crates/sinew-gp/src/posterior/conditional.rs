@@ -147,21 +147,7 @@ impl<const D: usize> Conditional<D> {
     /// # Errors
     /// As [`Conditional::predict`].
     pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
-        self.sample_operator(&Operator::identity(), points, count, seed)
-    }
-
-    /// Operator applied to functions drawn from the posterior, as samples of a flux along a wall.
-    ///
-    /// # Errors
-    /// As [`Conditional::mean_of`].
-    pub fn sample_operator(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-        count: usize,
-        seed: u64,
-    ) -> Result<Vec<Vec<f64>>> {
-        let (mean, covariance) = self.joint(operator, points)?;
+        let (mean, covariance) = self.joint(&Operator::identity(), points)?;
         drawn(&mean, &covariance, count, seed)
     }
 

@@ -96,18 +96,16 @@ impl<const D: usize> PointCoefficients<D> {
             let of = |term| factor(term, "coefficient of the operator");
             let factors: Vec<f64> = operator.terms().iter().map(of).collect::<Result<_, _>>()?;
             let terms = || operator.terms().iter().zip(&factors).zip(of_term);
-            if !prior.mean.is_zero() {
-                let value = prior.mean.at(Series::variables(*point, degrees));
-                for ((term, factor), monomial) in terms() {
-                    let derivative = factor * value.derivative(&term.derivative.orders);
-                    mean[*monomial][index] += finite(derivative, "prior mean")?;
-                }
+            let value = prior.mean.at(Series::variables(*point, degrees));
+            for ((term, factor), monomial) in terms() {
+                let derivative = factor * value.derivative(&term.derivative.orders);
+                mean[*monomial][index] += finite(derivative, "prior mean")?;
             }
             for (part, built) in prior.parts.iter().zip(&mut parts) {
                 let series = part.feature.factor.at(Series::variables(*point, degrees));
                 for ((term, factor), monomial) in terms() {
                     let alpha = term.derivative.orders;
-                    for beta in below(alpha, &part.feature.axes) {
+                    for beta in below(alpha, &part.kernel.axes) {
                         let rest: [usize; D] = std::array::from_fn(|d| alpha[d] - beta[d]);
                         let binomial: f64 = (0..D).map(|d| choose(alpha[d], beta[d])).product();
                         for (beta, turned) in prior.turned(beta, point) {
