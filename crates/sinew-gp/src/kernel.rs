@@ -112,7 +112,7 @@ pub(crate) const MOST_PAIRS: usize = 64;
 /// # Ok::<(), sinew_gp::GpError>(())
 /// ```
 pub trait Kernel<const D: usize>: Debug + Send + Sync {
-    /// Its formula, with all that is known of it.
+    /// The kernel as a formula, with all that is known of it.
     fn to_formula(&self) -> Formula<D>;
 
     /// Name, for messages.

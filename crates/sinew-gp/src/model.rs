@@ -7,8 +7,8 @@ mod lengths;
 pub(crate) mod parameter;
 
 use crate::evidence::gram::PairPlan;
-use crate::model::compile::{Compiled, compile, largest};
-use crate::model::data::{Group, Role, check, no_data, noise_name};
+use crate::model::compile::{Compiled, compile};
+use crate::model::data::{Group, Role, check, largest, no_data, noise_name};
 use crate::prior::Part;
 use crate::prior::coefficients::{PointCoefficients, register};
 use crate::{

@@ -125,11 +125,6 @@ impl<const D: usize> Prior<D> {
         Ok(self)
     }
 
-    /// Refuses operators that take more derivatives than functions of the prior have.
-    pub(crate) fn check_roughness(&self, operator: &Operator<D>) -> Result<()> {
-        self.parts.iter().try_for_each(|part| part.kernel.check_smoothness(operator))
-    }
-
     /// A point as kernels take it.
     pub(crate) fn seen(&self, mut point: [f64; D]) -> [f64; D] {
         for (x, stretch) in point.iter_mut().zip(&self.stretches) {

@@ -9,10 +9,10 @@
 mod tangent;
 
 use crate::error::{Result, place};
+use crate::fit::ROUNDS;
 use crate::fit::hold_out::{Candidate, PLACES};
-use crate::fit::resolve::{RESOLVED, RESOLVED_ALONE, ROUNDS, spread_out};
-use crate::model::compile::largest;
-use crate::model::data::{Role, check, no_data};
+use crate::fit::resolve::{RESOLVED, RESOLVED_ALONE, spread_out};
+use crate::model::data::{Role, check, largest, no_data};
 use crate::model::{FIRST_POINTS, POINTS_SEED};
 use crate::series::MOST_VARIABLES;
 use crate::{

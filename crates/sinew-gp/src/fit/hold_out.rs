@@ -1,7 +1,8 @@
 //! The error of collocation, from places that the fit does not know of.
 
 use crate::fit::HoldOut;
-use crate::model::compile::{Compiled, root_mean_square};
+use crate::model::compile::Compiled;
+use crate::model::data::root_mean_square;
 use crate::{Fit, GpError, Model, Noise, Operator, Result};
 
 /// Points that are left out at most, for time.

@@ -1,4 +1,4 @@
-//! The fit of a model: many starts, points where the equation is off, and what stays off as noise.
+//! Points where the equation is off, and what stays off as noise.
 
 use crate::fit::HoldOut;
 use crate::fit::hold_out::{Candidate, EVEN};
@@ -7,8 +7,7 @@ use crate::{Data, Domain, Fit, FitOptions, GpError, Model, Noise, Prior, Result,
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Rounds of further points at most, and what each adds relative to those before.
-pub(crate) const ROUNDS: u64 = 8;
+/// Growth of the number of points in a round.
 const GROWTH: f64 = 0.5;
 /// Error of the equation relative to its largest term at which points suffice, and where u alone is sought of one that holds
 /// everywhere.
@@ -16,8 +15,6 @@ pub(crate) const RESOLVED: f64 = 0.02;
 pub(crate) const RESOLVED_ALONE: f64 = 1e-3;
 /// Values up to which that suffices: more of them say more of u, and the equation must be off by as much less.
 const FEW_VALUES: f64 = 100.0;
-/// Share of the error before that a round must stay below, at least every other time.
-const BETTER: f64 = 0.8;
 /// Width of a layer at one end of an axis in units of its length, and share of the error that is left where there is one.
 const WIDTH: f64 = 0.02;
 const LAYER: f64 = 0.5;
@@ -25,56 +22,8 @@ const LAYER: f64 = 0.5;
 const APART: f64 = 0.3;
 
 impl<const D: usize> Model<D> {
-    /// Maximises evidence times [`crate::Hyperprior`]s from several starts, in parallel: half of them drawn at random, half the
-    /// most probable of many.
-    ///
-    /// The best restart that did not collapse is taken, or the best if all did. Where the equation holds everywhere
-    /// ([`crate::Data::equation_everywhere`]), or has the same right-hand side at all of its points (ten or more), further points are
-    /// imposed where it is off, up to [`FitOptions::most_points`]. The error that is left, at points left out or in between, is
-    /// taken for noise of the equation, so that intervals and bands are as wide as it leaves them.
-    ///
-    /// # Errors
-    /// If no restart has a finite evidence, or matrices of all observations would take more than [`FitOptions::most_memory`].
-    pub fn fit(self, options: &FitOptions) -> Result<Fit<D>> {
-        instance!(D, Model::resolved, fn(Model<D>, &FitOptions) -> Result<Fit<D>>)(self, options)
-    }
-
-    fn resolved(self, options: &FitOptions) -> Result<Fit<D>> {
-        self.check_memory(options)?;
-        let starts = self.chosen_starts(options);
-        let mut fit = self.fit_from(starts, options.iterations)?;
-        if options.most_points == 0 {
-            return Ok(fit);
-        }
-        let aim = fit.model().aim();
-        let (mut error, mut idle) = (f64::INFINITY, 0);
-        for round in 0.. {
-            let Some(mut found) = fit.left_out()? else { return Ok(fit) };
-            if round == 0 && found.residual > aim * found.term {
-                (fit, found) = fit.stretched(found, options)?;
-            }
-            let now = found.residual / found.term;
-            idle = if now <= BETTER * error { 0 } else { idle + 1 };
-            error = error.min(now);
-            let more = match now <= aim || round == ROUNDS || idle == 3 {
-                true => None,
-                false => fit.with_more_points(options, round)?,
-            };
-            let Some(model) = more else {
-                let open = fit.model().source.is_some() && now > aim;
-                fit.unsettled = open.then_some(fit.model().places().len());
-                return fit.with_collocation_error(found, options.iterations);
-            };
-            let mut starts = model.random_starts(options);
-            starts.truncate(1);
-            starts.push(fit.outcome().parameters.clone());
-            fit = model.fit_from(starts, options.iterations)?;
-        }
-        unreachable!("the last round returns")
-    }
-
     /// Error of the equation relative to its largest term at which points suffice.
-    fn aim(&self) -> f64 {
+    pub(super) fn aim(&self) -> f64 {
         if self.theta.is_empty() && self.source.is_some() {
             return RESOLVED_ALONE;
         }
@@ -92,7 +41,7 @@ impl<const D: usize> Model<D> {
         Ok(Self { source: self.source.clone(), ..model })
     }
 
-    fn check_memory(&self, options: &FitOptions) -> Result<()> {
+    pub(super) fn check_memory(&self, options: &FitOptions) -> Result<()> {
         // Covariance, its cotangents and an inverse.
         let [gigabytes, most] =
             [24.0 * (self.size as f64).powi(2), options.most_memory].map(|bytes| bytes / 1e9);
@@ -125,7 +74,11 @@ pub(crate) fn spread_out<const D: usize>(
 impl<const D: usize> Fit<D> {
     /// The model with points of its equation where that is off most; none where its right-hand side is known at its points only, or
     /// there are enough of them.
-    fn with_more_points(&self, options: &FitOptions, round: u64) -> Result<Option<Model<D>>> {
+    pub(super) fn with_more_points(
+        &self,
+        options: &FitOptions,
+        round: u64,
+    ) -> Result<Option<Model<D>>> {
         let model = self.model();
         let known = model.places();
         if model.source.is_none() && known.len() < EVEN {
@@ -143,7 +96,7 @@ impl<const D: usize> Fit<D> {
     }
 
     /// The fit with the axis stretched next to one end, and its error, where that leaves less of it than [`LAYER`].
-    fn stretched(self, found: HoldOut, options: &FitOptions) -> Result<(Self, HoldOut)> {
+    pub(super) fn stretched(self, found: HoldOut, options: &FitOptions) -> Result<(Self, HoldOut)> {
         let model = self.model();
         let prior = &model.prior;
         let taken = prior.stretches.iter().any(Option::is_some);
@@ -174,7 +127,11 @@ impl<const D: usize> Fit<D> {
 
     /// The fit with the error of collocation as noise of an equation that was exact, from the parameters before: so that
     /// intervals and bands are as much wider as the points leave open. As it was where that error is next to nothing.
-    fn with_collocation_error(mut self, found: HoldOut, iterations: usize) -> Result<Self> {
+    pub(super) fn with_collocation_error(
+        mut self,
+        found: HoldOut,
+        iterations: usize,
+    ) -> Result<Self> {
         let model = self.model();
         let enough = if model.theta.is_empty() { RESOLVED } else { model.aim() };
         if found.residual <= enough * found.term {

@@ -1,6 +1,6 @@
 //! Observations in numbers: what does not change with the parameters.
 
-use crate::model::data::{Averages, Group, Role};
+use crate::model::data::{Averages, Group, Role, largest, root_mean_square};
 use crate::prior::coefficients::{PartCoefficients, PointCoefficients};
 use crate::{Noise, Parameter, Prior, Result};
 
@@ -98,16 +98,6 @@ impl<const D: usize> Compiled<D> {
     }
 }
 
-/// Root of the mean square; 0 of nothing.
-pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
-}
-
-/// Largest magnitude.
-pub(crate) fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most, value| most.max(value.abs()))
-}
-
 /// Puts a group of observations into numbers; messages call it `whose`.
 pub(crate) fn compile<const D: usize>(
     prior: &Prior<D>,
@@ -116,7 +106,7 @@ pub(crate) fn compile<const D: usize>(
     theta: &mut Vec<Parameter>,
 ) -> Result<Compiled<D>> {
     let operator = group.operator.as_ref().unwrap_or(&prior.equation);
-    prior.check_roughness(operator)?;
+    prior.parts.iter().try_for_each(|part| part.kernel.check_smoothness(operator))?;
     let mut coefficients = |(factor, points): &(f64, Vec<[f64; D]>)| {
         let plain = PointCoefficients::new(prior, operator, (points, whose), theta)?;
         Ok(plain.scaled(*factor))

@@ -1,7 +1,6 @@
 //! Observed and imposed values.
 
 use crate::error::{Result, check_lengths, place};
-use crate::model::compile::largest;
 use crate::{Domain, Field, Functional, GpError, Operator};
 
 /// Standard deviation of the error of observations.
@@ -264,6 +263,16 @@ pub(crate) fn noise_name(group: usize) -> String {
 /// Empty data: nothing to condition on.
 pub(crate) fn no_data() -> GpError {
     GpError::Invalid("the model has no observations; add values or an equation".into())
+}
+
+/// Root of the mean square; 0 of nothing.
+pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// Largest magnitude.
+pub(crate) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
 /// Refuses numbers that are not finite.
