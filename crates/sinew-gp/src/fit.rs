@@ -255,7 +255,7 @@ impl<const D: usize> Model<D> {
             log_evidence: found.value - self.log_hyperprior(&found.point),
             log_posterior: found.value,
             evaluations: found.evaluations,
-            jitter: conditional.jitter(),
+            jitter: conditional.jitter,
             collapsed: conditional.is_collapsed(),
             parameters: found.point,
             trace,

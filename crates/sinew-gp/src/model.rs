@@ -10,7 +10,7 @@ use crate::evidence::gram::PairPlan;
 use crate::model::compile::{Compiled, compile};
 use crate::model::data::{Group, Role, check, largest, no_data, noise_name};
 use crate::prior::Part;
-use crate::prior::coefficients::{PointCoefficients, register};
+use crate::prior::coefficients::monomials;
 use crate::{
     Data, Domain, Evaluation, Evidence, Field, FreeParameter, GpError, Hyperparameter, Hyperprior,
     Measure, Noise, Parameter, Prior, Result,
@@ -100,11 +100,7 @@ impl<const D: usize> Model<D> {
         let mut order: Vec<usize> = (0..groups.len()).collect();
         order.sort_by_key(|number| groups[*number].role);
         let mut theta = Vec::new();
-        for term in prior.equation.terms() {
-            for (parameter, _) in &term.parameters {
-                register(&mut theta, parameter)?;
-            }
-        }
+        monomials(&prior.equation, &mut theta)?;
         let mut compiled = Vec::new();
         for number in order {
             let whose = format!("observation group {}", number + 1);
@@ -371,10 +367,8 @@ fn append<const D: usize>(groups: &mut Vec<Compiled<D>>, group: Compiled<D>) {
 fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<PairPlan<D>>> {
     let legs = || groups.iter().flat_map(|group| &group.legs);
     let of = |(number, part): (usize, &Part<D>)| {
-        let orders = |leg: &PointCoefficients<D>| leg.parts[number].orders.clone();
-        let orders: Vec<_> = legs().map(orders).collect();
-        let pairs =
-            orders.iter().flat_map(|first| orders.iter().map(move |second| (first, second)));
+        let orders = || legs().map(|leg| &leg.parts[number].orders);
+        let pairs = orders().flat_map(|first| orders().map(move |second| (first, second)));
         pairs.map(|(first, second)| PairPlan::new(part, first, second)).collect()
     };
     prior.parts.iter().enumerate().map(of).collect()

@@ -120,7 +120,7 @@ impl<const D: usize> Prior<D> {
             width.is_finite() && width > 0.0,
             "a stretch of width {width}; give a finite one above 0, in the unit of the axis"
         );
-        let ends = self.domain.ends(axis);
+        let ends = self.domain.ends[axis];
         self.stretches[axis] = Some(Stretch { ends, side, width });
         Ok(self)
     }

@@ -80,19 +80,21 @@ fn cells<const D: usize>(points: &[[f64; D]], count: usize) -> Vec<Vec<usize>> {
     found.into_iter().map(|(_, cell)| cell).collect()
 }
 
-/// Sum of squares of what a linear function leaves of the values of a cell.
-fn left_by_plane<const D: usize>(group: &Group<D>, cell: &[usize], mean: [f64; D], y: f64) -> f64 {
-    let row = |k: usize| DVector::from_fn(D, |d, _| group.points()[k][d] - mean[d]);
-    let (mut normal, mut right) = (DMatrix::zeros(D, D), DVector::zeros(D));
-    for k in cell {
-        let x = row(*k);
-        normal += &x * x.transpose();
-        right += x * (group.values[*k] - y);
-    }
-    let total: f64 = cell.iter().map(|k| (group.values[*k] - y).powi(2)).sum();
+/// Sum of squares of what a linear function leaves of the values of a cell, about their mean place and value.
+fn left_by_plane<const D: usize>(
+    group: &Group<D>,
+    cell: &[usize],
+    (mean, covariance): &([f64; D], DMatrix<f64>),
+    y: f64,
+) -> f64 {
+    let off = |k: &usize| group.values[*k] - y;
+    let right = DVector::from_fn(D, |d, _| {
+        cell.iter().map(|k| (group.points()[*k][d] - mean[d]) * off(k)).sum::<f64>()
+    });
+    let total: f64 = cell.iter().map(|k| off(k).powi(2)).sum();
     // Places on one line, or one place, have no factor.
-    let explained = normal.cholesky().map_or(0.0, |factor| factor.solve(&right).dot(&right));
-    (total - explained).max(0.0)
+    let factor = (covariance * cell.len() as f64).cholesky();
+    (total - factor.map_or(0.0, |factor| factor.solve(&right).dot(&right))).max(0.0)
 }
 
 fn averaged<const D: usize>(group: &Group<D>, count: usize) -> Group<D> {
@@ -101,9 +103,10 @@ fn averaged<const D: usize>(group: &Group<D>, count: usize) -> Group<D> {
     // Two points along each principal axis of a cell.
     let mut points: Vec<Vec<[f64; D]>> = vec![Vec::new(); 2 * D];
     for cell in &cells {
-        let (mean, covariance) = moments(group.points(), cell);
+        let moments = moments(group.points(), cell);
         let y = cell.iter().map(|k| group.values[*k]).sum::<f64>() / cell.len() as f64;
-        squares += left_by_plane(group, cell, mean, y);
+        squares += left_by_plane(group, cell, &moments, y);
+        let (mean, covariance) = moments;
         values.push(y);
         counts.push(cell.len() as f64);
         let eigen = covariance.symmetric_eigen();

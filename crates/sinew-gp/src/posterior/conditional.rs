@@ -15,6 +15,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_num::dot;
 use sinew_sample::standard_normals;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// The Gaussian process conditioned on the data, at fixed parameters. Standard deviations do not include what is not known of
@@ -62,11 +63,6 @@ impl<const D: usize> Conditional<D> {
         Ok(Self { model, parameters: parameters.to_vec(), weights, factor, jitter })
     }
 
-    /// Relative jitter that the factorisation needed.
-    pub fn jitter(&self) -> f64 {
-        self.jitter
-    }
-
     /// Mean and standard deviation of u. Points outside the domain are answered too, by continuation:
     /// no condition holds there, and deviations tell less than inside.
     ///
@@ -96,7 +92,7 @@ impl<const D: usize> Conditional<D> {
     fn mean_at(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
         self.asked(operator, points, |asked| {
             let mut mean = prior_mean(asked);
-            for_observations(asked, |row, covariances| {
+            for_rows(asked, 0..asked.model.size, |row, covariances| {
                 let weight = self.weights[row];
                 mean.iter_mut().zip(covariances).for_each(|(m, c)| *m += weight * c);
             });
@@ -209,7 +205,7 @@ impl<const D: usize> Conditional<D> {
     fn conditioned(&self, asked: &State<'_, D>) -> (Vec<f64>, Mat<f64>) {
         let mut mean = prior_mean(asked);
         let mut cross = Mat::<f64>::zeros(self.model.size, mean.len());
-        for_observations(asked, |row, covariances| {
+        for_rows(asked, 0..self.model.size, |row, covariances| {
             covariances.iter().enumerate().for_each(|(column, c)| cross[(row, column)] = *c);
         });
         for (column, mean) in mean.iter_mut().enumerate() {
@@ -228,20 +224,12 @@ impl<const D: usize> Conditional<D> {
         self.asked(operator, points, |asked| {
             let (mean, whitened) = self.conditioned(asked);
             let mut covariance = whitened.transpose() * &whitened;
-            let (last, mut scratch) = (asked.model.groups.len() - 1, Scratch::default());
-            let mut prior = vec![0.0; points.len()];
-            for column in 0..points.len() {
-                prior.fill(0.0);
-                asked.add_covariances(
-                    [last, 0],
-                    asked.model.size + column,
-                    &mut prior,
-                    &mut scratch,
-                );
-                for (row, value) in prior.iter().enumerate() {
-                    covariance[(row, column)] = value - covariance[(row, column)];
+            let size = asked.model.size;
+            for_rows(asked, size..size + points.len(), |row, prior| {
+                for (value, known) in prior.iter().zip(covariance.col_as_slice_mut(row - size)) {
+                    *known = value - *known;
                 }
-            }
+            });
             (mean, covariance)
         })
     }
@@ -252,11 +240,15 @@ fn prior_mean<const D: usize>(asked: &State<'_, D>) -> Vec<f64> {
     asked.residual()[asked.model.size..].iter().map(|residual| -residual).collect()
 }
 
-/// Prior covariances of what is asked with one observation after the other.
-fn for_observations<const D: usize>(asked: &State<'_, D>, mut visit: impl FnMut(usize, &[f64])) {
+/// Prior covariances of what is asked with one row after the other.
+fn for_rows<const D: usize>(
+    asked: &State<'_, D>,
+    rows: Range<usize>,
+    mut visit: impl FnMut(usize, &[f64]),
+) {
     let (last, mut scratch) = (asked.model.groups.len() - 1, Scratch::default());
     let mut covariances = vec![0.0; asked.model.groups[last].given.values.len()];
-    for row in 0..asked.model.size {
+    for row in rows {
         covariances.fill(0.0);
         asked.add_covariances([last, 0], row, &mut covariances, &mut scratch);
         visit(row, &covariances);

@@ -49,7 +49,7 @@ pub(crate) struct PointCoefficients<const D: usize> {
 }
 
 /// Position of each parameter by name, added where it is new.
-pub(crate) fn register(known: &mut Vec<Parameter>, parameter: &Parameter) -> Result<usize> {
+fn register(known: &mut Vec<Parameter>, parameter: &Parameter) -> Result<usize> {
     let name = parameter.name();
     ensure!(
         known.iter().all(|other| other.name() != name || other == parameter),
@@ -159,7 +159,7 @@ fn choose(n: usize, k: usize) -> f64 {
 }
 
 /// The distinct monomials of an operator, and that of each of its terms and sources.
-fn monomials<const D: usize>(
+pub(crate) fn monomials<const D: usize>(
     operator: &Operator<D>,
     parameters: &mut Vec<Parameter>,
 ) -> Result<(Vec<Monomial>, Vec<usize>)> {

@@ -247,7 +247,7 @@ fn annihilated(mut rows: Vec<Vec<f64>>, degrees: usize) -> Vec<Vec<f64>> {
 impl<const D: usize> AxisStructure<D> {
     /// Structure of an axis, from the conditions at its two ends, or that they are joined.
     pub(crate) fn new(problem: &Problem<D>, axis: usize) -> Self {
-        let ends = problem.domain().ends(axis);
+        let ends = problem.domain().ends[axis];
         let conditions = &problem.faces[axis];
         let joined = problem.periodic[axis].map_or(0, |periodicity| periodicity as usize);
         let contacts = match joined {

@@ -22,8 +22,8 @@ impl Side {
 #[derive(Clone, Debug)]
 pub struct Domain<const D: usize> {
     names: [String; D],
-    lower: [f64; D],
-    upper: [f64; D],
+    /// Coordinates of both ends of each axis.
+    pub(crate) ends: [[f64; 2]; D],
     polygon: Option<Polygon>,
 }
 
@@ -71,8 +71,7 @@ impl<const D: usize> Domain<D> {
         }
         Ok(Self {
             names: axes.map(|(name, _)| name.to_string()),
-            lower: axes.map(|(_, ends)| ends[0]),
-            upper: axes.map(|(_, ends)| ends[1]),
+            ends: axes.map(|(_, ends)| ends),
             polygon: None,
         })
     }
@@ -89,17 +88,17 @@ impl<const D: usize> Domain<D> {
 
     /// Lower end of each axis, of the bounding box for a polygon.
     pub fn lower(&self) -> [f64; D] {
-        self.lower
+        self.ends.map(|[lower, _]| lower)
     }
 
     /// Upper end of each axis.
     pub fn upper(&self) -> [f64; D] {
-        self.upper
+        self.ends.map(|[_, upper]| upper)
     }
 
     /// Length of each axis.
     pub(crate) fn extents(&self) -> [f64; D] {
-        std::array::from_fn(|d| self.upper[d] - self.lower[d])
+        self.ends.map(|[lower, upper]| upper - lower)
     }
 
     /// Distance of two points in units of the lengths of the axes.
@@ -133,12 +132,7 @@ impl<const D: usize> Domain<D> {
 
     /// Coordinate of one end of an axis.
     pub(crate) fn end(&self, axis: usize, side: Side) -> f64 {
-        self.ends(axis)[side as usize]
-    }
-
-    /// Coordinates of both ends of an axis.
-    pub(crate) fn ends(&self, axis: usize) -> [f64; 2] {
-        [self.lower[axis], self.upper[axis]]
+        self.ends[axis][side as usize]
     }
 
     /// A face in words, as `x = 0`.
@@ -154,8 +148,8 @@ impl<const D: usize> Domain<D> {
     /// Whether a point lies in the domain or next to it, by no more than `share` of the domain's size.
     pub(crate) fn contains_within(&self, point: [f64; D], share: f64) -> bool {
         let along = |d: usize| {
-            let margin = share * self.extents()[d];
-            (self.lower[d] - margin..=self.upper[d] + margin).contains(&point[d])
+            let ([lower, upper], margin) = (self.ends[d], share * self.extents()[d]);
+            (lower - margin..=upper + margin).contains(&point[d])
         };
         // Distances to lines are rounded.
         let margin = |polygon: &Polygon| share.max(1e-12) * polygon.size();
@@ -171,7 +165,7 @@ impl<const D: usize> Domain<D> {
     pub fn sample(&self, count: usize, seed: u64) -> Result<Vec<[f64; D]>> {
         const TRIES_PER_POINT: usize = 1000;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let draw = |_| std::array::from_fn(|d| random.random_range(self.lower[d]..self.upper[d]));
+        let draw = |_| self.ends.map(|[lower, upper]| random.random_range(lower..upper));
         let tries = (0..TRIES_PER_POINT * (count + 1)).map(draw);
         let points: Vec<_> = tries.filter(|point| self.contains(*point)).take(count).collect();
         ensure!(
@@ -203,7 +197,7 @@ impl<const D: usize> Domain<D> {
     pub fn grid(&self, count: usize) -> Vec<[f64; D]> {
         let steps = count.saturating_sub(1).max(1) as f64;
         let along = |d: usize| {
-            let place = |k: usize| self.lower[d] + k as f64 / steps * self.extents()[d];
+            let place = |k: usize| self.ends[d][0] + k as f64 / steps * self.extents()[d];
             (0..count).map(place).collect()
         };
         let points = grid(&std::array::from_fn(along)).into_iter();

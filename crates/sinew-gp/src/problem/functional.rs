@@ -54,7 +54,7 @@ impl<const D: usize> Functional<D> {
         let along = |d: usize| match face {
             Some((axis, side)) if axis == d => (vec![domain.end(d, side)], vec![1.0]),
             _ => {
-                let (lower, extent) = (domain.lower()[d], domain.extents()[d]);
+                let ([lower, _], extent) = (domain.ends[d], domain.extents()[d]);
                 let rule = gauss_legendre(order.max(1)).into_iter();
                 rule.map(|(s, w)| (lower + s * extent, w * extent)).unzip()
             }

@@ -36,8 +36,7 @@ pub(super) fn check_corners<const D: usize>(
 fn check_corner<const D: usize>(domain: &Domain<D>, a: &Lift<D>, b: &Lift<D>) -> Result<()> {
     let size = magnitude(&a.data, domain)? + magnitude(&b.data, domain)?;
     for share in [0.5, 0.11, 0.83, 0.0, 1.0] {
-        let mut point: [f64; D] =
-            std::array::from_fn(|d| domain.lower()[d] + share * domain.extents()[d]);
+        let mut point: [f64; D] = domain.ends.map(|[lower, upper]| lower + share * (upper - lower));
         (point[a.axis], point[b.axis]) = (a.end(), b.end());
         let x = Series::plain(point);
         for (own, other) in [(a, b), (b, a)] {
