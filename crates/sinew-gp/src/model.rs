@@ -223,7 +223,7 @@ impl<const D: usize> Model<D> {
     }
 
     fn lay_out_parameters(&mut self) {
-        let middle = self.middle();
+        let middle: Vec<f64> = self.theta.iter().map(Parameter::middle).collect();
         let scales = self.amplitude_scales(&middle);
         let mut parameters = Vec::new();
         for (number, (part, scale)) in (1..).zip(self.prior.parts.iter().zip(&scales)) {
@@ -299,11 +299,6 @@ impl<const D: usize> Model<D> {
         let roles = [Role::Observed, Role::Imposed];
         let nothing = || vec![1.0; self.prior.parts.len()];
         roles.into_iter().map(of).find(told).unwrap_or_else(nothing)
-    }
-
-    /// The operators' parameters in the middle of their bounds.
-    fn middle(&self) -> Vec<f64> {
-        self.theta.iter().map(Parameter::middle).collect()
     }
 
     /// Positions of the operators' parameters.

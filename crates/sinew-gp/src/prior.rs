@@ -199,7 +199,7 @@ impl<const D: usize> Prior<D> {
             let places = domain.sample(until(number + 1) - until(number), random.random())?;
             let to = |side: Side| {
                 let mut moved = places.clone();
-                moved.iter_mut().for_each(|x| x[lift.axis] = domain.end(lift.axis, side));
+                moved.iter_mut().for_each(|x| x[lift.axis] = domain.ends[lift.axis][side as usize]);
                 moved
             };
             let jump = lift.at.is_none().then(|| (-1.0, to(Side::Lower)));

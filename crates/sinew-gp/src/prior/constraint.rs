@@ -39,7 +39,7 @@ impl<const D: usize> Feature<D> {
 
 /// No conditions at all: zero mean and one kernel on all axes.
 pub(crate) fn unconstrained<const D: usize>() -> Constraints<D> {
-    Constraints { mean: Field::zero(), features: vec![Feature::everywhere(constant(1.0))] }
+    Constraints { mean: constant(0.0), features: vec![Feature::everywhere(constant(1.0))] }
 }
 
 /// The constrained mean and features of a problem (§4.4, §4.7).
@@ -76,7 +76,7 @@ fn planes<const D: usize>(problem: &Problem<D>) -> Vec<Feature<D>> {
 
 /// Axis by axis, the part of the conditions that the mean so far misses is added (Algorithm 3).
 fn mean<const D: usize>(problem: &Problem<D>, structures: &[AxisStructure<D>; D]) -> Field<D> {
-    let mut mean = problem.boundary.clone().unwrap_or_else(Field::zero);
+    let mut mean = problem.boundary.clone().unwrap_or_else(|| constant(0.0));
     // What misses a condition with a factor that varies is weighed by that factor: there last.
     let (even, uneven): (Vec<usize>, Vec<usize>) =
         (0..D).partition(|axis| !structures[*axis].varies(problem.domain()));

@@ -1,6 +1,8 @@
 //! One axis of a constrained prior: what is fixed at its ends, what vanishes there, what is free.
 
-use crate::{Condition, Derivative, Domain, Field, Operator, Problem, Series, Side, field};
+use crate::{
+    Condition, Derivative, Domain, Field, Operator, Problem, Series, Side, constant, field,
+};
 use nalgebra::DMatrix;
 
 /// A polynomial along one axis, in the coordinate s that runs from 0 at one end to 1 at the other.
@@ -144,7 +146,7 @@ impl<const D: usize> Lift<D> {
         let [lower, upper] = self.ends;
         let first = if self.at.is_some() { 1 } else { 0 };
         (first..=self.order).all(|order| {
-            let plain = Self { value: Field::zero(), order, ..self.clone() };
+            let plain = Self { value: constant(0.0), order, ..self.clone() };
             let slope = plain.apply(factor, x).value();
             ((upper - lower).powi(order as i32) * slope).abs() <= 1e-10 * size
         })
@@ -260,7 +262,7 @@ impl<const D: usize> AxisStructure<D> {
             let imposed = conditions[side as usize].iter().flat_map(Condition::imposed);
             structure.lifts.extend(imposed.map(|imposed| basis.lift(Some(side), imposed)));
         }
-        let equal = |order| basis.lift(None, (Field::zero(), order, Field::zero()));
+        let equal = |order| basis.lift(None, (constant(0.0), order, constant(0.0)));
         structure.lifts.extend((0..joined).map(equal));
         let sprung =
             |condition: &Option<Condition<D>>| matches!(condition, Some(Condition::Robin { .. }));

@@ -83,7 +83,7 @@ impl<const D: usize> Condition<D> {
     /// Each functional of u that is given, as the factor of u and the order of the derivative along n that it is the sum of, with
     /// its value.
     pub(crate) fn imposed(&self) -> Vec<(Field<D>, usize, Field<D>)> {
-        let plain = |order: usize, data: &Field<D>| (Field::zero(), order, data.clone());
+        let plain = |order: usize, data: &Field<D>| (constant(0.0), order, data.clone());
         match self {
             Self::Dirichlet(value) => vec![plain(0, value)],
             Self::Neumann(slope) => vec![plain(1, slope)],

@@ -130,14 +130,9 @@ impl<const D: usize> Domain<D> {
         Ok(axis)
     }
 
-    /// Coordinate of one end of an axis.
-    pub(crate) fn end(&self, axis: usize, side: Side) -> f64 {
-        self.ends[axis][side as usize]
-    }
-
     /// A face in words, as `x = 0`.
     pub(crate) fn face(&self, axis: usize, side: Side) -> String {
-        format!("{} = {}", self.names[axis], self.end(axis, side))
+        format!("{} = {}", self.names[axis], self.ends[axis][side as usize])
     }
 
     /// Whether a point lies in the domain or on its boundary.
@@ -188,7 +183,7 @@ impl<const D: usize> Domain<D> {
     ) -> Result<Vec<[f64; D]>> {
         let axis = self.free_axis(axis, "`Polygon::on_edge` for points on its edges")?;
         let mut points = self.sample(count, seed)?;
-        points.iter_mut().for_each(|point| point[axis] = self.end(axis, side));
+        points.iter_mut().for_each(|point| point[axis] = self.ends[axis][side as usize]);
         Ok(points)
     }
 
