@@ -54,8 +54,7 @@ impl Posterior {
             problem.theta(y).into_iter().chain(factors).collect()
         };
         let of = |chain: &Vec<Vec<f64>>| chain.iter().map(theta).collect();
-        let draws =
-            Chains { draws: coordinates.draws.iter().map(of).collect(), ..coordinates.clone() };
+        let draws = Chains { draws: coordinates.draws.iter().map(of).collect() };
         let observed: Vec<Vec<Vec<f64>>> =
             seen.into_iter().map(|chain| chain.into_iter().map(|o| o.values).collect()).collect();
         let pairs = coordinates.pooled().zip(observed.iter().flatten());

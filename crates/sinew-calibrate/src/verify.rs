@@ -99,7 +99,7 @@ impl Verified {
             let of = |&at: &usize| self.observed[chain][at].clone();
             seen.push(kept.iter().filter_map(of).collect());
         }
-        let draws = Chains { draws: swept, ..self.draws.clone() };
+        let draws = Chains { draws: swept };
         (draws, seen, f64::from(accepted) / f64::from(proposed.max(1)))
     }
 }

@@ -1,4 +1,4 @@
-//! The most probable parameters, searched for from several starts.
+//! The fit of a model: the most probable parameters, searched for from several starts, with as many points as the equation needs.
 
 pub(crate) mod hold_out;
 pub(crate) mod identified;
@@ -36,6 +36,10 @@ impl Default for FitOptions {
     }
 }
 
+/// Rounds of further points at most.
+pub(crate) const ROUNDS: u64 = 8;
+/// Share of the error before that a round must stay below, at least every other time.
+const BETTER: f64 = 0.8;
 /// Starts that are looked at before climbing, and their seed.
 const SCANNED: usize = 48;
 const SCAN_SEED: u64 = 0x5ca7;
@@ -98,6 +102,54 @@ pub(crate) struct HoldOut {
 }
 
 impl<const D: usize> Model<D> {
+    /// Maximises evidence times [`crate::Hyperprior`]s from several starts, in parallel: half of them drawn at random, half the
+    /// most probable of many.
+    ///
+    /// The best restart that did not collapse is taken, or the best if all did. Where the equation holds everywhere
+    /// ([`crate::Data::equation_everywhere`]), or has the same right-hand side at all of its points (ten or more), further points are
+    /// imposed where it is off, up to [`FitOptions::most_points`]. The error that is left, at points left out or in between, is
+    /// taken for noise of the equation, so that intervals and bands are as wide as it leaves them.
+    ///
+    /// # Errors
+    /// If no restart has a finite evidence, or matrices of all observations would take more than [`FitOptions::most_memory`].
+    pub fn fit(self, options: &FitOptions) -> Result<Fit<D>> {
+        instance!(D, Model::resolved, fn(Model<D>, &FitOptions) -> Result<Fit<D>>)(self, options)
+    }
+
+    fn resolved(self, options: &FitOptions) -> Result<Fit<D>> {
+        self.check_memory(options)?;
+        let starts = self.chosen_starts(options);
+        let mut fit = self.fit_from(starts, options.iterations)?;
+        if options.most_points == 0 {
+            return Ok(fit);
+        }
+        let aim = fit.model().aim();
+        let (mut error, mut idle) = (f64::INFINITY, 0);
+        for round in 0.. {
+            let Some(mut found) = fit.left_out()? else { return Ok(fit) };
+            if round == 0 && found.residual > aim * found.term {
+                (fit, found) = fit.stretched(found, options)?;
+            }
+            let now = found.residual / found.term;
+            idle = if now <= BETTER * error { 0 } else { idle + 1 };
+            error = error.min(now);
+            let more = match now <= aim || round == ROUNDS || idle == 3 {
+                true => None,
+                false => fit.with_more_points(options, round)?,
+            };
+            let Some(model) = more else {
+                let open = fit.model().source.is_some() && now > aim;
+                fit.unsettled = open.then_some(fit.model().places().len());
+                return fit.with_collocation_error(found, options.iterations);
+            };
+            let mut starts = model.random_starts(options);
+            starts.truncate(1);
+            starts.push(fit.outcome().parameters.clone());
+            fit = model.fit_from(starts, options.iterations)?;
+        }
+        unreachable!("the last round returns")
+    }
+
     /// The starts of [`Model::fit`].
     pub(crate) fn random_starts(&self, options: &FitOptions) -> Vec<Vec<f64>> {
         let mut random = ChaCha8Rng::seed_from_u64(options.seed);
@@ -203,7 +255,7 @@ impl<const D: usize> Model<D> {
             log_evidence: found.value - self.log_hyperprior(&found.point),
             log_posterior: found.value,
             evaluations: found.evaluations,
-            jitter: conditional.jitter(),
+            jitter: conditional.jitter,
             collapsed: conditional.is_collapsed(),
             parameters: found.point,
             trace,

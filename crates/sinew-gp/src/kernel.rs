@@ -4,17 +4,15 @@ mod check;
 mod formula;
 mod shapes;
 pub(crate) mod simd;
-mod squared_exponential;
 mod table;
 
-use crate::series::Series;
 use std::fmt::Debug;
 
 pub(crate) use check::check_declarations;
 pub use check::check_kernel;
 pub use formula::Formula;
-pub use shapes::{Smoothness, linear, matern, periodic, rational_quadratic};
-pub use squared_exponential::SquaredExponential;
+pub use shapes::{Smoothness, SquaredExponential, linear, matern, periodic, rational_quadratic};
+pub(crate) use table::Hermites;
 
 /// Kind of a hyperparameter, from which its bounds and restarts follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +70,7 @@ impl<const D: usize> Orders<D> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Request<'a, const D: usize> {
     /// The kernel.
-    pub kernel: &'a dyn Kernel<D>,
+    pub kernel: &'a Formula<D>,
     /// Values of the hyperparameters.
     pub hyperparameters: &'a [f64],
     /// Coordinates x of the first points, axis by axis.
@@ -98,7 +96,7 @@ impl<const D: usize> Request<'_, D> {
 /// Most pairs in one request: they stay in the fastest cache.
 pub(crate) const MOST_PAIRS: usize = 64;
 
-/// A covariance function of variance one (unless scaled), with positive hyperparameters.
+/// A covariance function of variance one (unless scaled), with positive hyperparameters: a [`Formula`], or what has one.
 ///
 /// Derivatives come from its formula over Taylor series, pair by pair; those of [`SquaredExponential`] are in closed form, which
 /// is faster by far. Your own is a [`Formula`]; test it with [`check_kernel`].
@@ -114,31 +112,11 @@ pub(crate) const MOST_PAIRS: usize = 64;
 /// # Ok::<(), sinew_gp::GpError>(())
 /// ```
 pub trait Kernel<const D: usize>: Debug + Send + Sync {
+    /// The kernel as a formula, with all that is known of it.
+    fn to_formula(&self) -> Formula<D>;
+
     /// Name, for messages.
-    fn name(&self) -> String;
-
-    /// The hyperparameters, in the order in which their values are handed over.
-    fn hyperparameters(&self) -> Vec<Hyperparameter>;
-
-    /// Kernel as a function of these axes only.
-    fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>>;
-
-    /// k(x, x′) over Taylor series, at positive `hyperparameters`.
-    fn formula(&self, hyperparameters: &[Series], x: &[Series; D], y: &[Series; D]) -> Series;
-
-    /// Number of derivatives that its functions have in the mean-square sense; none for all.
-    fn smoothness(&self) -> Option<usize> {
-        None
-    }
-
-    /// Whether it depends on x − x′ only; then derivatives in x suffice.
-    fn is_stationary(&self) -> bool {
-        false
-    }
-
-    /// Itself, if it is the kernel with derivatives in closed form.
-    #[doc(hidden)]
-    fn as_squared_exponential(&self) -> Option<&SquaredExponential> {
-        None
+    fn name(&self) -> String {
+        self.to_formula().name
     }
 }

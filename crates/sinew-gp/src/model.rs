@@ -7,10 +7,10 @@ mod lengths;
 pub(crate) mod parameter;
 
 use crate::evidence::gram::PairPlan;
-use crate::model::compile::{Compiled, compile, largest};
-use crate::model::data::{Group, Role, check, no_data, noise_name};
+use crate::model::compile::{Compiled, compile};
+use crate::model::data::{Group, Role, check, largest, no_data, noise_name};
 use crate::prior::Part;
-use crate::prior::coefficients::{PointCoefficients, register};
+use crate::prior::coefficients::monomials;
 use crate::{
     Data, Domain, Evaluation, Evidence, Field, FreeParameter, GpError, Hyperparameter, Hyperprior,
     Measure, Noise, Parameter, Prior, Result,
@@ -88,35 +88,30 @@ impl<const D: usize> Model<D> {
     }
 
     fn put_together(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self> {
-        let Data { groups, everywhere } = data;
-        if let Some(source) = everywhere {
+        if let Some(source) = &data.everywhere {
             let at = prior.domain.sample(FIRST_POINTS * D, POINTS_SEED)?;
-            let f: Vec<f64> = at.iter().map(|x| source.value(*x)).collect();
-            let data = Data { groups, everywhere: None }.equation(&at, &f, Noise::Exact);
-            return Ok(Self { source: Some(source), ..Self::new(prior, data, evidence)? });
+            let model = Self::new(prior, data.placed(source, &at), evidence)?;
+            return Ok(Self { source: data.everywhere, ..model });
         }
-        let given = groups.clone();
-        let mut groups = groups;
-        groups.extend(prior.boundary.iter().cloned());
+        let given = data.groups;
+        let groups = [&given[..], &prior.boundary].concat();
         check(&groups, &prior.domain)?;
         // A stable sort keeps the order given within each role.
         let mut order: Vec<usize> = (0..groups.len()).collect();
         order.sort_by_key(|number| groups[*number].role);
         let mut theta = Vec::new();
-        for term in prior.equation.terms() {
-            for (parameter, _) in &term.parameters {
-                register(&mut theta, parameter)?;
-            }
-        }
-        let (mut compiled, mut size, mut first_leg, mut imposed) = (Vec::new(), 0, 0, 0);
+        monomials(&prior.equation, &mut theta)?;
+        let mut compiled = Vec::new();
         for number in order {
-            let own = compile(&prior, &groups[number], number, &mut theta)?;
-            let own = Compiled { offset: size, first_leg, ..own };
-            size += own.given.values.len();
-            first_leg += own.legs.len();
-            imposed = if own.given.role == Role::Imposed { size } else { imposed };
-            compiled.push(own);
+            let whose = format!("observation group {}", number + 1);
+            let own = compile(&prior, &groups[number], (number, &whose), &mut theta)?;
+            append(&mut compiled, own);
         }
+        let end = |role: Role| {
+            let last = compiled.iter().rfind(|group| group.given.role <= role);
+            last.map_or(0, |group| group.rows().end)
+        };
+        let [imposed, size] = [Role::Imposed, Role::Observed].map(end);
         if size == 0 {
             return Err(no_data());
         }
@@ -138,6 +133,13 @@ impl<const D: usize> Model<D> {
         model.lay_out_parameters();
         model.check_parameters()?;
         Ok(model)
+    }
+
+    /// The model with one more group of values, which come after its data and are none of them.
+    pub(crate) fn with_group(&self, group: Compiled<D>) -> Self {
+        let mut groups = self.groups.clone();
+        append(&mut groups, group);
+        Self { plans: plans(&self.prior, &groups), groups, ..self.clone() }
     }
 
     /// The parameters, in the order of the vectors that describe them.
@@ -221,7 +223,7 @@ impl<const D: usize> Model<D> {
     }
 
     fn lay_out_parameters(&mut self) {
-        let middle = self.middle();
+        let middle: Vec<f64> = self.theta.iter().map(Parameter::middle).collect();
         let scales = self.amplitude_scales(&middle);
         let mut parameters = Vec::new();
         for (number, (part, scale)) in (1..).zip(self.prior.parts.iter().zip(&scales)) {
@@ -299,11 +301,6 @@ impl<const D: usize> Model<D> {
         roles.into_iter().map(of).find(told).unwrap_or_else(nothing)
     }
 
-    /// The operators' parameters in the middle of their bounds.
-    fn middle(&self) -> Vec<f64> {
-        self.theta.iter().map(Parameter::middle).collect()
-    }
-
     /// Positions of the operators' parameters.
     pub(crate) fn theta_range(&self) -> std::ops::Range<usize> {
         self.theta_offset..self.theta_offset + self.theta.len()
@@ -355,13 +352,18 @@ pub(crate) fn spread(values: &[f64]) -> Option<f64> {
     [deviation, mean.abs()].into_iter().find(|s| *s > 0.0)
 }
 
+/// Adds a group whose rows and legs follow those of all others.
+fn append<const D: usize>(groups: &mut Vec<Compiled<D>>, group: Compiled<D>) {
+    let ends = |last: &Compiled<D>| (last.rows().end, last.first_leg + last.legs.len());
+    let (offset, first_leg) = groups.last().map_or((0, 0), ends);
+    groups.push(Compiled { offset, first_leg, ..group });
+}
+
 fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<PairPlan<D>>> {
     let legs = || groups.iter().flat_map(|group| &group.legs);
     let of = |(number, part): (usize, &Part<D>)| {
-        let orders = |leg: &PointCoefficients<D>| leg.parts[number].orders.clone();
-        let orders: Vec<_> = legs().map(orders).collect();
-        let pairs =
-            orders.iter().flat_map(|first| orders.iter().map(move |second| (first, second)));
+        let orders = || legs().map(|leg| &leg.parts[number].orders);
+        let pairs = orders().flat_map(|first| orders().map(move |second| (first, second)));
         pairs.map(|(first, second)| PairPlan::new(part, first, second)).collect()
     };
     prior.parts.iter().enumerate().map(of).collect()

@@ -10,18 +10,17 @@ use crate::model::data::Group;
 use crate::prior::constraint::unconstrained;
 use crate::prior::structure::{AxisStructure, Lift};
 use crate::{
-    Constraints, Data, Domain, Feature, Field, Kernel, Noise, Operator, Problem, Result, Series,
-    Side, constraints,
+    Constraints, Data, Domain, Feature, Field, Formula, Kernel, Noise, Operator, Problem, Result,
+    Series, Side, constraints,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::sync::Arc;
 
 /// One summand σ² φ(x) φ(x′) k(x, x′) of a prior's covariance.
 #[derive(Clone, Debug)]
 pub(crate) struct Part<const D: usize> {
     pub feature: Feature<D>,
-    pub kernel: Arc<dyn Kernel<D>>,
+    pub kernel: Formula<D>,
 }
 
 /// An axis as kernels take it: stretched next to one end.
@@ -88,12 +87,13 @@ impl<const D: usize> Prior<D> {
             true => constraints(problem)?,
             false => unconstrained(),
         };
-        check_declarations(kernel, &vec![1.0; kernel.hyperparameters().len()])?;
+        let kernel = kernel.to_formula();
+        check_declarations(&kernel, &vec![1.0; kernel.hyperparameters().len()])?;
         kernel.check_smoothness(problem.equation())?;
         check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
         let part =
-            |feature: Feature<D>| Part { kernel: kernel.on_axes(&feature.axes).into(), feature };
+            |feature: Feature<D>| Part { kernel: kernel.clone().along(&feature.axes), feature };
         let parts = features.into_iter().map(part).collect();
         Ok(Self { domain, equation, mean, parts, boundary: Vec::new(), stretches: [None; D] })
     }
@@ -120,14 +120,9 @@ impl<const D: usize> Prior<D> {
             width.is_finite() && width > 0.0,
             "a stretch of width {width}; give a finite one above 0, in the unit of the axis"
         );
-        let ends = self.domain.ends(axis);
+        let ends = self.domain.ends[axis];
         self.stretches[axis] = Some(Stretch { ends, side, width });
         Ok(self)
-    }
-
-    /// Refuses operators that take more derivatives than functions of the prior have.
-    pub(crate) fn check_roughness(&self, operator: &Operator<D>) -> Result<()> {
-        self.parts.iter().try_for_each(|part| part.kernel.check_smoothness(operator))
     }
 
     /// A point as kernels take it.
@@ -175,8 +170,45 @@ impl<const D: usize> Prior<D> {
     ) -> Result<Self> {
         type Observed<const D: usize> = fn(&Problem<D>, usize, u64) -> Result<Vec<Group<D>>>;
         let prior = Self::unconstrained(problem, kernel)?;
-        let boundary = instance!(D, pseudo_observations, Observed<D>)(problem, points, seed)?;
+        let boundary =
+            instance!(D, Prior::pseudo_observations, Observed<D>)(problem, points, seed)?;
         Ok(Self { boundary, ..prior })
+    }
+
+    /// The conditions of all faces as observations, about `points` in all.
+    fn pseudo_observations(
+        problem: &Problem<D>,
+        points: usize,
+        seed: u64,
+    ) -> Result<Vec<Group<D>>> {
+        let (domain, mut data) = (problem.domain(), Data::new());
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        if let Some((polygon, value)) = domain.cross_section().zip(problem.boundary.as_ref()) {
+            let mut places = domain.sample(points, random.random())?;
+            for point in &mut places {
+                let edge = random.random_range(0..polygon.corners().len());
+                (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
+            }
+            let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
+            return Ok(data.imposed(Operator::identity(), &places, &values, Noise::Learned).groups);
+        }
+        let faces: Vec<Lift<D>> =
+            (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
+        let until = |number: usize| points * number / faces.len();
+        for (number, lift) in faces.iter().enumerate() {
+            let places = domain.sample(until(number + 1) - until(number), random.random())?;
+            let to = |side: Side| {
+                let mut moved = places.clone();
+                moved.iter_mut().for_each(|x| x[lift.axis] = domain.ends[lift.axis][side as usize]);
+                moved
+            };
+            let jump = lift.at.is_none().then(|| (-1.0, to(Side::Lower)));
+            let places = to(lift.at.unwrap_or(Side::Upper));
+            let values: Vec<f64> = places.iter().map(|point| lift.data.value(*point)).collect();
+            data = data.imposed(lift.operator(), &places, &values, Noise::Learned);
+            data.groups[number].legs.extend(jump);
+        }
+        Ok(data.groups)
     }
 }
 
@@ -194,43 +226,4 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<()>
         );
     }
     Ok(())
-}
-
-/// The conditions of all faces as observations, about `points` in all.
-fn pseudo_observations<const D: usize>(
-    problem: &Problem<D>,
-    points: usize,
-    seed: u64,
-) -> Result<Vec<Group<D>>> {
-    let domain = problem.domain();
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let faces: Vec<Lift<D>> =
-        (0..D).flat_map(|axis| AxisStructure::new(problem, axis).lifts).collect();
-    let edges = domain.cross_section().zip(problem.boundary.as_ref());
-    let all = faces.len() + usize::from(edges.is_some());
-    let mut data = Data::new();
-    let share = |number: usize| (points * (number + 1)) / all - (points * number) / all;
-    for (number, Lift { axis, at, imposed, .. }) in faces.iter().enumerate() {
-        let places = domain.sample(share(number), random.random())?;
-        let moved = |mut point: [f64; D], side: Side| {
-            point[*axis] = domain.end(*axis, side);
-            point
-        };
-        let to = |side: Side| -> Vec<_> { places.iter().map(|x| moved(*x, side)).collect() };
-        let jump = at.is_none().then(|| (-1.0, to(Side::Lower)));
-        let places = to(at.unwrap_or(Side::Upper));
-        let values: Vec<f64> = places.iter().map(|point| imposed.data.value(*point)).collect();
-        data = data.imposed(imposed.operator(), &places, &values, Noise::Learned);
-        data.groups[number].further.extend(jump);
-    }
-    if let Some((polygon, value)) = edges {
-        let mut places = domain.sample(share(faces.len()), random.random())?;
-        for point in &mut places {
-            let edge = random.random_range(0..polygon.corners().len());
-            (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
-        }
-        let values: Vec<f64> = places.iter().map(|point| value.value(*point)).collect();
-        data = data.imposed(Operator::identity(), &places, &values, Noise::Learned);
-    }
-    Ok(data.groups)
 }

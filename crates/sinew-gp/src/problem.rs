@@ -12,8 +12,8 @@ use crate::{Condition, Domain, Field, GpError, Operator, Periodicity, Result, Si
 /// A domain, a linear equation on it, and conditions on parts of its boundary.
 #[derive(Clone, Debug)]
 pub struct Problem<const D: usize> {
-    domain: Domain<D>,
-    equation: Operator<D>,
+    pub(crate) domain: Domain<D>,
+    pub(crate) equation: Operator<D>,
     pub(crate) faces: [[Option<Condition<D>>; 2]; D],
     pub(crate) periodic: [Option<Periodicity>; D],
     /// Values on the polygon's edges.
@@ -108,12 +108,6 @@ impl<const D: usize> Problem<D> {
     /// The differential operator of the equation.
     pub fn equation(&self) -> &Operator<D> {
         &self.equation
-    }
-
-    /// These conditions on another equation.
-    pub(crate) fn with_equation(&self, equation: Operator<D>) -> Result<Self> {
-        equation.check_orders(&self.domain)?;
-        Ok(Self { equation, ..self.clone() })
     }
 }
 

@@ -9,14 +9,15 @@
 mod tangent;
 
 use crate::error::{Result, place};
+use crate::fit::ROUNDS;
 use crate::fit::hold_out::{Candidate, PLACES};
-use crate::fit::resolve::{RESOLVED, RESOLVED_ALONE, ROUNDS, spread_out};
-use crate::model::data::{Role, check, no_data};
+use crate::fit::resolve::{RESOLVED, RESOLVED_ALONE, spread_out};
+use crate::model::data::{Role, check, largest, no_data};
 use crate::model::{FIRST_POINTS, POINTS_SEED};
 use crate::series::MOST_VARIABLES;
 use crate::{
     Conditional, Data, Derivative, Domain, Evidence, Fit, FitOptions, GpError, Kernel, Model,
-    Noise, Parameter, Prior, Problem, Series,
+    Parameter, Prior, Problem, Series,
 };
 use std::sync::Arc;
 
@@ -54,6 +55,14 @@ impl<const D: usize> Solution<D> {
     pub fn has_converged(&self) -> bool {
         self.change < CONVERGED
     }
+}
+
+/// Data and options of a solution.
+struct Task<'a, const D: usize> {
+    kernel: &'a dyn Kernel<D>,
+    data: &'a Data<D>,
+    options: &'a FitOptions,
+    steps: usize,
 }
 
 /// Relative change of u below which steps end: far below what collocation resolves, and above what
@@ -170,7 +179,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         options: &FitOptions,
         steps: usize,
     ) -> Result<Solution<D>> {
-        self.solved(None, kernel, data, (options, steps))
+        self.solved(None, &Task { kernel, data, options, steps })
     }
 
     /// [`SemiLinear::solve`] from a solution on other data or of another equation: fewer points, or
@@ -186,33 +195,23 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         options: &FitOptions,
         steps: usize,
     ) -> Result<Solution<D>> {
-        self.solved(Some(start), kernel, data, (options, steps))
+        self.solved(Some(start), &Task { kernel, data, options, steps })
     }
 
     /// Solves from a solution or the prior mean, at the points of the data; or an equation that holds everywhere at as many as it takes.
-    fn solved(
-        &self,
-        start: Option<&Solution<D>>,
-        kernel: &dyn Kernel<D>,
-        data: &Data<D>,
-        (options, steps): (&FitOptions, usize),
-    ) -> Result<Solution<D>> {
-        let domain = self.problem.domain();
-        let Some(source) = &data.everywhere else {
-            return self.iterate(start, kernel, data, (options, steps));
-        };
+    fn solved(&self, start: Option<&Solution<D>>, task: &Task<'_, D>) -> Result<Solution<D>> {
+        let (domain, options) = (self.problem.domain(), task.options);
+        let Some(source) = &task.data.everywhere else { return self.iterate(start, task) };
         let mut at = domain.sample(FIRST_POINTS * D, POINTS_SEED)?;
-        let f = |at: &[[f64; D]]| at.iter().map(|x| source.value(*x)).collect::<Vec<f64>>();
         let solve = |start: Option<&Solution<D>>, at: &[[f64; D]]| {
-            let placed = Data { everywhere: None, ..data.clone() };
-            self.solved(start, kernel, &placed.equation(at, &f(at), Noise::Exact), (options, steps))
+            self.iterate(start, &Task { data: &task.data.placed(source, at), ..*task })
         };
         let mut solution = solve(start, &at)?;
         let aim = if solution.fit.model().theta.is_empty() { RESOLVED_ALONE } else { RESOLVED };
         for round in 0.. {
             let places = domain.sample(PLACES, round)?;
             let [linear, rest] = self.parts(&solution, &places)?;
-            let f = f(&places);
+            let f: Vec<f64> = places.iter().map(|x| source.value(*x)).collect();
             let off = |k: usize| linear[k] + rest[k] - f[k];
             let size = |of: &dyn Fn(usize) -> f64| (0..PLACES).map(|k| of(k).powi(2)).sum::<f64>();
             let term = size(&|k| linear[k]).max(size(&|k| rest[k])).max(size(&|k| f[k]));
@@ -223,7 +222,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             let each = each.map(|(k, at)| Candidate { at: *at, value: f[k], residual: off(k) });
             let more = options.most_points.saturating_sub(at.len()).min(at.len() / 2);
             let chosen = match round < ROUNDS && solution.has_converged() {
-                true => spread_out(each.collect(), &at, more, domain.extents()),
+                true => spread_out(each.collect(), &at, more, domain),
                 false => Vec::new(),
             };
             if chosen.is_empty() {
@@ -253,53 +252,49 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let arguments = self.means(&conditional, points)?;
         let theta = self.theta(Some(&solution.fit)).into_iter().map(Series::number);
         let theta: Vec<Series> = theta.collect();
-        let term = |(index, v): (usize, [f64; M])| {
-            let value = (self.term)(Series::plain(v), &theta, points[index]).value();
+        let term = |(index, x): (usize, &[f64; D])| {
+            let v = at_point(&arguments, index);
+            let value = (self.term)(Series::plain(v), &theta, *x).value();
             if value.is_finite() { Ok(value) } else { Err(singular_term(index, &v)) }
         };
-        let rest = arguments.into_iter().enumerate().map(term).collect::<Result<_, _>>()?;
+        let rest = points.iter().enumerate().map(term).collect::<Result<_, _>>()?;
         Ok([linear, rest])
     }
 
-    fn iterate(
-        &self,
-        start: Option<&Solution<D>>,
-        kernel: &dyn Kernel<D>,
-        data: &Data<D>,
-        (options, steps): (&FitOptions, usize),
-    ) -> Result<Solution<D>> {
-        let points = &collocation(data, self.problem.domain())?[..];
+    fn iterate(&self, start: Option<&Solution<D>>, task: &Task<'_, D>) -> Result<Solution<D>> {
+        let points = &collocation(task.data, self.problem.domain())?[..];
         let start = start.map(|start| &start.fit);
         let mut values = match start {
             Some(start) => self.means(&start.conditional()?, points)?,
             None => {
-                let mean = Prior::constrained(&self.problem, kernel)?.mean;
-                let at = |argument: Derivative<D>, x: &[f64; D]| {
-                    let mean = mean.at(Series::variables(*x, argument.orders));
-                    mean.derivative(&argument.orders)
+                let mean = Prior::constrained(&self.problem, task.kernel)?.mean;
+                let at = |orders: [usize; D], x: &[f64; D]| {
+                    mean.at(Series::variables(*x, orders)).derivative(&orders)
                 };
-                self.evaluate(points, |own| Ok(points.iter().map(|x| at(own, x)).collect()))?
+                let of = |own: Derivative<D>| points.iter().map(|x| at(own.orders, x)).collect();
+                self.arguments.map(of).to_vec()
             }
         };
         let (mut change, mut taken) = (f64::INFINITY, 0);
         let mut parameters = start.map(|fit| fit.outcome().parameters.clone());
         let mut theta = self.theta(start);
         loop {
-            let model = self.linearised(kernel, (data, points), &values, &theta)?;
+            let model = self.linearised(task, points, &values, &theta)?;
             // Parameters of a start on other data may be of another number.
             let count = model.parameters().len();
             let mut starts: Vec<Vec<f64>> =
                 parameters.into_iter().filter(|known| known.len() == count).collect();
             // The first linearisations are far from the last: what fits them best may be elsewhere.
             if change > NEARLY || starts.is_empty() {
-                starts.extend(model.random_starts(options));
+                starts.extend(model.random_starts(task.options));
             }
-            let fit = model.fit_from(starts, options.iterations)?;
+            let fit = model.fit_from(starts, task.options.iterations)?;
             let updated = self.means(&fit.conditional()?, points)?;
             let now = self.theta(Some(&fit));
-            change = relative_change(&values, &updated).max(largest_change(&theta, &now));
+            let each = theta.iter().zip(&now).map(|(old, new)| relative_change(&[*old], &[*new]));
+            change = each.fold(relative_change(&values[0], &updated[0]), f64::max);
             taken += 1;
-            if change < CONVERGED || taken >= steps {
+            if change < CONVERGED || taken >= task.steps {
                 return Ok(Solution { fit, steps: taken, change });
             }
             (values, theta) = (updated, now);
@@ -307,34 +302,22 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         }
     }
 
-    /// Posterior means of all arguments.
-    fn means(&self, conditional: &Conditional<D>, points: &[[f64; D]]) -> Result<Vec<[f64; M]>> {
-        self.evaluate(points, |argument| conditional.mean_of(&argument.into(), points))
-    }
-
-    /// Values of all arguments at the points, argument by argument from `of`.
-    fn evaluate(
-        &self,
-        points: &[[f64; D]],
-        of: impl Fn(Derivative<D>) -> Result<Vec<f64>>,
-    ) -> Result<Vec<[f64; M]>> {
-        let mut values = vec![[0.0; M]; points.len()];
-        for (number, argument) in self.arguments.into_iter().enumerate() {
-            values.iter_mut().zip(of(argument)?).for_each(|(value, own)| value[number] = own);
-        }
-        Ok(values)
+    /// Posterior means of all arguments, one after the other.
+    fn means(&self, conditional: &Conditional<D>, points: &[[f64; D]]) -> Result<Vec<Vec<f64>>> {
+        let of = |argument: &Derivative<D>| conditional.mean_of(&(*argument).into(), points);
+        self.arguments.iter().map(of).collect()
     }
 
     fn linearised(
         &self,
-        kernel: &dyn Kernel<D>,
-        (data, points): (&Data<D>, &[[f64; D]]),
-        values: &[[f64; M]],
+        task: &Task<'_, D>,
+        points: &[[f64; D]],
+        values: &[Vec<f64>],
         theta: &[f64],
     ) -> Result<Model<D>> {
         let (equation, shifts) = self.tangent(points, values, theta)?;
-        let problem = self.problem.with_equation(equation)?;
-        let mut groups = data.groups.clone();
+        let problem = Problem { equation, ..self.problem.clone() };
+        let mut groups = task.data.groups.clone();
         let imposed = groups.iter_mut().filter(|group| group.operator.is_none());
         let values = imposed.flat_map(|group| &mut group.values);
         values.zip(shifts).for_each(|(f, shift)| *f += shift);
@@ -343,14 +326,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         // counts before all.
         let measured = data.groups.iter().any(|group| group.role == Role::Observed);
         let evidence = if measured { Evidence::UnitInformation } else { Evidence::Joint };
-        Model::new(Prior::constrained(&problem, kernel)?, data, evidence)
+        Model::new(Prior::constrained(&problem, task.kernel)?, data, evidence)
     }
-}
-
-/// Largest change of a parameter relative to its size.
-fn largest_change(old: &[f64], new: &[f64]) -> f64 {
-    let change = |(a, b): (&f64, &f64)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE);
-    old.iter().zip(new).map(change).fold(0.0, f64::max)
 }
 
 /// A nonlinear term that is not finite where u may be, at a point of those given.
@@ -365,13 +342,17 @@ fn singular_term(index: usize, arguments: &[f64]) -> GpError {
 fn collocation<const D: usize>(data: &Data<D>, domain: &Domain<D>) -> Result<Vec<[f64; D]>> {
     check(&data.groups, domain)?;
     let imposed = data.groups.iter().filter(|group| group.operator.is_none());
-    let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points.iter().copied()).collect();
+    let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points().iter().copied()).collect();
     if points.is_empty() { Err(no_data()) } else { Ok(points) }
 }
 
-/// Largest change of the first argument relative to its largest magnitude.
-fn relative_change<const M: usize>(old: &[[f64; M]], new: &[[f64; M]]) -> f64 {
-    let size = new.iter().fold(f64::MIN_POSITIVE, |most, v| most.max(v[0].abs()));
-    let change = |(old, new): (&[f64; M], &[f64; M])| (old[0] - new[0]).abs();
-    old.iter().zip(new).map(change).fold(0.0, f64::max) / size
+/// Arguments at one of the points.
+fn at_point<const M: usize>(values: &[Vec<f64>], index: usize) -> [f64; M] {
+    std::array::from_fn(|k| values[k][index])
+}
+
+/// Largest change relative to the largest magnitude.
+fn relative_change(old: &[f64], new: &[f64]) -> f64 {
+    let change = old.iter().zip(new).map(|(old, new)| (old - new).abs()).fold(0.0, f64::max);
+    change / largest(new).max(f64::MIN_POSITIVE)
 }

@@ -94,10 +94,6 @@ fn multiply_into(out: &mut [f64], left: &[f64], right: &[f64], degrees: &[u8]) {
 }
 
 impl Series {
-    fn new(degrees: Degrees, coefficients: Vec<f64>) -> Self {
-        Self { degrees, coefficients }
-    }
-
     /// The numbers `values` that depend on no variable.
     pub fn plain<const D: usize>(values: [f64; D]) -> [Self; D] {
         values.map(Self::number)
@@ -105,7 +101,7 @@ impl Series {
 
     /// One such number.
     pub(crate) fn number(value: f64) -> Self {
-        Self::new(Degrees::new(&[]), vec![value])
+        Self { degrees: Degrees::new(&[]), coefficients: vec![value] }
     }
 
     /// The variables themselves at `values`, each kept up to the power in `degrees`.
@@ -126,14 +122,14 @@ impl Series {
             let later = degrees.as_slice()[index + 1..].iter();
             coefficients[later.map(|d| usize::from(*d) + 1).product::<usize>()] = 1.0;
         }
-        Self::new(degrees, coefficients)
+        Self { degrees, coefficients }
     }
 
     /// The number `value`, shaped like this one.
     pub fn constant(&self, value: f64) -> Self {
         let mut coefficients = vec![0.0; self.coefficients.len()];
         coefficients[0] = value;
-        Self::new(self.degrees, coefficients)
+        Self { degrees: self.degrees, coefficients }
     }
 
     /// Value at the point of expansion.
@@ -160,7 +156,7 @@ impl Series {
             lifted[0] = *c;
         }
         coefficients[1] = slope;
-        Self::new(degrees, coefficients)
+        Self { degrees, coefficients }
     }
 
     /// The derivative of order `order` in the last variable, at its point of expansion, as a
@@ -178,7 +174,7 @@ impl Series {
         let factor = factorial(order);
         let coefficients =
             self.coefficients.iter().skip(order).step_by(stride).map(|c| c * factor).collect();
-        Self::new(degrees, coefficients)
+        Self { degrees, coefficients }
     }
 
     /// Whether it has no variables.
@@ -323,7 +319,7 @@ impl Series {
         }
         let coefficients =
             self.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
-        Self::new(self.degrees, coefficients)
+        Self { degrees: self.degrees, coefficients }
     }
 
     fn product(&self, right: &Self) -> Self {
@@ -337,12 +333,12 @@ impl Series {
         let (degrees, mut coefficients) = (self.degrees, vec![0.0; self.coefficients.len()]);
         let (left, right) = (&self.coefficients, &right.coefficients);
         multiply_into(&mut coefficients, left, right, degrees.as_slice());
-        Self::new(degrees, coefficients)
+        Self { degrees, coefficients }
     }
 
     fn map(&self, op: impl Fn(f64) -> f64) -> Self {
         let coefficients = self.coefficients.iter().map(|c| op(*c)).collect();
-        Self::new(self.degrees, coefficients)
+        Self { degrees: self.degrees, coefficients }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Draws in chains, and summaries of a parameter.
 
+use crate::mixing::{mean, variance};
 use crate::{ess_bulk, ess_tail, quantile, r_hat};
 
 /// Draws of a sampler.
@@ -7,10 +8,6 @@ use crate::{ess_bulk, ess_tail, quantile, r_hat};
 pub struct Chains {
     /// Parameters by chain and draw; all chains have equally many draws.
     pub draws: Vec<Vec<Vec<f64>>>,
-    /// Trajectories of kept draws that diverged.
-    pub divergences: usize,
-    /// Gradients that were evaluated, those of the warm-up included.
-    pub gradients: u64,
 }
 
 /// Moments, quantiles and mixing of one parameter.
@@ -47,20 +44,12 @@ impl Chains {
             let kept = per_chain.min(chain.len());
             (1..=kept).map(|i| chain[i * chain.len() / kept - 1].clone()).collect()
         };
-        Self { draws: self.draws.iter().map(thin).collect(), ..self.clone() }
+        Self { draws: self.draws.iter().map(thin).collect() }
     }
 
     /// Summary of one parameter.
     pub fn summary(&self, index: usize) -> Summary {
         Summary::of(&self.parameter(index))
-    }
-
-    /// The chains of both.
-    pub(crate) fn and(mut self, other: Self) -> Self {
-        self.draws.extend(other.draws);
-        self.divergences += other.divergences;
-        self.gradients += other.gradients;
-        self
     }
 }
 
@@ -68,11 +57,9 @@ impl Summary {
     /// Summary of a quantity by chain and draw.
     pub fn of(chains: &[Vec<f64>]) -> Self {
         let all = chains.concat();
-        let mean = all.iter().sum::<f64>() / all.len() as f64;
-        let squares = all.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
         Self {
-            mean,
-            deviation: (squares / (all.len() as f64 - 1.0)).sqrt(),
+            mean: mean(&all),
+            deviation: variance(&all).sqrt(),
             quantiles: [0.025, 0.5, 0.975].map(|share| quantile(&all, share)),
             r_hat: r_hat(chains),
             ess_bulk: ess_bulk(chains),

@@ -81,12 +81,12 @@ fn normal_scores(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     scores.chunks(length).map(<[f64]>::to_vec).collect()
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// Variance with n − 1.
-fn variance(values: &[f64]) -> f64 {
+pub(crate) fn variance(values: &[f64]) -> f64 {
     let mean = mean(values);
     values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)
 }
@@ -105,26 +105,16 @@ fn plain_r_hat(chains: &[Vec<f64>]) -> f64 {
 
 /// Effective sample size by Geyer's initial positive and monotone sequences.
 fn effective(chains: &[Vec<f64>]) -> f64 {
-    let total = chains.len() * chains[0].len();
-    let all = chains.iter().flatten();
-    let ends =
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
-    if ends[1] - ends[0] < CONSTANT {
-        return total as f64;
+    let all = sorted(chains);
+    let total = all.len() as f64;
+    if all[all.len() - 1] - all[0] < CONSTANT {
+        return total;
     }
-    let correlations = positive_sequence(chains);
-    let sum = 2.0 * correlations.kept.iter().sum::<f64>() + correlations.last;
-    let time = (sum - 1.0).max(1.0 / (total as f64).log10());
-    total as f64 / time
+    total / correlation_time(chains).max(1.0 / total.log10())
 }
 
-/// Autocorrelations that count twice, and one more that counts once.
-struct Correlations {
-    kept: Vec<f64>,
-    last: f64,
-}
-
-fn positive_sequence(chains: &[Vec<f64>]) -> Correlations {
+/// Sum of the autocorrelations at all lags, negative ones too, until their noise begins.
+fn correlation_time(chains: &[Vec<f64>]) -> f64 {
     let draws = chains[0].len();
     let centre = means(chains);
     // Mean over the chains of the autocovariance at a lag.
@@ -151,20 +141,16 @@ fn positive_sequence(chains: &[Vec<f64>]) -> Correlations {
         }
         lag += 2;
     }
-    // `most` is 0 if the loop was not entered.
-    let most = lag.saturating_sub(2);
-    let entered = lag > 1;
+    // Those before the last pair count twice, and the first of that once.
+    let kept = lag - 1;
     if even > 0.0 {
-        found[if entered { most + 1 } else { 0 }] = even;
+        found[kept] = even;
     }
-    let mut lag = 1;
-    while entered && lag + 2 <= most {
+    for lag in (1..kept.saturating_sub(2)).step_by(2) {
         let before = found[lag - 1] + found[lag];
         if found[lag + 1] + found[lag + 2] > before {
             (found[lag + 1], found[lag + 2]) = (0.5 * before, 0.5 * before);
         }
-        lag += 2;
     }
-    let kept = if entered { most + 1 } else { 0 };
-    Correlations { last: found[kept], kept: found[..kept].to_vec() }
+    2.0 * found[..kept].iter().sum::<f64>() + found[kept] - 1.0
 }

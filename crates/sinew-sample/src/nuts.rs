@@ -64,9 +64,8 @@ pub fn nuts_from<D: LogDensity>(
         let whitened = Whitened { density, about: &about, gradient: vec![0.0; start.len()] };
         chain(whitened, number, seed, options)
     };
-    let found: Vec<Chains> =
-        (0..options.chains).into_par_iter().map(one).collect::<Result<_, _>>()?;
-    Ok(found.into_iter().fold(Chains::default(), Chains::and))
+    let draws = (0..options.chains).into_par_iter().map(one).collect::<Result<_, _>>()?;
+    Ok(Chains { draws })
 }
 
 fn chain<D: LogDensity>(
@@ -74,7 +73,7 @@ fn chain<D: LogDensity>(
     number: usize,
     seed: u64,
     options: &NutsOptions,
-) -> Result<Chains, SampleError> {
+) -> Result<Vec<Vec<f64>>, SampleError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let z = standard_normals(whitened.dim(), &mut random);
     let start = whitened.start(z).ok_or(SampleError::Start(number))?;
@@ -89,16 +88,11 @@ fn chain<D: LogDensity>(
     let mut chain =
         settings.new_chain(number as u64, CpuMath::new(whitened), &mut random).map_err(stopped)?;
     chain.set_position(&start).map_err(stopped)?;
-    let mut found = Chains { draws: vec![Vec::with_capacity(options.draws)], ..Chains::default() };
-    for step in 0..options.warmup + options.draws {
-        let (z, progress) = chain.draw().map_err(stopped)?;
-        found.gradients += progress.num_steps;
-        if step >= options.warmup {
-            found.draws[0].push(about.point(&z));
-            found.divergences += usize::from(progress.diverging);
-        }
+    let mut draw = || chain.draw().map(|(z, _)| about.point(&z)).map_err(stopped);
+    for _ in 0..options.warmup {
+        draw()?;
     }
-    Ok(found)
+    (0..options.draws).map(|_| draw()).collect()
 }
 
 /// A density in whitened coordinates.

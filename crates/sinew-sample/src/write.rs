@@ -2,17 +2,10 @@
 
 use crate::error::SampleError;
 use serde::{Serialize, Serializer};
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
-
-/// Values by chain and draw, or one that was observed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-enum Values {
-    Draws(Vec<Vec<f64>>),
-    Observed(f64),
-}
 
 /// Groups of draws that `arviz` opens, one number by chain and draw under each name. Every draw has the same weight, since
 /// `arviz` reads no others.
@@ -27,7 +20,7 @@ pub struct ArvizDict(BTreeMap<String, Group>);
 
 /// Quantities in the order in which they were added.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Group(Vec<(String, Values)>);
+struct Group(Vec<(String, Value)>);
 
 impl Serialize for Group {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -43,17 +36,17 @@ impl ArvizDict {
 
     /// Adds a quantity by chain and draw to a group such as `posterior`, `prior` or `posterior_predictive`.
     pub fn with(mut self, group: &str, name: &str, chains: Vec<Vec<f64>>) -> Self {
-        self.put(group, name, Values::Draws(chains));
+        self.put(group, name, chains.into());
         self
     }
 
     /// Adds an observed value.
     pub fn with_observed(mut self, name: &str, value: f64) -> Self {
-        self.put("observed_data", name, Values::Observed(value));
+        self.put("observed_data", name, value.into());
         self
     }
 
-    fn put(&mut self, group: &str, name: &str, values: Values) {
+    fn put(&mut self, group: &str, name: &str, values: Value) {
         let Group(all) = self.0.entry(group.into()).or_default();
         all.retain(|(own, _)| own != name);
         all.push((name.into(), values));

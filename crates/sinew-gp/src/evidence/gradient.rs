@@ -61,29 +61,27 @@ impl<const D: usize> State<'_, D> {
     pub(crate) fn gradient(&self, factored: &Factored) -> Vec<f64> {
         let size = self.model.size;
         let (mut cotangent, w) = self.cotangents(factored);
-        let mut noise = Vec::new();
+        let mut gradient = vec![0.0; self.model.parameters.len()];
         for (number, group) in self.model.groups.iter().enumerate() {
             let (mut trace, sigma) = (0.0, self.noise[number]);
             for (own, row) in group.rows().enumerate() {
                 let diagonal = &mut cotangent[row * (size + 1)];
                 let slope = *diagonal * sigma * sigma / self.weights[number][own];
                 trace += slope;
-                noise.extend(group.weighted.map(|first| (first + own, -slope)));
+                group.weighted.iter().for_each(|first| gradient[first + own] -= slope);
                 *diagonal *= 1.0 + factored.jitter;
             }
             let slope = 2.0 * trace - group.scatter(sigma).1;
-            noise.extend(group.learned.map(|position| (position, slope)));
+            group.learned.iter().for_each(|position| gradient[*position] += slope);
         }
-        let mut gradient = self.propagated(&cotangent, &w);
-        noise.into_iter().for_each(|(position, slope)| gradient[position] += slope);
+        self.propagate(&cotangent, &w, &mut gradient);
         gradient.iter_mut().for_each(|g| *g = -*g);
         gradient
     }
 
-    /// Gradient in all parameters but the noise, on their scales, from cotangents of the covariance (as
+    /// Adds the gradient in all parameters but the noise, on their scales, from cotangents of the covariance (as
     /// [`State::cotangents`] has them) and of the residual.
-    pub(crate) fn propagated(&self, cotangent: &[f64], w: &[f64]) -> Vec<f64> {
-        let mut gradient = vec![0.0; self.model.parameters.len()];
+    fn propagate(&self, cotangent: &[f64], w: &[f64], gradient: &mut [f64]) {
         let pulled = self.pull_back(cotangent);
         let mut theta = vec![0.0; self.theta.len()];
         for group in &self.model.groups {
@@ -117,7 +115,6 @@ impl<const D: usize> State<'_, D> {
         for (offset, slopes) in self.model.part_offsets.iter().zip(&pulled.hyperparameters) {
             gradient[offset + 1..offset + 1 + slopes.len()].copy_from_slice(slopes);
         }
-        gradient
     }
 
     fn pull_back(&self, cotangent: &[f64]) -> Pulled {

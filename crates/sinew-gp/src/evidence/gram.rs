@@ -3,10 +3,11 @@
 //! For two points p, q and a part of the prior, K_pq = Σ_{β, β′} a_{p,β} a_{q,β′} ∂^β ∂′^{β′} k; of a
 //! stationary kernel the last factor is (−1)^|β′| G_{β+β′} with the derivatives G in the difference.
 
+use crate::Formula;
 use crate::kernel::simd::lane_sum;
-use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request};
+use crate::kernel::{Hermites, MOST_PAIRS, Orders, Request};
 use crate::prior::Part;
-use crate::prior::coefficients::position;
+use crate::prior::coefficients::{PointCoefficients, position};
 use sinew_num::vectorised;
 
 /// Entry of a kernel's table that each pair of orders reads.
@@ -21,7 +22,7 @@ pub(crate) struct PairPlan<const D: usize> {
 
 impl<const D: usize> PairPlan<D> {
     pub(crate) fn new(part: &Part<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
-        let stationary = part.kernel.is_stationary();
+        let stationary = part.kernel.stationary;
         let (mut entries, mut reads) = (Vec::new(), Vec::new());
         for (first, second) in first.iter().flat_map(|a| second.iter().map(move |b| (*a, *b))) {
             let orders = Orders { first, second };
@@ -34,36 +35,23 @@ impl<const D: usize> PairPlan<D> {
     }
 }
 
-/// Points with the coefficients of one part of the prior at the current parameters.
-#[derive(Clone, Copy)]
-pub(crate) struct Side<'a, const D: usize> {
-    /// Their coordinates, axis by axis.
-    pub axes: &'a [Vec<f64>; D],
-    /// a_β at `[β · points + point]`, with the amplitude in it.
-    pub coefficients: &'a [f64],
-}
-
-impl<'a, const D: usize> Side<'a, D> {
-    fn width(&self) -> usize {
-        self.coefficients.len() / self.count().max(1)
-    }
-
-    fn count(&self) -> usize {
-        self.axes[0].len()
-    }
-
-    fn row(&self, order: usize, start: usize, count: usize) -> &'a [f64] {
-        &self.coefficients[order * self.count() + start..][..count]
-    }
+/// Points of a group with the coefficients of the prior at the current parameters.
+pub(crate) struct Leg<'a, const D: usize> {
+    /// Number of the group.
+    pub group: usize,
+    pub points: &'a PointCoefficients<D>,
+    /// a_β of each part at `[β · points + point]`, with the amplitude in it.
+    pub coefficients: Vec<Vec<f64>>,
 }
 
 /// One part of the prior between two sets of points.
 pub(crate) struct Block<'a, const D: usize> {
-    pub kernel: &'a dyn Kernel<D>,
+    pub kernel: &'a Formula<D>,
     pub hyperparameters: &'a [f64],
     pub plan: &'a PairPlan<D>,
-    pub first: Side<'a, D>,
-    pub second: Side<'a, D>,
+    pub part: usize,
+    pub first: &'a Leg<'a, D>,
+    pub second: &'a Leg<'a, D>,
 }
 
 /// Memory reused from column to column.
@@ -74,6 +62,7 @@ pub(crate) struct Scratch {
     signed: Vec<f64>,
     /// Cotangents of the coefficients of the column's own point, one for each order.
     pub own: Vec<f64>,
+    hermites: Hermites,
 }
 
 impl<const D: usize> Block<'_, D> {
@@ -82,14 +71,20 @@ impl<const D: usize> Block<'_, D> {
             kernel: self.kernel,
             hyperparameters: self.hyperparameters,
             orders: &self.plan.entries,
-            first: self.first.axes.each_ref().map(|axis| &axis[start..start + count]),
-            second: std::array::from_fn(|d| self.second.axes[d][column]),
+            first: self.first.points.axes.each_ref().map(|axis| &axis[start..start + count]),
+            second: self.second.points.axes.each_ref().map(|axis| axis[column]),
         }
+    }
+
+    /// Coefficients of the first points for one order after the other.
+    fn rows(&self) -> impl Iterator<Item = &[f64]> {
+        self.first.coefficients[self.part].chunks(self.first.points.count)
     }
 
     /// Signed coefficients of the second point.
     fn signed(&self, column: usize, signed: &mut Vec<f64>) {
-        let coefficients = self.second.coefficients[column..].iter().step_by(self.second.count());
+        let coefficients = self.second.coefficients[self.part][column..].iter();
+        let coefficients = coefficients.step_by(self.second.points.count);
         signed.clear();
         signed.extend(self.plan.signs.iter().zip(coefficients).map(|(sign, a)| sign * a));
     }
@@ -110,9 +105,9 @@ impl<const D: usize> Block<'_, D> {
             let (start, count) = (start + number * MOST_PAIRS, out.len());
             scratch.table.resize(self.plan.entries.len() * count, 0.0);
             let table = scratch.table.as_mut_slice();
-            self.request(start, count, column).derivatives(table);
-            for order in 0..self.first.width() {
-                let coefficients = self.first.row(order, start, count);
+            self.request(start, count, column).derivatives(table, &mut scratch.hermites, 0);
+            for (order, row) in self.rows().enumerate() {
+                let coefficients = &row[start..start + count];
                 let reads = &self.plan.reads[order * scratch.signed.len()..];
                 contract(table, reads, &scratch.signed, coefficients, out);
             }
@@ -130,7 +125,7 @@ impl<const D: usize> Block<'_, D> {
         [coefficients, hyperparameters]: [&mut [f64]; 2],
         scratch: &mut Scratch,
     ) {
-        let Scratch { table, weights: slopes, signed, own } = scratch;
+        let Scratch { table, weights: slopes, signed, own, hermites } = scratch;
         own.clear();
         if self.plan.entries.is_empty() {
             return;
@@ -144,18 +139,16 @@ impl<const D: usize> Block<'_, D> {
             table.resize(size, 0.0);
             slopes.clear();
             slopes.resize(size, 0.0);
-            let mut weigh = |table: &[f64], slopes: &mut [f64]| {
-                for order in 0..self.first.width() {
-                    let factors = self.first.row(order, start, count);
-                    let position = order * self.first.count() + start;
-                    let cotangent = &mut coefficients[position..][..count];
-                    let reads = &self.plan.reads[order * width..];
-                    expand(table, reads, signed, factors, weights, cotangent, slopes, own);
-                }
-            };
             let request = self.request(start, count, column);
-            let memory = [&mut table[..], &mut slopes[..]];
-            request.derivatives_and_pull_back(memory, &mut weigh, hyperparameters);
+            request.derivatives(table, hermites, 1);
+            let cotangents = coefficients.chunks_mut(self.first.points.count);
+            for (order, (row, cotangent)) in self.rows().zip(cotangents).enumerate() {
+                let factors = &row[start..start + count];
+                let cotangent = &mut cotangent[start..start + count];
+                let reads = &self.plan.reads[order * width..];
+                expand(table, reads, signed, factors, weights, cotangent, slopes, own);
+            }
+            request.pull_back(slopes, hermites, hyperparameters);
         }
         own.iter_mut().zip(&self.plan.signs).for_each(|(own, sign)| *own *= sign);
     }

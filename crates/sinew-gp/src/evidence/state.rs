@@ -1,11 +1,10 @@
 //! A model at given parameters: its covariance, factored.
 
 use crate::evidence::factor::Factor;
-use crate::evidence::gram::{Block, PairPlan, Scratch, Side};
+use crate::evidence::gram::{Block, Leg, Scratch};
 use crate::evidence::inverse::for_columns;
 use crate::model::compile::Compiled;
 use crate::prior::Part;
-use crate::prior::coefficients::PointCoefficients;
 use crate::{Evaluation, Evidence, GpError, Model, Noise, Result};
 use faer::Par;
 use sinew_num::on_ready_threads;
@@ -17,6 +16,9 @@ const LAST_JITTER: f64 = 1e-4;
 
 /// Observations from which on work is shared between threads.
 const PARALLEL_FROM: usize = 256;
+
+/// An evidence with or without its gradient.
+type Computed<const D: usize> = fn(&Model<D>, &[f64], bool) -> Result<Evaluation>;
 
 /// A factored covariance with the whitened residual.
 #[derive(Debug)]
@@ -52,15 +54,6 @@ pub(crate) struct State<'a, const D: usize> {
     pub noise: Vec<f64>,
     /// Divisors of the variance of each observation's noise, by group.
     pub weights: Vec<Vec<f64>>,
-}
-
-/// A leg of a group at given parameters.
-pub(crate) struct Leg<'a, const D: usize> {
-    /// Number of the group.
-    pub group: usize,
-    pub points: &'a PointCoefficients<D>,
-    /// a_β of each part.
-    pub coefficients: Vec<Vec<f64>>,
 }
 
 impl<'a, const D: usize> State<'a, D> {
@@ -99,27 +92,31 @@ impl<'a, const D: usize> State<'a, D> {
         group.first_leg..group.first_leg + group.legs.len()
     }
 
-    pub(crate) fn side(&self, part: usize, leg: usize) -> Side<'_, D> {
-        let leg = &self.legs[leg];
-        Side { axes: &leg.points.axes, coefficients: &leg.coefficients[part] }
-    }
-
     /// Covariance of one part between two legs.
     pub(crate) fn block(&self, part: usize, first: usize, second: usize) -> Block<'_, D> {
         let plan = &self.model.plans[part][first * self.legs.len() + second];
-        self.between(part, plan, self.side(part, first), self.side(part, second))
+        let [first, second] = [first, second].map(|leg| &self.legs[leg]);
+        let kernel = &self.model.prior.parts[part].kernel;
+        Block { kernel, hyperparameters: &self.kernels[part].1, plan, part, first, second }
     }
 
-    /// Covariance of one part between any points.
-    pub(crate) fn between<'b>(
-        &'b self,
-        part: usize,
-        plan: &'b PairPlan<D>,
-        first: Side<'b, D>,
-        second: Side<'b, D>,
-    ) -> Block<'b, D> {
-        let kernel = &*self.model.prior.parts[part].kernel;
-        Block { kernel, hyperparameters: &self.kernels[part].1, plan, first, second }
+    /// Adds the covariances of a group's observations, from number `start` on, with that of a row of the matrix.
+    pub(crate) fn add_covariances(
+        &self,
+        [group, start]: [usize; 2],
+        row: usize,
+        out: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        let own = self.group_of(row);
+        let point = row - self.model.groups[own].offset;
+        for part in 0..self.kernels.len() {
+            for first in self.legs_of(group) {
+                for second in self.legs_of(own) {
+                    self.block(part, first, second).add_column(start, point, out, scratch);
+                }
+            }
+        }
     }
 
     /// y − mean.
@@ -140,17 +137,9 @@ impl<'a, const D: usize> State<'a, D> {
         let size = self.model.size;
         let mut matrix = vec![0.0; size * size];
         let column = |(number, column): (usize, &mut [f64]), scratch: &mut Scratch| {
-            let own = self.group_of(number);
-            let seconds = self.legs_of(own);
-            let point = number - self.model.groups[own].offset;
-            for part in 0..self.kernels.len() {
-                for first in seconds.start..self.legs.len() {
-                    let (start, rows) = self.rows(self.legs[first].group, number);
-                    for second in seconds.clone() {
-                        let block = self.block(part, first, second);
-                        block.add_column(start, point, &mut column[rows.clone()], scratch);
-                    }
-                }
+            for group in self.group_of(number)..self.model.groups.len() {
+                let (start, rows) = self.rows(group, number);
+                self.add_covariances([group, start], number, &mut column[rows], scratch);
             }
         };
         for_columns(self.threads(), (&mut matrix, size), column);
@@ -162,12 +151,9 @@ impl<'a, const D: usize> State<'a, D> {
         self.model.size >= PARALLEL_FROM
     }
 
-    pub(crate) fn parallel(&self) -> bool {
-        self.is_large() && rayon::current_num_threads() > 1
-    }
-
     pub(crate) fn threads(&self) -> Par {
-        if self.parallel() { Par::rayon(0) } else { Par::Seq }
+        let shared = self.is_large() && rayon::current_num_threads() > 1;
+        if shared { Par::rayon(0) } else { Par::Seq }
     }
 
     pub(crate) fn group_of(&self, row: usize) -> usize {
@@ -255,12 +241,7 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If their number is wrong, or the covariance is not positive definite with any jitter.
     pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64> {
-        instance!(D, Model::value, fn(&Model<D>, &[f64]) -> Result<f64>)(self, parameters)
-    }
-
-    fn value(&self, parameters: &[f64]) -> Result<f64> {
-        let state = State::new(self, parameters)?;
-        Ok(state.value(&state.factored()?))
+        Ok(instance!(D, Model::computed, Computed<D>)(self, parameters, false)?.value)
     }
 
     /// [`Model::log_evidence`] with its gradient.
@@ -268,19 +249,19 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// As [`Model::log_evidence`].
     pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation> {
-        instance!(D, Model::computed, fn(&Model<D>, &[f64]) -> Result<Evaluation>)(self, parameters)
+        instance!(D, Model::computed, Computed<D>)(self, parameters, true)
     }
 
-    fn computed(&self, parameters: &[f64]) -> Result<Evaluation> {
+    fn computed(&self, parameters: &[f64], with_gradient: bool) -> Result<Evaluation> {
         let state = State::new(self, parameters)?;
         let evaluate = || {
             let factored = state.factored()?;
             Ok(Evaluation {
                 value: state.value(&factored),
-                gradient: state.gradient(&factored),
+                gradient: if with_gradient { state.gradient(&factored) } else { Vec::new() },
                 jitter: factored.jitter,
             })
         };
-        if state.parallel() { on_ready_threads(evaluate) } else { evaluate() }
+        if state.threads() == Par::Seq { evaluate() } else { on_ready_threads(evaluate) }
     }
 }

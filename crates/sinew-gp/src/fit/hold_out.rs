@@ -2,6 +2,7 @@
 
 use crate::fit::HoldOut;
 use crate::model::compile::Compiled;
+use crate::model::data::root_mean_square;
 use crate::{Fit, GpError, Model, Noise, Operator, Result};
 
 /// Points that are left out at most, for time.
@@ -24,12 +25,6 @@ pub(crate) struct Candidate<const D: usize> {
     pub residual: f64,
 }
 
-/// Root mean square of residuals at places.
-fn size<const D: usize>(residuals: &[(f64, [f64; D])]) -> f64 {
-    let squares: f64 = residuals.iter().map(|(residual, _)| residual * residual).sum();
-    (squares / residuals.len().max(1) as f64).sqrt()
-}
-
 /// Error of the equation in units of its largest term from which on intervals are withheld.
 const WITHHELD: f64 = 2.0;
 
@@ -46,19 +41,21 @@ impl<const D: usize> Fit<D> {
         let (model, conditional) = (self.model(), self.conditional()?);
         let (mut own, mut term) = (Vec::new(), 0.0_f64);
         for group in model.equations() {
-            let at = &group.given.points;
+            let at = group.given.points();
             term = term.max(NOTHING * conditional.prior_spread(&model.prior.equation, at)?);
             for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
                 own.push((conditional.left_out(row)[0], *at));
             }
             for summand in model.prior.equation.terms() {
                 let values = conditional.mean_of(&Operator::of(summand), at)?;
-                let square: f64 = values.iter().map(|v| v * v).sum();
-                term = term.max((square / values.len() as f64).sqrt());
+                term = term.max(root_mean_square(&values));
             }
         }
         let elsewhere = self.candidates(SEED)?.into_iter();
         let elsewhere: Vec<_> = elsewhere.map(|place| (place.residual, place.at)).collect();
+        let size = |found: &[(f64, [f64; D])]| {
+            root_mean_square(&found.iter().map(|(residual, _)| *residual).collect::<Vec<_>>())
+        };
         let worse = if size(&elsewhere) > size(&own) { elsewhere } else { own };
         let worst = worse.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
         let residual = size(&worse);
@@ -101,11 +98,11 @@ impl<const D: usize> Model<D> {
     fn equations(&self) -> impl Iterator<Item = &Compiled<D>> {
         self.groups
             .iter()
-            .filter(|group| group.given.operator.is_none() && !group.given.points.is_empty())
+            .filter(|group| group.given.operator.is_none() && !group.given.points().is_empty())
     }
 
     /// All collocation points.
     pub(crate) fn places(&self) -> Vec<[f64; D]> {
-        self.equations().flat_map(|group| group.given.points.iter().copied()).collect()
+        self.equations().flat_map(|group| group.given.points().iter().copied()).collect()
     }
 }

@@ -1,14 +1,13 @@
-//! The fit of a model: many starts, points where the equation is off, and what stays off as noise.
+//! Points where the equation is off, and what stays off as noise.
 
 use crate::fit::HoldOut;
 use crate::fit::hold_out::{Candidate, EVEN};
 use crate::model::data::{Group, Role};
-use crate::{Data, Fit, FitOptions, GpError, Model, Noise, Prior, Result, Side};
+use crate::{Data, Domain, Fit, FitOptions, GpError, Model, Noise, Prior, Result, Side};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Rounds of further points at most, and what each adds relative to those before.
-pub(crate) const ROUNDS: u64 = 8;
+/// Growth of the number of points in a round.
 const GROWTH: f64 = 0.5;
 /// Error of the equation relative to its largest term at which points suffice, and where u alone is sought of one that holds
 /// everywhere.
@@ -16,8 +15,6 @@ pub(crate) const RESOLVED: f64 = 0.02;
 pub(crate) const RESOLVED_ALONE: f64 = 1e-3;
 /// Values up to which that suffices: more of them say more of u, and the equation must be off by as much less.
 const FEW_VALUES: f64 = 100.0;
-/// Share of the error before that a round must stay below, at least every other time.
-const BETTER: f64 = 0.8;
 /// Width of a layer at one end of an axis in units of its length, and share of the error that is left where there is one.
 const WIDTH: f64 = 0.02;
 const LAYER: f64 = 0.5;
@@ -25,56 +22,8 @@ const LAYER: f64 = 0.5;
 const APART: f64 = 0.3;
 
 impl<const D: usize> Model<D> {
-    /// Maximises evidence times [`crate::Hyperprior`]s from several starts, in parallel: half of them drawn at random, half the
-    /// most probable of many.
-    ///
-    /// The best restart that did not collapse is taken, or the best if all did. Where the equation holds everywhere
-    /// ([`crate::Data::equation_everywhere`]), or has the same right-hand side at all of its points (ten or more), further points are
-    /// imposed where it is off, up to [`FitOptions::most_points`]. The error that is left, at points left out or in between, is
-    /// taken for noise of the equation, so that intervals and bands are as wide as it leaves them.
-    ///
-    /// # Errors
-    /// If no restart has a finite evidence, or matrices of all observations would take more than [`FitOptions::most_memory`].
-    pub fn fit(self, options: &FitOptions) -> Result<Fit<D>> {
-        instance!(D, Model::resolved, fn(Model<D>, &FitOptions) -> Result<Fit<D>>)(self, options)
-    }
-
-    fn resolved(self, options: &FitOptions) -> Result<Fit<D>> {
-        self.check_memory(options)?;
-        let starts = self.chosen_starts(options);
-        let mut fit = self.fit_from(starts, options.iterations)?;
-        if options.most_points == 0 {
-            return Ok(fit);
-        }
-        let aim = fit.model().aim();
-        let (mut error, mut idle) = (f64::INFINITY, 0);
-        for round in 0.. {
-            let Some(mut found) = fit.left_out()? else { return Ok(fit) };
-            if round == 0 && found.residual > aim * found.term {
-                (fit, found) = fit.stretched(found, options)?;
-            }
-            let now = found.residual / found.term;
-            idle = if now <= BETTER * error { 0 } else { idle + 1 };
-            error = error.min(now);
-            let more = match now <= aim || round == ROUNDS || idle == 3 {
-                true => None,
-                false => fit.with_more_points(options, round)?,
-            };
-            let Some(model) = more else {
-                let open = fit.model().source.is_some() && now > aim;
-                fit.unsettled = open.then_some(fit.model().places().len());
-                return fit.with_collocation_error(found, options.iterations);
-            };
-            let mut starts = model.random_starts(options);
-            starts.truncate(1);
-            starts.push(fit.outcome().parameters.clone());
-            fit = model.fit_from(starts, options.iterations)?;
-        }
-        unreachable!("the last round returns")
-    }
-
     /// Error of the equation relative to its largest term at which points suffice.
-    fn aim(&self) -> f64 {
+    pub(super) fn aim(&self) -> f64 {
         if self.theta.is_empty() && self.source.is_some() {
             return RESOLVED_ALONE;
         }
@@ -92,7 +41,7 @@ impl<const D: usize> Model<D> {
         Ok(Self { source: self.source.clone(), ..model })
     }
 
-    fn check_memory(&self, options: &FitOptions) -> Result<()> {
+    pub(super) fn check_memory(&self, options: &FitOptions) -> Result<()> {
         // Covariance, its cotangents and an inverse.
         let [gigabytes, most] =
             [24.0 * (self.size as f64).powi(2), options.most_memory].map(|bytes| bytes / 1e9);
@@ -108,18 +57,14 @@ pub(crate) fn spread_out<const D: usize>(
     mut candidates: Vec<Candidate<D>>,
     known: &[[f64; D]],
     wanted: usize,
-    extents: [f64; D],
+    domain: &Domain<D>,
 ) -> Vec<Candidate<D>> {
     candidates.sort_by(|a, b| b.residual.abs().total_cmp(&a.residual.abs()));
     let apart = APART * ((known.len() + wanted) as f64).powf(-1.0 / D as f64);
-    let near = |a: &[f64; D], b: &[f64; D]| {
-        let axis = |d: usize| ((a[d] - b[d]) / extents[d]).powi(2);
-        (0..D).map(axis).sum::<f64>().sqrt() < apart
-    };
     let mut chosen: Vec<Candidate<D>> = Vec::new();
     for candidate in candidates {
         let mut taken = known.iter().chain(chosen.iter().map(|other| &other.at));
-        if chosen.len() < wanted && !taken.any(|other| near(&candidate.at, other)) {
+        if chosen.len() < wanted && taken.all(|other| domain.apart(&candidate.at, other) >= apart) {
             chosen.push(candidate);
         }
     }
@@ -129,7 +74,11 @@ pub(crate) fn spread_out<const D: usize>(
 impl<const D: usize> Fit<D> {
     /// The model with points of its equation where that is off most; none where its right-hand side is known at its points only, or
     /// there are enough of them.
-    fn with_more_points(&self, options: &FitOptions, round: u64) -> Result<Option<Model<D>>> {
+    pub(super) fn with_more_points(
+        &self,
+        options: &FitOptions,
+        round: u64,
+    ) -> Result<Option<Model<D>>> {
         let model = self.model();
         let known = model.places();
         if model.source.is_none() && known.len() < EVEN {
@@ -137,27 +86,26 @@ impl<const D: usize> Fit<D> {
         }
         let room = options.most_points.saturating_sub(known.len());
         let wanted = ((GROWTH * known.len() as f64) as usize).max(2).min(room);
-        let extents = model.prior.domain.extents();
-        let chosen = spread_out(self.candidates(round)?, &known, wanted, extents);
+        let chosen = spread_out(self.candidates(round)?, &known, wanted, &model.prior.domain);
         let mut groups = model.given.clone();
         let exact = groups.iter_mut().find(|g| g.operator.is_none() && g.noise == Noise::Exact);
         let Some(group) = exact.filter(|_| !chosen.is_empty()) else { return Ok(None) };
-        group.points.extend(chosen.iter().map(|candidate| candidate.at));
+        group.legs[0].1.extend(chosen.iter().map(|candidate| candidate.at));
         group.values.extend(chosen.iter().map(|candidate| candidate.value));
         model.rebuilt(model.prior.clone(), groups).map(Some)
     }
 
     /// The fit with the axis stretched next to one end, and its error, where that leaves less of it than [`LAYER`].
-    fn stretched(self, found: HoldOut, options: &FitOptions) -> Result<(Self, HoldOut)> {
+    pub(super) fn stretched(self, found: HoldOut, options: &FitOptions) -> Result<(Self, HoldOut)> {
         let model = self.model();
         let prior = &model.prior;
-        if self.candidates(0)?.is_empty() || prior.stretches.iter().any(Option::is_some) {
+        let taken = prior.stretches.iter().any(Option::is_some);
+        if taken || prior.domain.cross_section().is_some() || self.candidates(0)?.is_empty() {
             return Ok((self, found));
         }
         let (names, extents) = (prior.domain.names(), prior.domain.extents());
-        let free = (0..D).filter(|d| prior.domain.cross_section().is_none() || *d >= 2);
         let ends: Vec<(usize, Side)> =
-            free.flat_map(|d| Side::BOTH.map(|side| (d, side))).collect();
+            (0..D).flat_map(|d| Side::BOTH.map(|side| (d, side))).collect();
         let tried = |(d, side): (usize, Side)| -> Result<(Self, HoldOut)> {
             let prior = prior.clone().stretched(&names[d], side, WIDTH * extents[d])?;
             let own = model.rebuilt(prior, model.given.clone())?;
@@ -179,7 +127,11 @@ impl<const D: usize> Fit<D> {
 
     /// The fit with the error of collocation as noise of an equation that was exact, from the parameters before: so that
     /// intervals and bands are as much wider as the points leave open. As it was where that error is next to nothing.
-    fn with_collocation_error(mut self, found: HoldOut, iterations: usize) -> Result<Self> {
+    pub(super) fn with_collocation_error(
+        mut self,
+        found: HoldOut,
+        iterations: usize,
+    ) -> Result<Self> {
         let model = self.model();
         let enough = if model.theta.is_empty() { RESOLVED } else { model.aim() };
         if found.residual <= enough * found.term {

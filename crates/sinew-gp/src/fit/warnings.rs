@@ -98,7 +98,7 @@ impl<const D: usize> Fit<D> {
             let found: Vec<(usize, f64)> = scores.into_iter().filter(|(_, z)| far(*z)).collect();
             let worst = found.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
             let Some((value, z)) = worst.copied() else { continue };
-            let (noise, at) = (noise_name(group.number), group.given.points[value].to_vec());
+            let (noise, at) = (noise_name(group.number), group.given.points()[value].to_vec());
             let (measured, others) = (group.given.values[value], found.len() - 1);
             outliers.push(Warning::Outlier { noise, value, at, measured, z, others });
         }

@@ -1,6 +1,6 @@
 //! Checks that every kernel must pass, for those of this crate and of its users.
 
-use super::{Hyperparameter, Kernel, Measure, Orders, Request};
+use super::{Formula, Hermites, Hyperparameter, Kernel, Measure, Orders, Request};
 use crate::error::{Result, place};
 use crate::{Domain, Operator, Series};
 use nalgebra::DMatrix;
@@ -21,6 +21,7 @@ pub fn check_kernel<const D: usize>(
     upper: [f64; D],
     seed: u64,
 ) -> Result<()> {
+    let kernel = &kernel.to_formula();
     check_declarations(kernel, hyperparameters)?;
     let names: [String; D] = std::array::from_fn(|d| d.to_string());
     let axis = |d: usize| (names[d].as_str(), [lower[d], upper[d]]);
@@ -34,14 +35,14 @@ pub fn check_kernel<const D: usize>(
     [0, 1, 2].into_iter().try_for_each(|other| checked.slopes(points[0], points[other]))
 }
 
-impl<const D: usize> dyn Kernel<D> + '_ {
+impl<const D: usize> Formula<D> {
     /// Refuses operators that take more derivatives than its functions have.
     pub(crate) fn check_smoothness(&self, operator: &Operator<D>) -> Result<()> {
-        let (needs, has) = (operator.order(), self.smoothness().unwrap_or(usize::MAX));
+        let (needs, has) = (operator.order(), self.smoothness.unwrap_or(usize::MAX));
         ensure!(
             needs <= has,
             "the {} kernel has {has} derivatives, the operator takes {needs}; use a smoother kernel",
-            self.name()
+            self.name
         );
         Ok(())
     }
@@ -50,14 +51,14 @@ impl<const D: usize> dyn Kernel<D> + '_ {
 /// Refuses kernels whose hyperparameters have no range to be adjusted in, and those along axes that there are not, of which a
 /// restriction to the domain's would leave a constant; also values that they cannot have.
 pub(crate) fn check_declarations<const D: usize>(
-    kernel: &dyn Kernel<D>,
+    kernel: &Formula<D>,
     values: &[f64],
 ) -> Result<()> {
     let declared = kernel.hyperparameters();
     let (count, expected) = (values.len(), declared.len());
     ensure!(count == expected, "{count} hyperparameter values for a kernel that names {expected}");
     for (Hyperparameter { name, measure }, value) in declared.into_iter().zip(values) {
-        let own = format!("hyperparameter {name} of the {} kernel", kernel.name());
+        let own = format!("hyperparameter {name} of the {} kernel", kernel.name);
         if let Measure::Length { axis } | Measure::Width { axis, .. } = measure {
             ensure!(axis < D, "{own}: its axis is not one of the domain's");
         }
@@ -72,7 +73,7 @@ pub(crate) fn check_declarations<const D: usize>(
 }
 
 struct Checked<'a, const D: usize> {
-    kernel: &'a dyn Kernel<D>,
+    kernel: &'a Formula<D>,
     hyperparameters: &'a [f64],
     extents: [f64; D],
 }
@@ -128,10 +129,11 @@ impl<const D: usize> Checked<'_, D> {
     /// ∂∂′k of two points, or of one with itself, against differences of the formula.
     fn slopes(&self, x: [f64; D], y: [f64; D]) -> Result<()> {
         let steps = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
-        for d in (0..D).filter(|_| self.kernel.smoothness() != Some(0)) {
+        let axes = self.kernel.axes.iter().copied();
+        for d in axes.filter(|_| self.kernel.smoothness != Some(0)) {
             let mut orders = Orders { first: [0; D], second: [0; D] };
             (orders.first[d], orders.second[d]) = (1, 1);
-            let (asked, sign) = match self.kernel.is_stationary() {
+            let (asked, sign) = match self.kernel.stationary {
                 true => (Orders { first: orders.sums(), second: [0; D] }, -1.0),
                 false => (orders, 1.0),
             };
@@ -143,7 +145,7 @@ impl<const D: usize> Checked<'_, D> {
                 second: y,
                 orders: &[asked],
             };
-            request.derivatives(&mut table);
+            request.derivatives(&mut table, &mut Hermites::default(), 0);
             let given = sign * table[0];
             let step = STEP * self.extents[d];
             let moved = |mut point: [f64; D], steps: f64| {

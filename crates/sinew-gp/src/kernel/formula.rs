@@ -22,14 +22,18 @@ type Function<const D: usize> =
 /// ```
 #[derive(Clone)]
 pub struct Formula<const D: usize> {
-    name: String,
+    pub(crate) name: String,
     /// Hyperparameters of the formula, and whether it depends on them.
-    taken: Vec<(Hyperparameter, bool)>,
+    pub(super) taken: Vec<(Hyperparameter, bool)>,
     /// Axes that it depends on.
-    axes: Vec<usize>,
-    smoothness: Option<usize>,
-    stationary: bool,
-    function: Arc<Function<D>>,
+    pub(crate) axes: Vec<usize>,
+    /// Number of derivatives that its functions have in the mean-square sense; none for all.
+    pub(crate) smoothness: Option<usize>,
+    /// Whether it depends on x − x′ only; then derivatives in x suffice.
+    pub(crate) stationary: bool,
+    /// Whether it is the squared exponential, whose derivatives have a closed form.
+    pub(crate) closed: bool,
+    pub(super) function: Arc<Function<D>>,
 }
 
 impl<const D: usize> Formula<D> {
@@ -46,6 +50,7 @@ impl<const D: usize> Formula<D> {
             axes: (0..D).collect(),
             smoothness: None,
             stationary: false,
+            closed: false,
             function: Arc::new(formula),
         }
     }
@@ -88,6 +93,24 @@ impl<const D: usize> Formula<D> {
         Self { smoothness, stationary, ..scaled }
     }
 
+    /// The hyperparameters, in the order in which their values are handed over.
+    pub fn hyperparameters(&self) -> Vec<Hyperparameter> {
+        self.taken.iter().filter(|(_, taken)| *taken).map(|(own, _)| own.clone()).collect()
+    }
+
+    /// k(x, x′) over Taylor series, at positive `hyperparameters`.
+    pub fn formula(&self, hyperparameters: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
+        let mut given = hyperparameters.iter().cloned();
+        let one = || Series::number(1.0);
+        let each = self.taken.iter().map(|(_, taken)| taken.then(|| given.next()).flatten());
+        let taken: Vec<Series> = each.map(|own| own.unwrap_or_else(one)).collect();
+        let [mut x, mut y] = [x.clone(), y.clone()];
+        for axis in (0..D).filter(|axis| !self.axes.contains(axis)) {
+            (x[axis], y[axis]) = (x[axis].constant(0.0), y[axis].constant(0.0));
+        }
+        (self.function)(&taken, &x, &y)
+    }
+
     fn combined(self, other: Self, sign: &str, of: fn(Series, Series) -> Series) -> Self {
         let own = self.hyperparameters();
         let (count, whole) = (own.len(), [own, other.hyperparameters()].concat());
@@ -118,8 +141,7 @@ impl<const D: usize> Mul for Formula<D> {
 
 impl<const D: usize> From<SquaredExponential> for Formula<D> {
     fn from(kernel: SquaredExponential) -> Self {
-        let (name, known) = (Kernel::<D>::name(&kernel), Kernel::<D>::hyperparameters(&kernel));
-        Self::new(name, known, move |h, x, y| kernel.formula(h, x, y)).stationary()
+        kernel.to_formula()
     }
 }
 
@@ -130,35 +152,7 @@ impl<const D: usize> fmt::Debug for Formula<D> {
 }
 
 impl<const D: usize> Kernel<D> for Formula<D> {
-    fn name(&self) -> String {
-        self.name.clone()
-    }
-
-    fn hyperparameters(&self) -> Vec<Hyperparameter> {
-        self.taken.iter().filter(|(_, taken)| *taken).map(|(own, _)| own.clone()).collect()
-    }
-
-    fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>> {
-        Box::new(self.clone().along(axes))
-    }
-
-    fn formula(&self, hyperparameters: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
-        let mut given = hyperparameters.iter().cloned();
-        let one = || Series::number(1.0);
-        let each = self.taken.iter().map(|(_, taken)| taken.then(|| given.next()).flatten());
-        let taken: Vec<Series> = each.map(|own| own.unwrap_or_else(one)).collect();
-        let [mut x, mut y] = [x.clone(), y.clone()];
-        for axis in (0..D).filter(|axis| !self.axes.contains(axis)) {
-            (x[axis], y[axis]) = (x[axis].constant(0.0), y[axis].constant(0.0));
-        }
-        (self.function)(&taken, &x, &y)
-    }
-
-    fn smoothness(&self) -> Option<usize> {
-        self.smoothness
-    }
-
-    fn is_stationary(&self) -> bool {
-        self.stationary
+    fn to_formula(&self) -> Self {
+        self.clone()
     }
 }

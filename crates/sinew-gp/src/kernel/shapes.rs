@@ -1,6 +1,6 @@
-//! Kernels beside the squared exponential.
+//! The kernels of this crate, by their formulas.
 
-use super::{Formula, Hyperparameter, Measure};
+use super::{Formula, Hyperparameter, Kernel, Measure};
 use crate::{Result, Series};
 use std::f64::consts::PI;
 
@@ -12,6 +12,36 @@ fn lengths<const D: usize>(name: &'static str) -> Vec<Hyperparameter> {
 /// ½ Σ (xᵢ − yᵢ)² / λᵢ².
 fn half_square<const D: usize>(scales: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
     (0..D).fold(x[0].constant(0.0), |sum, d| sum + ((&x[d] - &y[d]) / &scales[d]).squared() * 0.5)
+}
+
+/// exp(−½ Σ (xᵢ − xᵢ′)² / λᵢ²) with a lengthscale per axis (4.46); infinitely smooth.
+#[doc(alias("RBF", "Gaussian kernel"))]
+#[derive(Clone, Debug, Default)]
+pub struct SquaredExponential {
+    /// `None` for all there are.
+    axes: Option<Vec<usize>>,
+}
+
+impl SquaredExponential {
+    /// All axes.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The axes with these numbers only.
+    pub fn along(axes: &[usize]) -> Self {
+        Self { axes: Some(axes.to_vec()) }
+    }
+}
+
+impl<const D: usize> Kernel<D> for SquaredExponential {
+    fn to_formula(&self) -> Formula<D> {
+        let formula =
+            |h: &[Series], x: &[Series; D], y: &[Series; D]| (-half_square(h, x, y)).exp();
+        let whole = Formula::new("squared-exponential", lengths::<D>("lengthscale"), formula);
+        let whole = Formula { closed: true, ..whole.stationary() };
+        self.axes.iter().fold(whole, |whole, axes| whole.along(axes))
+    }
 }
 
 /// Number of derivatives that the functions of a [`matern`] kernel have.

@@ -1,30 +1,29 @@
-//! Tables of derivatives of kernels: of any formula by Taylor series in the coordinates of a pair.
+//! Tables of derivatives of kernels: of the squared exponential in Hermite polynomials, of any formula by Taylor series in the
+//! coordinates of a pair.
 
-use super::Request;
+use super::{MOST_PAIRS, Request};
+use crate::kernel::simd::{exp_of_negative, lane_sum};
+use crate::problem::operator::MOST_DERIVATIVES;
 use crate::series::Series;
+use sinew_num::vectorised;
 
 impl<const D: usize> Request<'_, D> {
-    /// Derivatives of k for each pair: entry `e` of the request's orders fills `table[e · count ..]`.
-    pub(crate) fn derivatives(&self, table: &mut [f64]) {
-        match self.kernel.as_squared_exponential() {
-            Some(closed) => closed.derivatives(self, table),
-            None => self.expand(None, |entry, value| table[entry] = value),
+    /// Derivatives of k for each pair: entry `e` of the request's orders fills `table[e · count ..]`. With `further` of 1 the memory
+    /// keeps what [`Request::pull_back`] takes; else it is 0.
+    pub(crate) fn derivatives(&self, table: &mut [f64], memory: &mut Hermites, further: usize) {
+        if !self.kernel.closed {
+            return self.expand(None, |entry, value| table[entry] = value);
         }
+        memory.fill(self, further);
+        memory.tabulate(self, table);
     }
 
-    /// [`Request::derivatives`] into `table`, then adds to `gradient` the derivatives of Σ weight · table in the logarithm of each
-    /// hyperparameter, for the weights that `weigh` makes of the table, in memory of the same size.
-    pub(crate) fn derivatives_and_pull_back(
-        &self,
-        [table, weights]: [&mut [f64]; 2],
-        weigh: &mut dyn FnMut(&[f64], &mut [f64]),
-        gradient: &mut [f64],
-    ) {
-        if let Some(closed) = self.kernel.as_squared_exponential() {
-            return closed.derivatives_and_pull_back(self, [table, weights], weigh, gradient);
+    /// Adds to `gradient` the derivatives of Σ weight · table in the logarithm of each hyperparameter, after
+    /// [`Request::derivatives`] of the same request.
+    pub(crate) fn pull_back(&self, weights: &[f64], memory: &Hermites, gradient: &mut [f64]) {
+        if self.kernel.closed {
+            return memory.pull_back(self, weights, gradient);
         }
-        self.derivatives(table);
-        weigh(table, weights);
         for (number, slope) in gradient.iter_mut().enumerate() {
             let value = self.hyperparameters[number];
             self.expand(Some(number), |entry, d| *slope += weights[entry] * d * value);
@@ -55,5 +54,168 @@ impl<const D: usize> Request<'_, D> {
                 visit(entry * count + lane, value.derivative(order));
             }
         }
+    }
+}
+
+/// Orders of derivatives in x − x′, with one more for gradients.
+const MOST_ORDERS: usize = 2 * MOST_DERIVATIVES + 2;
+
+/// Numbers of the pairs of a request.
+type Pairs = [f64; MOST_PAIRS];
+
+/// The polynomials hₙ with ∂ⁿ exp(−r²/2λ²) = hₙ exp(−r²/2λ²) along one axis.
+struct Hermite {
+    differences: Pairs,
+    rows: [Pairs; MOST_ORDERS],
+}
+
+impl Hermite {
+    /// Factors of the n-th derivative.
+    fn multiply(&self, product: &mut [f64], n: usize) {
+        if n > 0 {
+            multiply(product, &self.rows[n]);
+        }
+    }
+}
+
+/// Polynomials of all axes and the exponential of them together, in memory that is kept from request to request.
+#[derive(Default)]
+pub(crate) struct Hermites {
+    exponential: Vec<f64>,
+    axes: Vec<Hermite>,
+}
+
+/// Numbers in the widest vector; divides [`MOST_PAIRS`].
+const LANES: usize = 8;
+
+impl Hermites {
+    fn tabulate<const D: usize>(&self, request: &Request<'_, D>, table: &mut [f64]) {
+        let count = request.count();
+        for (order, row) in request.orders.iter().zip(table.chunks_mut(count)) {
+            row.copy_from_slice(&self.exponential[..count]);
+            for (axis, d) in self.axes.iter().zip(&request.kernel.axes) {
+                axis.multiply(row, order.first[*d]);
+            }
+        }
+    }
+
+    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis:
+    /// for each axis, weights times the other axes' polynomials are gathered by the order along it.
+    fn pull_back<const D: usize>(
+        &self,
+        request: &Request<'_, D>,
+        weights: &[f64],
+        gradient: &mut [f64],
+    ) {
+        let count = request.count();
+        let axes = || self.axes.iter().zip(&request.kernel.axes);
+        for (number, ((axis, d), slope)) in axes().zip(gradient).enumerate() {
+            for n in 0..=request.most(*d) {
+                let mut sum = [0.0; MOST_PAIRS];
+                for (order, weights) in request.orders.iter().zip(weights.chunks(count)) {
+                    if order.first[*d] != n {
+                        continue;
+                    }
+                    let mut others = [1.0; MOST_PAIRS];
+                    for (_, (other, e)) in axes().enumerate().filter(|(k, _)| *k != number) {
+                        other.multiply(&mut others[..count], order.first[*e]);
+                    }
+                    add_product(&mut sum[..count], &others, weights);
+                }
+                dilation(slope, n, &sum[..count], &self.exponential, axis);
+            }
+        }
+    }
+
+    fn fill<const D: usize>(&mut self, request: &Request<'_, D>, further: usize) {
+        let (axes, count) = (&request.kernel.axes, request.count());
+        while self.axes.len() < axes.len() {
+            // h₀ = 1 is never written again.
+            let rows = [[1.0; MOST_PAIRS]; MOST_ORDERS];
+            self.axes.push(Hermite { differences: [0.0; MOST_PAIRS], rows });
+        }
+        // Whole vectors: what the lanes beyond the last pair hold is finite and never read.
+        let padded = count.next_multiple_of(LANES);
+        self.exponential.clear();
+        self.exponential.resize(padded, 0.0);
+        for ((d, lengthscale), axis) in axes.iter().zip(request.hyperparameters).zip(&mut self.axes)
+        {
+            let most = request.most(*d) + further;
+            recurrence(
+                *lengthscale,
+                request.first[*d],
+                request.second[*d],
+                &mut axis.differences[..padded],
+                &mut self.exponential,
+                &mut axis.rows[..=most],
+            );
+        }
+        exponentials(&mut self.exponential);
+    }
+}
+
+vectorised! {
+    /// Differences, their squares' sum in `squares`, and hₙ₊₁ = −(r/λ² hₙ + n/λ² hₙ₋₁).
+    fn recurrence(
+        lengthscale: f64,
+        first: &[f64],
+        second: f64,
+        differences: &mut [f64],
+        squares: &mut [f64],
+        rows: &mut [Pairs],
+    ) {
+        let inverse = lengthscale.recip();
+        for (difference, x) in differences.iter_mut().zip(first) {
+            *difference = x - second;
+        }
+        for (r, square) in differences.iter().zip(squares.iter_mut()) {
+            *square += (r * inverse) * (r * inverse);
+        }
+        let slope = inverse * inverse;
+        for n in 1..rows.len() {
+            let (lower, upper) = rows.split_at_mut(n);
+            let (at, before) = (&lower[n - 1], &lower[n.saturating_sub(2)]);
+            let factor = (n - 1) as f64 * slope;
+            for (((after, at), before), r) in
+                upper[0].iter_mut().zip(at).zip(before).zip(differences.iter())
+            {
+                *after = -(r * slope * at + factor * before);
+            }
+        }
+    }
+}
+
+vectorised! {
+    fn exponentials(squares: &mut [f64]) {
+        for s in squares {
+            *s = exp_of_negative(-0.5 * *s);
+        }
+    }
+}
+
+vectorised! {
+    fn add_product(sum: &mut [f64], a: &[f64], b: &[f64]) {
+        for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
+            *s += a * b;
+        }
+    }
+}
+
+vectorised! {
+    fn multiply(product: &mut [f64], factor: &[f64]) {
+        for (p, f) in product.iter_mut().zip(factor) {
+            *p *= f;
+        }
+    }
+}
+
+vectorised! {
+    /// Adds −Σ weight · product · (r hₙ₊₁ + n hₙ) to `slope`.
+    fn dilation(slope: &mut f64, n: usize, weights: &[f64], product: &[f64], axis: &Hermite) {
+        let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];
+        *slope -= lane_sum(weights.len(), |lane| {
+            let turned = axis.differences[lane] * after[lane] + n as f64 * at[lane];
+            weights[lane] * product[lane] * turned
+        });
     }
 }

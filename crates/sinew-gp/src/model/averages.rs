@@ -27,9 +27,9 @@ impl<const D: usize> Data<D> {
         let average = |group: &Group<D>| {
             let many = group.values.len() >= 4 * (D + 1) * cells.max(1);
             let noisy = matches!(group.noise, Noise::Known(_) | Noise::Learned);
-            let whole = group.points.len() == group.values.len()
-                && group.points.iter().flatten().chain(&group.values).all(|v| v.is_finite());
-            let plain = group.role == Role::Observed && group.further.is_empty() && noisy;
+            let whole = group.points().len() == group.values.len()
+                && group.points().iter().flatten().chain(&group.values).all(|v| v.is_finite());
+            let plain = group.role == Role::Observed && group.legs.len() == 1 && noisy;
             match many && plain && whole && group.averages.is_none() {
                 true => averaged(group, cells),
                 false => group.clone(),
@@ -80,30 +80,33 @@ fn cells<const D: usize>(points: &[[f64; D]], count: usize) -> Vec<Vec<usize>> {
     found.into_iter().map(|(_, cell)| cell).collect()
 }
 
-/// Sum of squares of what a linear function leaves of the values of a cell.
-fn left_by_plane<const D: usize>(group: &Group<D>, cell: &[usize], mean: [f64; D], y: f64) -> f64 {
-    let row = |k: usize| DVector::from_fn(D, |d, _| group.points[k][d] - mean[d]);
-    let (mut normal, mut right) = (DMatrix::zeros(D, D), DVector::zeros(D));
-    for k in cell {
-        let x = row(*k);
-        normal += &x * x.transpose();
-        right += x * (group.values[*k] - y);
-    }
-    let total: f64 = cell.iter().map(|k| (group.values[*k] - y).powi(2)).sum();
+/// Sum of squares of what a linear function leaves of the values of a cell, about their mean place and value.
+fn left_by_plane<const D: usize>(
+    group: &Group<D>,
+    cell: &[usize],
+    (mean, covariance): &([f64; D], DMatrix<f64>),
+    y: f64,
+) -> f64 {
+    let off = |k: &usize| group.values[*k] - y;
+    let right = DVector::from_fn(D, |d, _| {
+        cell.iter().map(|k| (group.points()[*k][d] - mean[d]) * off(k)).sum::<f64>()
+    });
+    let total: f64 = cell.iter().map(|k| off(k).powi(2)).sum();
     // Places on one line, or one place, have no factor.
-    let explained = normal.cholesky().map_or(0.0, |factor| factor.solve(&right).dot(&right));
-    (total - explained).max(0.0)
+    let factor = (covariance * cell.len() as f64).cholesky();
+    (total - factor.map_or(0.0, |factor| factor.solve(&right).dot(&right))).max(0.0)
 }
 
 fn averaged<const D: usize>(group: &Group<D>, count: usize) -> Group<D> {
-    let cells = cells(&group.points, count);
+    let cells = cells(group.points(), count);
     let (mut values, mut counts, mut squares) = (Vec::new(), Vec::new(), 0.0);
     // Two points along each principal axis of a cell.
     let mut points: Vec<Vec<[f64; D]>> = vec![Vec::new(); 2 * D];
     for cell in &cells {
-        let (mean, covariance) = moments(&group.points, cell);
+        let moments = moments(group.points(), cell);
         let y = cell.iter().map(|k| group.values[*k]).sum::<f64>() / cell.len() as f64;
-        squares += left_by_plane(group, cell, mean, y);
+        squares += left_by_plane(group, cell, &moments, y);
+        let (mean, covariance) = moments;
         values.push(y);
         counts.push(cell.len() as f64);
         let eigen = covariance.symmetric_eigen();
@@ -115,14 +118,7 @@ fn averaged<const D: usize>(group: &Group<D>, count: usize) -> Group<D> {
         }
     }
     let freedom = (group.values.len() - cells.len() * (D + 1)) as f64;
-    let operator = group.operator.clone().map(|operator| (0.5 / D as f64) * operator);
-    let mut lists = points.into_iter();
-    Group {
-        operator,
-        points: lists.next().unwrap_or_default(),
-        further: lists.map(|points| (1.0, points)).collect(),
-        values,
-        averages: Some(Averages { counts, squares, freedom }),
-        ..group.clone()
-    }
+    let legs = points.into_iter().map(|points| (0.5 / D as f64, points)).collect();
+    let averages = Some(Averages { counts, squares, freedom });
+    Group { legs, values, averages, ..group.clone() }
 }

@@ -1,6 +1,6 @@
 //! Observations in numbers: what does not change with the parameters.
 
-use crate::model::data::{Averages, Group, Role};
+use crate::model::data::{Averages, Group, Role, largest, root_mean_square};
 use crate::prior::coefficients::{PartCoefficients, PointCoefficients};
 use crate::{Noise, Parameter, Prior, Result};
 
@@ -72,64 +72,53 @@ impl<const D: usize> Compiled<D> {
 
     /// Root mean square of what values differ from the prior mean by.
     pub(crate) fn residual_size(&self, theta: &[f64]) -> f64 {
-        let count = self.given.values.len().max(1) as f64;
         let mut residual = self.given.values.clone();
         self.legs.iter().for_each(|leg| leg.add_mean(&leg.factors(theta), -1.0, &mut residual));
-        (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt()
+        root_mean_square(&residual)
     }
 
     /// Size of the operator on functions of size one of each part that vary over the whole domain: a derivative is
     /// of the size of one over the extent, whatever the unit of length.
     pub(crate) fn operator_sizes(&self, theta: &[f64]) -> Vec<f64> {
-        let count = self.given.values.len().max(1) as f64;
+        let count = self.given.values.len().max(1);
         let size = |leg: &PointCoefficients<D>, part: usize| {
             let PartCoefficients { orders, arrays } = &leg.parts[part];
-            let shrink = |orders: &[usize; D]| -> f64 {
-                let each = leg.extents.iter().zip(orders);
-                each.map(|(extent, n)| extent.powi(-(*n as i32))).product()
-            };
-            let rows = leg.factors(theta).into_iter().zip(arrays).flat_map(|(monomial, array)| {
-                let rows = array.chunks(leg.count.max(1)).zip(orders);
-                rows.flat_map(move |(row, orders)| {
-                    let factor = monomial * shrink(orders);
-                    row.iter().map(move |a| (factor * a).powi(2))
-                })
-            });
-            (rows.sum::<f64>() / count).sqrt()
+            let mut sum = 0.0;
+            for (monomial, array) in leg.factors(theta).into_iter().zip(arrays) {
+                for (row, orders) in array.chunks(count).zip(orders) {
+                    let shrink = leg.extents.iter().zip(orders).map(|(l, n)| l.powi(-(*n as i32)));
+                    let factor = monomial * shrink.product::<f64>();
+                    row.iter().for_each(|a| sum += (factor * a).powi(2));
+                }
+            }
+            (sum / count as f64).sqrt()
         };
         let largest = |part| self.legs.iter().map(|leg| size(leg, part)).fold(0.0, f64::max);
         (0..self.legs[0].parts.len()).map(largest).collect()
     }
 }
 
-/// Largest magnitude.
-pub(crate) fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most, value| most.max(value.abs()))
-}
-
-/// Puts a group of observations into numbers.
+/// Puts a group of observations into numbers; messages call it `whose`.
 pub(crate) fn compile<const D: usize>(
     prior: &Prior<D>,
     group: &Group<D>,
-    number: usize,
+    (number, whose): (usize, &str),
     theta: &mut Vec<Parameter>,
 ) -> Result<Compiled<D>> {
     let operator = group.operator.as_ref().unwrap_or(&prior.equation);
-    prior.check_roughness(operator)?;
-    let whose = format!("observation group {}", number + 1);
-    let mut coefficients =
-        |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
+    prior.parts.iter().try_for_each(|part| part.kernel.check_smoothness(operator))?;
+    let mut coefficients = |(factor, points): &(f64, Vec<[f64; D]>)| {
+        let plain = PointCoefficients::new(prior, operator, (points, whose), theta)?;
+        Ok(plain.scaled(*factor))
+    };
     let mut given = group.clone();
-    let mut legs = vec![coefficients(&group.points)?];
-    for (factor, points) in &group.further {
-        legs.push(coefficients(points)?.scaled(*factor));
-    }
-    if group.further.is_empty() && group.noise == Noise::Exact {
-        let kept = informative(&legs[0], &group.values, number + 1)?;
+    let mut legs = group.legs.iter().map(&mut coefficients).collect::<Result<Vec<_>>>()?;
+    if let ([(factor, points)], Noise::Exact) = (&group.legs[..], group.noise) {
+        let kept = informative(&legs[0], &group.values, whose)?;
         if kept.len() < group.values.len() {
-            given.points = kept.iter().map(|index| group.points[*index]).collect();
+            given.legs = vec![(*factor, kept.iter().map(|index| points[*index]).collect())];
             given.values = kept.iter().map(|index| group.values[*index]).collect();
-            legs = vec![coefficients(&given.points)?];
+            legs = vec![coefficients(&given.legs[0])?];
         }
     }
     let (learned, weighted) = (None, None);
@@ -140,7 +129,7 @@ pub(crate) fn compile<const D: usize>(
 fn informative<const D: usize>(
     built: &PointCoefficients<D>,
     values: &[f64],
-    group: usize,
+    whose: &str,
 ) -> Result<Vec<usize>> {
     let mut kept = Vec::new();
     for (index, value) in values.iter().enumerate() {
@@ -156,7 +145,7 @@ fn informative<const D: usize>(
         let residual = value - mean[index];
         ensure!(
             residual.abs() <= AGREEMENT * largest(values).max(largest(mean)),
-            "value {index} of observation group {group} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
+            "value {index} of {whose} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
         );
     }
     Ok(kept)

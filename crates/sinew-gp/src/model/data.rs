@@ -34,15 +34,21 @@ pub(crate) enum Role {
 pub(crate) struct Group<const D: usize> {
     /// `None` for the operator of the problem's equation.
     pub operator: Option<Operator<D>>,
-    pub points: Vec<[f64; D]>,
-    /// Further points of each observation, with the factor that their values are added with: −1 at the other end of a jump,
-    /// quotients of weights in a quadrature.
-    pub further: Vec<(f64, Vec<[f64; D]>)>,
+    /// Points of each observation, which is the sum of the operator's values there times their factors: one of factor 1, two ends of
+    /// a jump, or those of a quadrature.
+    pub legs: Vec<(f64, Vec<[f64; D]>)>,
     pub values: Vec<f64>,
     pub noise: Noise,
     pub role: Role,
     /// Statistics of the averages, if each value is a mean of many.
     pub averages: Option<Averages>,
+}
+
+impl<const D: usize> Group<D> {
+    /// The first point of each observation.
+    pub(crate) fn points(&self) -> &[[f64; D]] {
+        &self.legs[0].1
+    }
 }
 
 /// Statistics of values that were averaged.
@@ -81,7 +87,7 @@ impl<const D: usize> Data<D> {
 
     /// Number of observations.
     pub fn count(&self) -> usize {
-        self.groups.iter().map(|group| group.points.len()).sum()
+        self.groups.iter().map(|group| group.points().len()).sum()
     }
 
     /// Adds values of u, one for each point.
@@ -107,6 +113,12 @@ impl<const D: usize> Data<D> {
     pub fn equation_everywhere(mut self, source: Field<D>) -> Self {
         self.everywhere = Some(source);
         self
+    }
+
+    /// Data with an equation that holds everywhere at these points.
+    pub(crate) fn placed(&self, source: &Field<D>, points: &[[f64; D]]) -> Self {
+        let f: Vec<f64> = points.iter().map(|x| source.value(*x)).collect();
+        Self { everywhere: None, ..self.clone() }.equation(points, &f, Noise::Exact)
     }
 
     /// Adds measured values of any linear functional of u, as a flux on a boundary.
@@ -168,19 +180,17 @@ impl<const D: usize> Data<D> {
     fn sum(self, functional: &Functional<D>, value: f64, noise: Noise, role: Role) -> Result<Self> {
         let Functional { operator, points, weights } = functional;
         check_lengths(points.len(), weights.len())?;
-        let (Some((first, rest)), Some(weight)) = (points.split_first(), weights.first()) else {
+        if points.is_empty() {
             return Err(no_data());
-        };
+        }
         if let Some(wrong) = weights.iter().find(|w| !w.is_finite() || **w == 0.0) {
             return Err(GpError::Invalid(format!(
                 "a weighted sum has the weight {wrong}; leave points of no weight out, and give finite ones"
             )));
         }
-        let scaled = Some(*weight * operator.clone());
-        let factors = weights.iter().skip(1).map(|w| w / weight);
-        let further = factors.zip(rest).map(|(factor, point)| (factor, vec![*point])).collect();
-        let mut data = self.group(scaled, &[*first], &[value], noise, role);
-        data.groups.last_mut().expect("a group was added").further = further;
+        let mut data = self.group(Some(operator.clone()), &[], &[value], noise, role);
+        let legs = weights.iter().zip(points).map(|(weight, point)| (*weight, vec![*point]));
+        data.groups.last_mut().expect("a group was added").legs = legs.collect();
         Ok(data)
     }
 
@@ -192,25 +202,23 @@ impl<const D: usize> Data<D> {
         noise: Noise,
         role: Role,
     ) -> Self {
-        let (points, values, further) = (points.to_vec(), values.to_vec(), Vec::new());
-        let averages = None;
-        self.groups.push(Group { operator, points, further, values, noise, role, averages });
+        let (legs, values) = (vec![(1.0, points.to_vec())], values.to_vec());
+        self.groups.push(Group { operator, legs, values, noise, role, averages: None });
         self
     }
 }
 
 /// Refuses data that are not numbers or not of the domain, before anything is computed with them.
 pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> Result<()> {
-    if groups.iter().all(|group| group.points.is_empty() && group.values.is_empty()) {
+    if groups.iter().all(|group| group.points().is_empty() && group.values.is_empty()) {
         return Err(no_data());
     }
     for (index, group) in groups.iter().enumerate() {
         // As noises are numbered.
         let number = index + 1;
-        check_lengths(group.points.len(), group.values.len())?;
-        for (index, (point, value)) in group.points.iter().zip(&group.values).enumerate() {
-            let further = || group.further.iter().filter_map(|(_, points)| points.get(index));
-            let points = || std::iter::once(point).chain(further());
+        check_lengths(group.points().len(), group.values.len())?;
+        for (index, value) in group.values.iter().enumerate() {
+            let points = || group.legs.iter().map(|(_, points)| &points[index]);
             let coordinates = points().flatten().map(|c| ("point", c));
             for (what, found) in coordinates.chain([("value", value)]) {
                 ensure!(
@@ -228,13 +236,13 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>], domain: &Domain<D>) -> 
             }
         }
         match group.noise {
-            Noise::Exact => check_contradictions(group, number, &domain.extents())?,
+            Noise::Exact => check_contradictions(group, number, domain)?,
             Noise::Known(sigma) => ensure!(
                 sigma.is_finite() && sigma > 0.0,
                 "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
             ),
             Noise::Learned => ensure!(
-                !group.points.is_empty(),
+                !group.points().is_empty(),
                 "observation group {number} has no points, so that its noise cannot be learned; leave it out"
             ),
             Noise::StudentT(freedom) => ensure!(
@@ -255,6 +263,16 @@ pub(crate) fn noise_name(group: usize) -> String {
 /// Empty data: nothing to condition on.
 pub(crate) fn no_data() -> GpError {
     GpError::Invalid("the model has no observations; add values or an equation".into())
+}
+
+/// Root of the mean square; 0 of nothing.
+pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// Largest magnitude.
+pub(crate) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
 /// Refuses numbers that are not finite.
@@ -281,34 +299,22 @@ const STEEPEST: f64 = 1e3;
 fn check_contradictions<const D: usize>(
     group: &Group<D>,
     number: usize,
-    extents: &[f64; D],
+    domain: &Domain<D>,
 ) -> Result<()> {
-    if !group.further.is_empty() {
+    if group.legs.len() > 1 {
         return Ok(());
     }
-    let largest = group.values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    // In the order of their first coordinate few come near enough to be compared.
-    let mut order: Vec<usize> = (0..group.values.len()).collect();
-    order.sort_by(|a, b| group.points[*a][0].total_cmp(&group.points[*b][0]).then(a.cmp(b)));
-    for (position, first) in order.iter().enumerate() {
-        let (here, value) = (&group.points[*first], group.values[*first]);
-        for second in &order[position + 1..] {
-            let there = &group.points[*second];
-            let apart = |d: usize| ((there[d] - here[d]) / extents[d]).powi(2);
-            // No two values differ by more than twice the largest.
-            if apart(0).sqrt() * STEEPEST > 2.0 {
-                break;
-            }
-            let distance = (0..D).map(apart).sum::<f64>().sqrt();
-            let difference = group.values[*second] - value;
-            if difference.abs() > largest * (STEEPEST * distance).max(SAME) {
-                let (first, second) = (first.min(second), first.max(second));
-                let points = [first, second].map(|k| place(&group.points[*k])).join(" and ");
-                return Err(GpError::Invalid(format!(
-                    "values {first} and {second} of observation group {number} at {points} are noise-free and differ by {:e}, more than neighbours can; keep one, or give them noise",
-                    difference.abs()
-                )));
-            }
+    let most = largest(&group.values);
+    let numbered = || group.points().iter().zip(&group.values).enumerate();
+    for (first, (here, value)) in numbered() {
+        for (second, (there, other)) in numbered().skip(first + 1) {
+            let difference = (other - value).abs();
+            ensure!(
+                difference <= most * (STEEPEST * domain.apart(here, there)).max(SAME),
+                "values {first} and {second} of observation group {number} at {} and {} are noise-free and differ by {difference:e}, more than neighbours can; keep one, or give them noise",
+                place(here),
+                place(there)
+            );
         }
     }
     Ok(())

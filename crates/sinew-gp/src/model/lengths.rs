@@ -41,7 +41,7 @@ impl<const D: usize> Model<D> {
             let known = self.theta.iter().position(|other| other == own);
             known.map_or(1.0, |k| theta[k].powi(*power))
         });
-        let middle = std::array::from_fn(|d| 0.5 * (domain.lower()[d] + domain.upper()[d]));
+        let middle = domain.ends.map(|[lower, upper]| 0.5 * (lower + upper));
         let function = term.function.as_ref().map_or(1.0, |function| function.value(middle));
         let shrink = domain.extents().into_iter().zip(orders).map(|(l, n)| l.powi(-(n as i32)));
         let turned = [1.0, 0.0, -1.0, 0.0][orders.iter().sum::<usize>() % 4];

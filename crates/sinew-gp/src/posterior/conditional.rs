@@ -2,12 +2,12 @@
 
 use crate::error::{Result, check_lengths};
 use crate::evidence::factor::Factor;
-use crate::evidence::gram::{PairPlan, Scratch, Side};
+use crate::evidence::gram::Scratch;
 use crate::evidence::state::{Factored, State};
+use crate::model::compile::compile;
 use crate::model::data::{Role, check_finite};
 use crate::model::spread;
-use crate::prior::coefficients::PointCoefficients;
-use crate::{Functional, GpError, Model, Operator};
+use crate::{Data, Functional, GpError, Model, Noise, Operator};
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side as Triangle};
@@ -15,6 +15,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_num::dot;
 use sinew_sample::standard_normals;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// The Gaussian process conditioned on the data, at fixed parameters. Standard deviations do not include what is not known of
@@ -44,66 +45,6 @@ pub struct Prediction {
     pub standard_deviation: Vec<f64>,
 }
 
-/// An operator compiled at test points.
-struct Query<'a, const D: usize> {
-    state: State<'a, D>,
-    points: PointCoefficients<D>,
-    /// a_β of each part.
-    coefficients: Vec<Vec<f64>>,
-    mean: Vec<f64>,
-    /// Plan of the points of each part with each other.
-    own: Vec<PairPlan<D>>,
-}
-
-impl<const D: usize> Query<'_, D> {
-    fn side(&self, part: usize) -> Side<'_, D> {
-        Side { axes: &self.points.axes, coefficients: &self.coefficients[part] }
-    }
-
-    /// Covariances with one observation after the other.
-    fn for_columns(&self, mut visit: impl FnMut(usize, &[f64])) {
-        let (model, mut scratch) = (self.state.model, Scratch::default());
-        let mut covariances = vec![0.0; self.points.count];
-        for (number, group) in model.groups.iter().enumerate() {
-            let mut plans = Vec::new();
-            for leg in self.state.legs_of(number) {
-                for (part, of) in model.prior.parts.iter().enumerate() {
-                    let [first, second] = [&self.points, self.state.legs[leg].points]
-                        .map(|points| &points.parts[part].orders[..]);
-                    plans.push((part, leg, PairPlan::new(of, first, second)));
-                }
-            }
-            for own in 0..group.given.values.len() {
-                covariances.fill(0.0);
-                for (part, leg, plan) in &plans {
-                    let second = self.state.side(*part, *leg);
-                    let block = self.state.between(*part, plan, self.side(*part), second);
-                    block.add_column(0, own, &mut covariances, &mut scratch);
-                }
-                visit(group.offset + own, &covariances);
-            }
-        }
-    }
-
-    /// Prior variances at the points.
-    fn variances(&self) -> Vec<f64> {
-        let mut scratch = Scratch::default();
-        let mut variances = vec![0.0; self.points.count];
-        for (point, own) in variances.chunks_mut(1).enumerate() {
-            self.add_own([point, point], own, &mut scratch);
-        }
-        variances
-    }
-
-    /// Prior covariances of the points from `first` on with point `column`.
-    fn add_own(&self, [first, column]: [usize; 2], out: &mut [f64], scratch: &mut Scratch) {
-        for (part, plan) in self.own.iter().enumerate() {
-            let block = self.state.between(part, plan, self.side(part), self.side(part));
-            block.add_column(first, column, out, scratch);
-        }
-    }
-}
-
 impl<const D: usize> Conditional<D> {
     /// The process of `model` at `parameters` on their scales.
     ///
@@ -120,11 +61,6 @@ impl<const D: usize> Conditional<D> {
             State::new(&model, parameters)?.factored()?;
         factor.backward(&mut weights);
         Ok(Self { model, parameters: parameters.to_vec(), weights, factor, jitter })
-    }
-
-    /// Relative jitter that the factorisation needed.
-    pub fn jitter(&self) -> f64 {
-        self.jitter
     }
 
     /// Mean and standard deviation of u. Points outside the domain are answered too, by continuation:
@@ -154,13 +90,14 @@ impl<const D: usize> Conditional<D> {
     }
 
     fn mean_at(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Vec<f64>> {
-        let query = self.query(operator, points)?;
-        let mut mean = query.mean.clone();
-        query.for_columns(|column, covariances| {
-            let weight = self.weights[column];
-            mean.iter_mut().zip(covariances).for_each(|(m, c)| *m += weight * c);
-        });
-        Ok(mean)
+        self.asked(operator, points, |asked| {
+            let mut mean = prior_mean(asked);
+            for_rows(asked, 0..asked.model.size, |row, covariances| {
+                let weight = self.weights[row];
+                mean.iter_mut().zip(covariances).for_each(|(m, c)| *m += weight * c);
+            });
+            mean
+        })
     }
 
     /// Mean and standard deviation of an operator applied to u.
@@ -176,12 +113,13 @@ impl<const D: usize> Conditional<D> {
     }
 
     fn predicted(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Prediction> {
-        let query = self.query(operator, points)?;
-        let (mean, whitened) = self.conditioned(&query);
-        let left = query.variances().into_iter().zip(whitened.col_iter());
-        let deviation =
-            left.map(|(prior, known)| (prior - known.squared_norm_l2()).max(0.0).sqrt());
-        Ok(Prediction { mean, standard_deviation: deviation.collect() })
+        self.asked(operator, points, |asked| {
+            let (mean, whitened) = self.conditioned(asked);
+            let left = prior_variances(asked).into_iter().zip(whitened.col_iter());
+            let deviation =
+                left.map(|(prior, known)| (prior - known.squared_norm_l2()).max(0.0).sqrt());
+            Prediction { mean, standard_deviation: deviation.collect() }
+        })
     }
 
     /// Mean and standard deviation of a weighted sum, as an integral.
@@ -205,21 +143,7 @@ impl<const D: usize> Conditional<D> {
     /// # Errors
     /// As [`Conditional::predict`].
     pub fn sample(&self, points: &[[f64; D]], count: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
-        self.sample_operator(&Operator::identity(), points, count, seed)
-    }
-
-    /// Operator applied to functions drawn from the posterior, as samples of a flux along a wall.
-    ///
-    /// # Errors
-    /// As [`Conditional::mean_of`].
-    pub fn sample_operator(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-        count: usize,
-        seed: u64,
-    ) -> Result<Vec<Vec<f64>>> {
-        let (mean, covariance) = self.joint(operator, points)?;
+        let (mean, covariance) = self.joint(&Operator::identity(), points)?;
         drawn(&mean, &covariance, count, seed)
     }
 
@@ -253,41 +177,37 @@ impl<const D: usize> Conditional<D> {
 
     /// Standard deviation of an operator before the data, root mean square over points.
     pub(crate) fn prior_spread(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<f64> {
-        let query = self.query(operator, points)?;
-        let sum: f64 = query.variances().iter().sum();
+        let sum: f64 = self.asked(operator, points, |asked| prior_variances(asked).iter().sum())?;
         Ok((sum / points.len().max(1) as f64).sqrt())
     }
 
-    fn query(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<Query<'_, D>> {
-        let (model, prior) = (&self.model, &self.model.prior);
-        let state = State::new(model, &self.parameters)?;
-        prior.check_roughness(operator)?;
+    /// An answer from the model with values of an operator at points as a last group beyond its data.
+    fn asked<T>(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+        answer: impl FnOnce(&State<'_, D>) -> T,
+    ) -> Result<T> {
+        let (model, zeros) = (&self.model, vec![0.0; points.len()]);
         let numbered = points.iter().enumerate();
         check_finite("point", numbered.flat_map(|(k, x)| x.iter().map(move |c| (k, c))))?;
         let mut theta = model.theta.clone();
-        let places = (points, "the prediction");
-        let points = PointCoefficients::new(prior, operator, places, &mut theta)?;
+        let data = Data::new().functional(operator.clone(), points, &zeros, Noise::Known(1.0));
+        let last = compile(&model.prior, &data.groups[0], (0, "the prediction"), &mut theta)?;
         if let Some(unknown) = theta.get(model.theta.len()) {
             model.position(unknown.name())?;
         }
-        let monomials = points.factors(&state.theta);
-        let mut mean = vec![0.0; points.count];
-        points.add_mean(&monomials, 1.0, &mut mean);
-        let coefficients = points.combined(&state.kernels, &monomials);
-        let parts = prior.parts.iter().zip(&points.parts);
-        let own = parts.map(|(part, own)| PairPlan::new(part, &own.orders, &own.orders)).collect();
-        Ok(Query { state, coefficients, mean, own, points })
+        let extended = model.with_group(last);
+        Ok(answer(&State::new(&extended, &self.parameters)?))
     }
 
-    /// Posterior mean, and L⁻¹ K_* with one column for each point.
-    fn conditioned(&self, query: &Query<'_, D>) -> (Vec<f64>, Mat<f64>) {
-        let mut cross = Mat::<f64>::zeros(self.model.size, query.points.count);
-        query.for_columns(|row, covariances| {
-            for (column, covariance) in covariances.iter().enumerate() {
-                cross[(row, column)] = *covariance;
-            }
+    /// Posterior mean of what is asked, and L⁻¹ K_* with one column for each point.
+    fn conditioned(&self, asked: &State<'_, D>) -> (Vec<f64>, Mat<f64>) {
+        let mut mean = prior_mean(asked);
+        let mut cross = Mat::<f64>::zeros(self.model.size, mean.len());
+        for_rows(asked, 0..self.model.size, |row, covariances| {
+            covariances.iter().enumerate().for_each(|(column, c)| cross[(row, column)] = *c);
         });
-        let mut mean = query.mean.clone();
         for (column, mean) in mean.iter_mut().enumerate() {
             *mean += dot(cross.col_as_slice(column), &self.weights);
         }
@@ -301,20 +221,49 @@ impl<const D: usize> Conditional<D> {
     }
 
     fn jointly(&self, operator: &Operator<D>, points: &[[f64; D]]) -> Result<(Vec<f64>, Mat<f64>)> {
-        let query = self.query(operator, points)?;
-        let (mean, whitened) = self.conditioned(&query);
-        let mut covariance = whitened.transpose() * &whitened;
-        let mut scratch = Scratch::default();
-        let mut prior = vec![0.0; points.len()];
-        for column in 0..points.len() {
-            prior.fill(0.0);
-            query.add_own([0, column], &mut prior, &mut scratch);
-            for (row, value) in prior.iter().enumerate() {
-                covariance[(row, column)] = value - covariance[(row, column)];
-            }
-        }
-        Ok((mean, covariance))
+        self.asked(operator, points, |asked| {
+            let (mean, whitened) = self.conditioned(asked);
+            let mut covariance = whitened.transpose() * &whitened;
+            let size = asked.model.size;
+            for_rows(asked, size..size + points.len(), |row, prior| {
+                for (value, known) in prior.iter().zip(covariance.col_as_slice_mut(row - size)) {
+                    *known = value - *known;
+                }
+            });
+            (mean, covariance)
+        })
     }
+}
+
+/// Prior mean of what is asked.
+fn prior_mean<const D: usize>(asked: &State<'_, D>) -> Vec<f64> {
+    asked.residual()[asked.model.size..].iter().map(|residual| -residual).collect()
+}
+
+/// Prior covariances of what is asked with one row after the other.
+fn for_rows<const D: usize>(
+    asked: &State<'_, D>,
+    rows: Range<usize>,
+    mut visit: impl FnMut(usize, &[f64]),
+) {
+    let (last, mut scratch) = (asked.model.groups.len() - 1, Scratch::default());
+    let mut covariances = vec![0.0; asked.model.groups[last].given.values.len()];
+    for row in rows {
+        covariances.fill(0.0);
+        asked.add_covariances([last, 0], row, &mut covariances, &mut scratch);
+        visit(row, &covariances);
+    }
+}
+
+/// Prior variances of what is asked.
+fn prior_variances<const D: usize>(asked: &State<'_, D>) -> Vec<f64> {
+    let (last, mut scratch) = (asked.model.groups.len() - 1, Scratch::default());
+    let mut variances = vec![0.0; asked.model.groups[last].given.values.len()];
+    for (point, own) in variances.chunks_mut(1).enumerate() {
+        let row = asked.model.size + point;
+        asked.add_covariances([last, point], row, own, &mut scratch);
+    }
+    variances
 }
 
 /// Samples of a normal distribution, by the eigenvectors of its covariance.

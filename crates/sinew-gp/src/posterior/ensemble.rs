@@ -20,10 +20,6 @@ pub struct Ensemble<const D: usize> {
 }
 
 impl<const D: usize> Ensemble<D> {
-    pub(crate) fn new(model: Arc<Model<D>>, draws: Vec<Vec<f64>>) -> Self {
-        Self { model, draws, k_hat: None, warnings: Vec::new(), unidentified: Vec::new() }
-    }
-
     /// Draws about a fit, with what they leave in doubt: the shape of their weights' tail, or a parameter of the equation, its R̂
     /// and effective draws.
     pub(crate) fn checked(
@@ -35,7 +31,8 @@ impl<const D: usize> Ensemble<D> {
         if let Some(unresolved) = fit.withheld() {
             return Err(unresolved);
         }
-        let mut ensemble = Self { k_hat, ..Self::new(fit.model().clone(), draws) };
+        let (model, unidentified) = (fit.model().clone(), Vec::new());
+        let mut ensemble = Self { model, draws, k_hat, warnings: Vec::new(), unidentified };
         let heavy = k_hat.filter(|k_hat| *k_hat > TRUSTED);
         ensemble.warnings.extend(heavy.map(|k_hat| Warning::HeavyWeights { k_hat }));
         if let Some((parameter, r_hat, effective)) = worst {

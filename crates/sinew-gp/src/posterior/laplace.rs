@@ -27,45 +27,7 @@ const FREEDOM: usize = 5;
 /// If the evidence cannot be evaluated next to the fit.
 #[doc(alias = "importance sampling")]
 pub fn laplace<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
-    instance!(D, draws_about, fn(&Fit<D>, usize, u64) -> Result<Ensemble<D>>)(fit, draws, seed)
-}
-
-fn draws_about<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
-    let (draws, k_hat, ..) = weighed(fit, draws, seed)?;
-    Ensemble::checked(fit, draws, Some(k_hat), None)
-}
-
-/// Draws of [`laplace`] and the shape of their weights' tail, with the space and the width that they come from.
-fn weighed<const D: usize>(
-    fit: &Fit<D>,
-    draws: usize,
-    seed: u64,
-) -> Result<(Vec<Vec<f64>>, f64, Space<'_, D>, Laplace)> {
-    let model = fit.model();
-    let (space, mut proposals) =
-        Space::new(model, &fit.outcome().parameters, model.without_weights())?;
-    let first = proposals.clone();
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    for round in 0.. {
-        let drawn: Vec<(Vec<f64>, f64)> =
-            (0..PROPOSALS * draws).map(|_| propose(&proposals, &mut random)).collect();
-        let ratio = |(q, own): &(Vec<f64>, f64)| space.log_density(q) - own;
-        let ratios: Vec<f64> = drawn.par_iter().map(ratio).collect();
-        let smoothed = psis(&ratios, 1.0);
-        let (weights, k_hat) = (smoothed.weights(), smoothed.k_hat);
-        let next = moved(&proposals, &drawn, &weights, LEAST);
-        if k_hat <= TRUSTED && next.as_ref().is_none_or(|next| alike(&proposals, next))
-            || round == ROUNDS
-        {
-            let chosen = resample(&weights, draws, random.random());
-            let draws = chosen.into_iter().map(|k| space.parameters(&drawn[k].0)).collect();
-            // A chain begins with the width of both.
-            let about = moved(&first, &drawn, &weights, 1.0).unwrap_or(first);
-            return Ok((draws, k_hat, space, about));
-        }
-        proposals = next.unwrap_or(proposals);
-    }
-    unreachable!("the last round returns")
+    instance!(D, Fit::weighed, Weighed<D>)(fit, draws, seed, true)
 }
 
 /// Draws by [`laplace`] where its weights can be trusted, else as many by [`crate::nuts`], whose chains start where that found mass.
@@ -73,18 +35,46 @@ fn weighed<const D: usize>(
 /// # Errors
 /// As these two.
 pub fn ensemble<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
-    instance!(D, trusted, fn(&Fit<D>, usize, u64) -> Result<Ensemble<D>>)(fit, draws, seed)
+    instance!(D, Fit::weighed, Weighed<D>)(fit, draws, seed, false)
 }
 
-fn trusted<const D: usize>(fit: &Fit<D>, draws: usize, seed: u64) -> Result<Ensemble<D>> {
-    let (weighed, k_hat, space, about) = weighed(fit, draws, seed)?;
-    let options = NutsOptions { draws, seed, ..NutsOptions::default() };
-    let model = fit.model();
-    match k_hat <= TRUSTED {
-        true => Ensemble::checked(fit, weighed, Some(k_hat), None),
-        // Weights of values are drawn too.
-        false if model.without_weights() < model.parameters().len() => nuts(fit, &options),
-        false => sampled(fit, &space, about, &options),
+type Weighed<const D: usize> = fn(&Fit<D>, usize, u64, bool) -> Result<Ensemble<D>>;
+
+impl<const D: usize> Fit<D> {
+    /// Draws by importance, `always` or where the weights can be trusted; else by chains.
+    fn weighed(&self, draws: usize, seed: u64, always: bool) -> Result<Ensemble<D>> {
+        let (model, fitted) = (self.model(), &self.outcome().parameters);
+        let (space, mut proposals) = Space::new(model, fitted, model.without_weights())?;
+        let first = proposals.clone();
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        for round in 0.. {
+            let drawn: Vec<(Vec<f64>, f64)> =
+                (0..PROPOSALS * draws).map(|_| propose(&proposals, &mut random)).collect();
+            let ratio = |(q, own): &(Vec<f64>, f64)| space.log_density(q) - own;
+            let ratios: Vec<f64> = drawn.par_iter().map(ratio).collect();
+            let smoothed = psis(&ratios, 1.0);
+            let (weights, k_hat) = (smoothed.weights(), smoothed.k_hat);
+            let (next, trusted) = (moved(&proposals, &drawn, &weights, LEAST), k_hat <= TRUSTED);
+            let settled = trusted && next.as_ref().is_none_or(|next| alike(&proposals, next));
+            if !settled && round < ROUNDS {
+                proposals = next.unwrap_or(proposals);
+                continue;
+            }
+            if always || trusted {
+                let chosen = resample(&weights, draws, random.random());
+                let draws = chosen.into_iter().map(|k| space.parameters(&drawn[k].0)).collect();
+                return Ensemble::checked(self, draws, Some(k_hat), None);
+            }
+            let options = NutsOptions { draws, seed, ..NutsOptions::default() };
+            // Weights of values are drawn too.
+            if model.without_weights() < model.parameters().len() {
+                return nuts(self, &options);
+            }
+            // A chain begins with the width of both.
+            let about = moved(&first, &drawn, &weights, 1.0).unwrap_or(first);
+            return sampled(self, &space, about, &options);
+        }
+        unreachable!("the last round returns")
     }
 }
 

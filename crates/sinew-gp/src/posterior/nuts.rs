@@ -41,14 +41,16 @@ const ROUNDS: u64 = 1;
 /// If the evidence cannot be evaluated at the fit.
 #[doc(alias("MCMC", "HMC"))]
 pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
-    instance!(D, chained, fn(&Fit<D>, &NutsOptions) -> Result<Ensemble<D>>)(fit, options)
+    instance!(D, Fit::chained, fn(&Fit<D>, &NutsOptions) -> Result<Ensemble<D>>)(fit, options)
 }
 
-fn chained<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>> {
-    let model = fit.model();
-    let count = model.parameters().len();
-    let (space, about) = Space::new(model, &fit.outcome().parameters, count)?;
-    sampled(fit, &space, about, options)
+impl<const D: usize> Fit<D> {
+    fn chained(&self, options: &NutsOptions) -> Result<Ensemble<D>> {
+        let model = self.model();
+        let count = model.parameters().len();
+        let (space, about) = Space::new(model, &self.outcome().parameters, count)?;
+        sampled(self, &space, about, options)
+    }
 }
 
 /// [`nuts`] in a space, with chains that start about a mode.

@@ -49,7 +49,7 @@ pub(crate) struct PointCoefficients<const D: usize> {
 }
 
 /// Position of each parameter by name, added where it is new.
-pub(crate) fn register(known: &mut Vec<Parameter>, parameter: &Parameter) -> Result<usize> {
+fn register(known: &mut Vec<Parameter>, parameter: &Parameter) -> Result<usize> {
     let name = parameter.name();
     ensure!(
         known.iter().all(|other| other.name() != name || other == parameter),
@@ -93,21 +93,16 @@ impl<const D: usize> PointCoefficients<D> {
             for (source, monomial) in operator.sources().iter().zip(of_source) {
                 mean[*monomial][index] += factor(source, "known function of the operator")?;
             }
-            let of = |term| factor(term, "coefficient of the operator");
-            let factors: Vec<f64> = operator.terms().iter().map(of).collect::<Result<_, _>>()?;
-            let terms = || operator.terms().iter().zip(&factors).zip(of_term);
-            if !prior.mean.is_zero() {
-                let value = prior.mean.at(Series::variables(*point, degrees));
-                for ((term, factor), monomial) in terms() {
-                    let derivative = factor * value.derivative(&term.derivative.orders);
-                    mean[*monomial][index] += finite(derivative, "prior mean")?;
-                }
-            }
-            for (part, built) in prior.parts.iter().zip(&mut parts) {
-                let series = part.feature.factor.at(Series::variables(*point, degrees));
-                for ((term, factor), monomial) in terms() {
-                    let alpha = term.derivative.orders;
-                    for beta in below(alpha, &part.feature.axes) {
+            let x = Series::variables(*point, degrees);
+            let value = prior.mean.at(x.clone());
+            let features = prior.parts.iter().map(|part| part.feature.factor.at(x.clone()));
+            let features: Vec<Series> = features.collect();
+            for (term, monomial) in operator.terms().iter().zip(of_term) {
+                let alpha = term.derivative.orders;
+                let factor = factor(term, "coefficient of the operator")?;
+                mean[*monomial][index] += finite(factor * value.derivative(&alpha), "prior mean")?;
+                for ((part, series), built) in prior.parts.iter().zip(&features).zip(&mut parts) {
+                    for beta in below(alpha, &part.kernel.axes) {
                         let rest: [usize; D] = std::array::from_fn(|d| alpha[d] - beta[d]);
                         let binomial: f64 = (0..D).map(|d| choose(alpha[d], beta[d])).product();
                         for (beta, turned) in prior.turned(beta, point) {
@@ -161,7 +156,7 @@ fn choose(n: usize, k: usize) -> f64 {
 }
 
 /// The distinct monomials of an operator, and that of each of its terms and sources.
-fn monomials<const D: usize>(
+pub(crate) fn monomials<const D: usize>(
     operator: &Operator<D>,
     parameters: &mut Vec<Parameter>,
 ) -> Result<(Vec<Monomial>, Vec<usize>)> {

@@ -1,12 +1,10 @@
 //! Mean and features of a prior that satisfies boundary conditions.
 
 mod corners;
-mod imposed;
 
 use crate::prior::structure::{AxisStructure, Factor, Lift};
 use crate::{Domain, Field, Polygon, Problem, Result, Series, constant, field};
 use corners::check_corners;
-pub(crate) use imposed::Imposed;
 
 /// Mean and features such that every function m + Σ φ zₚ satisfies all conditions, whatever the zₚ.
 #[derive(Clone, Debug)]
@@ -41,7 +39,7 @@ impl<const D: usize> Feature<D> {
 
 /// No conditions at all: zero mean and one kernel on all axes.
 pub(crate) fn unconstrained<const D: usize>() -> Constraints<D> {
-    Constraints { mean: Field::zero(), features: vec![Feature::everywhere(constant(1.0))] }
+    Constraints { mean: constant(0.0), features: vec![Feature::everywhere(constant(1.0))] }
 }
 
 /// The constrained mean and features of a problem (§4.4, §4.7).
@@ -49,17 +47,18 @@ pub(crate) fn unconstrained<const D: usize>() -> Constraints<D> {
 /// # Errors
 /// If conditions of two faces conflict where these meet.
 pub fn constraints<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>> {
-    instance!(D, built_in, fn(&Problem<D>) -> Result<Constraints<D>>)(problem)
+    instance!(D, Constraints::built_in, fn(&Problem<D>) -> Result<Constraints<D>>)(problem)
 }
 
-fn built_in<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>> {
-    let structures: [AxisStructure<D>; D] =
-        std::array::from_fn(|axis| AxisStructure::new(problem, axis));
-    check_corners(problem, &structures)?;
-    Ok(Constraints {
-        mean: mean(problem, &structures),
-        features: features(problem.domain(), &structures, planes(problem))?,
-    })
+impl<const D: usize> Constraints<D> {
+    fn built_in(problem: &Problem<D>) -> Result<Self> {
+        let structures: [AxisStructure<D>; D] =
+            std::array::from_fn(|axis| AxisStructure::new(problem, axis));
+        check_corners(problem, &structures)?;
+        let mean = mean(problem, &structures);
+        let features = features(problem.domain(), &structures, planes(problem))?;
+        Ok(Self { mean, features })
+    }
 }
 
 /// Features in the plane of a polygon whose edges hold values: R-functions that vanish there in the first power of the distance, and at
@@ -77,13 +76,13 @@ fn planes<const D: usize>(problem: &Problem<D>) -> Vec<Feature<D>> {
 
 /// Axis by axis, the part of the conditions that the mean so far misses is added (Algorithm 3).
 fn mean<const D: usize>(problem: &Problem<D>, structures: &[AxisStructure<D>; D]) -> Field<D> {
-    let mut mean = problem.boundary.clone().unwrap_or_else(Field::zero);
+    let mut mean = problem.boundary.clone().unwrap_or_else(|| constant(0.0));
     // What misses a condition with a factor that varies is weighed by that factor: there last.
     let (even, uneven): (Vec<usize>, Vec<usize>) =
         (0..D).partition(|axis| !structures[*axis].varies(problem.domain()));
     for axis in even.into_iter().chain(uneven) {
         // A zero mean misses nothing of a homogeneous condition.
-        let misses = |lift: &&Lift<D>| !(mean.is_zero() && lift.imposed.data.is_zero());
+        let misses = |lift: &&Lift<D>| !(mean.is_zero() && lift.data.is_zero());
         let lifts: Vec<Lift<D>> = structures[axis].lifts.iter().filter(misses).cloned().collect();
         if lifts.is_empty() {
             continue;
@@ -91,8 +90,7 @@ fn mean<const D: usize>(problem: &Problem<D>, structures: &[AxisStructure<D>; D]
         let before = mean;
         mean = field(move |x: [Series; D]| {
             lifts.iter().fold(before.at(x.clone()), |sum, lift| {
-                let missed =
-                    lift.imposed.data.at(lift.moved(&x, lift.side())) - lift.apply(&before, &x);
+                let missed = lift.data.at(lift.moved(&x, lift.side())) - lift.apply(&before, &x);
                 sum + lift.shape.at(&x[axis]) * missed
             })
         });

@@ -1,7 +1,8 @@
 //! One axis of a constrained prior: what is fixed at its ends, what vanishes there, what is free.
 
-use crate::prior::constraint::Imposed;
-use crate::{Condition, Domain, Field, Problem, Series, Side, field};
+use crate::{
+    Condition, Derivative, Domain, Field, Operator, Problem, Series, Side, constant, field,
+};
 use nalgebra::DMatrix;
 
 /// A polynomial along one axis, in the coordinate s that runs from 0 at one end to 1 at the other.
@@ -57,14 +58,32 @@ fn trace<const D: usize>(axis: usize, shape: Shape) -> Factor<D> {
     Factor { field, free: false, varies: false }
 }
 
-/// Condition across one axis, at one end or as the difference between the upper and the lower end.
+/// The derivative of `function` along an axis.
+fn along<const D: usize>(
+    function: &Field<D>,
+    axis: usize,
+    order: usize,
+    x: &[Series; D],
+) -> Series {
+    if order == 0 {
+        return function.at(x.clone());
+    }
+    let slope = |d: usize| if d == axis { 1.0 } else { 0.0 };
+    let lifted = std::array::from_fn(|d| x[d].lifted(order, slope(d)));
+    function.at(lifted).last_derivative(order)
+}
+
+/// Condition across one axis, at one end or as the difference between the upper and the lower end: `value` u + ∂ⁿu = `data`, with
+/// the derivative of order n along the outward normal of the end, or else along the axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Lift<const D: usize> {
     pub axis: usize,
     ends: [f64; 2],
     /// `None` for both ends.
     pub at: Option<Side>,
-    pub imposed: Imposed<D>,
+    pub value: Field<D>,
+    pub order: usize,
+    pub data: Field<D>,
     /// Function that carries the data: one under this functional, zero under the others of the axis.
     pub shape: Shape,
 }
@@ -92,9 +111,32 @@ impl<const D: usize> Lift<D> {
         face
     }
 
+    /// Sign of the derivative along the normal, in units of that along the axis.
+    fn sign(&self) -> f64 {
+        if self.at == Some(Side::Lower) { (-1.0_f64).powi(self.order as i32) } else { 1.0 }
+    }
+
+    /// The left-hand side as an operator.
+    pub(crate) fn operator(&self) -> Operator<D> {
+        let mut orders = [0; D];
+        orders[self.axis] = self.order;
+        let slope = self.sign() * Derivative { orders };
+        match self.value.is_zero() {
+            true => slope,
+            false => self.value.clone() * Derivative::identity() + slope,
+        }
+    }
+
     /// Applied to `function`, as a function of the other coordinates of `x`.
     pub(crate) fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
-        let on = |side: Side| self.imposed.apply(function, &self.moved(x, side));
+        let on = |side: Side| {
+            let x = self.moved(x, side);
+            let slope = along(function, self.axis, self.order, &x) * self.sign();
+            match self.value.is_zero() {
+                true => slope,
+                false => slope + function.at(x.clone()) * self.value.at(x),
+            }
+        };
         self.at.map_or_else(|| on(Side::Upper) - on(Side::Lower), on)
     }
 
@@ -103,9 +145,9 @@ impl<const D: usize> Lift<D> {
         let size = factor.at(x.clone()).value().abs();
         let [lower, upper] = self.ends;
         let first = if self.at.is_some() { 1 } else { 0 };
-        (first..=self.imposed.order).all(|order| {
-            let imposed = Imposed { value: Field::zero(), order, ..self.imposed.clone() };
-            let slope = Self { imposed, ..self.clone() }.apply(factor, x).value();
+        (first..=self.order).all(|order| {
+            let plain = Self { value: constant(0.0), order, ..self.clone() };
+            let slope = plain.apply(factor, x).value();
             ((upper - lower).powi(order as i32) * slope).abs() <= 1e-10 * size
         })
     }
@@ -145,11 +187,15 @@ impl Basis {
         Shape { start, length: end - start, coefficients }
     }
 
-    /// Carries what is imposed along the outward normal of a side, or between the ends.
-    fn lift<const D: usize>(&self, at: Option<Side>, imposed: Imposed<D>) -> Lift<D> {
-        let side = at.unwrap_or(Side::Upper);
-        let shape = self.shape_of(side, imposed.order).scaled(imposed.sign());
-        Lift { axis: self.axis, ends: self.ends, at, imposed, shape }
+    /// Carries what is imposed at a side, or between the ends.
+    fn lift<const D: usize>(
+        &self,
+        at: Option<Side>,
+        (value, order, data): (Field<D>, usize, Field<D>),
+    ) -> Lift<D> {
+        let shape = self.shape_of(at.unwrap_or(Side::Upper), order);
+        let lift = Lift { axis: self.axis, ends: self.ends, at, value, order, data, shape };
+        Lift { shape: lift.shape.clone().scaled(lift.sign()), ..lift }
     }
 
     /// The derivative of order j along the axis one at an end, other ones zero. Where the other end has conditions, Hermite's
@@ -203,7 +249,7 @@ fn annihilated(mut rows: Vec<Vec<f64>>, degrees: usize) -> Vec<Vec<f64>> {
 impl<const D: usize> AxisStructure<D> {
     /// Structure of an axis, from the conditions at its two ends, or that they are joined.
     pub(crate) fn new(problem: &Problem<D>, axis: usize) -> Self {
-        let ends = problem.domain().ends(axis);
+        let ends = problem.domain().ends[axis];
         let conditions = &problem.faces[axis];
         let joined = problem.periodic[axis].map_or(0, |periodicity| periodicity as usize);
         let contacts = match joined {
@@ -212,16 +258,12 @@ impl<const D: usize> AxisStructure<D> {
         };
         let basis = Basis { axis, ends, contacts };
         let mut structure = Self { factors: vec![bubble(axis, ends, contacts)], lifts: Vec::new() };
-        for (side, outwards) in Side::BOTH.into_iter().zip([-1.0, 1.0]) {
-            let given = conditions[side as usize].iter();
-            let imposed = given.flat_map(|condition| Imposed::of(condition, axis, outwards));
+        for side in Side::BOTH {
+            let imposed = conditions[side as usize].iter().flat_map(Condition::imposed);
             structure.lifts.extend(imposed.map(|imposed| basis.lift(Some(side), imposed)));
         }
-        for order in 0..joined {
-            let (value, data) = (Field::zero(), Field::zero());
-            let equal = Imposed { value, order, axis, outwards: 1.0, data };
-            structure.lifts.push(basis.lift(None, equal));
-        }
+        let equal = |order| basis.lift(None, (constant(0.0), order, constant(0.0)));
+        structure.lifts.extend((0..joined).map(equal));
         let sprung =
             |condition: &Option<Condition<D>>| matches!(condition, Some(Condition::Robin { .. }));
         match conditions.iter().any(sprung) {
@@ -234,9 +276,7 @@ impl<const D: usize> AxisStructure<D> {
     /// Whether a factor of the value changes along another axis.
     pub(crate) fn varies(&self, domain: &Domain<D>) -> bool {
         self.lifts.iter().any(|lift| {
-            let of = |point| {
-                lift.imposed.value.at(lift.moved(&Series::plain(point), lift.side())).value()
-            };
+            let of = |point| lift.value.at(lift.moved(&Series::plain(point), lift.side())).value();
             let values: Vec<f64> = domain.grid(5).into_iter().map(of).collect();
             let size = values.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
             values.iter().any(|a| (a - values[0]).abs() > 1e-12 * size)
@@ -253,7 +293,7 @@ impl<const D: usize> AxisStructure<D> {
         let of_power = |lift: &Lift<D>, power: usize| {
             let power =
                 field(move |x: [Series; D]| ((&x[axis] - start) / (end - start)).powi(power));
-            let unit = (end - start).powi(lift.imposed.order as i32);
+            let unit = (end - start).powi(lift.order as i32);
             unit * lift.apply(&power, &Series::plain([start; D])).value()
         };
         let row = |lift| (0..degrees).map(|power| of_power(lift, power)).collect();
@@ -279,8 +319,8 @@ impl<const D: usize> AxisStructure<D> {
                 self.factors.push(Factor { field: trace, free: false, varies: true });
                 continue;
             }
-            let given = condition.derivatives();
-            let free = |order: &usize| given.iter().all(|(known, _)| known != order);
+            let given = condition.imposed();
+            let free = |order: &usize| given.iter().all(|(_, known, _)| known != order);
             for order in (0..condition.contact()).filter(free) {
                 let shape = basis.shape_of(side, order).normalised();
                 self.factors.push(trace(basis.axis, shape));

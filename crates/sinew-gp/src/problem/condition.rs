@@ -80,23 +80,22 @@ impl<const D: usize> Condition<D> {
         Self::Derivatives(vec![(1, constant(0.0)), (3, constant(0.0))])
     }
 
-    /// The derivatives along n that are given, by their order; none where they are mixed.
-    pub(crate) fn derivatives(&self) -> Vec<(usize, &Field<D>)> {
+    /// Each functional of u that is given, as the factor of u and the order of the derivative along n that it is the sum of, with
+    /// its value.
+    pub(crate) fn imposed(&self) -> Vec<(Field<D>, usize, Field<D>)> {
+        let plain = |order: usize, data: &Field<D>| (constant(0.0), order, data.clone());
         match self {
-            Self::Dirichlet(value) => vec![(0, value)],
-            Self::Neumann(slope) => vec![(1, slope)],
-            Self::Cauchy { value, slope } => vec![(0, value), (1, slope)],
-            Self::Derivatives(given) => given.iter().map(|(order, data)| (*order, data)).collect(),
-            Self::Robin { .. } => Vec::new(),
+            Self::Dirichlet(value) => vec![plain(0, value)],
+            Self::Neumann(slope) => vec![plain(1, slope)],
+            Self::Cauchy { value, slope } => vec![plain(0, value), plain(1, slope)],
+            Self::Derivatives(given) => given.iter().map(|(k, data)| plain(*k, data)).collect(),
+            Self::Robin { value_factor, data, .. } => vec![(value_factor.clone(), 1, data.clone())],
         }
     }
 
     /// Number of derivatives, counting the value, that the features must have vanish on the face.
     pub(crate) fn contact(&self) -> usize {
-        match self {
-            Self::Robin { .. } => 2,
-            _ => self.derivatives().iter().map(|(order, _)| order + 1).max().unwrap_or(0),
-        }
+        self.imposed().iter().map(|(_, order, _)| order + 1).max().unwrap_or(0)
     }
 
     /// The condition with a slope whose factor is one; `places` are some on the face. Refuses numbers that make no condition.

@@ -18,14 +18,12 @@ impl Side {
     pub const BOTH: [Self; 2] = [Self::Lower, Self::Upper];
 }
 
-/// A box with named axes, of which the first two may be restricted to a polygon.
-///
-/// An extrusion in time, or along a third direction, is one more axis.
+/// A box with named axes, or a convex polygon in a box of two.
 #[derive(Clone, Debug)]
 pub struct Domain<const D: usize> {
     names: [String; D],
-    lower: [f64; D],
-    upper: [f64; D],
+    /// Coordinates of both ends of each axis.
+    pub(crate) ends: [[f64; 2]; D],
     polygon: Option<Polygon>,
 }
 
@@ -55,18 +53,6 @@ impl Domain<2> {
     }
 }
 
-impl Domain<3> {
-    /// A convex polygon times an interval: an extrusion, or a plane problem in time.
-    ///
-    /// # Errors
-    /// As [`Domain::polygon`] and [`Domain::interval`].
-    pub fn prism(names: [&str; 2], corners: &[[f64; 2]], along: (&str, [f64; 2])) -> Result<Self> {
-        let polygon = Polygon::new(corners)?;
-        let [x, y] = polygon.extents();
-        Ok(Self { polygon: Some(polygon), ..Self::cuboid([(names[0], x), (names[1], y), along])? })
-    }
-}
-
 impl<const D: usize> Domain<D> {
     /// A box, from a name and the two ends for each axis.
     ///
@@ -85,8 +71,7 @@ impl<const D: usize> Domain<D> {
         }
         Ok(Self {
             names: axes.map(|(name, _)| name.to_string()),
-            lower: axes.map(|(_, ends)| ends[0]),
-            upper: axes.map(|(_, ends)| ends[1]),
+            ends: axes.map(|(_, ends)| ends),
             polygon: None,
         })
     }
@@ -103,20 +88,26 @@ impl<const D: usize> Domain<D> {
 
     /// Lower end of each axis, of the bounding box for a polygon.
     pub fn lower(&self) -> [f64; D] {
-        self.lower
+        self.ends.map(|[lower, _]| lower)
     }
 
     /// Upper end of each axis.
     pub fn upper(&self) -> [f64; D] {
-        self.upper
+        self.ends.map(|[_, upper]| upper)
     }
 
     /// Length of each axis.
     pub(crate) fn extents(&self) -> [f64; D] {
-        std::array::from_fn(|d| self.upper[d] - self.lower[d])
+        self.ends.map(|[lower, upper]| upper - lower)
     }
 
-    /// The polygon that restricts the first two axes, if any.
+    /// Distance of two points in units of the lengths of the axes.
+    pub(crate) fn apart(&self, a: &[f64; D], b: &[f64; D]) -> f64 {
+        let axis = |d: usize| ((a[d] - b[d]) / self.extents()[d]).powi(2);
+        (0..D).map(axis).sum::<f64>().sqrt()
+    }
+
+    /// The polygon that restricts the axes, if any.
     pub fn cross_section(&self) -> Option<&Polygon> {
         self.polygon.as_ref()
     }
@@ -135,24 +126,13 @@ impl<const D: usize> Domain<D> {
     /// Position of an axis that is no part of a polygon, for which an error says what to use.
     pub(crate) fn free_axis(&self, name: &str, instead: &str) -> Result<usize> {
         let axis = self.axis(name)?;
-        let free = self.polygon.is_none() || axis >= 2;
-        ensure!(free, "{name} is part of the polygon; use {instead}");
+        ensure!(self.polygon.is_none(), "{name} is part of the polygon; use {instead}");
         Ok(axis)
-    }
-
-    /// Coordinate of one end of an axis.
-    pub(crate) fn end(&self, axis: usize, side: Side) -> f64 {
-        self.ends(axis)[side as usize]
-    }
-
-    /// Coordinates of both ends of an axis.
-    pub(crate) fn ends(&self, axis: usize) -> [f64; 2] {
-        [self.lower[axis], self.upper[axis]]
     }
 
     /// A face in words, as `x = 0`.
     pub(crate) fn face(&self, axis: usize, side: Side) -> String {
-        format!("{} = {}", self.names[axis], self.end(axis, side))
+        format!("{} = {}", self.names[axis], self.ends[axis][side as usize])
     }
 
     /// Whether a point lies in the domain or on its boundary.
@@ -163,8 +143,8 @@ impl<const D: usize> Domain<D> {
     /// Whether a point lies in the domain or next to it, by no more than `share` of the domain's size.
     pub(crate) fn contains_within(&self, point: [f64; D], share: f64) -> bool {
         let along = |d: usize| {
-            let margin = share * self.extents()[d];
-            (self.lower[d] - margin..=self.upper[d] + margin).contains(&point[d])
+            let ([lower, upper], margin) = (self.ends[d], share * self.extents()[d]);
+            (lower - margin..=upper + margin).contains(&point[d])
         };
         // Distances to lines are rounded.
         let margin = |polygon: &Polygon| share.max(1e-12) * polygon.size();
@@ -180,7 +160,7 @@ impl<const D: usize> Domain<D> {
     pub fn sample(&self, count: usize, seed: u64) -> Result<Vec<[f64; D]>> {
         const TRIES_PER_POINT: usize = 1000;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let draw = |_| std::array::from_fn(|d| random.random_range(self.lower[d]..self.upper[d]));
+        let draw = |_| self.ends.map(|[lower, upper]| random.random_range(lower..upper));
         let tries = (0..TRIES_PER_POINT * (count + 1)).map(draw);
         let points: Vec<_> = tries.filter(|point| self.contains(*point)).take(count).collect();
         ensure!(
@@ -203,7 +183,7 @@ impl<const D: usize> Domain<D> {
     ) -> Result<Vec<[f64; D]>> {
         let axis = self.free_axis(axis, "`Polygon::on_edge` for points on its edges")?;
         let mut points = self.sample(count, seed)?;
-        points.iter_mut().for_each(|point| point[axis] = self.end(axis, side));
+        points.iter_mut().for_each(|point| point[axis] = self.ends[axis][side as usize]);
         Ok(points)
     }
 
@@ -212,7 +192,7 @@ impl<const D: usize> Domain<D> {
     pub fn grid(&self, count: usize) -> Vec<[f64; D]> {
         let steps = count.saturating_sub(1).max(1) as f64;
         let along = |d: usize| {
-            let place = |k: usize| self.lower[d] + k as f64 / steps * self.extents()[d];
+            let place = |k: usize| self.ends[d][0] + k as f64 / steps * self.extents()[d];
             (0..count).map(place).collect()
         };
         let points = grid(&std::array::from_fn(along)).into_iter();

@@ -28,15 +28,14 @@ pub fn field<const D: usize>(
 
 /// The function that is `value` everywhere.
 pub fn constant<const D: usize>(value: f64) -> Field<D> {
-    if value == 0.0 { Field::zero() } else { field(move |x: [Series; D]| x[0].constant(value)) }
+    if value == 0.0 {
+        Field { function: None }
+    } else {
+        field(move |x: [Series; D]| x[0].constant(value))
+    }
 }
 
 impl<const D: usize> Field<D> {
-    /// The zero function.
-    pub(crate) fn zero() -> Self {
-        Self { function: None }
-    }
-
     /// Whether it is known to vanish everywhere.
     pub(crate) fn is_zero(&self) -> bool {
         self.function.is_none()

@@ -52,9 +52,9 @@ impl<const D: usize> Functional<D> {
             "the domain has a polygon; give points and weights of your own for the integral"
         );
         let along = |d: usize| match face {
-            Some((axis, side)) if axis == d => (vec![domain.end(d, side)], vec![1.0]),
+            Some((axis, side)) if axis == d => (vec![domain.ends[d][side as usize]], vec![1.0]),
             _ => {
-                let (lower, extent) = (domain.lower()[d], domain.extents()[d]);
+                let ([lower, _], extent) = (domain.ends[d], domain.extents()[d]);
                 let rule = gauss_legendre(order.max(1)).into_iter();
                 rule.map(|(s, w)| (lower + s * extent, w * extent)).unzip()
             }

@@ -94,11 +94,6 @@ impl<const D: usize> Term<D> {
         }
         self
     }
-
-    fn times_field(self, factor: &Field<D>) -> Self {
-        let own = self.function.map_or_else(|| factor.clone(), |own| factor.product(&own));
-        Self { function: Some(own), ..self }
-    }
 }
 
 /// A linear differential operator: a sum of coefficient × derivative (Definition 4.3.1), and of known functions with numbers and
@@ -235,7 +230,10 @@ factors!(Operator<D>, Derivative<D>, Field<D>);
 impl<const D: usize, R: Into<Operator<D>>> Mul<R> for Field<D> {
     type Output = Operator<D>;
     fn mul(self, right: R) -> Operator<D> {
-        right.into().map(|term| term.times_field(&self))
+        right.into().map(|term| {
+            let own = term.function.map_or_else(|| self.clone(), |own| self.product(&own));
+            Term { function: Some(own), ..term }
+        })
     }
 }
 

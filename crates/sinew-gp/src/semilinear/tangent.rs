@@ -1,6 +1,6 @@
 //! The linear equation that a semi-linear one is next to a solution.
 
-use super::{SemiLinear, singular_term};
+use super::{SemiLinear, at_point, singular_term};
 use crate::{Field, Operator, Result, Series, field};
 use sinew_num::dot;
 use std::collections::HashMap;
@@ -36,7 +36,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     pub(super) fn tangent(
         &self,
         points: &[[f64; D]],
-        values: &[[f64; M]],
+        values: &[Vec<f64>],
         theta: &[f64],
     ) -> Result<(Operator<D>, Vec<f64>)> {
         let count = theta.len();
@@ -44,16 +44,17 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let mut table = HashMap::new();
         let mut shifts = Vec::with_capacity(points.len());
         let degrees = vec![1; M + count];
-        for (index, (point, v)) in points.iter().zip(values).enumerate() {
+        for (index, point) in points.iter().enumerate() {
+            let v: [f64; M] = at_point(values, index);
             let numbers: Vec<f64> = v.iter().chain(theta).copied().collect();
             let variable = |k: usize| Series::variable(numbers[k], k, &degrees);
             let known: Vec<Series> = (M..M + count).map(variable).collect();
             let arguments: [Series; M] = std::array::from_fn(variable);
             let g = arguments[0].constant(0.0) + (self.term)(arguments, &known, *point);
-            let (factors, shift) = expanded(&g, v, theta);
+            let (factors, shift) = expanded(&g, &v, theta);
             // Slopes that are not finite leave no finite shift either.
             if !shift.is_finite() {
-                return Err(singular_term(index, v));
+                return Err(singular_term(index, &v));
             }
             shifts.push(shift);
             table.insert(point.map(f64::to_bits), factors);

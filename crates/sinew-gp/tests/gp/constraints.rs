@@ -270,29 +270,21 @@ fn conflicts_are_named_by_their_corner() {
 }
 
 #[test]
-fn a_polygon_in_time_keeps_its_edges_and_its_start() {
+fn a_polygon_keeps_its_edges() {
     let corners = [[0.0, 0.0], [2.0, 0.0], [2.4, 1.0], [1.0, 2.0], [-0.3, 1.1]];
-    let domain = Domain::prism(["x", "y"], &corners, ("t", [0.0, 1.0])).unwrap();
-    let edge = || field(|[x, y, t]: [Series; 3]| x * 0.5 + y + t);
-    let problem = |start: &[Given<3>]| {
-        let held = Problem::new(domain.clone(), Derivative::along(2));
-        under(held.and_then(|p| p.boundary(edge())).unwrap(), start)
-    };
-    let start = Condition::Dirichlet(field(|[x, y, _]: [Series; 3]| x * 0.5 + y));
-    let start = [(2, Side::Lower, start)];
-    let good = problem(&start);
-    let drawn = draw(&good);
+    let domain = Domain::polygon(["x", "y"], &corners).unwrap();
+    let edge = || field(|[x, y]: [Series; 2]| x * 0.5 + y.squared());
+    let free = Problem::new(domain.clone(), Derivative::along(1)).unwrap();
+    let held = free.boundary(edge()).unwrap();
+    let drawn = draw(&held);
     let polygon = domain.cross_section().unwrap();
     for number in 0..corners.len() {
-        let [x, y] = polygon.on_edge(number, 0.37);
-        let missed = drawn.value([x, y, 0.6]) - edge().value([x, y, 0.6]);
+        let place = polygon.on_edge(number, 0.37);
+        let missed = drawn.value(place) - edge().value(place);
         assert!(missed.abs() < TOLERANCE, "edge {number}: {missed:e}");
     }
-    assert!(miss(&good, &start) < TOLERANCE);
-    let bad = problem(&[(2, Side::Lower, Condition::Dirichlet(constant(0.0)))]);
-    assert!(constraints(&bad).unwrap_err().to_string().contains("conflict"));
-    let twice = good.boundary(edge()).unwrap_err().to_string();
-    assert!(twice.contains("the polygon has a condition already"), "{twice}");
-    let face = bad.condition("x", Side::Lower, Condition::Dirichlet(constant(0.0)));
+    let face = held.clone().condition("x", Side::Lower, Condition::Dirichlet(constant(0.0)));
     assert!(face.unwrap_err().to_string().contains("x is part of the polygon"));
+    let twice = held.boundary(edge()).unwrap_err().to_string();
+    assert!(twice.contains("the polygon has a condition already"), "{twice}");
 }

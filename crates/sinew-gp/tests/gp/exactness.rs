@@ -80,7 +80,7 @@ fn by_series<const D: usize>(
     for (feature, values) in must(constraints(problem)).features.iter().zip(parameters) {
         let (amplitude, rest) = values.split_first().unwrap();
         let numbers: Vec<Series> = rest.iter().map(|v| x[0].constant(*v)).collect();
-        let latent = kernel.on_axes(&feature.axes).formula(&numbers, &x, &y);
+        let latent = kernel.to_formula().along(&feature.axes).formula(&numbers, &x, &y);
         let factors = feature.factor.at(x.clone()) * feature.factor.at(y.clone());
         sum = sum + factors * latent * (amplitude * amplitude);
     }
@@ -125,7 +125,7 @@ fn disagreement<const D: usize>(problem: Problem<D>, kernel: &dyn Kernel<D>, the
         .features
         .iter()
         .map(|feature| {
-            let count = 1 + kernel.on_axes(&feature.axes).hyperparameters().len();
+            let count = 1 + kernel.to_formula().along(&feature.axes).hyperparameters().len();
             let values = model.parameters()[offset..offset + count]
                 .iter()
                 .zip(&parameters[offset..offset + count])

@@ -31,6 +31,7 @@ fn kernels() -> Vec<Box<dyn Kernel<2>>> {
 fn all_kernels_conform() {
     for kernel in &kernels() {
         let values: Vec<f64> = kernel
+            .to_formula()
             .hyperparameters()
             .iter()
             .enumerate()
@@ -53,7 +54,8 @@ fn lengths_from_a_twentieth_to_fifty_times_the_extent_pass() {
                 Measure::Length { axis } => length * extents[axis],
                 Measure::Number { .. } | Measure::Width { .. } => 1.2,
             };
-            let values: Vec<f64> = kernel.hyperparameters().into_iter().map(value).collect();
+            let values: Vec<f64> =
+                kernel.to_formula().hyperparameters().into_iter().map(value).collect();
             let upper = [-1.0 + extents[0], extents[1]];
             let result = check_kernel(&**kernel, &values, [-1.0, 0.0], upper, seed as u64);
             assert_eq!(result, Ok(()), "{} of length {length}", kernel.name());
@@ -62,63 +64,26 @@ fn lengths_from_a_twentieth_to_fifty_times_the_extent_pass() {
 }
 
 /// k(x, x′) = x − 2x′ in the first axis.
-#[derive(Debug)]
-struct Skew;
-
-impl Kernel<1> for Skew {
-    fn name(&self) -> String {
-        "skew".into()
-    }
-    fn hyperparameters(&self) -> Vec<Hyperparameter> {
-        Vec::new()
-    }
-    fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<1>> {
-        Box::new(Skew)
-    }
-    fn formula(&self, _: &[Series], x: &[Series; 1], y: &[Series; 1]) -> Series {
-        &x[0] - &y[0] * 2.0
-    }
+fn skew() -> Formula<1> {
+    let formula = |_: &[Series], x: &[Series; 1], y: &[Series; 1]| &x[0] - &y[0] * 2.0;
+    Formula::new("skew", Vec::new(), formula)
 }
 
 /// A constant that says of its hyperparameter what it is told.
-#[derive(Clone, Debug)]
-struct Declared(Measure);
-
-impl Kernel<1> for Declared {
-    fn name(&self) -> String {
-        "declared".into()
-    }
-    fn hyperparameters(&self) -> Vec<Hyperparameter> {
-        vec![Hyperparameter { name: "number", measure: self.0 }]
-    }
-    fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<1>> {
-        Box::new(self.clone())
-    }
-    fn formula(&self, h: &[Series], _: &[Series; 1], _: &[Series; 1]) -> Series {
-        h[0].squared()
-    }
+fn declared(measure: Measure) -> Formula<1> {
+    let known = vec![Hyperparameter { name: "number", measure }];
+    let formula = |h: &[Series], _: &[Series; 1], _: &[Series; 1]| h[0].squared();
+    Formula::new("declared", known, formula)
 }
 
 /// A function of the squared distance and of the first coordinates of both points.
 type OfDistance = fn(&Series, &Series, &Series) -> Series;
 
-#[derive(Clone, Debug)]
-struct Distance(OfDistance);
-
-impl Kernel<2> for Distance {
-    fn name(&self) -> String {
-        "formula".into()
-    }
-    fn hyperparameters(&self) -> Vec<Hyperparameter> {
-        Vec::new()
-    }
-    fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<2>> {
-        Box::new(self.clone())
-    }
-    fn formula(&self, _: &[Series], x: &[Series; 2], y: &[Series; 2]) -> Series {
+fn distance(formula: OfDistance) -> Formula<2> {
+    Formula::new("formula", Vec::new(), move |_, x, y| {
         let square = (&x[0] - &y[0]).squared() + (&x[1] - &y[1]).squared();
-        (self.0)(&square, &x[0], &y[0])
-    }
+        formula(&square, &x[0], &y[0])
+    })
 }
 
 #[test]
@@ -144,7 +109,7 @@ fn kernels_with_small_negative_eigenvalues_are_refused() {
         }),
     ];
     let refused = |formula: OfDistance| {
-        let result = check_kernel(&Distance(formula), &[], [0.0; 2], [1.0; 2], 1);
+        let result = check_kernel(&distance(formula), &[], [0.0; 2], [1.0; 2], 1);
         result.unwrap_err().to_string()
     };
     for (name, formula) in indefinite {
@@ -166,9 +131,9 @@ fn kernels_with_small_negative_eigenvalues_are_refused() {
 
 #[test]
 fn faults_are_found() {
-    let fault = check_kernel(&Skew, &[], [0.0], [1.0], 1).unwrap_err();
+    let fault = check_kernel(&skew(), &[], [0.0], [1.0], 1).unwrap_err();
     assert!(fault.to_string().contains("not symmetric"), "{fault}");
-    let count = check_kernel(&Skew, &[1.0], [0.0], [1.0], 1).unwrap_err().to_string();
+    let count = check_kernel(&skew(), &[1.0], [0.0], [1.0], 1).unwrap_err().to_string();
     assert_eq!(count, "1 hyperparameter values for a kernel that names 0");
     for (measure, value) in [
         (Measure::Number { lower: -1.0, upper: 2.0 }, 0.5),
@@ -177,7 +142,7 @@ fn faults_are_found() {
         (Measure::Length { axis: 0 }, -0.5),
         (Measure::Length { axis: 0 }, f64::NAN),
     ] {
-        let fault = check_kernel(&Declared(measure), &[value], [0.0], [1.0], 1).unwrap_err();
+        let fault = check_kernel(&declared(measure), &[value], [0.0], [1.0], 1).unwrap_err();
         assert!(fault.to_string().contains("hyperparameter number of the"), "{fault}");
     }
 }

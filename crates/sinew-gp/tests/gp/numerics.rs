@@ -146,11 +146,12 @@ fn the_closed_form_is_that_of_the_formula() {
         &values,
         Noise::Known(1.0),
     );
-    let kernel = SquaredExponential::new();
-    let (closed, formula) = (
-        model(&domain, &kernel, data.clone()),
-        model(&domain, &Formula::from(kernel.clone()), data),
-    );
+    let kernel: Formula<2> = SquaredExponential::new().into();
+    let own = kernel.clone();
+    let formula =
+        Formula::new("by series", own.hyperparameters(), move |h, x, y| own.formula(h, x, y));
+    let (closed, formula) =
+        (model(&domain, &kernel, data.clone()), model(&domain, &formula.stationary(), data));
     let at = [0.0, LENGTHS[0].ln(), LENGTHS[1].ln()];
     let [own, series] = [&closed, &formula].map(|model| must(model.prior_covariance(&at)));
     for (i, j) in (0..own.len()).flat_map(|i| (0..=i).map(move |j| (i, j))) {

@@ -151,14 +151,13 @@ fn rate_and_capacity_of_a_growth_are_found() -> Result<(), GpError> {
 }
 
 #[test]
-fn samples_of_an_operator_scatter_as_predicted() -> Result<(), GpError> {
+fn samples_scatter_as_predicted() -> Result<(), GpError> {
     let (growth, kernel) = (growth()?, SquaredExponential::new());
     let solution =
         growth.solve(&kernel, &measured(Noise::Known(0.05)), &FitOptions::default(), 40)?;
     let conditional = solution.fit.conditional()?;
-    let rate = Derivative::along(0).into();
-    let predicted = conditional.predict_operator(&rate, &[[1.7]])?;
-    let samples = conditional.sample_operator(&rate, &[[1.7], [3.0]], 4000, 1)?;
+    let predicted = conditional.predict(&[[1.7]])?;
+    let samples = conditional.sample(&[[1.7], [3.0]], 4000, 1)?;
     let first: Vec<f64> = samples.iter().map(|sample| sample[0]).collect();
     let mean = first.iter().sum::<f64>() / 4000.0;
     let spread = (first.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / 4000.0).sqrt();

@@ -132,7 +132,7 @@ impl RunsPosterior {
             coordinates.draws.iter().map(chain).collect()
         };
         let values = |y: &[f64]| target.at(y).iter().map(|of| of.value).collect();
-        let draws = Chains { draws: each(&|y| target.theta(y)), ..coordinates.clone() };
+        let draws = Chains { draws: each(&|y| target.theta(y)) };
         let left = emulator.left_out();
         Ok(Self {
             errors: target.at(best).iter().map(|of| of.deviation).collect(),

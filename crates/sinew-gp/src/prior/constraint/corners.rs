@@ -1,7 +1,6 @@
 //! Whether the conditions of faces agree where these meet.
 
 use crate::prior::structure::{AxisStructure, Lift};
-use crate::problem::domain::grid;
 use crate::{Domain, Field, GpError, Problem, Result, Series};
 
 /// Relative difference above which two conditions conflict at a corner: data are given as formulas
@@ -29,87 +28,43 @@ pub(super) fn check_corners<const D: usize>(
             }
         }
     }
-    let mut beyond = structures.iter().skip(2).flat_map(|structure| &structure.lifts);
-    beyond.try_for_each(|lift| check_edges(problem, lift))
-}
-
-/// The condition of a face against the values on the edges of its polygon.
-fn check_edges<const D: usize>(problem: &Problem<D>, lift: &Lift<D>) -> Result<()> {
-    let (domain, face) = (problem.domain(), &lift.imposed);
-    let (Some(polygon), Some(value)) = (domain.cross_section(), &problem.boundary) else {
-        return Ok(());
-    };
-    let size = magnitude(value, domain) + magnitude(&face.data, domain);
-    for (edge, fraction) in
-        (0..polygon.corners().len()).flat_map(|edge| [0.0, 0.29, 0.71].map(|share| (edge, share)))
-    {
-        let mut point: [f64; D] =
-            std::array::from_fn(|d| 0.5 * (domain.lower()[d] + domain.upper()[d]));
-        (point[0], point[1]) = polygon.on_edge(edge, fraction).into();
-        point[lift.axis] = lift.end();
-        let x = Series::plain(point);
-        let corner = || {
-            let face = lift.face(domain);
-            format!("{face}, polygon edge at ({}, {})", point[0], point[1])
-        };
-        agree(corner, [lift.apply(value, &x).value(), face.data.value(point)], size)?;
-    }
     Ok(())
 }
 
 /// Whether the functional of one face, applied to the data of the other, gives what the other's
-/// functional makes of the first's data.
+/// functional makes of the first's data; at places along the diagonal of the domain.
 fn check_corner<const D: usize>(domain: &Domain<D>, a: &Lift<D>, b: &Lift<D>) -> Result<()> {
-    for mut point in diagonal(domain) {
+    let size = magnitude(&a.data, domain)? + magnitude(&b.data, domain)?;
+    for share in [0.5, 0.11, 0.83, 0.0, 1.0] {
+        let mut point: [f64; D] = domain.ends.map(|[lower, upper]| lower + share * (upper - lower));
         (point[a.axis], point[b.axis]) = (a.end(), b.end());
         let x = Series::plain(point);
         for (own, other) in [(a, b), (b, a)] {
             ensure!(
-                other.lets_pass(&own.imposed.value, &x),
+                other.lets_pass(&own.value, &x),
                 "the factor of the Robin condition on {} varies where it meets {}, on which a slope is held; give a factor without slope there, or impose one of the two at points by `Data::imposed`",
                 own.face(domain),
                 other.face(domain)
             );
         }
         // ∂ along the second axis of the first face's data, against ∂ along the first of the second's.
-        let [implied, asked] = [b.apply(&a.imposed.data, &x), a.apply(&b.imposed.data, &x)];
-        let corner = || format!("{}, {}", a.face(domain), b.face(domain));
-        let size = magnitude(&a.imposed.data, domain) + magnitude(&b.imposed.data, domain);
-        agree(corner, [implied.value(), asked.value()], size)?;
+        let [implied, asked] =
+            [b.apply(&a.data, &x), a.apply(&b.data, &x)].map(|given| given.value());
+        let scale = (implied.abs() + asked.abs() + size).max(f64::MIN_POSITIVE);
+        // NaN differs from everything.
+        ensure!(
+            (implied - asked).abs() <= CORNER_TOLERANCE * scale || implied == asked,
+            "conditions conflict at the corner {}, {}: {implied} from one face, {asked} from the other",
+            a.face(domain),
+            b.face(domain)
+        );
     }
     Ok(())
 }
 
-/// Refuses a value that the condition of one face implies at a corner if the other face requires another one; rounding is relative
-/// to `size`.
-fn agree(corner: impl FnOnce() -> String, [implied, asked]: [f64; 2], size: f64) -> Result<()> {
-    let scale = (implied.abs() + asked.abs() + size).max(f64::MIN_POSITIVE);
-    // NaN differs from everything.
-    ensure!(
-        (implied - asked).abs() <= CORNER_TOLERANCE * scale || implied == asked,
-        "conditions conflict at the corner {}: {implied} from one face, {asked} from the other",
-        corner()
-    );
-    Ok(())
-}
-
-/// Places along the diagonal of the domain, whose coordinates beside those of a corner are compared at.
-fn diagonal<const D: usize>(domain: &Domain<D>) -> impl Iterator<Item = [f64; D]> {
-    [0.5, 0.11, 0.83, 0.0, 1.0]
-        .into_iter()
-        .map(|fraction| std::array::from_fn(|d| domain.lower()[d] + fraction * domain.extents()[d]))
-}
-
-/// Largest value found on a coarse grid: what rounding at a corner is relative to.
-fn magnitude<const D: usize>(data: &Field<D>, domain: &Domain<D>) -> f64 {
-    if data.is_zero() {
-        return 0.0;
-    }
-    let along = |d: usize| {
-        // Off the middle, where sines vanish.
-        let places = [0.0, 0.37, 0.71, 1.0].iter();
-        places.map(|fraction| domain.lower()[d] + fraction * domain.extents()[d]).collect()
-    };
-    let points = grid(&std::array::from_fn(along)).into_iter();
-    points.map(|point| data.value(point).abs()).fold(0.0, f64::max)
+/// Largest value found: what rounding at a corner is relative to.
+fn magnitude<const D: usize>(data: &Field<D>, domain: &Domain<D>) -> Result<f64> {
+    const PLACES: usize = 64;
+    let places = domain.sample(PLACES, 0)?.into_iter();
+    Ok(places.map(|x| data.value(x).abs()).fold(0.0, f64::max))
 }
