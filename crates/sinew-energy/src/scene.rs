@@ -188,7 +188,11 @@ impl Parameter {
 
 /// Distribution of a parameter's samples over its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Sampling {
     /// Uniform in the logarithm.
     Log,
