@@ -171,7 +171,7 @@ impl Training {
     ) -> Result<Emulator<'b>, Error> {
         let levels = self.network.iter().flat_map(|network| &network.virtual_nodes).flatten();
         if let Some(first) = levels.copied().next().filter(|first| *first >= body.nodes) {
-            return Err(Error::Request(format!(
+            return Err(Error::Refused(format!(
                 "training.network.virtual_nodes: the first level has {first}, and the mesh {} nodes; give fewer",
                 body.nodes
             )));
