@@ -117,8 +117,9 @@ impl NativeRuns {
         let measured = |(output, value, sd)| Measured { output, value, sd };
         let data: Vec<Measured> = data.into_iter().map(measured).collect();
         let options = NutsOptions { seed, draws, ..NutsOptions::default() };
-        let found =
-            relay::run(py, listener, move |_| RunsPosterior::new(&emulator, &data, &options))?;
+        let found = relay::run(py, listener, move |observer| {
+            RunsPosterior::new(&emulator, &data, &options, observer)
+        })?;
         let posterior = found.map_err(|error| match &error {
             RunsPosteriorError::Input(_) => Kind::Case.of(py, error),
             RunsPosteriorError::Chains(_) => Kind::Calibration.of(py, error),

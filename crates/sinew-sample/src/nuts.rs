@@ -9,6 +9,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::collections::HashMap;
+use std::ops::ControlFlow;
 
 /// Options of the sampling of a density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,25 +45,27 @@ pub fn nuts<D: LogDensity>(
     about: &Laplace,
     options: &NutsOptions,
 ) -> Result<Chains, SampleError> {
-    nuts_from(density, about, &[], options)
+    nuts_from(density, about, &[], options, &|| ControlFlow::Continue(()))
 }
 
-/// [`nuts`] with chains that start at draws of `about`, moved to given points in turn; at its mode if there are none.
+/// [`nuts`] with chains that start at draws of `about`, moved to given points in turn; at its mode if there are none. `told` is called
+/// after each step of a chain, and may end the sampling.
 ///
 /// # Errors
-/// A density that is not finite at a start.
+/// A density that is not finite at a start; [`SampleError::Stopped`] where `told` breaks.
 pub fn nuts_from<D: LogDensity>(
     density: &D,
     about: &Laplace,
     starts: &[Vec<f64>],
     options: &NutsOptions,
+    told: &(dyn Fn() -> ControlFlow<()> + Sync),
 ) -> Result<Chains, SampleError> {
     let one = |number: usize| {
         let seed = split_seed(options.seed, number as u64);
         let start = if starts.is_empty() { about.mode() } else { &starts[number % starts.len()] };
         let about = about.moved_to(start);
         let whitened = Whitened { density, about: &about, gradient: vec![0.0; start.len()] };
-        chain(whitened, number, seed, options)
+        chain(whitened, number, seed, options, told)
     };
     let found: Vec<Chains> =
         (0..options.chains).into_par_iter().map(one).collect::<Result<_, _>>()?;
@@ -74,6 +77,7 @@ fn chain<D: LogDensity>(
     number: usize,
     seed: u64,
     options: &NutsOptions,
+    told: &(dyn Fn() -> ControlFlow<()> + Sync),
 ) -> Result<Chains, SampleError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let z = standard_normals(whitened.dim(), &mut random);
@@ -92,6 +96,9 @@ fn chain<D: LogDensity>(
     let mut found = Chains { draws: vec![Vec::with_capacity(options.draws)], ..Chains::default() };
     for step in 0..options.warmup + options.draws {
         let (z, progress) = chain.draw().map_err(stopped)?;
+        if told().is_break() {
+            return Err(SampleError::Stopped("it was interrupted".into()));
+        }
         found.gradients += progress.num_steps;
         if step >= options.warmup {
             found.draws[0].push(about.point(&z));

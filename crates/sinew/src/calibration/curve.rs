@@ -65,9 +65,38 @@ impl Curve {
         pressures.extend(PRESSURES);
         volumes.extend((0..PRESSURES.len()).map(at));
         let data = measured(prepared, posterior, cavity);
-        let klotz = data.iter().max_by(|a, b| a[0].total_cmp(&b[0]));
-        let klotz = klotz.and_then(|[pressure, volume]| Klotz::through(*pressure, *volume));
+        let klotz = data.iter().max_by(|a, b| a[1].total_cmp(&b[1]));
+        let klotz = klotz.and_then(|[volume, pressure]| Klotz::through(*pressure, *volume));
         Ok(Self { cavity: cavity.into(), pressures, volumes, klotz, draws: found.len() })
+    }
+
+    /// Volumes \[mL\], ascending, with the pressures \[mmHg\] between which 95 % of the curves have them.
+    pub fn band(&self) -> Vec<(f64, [f64; 2])> {
+        let edge = |side: usize| -> Vec<f64> {
+            let volumes = self.volumes.iter().map(|volume| volume[side]);
+            // Quantiles of few draws may fall.
+            let rising = volumes.scan(f64::NEG_INFINITY, |most, volume| {
+                *most = most.max(volume);
+                Some(*most)
+            });
+            rising.collect()
+        };
+        let [low, high] = [edge(0), edge(2)];
+        let mut volumes = [low.clone(), high.clone()].concat();
+        volumes.sort_by(f64::total_cmp);
+        let at = |volume: f64| [&high, &low].map(|edge| self.pressure(edge, volume));
+        volumes.into_iter().map(|volume| (volume, at(volume))).collect()
+    }
+
+    /// Pressure at a volume by the volumes at all pressures, within these pressures.
+    fn pressure(&self, volumes: &[f64], volume: f64) -> f64 {
+        let next = volumes.partition_point(|other| *other <= volume);
+        let before = next.saturating_sub(1);
+        if next == before || next == volumes.len() {
+            return self.pressures[before];
+        }
+        let share = (volume - volumes[before]) / (volumes[next] - volumes[before]);
+        self.pressures[before] + share * (self.pressures[next] - self.pressures[before])
     }
 
     /// The table as CSV.
@@ -91,14 +120,14 @@ pub(super) fn inverse(klotz: &Klotz, pressure: f64) -> f64 {
     }
 }
 
-/// Measured volumes of a cavity with their pressures \[mmHg, mL\].
+/// Measured volumes of a cavity with their pressures \[mL, mmHg\].
 pub(super) fn measured(prepared: &Prepared, posterior: &Posterior, cavity: &str) -> Vec<[f64; 2]> {
     let kpa = stress_in_kpa("mmHg").unwrap_or(1.0);
     let parameter = prepared.pressures.iter().find(|(facets, _)| facets == cavity);
     let pair = |datum: &sinew_calibrate::Datum| {
         let state = datum.name.strip_prefix(&format!("volume of {cavity} at "))?;
         let pressure = prepared.phases.get(state)?.get(&parameter?.1)?;
-        Some([pressure / kpa, datum.value / MILLILITRE])
+        Some([datum.value / MILLILITRE, pressure / kpa])
     };
     posterior.problem.data.iter().filter_map(pair).collect()
 }

@@ -11,6 +11,8 @@ use sinew_report::{
     Block, Cell, Chart, Provenance, Report, Section, Series, Style, Surfaces, density,
 };
 
+/// Name of the band of a curve.
+const BAND: &str = "95 % of the posterior";
 /// Draws in a plot of two parameters.
 const MOST_POINTS: usize = 150;
 /// Parameters at most for a plot of each pair.
@@ -74,13 +76,17 @@ fn shapes(prepared: &Prepared, unloaded: &Unloaded) -> Option<Block> {
 }
 
 fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Block {
-    let middle = curve.pressures.iter().zip(&curve.volumes).map(|(p, v)| [*p, v[1]]);
-    let band = curve.volumes.iter().map(|[low, _, high]| [*low, *high]).collect();
-    let own = Series { band, ..Series::new("posterior, 95 % band", Style::Line, middle) };
-    let axes = ["pressure [mmHg]", "volume [mL]"];
-    let mut chart = Chart::new(format!("Cavity {}", curve.cavity), axes, [false; 2]).with(own);
+    let middle = curve.pressures.iter().zip(&curve.volumes).map(|(p, v)| [v[1], *p]);
+    let axes = ["volume [mL]", "pressure [mmHg]"];
+    let mut chart = Chart::new(format!("Cavity {}", curve.cavity), axes, [false; 2])
+        .with(Series::new("posterior median", Style::Line, middle));
+    let band = curve.band();
+    let edge = |side: usize| band.iter().map(move |(volume, edges)| [*volume, edges[side]]);
+    let lower = Series::new(BAND, Style::Line, edge(0));
+    chart.series.push(Series { band: band.iter().map(|(_, edges)| *edges).collect(), ..lower });
+    chart.series.push(Series::new(BAND, Style::Line, edge(1)));
     if let Some(klotz) = curve.klotz {
-        let points = curve.pressures.iter().map(|p| [*p, inverse(&klotz, *p)]);
+        let points = curve.pressures.iter().map(|p| [inverse(&klotz, *p), *p]);
         chart = chart.with(Series::new(
             "Klotz et al. 2006, through the last datum",
             Style::Line,
@@ -90,7 +96,7 @@ fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Blo
     let measured = measured(prepared, posterior, &curve.cavity);
     chart = chart.with(Series::new("measured", Style::Points, measured));
     let caption =
-        format!("Volumes over pressures, solved at {} draws of the posterior.", curve.draws);
+        format!("Pressures and volumes, solved at {} draws of the posterior.", curve.draws);
     Block::charts("Pressure–volume curve", caption, [chart])
 }
 

@@ -160,7 +160,8 @@ impl DataFile {
         let default = NutsOptions::default();
         let draws = self.draws.map_or(default.draws, |draws| draws.div_ceil(default.chains));
         let options = NutsOptions { draws, seed: seed.unwrap_or(self.seed), ..default };
-        let posterior = match RunsPosterior::new(&emulator, &self.data, &options) {
+        let mut terminal = Terminal::default();
+        let posterior = match RunsPosterior::new(&emulator, &self.data, &options, &mut terminal) {
             Err(RunsPosteriorError::Input(reason)) => {
                 return refuse(format!("{}: {reason}", file.display()));
             }
