@@ -109,43 +109,41 @@ impl Identifiability {
     /// Verdict at the mode of [`check_identifiability`](crate::check_identifiability), and a sentence with the number that decides.
     pub fn verdict(&self, problem: &Problem, mode: &Mode) -> (Verdict, String) {
         let [p, left] = self.fit(problem, mode);
-        let (count, best) = (self.names.len(), narrowing(self.spectrum[0]));
-        let inferred = (0..problem.data.len()).all(|datum| problem.factor_of(datum).is_some());
-        let kept = format!(
-            "along the direction of the parameters that they tell most about, {best:.2} of the prior's standard deviation is left (at most {IDENTIFIED})"
-        );
-        let unjudged = "the fit cannot be judged:";
-        let (verdict, head, reason) = match self.identified() {
-            _ if p < UNLIKELY => (
+        let (identified, count, best) =
+            (self.identified(), self.names.len(), narrowing(self.spectrum[0]));
+        let stated = (0..problem.data.len()).any(|datum| problem.factor_of(datum).is_none());
+        let left = if stated { left } else { 0.0 };
+        let (verdict, reason) = if p < UNLIKELY {
+            let reason = "misfits as large have a probability of";
+            (
                 Verdict::DoesNot,
-                "the model does not calibrate these data",
+                format!("{reason} {p:.1e} by the stated noise (at least {UNLIKELY})"),
+            )
+        } else if identified == 0 {
+            let nothing = best >= UNIDENTIFIED;
+            let reason = "along the direction of the parameters that they say most about,";
+            (
+                if nothing { Verdict::DoesNot } else { Verdict::CannotTell },
                 format!(
-                    "the stated noise gives misfits as large a probability of {p:.1e} (at least {UNLIKELY})"
+                    "{reason} {best:.2} of the prior's standard deviation is left (at most {IDENTIFIED})"
                 ),
-            ),
-            0 if best >= UNIDENTIFIED => {
-                (Verdict::DoesNot, "these data do not calibrate the model", kept)
-            }
-            0 => (Verdict::CannotTell, "cannot tell whether these data calibrate the model", kept),
-            _ if inferred => (
-                Verdict::CannotTell,
-                "cannot tell whether the model calibrates these data",
-                format!("{unjudged} the noise of all of them is inferred"),
-            ),
-            _ if left < 1.0 => (
-                Verdict::CannotTell,
-                "cannot tell whether the model calibrates these data",
-                format!(
-                    "{unjudged} the parameters leave {left:.2} degrees of freedom (at least 1)"
-                ),
-            ),
-            identified => (
+            )
+        } else if left < 1.0 {
+            let reason = "parameters and inferred noise leave the misfits";
+            (Verdict::CannotTell, format!("{reason} {left:.2} degrees of freedom (at least 1)"))
+        } else {
+            let reason = "misfits as large have a probability of";
+            (
                 Verdict::Calibrates,
-                "the model calibrates these data",
                 format!(
-                    "the stated noise gives misfits as large a probability of {p:.2} (at least {UNLIKELY}), and {identified} of {count} directions of the parameters are identified"
+                    "{reason} {p:.2} by the stated noise (at least {UNLIKELY}), and {identified} of {count} directions of the parameters are identified"
                 ),
-            ),
+            )
+        };
+        let head = match verdict {
+            Verdict::Calibrates => "the model calibrates these data",
+            Verdict::DoesNot => "the model does not calibrate these data",
+            Verdict::CannotTell => "cannot tell whether the model calibrates these data",
         };
         (verdict, format!("{head}: {reason}"))
     }

@@ -70,35 +70,6 @@ impl Curve {
         Ok(Self { cavity: cavity.into(), pressures, volumes, klotz, draws: found.len() })
     }
 
-    /// Volumes \[mL\], ascending, with the pressures \[mmHg\] between which 95 % of the curves have them.
-    pub fn band(&self) -> Vec<(f64, [f64; 2])> {
-        let edge = |side: usize| -> Vec<f64> {
-            let volumes = self.volumes.iter().map(|volume| volume[side]);
-            // Quantiles of few draws may fall.
-            let rising = volumes.scan(f64::NEG_INFINITY, |most, volume| {
-                *most = most.max(volume);
-                Some(*most)
-            });
-            rising.collect()
-        };
-        let [low, high] = [edge(0), edge(2)];
-        let mut volumes = [low.clone(), high.clone()].concat();
-        volumes.sort_by(f64::total_cmp);
-        let at = |volume: f64| [&high, &low].map(|edge| self.pressure(edge, volume));
-        volumes.into_iter().map(|volume| (volume, at(volume))).collect()
-    }
-
-    /// Pressure at a volume by the volumes at all pressures, within these pressures.
-    fn pressure(&self, volumes: &[f64], volume: f64) -> f64 {
-        let next = volumes.partition_point(|other| *other <= volume);
-        let before = next.saturating_sub(1);
-        if next == before || next == volumes.len() {
-            return self.pressures[before];
-        }
-        let share = (volume - volumes[before]) / (volumes[next] - volumes[before]);
-        self.pressures[before] + share * (self.pressures[next] - self.pressures[before])
-    }
-
     /// The table as CSV.
     pub fn to_csv(&self) -> String {
         let mut text = String::from(

@@ -11,8 +11,8 @@ use sinew_report::{
     Block, Cell, Chart, Provenance, Report, Section, Series, Style, Surfaces, density,
 };
 
-/// Name of the band of a curve.
-const BAND: &str = "95 % of the posterior";
+/// Name of the ends of a curve's band.
+const BAND: &str = "95 % band";
 /// Draws in a plot of two parameters.
 const MOST_POINTS: usize = 150;
 /// Parameters at most for a plot of each pair.
@@ -76,15 +76,12 @@ fn shapes(prepared: &Prepared, unloaded: &Unloaded) -> Option<Block> {
 }
 
 fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Block {
-    let middle = curve.pressures.iter().zip(&curve.volumes).map(|(p, v)| [v[1], *p]);
     let axes = ["volume [mL]", "pressure [mmHg]"];
-    let mut chart = Chart::new(format!("Cavity {}", curve.cavity), axes, [false; 2])
-        .with(Series::new("posterior median", Style::Line, middle));
-    let band = curve.band();
-    let edge = |side: usize| band.iter().map(move |(volume, edges)| [*volume, edges[side]]);
-    let lower = Series::new(BAND, Style::Line, edge(0));
-    chart.series.push(Series { band: band.iter().map(|(_, edges)| *edges).collect(), ..lower });
-    chart.series.push(Series::new(BAND, Style::Line, edge(1)));
+    let mut chart = Chart::new(format!("Cavity {}", curve.cavity), axes, [false; 2]);
+    for (name, quantile) in [("posterior median", 1), (BAND, 0), (BAND, 2)] {
+        let points = curve.pressures.iter().zip(&curve.volumes).map(|(p, v)| [v[quantile], *p]);
+        chart.series.push(Series::new(name, Style::Line, points));
+    }
     if let Some(klotz) = curve.klotz {
         let points = curve.pressures.iter().map(|p| [inverse(&klotz, *p), *p]);
         chart = chart.with(Series::new(

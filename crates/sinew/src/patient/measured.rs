@@ -138,10 +138,10 @@ impl Reader<'_> {
         value: f64,
         place: usize,
     ) -> Result<Datum, CaseError> {
-        let dimension = match observable {
-            Observable::Volume { .. } => Some(VOLUME),
-            Observable::Strain { .. } => None,
-            Observable::Displacement { .. } => Some(LENGTH),
+        let (kind, dimension) = match observable {
+            Observable::Volume { .. } => ("volume", Some(VOLUME)),
+            Observable::Strain { .. } => ("strain", None),
+            Observable::Displacement { .. } => ("displacement", Some(LENGTH)),
         };
         let given = self.entry.unit.as_deref();
         let (unit, size) = match (dimension, given) {
@@ -157,11 +157,6 @@ impl Reader<'_> {
                 format!("the value is {value}; give a finite number or leave the datum out"),
             ));
         }
-        let kind = match observable {
-            Observable::Volume { .. } => "volume",
-            Observable::Strain { .. } => "strain",
-            Observable::Displacement { .. } => "displacement",
-        };
         let (deviation, is_share) = self.deviation()?;
         if is_share && !(kind == "volume" && value > 0.0) {
             let reason =

@@ -58,8 +58,16 @@ impl Prepared {
     /// # Errors
     /// What makes no sense together, in words.
     pub fn patient(&self) -> Result<Patient<'_>, String> {
-        let builder =
-            self.states(self.phases.iter().map(|(name, values)| (name.clone(), values.clone())));
+        let names = self.problem.unknowns.iter().map(|unknown| unknown.name.clone());
+        let start = self.problem.theta(&vec![0.0; names.len()]);
+        let mut builder = self.base().parameters(names).start(&start);
+        for (phase, values) in &self.phases {
+            let settings = self.settings(phase, values);
+            builder = match phase == IMAGE {
+                true => builder.image(settings),
+                false => builder.phase(phase, settings),
+            };
+        }
         let builder = self.observables.iter().cloned().fold(builder, PatientBuilder::observe);
         builder.build().map_err(|error| error.to_string())
     }
@@ -118,23 +126,6 @@ impl Prepared {
         let start = self.problem.theta(&vec![0.0; self.problem.unknowns.len()]);
         let start: Vec<f64> = self.curve_parameters().iter().map(|&at| start[at]).collect();
         builder.start(&start).accuracy(ACCURACY)
-    }
-
-    fn states(
-        &self,
-        phases: impl Iterator<Item = (String, BTreeMap<String, f64>)>,
-    ) -> PatientBuilder<'_> {
-        let names: Vec<String> = self.problem.unknowns.iter().map(|u| u.name.clone()).collect();
-        let start = self.problem.theta(&vec![0.0; names.len()]);
-        let mut builder = self.base().parameters(names).start(&start);
-        for (phase, values) in phases {
-            let settings = self.settings(&phase, &values);
-            builder = match phase == IMAGE {
-                true => builder.image(settings),
-                false => builder.phase(phase, settings),
-            };
-        }
-        builder
     }
 
     /// Size of the unit that the datum of an observable is given in.
