@@ -54,8 +54,8 @@ pub(super) fn section(options: &Options) -> Result<Section> {
     };
     let cells = patients::cells(options)?;
     let mut outcomes: [[Vec<Outcome>; 2]; 2] = Default::default();
-    for truth in 0..2 {
-        for number in 0..patients as u64 {
+    for number in 0..patients as u64 {
+        for truth in 0..2 {
             let name = format!("springs/{}-{number}.json", SPRINGS[truth]);
             let both: [Outcome; 2] =
                 program::kept(&options.out.join(name), options.resume, || {
