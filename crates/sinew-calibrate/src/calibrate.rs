@@ -8,6 +8,7 @@ use crate::likelihood::Target;
 use crate::mode::{self, Mode};
 use crate::polynomial::Polynomial;
 use crate::posterior::Posterior;
+use crate::predictive::UNLIKELY;
 use crate::problem::Problem;
 use crate::solves::Solves;
 use crate::verify::{LEAST_SHARE, MOST_K, Verified};
@@ -15,6 +16,7 @@ use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_sample::{Chains, Laplace, NutsOptions, nuts_from, split_seed, standard_normals};
+use std::ops::ControlFlow;
 
 /// Settings of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -109,7 +111,7 @@ pub fn calibrate(
         let seed = split_seed(options.seed, CHAIN + round as u64);
         let (warmup, draws) = (options.warmup, options.steps);
         let nuts = NutsOptions { chains: CHAINS, warmup, draws, seed };
-        let chains = nuts_from(&target, &about, &starts, &nuts)?;
+        let chains = nuts_from(&target, &about, &starts, &nuts, &|| ControlFlow::Continue(()))?;
         agree(problem, &chains, &modes)?;
         let kept = chains.thinned(options.draws.div_ceil(CHAINS));
         let few = kept.thinned(options.checks.div_ceil(CHAINS));
@@ -139,7 +141,8 @@ pub fn calibrate(
     Err(CalibrateError::Unconfirmed(Box::new(Correction { over_noise, ..reached })))
 }
 
-/// Mode from one start and the parameters that the data determine there, before sampling.
+/// Mode and the parameters that the data determine there, before sampling: from one start, from several if the misfits are larger than
+/// the stated noise.
 ///
 /// # Errors
 /// No answer of the solver near the middle of the prior, or a datum out of reach.
@@ -148,9 +151,14 @@ pub fn check_identifiability(
     solves: &mut Solves,
 ) -> Result<(Mode, Identifiability), CalibrateError> {
     let middle = vec![0.0; problem.unknowns.len()];
-    let mode = mode::modes(problem, solves, vec![middle])?.remove(0);
-    let identifiability = Identifiability::new(problem, &mode.information);
-    Ok((mode, identifiability))
+    let mut mode = mode::modes(problem, solves, vec![middle])?.remove(0);
+    let mut seen = Identifiability::new(problem, &mode.information);
+    if seen.fit(problem, &mode)[0] < UNLIKELY {
+        let starts = starts(problem, &CalibrateOptions::default());
+        mode = mode::modes(problem, solves, starts)?.remove(0);
+        seen = Identifiability::new(problem, &mode.information);
+    }
+    Ok((mode, seen))
 }
 
 /// The middle of the prior, and draws of it.

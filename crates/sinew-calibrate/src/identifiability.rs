@@ -1,7 +1,11 @@
 //! Parameters that the data determine, linearised at the mode before sampling.
 
+use crate::likelihood::Noise;
+use crate::mode::Mode;
+use crate::predictive::UNLIKELY;
 use crate::problem::Problem;
 use nalgebra::{DMatrix, SymmetricEigen};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Ratio of posterior to prior standard deviation, above which the data do not determine a parameter.
 const UNIDENTIFIED: f64 = 0.9;
@@ -33,6 +37,17 @@ pub enum Identified {
     Weakly,
     /// The prior is returned.
     No,
+}
+
+/// Answer to whether a model calibrates data, before sampling.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The misfits are those of the stated noise, and the data identify a direction of the parameters.
+    Calibrates,
+    /// The misfits are larger than the stated noise, or the data tell nothing about the parameters.
+    DoesNot,
+    /// The data tell too little of the parameters or of the fit.
+    CannotTell,
 }
 
 impl Identified {
@@ -79,6 +94,58 @@ impl Identifiability {
         let contraction = (0..count).map(|at| variance(at).sqrt()).collect();
         let names = problem.unknowns.iter().map(|unknown| unknown.name.clone()).collect();
         Self { names, spectrum, directions, contraction }
+    }
+
+    /// Probability, by the stated noise, of squared misfits at a mode whose sum is larger, and the degrees of freedom that the parameters leave.
+    pub(crate) fn fit(&self, problem: &Problem, mode: &Mode) -> [f64; 2] {
+        let residual = &problem.measured - problem.scaled(&mode.observed.values);
+        let noise = Noise::new(problem, &problem.log_factors(&mode.y), None);
+        let fitted: f64 = self.spectrum.iter().map(|value| value / (1.0 + value)).sum();
+        let left = problem.data.len() as f64 - fitted;
+        let squares = residual.dot(&noise.factor.solve(&residual));
+        [ChiSquared::new(left).map_or(1.0, |chi| chi.sf(squares)), left]
+    }
+
+    /// Verdict at the mode of [`check_identifiability`](crate::check_identifiability), and a sentence with the number that decides.
+    pub fn verdict(&self, problem: &Problem, mode: &Mode) -> (Verdict, String) {
+        let [p, left] = self.fit(problem, mode);
+        let (identified, count, best) =
+            (self.identified(), self.names.len(), narrowing(self.spectrum[0]));
+        let stated = (0..problem.data.len()).any(|datum| problem.factor_of(datum).is_none());
+        let left = if stated { left } else { 0.0 };
+        let (verdict, reason) = if p < UNLIKELY {
+            let reason = "misfits as large have a probability of";
+            (
+                Verdict::DoesNot,
+                format!("{reason} {p:.1e} by the stated noise (at least {UNLIKELY})"),
+            )
+        } else if identified == 0 {
+            let nothing = best >= UNIDENTIFIED;
+            let reason = "along the direction of the parameters that they say most about,";
+            (
+                if nothing { Verdict::DoesNot } else { Verdict::CannotTell },
+                format!(
+                    "{reason} {best:.2} of the prior's standard deviation is left (at most {IDENTIFIED})"
+                ),
+            )
+        } else if left < 1.0 {
+            let reason = "parameters and inferred noise leave the misfits";
+            (Verdict::CannotTell, format!("{reason} {left:.2} degrees of freedom (at least 1)"))
+        } else {
+            let reason = "misfits as large have a probability of";
+            (
+                Verdict::Calibrates,
+                format!(
+                    "{reason} {p:.2} by the stated noise (at least {UNLIKELY}), and {identified} of {count} directions of the parameters are identified"
+                ),
+            )
+        };
+        let head = match verdict {
+            Verdict::Calibrates => "the model calibrates these data",
+            Verdict::DoesNot => "the model does not calibrate these data",
+            Verdict::CannotTell => "cannot tell whether the model calibrates these data",
+        };
+        (verdict, format!("{head}: {reason}"))
     }
 
     /// Number of directions whose posterior is at most half as wide as the prior.

@@ -64,7 +64,7 @@ pub use datum::{Datum, Kind};
 pub use error::PatientError;
 pub use fault::{CalibrateError, noise_in_words};
 pub use forward::{Forward, ForwardError, Observed};
-pub use identifiability::{Identifiability, Identified};
+pub use identifiability::{Identifiability, Identified, Verdict};
 pub use klotz::Klotz;
 pub use mode::Mode;
 pub use observable::{At, Direction, Observable};

@@ -1,12 +1,13 @@
 //! The likelihood of data with correlated errors, and the posterior over an emulator.
 
-use crate::Observed;
 use crate::datum::FACTOR_DEVIATION;
 use crate::polynomial::Polynomial;
 use crate::problem::Problem;
+use crate::{Datum, Observed};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use sinew_sample::LogDensity;
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 
 /// Covariance of the errors of all data, in units of their given standard deviations, factorised.
 #[derive(Clone)]
@@ -47,6 +48,18 @@ impl Problem {
     pub(crate) fn log_likelihood(&self, y: &[f64], observed: &Observed) -> f64 {
         let residual = &self.measured - self.scaled(&observed.values);
         Noise::new(self, &self.log_factors(y), None).log_likelihood(&residual)
+    }
+
+    /// Logarithm of the density of each datum, in its own unit, given the parameters and, where errors are shared, the other data.
+    pub(crate) fn log_likelihoods(&self, y: &[f64], observed: &[f64]) -> Vec<f64> {
+        let precision = Noise::new(self, &self.log_factors(y), None).factor.inverse();
+        let solved = &precision * (&self.measured - self.scaled(observed));
+        let of = |(at, datum): (usize, &Datum)| {
+            let own = precision[(at, at)];
+            let unit = datum.slope(datum.value) * datum.size;
+            0.5 * (own / TAU).ln() - 0.5 * solved[at].powi(2) / own + unit.ln()
+        };
+        self.data.iter().enumerate().map(of).collect()
     }
 
     /// Logarithm of the posterior density of coordinates with the observables that a model has there, up to a constant.

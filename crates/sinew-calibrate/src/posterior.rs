@@ -98,6 +98,14 @@ impl Posterior {
         self.observed.iter().map(|chain| chain.iter().map(|draw| draw[index]).collect()).collect()
     }
 
+    /// Logarithm of the likelihood by chain, draw and datum, for leave-one-out comparisons of models. Of data that share errors it is that of
+    /// each given the others (Bürkner, Gabry and Vehtari, Computational Statistics, 2021).
+    pub fn log_likelihood(&self) -> Vec<Vec<Vec<f64>>> {
+        let chains = self.coordinates.draws.iter().zip(&self.observed);
+        let one = |(y, seen): (&Vec<f64>, &Vec<f64>)| self.problem.log_likelihoods(y, seen);
+        chains.map(|(draws, seen)| draws.iter().zip(seen).map(one).collect()).collect()
+    }
+
     /// Posterior over prior standard deviation of the logarithm of a parameter.
     pub fn contraction(&self, parameter: usize) -> f64 {
         let mut chains = self.draws.parameter(parameter);
@@ -128,7 +136,7 @@ impl Posterior {
         write_csv(path, &columns.map(|(at, head)| (head, self.shown(at))).collect::<Vec<_>>())
     }
 
-    /// Groups for `arviz`: posterior, prior, replicated and observed data, and further quantities of the posterior such as
+    /// Groups for `arviz`: posterior, prior, replicated and observed data, the likelihood of each datum, and further quantities of the posterior such as
     /// volumes, by name, place among the observables and size of their unit.
     pub fn to_arviz(&self, further: &[(String, usize, f64)]) -> ArvizDict {
         let mut dict = ArvizDict::new();
@@ -154,7 +162,8 @@ impl Posterior {
             dict = dict.with("posterior_predictive", &datum.name, chains);
             dict = dict.with_observed(&datum.name, datum.value / datum.size);
         }
-        dict
+        let labels = self.problem.data.iter().map(|datum| datum.name.clone()).collect();
+        dict.with_log_likelihood(labels, self.log_likelihood())
     }
 
     /// Draws of the prior, as many.

@@ -8,7 +8,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 /// Probability of one false alarm or more among all data: each datum has its share (Bonferroni).
 const FALSE_ALARMS: f64 = 0.05;
 /// Probability below which the sum of all misfits contradicts the noise.
-const UNLIKELY: f64 = 0.01;
+pub(crate) const UNLIKELY: f64 = 0.01;
 /// Pareto k̂ from which on a datum cannot be left out by weights.
 const MOST_K: f64 = 0.7;
 

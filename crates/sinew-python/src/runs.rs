@@ -102,8 +102,9 @@ impl NativeRuns {
         let measured = |(output, value, sd)| Measured { output, value, sd };
         let data: Vec<Measured> = data.into_iter().map(measured).collect();
         let options = NutsOptions { seed, draws, ..NutsOptions::default() };
-        let posterior =
-            relay::run(listener, move |_| RunsPosterior::new(&emulator, &data, &options))?;
+        let posterior = relay::run(listener, move |observer| {
+            RunsPosterior::new(&emulator, &data, &options, observer)
+        })?;
         Ok((posterior.to_arviz().to_json(), posterior.in_words(), posterior.warnings))
     }
 }

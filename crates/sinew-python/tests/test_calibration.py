@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,16 @@ def test_arviz_reads_it(posterior: Posterior) -> None:
     datum = "volume of endo at late"
     assert data.posterior_predictive[datum].shape == posterior["mu"].shape and datum in data.observed_data
     assert float(arviz.summary(data, var_names=["mu [kPa]"])["r_hat"].iloc[0]) < 1.02
+    likelihood = data.log_likelihood["data"]
+    assert likelihood.dims == ("chain", "draw", "datum") and list(likelihood.datum.values) == [datum]
+    # The largest is that of a normal error of 0.3 %, per mL.
+    volume = float(posterior.groups["observed_data"][datum])
+    assert abs(float(likelihood.max()) + np.log(np.sqrt(2.0 * np.pi) * 0.003 * volume)) < 0.05
+    with warnings.catch_warnings():
+        # Without its only datum the posterior is the prior, which weights do not reach.
+        warnings.simplefilter("ignore")
+        found = arviz.loo(data)
+    assert np.isfinite(found.elpd_loo if hasattr(found, "elpd_loo") else found.elpd)
 
 
 def test_draws_are_those_of_the_program_to_the_bit(patient: Case, posterior: Posterior, tmp_path: Path) -> None:

@@ -51,7 +51,15 @@ def test_measured_outputs_give_a_posterior(runs: Runs) -> None:
         low, high = np.quantile(found[name], [0.025, 0.975])
         assert low < value < high and high - low < 0.5 * abs(value)
     assert "no solver has confirmed it" in str(found)
-    assert np.array_equal(runs.posterior(data, progress=False)["k"], found["k"])
+    told: list[tuple[str, float]] = []
+    again = runs.posterior(data, progress=lambda stage, fraction, left, message: told.append((stage, fraction)))
+    assert np.array_equal(again["k"], found["k"]) and all(0.0 < fraction <= 1.0 for _, fraction in told)
+    assert {stage for stage, _ in told} <= {"draw the posterior"}
+    # The likelihood is normal, with the variance of measurement and emulator.
+    likelihood = found.groups["log_likelihood"]["data"]
+    assert likelihood.shape == (*found["k"].shape, 2) and found.labels["coords"]["datum"] == ["volume [ml]", "strain"]
+    largest = -0.5 * np.log(2.0 * np.pi * np.square([0.5, 0.005]))
+    assert np.all(likelihood <= largest) and np.all(likelihood.max(axis=(0, 1)) > largest - 0.1)
     with pytest.raises(CaseError, match="did you mean"):
         runs.posterior({"volum": (70.0, 1.0)})
     with pytest.raises(CaseError, match="standard deviations from"):

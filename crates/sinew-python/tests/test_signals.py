@@ -38,6 +38,10 @@ CALLS = {
     "answers": ("thetas = case.sample(3000)", "case.answers(thetas, 1e-6)"),
     "correct": ("e = case.train('taylor', held_out=2); thetas = case.sample(500)", "e.correct(thetas, 2)"),
     "calibrate": (f"case = Case.parse({PATIENT!r}.replace('[1, 8, 4]', '[2, 24, 12]')).synthesise({{'mu': 18.0}})", "case.calibrate()"),
+    "posterior of runs": (
+        "from pysinew import Runs; import numpy as np; x = np.linspace(1.0, 2.0, 40); runs = Runs.of_table({'k': x}, {'v': x**2})",
+        "runs.posterior({'v': (2.0, 0.05)}, draws=400000)",
+    ),
     "estimate": ("e = case.train('taylor', held_out=2); p = e.predict(case.sample(500))", "e.estimate(p)"),
 }
 

@@ -9,6 +9,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::collections::HashMap;
+use std::ops::ControlFlow;
 
 /// Options of the sampling of a density.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,25 +45,27 @@ pub fn nuts<D: LogDensity>(
     about: &Laplace,
     options: &NutsOptions,
 ) -> Result<Chains, SampleError> {
-    nuts_from(density, about, &[], options)
+    nuts_from(density, about, &[], options, &|| ControlFlow::Continue(()))
 }
 
-/// [`nuts`] with chains that start at draws of `about`, moved to given points in turn; at its mode if there are none.
+/// [`nuts`] with chains that start at draws of `about`, moved to given points in turn; at its mode if there are none. `told` is called
+/// after each step of a chain, and may end the sampling.
 ///
 /// # Errors
-/// A density that is not finite at a start.
+/// A density that is not finite at a start; [`SampleError::Stopped`] where `told` breaks.
 pub fn nuts_from<D: LogDensity>(
     density: &D,
     about: &Laplace,
     starts: &[Vec<f64>],
     options: &NutsOptions,
+    told: &(dyn Fn() -> ControlFlow<()> + Sync),
 ) -> Result<Chains, SampleError> {
     let one = |number: usize| {
         let seed = split_seed(options.seed, number as u64);
         let start = if starts.is_empty() { about.mode() } else { &starts[number % starts.len()] };
         let about = about.moved_to(start);
         let whitened = Whitened { density, about: &about, gradient: vec![0.0; start.len()] };
-        chain(whitened, number, seed, options)
+        chain(whitened, number, seed, options, told)
     };
     let draws = (0..options.chains).into_par_iter().map(one).collect::<Result<_, _>>()?;
     Ok(Chains { draws })
@@ -73,6 +76,7 @@ fn chain<D: LogDensity>(
     number: usize,
     seed: u64,
     options: &NutsOptions,
+    told: &(dyn Fn() -> ControlFlow<()> + Sync),
 ) -> Result<Vec<Vec<f64>>, SampleError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let z = standard_normals(whitened.dim(), &mut random);
@@ -88,7 +92,13 @@ fn chain<D: LogDensity>(
     let mut chain =
         settings.new_chain(number as u64, CpuMath::new(whitened), &mut random).map_err(stopped)?;
     chain.set_position(&start).map_err(stopped)?;
-    let mut draw = || chain.draw().map(|(z, _)| about.point(&z)).map_err(stopped);
+    let mut draw = || {
+        let (z, _) = chain.draw().map_err(stopped)?;
+        match told() {
+            ControlFlow::Continue(()) => Ok(about.point(&z)),
+            ControlFlow::Break(()) => Err(SampleError::Stopped("it was interrupted".into())),
+        }
+    };
     for _ in 0..options.warmup {
         draw()?;
     }

@@ -7,13 +7,15 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Groups of draws that `arviz` opens, one number by chain and draw under each name. Every draw has the same weight, since
-/// `arviz` reads no others.
+/// Groups of draws that `arviz` opens, one number by chain and draw under each name, with the labels of the data in `coords` and
+/// `dims`. Every draw has the same weight, since `arviz` reads no others.
 ///
 /// ```python
 /// groups = json.load(open("posterior.json"))
-/// arviz.from_dict(**groups)  # versions 0.x
-/// arviz.from_dict({g: {n: numpy.array(x) for n, x in v.items()} for g, v in groups.items()})  # versions 1.x, which read no lists
+/// data = arviz.from_dict(**groups)  # versions 0.x
+/// labels = {key: groups.pop(key, None) for key in ("coords", "dims")}  # versions 1.x, which read no lists
+/// data = arviz.from_dict({g: {n: numpy.array(x) for n, x in v.items()} for g, v in groups.items()}, **labels)
+/// arviz.loo(data)
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ArvizDict(BTreeMap<String, Group>);
@@ -43,6 +45,14 @@ impl ArvizDict {
     /// Adds an observed value.
     pub fn with_observed(mut self, name: &str, value: f64) -> Self {
         self.put("observed_data", name, value.into());
+        self
+    }
+
+    /// Adds the logarithm of the likelihood by chain, draw and datum, and the labels of the data.
+    pub fn with_log_likelihood(mut self, labels: Vec<String>, values: Vec<Vec<Vec<f64>>>) -> Self {
+        self.put("log_likelihood", "data", values.into());
+        self.put("coords", "datum", labels.into());
+        self.put("dims", "data", vec!["datum"].into());
         self
     }
 

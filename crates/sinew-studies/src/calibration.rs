@@ -1,4 +1,5 @@
-//! Posteriors of synthetic patients: how often their intervals hold, and how far they are from brute force (`cargo xtask
+//! Posteriors of synthetic patients: how often their intervals hold, also by a model with the wrong
+//! springs, and how far they are from brute force (`cargo xtask
 //! reproduce-calibration`).
 
 mod coverage;
@@ -9,6 +10,7 @@ pub mod options;
 mod patients;
 mod reference;
 mod row;
+mod springs;
 
 use crate::program::Growing;
 use anyhow::Result;
@@ -29,11 +31,12 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     let size = (options.seed, options.quick);
     let mut growing = Growing::new(names, size, options, |_| String::new())?;
     let mut page = options.out.join("report.html");
-    let parts: [(Part, Make); 4] = [
+    let parts: [(Part, Make); 5] = [
         (Part::Coverage, coverage::section),
         (Part::Grid, exactness::grid),
         (Part::Grid, exactness::rival),
         (Part::Importance, exactness::importance),
+        (Part::Springs, springs::section),
     ];
     for (_, section) in parts.into_iter().filter(|(part, _)| options.wants(*part)) {
         page = growing.add(section(options)?, &options.out)?;

@@ -316,8 +316,11 @@ pub(crate) fn told(error: &anyhow::Error) -> String {
     text
 }
 
-/// Exit code of an error: 3 where a signal stopped the run, 2 where the user can correct it without a computation.
+/// Exit code of an error: 3 where a signal stopped the run, 2 where the user can correct it without a computation, its own for a check.
 pub(crate) fn code(error: &anyhow::Error) -> u8 {
+    if let Some(Unpassed(code)) = error.downcast_ref() {
+        return *code;
+    }
     match error.downcast_ref::<EmulatorError>() {
         Some(EmulatorError::Interrupted { .. }) => 3,
         _ if is_usage(error) => 2,
@@ -332,6 +335,11 @@ fn is_usage(error: &anyhow::Error) -> bool {
         _ => cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>(),
     })
 }
+
+/// A check without the answer that a script waits for, with its exit code.
+#[derive(Debug, thiserror::Error)]
+#[error("the check is not passed; its first line says why")]
+pub(crate) struct Unpassed(pub u8);
 
 /// A command line that asks for something that does not exist.
 #[derive(Debug, thiserror::Error)]

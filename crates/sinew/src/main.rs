@@ -31,14 +31,14 @@ Your own solver:
 Your own heart:
   sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
   sinew train LeftVentricle --mesh wall.vtu
-  sinew calibrate patient.toml --check            what measurements of a patient can identify; without --check the posterior
+  sinew calibrate patient.toml --check            whether measurements of a patient can be calibrated; without --check the posterior
 
 CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa; parameters
 are in the units that the case file gives them in, unless a value names its own (p=7mmHg).
 
 Exit codes: 0 success; 1 no result, or not for every row; 2 an error in the command line, the case file or a table of
 parameters, whose correct rows are computed; 3 sinew sample --solve or sinew evaluate was stopped by SIGTERM or Ctrl-C with
-everything stored: the same command goes on.";
+everything stored: the same command goes on; 4 sinew calibrate --check: the model does not calibrate the data; 5 they cannot tell.";
 
 /// Physics-informed emulation of soft-tissue mechanics: solve, train, predict and correct bodies from case files.
 #[derive(Debug, Parser)]

@@ -255,17 +255,17 @@ impl Comparison {
         }
     }
 
-    /// Volumes of every cavity over its pressure.
+    /// Pressures of every cavity over its volume.
     fn inflations(&self, inflation: &Inflation) -> Block {
         let (unit, scale) = volume_unit(&self.length_unit);
         let chart = |(cavity, name): (usize, &String)| {
             let volume = format!("volume [{unit}]");
-            let title = format!("Volume of {name}");
-            let chart = Chart::new(title, [&*inflation.pressure, &*volume], [false; 2]);
+            let title = format!("Cavity {name}");
+            let chart = Chart::new(title, [&*volume, &*inflation.pressure], [false; 2]);
             let series = |chart: Chart, name: &str, style, volumes: &[Vec<f64>]| {
                 let volumes = volumes.get(cavity).into_iter().flatten();
                 let points = inflation.pressures.iter().zip(volumes);
-                let points = points.map(|(pressure, v)| [*pressure, scale * v]);
+                let points = points.map(|(pressure, v)| [scale * v, *pressure]);
                 chart.with(Series::new(name, style, points))
             };
             let solved = series(chart, SOLVER, Style::Points, &inflation.volumes);

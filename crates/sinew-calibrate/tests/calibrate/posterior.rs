@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sinew_calibrate::{
     CalibrateError, CalibrateOptions, Datum, Forward, ForwardError, Identified, Kind, Observed,
-    Posterior, Prior, Problem, Solves, Unknown, calibrate, check_identifiability,
+    Posterior, Prior, Problem, Solves, Unknown, Verdict, calibrate, check_identifiability,
 };
 use sinew_sample::{quantile, standard_normals};
 use std::sync::Arc;
@@ -417,6 +417,81 @@ fn what_data_identify_is_said_before_anything_is_sampled() {
         assert!((ahead / drawn).ln().abs() < 0.5, "{ahead} {drawn}");
     }
     assert!(mode.misfits.iter().all(|z| z.abs() < 4.0));
+}
+
+fn verdict(data: Vec<Datum>, kinds: Vec<Kind>) -> (Verdict, String) {
+    let problem = Problem::new(unknowns(), data, kinds).unwrap();
+    let mut solves = Solves::new(&Sphere, Box::new(|_, _, _| ()));
+    let (mode, seen) = check_identifiability(&problem, &mut solves).unwrap();
+    seen.verdict(&problem, &mode)
+}
+
+#[test]
+fn the_verdict_names_the_number_that_decides() {
+    let says = |data, kinds, expected: Verdict, words: &str| {
+        let (verdict, said) = verdict(data, kinds);
+        assert!(verdict == expected && said.contains(words), "{verdict:?}: {said}");
+    };
+    says(data(3, 1.0), Vec::new(), Verdict::Calibrates, "2 of 2 directions");
+    says(data(5, 2.0), Vec::new(), Verdict::DoesNot, "(at least 0.01)");
+    // A volume at the pressure of the image tells nothing.
+    says(vec![volume(2, 121.0, 2.0)], Vec::new(), Verdict::DoesNot, "is left (at most 0.5)");
+    let exact = Sphere.observe(&truth(), false).unwrap().values;
+    let one = |share: f64| vec![volume(4, exact[4], share * exact[4])];
+    says(one(0.03), Vec::new(), Verdict::CannotTell, "degrees of freedom");
+    says(one(0.3), Vec::new(), Verdict::CannotTell, "is left (at most 0.5)");
+    let inferred = |name: &str| Kind { name: name.into(), inferred: true, bias: 0.0 };
+    let kinds = vec![inferred("strain"), inferred("volume")];
+    says(data(5, 2.0), kinds, Verdict::CannotTell, "0.00 degrees of freedom");
+}
+
+#[test]
+fn one_verdict_in_a_hundred_refuses_the_right_model() {
+    let wrong =
+        (0..200).filter(|seed| verdict(data(1000 + seed, 1.0), Vec::new()).0 == Verdict::DoesNot);
+    // 0.01 of 200, below the 99.9 % quantile of a binomial distribution.
+    let wrong = wrong.count();
+    println!("{wrong} of 200");
+    assert!(wrong <= 7, "{wrong}");
+}
+
+#[test]
+fn likelihoods_of_the_data_are_those_of_their_errors() {
+    let posterior = run(data(3, 1.0));
+    let found = posterior.log_likelihood();
+    let (y, seen) = (&posterior.coordinates.draws[1][7], &posterior.observed[1][7]);
+    for (datum, found) in posterior.problem.data.iter().zip(&found[1][7]) {
+        let misfit = (datum.value - seen[datum.observable]) / datum.deviation;
+        let density =
+            -0.5 * misfit * misfit - (datum.deviation * std::f64::consts::TAU.sqrt()).ln();
+        assert!((density - found).abs() < 1e-12 * density.abs().max(1.0), "{}", datum.name);
+    }
+    // Independent errors: they add up to the likelihood, but for a constant.
+    let sum = |chain: usize, draw: usize| -> f64 {
+        let y = &posterior.coordinates.draws[chain][draw];
+        let observed =
+            Observed { values: posterior.observed[chain][draw].clone(), jacobian: Vec::new() };
+        let prior = -0.5 * y.iter().map(|y| y * y).sum::<f64>();
+        posterior.problem.log_posterior(y, &observed)
+            - prior
+            - found[chain][draw].iter().sum::<f64>()
+    };
+    assert!((sum(1, 7) - sum(0, 3)).abs() < 1e-9, "{y:?}");
+    // An error of 3 that two volumes share: each given the other is normal, by the formula for two variables.
+    let exact = Sphere.observe(&truth(), false).unwrap().values;
+    let pair = [3, 4].map(|at| volume(at, exact[at] + 1.0, 2.0)).to_vec();
+    let bias = Kind { name: "volume".into(), inferred: false, bias: 3.0 };
+    let posterior = run_with(pair, vec![bias], &CalibrateOptions::default()).unwrap();
+    let found = &posterior.log_likelihood()[0][0];
+    let misfit = |at: usize| {
+        let datum = &posterior.problem.data[at];
+        datum.value - posterior.observed[0][0][datum.observable]
+    };
+    // Variances 4 + 9, covariance 9.
+    let variance: f64 = 13.0 - 81.0 / 13.0;
+    let given = misfit(0) - 9.0 / 13.0 * misfit(1);
+    let density = -0.5 * (given * given / variance + (std::f64::consts::TAU * variance).ln());
+    assert!((found[0] - density).abs() < 1e-9, "{} {density}", found[0]);
 }
 
 /// A body whose one observable is the square of the logarithm of its parameter.

@@ -22,13 +22,15 @@ class Posterior:
     Attributes:
         case: The case with its data, by whose solver the draws are; None of an emulator of stored runs.
         groups: Arrays by name, (chains, draws), in the groups of arviz: `posterior`, `prior`, `posterior_predictive`; measured values in
-            `observed_data`. Names end with the unit, such as `mu [kPa]`.
+            `observed_data`; in `log_likelihood` the array `data`, (chains, draws, data). Names end with the unit, such as `mu [kPa]`.
         words: The result for people, line by line.
+        labels: `coords` and `dims` of arviz: names of the data along the dimension `datum`.
     """
 
     case: Case | None
     groups: dict[str, dict[str, Floats]]
     words: list[str]
+    labels: dict[str, dict[str, list[str]]]
 
     def __str__(self) -> str:
         return "\n".join(self.words)
@@ -46,14 +48,15 @@ class Posterior:
         return self.groups["posterior"][found[0]]
 
     def to_arviz(self) -> Any:
-        """An arviz `InferenceData`; with arviz 1 the `xarray.DataTree` that replaced it."""
+        """An arviz `InferenceData`, with arviz 1 the `xarray.DataTree` that replaced it. `arviz.loo` and `arviz.compare` take it."""
         import arviz
 
-        groups: Any = self.groups
-        return arviz.from_dict(**groups) if arviz.__version__.startswith("0.") else arviz.from_dict(groups)
+        named: dict[str, Any] = {**self.groups, **self.labels}
+        return arviz.from_dict(**named) if arviz.__version__.startswith("0.") else arviz.from_dict(self.groups, **self.labels)
 
 
 def read(case: Case | None, groups: dict[str, dict[str, Any]], words: list[str]) -> Posterior:
     """A posterior of lists."""
+    labels = {key: groups.pop(key, {}) for key in ("coords", "dims")}
     arrays = {name: {own: np.asarray(values) for own, values in group.items()} for name, group in groups.items()}
-    return Posterior(case, arrays, words)
+    return Posterior(case, arrays, words, labels)

@@ -2,9 +2,11 @@
 
 use serde::Deserialize;
 use sinew_sample::{
-    ArvizDict, Chains, Laplace, LogDensity, NutsOptions, ess_bulk, ess_tail, nuts, psis, r_hat,
-    write_csv,
+    ArvizDict, Chains, Laplace, LogDensity, NutsOptions, ess_bulk, ess_tail, nuts, nuts_from, psis,
+    r_hat, write_csv,
 };
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Rounding of sums of a few hundred terms in another order, far below what decides anything.
 const SAME: f64 = 1e-8;
@@ -103,6 +105,23 @@ fn one_and_two_threads_draw_the_same() {
 }
 
 #[test]
+fn a_caller_hears_of_every_step_and_ends_the_chains() {
+    let about = Laplace::at(&Cut, &[0.0, 0.0]).unwrap();
+    let options = NutsOptions { chains: 2, warmup: 30, draws: 20, seed: 3 };
+    let heard = AtomicUsize::new(0);
+    let hear = |most: usize| match heard.fetch_add(1, Ordering::Relaxed) + 1 < most {
+        true => ControlFlow::Continue(()),
+        false => ControlFlow::Break(()),
+    };
+    let drawn = nuts_from(&Cut, &about, &[], &options, &|| hear(usize::MAX)).unwrap();
+    assert_eq!((drawn.pooled().count(), heard.swap(0, Ordering::Relaxed)), (40, 100));
+    let error = nuts_from(&Cut, &about, &[], &options, &|| hear(10)).unwrap_err().to_string();
+    assert!(error.contains("interrupted"), "{error}");
+    // Both chains end at the break or just after it.
+    assert!(heard.into_inner() <= 11);
+}
+
+#[test]
 fn no_maximum_is_an_error() {
     struct Saddle;
     impl LogDensity for Saddle {
@@ -138,5 +157,11 @@ fn files_hold_every_draw_once() {
     assert_eq!(
         dict.to_json(),
         r#"{"observed_data":{"V 2":1.0,"V 10":120.0},"posterior":{"a":[[1.0,2.5],[3.0,1e-300]]}}"#
+    );
+    // The form of arviz' `coords` and `dims`.
+    let labels = ["V 2", "V 10"].map(String::from).to_vec();
+    assert_eq!(
+        ArvizDict::new().with_log_likelihood(labels, vec![vec![vec![-0.5, -2.0]]]).to_json(),
+        r#"{"coords":{"datum":["V 2","V 10"]},"dims":{"data":["datum"]},"log_likelihood":{"data":[[[-0.5,-2.0]]]}}"#
     );
 }

@@ -7,18 +7,19 @@ use super::row::row;
 use crate::program;
 use anyhow::{Result, anyhow};
 use serde::{Deserialize, Serialize};
-use sinew_calibrate::{Correction, Forward, Solves, calibrate};
+use sinew::Prepared;
+use sinew_calibrate::{Correction, Forward, Posterior, Solves, calibrate};
 use sinew_report::{Block, Chart, Section, Series, Style};
 use sinew_sample::{quantile, split_seed};
 
 /// Patients of a quick check.
 const QUICK_PATIENTS: usize = 3;
 /// Intervals whose coverage is counted.
-const LEVELS: [f64; 3] = [0.5, 0.8, 0.95];
+pub(super) const LEVELS: [f64; 3] = [0.5, 0.8, 0.95];
 /// Points at which rank ECDFs are held against their bands.
 const POINTS: usize = 20;
 /// Volumes beside the parameters.
-const VOLUMES: [&str; 2] = ["volume of endo at rest", "volume of endo at top"];
+pub(super) const VOLUMES: [&str; 2] = ["volume of endo at rest", "volume of endo at top"];
 
 /// One patient's ranks of the truth, by quantity.
 #[derive(Serialize, Deserialize)]
@@ -35,7 +36,7 @@ pub(super) fn section(options: &Options) -> Result<Section> {
     for number in 0..patients {
         let file = options.out.join(format!("patients/{number}.json"));
         let (failed, found) = program::kept(&file, options.resume, || {
-            let (patient, failed) = patients::random(options.seed, number as u64, cells)?;
+            let (patient, failed) = patients::random(options.seed, number as u64, cells, None)?;
             Ok((failed, one(options, &patient, number as u64)?))
         })?;
         without_rest += failed;
@@ -74,19 +75,38 @@ fn one(options: &Options, patient: &Synthetic, number: u64) -> Result<Result<Out
         Err(error) => return Ok(Err(error.to_string())),
     };
     let truth = model.observe(&patient.theta, false)?.values;
-    let rank = |draws: Vec<f64>, truth: f64| {
-        draws.iter().filter(|draw| **draw < truth).count() as f64 / draws.len() as f64
-    };
-    let mut ranks: Vec<f64> = (0..NAMES.len())
-        .map(|at| rank(posterior.draws.parameter(at).concat(), patient.theta[at]))
-        .collect();
+    let draws = quantities(&prepared, &posterior, &patient.theta, &truth)?;
+    let ranks = draws.iter().map(|(draws, truth)| rank(draws, *truth)).collect();
+    let mixing = posterior.mixing();
+    Ok(Ok(Outcome { ranks, correction: posterior.correction, mixing }))
+}
+
+/// Draws of the parameters and of [`VOLUMES`], each with its true value.
+pub(super) fn quantities(
+    prepared: &Prepared,
+    posterior: &Posterior,
+    theta: &[f64],
+    observed: &[f64],
+) -> Result<Vec<(Vec<f64>, f64)>> {
+    let parameters = (0..NAMES.len()).map(|at| (posterior.draws.parameter(at).concat(), theta[at]));
+    let mut all: Vec<_> = parameters.collect();
     for name in VOLUMES {
         let seen = prepared.reported.iter().find(|seen| seen.name == name);
         let at = seen.ok_or_else(|| anyhow!("no {name}"))?.observable;
-        ranks.push(rank(posterior.observable(at).concat(), truth[at]));
+        all.push((posterior.observable(at).concat(), observed[at]));
     }
-    let mixing = posterior.mixing();
-    Ok(Ok(Outcome { ranks, correction: posterior.correction, mixing }))
+    Ok(all)
+}
+
+/// Share of the draws below the truth.
+pub(super) fn rank(draws: &[f64], truth: f64) -> f64 {
+    draws.iter().filter(|draw| **draw < truth).count() as f64 / draws.len() as f64
+}
+
+/// Share of intervals of a probability that hold the truth, by its ranks.
+pub(super) fn held(ranks: &[f64], level: f64) -> f64 {
+    let inside = ranks.iter().filter(|rank| (**rank - 0.5).abs() <= 0.5 * level);
+    inside.count() as f64 / ranks.len() as f64
 }
 
 /// Number of an outcome.
@@ -94,12 +114,7 @@ type Number = fn(&Outcome) -> f64;
 
 fn written(outcomes: &[Outcome], refused: Vec<String>, title: String) -> Section {
     const HEAD: [&str; 4] = ["50 %", "80 %", "95 %", "inside its band"];
-    let held = |ranks: &[f64]| {
-        LEVELS.map(|level| {
-            let inside = ranks.iter().filter(|rank| (**rank - 0.5).abs() <= 0.5 * level);
-            inside.count() as f64 / ranks.len() as f64
-        })
-    };
+    let held = |ranks: &[f64]| LEVELS.map(|level| held(ranks, level));
     let (mut rows, mut charts, mut all) = (Vec::new(), Vec::new(), Vec::new());
     for (at, name) in NAMES.into_iter().chain(VOLUMES).enumerate() {
         let ranks: Vec<f64> = outcomes.iter().map(|outcome| outcome.ranks[at]).collect();

@@ -70,7 +70,7 @@ pub(super) fn importance(options: &Options) -> Result<Section> {
     let cells = patients::cells(options)?;
     let (mut texts, mut rows) = (Vec::new(), Vec::new());
     for number in 0..patients {
-        let (Synthetic { file, .. }, _) = patients::random(options.seed, number, cells)?;
+        let (Synthetic { file, .. }, _) = patients::random(options.seed, number, cells, None)?;
         let prepared = file.prepare()?;
         let model = prepared.patient().map_err(|reason| anyhow!(reason))?;
         let problem = &prepared.problem;

@@ -29,8 +29,13 @@ pub(super) fn cells(options: &Options) -> Result<[usize; 3]> {
 }
 
 /// A patient of a random shape in the image; θ is drawn from the prior, independent of it. Draws without a body at rest are
-/// made again, which the count of them tells.
-pub(super) fn random(seed: u64, number: u64, cells: [usize; 3]) -> Result<(Synthetic, usize)> {
+/// made again, which the count of them tells. With a stiffness \[kPa/mm\] there are springs along the normal of the epicardium.
+pub(super) fn random(
+    seed: u64,
+    number: u64,
+    cells: [usize; 3],
+    springs: Option<f64>,
+) -> Result<(Synthetic, usize)> {
     let mut random = ChaCha8Rng::seed_from_u64(split_seed(split_seed(seed, SHAPES), number));
     let mut failed = 0;
     loop {
@@ -40,7 +45,7 @@ pub(super) fn random(seed: u64, number: u64, cells: [usize; 3]) -> Result<(Synth
         let theta: Vec<f64> =
             RANGES.iter().map(|[low, high]| low * (high / low).powf(between(0.0, 1.0))).collect();
         let blank = PatientFile::parse(
-            &text([radius, radius + wall], [long, long + wall], base, cells, &RANGES),
+            &text([radius, radius + wall], [long, long + wall], base, cells, &RANGES, springs),
             "synthetic",
         )?;
         match blank.synthesise(&theta, split_seed(seed, number)) {
@@ -57,7 +62,7 @@ pub(super) fn random(seed: u64, number: u64, cells: [usize; 3]) -> Result<(Synth
 /// A patient of one shape, of whose parameters a and a_f are unknown.
 pub(super) fn of_two(seed: u64, cells: [usize; 3]) -> Result<Synthetic> {
     let ranges = [RANGES[0], [2.0, 2.0], RANGES[2], [2.1, 2.1]];
-    let text = text([20.0, 30.0], [52.0, 62.0], 15.0, cells, &ranges);
+    let text = text([20.0, 30.0], [52.0, 62.0], 15.0, cells, &ranges, None);
     let theta = vec![0.2, 2.8];
     let text = PatientFile::parse(&text, "synthetic")?.synthesise(&theta, seed)?;
     Ok(Synthetic { file: PatientFile::parse(&text, "synthetic")?, theta })
@@ -70,16 +75,20 @@ fn text(
     base: f64,
     cells: [usize; 3],
     ranges: &[[f64; 2]; 4],
+    springs: Option<f64>,
 ) -> String {
     let parameter = |(name, [low, high]): (&&str, &[f64; 2])| match low == high {
         true => format!("{name} = {low:?}\n"),
         false => format!("{name} = [{low:?}, {high:?}]\n"),
     };
     let parameters: String = NAMES.iter().zip(ranges).map(parameter).collect();
+    let springs = springs.map_or(String::new(), |normal| {
+        format!(r#", {{ foundation = {{ normal = {normal:?} }}, facets = "epi" }}"#)
+    });
     format!(
         r#"
 law = {{ name = "holzapfel-ogden", bulk_modulus = 25.0 }}
-loads = [{{ pressure = "p", facets = "endo" }}]
+loads = [{{ pressure = "p", facets = "endo" }}{springs}]
 supports = [{{ clamped = "base" }}]
 [mesh]
 ellipsoid = {{ short = {short:?}, long = {long:?}, base = {base:?}, cells = {cells:?} }}

@@ -65,8 +65,8 @@ impl Curve {
         pressures.extend(PRESSURES);
         volumes.extend((0..PRESSURES.len()).map(at));
         let data = measured(prepared, posterior, cavity);
-        let klotz = data.iter().max_by(|a, b| a[0].total_cmp(&b[0]));
-        let klotz = klotz.and_then(|[pressure, volume]| Klotz::through(*pressure, *volume));
+        let klotz = data.iter().max_by(|a, b| a[1].total_cmp(&b[1]));
+        let klotz = klotz.and_then(|[volume, pressure]| Klotz::through(*pressure, *volume));
         Ok(Self { cavity: cavity.into(), pressures, volumes, klotz, draws: found.len() })
     }
 
@@ -91,14 +91,14 @@ pub(super) fn inverse(klotz: &Klotz, pressure: f64) -> f64 {
     }
 }
 
-/// Measured volumes of a cavity with their pressures \[mmHg, mL\].
+/// Measured volumes of a cavity with their pressures \[mL, mmHg\].
 pub(super) fn measured(prepared: &Prepared, posterior: &Posterior, cavity: &str) -> Vec<[f64; 2]> {
     let kpa = stress_in_kpa("mmHg").unwrap_or(1.0);
     let parameter = prepared.pressures.iter().find(|(facets, _)| facets == cavity);
     let pair = |datum: &sinew_calibrate::Datum| {
         let state = datum.name.strip_prefix(&format!("volume of {cavity} at "))?;
         let pressure = prepared.phases.get(state)?.get(&parameter?.1)?;
-        Some([pressure / kpa, datum.value / MILLILITRE])
+        Some([datum.value / MILLILITRE, pressure / kpa])
     };
     posterior.problem.data.iter().filter_map(pair).collect()
 }

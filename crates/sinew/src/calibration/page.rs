@@ -11,6 +11,8 @@ use sinew_report::{
     Block, Cell, Chart, Provenance, Report, Section, Series, Style, Surfaces, density,
 };
 
+/// Name of the ends of a curve's band.
+const BAND: &str = "95 % band";
 /// Draws in a plot of two parameters.
 const MOST_POINTS: usize = 150;
 /// Parameters at most for a plot of each pair.
@@ -74,13 +76,14 @@ fn shapes(prepared: &Prepared, unloaded: &Unloaded) -> Option<Block> {
 }
 
 fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Block {
-    let middle = curve.pressures.iter().zip(&curve.volumes).map(|(p, v)| [*p, v[1]]);
-    let band = curve.volumes.iter().map(|[low, _, high]| [*low, *high]).collect();
-    let own = Series { band, ..Series::new("posterior, 95 % band", Style::Line, middle) };
-    let axes = ["pressure [mmHg]", "volume [mL]"];
-    let mut chart = Chart::new(format!("Cavity {}", curve.cavity), axes, [false; 2]).with(own);
+    let axes = ["volume [mL]", "pressure [mmHg]"];
+    let mut chart = Chart::new(format!("Cavity {}", curve.cavity), axes, [false; 2]);
+    for (name, quantile) in [("posterior median", 1), (BAND, 0), (BAND, 2)] {
+        let points = curve.pressures.iter().zip(&curve.volumes).map(|(p, v)| [v[quantile], *p]);
+        chart.series.push(Series::new(name, Style::Line, points));
+    }
     if let Some(klotz) = curve.klotz {
-        let points = curve.pressures.iter().map(|p| [*p, inverse(&klotz, *p)]);
+        let points = curve.pressures.iter().map(|p| [inverse(&klotz, *p), *p]);
         chart = chart.with(Series::new(
             "Klotz et al. 2006, through the last datum",
             Style::Line,
@@ -90,7 +93,7 @@ fn curve_block(curve: &Curve, prepared: &Prepared, posterior: &Posterior) -> Blo
     let measured = measured(prepared, posterior, &curve.cavity);
     chart = chart.with(Series::new("measured", Style::Points, measured));
     let caption =
-        format!("Volumes over pressures, solved at {} draws of the posterior.", curve.draws);
+        format!("Pressures and volumes, solved at {} draws of the posterior.", curve.draws);
     Block::charts("Pressure–volume curve", caption, [chart])
 }
 

@@ -1,15 +1,15 @@
 //! Posteriors of a patient's parameters.
 
 use super::runs::DataFile;
-use super::{CaseArguments, Usage, refuse, refuse_if, tell_reading, warn, write};
+use super::{CaseArguments, Unpassed, Usage, refuse, refuse_if, tell_reading, warn, write};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::calibration::{Curve, arviz, in_words, observed, report, too_stiff};
 use sinew::case::stress_in_kpa;
 use sinew::{PatientFile, Prepared};
 use sinew_calibrate::{
-    CalibrateError, Identifiability, Mode, Patient, Posterior, calibrate, check_identifiability,
-    noise_in_words,
+    CalibrateError, Identifiability, Mode, Patient, Posterior, Verdict, calibrate,
+    check_identifiability, noise_in_words,
 };
 use sinew_emulate::Terminal;
 use sinew_report::Provenance;
@@ -49,7 +49,8 @@ Example: sinew calibrate patient.toml --check")]
 pub(crate) struct Calibrate {
     #[command(flatten)]
     patient: CaseArguments,
-    /// Say what the data can identify, with units, phases and segments as they were read, and stop before sampling
+    /// Say first whether the model calibrates the data (exit code 0), does not (4), or that they cannot tell (5); then what they identify,
+    /// with units, phases and segments as they were read; and stop before sampling
     #[arg(long)]
     check: bool,
     /// Stop with an error when this time is over, such as 60s or 5m
@@ -103,12 +104,19 @@ impl Calibrate {
         let solves = observed(&patient, &mut terminal).within(self.budget);
         if self.check {
             let mut solves = solves;
+            let found = check_identifiability(&prepared.problem, &mut solves);
+            let verdict =
+                found.as_ref().ok().map(|(mode, seen)| seen.verdict(&prepared.problem, mode));
+            verdict.iter().for_each(|(_, reason)| println!("{reason}\n"));
             say_setting(&prepared);
-            let (mode, seen) =
-                check_identifiability(&prepared.problem, &mut solves).map_err(told)?;
+            let (mode, seen) = found.map_err(told)?;
             say_ahead(&prepared, &mode, &seen);
             warn(too_stiff(&patient.states_checked(&mode.theta, false)?));
-            return Ok(());
+            return match verdict.map(|(verdict, _)| verdict) {
+                Some(Verdict::DoesNot) => Err(Unpassed(4).into()),
+                Some(Verdict::CannotTell) => Err(Unpassed(5).into()),
+                _ => Ok(()),
+            };
         }
         let stored = folder.join(SOLVES);
         if !self.resume && !self.restart {

@@ -159,7 +159,8 @@ impl DataFile {
         let default = NutsOptions::default();
         let draws = self.draws.map_or(default.draws, |draws| draws.div_ceil(default.chains));
         let options = NutsOptions { draws, seed: seed.unwrap_or(self.seed), ..default };
-        let posterior = RunsPosterior::new(&emulator, &self.data, &options);
+        let mut terminal = Terminal::default();
+        let posterior = RunsPosterior::new(&emulator, &self.data, &options, &mut terminal);
         let posterior = posterior.or_else(|error| match error {
             RunsPosteriorError::Input(reason) => refuse(format!("{}: {reason}", file.display())),
             error => Err(error.into()),

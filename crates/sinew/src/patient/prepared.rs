@@ -58,7 +58,7 @@ impl Prepared {
     /// # Errors
     /// What makes no sense together, in words.
     pub fn patient(&self) -> Result<Patient<'_>, String> {
-        let names: Vec<String> = self.problem.unknowns.iter().map(|u| u.name.clone()).collect();
+        let names = self.problem.unknowns.iter().map(|unknown| unknown.name.clone());
         let start = self.problem.theta(&vec![0.0; names.len()]);
         let mut builder = self.base().parameters(names).start(&start);
         for (phase, values) in &self.phases {

@@ -8,12 +8,14 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use sinew_calibrate::Identified;
-use sinew_emulate::{Emulated, RunsEmulator, at_share};
+use sinew_emulate::{Counter, Emulated, Observer, RunsEmulator, at_share};
 use sinew_energy::Unit;
 use sinew_sample::{
     ArvizDict, Chains, Laplace, LogDensity, NutsOptions, Summary, nuts_from, standard_normals,
 };
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
+use std::f64::consts::TAU;
+use std::sync::{Mutex, PoisonError};
 
 /// Draws of the prior that searches for a mode start from, at the likeliest [`STARTS`].
 const PRIOR_DRAWS: usize = 200;
@@ -79,7 +81,7 @@ impl From<String> for RunsPosteriorError {
 /// let stiffness = Parameter::log("k", "kPa", 1.0..=2.9);
 /// let emulator = RunsEmulator::fit(vec![stiffness], &thetas, &[volume], None, &mut ())?;
 /// let datum = Measured { output: "volume".into(), value: 42.5, sd: 0.05 };
-/// let posterior = RunsPosterior::new(&emulator, &[datum], &Default::default())?;
+/// let posterior = RunsPosterior::new(&emulator, &[datum], &Default::default(), &mut ())?;
 /// assert!((posterior.draws.summary(0).mean - 2.0).abs() < 0.02);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -87,7 +89,7 @@ impl From<String> for RunsPosteriorError {
 pub struct RunsPosterior {
     /// Parameters by chain and draw.
     pub draws: Chains,
-    /// Outputs of the data by chain and draw.
+    /// Outputs of the data by chain and draw, each before its standard deviation by the emulator.
     outputs: Vec<Vec<Vec<f64>>>,
     /// Parameters in coordinates whose prior is standard normal.
     coordinates: Chains,
@@ -101,15 +103,16 @@ pub struct RunsPosterior {
 }
 
 impl RunsPosterior {
-    /// Draws by NUTS, from the modes that Levenberg's and Marquardt's method finds.
+    /// Draws by NUTS, from the modes that Levenberg's and Marquardt's method finds. The observer hears of every draw, and may end it.
     ///
     /// # Errors
     /// An output that the emulator does not have, that is there twice or of displacements; a value or standard deviation that is not usable; a
-    /// value that the most likely parameters miss by five standard deviations; fewer than 100 draws a chain; chains that disagree.
+    /// value that the most likely parameters miss by five standard deviations; fewer than 100 draws a chain; chains that disagree; an observer that breaks.
     pub fn new(
         emulator: &RunsEmulator,
         data: &[Measured],
         options: &NutsOptions,
+        observer: &mut dyn Observer,
     ) -> Result<Self, RunsPosteriorError> {
         if !DRAWS.contains(&options.draws) {
             return Err(format!("{} draws a chain; give {DRAWS:?}", options.draws).into());
@@ -124,14 +127,20 @@ impl RunsPosterior {
         let about = Laplace::from_precision(best, precision.clone()).map_err(failed)?;
         let starts: Vec<_> = modes.iter().map(|(y, _)| y.clone()).collect();
         let options = NutsOptions { chains: options.chains.max(starts.len()), ..*options };
-        let coordinates = nuts_from(&target, &about, &starts, &options).map_err(failed)?;
+        let steps = options.chains * (options.warmup + options.draws);
+        let counter = Mutex::new(Counter::new(observer, "draw the posterior", 0, steps));
+        let told = || counter.lock().unwrap_or_else(PoisonError::into_inner).step(1, "");
+        let drawn = nuts_from(&target, &about, &starts, &options, &told);
+        counter.into_inner().unwrap_or_else(PoisonError::into_inner).finish("done");
+        let coordinates = drawn.map_err(failed)?;
         target.agree(&coordinates, &starts).map_err(chains)?;
         warnings.extend(target.ends(&coordinates));
         let each = |of: &dyn Fn(&[f64]) -> Vec<f64>| -> Vec<Vec<Vec<f64>>> {
             let chain = |chain: &Vec<Vec<f64>>| chain.iter().map(|y| of(y)).collect();
             coordinates.draws.iter().map(chain).collect()
         };
-        let values = |y: &[f64]| target.at(y).iter().map(|of| of.value).collect();
+        let values =
+            |y: &[f64]| target.at(y).iter().flat_map(|of| [of.value, of.deviation]).collect();
         let draws = Chains { draws: each(&|y| target.theta(y)) };
         let left = emulator.left_out();
         Ok(Self {
@@ -180,7 +189,8 @@ impl RunsPosterior {
         heads.map(|(place, head)| (head.clone(), self.draws.parameter(place))).collect()
     }
 
-    /// Groups for `arviz`: parameters and outputs of the posterior, and the data.
+    /// Groups for `arviz`: parameters and outputs of the posterior, the data, and the likelihood of each, whose variance is that of measurement and
+    /// emulator.
     pub fn to_arviz(&self) -> ArvizDict {
         let columns = self.columns().into_iter();
         let mut dict = columns
@@ -190,11 +200,20 @@ impl RunsPosterior {
             dict = dict.with("posterior", &head, self.output(place));
             dict = dict.with_observed(&head, datum.value);
         }
-        dict
+        let labels = self.data.iter().zip(&self.units).map(|(d, unit)| unit.head(&d.output));
+        let one = |(datum, [value, deviation]): (&Measured, &[f64; 2])| {
+            let variance = datum.sd.powi(2) + deviation.powi(2);
+            -0.5 * ((TAU * variance).ln() + (datum.value - value).powi(2) / variance)
+        };
+        let draw = |outputs: &Vec<f64>| -> Vec<f64> {
+            self.data.iter().zip(outputs.as_chunks().0).map(one).collect()
+        };
+        let chains = self.outputs.iter().map(|chain| chain.iter().map(draw).collect());
+        dict.with_log_likelihood(labels.collect(), chains.collect())
     }
 
     fn output(&self, place: usize) -> Vec<Vec<f64>> {
-        let chain = |chain: &Vec<Vec<f64>>| chain.iter().map(|draw| draw[place]).collect();
+        let chain = |chain: &Vec<Vec<f64>>| chain.iter().map(|draw| draw[2 * place]).collect();
         self.outputs.iter().map(chain).collect()
     }
 }

@@ -267,6 +267,16 @@ fn the_program_makes_data_and_their_posterior() {
     let (code, said) = run(&["calibrate", "made.toml", "--check"]);
     assert!(said.contains("too stiff"), "{said}");
     assert_eq!(code, Some(0), "{said}");
+    assert!(said.starts_with("the model calibrates these data: "), "{said}");
+    // Pressures in another unit: a code of its own for scripts.
+    let text = std::fs::read_to_string(folder.path().join("made.toml")).unwrap();
+    let wrong = text.replace("\"3 mmHg\"", "\"3 kPa\"");
+    assert_ne!(wrong, text);
+    std::fs::write(folder.path().join("wrong.toml"), wrong).unwrap();
+    let (code, told) = run(&["calibrate", "wrong.toml", "--check"]);
+    assert_eq!(code, Some(4), "{told}");
+    assert!(told.starts_with("the model does not calibrate these data: misfits"), "{told}");
+    assert!(told.contains("phase low: p = 3 kPa") && told.contains("error: the check"), "{told}");
     for words in [
         "phase high: p = 2.133 kPa = 16 mmHg",
         "segments: 1-1",
@@ -295,6 +305,12 @@ fn the_program_makes_data_and_their_posterior() {
     let dict: serde_json::Value = serde_json::from_str(&read("posterior.json")).unwrap();
     assert_eq!(dict["posterior"]["a [kPa]"].as_array().unwrap().len(), 4);
     assert!(dict["observed_data"]["volume of endo at low"].is_number());
+    let names = dict["coords"]["datum"].as_array().unwrap();
+    assert_eq!((names.len(), names[5].as_str()), (6, Some("volume of endo at low")));
+    assert_eq!(dict["log_likelihood"]["data"][3][19].as_array().unwrap().len(), names.len());
+    // Volume across, pressure up.
+    let page: String = read("report.json").split_whitespace().collect();
+    assert!(page.contains(r#""axes":["volume[mL]","pressure[mmHg]"]"#), "{page}");
     let solves = read("solves.csv");
     // Killed while writing its solves, and resumed: the same bits, whatever the comments of the file.
     std::fs::write(made.join("solves.csv"), &solves[..solves.len() / 2]).unwrap();

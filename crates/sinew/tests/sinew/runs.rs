@@ -295,7 +295,8 @@ fn coverage(runs: usize, sd: [f64; 2]) -> ([f64; 2], f64) {
             })
             .collect();
         let options = NutsOptions { warmup: 200, draws: 250, ..NutsOptions::default() };
-        let Ok(posterior) = RunsPosterior::new(&emulator, &data, &options) else { continue };
+        let found = RunsPosterior::new(&emulator, &data, &options, &mut ());
+        let Ok(posterior) = found else { continue };
         answered += 1;
         for (at, held) in held.iter_mut().enumerate() {
             let [low, _, high] = posterior.draws.summary(at).quantiles;
