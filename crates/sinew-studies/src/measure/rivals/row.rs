@@ -60,7 +60,7 @@ pub(super) struct Own {
 }
 
 impl Outcome {
-    /// The same beside Sinew's energy.
+    /// Outcome with the difference of its energy from Sinew's.
     pub(super) fn beside(self, truth: f64) -> Self {
         match self {
             Self::Solved(solved) => {

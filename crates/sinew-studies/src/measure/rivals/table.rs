@@ -66,7 +66,7 @@ fn of_elements(rows: &[&Row]) -> String {
                 row.program.clone()
             };
             let line = match &row.outcome {
-                Outcome::Missing { missing } => format!("{missing} | | | | | | |"),
+                Outcome::Missing { missing } => format!("{missing} | | | | | | | |"),
                 Outcome::Solved(s) => {
                     let energy = if place == 0 {
                         format!("{:.9}", s.energy)
