@@ -7,6 +7,7 @@ mod locking;
 mod organ;
 mod patient_cost;
 mod real_heart;
+mod rivals;
 mod runs;
 mod size;
 mod traction_beam;
@@ -42,6 +43,8 @@ pub enum Measurement {
         #[arg(long, default_value_t = 8.0)]
         pressure: f64,
     },
+    /// A ventricle by Sinew, FEniCS, NGSolve, FElupe and scikit-fem, on the same meshes: seconds, memory, energies
+    Rivals(rivals::Arguments),
     /// Emulators of stored runs against runs that are held back, of a table or of smooth functions
     Runs(runs::Arguments),
     /// Cost of a solve from rest by the size of a ventricle
@@ -83,6 +86,7 @@ impl Measurement {
             Self::Locking => locking::run(),
             Self::PatientCost(arguments) => patient_cost::run(&arguments),
             Self::RealHeart { nodes, pressure } => real_heart::run(&nodes, pressure),
+            Self::Rivals(arguments) => rivals::run(&arguments),
             Self::Runs(arguments) => runs::run(&arguments),
             Self::Size(arguments) => size::run(&arguments),
             Self::TractionBeam { points } => traction_beam::run(points),

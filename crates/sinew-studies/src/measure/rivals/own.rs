@@ -1,0 +1,144 @@
+//! Sinew on one mesh, which is written for the others.
+
+use super::Kind;
+use super::row::{Own, Solved};
+use crate::measure::by_size::peak_gb;
+use crate::timing::cpu_seconds_of;
+use anyhow::{Context, Result};
+use sinew_energy::laws::HolzapfelOgden;
+use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support};
+use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
+use sinew_fem::{Method, Options, Solver};
+use sinew_mesh::{AnyMesh, Mesh, VentricleShape, to_npy};
+use sinew_num::{dot3, norm};
+use std::path::Path;
+
+/// Parameters a \[kPa\], b, a_f \[kPa\] and b_f, and the pressure \[kPa\]; `fixtures/rivals/problem.py` has them, too.
+const THETA: [f64; 5] = [0.17, 2.4, 3.0, 2.5, 0.9];
+const BULK_MODULUS: f64 = 25.0;
+
+/// Prints the row as JSON, and writes mesh, fibres and displacement into the folder.
+pub(super) fn run(kind: Kind, cells: [usize; 3], factor: bool, folder: &Path) -> Result<()> {
+    let shape = VentricleShape::new(&[])?;
+    let linear = shape.tetrahedra(cells)?;
+    let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
+    let frames = by_rule(&linear, &surfaces, &FibreRule::SIXTY)?;
+    let fibres: Vec<[f64; 3]> = frames.iter().map(|frame| frame[0]).collect();
+    match kind {
+        Kind::Linear => solved(&linear, fibres, factor, folder),
+        Kind::Quadratic => solved(&linear.quadratic(), fibres, factor, folder),
+        Kind::Hexahedra => {
+            // Each is cut into the next six tetrahedra.
+            let fibres = fibres.chunks_exact(6).map(mean).collect();
+            solved(&shape.hexahedra(cells)?, fibres, factor, folder)
+        }
+    }
+}
+
+/// Mean of directions, which have no sense.
+fn mean(directions: &[[f64; 3]]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for d in directions {
+        let sign = dot3(d, &directions[0]).signum();
+        (0..3).for_each(|i| sum[i] += sign * d[i]);
+    }
+    sum.map(|x| x / norm(&sum))
+}
+
+fn solved<const N: usize>(
+    mesh: &Mesh<N>,
+    fibres: Vec<[f64; 3]>,
+    factor: bool,
+    folder: &Path,
+) -> Result<()>
+where
+    Mesh<N>: Into<AnyMesh>,
+{
+    let method = if factor { Method::Factor } else { Method::Automatic };
+    let scene = scene(mesh.clone(), fibres.clone());
+    let (mut setup_s, mut solve_s, mut found) = (f64::INFINITY, f64::INFINITY, None);
+    for _ in 0..2 {
+        let prepare = || {
+            let body: Body = scene.clone().lower()?;
+            Solver::new(&body).map(drop)?;
+            Ok(())
+        };
+        setup_s = cpu_seconds_of(prepare)?.min(setup_s);
+        let body = scene.clone().lower()?;
+        let mut solver = Solver::new(&body)?;
+        let solve = || {
+            found = Some(solver.solve(&THETA, &Options { method, ..Options::default() })?);
+            Ok(())
+        };
+        solve_s = cpu_seconds_of(solve)?.min(solve_s);
+    }
+    let found = found.context("no solve ran")?;
+    let apex = mesh.node_sets["apex_endo"][0];
+    let iterates = found.linear_iterations > 0;
+    let row = Own {
+        nodes: mesh.points.len(),
+        cells: mesh.cells.len(),
+        solved: Solved {
+            version: env!("CARGO_PKG_VERSION").into(),
+            solver: if iterates { "conjugate gradients" } else { "sparse Cholesky" }.into(),
+            import_s: 0.0,
+            compile_s: 0.0,
+            setup_s,
+            solve_s,
+            assembly_s: None,
+            load_steps: found.load_steps,
+            iterations: found.iterations(),
+            linear_iterations: found.linear_iterations,
+            energy: found.energy,
+            energy_apart: 0.0,
+            apex: std::array::from_fn(|i| found.displacement[3 * apex + i]),
+            apart: 0.0,
+            peak_gb: peak_gb(),
+        },
+    };
+    write(folder, mesh, &fibres, &found.displacement)?;
+    println!("{}", serde_json::to_string(&row)?);
+    Ok(())
+}
+
+fn scene<const N: usize>(mesh: Mesh<N>, fibres: Vec<[f64; 3]>) -> Scene
+where
+    Mesh<N>: Into<AnyMesh>,
+{
+    let law = HolzapfelOgden.nearly_incompressible(BULK_MODULUS);
+    let fibres = fibres.into_iter().map(|fibre| [fibre]).collect();
+    let pressure = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(4) };
+    Scene::new(mesh, law.along(fibres))
+        .parameter(Parameter::log("a", "kPa", 0.1..=0.26))
+        .parameter(Parameter::log("b", "1", 1.0..=4.2))
+        .parameter(Parameter::log("a_f", "kPa", 1.5..=5.18))
+        .parameter(Parameter::log("b_f", "1", 1.0..=4.46))
+        .parameter(Parameter::linear("p", "kPa", 0.53..=1.33))
+        .load(pressure)
+        .support(Support::clamped("base"))
+}
+
+/// Writes `points`, `cells`, `fibres`, `endo`, `epi` and `base` (nodes of facets) and `displacement`, all as floats.
+fn write<const N: usize>(
+    folder: &Path,
+    mesh: &Mesh<N>,
+    fibres: &[[f64; 3]],
+    displacement: &[f64],
+) -> Result<()> {
+    std::fs::create_dir_all(folder)?;
+    let save = |name: &str, columns: usize, values: &[f64]| {
+        let bytes = to_npy(&[values.len() / columns, columns], values);
+        std::fs::write(folder.join(name).with_extension("npy"), bytes)
+    };
+    let floats = |nodes: Vec<usize>| nodes.iter().map(|&node| node as f64).collect::<Vec<_>>();
+    save("points", 3, mesh.points.as_flattened())?;
+    save("cells", N, &floats(mesh.cells.concat()))?;
+    save("fibres", 3, fibres.as_flattened())?;
+    save("displacement", 3, displacement)?;
+    for name in ["endo", "epi", "base"] {
+        let facets = mesh.facet_sets[name].iter();
+        let nodes = facets.flat_map(|&facet| mesh.nodes_of_facet(facet)).collect();
+        save(name, Mesh::<N>::ELEMENT.facets[0].len(), &floats(nodes))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,162 @@
+//! Rows as Markdown.
+
+use super::row::{Outcome, Row, Solved};
+use sinew_report::Provenance;
+use std::fmt::Write;
+
+const TITLES: [(&str, &str); 3] = [
+    ("linear", "Linear tetrahedra, one point"),
+    ("quadratic", "Quadratic tetrahedra, four points"),
+    ("hexahedra", "Hexahedra, eight points"),
+];
+
+/// A table for each kind of element, which program is first at each size, and what imports and compilers take.
+pub(super) fn markdown(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for (name, title) in TITLES {
+        let rows: Vec<&Row> = rows.iter().filter(|row| row.elements == name).collect();
+        if !rows.is_empty() {
+            text += &format!("### {title}\n\n{}\n{}\n", of_elements(&rows), first(&rows));
+        }
+    }
+    let run = Provenance::of_this_run("cargo xtask", env!("CARGO_MANIFEST_DIR"));
+    let date = run.finished.split(' ').next().unwrap_or_default().to_string();
+    text + &format!(
+        "### Imports and compilation\n\n{}\n`{}`, {}, {date}, one thread each.\n",
+        beforehand(rows),
+        run.command,
+        run.machine
+    )
+}
+
+/// Rows of the same mesh, one after the other.
+fn meshes<'a>(rows: &'a [&'a Row]) -> impl Iterator<Item = &'a [&'a Row]> {
+    rows.chunk_by(|a, b| a.nodes == b.nodes && a.cells == b.cells)
+}
+
+fn solved(row: &Row) -> Option<&Solved> {
+    match &row.outcome {
+        Outcome::Solved(solved) => Some(solved),
+        Outcome::Missing { .. } => None,
+    }
+}
+
+/// Programs that solved a mesh, the fastest first, with their seconds of set-up and solve.
+fn order<'a>(mesh: &[&'a Row]) -> Vec<(&'a str, f64)> {
+    let all =
+        mesh.iter().filter_map(|row| solved(row).map(|s| (&*row.program, s.setup_s + s.solve_s)));
+    let mut all: Vec<_> = all.collect();
+    all.sort_by(|a, b| a.1.total_cmp(&b.1));
+    all
+}
+
+fn of_elements(rows: &[&Row]) -> String {
+    let mut text = String::from(
+        "| nodes, cells | program | load steps | Newton steps | of the linear solver | set-up \\[CPU s\\] | solve \\[CPU s\\] | GB | apex \\[mm\\] | energy \\[kPa mm³\\] |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for mesh in meshes(rows) {
+        let best = order(mesh).first().map(|(name, _)| *name);
+        for (place, row) in mesh.iter().enumerate() {
+            let size =
+                if place == 0 { format!("{}, {}", row.nodes, row.cells) } else { String::new() };
+            let name = if best == Some(&row.program) {
+                format!("**{}**", row.program)
+            } else {
+                row.program.clone()
+            };
+            let line = match &row.outcome {
+                Outcome::Missing { missing } => format!("{missing} | | | | | | | |"),
+                Outcome::Solved(s) => {
+                    let energy = if place == 0 {
+                        format!("{:.9}", s.energy)
+                    } else {
+                        format!("{:+.0e} of it", s.energy_apart)
+                    };
+                    let linear = if s.linear_iterations > 0 {
+                        s.linear_iterations.to_string()
+                    } else {
+                        String::new()
+                    };
+                    format!(
+                        "{} | {} | {linear} | {} | {} | {:.2} | {:.6} | {energy} |",
+                        s.load_steps,
+                        s.iterations,
+                        digits(s.setup_s),
+                        digits(s.solve_s),
+                        s.peak_gb,
+                        s.apex[2]
+                    )
+                }
+            };
+            let _ = writeln!(text, "| {size} | {name} | {line}");
+        }
+    }
+    text
+}
+
+/// Two digits, or all before the point.
+fn digits(seconds: f64) -> String {
+    let decimals = match seconds {
+        s if s >= 10.0 => 0,
+        s if s >= 1.0 => 1,
+        s if s >= 0.1 => 2,
+        _ => 3,
+    };
+    format!("{seconds:.decimals$}")
+}
+
+fn first(rows: &[&Row]) -> String {
+    let mut text = String::from("First by set-up and solve:");
+    for mesh in meshes(rows) {
+        let mut order = order(mesh);
+        let [(name, seconds), ..] = order[..] else { continue };
+        let of = |name: &str| name.split(',').next().unwrap_or_default().to_string();
+        let winner = of(name);
+        order.retain(|(other, _)| of(other) != winner);
+        let next = order.first().map_or_else(String::new, |(other, more)| {
+            format!(", {} times before {other}", digits(more / seconds))
+        });
+        let _ = write!(text, " {} nodes: {name} ({} s{next});", mesh[0].nodes, digits(seconds));
+    }
+    text.trim_end_matches(';').to_string() + ".\n"
+}
+
+/// The largest seconds of each program and kind of element: later runs find compiled forms of FEniCS.
+fn beforehand(rows: &[Row]) -> String {
+    let mut text = String::from("| program | version | linear solver | imports \\[CPU s\\] |");
+    TITLES.iter().for_each(|(name, _)| text += &format!(" compilation, {name} |"));
+    text += "\n|---|---|---|---|---|---|---|\n";
+    let mut names: Vec<&str> = Vec::new();
+    rows.iter().for_each(|row| {
+        if !names.contains(&&*row.program) {
+            names.push(&row.program);
+        }
+    });
+    for name in names {
+        let own: Vec<&Row> = rows.iter().filter(|row| row.program == name).collect();
+        let most = |of: fn(&Solved) -> f64, kind: &str| {
+            let own = own.iter().filter(|row| kind.is_empty() || row.elements == kind);
+            own.filter_map(|row| solved(row)).map(of).reduce(f64::max)
+        };
+        let shown = |seconds: Option<f64>| seconds.map_or_else(String::new, digits);
+        let Some(any) = own.iter().find_map(|row| solved(row)) else {
+            if let Outcome::Missing { missing } = &own[0].outcome {
+                let _ = writeln!(text, "| {name} | missing: {missing} | | | | | |");
+            }
+            continue;
+        };
+        let _ = write!(
+            text,
+            "| {name} | {} | {} | {} |",
+            any.version,
+            any.solver,
+            shown(most(|s| s.import_s, ""))
+        );
+        TITLES
+            .iter()
+            .for_each(|(kind, _)| text += &format!(" {} |", shown(most(|s| s.compile_s, kind))));
+        text += "\n";
+    }
+    text
+}
