@@ -31,7 +31,7 @@ struct Outcome {
     found: Result<Found, String>,
 }
 
-/// What a posterior says.
+/// Posterior of one patient beside the truth.
 #[derive(Serialize, Deserialize)]
 struct Found {
     /// Ranks of the truth: parameters, then volumes.
