@@ -121,7 +121,7 @@ impl Identifiability {
             )
         } else if identified == 0 {
             let nothing = best >= UNIDENTIFIED;
-            let reason = "along the direction of the parameters that they say most about,";
+            let reason = "along the best identified direction of the parameters,";
             (
                 if nothing { Verdict::DoesNot } else { Verdict::CannotTell },
                 format!(

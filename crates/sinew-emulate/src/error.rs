@@ -22,7 +22,13 @@ pub(crate) fn require(
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 #[non_exhaustive]
 pub enum Error {
-    /// A request that makes no sense, a design that cannot be drawn, or a body, prediction, folder or file that cannot be used.
+    /// A number, name or folder of a request that makes no sense, to be corrected without a computation.
+    #[error("{0}")]
+    Request(String),
+    /// A range or a number of samples that a design cannot draw.
+    #[error("{0}")]
+    Samples(String),
+    /// A body, prediction, folder or file that cannot be used.
     #[error("{0}")]
     Refused(String),
     /// The solver cannot solve the body at all, or not where it was asked to.

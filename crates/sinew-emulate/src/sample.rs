@@ -99,7 +99,7 @@ fn check(parameter: &Parameter) -> Result<()> {
     if low.is_finite() && high.is_finite() && low < high && positive {
         return Ok(());
     }
-    Err(Error::Refused(format!(
+    Err(Error::Samples(format!(
         "parameter {} ranges from {low} to {high}: give a smaller and a larger finite value, both positive where samples are uniform in the logarithm",
         parameter.name
     )))
@@ -126,7 +126,7 @@ fn uniform(count: usize, axes: usize, seed: u64) -> Vec<Vec<f64>> {
 fn sobol(count: usize, axes: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
     let [most, most_axes] = SOBOL_LIMITS;
     if count > most || axes > most_axes {
-        return Err(Error::Refused(format!(
+        return Err(Error::Samples(format!(
             "Sobol's sequence is tabulated for {most} samples of {most_axes} parameters; {count} of {axes} are too many, use a Latin hypercube"
         )));
     }

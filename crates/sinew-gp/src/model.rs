@@ -15,6 +15,7 @@ use crate::{
     Data, Domain, Evaluation, Evidence, Field, FreeParameter, GpError, Hyperparameter, Hyperprior,
     Measure, Noise, Parameter, Prior, Result,
 };
+use std::sync::Arc;
 
 /// A positive number, with bounds and starts in units of `unit`.
 fn positive(
@@ -69,7 +70,7 @@ pub struct Model<const D: usize> {
     /// All data, for models with more points.
     pub(crate) given: Vec<Group<D>>,
     /// Plans of each part between legs at `[first · legs + second]`.
-    pub(crate) plans: Vec<Vec<PairPlan<D>>>,
+    pub(crate) plans: Arc<Vec<Vec<PairPlan<D>>>>,
 }
 
 impl<const D: usize> Model<D> {
@@ -119,7 +120,7 @@ impl<const D: usize> Model<D> {
         let mut model = Self {
             source: None,
             given,
-            plans: plans(&prior, &compiled),
+            plans: plans(&prior, &compiled, 0),
             prior,
             parameters: Vec::new(),
             part_offsets: Vec::new(),
@@ -138,8 +139,9 @@ impl<const D: usize> Model<D> {
     /// The model with one more group of values, which come after its data and are none of them.
     pub(crate) fn with_group(&self, group: Compiled<D>) -> Self {
         let mut groups = self.groups.clone();
-        append(&mut groups, group);
-        Self { plans: plans(&self.prior, &groups), groups, ..self.clone() }
+        let from = append(&mut groups, group);
+        // Predictions ask for its covariances alone.
+        Self { plans: plans(&self.prior, &groups, from), groups, ..self.clone() }
     }
 
     /// The parameters, in the order of the vectors that describe them.
@@ -352,19 +354,29 @@ pub(crate) fn spread(values: &[f64]) -> Option<f64> {
     [deviation, mean.abs()].into_iter().find(|s| *s > 0.0)
 }
 
-/// Adds a group whose rows and legs follow those of all others.
-fn append<const D: usize>(groups: &mut Vec<Compiled<D>>, group: Compiled<D>) {
+/// Adds a group whose rows and legs follow those of all others; its first leg.
+fn append<const D: usize>(groups: &mut Vec<Compiled<D>>, group: Compiled<D>) -> usize {
     let ends = |last: &Compiled<D>| (last.rows().end, last.first_leg + last.legs.len());
     let (offset, first_leg) = groups.last().map_or((0, 0), ends);
     groups.push(Compiled { offset, first_leg, ..group });
+    first_leg
 }
 
-fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<PairPlan<D>>> {
+/// Plans of the pairs whose first leg is not before `from`; those of the others are empty.
+fn plans<const D: usize>(
+    prior: &Prior<D>,
+    groups: &[Compiled<D>],
+    from: usize,
+) -> Arc<Vec<Vec<PairPlan<D>>>> {
     let legs = || groups.iter().flat_map(|group| &group.legs);
     let of = |(number, part): (usize, &Part<D>)| {
-        let orders = || legs().map(|leg| &leg.parts[number].orders);
-        let pairs = orders().flat_map(|first| orders().map(move |second| (first, second)));
-        pairs.map(|(first, second)| PairPlan::new(part, first, second)).collect()
+        let orders = || legs().map(|leg| &leg.parts[number].orders[..]);
+        let pairs = orders().enumerate().flat_map(|first| orders().map(move |b| (first, b)));
+        let plan = |((leg, first), second)| match leg < from {
+            true => PairPlan::default(),
+            false => PairPlan::new(part, first, second),
+        };
+        pairs.map(plan).collect()
     };
-    prior.parts.iter().enumerate().map(of).collect()
+    Arc::new(prior.parts.iter().enumerate().map(of).collect())
 }

@@ -58,7 +58,7 @@ fn class(error: &(dyn Error + 'static)) -> &'static str {
     if let Some(error) = error.downcast_ref::<E>() {
         return match error {
             E::Solve(_) => SOLVE,
-            E::ThetaLength { .. } | E::Setting { .. } | E::Refused(_) => CASE,
+            E::ThetaLength { .. } | E::Setting { .. } | E::Samples(_) => CASE,
             _ => EMULATOR,
         };
     }

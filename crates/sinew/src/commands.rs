@@ -331,7 +331,7 @@ pub(crate) fn code(error: &anyhow::Error) -> u8 {
 fn is_usage(error: &anyhow::Error) -> bool {
     use EmulatorError as E;
     error.chain().any(|cause| match cause.downcast_ref() {
-        Some(E::Setting { .. } | E::Refused(_)) => true,
+        Some(E::Setting { .. } | E::Request(_) | E::Samples(_)) => true,
         _ => cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>(),
     })
 }

@@ -81,7 +81,7 @@ impl<'a, 'b> Session<'a, 'b> {
                 [&options.start, &options.simulations, &options.shared].into_iter().flatten()
             {
                 if inside(source, folder) {
-                    return Err(Error::Refused(format!(
+                    return Err(Error::Request(format!(
                         "{} lies in {}, which the new run replaces; give the new run another folder",
                         source.display(),
                         folder.display()
@@ -209,7 +209,7 @@ impl<'a, 'b> Session<'a, 'b> {
 /// Requires a finished run of the same recipe, with networks of the same sizes, for parameters of the same names.
 fn check_start(start: &Path, own: &Started) -> Result<()> {
     let refuse = |reason: String| {
-        Err(Error::Refused(format!(
+        Err(Error::Request(format!(
             "training cannot start from {}: {reason}; name the folder of a finished run of the same recipe and parameters",
             start.display()
         )))
@@ -294,7 +294,7 @@ fn prepare(folder: &Path, own: &Started) -> Result<()> {
             identity::difference(&stored.body, &own.body).map(|(what, _, _)| what)
         };
         return match differs {
-            Some(differs) => Err(Error::Refused(format!(
+            Some(differs) => Err(Error::Request(format!(
                 "the run in {} was started with another recipe, other options or for another body ({differs}); repeat them, or begin it again (--restart)",
                 folder.display()
             ))),
@@ -310,7 +310,7 @@ fn prepare(folder: &Path, own: &Started) -> Result<()> {
             }
             std::fs::remove_dir_all(folder).map_err(file_error)?;
         } else if entries.next().is_some() {
-            return Err(Error::Refused(format!(
+            return Err(Error::Request(format!(
                 "{} exists but is not of an earlier training; choose another folder",
                 folder.display()
             )));

@@ -249,7 +249,7 @@ pub(crate) fn store(
 pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
     let found = read(folder, &identity::of(body))?.map(|(_, simulations)| simulations);
     found.ok_or_else(|| {
-        Error::Refused(format!(
+        Error::Request(format!(
             "{} holds no simulations; name a folder that simulations were stored or merged in",
             folder.display()
         ))

@@ -120,10 +120,15 @@ impl<const N: usize> Setup<'_, N> {
         let nodes = self.node_set(name)?;
         let what = || format!("the displacement prescribed on `{name}`");
         let row = |held: &mut Held, node: usize, row: &[Option<f64>; 3]| {
-            let components = row.iter().zip(Mat3::IDENTITY.0);
-            for (value, axis) in components.filter_map(|(u, axis)| Some(((*u)?, axis))) {
+            for (i, axis) in Mat3::IDENTITY.0.into_iter().enumerate() {
+                let Some(value) = row[i] else { continue };
                 finite(value, what)?;
-                self.hold(held, node, axis, value, support)?;
+                match held.prescribed[3 * node + i] {
+                    Some(first) if first != value => {
+                        return Err(self.contradiction(node, axis, [first, value], support));
+                    }
+                    _ => self.hold(held, node, axis, value, support)?,
+                }
             }
             Ok(())
         };
@@ -177,23 +182,31 @@ impl<const N: usize> Setup<'_, N> {
         second: f64,
         support: &Support,
     ) -> Result<(), SceneError> {
-        held.hold(node, direction, second).map_err(|first| {
-            let holds = |other: &&Support| {
-                let nodes = self.mesh.node_sets.get(&other.nodes);
-                !std::ptr::eq(*other, support) && nodes.is_some_and(|set| set.contains(&node))
-            };
-            let others: Vec<_> =
-                self.scene.supports.iter().filter(holds).map(|s| &s.nodes).collect();
-            let by = match others.is_empty() {
-                true => "the plane section or the same set".into(),
-                false => format!("those of {}", listed(&others)),
-            };
-            SceneError::Supports(format!(
-                "the support of `{}` prescribes {second} along ({}) for node {node}, but it is held at {first} there by {by}; take the node out of one of the sets, or let the supports agree",
-                support.nodes,
-                listed(&direction)
-            ))
-        })
+        let differs = |first| self.contradiction(node, direction, [first, second], support);
+        held.hold(node, direction, second).map_err(differs)
+    }
+
+    fn contradiction(
+        &self,
+        node: usize,
+        direction: [f64; 3],
+        [first, second]: [f64; 2],
+        support: &Support,
+    ) -> SceneError {
+        let holds = |other: &&Support| {
+            let nodes = self.mesh.node_sets.get(&other.nodes);
+            !std::ptr::eq(*other, support) && nodes.is_some_and(|set| set.contains(&node))
+        };
+        let others: Vec<_> = self.scene.supports.iter().filter(holds).map(|s| &s.nodes).collect();
+        let by = match others.is_empty() {
+            true => "the plane section or the same set".into(),
+            false => format!("those of {}", listed(&others)),
+        };
+        SceneError::Supports(format!(
+            "the support of `{}` prescribes {second} along ({}) for node {node}, but it is held at {first} there by {by}; take the node out of one of the sets, or let the supports agree",
+            support.nodes,
+            listed(&direction)
+        ))
     }
 }
 

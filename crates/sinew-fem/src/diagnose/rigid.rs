@@ -82,8 +82,8 @@ fn resistance(body: &Body, pieces: &[Vec<usize>]) -> DMatrix<f64> {
     let arms: Vec<_> = pieces.iter().map(arms).collect();
     let size = 6 * pieces.len();
     let mut resistance = DMatrix::zeros(size, size);
-    // Resists the velocity of a node along an axis as part of a piece, or its difference from that as part of another.
-    let mut resist = |pieces: &[usize], node: usize, axis: Vector3<f64>| {
+    // The velocity of a node along an axis as part of a piece, or its difference from that as part of another.
+    let velocity = |pieces: &[usize], node: usize, axis: Vector3<f64>| {
         let mut row = DVector::zeros(size);
         for (&piece, sign) in pieces.iter().zip([1.0, -1.0]) {
             let (centre, size) = arms[piece];
@@ -91,14 +91,19 @@ fn resistance(body: &Body, pieces: &[Vec<usize>]) -> DMatrix<f64> {
             row.fixed_rows_mut::<3>(6 * piece).copy_from(&(sign * axis));
             row.fixed_rows_mut::<3>(6 * piece + 3).copy_from(&(sign * turn));
         }
-        resistance.ger(1.0, &row, &row, 1.0);
+        row
+    };
+    let mut resist = |weight: f64, a: &DVector<f64>, b: &DVector<f64>| {
+        resistance.ger(weight, a, b, 1.0);
     };
     for (&node, owners) in &owners {
         for i in 0..3 {
             let others = owners[1..].iter();
-            others.for_each(|&other| resist(&[owners[0], other], node, Vector3::ith(i, 1.0)));
+            let joined = |&other| velocity(&[owners[0], other], node, Vector3::ith(i, 1.0));
+            others.map(joined).for_each(|row| resist(1.0, &row, &row));
             if prescribed[3 * node + i].is_some() {
-                resist(&owners[..1], node, frames.axis(3 * node + i).into());
+                let row = velocity(&owners[..1], node, frames.axis(3 * node + i).into());
+                resist(1.0, &row, &row);
             }
         }
     }
@@ -106,11 +111,11 @@ fn resistance(body: &Body, pieces: &[Vec<usize>]) -> DMatrix<f64> {
     let stiffest = stiffest.fold(f64::MIN_POSITIVE, |m: f64, k| m.max(k.abs()));
     for spring in springs {
         let Some(owners) = owners.get(&spring.node) else { continue };
-        for direction in spring.stiffness.map(Vector3::from) {
-            let size = direction.norm();
-            if size > 0.0 {
-                let share = (size / stiffest).sqrt();
-                resist(&owners[..1], spring.node, direction / size * share);
+        let along = |i| velocity(&owners[..1], spring.node, Vector3::ith(i, 1.0));
+        let rows = [0, 1, 2].map(along);
+        for (i, row) in rows.iter().enumerate() {
+            for (k, other) in rows.iter().enumerate() {
+                resist(spring.stiffness[i][k] / stiffest, row, other);
             }
         }
     }

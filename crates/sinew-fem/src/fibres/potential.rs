@@ -7,7 +7,7 @@ use sinew_mesh::TetMesh;
 
 /// Residual of conjugate gradients \[relative to the right-hand side\]: rounding errors of a factor leave as much.
 const ACCURACY: f64 = 1e-14;
-/// Most iterations: some 300 reach the accuracy with 100 000 unknowns.
+/// Most iterations, or the number of unknowns if that is larger: some 300 reach the accuracy with 100 000 unknowns.
 const MOST: usize = 3_000;
 
 /// The Laplace operator on linear tetrahedra.
@@ -144,7 +144,8 @@ fn solved(mut columns: Vec<Vec<(usize, f64)>>, right: &[f64]) -> Option<Vec<f64>
     let mut right: Vec<f64> = right.iter().zip(&scale).map(|(b, s)| b * s).collect();
     forward(&mut right);
     let copy = |from: &[f64], to: &mut [f64]| to.copy_from_slice(from);
-    let (mut solution, _, end) = conjugate_gradients(apply, copy, &right, ACCURACY, MOST);
+    let most = MOST.max(right.len());
+    let (mut solution, _, end) = conjugate_gradients(apply, copy, &right, ACCURACY, most);
     backward(&mut solution);
     solution.iter_mut().zip(&scale).for_each(|(x, s)| *x *= s);
     (end == End::Converged).then_some(solution)

@@ -2,7 +2,7 @@
 
 use crate::linear::vector::{add, difference, dot, norm, relative};
 
-/// Directions that are kept before a restart.
+/// Directions that are kept before a restart, each with its image.
 const RESTART: usize = 80;
 /// Least new part of an image \[relative to the image\]; below it the system is singular to rounding errors.
 const SINGULAR: f64 = 1e-14;

@@ -10,7 +10,6 @@ use crate::Method;
 use crate::elements::supports::place;
 use crate::elements::system::System;
 use crate::linear::factor::MOST_SHIFTS;
-use crate::solve::turn::nearest_rotation;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sinew_num::Mat3;
 
@@ -78,11 +77,28 @@ fn extrapolated(gradients: impl DoubleEndedIterator<Item = (f64, Mat3<f64>)>) ->
     let mut last: Option<Rotation3<f64>> = None;
     for (weight, h) in gradients.rev() {
         let f = Matrix3::from_fn(|i, j| h[i][j]) + Matrix3::identity();
-        let rotation = nearest_rotation(&f).unwrap_or_else(Rotation3::identity);
+        let rotation = rotation_of(&f);
         stretch += weight * (rotation.inverse() * f);
         let last = *last.get_or_insert(rotation);
         turn += weight * (rotation * last.inverse()).scaled_axis();
     }
     let last = last.unwrap_or_else(Rotation3::identity);
     Rotation3::new(turn) * last * stretch - Matrix3::identity()
+}
+
+/// R of F = R U.
+fn rotation_of(f: &Matrix3<f64>) -> Rotation3<f64> {
+    // Higham's iteration: the mean with the inverse transpose, quadratic in convergence.
+    const MOST: usize = 30;
+    let mut r = *f;
+    for _ in 0..MOST {
+        let Some(inverse) = r.try_inverse() else { return Rotation3::identity() };
+        let next = 0.5 * (r + inverse.transpose());
+        let change = (next - r).norm();
+        r = next;
+        if change < 1e-12 {
+            break;
+        }
+    }
+    Rotation3::from_matrix_unchecked(r)
 }

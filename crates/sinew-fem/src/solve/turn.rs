@@ -31,7 +31,7 @@ pub(crate) fn far_turn(body: &Body) -> Option<f64> {
 }
 
 /// The rotation R with the largest `tr(Rᵀ M)` (W. Kabsch, Acta Cryst. A 32, 1976).
-pub(crate) fn nearest_rotation(products: &Matrix3<f64>) -> Option<Rotation3<f64>> {
+fn nearest_rotation(products: &Matrix3<f64>) -> Option<Rotation3<f64>> {
     let singular = products.iter().all(|x| x.is_finite()).then(|| products.svd(true, true))?;
     let (u, v) = (singular.u?, singular.v_t?);
     // The least singular value comes last; a plane's motion leaves its sign open.

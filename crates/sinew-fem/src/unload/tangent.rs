@@ -255,7 +255,8 @@ fn of_facet<'n>(
     let size = block.size();
     for point in &surface.rule.points {
         let [s, t] = surface.tangents(facet, point, &trial.rest.positions);
-        if cross(&s, &t) == [0.0; 3] {
+        let normal = cross(&s, &t);
+        if dot3(&normal, &normal) == 0.0 {
             continue;
         }
         for (a, &node) in facet.iter().enumerate() {

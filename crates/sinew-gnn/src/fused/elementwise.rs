@@ -48,7 +48,13 @@ impl HostOperation for Elementwise {
         _needed: &[bool],
     ) -> Vec<Option<Vec<f32>>> {
         let mut gradient = vec![0.0; cotangent.len()];
-        activation::pull_back(self.0, output.values(), cotangent, &mut gradient);
+        gradient
+            .par_chunks_mut(NUMBERS_PER_TASK)
+            .zip(output.values().par_chunks(NUMBERS_PER_TASK))
+            .zip(cotangent.par_chunks(NUMBERS_PER_TASK))
+            .for_each(|((gradient, value), cotangent)| {
+                activation::pull_back(self.0, value, cotangent, gradient);
+            });
         vec![Some(gradient)]
     }
 }

@@ -154,6 +154,7 @@ fn sensitivities_are_the_derivatives_of_predictions() {
             let step = 5e-3; // single precision: rounding and truncation both stay near 1e-4
             for theta in [[0.8, 1.3], [1.7, 0.6]] {
                 let exact = fixed.sensitivity(&theta).unwrap();
+                assert_eq!(exact.len(), 2);
                 for (parameter, derivative) in exact.iter().enumerate() {
                     let moved = |by: f64| {
                         let mut theta = theta.to_vec();

@@ -261,6 +261,7 @@ fn outputs_have_the_first_order_expansion() {
         assert!(relative_difference(&expected, found.field(0)) < 1e-5);
         let centre = beam.theta.to_vec();
         let found = fixed.sensitivity(&centre).unwrap();
+        assert_eq!(found.len(), centre.len());
         let slopes = surrogate.scales().parameters.slopes(&centre);
         for ((own, change), slope) in found.iter().zip(&changes).zip(slopes) {
             let expected: Vec<f64> = change.iter().map(|u| slope * u).collect();
@@ -333,7 +334,9 @@ fn the_expansion_holds_over_decades_of_stiffness_in_proportion_to_an_amplitude()
         let found = fixed.predict(std::slice::from_ref(&theta)).unwrap();
         assert!(relative_difference(&exact(&theta), found.field(0)) < 1e-5);
         let step = 1e-3;
-        for (p, found) in fixed.sensitivity(&theta).unwrap().iter().enumerate() {
+        let sensitivity = fixed.sensitivity(&theta).unwrap();
+        assert_eq!(sensitivity.len(), 2);
+        for (p, found) in sensitivity.iter().enumerate() {
             let [more, less] = [step, -step].map(|step| {
                 exact(&[theta[0] + f64::from(p == 0) * step, theta[1] + f64::from(p == 1) * step])
             });

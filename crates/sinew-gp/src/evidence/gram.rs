@@ -11,7 +11,7 @@ use crate::prior::coefficients::{PointCoefficients, position};
 use sinew_num::vectorised;
 
 /// Entry of a kernel's table that each pair of orders reads.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct PairPlan<const D: usize> {
     pub entries: Vec<Orders<D>>,
     /// Entry of (β, β′), at `[β · width + β′]`.

@@ -262,6 +262,11 @@ impl<const D: usize> Model<D> {
                 jitter: factored.jitter,
             })
         };
-        if state.threads() == Par::Seq { evaluate() } else { on_ready_threads(evaluate) }
+        // Values alone are asked for by many threads at once.
+        if !with_gradient || state.threads() == Par::Seq {
+            evaluate()
+        } else {
+            on_ready_threads(evaluate)
+        }
     }
 }

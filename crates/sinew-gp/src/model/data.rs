@@ -305,10 +305,20 @@ fn check_contradictions<const D: usize>(
         return Ok(());
     }
     let most = largest(&group.values);
-    let numbered = || group.points().iter().zip(&group.values).enumerate();
-    for (first, (here, value)) in numbered() {
-        for (second, (there, other)) in numbered().skip(first + 1) {
-            let difference = (other - value).abs();
+    // In the order of their first coordinate few come near enough to be compared.
+    let mut order: Vec<usize> = (0..group.values.len()).collect();
+    order.sort_by(|&a, &b| group.points()[a][0].total_cmp(&group.points()[b][0]).then(a.cmp(&b)));
+    for (position, &one) in order.iter().enumerate() {
+        for &two in &order[position + 1..] {
+            let (first, second) = (one.min(two), one.max(two));
+            let [here, there] = [first, second].map(|number| &group.points()[number]);
+            let mut beside = *here;
+            beside[0] = there[0];
+            // No two values differ by more than twice the largest.
+            if STEEPEST * domain.apart(here, &beside) > 2.0 {
+                break;
+            }
+            let difference = (group.values[second] - group.values[first]).abs();
             ensure!(
                 difference <= most * (STEEPEST * domain.apart(here, there)).max(SAME),
                 "values {first} and {second} of observation group {number} at {} and {} are noise-free and differ by {difference:e}, more than neighbours can; keep one, or give them noise",

@@ -5,7 +5,7 @@ use super::options::Options;
 use super::patients::{self, NAMES, Synthetic};
 use super::row::row;
 use crate::program;
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, ensure};
 use serde::{Deserialize, Serialize};
 use sinew::PatientFile;
 use sinew_calibrate::{Forward, Posterior, Solves, Verdict, calibrate, check_identifiability};
@@ -97,9 +97,18 @@ fn one(
     let exact = exact.patient().map_err(|reason| anyhow!(reason))?;
     let exact = exact.observe(&patient.theta, false)?.values;
     let [from, to] = [truth, model].map(|springs| format!("normal = {:?}", STIFFNESS[springs]));
-    let file = PatientFile::parse(&patient.file.case.text().replace(&from, &to), "synthetic")?;
-    let prepared = file.prepare()?;
-    let model = prepared.patient().map_err(|reason| anyhow!(reason))?;
+    let text = patient.file.case.text();
+    ensure!(text.contains(&from), "the case of a patient does not have `{from}`");
+    let file = PatientFile::parse(&text.replace(&from, &to), "synthetic")?;
+    let failed = |reason: String| Outcome { fails: true, found: Err(reason) };
+    let prepared = match file.prepare() {
+        Ok(prepared) => prepared,
+        Err(error) => return Ok(failed(error.to_string())),
+    };
+    let model = match prepared.patient() {
+        Ok(model) => model,
+        Err(reason) => return Ok(failed(reason)),
+    };
     let problem = &prepared.problem;
     let mut ahead = Solves::new(&model, Box::new(|_, _, _| ()));
     let fails = check_identifiability(problem, &mut ahead)
@@ -134,9 +143,9 @@ fn left_out(posterior: &Posterior) -> Vec<f64> {
     let of = |datum: usize| {
         let ratios: Vec<f64> = draws.iter().map(|draw| -draw[datum]).collect();
         let weights = psis(&ratios, 1.0).log_weights;
-        let sum: f64 =
-            weights.iter().zip(&ratios).map(|(weight, ratio)| (weight - ratio).exp()).sum();
-        sum.ln()
+        let terms: Vec<f64> = weights.iter().zip(&ratios).map(|(w, ratio)| w - ratio).collect();
+        let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        largest + terms.iter().map(|term| (term - largest).exp()).sum::<f64>().ln()
     };
     (0..posterior.problem.data.len()).map(of).collect()
 }

@@ -170,8 +170,9 @@ impl Training {
         observer: &mut dyn Observer,
     ) -> Result<Emulator<'b>, Error> {
         let levels = self.network.iter().flat_map(|network| &network.virtual_nodes).flatten();
-        if let Some(first) = levels.copied().next().filter(|first| *first >= body.nodes) {
-            return Err(Error::Refused(format!(
+        let trains = !matches!(self.recipe, RecipeName::Taylor | RecipeName::Regression);
+        if let Some(first) = levels.copied().next().filter(|&first| trains && first >= body.nodes) {
+            return Err(Error::Request(format!(
                 "training.network.virtual_nodes: the first level has {first}, and the mesh {} nodes; give fewer",
                 body.nodes
             )));

@@ -111,7 +111,8 @@ impl Calibrate {
             say_setting(&prepared);
             let (mode, seen) = found.map_err(told)?;
             say_ahead(&prepared, &mode, &seen);
-            warn(too_stiff(&patient.states_checked(&mode.theta, false)?));
+            // The verdict stands even if the warning about cells cannot be given.
+            warn(patient.states_checked(&mode.theta, false).iter().flat_map(too_stiff));
             return match verdict.map(|(verdict, _)| verdict) {
                 Some(Verdict::DoesNot) => Err(Unpassed(4).into()),
                 Some(Verdict::CannotTell) => Err(Unpassed(5).into()),

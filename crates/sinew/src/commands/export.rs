@@ -23,7 +23,7 @@ With --page writes OUT/NAME.html instead, where NAME is the emulator's: one file
 slider for every parameter and the error shown. Without a trained emulator a regression is trained first, as by
 sinew train --recipe regression. docs/viewer.md describes how its numbers are made.
 
-With --weights writes OUT/NAME.npz instead, for numpy.load: the weights of a trained network by the names of docs/emulators.md.
+With --weights (programs with networks) writes OUT/NAME.npz instead, for numpy.load: the weights of a trained network by the names of docs/emulators.md.
 
 Example: sinew export OnceClampedBeam --page")]
 pub(crate) struct Export {

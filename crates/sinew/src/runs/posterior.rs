@@ -131,8 +131,8 @@ impl RunsPosterior {
         let counter = Mutex::new(Counter::new(observer, "draw the posterior", 0, steps));
         let told = || counter.lock().unwrap_or_else(PoisonError::into_inner).step(1, "");
         let drawn = nuts_from(&target, &about, &starts, &options, &told);
-        counter.into_inner().unwrap_or_else(PoisonError::into_inner).finish("done");
         let coordinates = drawn.map_err(failed)?;
+        counter.into_inner().unwrap_or_else(PoisonError::into_inner).finish("done");
         target.agree(&coordinates, &starts).map_err(chains)?;
         warnings.extend(target.ends(&coordinates));
         let each = |of: &dyn Fn(&[f64]) -> Vec<f64>| -> Vec<Vec<Vec<f64>>> {

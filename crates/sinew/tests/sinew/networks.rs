@@ -134,4 +134,5 @@ fn numbers_that_train_no_network_are_refused_with_key_line_and_bounds() {
     fs::write(folder.path().join("bar.toml"), many).unwrap();
     let (_, told) = crate::program::refused(folder.path(), "train bar.toml");
     assert!(told.contains("the first level has 63, and the mesh 63 nodes"), "{told}");
+    done(folder.path(), "train bar.toml --recipe taylor --name other");
 }

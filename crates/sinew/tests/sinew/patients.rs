@@ -266,8 +266,15 @@ fn the_program_makes_data_and_their_posterior() {
     assert_eq!(code, Some(0), "{said}");
     let (code, said) = run(&["calibrate", "made.toml", "--check"]);
     assert!(said.contains("too stiff"), "{said}");
-    assert_eq!(code, Some(0), "{said}");
-    assert!(said.starts_with("the model calibrates these data: "), "{said}");
+    assert_eq!(code, Some(5), "{said}");
+    assert!(said.starts_with("cannot tell whether the model calibrates these data: "), "{said}");
+    // Sharper volumes identify a stiffness.
+    let sharp = PATIENT.replace("sd = 2.0", "sd = 0.5");
+    std::fs::write(folder.path().join("sharp.toml"), sharp).unwrap();
+    run(&["synthesise", "sharp.toml", "--theta", "a=0.2,a_f=2.8", "-o", "sharper.toml"]);
+    let (code, told) = run(&["calibrate", "sharper.toml", "--check"]);
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.starts_with("the model calibrates these data: "), "{told}");
     // Pressures in another unit: a code of its own for scripts.
     let text = std::fs::read_to_string(folder.path().join("made.toml")).unwrap();
     let wrong = text.replace("\"3 mmHg\"", "\"3 kPa\"");

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 /// Largest side \[relative to the whole\].
 const MOST_BALANCED: f64 = 0.6;
 /// Penalty of imbalance: a fully unbalanced separator costs as much as a balanced one that is larger by 1/`UNEVEN`.
-const UNEVEN: usize = 4;
+const UNEVEN: u64 = 4;
 /// Refinement passes; most end before. Measured on the beams: 12 passes to one side in
 /// turn give 6 % fewer operations than passes to both.
 const PASSES: usize = 12;
@@ -53,9 +53,9 @@ impl<'g> Separation<'g> {
     }
 
     /// Small separators first, then even sides. A side that is empty separates nothing.
-    fn cost(&self) -> (bool, usize) {
-        let [a, b, between] = self.sizes;
-        (a == 0 || b == 0, between * (UNEVEN * self.part.len() + a.abs_diff(b)))
+    fn cost(&self) -> (bool, u64) {
+        let [a, b, between] = self.sizes.map(|size| size as u64);
+        (a == 0 || b == 0, between * (UNEVEN * self.part.len() as u64 + a.abs_diff(b)))
     }
 
     fn put(&mut self, vertex: usize, part: u8) {
