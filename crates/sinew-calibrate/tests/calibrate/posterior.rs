@@ -439,7 +439,7 @@ fn the_verdict_names_the_number_that_decides() {
     let exact = Sphere.observe(&truth(), false).unwrap().values;
     let one = |share: f64| vec![volume(4, exact[4], share * exact[4])];
     says(one(0.03), Vec::new(), Verdict::CannotTell, "degrees of freedom");
-    says(one(0.3), Vec::new(), Verdict::CannotTell, "is left (at most 0.5)");
+    says(one(0.1), Vec::new(), Verdict::CannotTell, "is left (at most 0.5)");
     let inferred = |name: &str| Kind { name: name.into(), inferred: true, bias: 0.0 };
     let kinds = vec![inferred("strain"), inferred("volume")];
     says(data(5, 2.0), kinds, Verdict::CannotTell, "0.00 degrees of freedom");

@@ -371,7 +371,10 @@ fn measured_values_of_outputs_give_a_posterior_without_a_solver() {
     assert_eq!(draws.lines().count(), 4001);
     let groups = std::fs::read_to_string(out.join("posterior.json")).unwrap();
     assert!(groups.contains("\"observed_data\":{\"volume [ml]\""), "{groups:.200}");
-    assert_eq!(done(folder, "calibrate patient.toml"), told);
+    let timeless = |told: &str| -> Vec<String> {
+        told.lines().filter(|line| !line.contains(" done in ")).map(Into::into).collect()
+    };
+    assert_eq!(timeless(&done(folder, "calibrate patient.toml")), timeless(&told));
 
     let twice = "[[data]]\noutput = \"volume\"\nvalue = 70\nsd = 1\n";
     let refusals: [(&str, &str); 7] = [
