@@ -86,7 +86,7 @@ fn extrapolated(gradients: impl DoubleEndedIterator<Item = (f64, Mat3<f64>)>) ->
     Rotation3::new(turn) * last * stretch - Matrix3::identity()
 }
 
-/// R of F = R U.
+/// R of F = R U. With the rotation of nalgebra's singular value decomposition paths of large stretches end early (nine hard cases).
 fn rotation_of(f: &Matrix3<f64>) -> Rotation3<f64> {
     // Higham's iteration: the mean with the inverse transpose, quadratic in convergence.
     const MOST: usize = 30;
