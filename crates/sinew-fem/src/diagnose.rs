@@ -1,9 +1,9 @@
-//! Diagnoses of a solution: report, locking, error estimate, free parts, stresses.
+//! Diagnoses of a solution: reactions, locking, error estimate, free parts, stresses.
 
 pub(crate) mod error_estimate;
 pub(crate) mod hinges;
 pub(crate) mod locking;
 pub(crate) mod named;
-pub(crate) mod report;
+pub(crate) mod reactions;
 pub(crate) mod rigid;
 pub(crate) mod stress;

@@ -4,7 +4,7 @@
 //!
 //! ```
 //! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
-//! use sinew_fem::{Options, Solver, report};
+//! use sinew_fem::{Options, Solver, reactions};
 //! use sinew_mesh::box_tetrahedra;
 //!
 //! let scene = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean)
@@ -15,12 +15,13 @@
 //! let potential = scene.lower()?;
 //! let mut solver = Solver::new(&potential)?;
 //! let solution = solver.solve(&[75.0, 75.0], &Options::default())?;
-//! println!("{}", report(&potential, &solution)?); // forces, energies, reactions, poor cells, locking
 //!
 //! let tip = scene.mesh.node_sets()["x_max"][0];
 //! assert!((solution.displacement[3 * tip + 2] + 36.081).abs() < 1e-3); // mm, downwards
 //! assert!((solution.energy + 766.970_681).abs() < 1e-6); // FEniCS on the same mesh [kPa mm³]
 //! assert!(solution.is_stable() && solution.iterations() < 10);
+//! let clamp = reactions(&potential, &solution.displacement, &solution.pressure, &solution.theta)?[0];
+//! assert!((clamp[2] - 98.0).abs() < 1e-6); // its weight [kPa mm²]
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -37,10 +38,10 @@
 //! - [`Solver::trace`] gives the equilibria at parameters in their order, each from the one before.
 //! - [`FrozenStiffness`] lowers the potential energy at many θ, and of other bodies, by the same steps with one factorised stiffness.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
-//! - Solver, sweep and report take a body without a potential, too, whose equilibria are not minima, such as incompressible bodies by the
+//! - Solver, sweep and [`reactions`] take a body without a potential, too, whose equilibria are not minima, such as incompressible bodies by the
 //!   mixed elements of Taylor and Hood and pressures on surfaces with a loose rim.
-//! - [`Solver::solve_watched`] hands out each iteration, [`print_progress`] prints it; [`report()`] summarises a solution, [`locking`] estimates the locking of its elements. A solve
-//!   that fails returns [`NotConverged`]: its best state, history, worst cells and advice. All of them at work:
+//! - [`Solver::solve_watched`] hands out each iteration; [`reactions`] gives the forces of supports, [`locking`] estimates the locking of elements. A solve
+//!   that fails returns [`NotConverged`]: its best state, history, worst cells and advice. Iterations and reactions at work:
 //!   `cargo run -p sinew-fem --example watch_iterations`.
 //! - [`Unload`] finds the reference configuration of a body whose mesh shows a loaded state, with verdicts and ∂X/∂θ.
 //! - [`fibres`] assigns rule-based muscle fibres to ventricles.
@@ -93,7 +94,7 @@ pub use diagnose::locking::{
     compare_formulations, locking, locking_at_centre,
 };
 pub use diagnose::named::{CellValue, RigidMode};
-pub use diagnose::report::{Reaction, SolutionReport, Warning, held_sets, reactions, report};
+pub use diagnose::reactions::{held_sets, reactions};
 pub use diagnose::stress::{
     CellStress, Fibre, cell_stresses, mixed_stresses, principal_stretches, principal_values,
 };
@@ -114,5 +115,5 @@ pub use solve::solution::Solution;
 pub use solve::solver::Solver;
 pub use solve::sweep::{CHAIN, Earlier, Sweep, SweepError, resume_sweep, sweep};
 pub use solve::trace::{Trace, TraceEnd};
-pub use solve::watch::{Progress, print_progress};
+pub use solve::watch::Progress;
 pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};

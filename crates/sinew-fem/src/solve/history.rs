@@ -65,6 +65,6 @@ impl fmt::Display for History {
 }
 
 /// A number about one in eight characters, larger ones by their exponent.
-pub(crate) fn short(value: f64) -> String {
+fn short(value: f64) -> String {
     if value.abs() < 1e3 { format!("{value:.6}") } else { format!("{value:.2e}") }
 }

@@ -202,8 +202,9 @@ impl<'p> Solver<'p> {
     ///
     /// ```no_run
     /// # fn f(solver: &mut sinew_fem::Solver) -> Result<(), sinew_fem::SolveError> {
-    /// use sinew_fem::{Options, print_progress};
-    /// solver.solve_watched(&[75.0, 75.0], &Options::default(), &mut print_progress)?;
+    /// use sinew_fem::{Options, Progress};
+    /// let mut watch = |state: &Progress| eprintln!("{}", state.in_words());
+    /// solver.solve_watched(&[75.0, 75.0], &Options::default(), &mut watch)?;
     /// # Ok(()) }
     /// ```
     ///

@@ -1,13 +1,9 @@
 //! Watching a solve while it runs.
 
 use crate::diagnose::named::CellValue;
-use crate::solve::history::short;
 use crate::{Advice, History, Iteration, NotConverged};
-use std::fmt;
 
 /// A state that a solve has come to: what [`crate::Solver::solve_watched`] hands out once per iteration.
-///
-/// Its `Display` is one line under the columns of [`Progress::HEADER`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress<'a> {
     /// Number of the iteration, from 0, over all load steps.
@@ -33,41 +29,12 @@ pub struct Progress<'a> {
 }
 
 impl Progress<'_> {
-    /// Names of the columns of the line that a progress prints as.
-    pub const HEADER: &'static str =
-        " it  load      residual   goal       energy          min J     cell     step";
-
     /// Load, iteration and residual for a progress bar.
     pub fn in_words(&self) -> String {
         let Self { number, load_factor, residual, tolerance, .. } = self;
         let load = 100.0 * load_factor;
         format!("load {load:.0} %, iteration {number}, residual {residual:.1e} of {tolerance:.1e}")
     }
-}
-
-impl fmt::Display for Progress<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{:3}  {:<8}  {:<9.2e}  {:<9.2e}  {:<14.7e}  {:<8}  {:<7}  {:.2e}",
-            self.number,
-            short(self.load_factor),
-            self.residual,
-            self.tolerance,
-            self.energy,
-            short(self.least_volume_ratio),
-            self.worst_cell,
-            self.step
-        )
-    }
-}
-
-/// Prints one line per iteration to the standard error stream, for [`crate::Solver::solve_watched`].
-pub fn print_progress(progress: &Progress<'_>) {
-    if progress.number == 0 {
-        eprintln!("{}", Progress::HEADER);
-    }
-    eprintln!("{progress}");
 }
 
 /// Receives each state of all solves of a solver.

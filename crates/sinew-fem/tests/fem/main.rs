@@ -4,7 +4,6 @@
 mod ventricles;
 
 mod beams;
-mod cells;
 mod continuation;
 mod diagnostics;
 mod elements;

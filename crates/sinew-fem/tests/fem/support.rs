@@ -6,6 +6,7 @@ pub(crate) mod ventricle;
 
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Law, Load, Parameter, Sampling, Scene, Support};
+use sinew_fem::{Solution, reactions};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// Gravity on tissue of 1 g/cm³, downwards [kPa/mm].
@@ -61,4 +62,10 @@ pub(crate) fn difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let largest = b.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     a.iter().zip(b).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs())) / largest
+}
+
+/// Forces of the supports at a solution, for each of [`sinew_fem::held_sets`].
+pub(crate) fn forces_of_supports(body: &Body, solution: &Solution) -> Vec<[f64; 3]> {
+    let Solution { displacement, pressure, theta, .. } = solution;
+    reactions(body, displacement, pressure, theta).unwrap()
 }

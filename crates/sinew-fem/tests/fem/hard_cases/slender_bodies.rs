@@ -103,8 +103,6 @@ fn a_straight_column_beyond_eulers_load_is_told_from_a_bowed_one_and_nudged_into
     let mut solver = Solver::new(&column).unwrap();
     let straight = solver.solve(&[75.0, 75.0], &Options::default()).unwrap();
     assert!(!straight.is_stable());
-    let report = sinew_fem::report(&column, &straight).unwrap().to_string();
-    assert!(report.contains("Euler") && report.contains("softest_mode"), "{report}");
     let mode = solver.softest_mode(&straight).unwrap();
     let nudged: Vec<_> =
         straight.displacement.iter().zip(&mode.direction).map(|(u, d)| u + 2.0 * d).collect();

@@ -1,26 +1,12 @@
 //! Reactions of the supports.
 
-use super::forces::Forces;
 use crate::SolveError;
 use crate::elements::check::check_fields;
-use crate::elements::state::State;
+use crate::elements::followers::Followers;
 use crate::elements::supports::held_part;
 use nalgebra::Vector3;
 use sinew_energy::Body;
-use sinew_num::connected_components;
-
-/// Resultant of the supports of a group of nodes on the body.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reaction {
-    /// The nodes, ascending.
-    pub nodes: Vec<usize>,
-    /// Their mean reference position \[length\].
-    pub centre: [f64; 3],
-    /// Force \[stress·length²\].
-    pub force: [f64; 3],
-    /// Moment about `centre` of the forces at the deformed positions \[stress·length³\].
-    pub moment: [f64; 3],
-}
+use sinew_num::Mat3;
 
 /// Forces of the supports on the body \[stress·length²\], for each of [`held_sets`]; `pressure` is that of mixed elements, else empty.
 ///
@@ -47,7 +33,7 @@ pub fn reactions(
     theta: &[f64],
 ) -> Result<Vec<[f64; 3]>, SolveError> {
     check_fields(body, displacement, pressure, theta)?;
-    let total = Forces::of(body, State { displacement, theta, load_factor: 1.0, pressure }).total;
+    let total = forces(body, displacement, pressure, theta);
     let sum = |nodes: &[usize]| {
         nodes.iter().fold(Vector3::zeros(), |sum, &node| sum + force_on(body, node, &total)).into()
     };
@@ -71,25 +57,20 @@ fn force_on(body: &Body, node: usize, forces: &[f64]) -> Vector3<f64> {
     Vector3::from_fn(|i, _| if i < body.element().dimension { held[i] } else { 0.0 })
 }
 
-/// Reactions of held nodes, in groups that share cells: the two ends of a beam are two groups. The third
-/// direction of a body in two dimensions, which is held everywhere, does not count.
-pub(super) fn groups(potential: &Body, displacement: &[f64], forces: &[f64]) -> Vec<Reaction> {
-    let cells = potential.cell_nodes();
-    let joined = cells
-        .map(|nodes| nodes.iter().copied().filter(|&n| held(potential, n)).collect::<Vec<_>>());
-    let groups = connected_components(potential.nodes, joined).into_iter();
-    let reaction = |nodes: Vec<usize>| {
-        let place = |node: usize| Vector3::from(potential.positions[node]);
-        let sum = nodes.iter().fold(Vector3::zeros(), |sum, &node| sum + place(node));
-        let centre = sum / nodes.len() as f64;
-        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
-        for &node in &nodes {
-            let own = force_on(potential, node, forces);
-            let moved = Vector3::from_fn(|i, _| displacement[3 * node + i]);
-            force += own;
-            moment += (place(node) + moved - centre).cross(&own);
-        }
-        Reaction { nodes, centre: centre.into(), force: force.into(), moment: moment.into() }
-    };
-    groups.filter(|nodes| held(potential, nodes[0])).map(reaction).collect()
+/// Derivative of the energy in every degree of freedom, with loose followers and the field of pressure; at prescribed
+/// ones it is the reaction.
+fn forces(body: &Body, displacement: &[f64], pressure: &[f64], theta: &[f64]) -> Vec<f64> {
+    let (mut total, mut followers) = (vec![0.0; displacement.len()], vec![0.0; displacement.len()]);
+    body.value_and_gradient(displacement, theta, &mut total);
+    Followers::new(&body.followers).add_forces(displacement, theta, &mut followers);
+    total.iter_mut().zip(followers).for_each(|(total, follower)| *total += follower);
+    if let Some(field) = &body.pressure_field {
+        // ∫ p cof F ∇N dV
+        let law = |point: usize, h: &Mat3<f64>| {
+            let (p, cofactor) = (field.at(point, pressure), h.plus_identity().cofactors());
+            Some((0.0, Mat3::from_fn(|i, j| p * cofactor[i][j])))
+        };
+        body.add_stress_forces(displacement, law, &mut total);
+    }
+    total
 }
