@@ -32,7 +32,7 @@
 //!   lists samples of a sweep that may be on another branch.
 //! - [`Solver::refine`] solves to a prescribed accuracy by quasi-Newton steps with a neighbour's stiffness. Their contraction bounds the error.
 //! - [`sweep`] solves for many θ on all cores, each from its neighbour; [`resume_sweep`] can be stopped and resumed.
-//! - [`Solver::softest_mode`] gives the buckling mode, to displace a body from an unstable equilibrium.
+//! - [`Solution::is_stable`] tells an unstable equilibrium, such as a straight column beyond Euler's load: [`Solver::solve_from`] a nearby displacement finds a stable one.
 //! - [`Solver::follow`] traces the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
 //! - [`Solver::trace`] gives the equilibria at parameters in their order, each from the one before.
@@ -101,7 +101,6 @@ pub use diagnose::stress::{
 pub use error::{Advice, NotConverged, SolveError};
 pub use linear::matrix::Stiffness;
 pub use linear::method::Method;
-pub use solve::buckling::SoftestMode;
 pub use solve::continuation::{Curve, CurvePoint};
 pub use solve::frozen_stiffness::FrozenStiffness;
 pub use solve::history::{History, Iteration};

@@ -1,6 +1,5 @@
 //! Equilibria: Newton's method, load increments, arc-length continuation, sweeps, sensitivities.
 
-pub(crate) mod buckling;
 pub(crate) mod continuation;
 pub(crate) mod frozen_stiffness;
 pub(crate) mod history;
