@@ -22,7 +22,8 @@
 //! - [`gathered_mlp`]: a perceptron on gathered rows;
 //! - [`signed_edge_sum`], [`received_edge_sum`]: messages to nodes;
 //! - [`activate`]: activations of all numbers;
-//! - [`sum`], [`normalised`]: of two tensors, of rows;
+//! - [`sum`], [`concatenated`], [`normalised`]: of two tensors, of several, of rows;
+//! - [`mean_distance`]: of rows from given ones;
 //! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser, in place;
 //! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
 //! - [`Lanes`]: a tensor as the number type of a formula;
@@ -37,6 +38,7 @@
 
 mod activation;
 mod combine;
+mod distance;
 mod edges;
 mod elementwise;
 mod error;
@@ -58,7 +60,8 @@ mod rows;
 mod simd;
 
 pub use activation::Activation;
-pub use combine::{normalised, sum};
+pub use combine::{concatenated, normalised, sum};
+pub use distance::mean_distance;
 pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
 pub use elementwise::activate;
 pub use error::IndexError;

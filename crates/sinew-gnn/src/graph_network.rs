@@ -1,6 +1,8 @@
 //! The network of thesis Algorithm 2.
 
-use crate::fused::{GatherPlan, Input, normalised, received_edge_sum, signed_edge_sum, sum};
+use crate::fused::{
+    GatherPlan, Input, concatenated, normalised, received_edge_sum, signed_edge_sum, sum,
+};
 use burn::module::{Module, Param, ParamId};
 use burn::tensor::{Device, Tensor};
 
@@ -160,7 +162,7 @@ impl GraphNetwork {
             nodes = sum(nodes, update);
             edges = sum(edges, messages);
         }
-        let local = Tensor::cat(vec![nodes, received_edge_sum(edges, &graph.edges)], 1);
+        let local = concatenated(vec![nodes, received_edge_sum(edges, &graph.edges)], 1);
         let layers = match self.config.decoding {
             Decoding::Components => &graph.layers[..1],
             Decoding::Motions { .. } => &graph.layers[..],
@@ -243,10 +245,10 @@ impl GraphNetwork {
     /// The outputs of all decoders, in their order.
     fn gathered(&self, mut parts: Vec<Tensor<3>>) -> Output {
         match self.config.decoding {
-            Decoding::Components => Output { nodes: Tensor::cat(parts, 2), clusters: None },
+            Decoding::Components => Output { nodes: concatenated(parts, 2), clusters: None },
             Decoding::Motions { .. } => {
                 let nodes = parts.remove(0);
-                let clusters = (!parts.is_empty()).then(|| Tensor::cat(parts, 1));
+                let clusters = (!parts.is_empty()).then(|| concatenated(parts, 1));
                 Output { nodes, clusters }
             }
         }

@@ -40,6 +40,7 @@ pub(crate) use units::{LENGTH, STRESS, VOLUME, number_and_unit, stress};
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use sinew_energy::laws::NamedLaw;
 use sinew_energy::{Body, Magnitude, Scene, SceneError};
 pub use source::Exactly;
 use source::Source;
@@ -394,7 +395,7 @@ impl Case {
     }
 
     /// Unit directions, as many as the law reads, of cells, nodes or quadrature points.
-    fn directions(&self, law: &laws::Row, scene: &Scene) -> Result<Vec<[f64; 3]>, CaseError> {
+    fn directions(&self, law: &NamedLaw, scene: &Scene) -> Result<Vec<[f64; 3]>, CaseError> {
         match self.fibres.as_ref().and_then(|fibres| fibres.ellipsoid) {
             Some(rule) if law.directions > 0 => {
                 rule.directions(law, &self.mesh, scene, &self.source)
@@ -424,7 +425,7 @@ impl Case {
     fn lower_loads(
         &self,
         mesh: &sinew_mesh::AnyMesh,
-        law: &laws::Row,
+        law: &NamedLaw,
     ) -> Result<Vec<sinew_energy::Load>, CaseError> {
         let names = self.load_parameters();
         let index = |name: &str| {

@@ -1,10 +1,10 @@
-//! Sums of two tensors and normalised rows: plain operations that Burn's own code leaves slow where it is not optimised.
+//! Sums of two tensors, concatenated rows and normalised rows: plain operations that Burn's own code leaves slow where it is not optimised.
 
 use crate::fused::LayerNormalisation;
 use crate::fused::host::{HostOperation, HostTensor, apply, is_on_host};
 use crate::fused::normalise::{Normalisation, normalise, pull_back_normalisation};
 use crate::fused::reference;
-use burn::tensor::Tensor;
+use burn::tensor::{Shape, Tensor};
 
 /// `a + b` of tensors of one shape, as one operation.
 ///
@@ -39,6 +39,70 @@ impl HostOperation for Sum {
 
     fn backward(&self, (): (), cotangent: &[f32], needed: &[bool]) -> Vec<Option<Vec<f32>>> {
         needed.iter().map(|needed| needed.then(|| cotangent.to_vec())).collect()
+    }
+}
+
+/// Concatenation of `parts` after each other along the axis `axis`, as one operation.
+///
+/// ```
+/// use burn::tensor::{Device, Tensor};
+///
+/// let part = |x: f32| Tensor::<2>::from_floats([[x], [x + 1.0]], &Device::flex());
+/// let rows = sinew_gnn::fused::concatenated(vec![part(1.0), part(3.0)], 1).into_data();
+/// assert_eq!(rows.iter::<f32>().collect::<Vec<_>>(), [1.0, 3.0, 2.0, 4.0]);
+/// ```
+///
+/// # Panics
+/// Without parts, or when they differ along another axis.
+pub fn concatenated<const R: usize>(parts: Vec<Tensor<R>>, axis: usize) -> Tensor<R> {
+    let mut shape = parts[0].dims();
+    shape[axis] = parts.iter().map(|part| part.dims()[axis]).sum();
+    if !(2..=3).contains(&parts.len()) || !parts.iter().all(is_on_host) {
+        return Tensor::cat(parts, axis);
+    }
+    let rows = shape[..axis].iter().product();
+    let operation = Concatenated { rows, shape: shape.into() };
+    apply(operation, parts.into_iter().map(Tensor::into_dispatch).collect())
+}
+
+#[derive(Clone, Debug)]
+struct Concatenated {
+    /// Rows, each of which is that of all parts after each other.
+    rows: usize,
+    shape: Shape,
+}
+
+impl HostOperation for Concatenated {
+    /// Lengths of the parts' rows.
+    type Saved = Vec<usize>;
+
+    fn forward(&self, inputs: &[HostTensor], _tracked: bool) -> (HostTensor, Option<Self::Saved>) {
+        let widths = inputs.iter().map(|part| part.values().len() / self.rows.max(1));
+        let widths: Vec<usize> = widths.collect();
+        let mut output = Vec::with_capacity(self.shape.num_elements());
+        for row in 0..self.rows {
+            for (part, width) in inputs.iter().zip(&widths) {
+                output.extend_from_slice(&part.values()[row * width..(row + 1) * width]);
+            }
+        }
+        (HostTensor::new(output, self.shape.clone()), Some(widths))
+    }
+
+    fn backward(
+        &self,
+        widths: Self::Saved,
+        cotangent: &[f32],
+        needed: &[bool],
+    ) -> Vec<Option<Vec<f32>>> {
+        let row: usize = widths.iter().sum();
+        let mut start = 0;
+        let part = |(width, needed): (&usize, &bool)| {
+            start += width;
+            let columns = start - width..start;
+            let rows = cotangent.chunks_exact(row.max(1));
+            needed.then(|| rows.flat_map(|row| &row[columns.clone()]).copied().collect())
+        };
+        widths.iter().zip(needed).map(part).collect()
     }
 }
 

@@ -88,6 +88,11 @@ fn gathered(source: Tensor<2>, plan: &GatherPlan, number: usize) -> Tensor<2> {
     }
 }
 
+/// Mean of `√(‖row‖² + floor)` over the rows of `x`.
+pub fn mean_norm(x: Tensor<3>, floor: f32) -> Tensor<1> {
+    ((x.clone() * x).sum_dim(2) + floor).sqrt().mean()
+}
+
 /// Rows of mean zero and variance one, times gain plus offset.
 pub fn normalised(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> {
     let deviation = x.clone() - x.mean_dim(1);

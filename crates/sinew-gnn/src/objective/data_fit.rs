@@ -1,10 +1,11 @@
 //! Data-driven training.
 
-use burn::tensor::{Tensor, TensorData};
+use burn::tensor::Tensor;
 
 use super::{Batch, Objective, SQUARED_NORM_FLOOR};
 use crate::data::DataSet;
 use crate::error::Result;
+use crate::fused::mean_distance;
 use sinew_emulate::coordinates::{require_count, require_positive};
 
 /// Mean nodal distance between simulated and predicted displacement, `mean ‖u − û‖₂`
@@ -27,18 +28,10 @@ impl DataFit {
         Ok(Self { length })
     }
 
-    /// Difference of prediction and simulation in units of the length, `[batch, nodes, D]`.
-    pub(super) fn difference(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Tensor<3> {
+    /// Simulated displacements of a batch, sample by sample.
+    pub(super) fn simulated(batch: &Batch<'_>) -> Vec<f32> {
         let values = batch.samples.iter().flat_map(|sample| &sample.displacement);
-        let values: Vec<f32> = values.map(|&value| value as f32).collect();
-        let values = TensorData::new(values, displacement.dims());
-        let simulated = Tensor::from_data(values, &displacement.device());
-        (displacement - simulated) / self.length
-    }
-
-    /// Mean length of the rows of `difference`.
-    pub(super) fn mean_distance(difference: Tensor<3>) -> Tensor<1> {
-        ((difference.clone() * difference).sum_dim(2) + SQUARED_NORM_FLOOR).sqrt().mean()
+        values.map(|&value| value as f32).collect()
     }
 }
 
@@ -57,6 +50,7 @@ impl Objective for DataFit {
     }
 
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
-        Ok(Self::mean_distance(self.difference(batch, displacement)))
+        let (unit, floor) = (self.length as f32, SQUARED_NORM_FLOOR as f32);
+        Ok(mean_distance(displacement, Self::simulated(batch), unit, floor))
     }
 }

@@ -77,11 +77,13 @@ impl Objective for DataFitWithGradient {
     }
 
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
-        let difference = self.fit.difference(batch, displacement);
-        let squared = self.operators[batch.geometry].squared_gradient(difference.clone());
+        let simulated = TensorData::new(DataFit::simulated(batch), displacement.dims());
+        let simulated = Tensor::from_data(simulated, &displacement.device());
+        let difference = (displacement.clone() - simulated) / self.fit.length;
+        let squared = self.operators[batch.geometry].squared_gradient(difference);
         // F − F̂ = ∇(u − û): the length that made u dimensionless is put back.
         let weight = self.weight * self.fit.length;
-        Ok(DataFit::mean_distance(difference)
+        Ok(self.fit.loss(batch, displacement)?
             + (squared + SQUARED_NORM_FLOOR).sqrt().mean() * weight)
     }
 }

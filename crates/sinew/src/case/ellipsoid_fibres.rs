@@ -1,11 +1,11 @@
 //! Fibres in closed form between two ellipsoids.
 
 use super::CaseError;
-use super::laws::Row;
 use super::mesh::MeshSource;
 use super::source::{Exactly, Source};
 use serde::Deserialize;
 use sinew_energy::Scene;
+use sinew_energy::laws::NamedLaw;
 use sinew_fem::fibres::{EllipsoidWall, FibreError, FibreRule};
 
 /// Fibres that turn linearly with the depth in the wall of `mesh.ellipsoid`, at every quadrature point: those of
@@ -27,7 +27,7 @@ impl EllipsoidRule {
     /// Directions, as many as the law reads, at each quadrature point of a scene.
     pub(super) fn directions(
         &self,
-        law: &Row,
+        law: &NamedLaw,
         made: &MeshSource,
         scene: &Scene,
         source: &Source,

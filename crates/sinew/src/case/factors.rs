@@ -3,9 +3,10 @@
 use super::fibres::field_of;
 use super::source::{Source, advise};
 use super::supports::add_node_set;
-use super::{Case, CaseError, laws};
+use super::{Case, CaseError};
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
+use sinew_energy::laws::{LAWS, NamedLaw, TENSION};
 use sinew_energy::{Body, SceneError};
 use sinew_mesh::AnyMesh;
 use std::fmt;
@@ -134,10 +135,10 @@ const ACTIVE: &str = "active";
 
 impl Case {
     /// Refuses a contraction that the law cannot do.
-    pub(super) fn check_active(&self, law: &laws::Row) -> Result<(), CaseError> {
+    pub(super) fn check_active(&self, law: &NamedLaw) -> Result<(), CaseError> {
         let wrong = self.active.contracts() && !law.is_fibrous_solid();
         self.source.refuse_if(wrong, &[ACTIVE], || {
-            let able = laws::LAWS.iter().filter(|row| row.is_fibrous_solid()).map(|row| row.name);
+            let able = LAWS.iter().filter(|row| row.is_fibrous_solid()).map(|row| row.name);
             let able = able.collect::<Vec<_>>().join(", ");
             let name = law.name;
             format!("a tension acts along fibres, and `{name}` reads none; leave it out, or take one of {able}")
@@ -178,7 +179,7 @@ impl Case {
             }
         };
         let body = match tension {
-            Some(tension) => body.with_parameter_field(laws::TENSION, &tension),
+            Some(tension) => body.with_parameter_field(TENSION, &tension),
             None => Ok(body),
         };
         let body = body.map_err(|e| error(ACTIVE, e))?;

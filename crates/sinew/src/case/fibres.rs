@@ -3,11 +3,11 @@
 use super::CaseError;
 use super::ellipsoid_fibres::EllipsoidRule;
 use super::fibre_rule::FibreRule;
-use super::laws::Row;
 use super::source::{Exactly, Source, advise};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use sinew_energy::Body;
+use sinew_energy::laws::NamedLaw;
 use sinew_fem::fibres::cells_of_mixed_signs;
 use sinew_mesh::{AnyMesh, Field};
 use std::f64::consts::TAU;
@@ -184,7 +184,7 @@ fn put(mesh: &mut AnyMesh, name: &str, field: Field, of_cells: bool) {
 /// Unit directions per cell or node, as many as the law reads, one after the other.
 pub(super) fn directions(
     fibres: Option<&Fibres>,
-    law: &Row,
+    law: &NamedLaw,
     mesh: &AnyMesh,
     source: &Source,
 ) -> Result<Vec<[f64; 3]>, CaseError> {

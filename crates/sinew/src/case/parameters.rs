@@ -1,6 +1,5 @@
 //! Ranges of θ.
 
-use super::laws::{Row, TENSION};
 use super::source::{Exactly, advise};
 use super::units::stress;
 use super::{Case, CaseError};
@@ -8,6 +7,7 @@ use crate::theta::required;
 use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use sinew_energy::laws::{NamedLaw, TENSION};
 use sinew_energy::{Body, Parameter, Sampling, Unit};
 use std::fmt;
 
@@ -29,14 +29,14 @@ impl Case {
     /// Parameters of the law in its order with their units, and its tension if the body contracts.
     pub(super) fn law_parameters(
         &self,
-        law: &Row,
+        law: &NamedLaw,
     ) -> impl Iterator<Item = (&'static str, &'static str)> + use<> {
         let passive = law.parameters.iter().copied().zip(law.units.iter().copied());
         passive.chain(self.active.contracts().then_some((TENSION, "kPa")))
     }
 
     /// θ: the law's parameters in its order, then those of the loads.
-    pub(super) fn lower_parameters(&self, law: &Row) -> Result<Vec<Parameter>, CaseError> {
+    pub(super) fn lower_parameters(&self, law: &NamedLaw) -> Result<Vec<Parameter>, CaseError> {
         let of_law = self.law_parameters(law);
         let of_loads = self.load_parameters().into_iter().map(|name| (name, "kPa"));
         let mut expected: Vec<(&str, &str)> = of_law.collect();

@@ -3,8 +3,8 @@
 use super::refuse;
 use anyhow::Result;
 use clap::Args;
-use sinew::case::laws::{LAWS, TENSION};
 use sinew::{Case, scenes};
+use sinew_energy::laws::{LAWS, TENSION};
 use std::path::Path;
 
 /// Scene to print.

@@ -197,7 +197,7 @@ fn every_key_that_is_read_is_on_the_page() {
 #[test]
 fn every_law_has_its_formula_with_its_parameters() {
     let formulas = PAGE.split("### Formulas").nth(1).unwrap().split("\n##").next().unwrap();
-    for law in sinew::case::laws::LAWS {
+    for law in sinew_energy::laws::LAWS {
         let start = format!("| `{}` | ", law.name);
         let row = formulas.lines().find_map(|line| line.strip_prefix(&start));
         let formula = row.unwrap_or_else(|| panic!("{} has no formula", law.name));
