@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Outcomes of a run on the bodies of a name.
 fn outcomes(name: &str, out: &Path) -> Vec<Value> {
-    let fixed = ["coverage", "--recipe", "taylor,regression", "--cases", "8", "--meshes"];
+    let fixed = ["coverage", "--recipe", "taylor,regression", "--cases", "12", "--meshes"];
     let more = ["no such folder", "--only", name];
     let options = Options::try_parse_from(fixed.into_iter().chain(more)).unwrap();
     run(&Options { out: out.into(), ..options }).unwrap();
