@@ -79,7 +79,7 @@ def test_python_goes_on_beside_a_computation() -> None:
     thread = threading.Thread(target=count)
     thread.start()
     start = time.monotonic()
-    case.solve(case.sample(8), progress=False)
+    case.solve(case.sample(3), progress=False)
     took = time.monotonic() - start
     stop.set()
     thread.join()

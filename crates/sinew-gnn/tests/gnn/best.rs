@@ -33,12 +33,31 @@ fn resumed(place: &Path, data: &DataSet) -> Trainer {
     Trainer::resume(place, data.clone(), objective, &devices()[0]).unwrap()
 }
 
-/// A training that has learned for half of its steps and goes on with steps of a size that no network bears. Its embeddings come to
-/// rest before or after that.
-fn reckless(place: &Path, data: &DataSet, encoder: (f64, bool)) -> Trainer {
+/// The checkpoint of a training that has learned for half of its steps.
+fn learn(place: &Path, data: &DataSet, encoder: (f64, bool)) {
     let mut first = trainer(data, config(encoder)).with_checkpoints(place);
     first.run(&mut Judge::until(60, data)).unwrap();
+}
+
+/// A training that goes on from a checkpoint with steps of a size that no network bears. Its embeddings come to rest before or after
+/// that.
+fn reckless(place: &Path, data: &DataSet) -> Trainer {
     resumed(place, data).with_learning_rate(1.0)
+}
+
+/// Copies a folder with the folders in it.
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let (entry, is_folder) =
+            entry.map(|e| (e.path(), e.file_type().unwrap().is_dir())).unwrap();
+        let to = to.join(entry.file_name().unwrap());
+        if is_folder {
+            copy(&entry, &to);
+        } else {
+            std::fs::copy(&entry, &to).unwrap();
+        }
+    }
 }
 
 /// Root of the mean square of the relative error over the validation samples.
@@ -93,7 +112,8 @@ fn the_best_weights_are_kept_and_returned_to_with_smaller_steps() {
     let ((_, data), folder) = (plane_data(), tempfile::tempdir().unwrap());
     for encoder in [(1.0, false), (0.3, false), (0.52, false), (0.3, true), (0.52, true)] {
         let place = folder.path().join(format!("{encoder:?}"));
-        let mut trainer = reckless(&place, &data, encoder);
+        learn(&place, &data, encoder);
+        let mut trainer = reckless(&place, &data);
         let mut judge = Judge::until(usize::MAX, &data);
         let report = trainer.run(&mut judge).unwrap();
         println!("returned {} times; {:?}", report.returns, judge.errors);
@@ -114,14 +134,19 @@ fn a_run_that_returned_to_its_best_weights_resumes_bit_for_bit() {
     let ((_, data), folder) = (plane_data(), tempfile::tempdir().unwrap());
     for encoder in [(1.0, false), (0.52, false), (0.52, true)] {
         let place = |name: &str| folder.path().join(format!("{name}-{encoder:?}"));
+        let learned = place("learned");
+        learn(&learned, &data, encoder);
+        let whole = place("whole");
+        copy(&learned, &whole);
+        let mut uninterrupted = reckless(&whole, &data);
         let mut whole = Judge::until(usize::MAX, &data);
-        let mut uninterrupted = reckless(&place("whole"), &data, encoder);
         let expected = uninterrupted.run(&mut whole).unwrap();
         assert!(expected.returns > 0);
         for stop in [63, 67, 80, 110] {
             let place = place(&stop.to_string());
+            copy(&learned, &place);
             let mut first = Judge::until(stop, &data);
-            reckless(&place, &data, encoder).run(&mut first).unwrap();
+            reckless(&place, &data).run(&mut first).unwrap();
             let mut rest = resumed(&place, &data);
             let mut second = Judge::until(usize::MAX, &data);
             let report = rest.run(&mut second).unwrap();

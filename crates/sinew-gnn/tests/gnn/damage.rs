@@ -35,6 +35,13 @@ impl Dice {
     }
 }
 
+/// Writes a file as a new one: some file systems wait for the disk where a file is cut to nothing and written again.
+fn write(path: &Path, bytes: &[u8]) {
+    // It may be lost.
+    let _ = std::fs::remove_file(path);
+    std::fs::write(path, bytes).unwrap();
+}
+
 /// One damage of one kind: files with what they hold afterwards, none where they are lost.
 fn damage(
     kind: usize,
@@ -92,7 +99,7 @@ fn refused(body: &Body, [recipe, other]: [&Recipe; 2], times: usize) -> usize {
         let damaged = damage(time % KINDS, &files, &others, &mut dice);
         for (file, bytes) in &damaged {
             match bytes {
-                Some(bytes) => std::fs::write(&files[*file].0, bytes).unwrap(),
+                Some(bytes) => write(&files[*file].0, bytes),
                 None => std::fs::remove_file(&files[*file].0).unwrap(),
             }
         }
@@ -105,9 +112,7 @@ fn refused(body: &Body, [recipe, other]: [&Recipe; 2], times: usize) -> usize {
                 assert!(text.contains(&place.display().to_string()), "{text}");
             }
         }
-        damaged
-            .iter()
-            .for_each(|(file, _)| std::fs::write(&files[*file].0, &files[*file].1).unwrap());
+        damaged.iter().for_each(|(file, _)| write(&files[*file].0, &files[*file].1));
     }
     refused
 }
@@ -177,7 +182,7 @@ fn simulations_that_were_damaged_are_refused() {
         let damaged = damage([0, 1, 2, 3, 5][time % 5], &files, &files, &mut dice);
         for (file, bytes) in &damaged {
             match bytes {
-                Some(bytes) => std::fs::write(&files[*file].0, bytes).unwrap(),
+                Some(bytes) => write(&files[*file].0, bytes),
                 None => std::fs::remove_file(&files[*file].0).unwrap(),
             }
         }
@@ -185,15 +190,13 @@ fn simulations_that_were_damaged_are_refused() {
             Ok(found) => assert_eq!(found, stored, "{time}: damaged unnoticed"),
             Err(_) => refused += 1,
         }
-        damaged
-            .iter()
-            .for_each(|(file, _)| std::fs::write(&files[*file].0, &files[*file].1).unwrap());
+        damaged.iter().for_each(|(file, _)| write(&files[*file].0, &files[*file].1));
     }
     println!("{refused} of 600 refused");
     let mut bytes = files[0].1.clone();
     assert!(files[0].0.ends_with("displacement.npy"));
     *bytes.last_mut().unwrap() ^= 1;
-    std::fs::write(&files[0].0, bytes).unwrap();
+    write(&files[0].0, &bytes);
     let told = read_simulations(&body, folder.path()).unwrap_err().to_string();
     assert!(told.contains("displacement.npy was changed after it was stored"), "{told}");
 }

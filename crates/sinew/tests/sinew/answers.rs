@@ -190,9 +190,10 @@ fn large_archives_are_written_only_when_asked_for() {
     let body = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap();
     let (field, theta) = (vec![0.0; 3 * body.nodes], body.centre());
     let count = MOST_BYTES / (8 * field.len()) + 1;
-    let row = Row { theta: theta.clone(), fields: vec![&field[..]], ..Row::default() };
-    let results =
-        Results { body: &body, names: vec!["predicted"], rows: vec![row; count], stresses: false };
+    // Rows that failed take as many bytes, and nothing is computed of them.
+    let mut rows = vec![Row { theta: theta.clone(), ..Row::default() }; count];
+    rows[count / 2].fields = vec![&field[..]];
+    let results = Results { body: &body, names: vec!["predicted"], rows, stresses: false };
     let left_out = results.write(folder.path(), 1, false).unwrap();
     assert_eq!(left_out, Some(8 * field.len() * count));
     assert!(!folder.path().join("cases.npz").exists());
