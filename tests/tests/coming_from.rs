@@ -9,7 +9,7 @@ use sinew::{
 };
 use sinew_emulate::Budget;
 use sinew_energy::{Guard, Law, Magnitude, Mat3, Scalar};
-use sinew_fem::{Line, cell_stresses};
+use sinew_fem::{Line, cell_stresses, held_sets, reactions};
 use sinew_gp::{
     Condition, Data, Domain, Evidence, FitOptions, Formula, Model, Noise, NutsOptions, Prior,
     Problem, Side, Smoothness, SquaredExponential, constant, laplace, matern, nuts,
@@ -105,10 +105,8 @@ fn felupe() -> Result {
     let mut solver = Solver::new(&body)?;
     let solution = solver.solve(&theta, &Options::default())?;
     let stresses = cell_stresses(&body, &solution.displacement, &theta)?;
-    let mut forces = vec![0.0; 3 * body.nodes];
-    body.value_and_gradient(&solution.displacement, &theta, &mut forces);
-    let plate = &scene.mesh.node_sets()["x_max"];
-    let force: f64 = plate.iter().map(|node| forces[3 * node]).sum();
+    let [force, _, _] = reactions(&body, &solution.displacement, &[], &theta)?[0];
+    assert_eq!(held_sets(&body).next().unwrap().0, "x_max");
     // Force is Cauchy stress times current area, J / λ₁ of the unit square.
     let area = stresses[0].volume_ratio / 1.2;
     assert!((force - stresses[0].cauchy[0][0] * area).abs() < 1e-9 * force);

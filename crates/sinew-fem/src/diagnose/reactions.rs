@@ -5,8 +5,9 @@ use crate::elements::check::check_fields;
 use crate::elements::followers::Followers;
 use crate::elements::supports::held_part;
 use nalgebra::Vector3;
-use sinew_energy::Body;
+use sinew_energy::{Body, PressureForm, PressureSurface};
 use sinew_num::Mat3;
+use std::slice::from_ref;
 
 /// Forces of the supports on the body \[stress·length²\], for each of [`held_sets`]; `pressure` is that of mixed elements, else empty.
 ///
@@ -57,13 +58,24 @@ fn force_on(body: &Body, node: usize, forces: &[f64]) -> Vector3<f64> {
     Vector3::from_fn(|i, _| if i < body.element().dimension { held[i] } else { 0.0 })
 }
 
-/// Derivative of the energy in every degree of freedom, with loose followers and the field of pressure; at prescribed
-/// ones it is the reaction.
+/// Whether the potential of a surface is that of its pressure only while its rim is held: its derivative at the rim is not the
+/// force there, and depends on the origin of coordinates.
+fn is_open_follower(surface: &PressureSurface) -> bool {
+    surface.triangles != Some(PressureForm::Thesis) && surface.lids.is_empty()
+}
+
+/// Forces on every degree of freedom: derivative of the energy, with pressures themselves in place of their potentials, and with
+/// the field of pressure; at prescribed ones it is the reaction.
 fn forces(body: &Body, displacement: &[f64], pressure: &[f64], theta: &[f64]) -> Vec<f64> {
-    let (mut total, mut followers) = (vec![0.0; displacement.len()], vec![0.0; displacement.len()]);
+    let mut total = vec![0.0; displacement.len()];
     body.value_and_gradient(displacement, theta, &mut total);
-    Followers::new(&body.followers).add_forces(displacement, theta, &mut followers);
-    total.iter_mut().zip(followers).for_each(|(total, follower)| *total += follower);
+    Followers::new(&body.followers).add_forces(displacement, theta, &mut total);
+    for surface in body.pressures.iter().filter(|surface| is_open_follower(surface)) {
+        let mut derivative = vec![0.0; displacement.len()];
+        surface.value_and_add_gradient(displacement, theta, &mut derivative);
+        total.iter_mut().zip(derivative).for_each(|(total, derivative)| *total -= derivative);
+        Followers::new(from_ref(surface)).add_forces(displacement, theta, &mut total);
+    }
     if let Some(field) = &body.pressure_field {
         // ∫ p cof F ∇N dV
         let law = |point: usize, h: &Mat3<f64>| {

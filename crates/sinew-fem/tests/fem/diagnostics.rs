@@ -1,6 +1,6 @@
 //! Diagnostics of a solve: its iterations as they come, reactions, locking, and the worst cells of a failure.
 
-use crate::support::{GRAVITY, forces_of_supports, gravity, once, parameters, twice};
+use crate::support::{GRAVITY, forces_of_supports, gravity, once, parameters, twice, vector_area};
 use sinew_energy::laws::{ActiveTension, HolzapfelOgden, NeoHookean};
 use sinew_energy::metrics::volume_ratios;
 use sinew_energy::{Body, Law, Load, Magnitude, Parameter, Scene, Support, SurfaceResponse};
@@ -8,7 +8,9 @@ use sinew_fem::{
     Advice, LARGEST_BULK_TO_SHEAR, LockingWarning, Options, Solution, SolveError, Solver,
     held_sets, locking, reactions,
 };
-use sinew_mesh::{AnyMesh, TetMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
+use sinew_mesh::{
+    AnyMesh, TetMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, rectangle_triangles,
+};
 
 const THETA: [f64; 2] = [75.0, 75.0];
 /// Weight of the once clamped beam [kPa mm²].
@@ -142,22 +144,6 @@ fn hexahedra_and_incompressible_bodies_are_held_by_their_weight() {
     // The pressures test the volume of every cell together with its neighbours'.
     assert!((deformed / reference - 1.0).abs() < 1e-8, "{deformed}");
     assert_eq!(locking(&body, &THETA, &solution.displacement), Ok(None));
-}
-
-/// Integral of the outward normal over a displaced set of facets with straight edges.
-fn vector_area(body: &Body, facets: &str, displacement: &[f64]) -> [f64; 3] {
-    let place = |node: usize, i: usize| body.positions[node][i] + displacement[3 * node + i];
-    let mut area = [0.0; 3];
-    for &facet in &body.mesh.facet_sets()[facets] {
-        let nodes = body.mesh.nodes_of_facet(facet);
-        for (&a, &b) in nodes.iter().zip(nodes.iter().cycle().skip(1)) {
-            for i in 0..3 {
-                let [j, k] = [(i + 1) % 3, (i + 2) % 3];
-                area[i] += 0.5 * (place(a, j) * place(b, k) - place(a, k) * place(b, j));
-            }
-        }
-    }
-    area
 }
 
 #[test]
@@ -327,4 +313,26 @@ fn a_factor_that_is_too_large_is_told_with_its_size() {
         text.contains("300000 unknowns would take 5.3 GB, of which 4.0 are taken unasked"),
         "{text}"
     );
+}
+
+#[test]
+fn a_held_rim_carries_the_pressure_wherever_the_origin_is() {
+    let forces = [[0.0; 3], [30.0, -20.0, 10.0]].map(|shift| {
+        let mut mesh = TruncatedEllipsoid::LAND.wall([1, 8, 4]).tetrahedra();
+        mesh.points.iter_mut().for_each(|x| *x = [0, 1, 2].map(|i| x[i] + shift[i]));
+        let load = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Fixed(0.15) };
+        let scene = Scene { supports: vec![Support::clamped("base")], ..scene(mesh, vec![load]) };
+        let body = scene.lower().unwrap();
+        assert!(body.has_potential());
+        let solution = Solver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();
+        let base = held_sets(&body).position(|(name, _)| name == "base").unwrap();
+        let force = forces_of_supports(&body, &solution)[base];
+        let area = vector_area(&body, "endo", &solution.displacement);
+        assert!(
+            (force[2] - 0.15 * area[2]).abs() < BALANCED * force[2].abs(),
+            "{force:?} {area:?}"
+        );
+        force[2]
+    });
+    assert!((forces[0] / forces[1] - 1.0).abs() < 1e-8, "{forces:?}");
 }

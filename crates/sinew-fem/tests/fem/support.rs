@@ -69,3 +69,19 @@ pub(crate) fn forces_of_supports(body: &Body, solution: &Solution) -> Vec<[f64; 
     let Solution { displacement, pressure, theta, .. } = solution;
     reactions(body, displacement, pressure, theta).unwrap()
 }
+
+/// Integral of the outward normal over a displaced set of facets with straight edges.
+pub(crate) fn vector_area(body: &Body, facets: &str, displacement: &[f64]) -> [f64; 3] {
+    let place = |node: usize, i: usize| body.positions[node][i] + displacement[3 * node + i];
+    let mut area = [0.0; 3];
+    for &facet in &body.mesh.facet_sets()[facets] {
+        let nodes = body.mesh.nodes_of_facet(facet);
+        for (&a, &b) in nodes.iter().zip(nodes.iter().cycle().skip(1)) {
+            for i in 0..3 {
+                let [j, k] = [(i + 1) % 3, (i + 2) % 3];
+                area[i] += 0.5 * (place(a, j) * place(b, k) - place(a, k) * place(b, j));
+            }
+        }
+    }
+    area
+}

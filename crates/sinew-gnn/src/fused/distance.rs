@@ -26,7 +26,7 @@ pub fn mean_distance(x: Tensor<3>, y: Vec<f32>, unit: f32, floor: f32) -> Tensor
             apply(operation, vec![x.into_dispatch()])
         }
         false => {
-            let y = Tensor::from_data(TensorData::new(y, shape), &x.device());
+            let y = Tensor::from_data(TensorData::new(y, shape), (&x.device(), x.dtype()));
             reference::mean_norm((x - y) / unit, floor)
         }
     }
