@@ -8,11 +8,11 @@ mod holzapfel_ogden;
 mod holzapfel_ogden_2009;
 mod holzapfel_ogden_compressible;
 mod linear_elastic;
-mod named;
 mod neo_hookean;
 mod neo_hookean_shape;
 mod penalty;
 mod plane_stress;
+mod table;
 
 use crate::{Guard, NearlyIncompressible, Solid};
 use sinew_num::Scalar;
@@ -26,11 +26,11 @@ pub use holzapfel_ogden::HolzapfelOgden;
 pub use holzapfel_ogden_2009::HolzapfelOgden2009;
 pub use holzapfel_ogden_compressible::HolzapfelOgdenCompressible;
 pub use linear_elastic::LinearElastic;
-pub use named::{LAWS, LawConstants, NamedLaw, TENSION};
 pub use neo_hookean::NeoHookean;
 pub use neo_hookean_shape::NeoHookeanShape;
 pub use penalty::Penalty;
 pub use plane_stress::PlaneStress;
+pub use table::{LAWS, LawConstants, NamedLaw, TENSION};
 
 /// Solids of these shape energies in one call.
 macro_rules! solids {

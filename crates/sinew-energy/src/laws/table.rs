@@ -2,7 +2,7 @@
 //!
 //! Their stresses and tangents are compiled here, at the level of this crate, whatever that of the program that names one.
 
-use super::{
+use crate::laws::{
     ActiveTension, ByYoungPoisson, Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009,
     HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
 };
