@@ -7,6 +7,7 @@ use sinew::{Body, Case, Emulator, Options, Solver, Train, TrainingOptions};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 const CASE: &str = r#"
@@ -304,16 +305,24 @@ fn requests_that_do_not_arrive_hold_nobody_up() {
 fn a_signal_ends_the_server_with_every_request_answered() {
     let folder = tempfile::tempdir().unwrap();
     let mut server = served(folder.path(), &["--threads", "1"]);
-    let (address, clients) = (server.1.clone(), 40);
+    let (address, clients) = (server.1.clone(), 80);
     let address = address.as_str();
     let request =
         r#"{"name": "solver", "input": [[11.0, 4.0]], "outWrt": 0, "inWrt": 0, "vec": [1, 0]}"#;
     let pid = server.0.id().to_string();
     let answers: Vec<_> = std::thread::scope(|scope| {
-        let asked: Vec<_> = (0..clients)
-            .map(|_| scope.spawn(|| post(address, "/ApplyJacobian", request)))
-            .collect();
-        std::thread::sleep(Duration::from_millis(300));
+        let (answered, first) = mpsc::channel();
+        let ask = |_| {
+            let answered = answered.clone();
+            scope.spawn(move || {
+                let answer = post(address, "/ApplyJacobian", request);
+                // Only the first one is waited for.
+                let _ = answered.send(());
+                answer
+            })
+        };
+        let asked: Vec<_> = (0..clients).map(ask).collect();
+        first.recv().unwrap();
         assert!(Command::new("kill").arg(pid).status().unwrap().success());
         asked.into_iter().map(|client| client.join().unwrap()).collect()
     });
