@@ -11,6 +11,8 @@ use std::slice::from_ref;
 
 /// Forces of the supports on the body \[stress·length²\], for each of [`held_sets`]; `pressure` is that of mixed elements, else empty.
 ///
+/// A pressed surface loads its rim with pressure times area; where a lid closes it, with the pressure on the lid as well.
+///
 /// ```
 /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 /// # use sinew_fem::{Options, Solver, reactions};
