@@ -1,6 +1,6 @@
 //! Training.
 
-use super::{CaseArguments, Usage, refuse, refuse_if, runs, tell_doubtful, warn_of_locking};
+use super::{CaseArguments, refuse, refuse_if, runs, tell_doubtful, warn_of_locking};
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{RecipeName, Training};
@@ -85,7 +85,7 @@ impl Train {
         #[cfg(feature = "networks")]
         self.backend
             .device()
-            .map_err(|reason| Usage(format!("--backend {}: {reason}", self.backend)))?;
+            .map_err(|reason| super::Usage(format!("--backend {}: {reason}", self.backend)))?;
         let (case, body, folder) = self.case.open()?;
         warn_of_locking(sinew_fem::locking_at_centre(&body));
         let own = case.training;
