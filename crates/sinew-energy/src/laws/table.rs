@@ -19,6 +19,10 @@ use std::sync::Arc;
 /// let law = LAWS.iter().find(|law| law.name == "neo-hookean").expect("a law of the table");
 /// let material = law.material(LawConstants::default());
 /// assert_eq!(material.parameters(), ["mu", "lambda"]);
+///
+/// let law = LAWS.iter().find(|law| law.bulk_modulus).expect("a law with a bulk modulus");
+/// let incomplete = law.material(LawConstants::default());
+/// assert_eq!(incomplete.energy(0, &[1.0], &sinew_num::Mat3::ZERO, None), f64::INFINITY);
 /// ```
 #[derive(Debug)]
 pub struct NamedLaw {
@@ -30,7 +34,7 @@ pub struct NamedLaw {
     pub parameters: &'static [&'static str],
     /// Their units: `"kPa"`, or `"1"` for numbers.
     pub units: &'static [&'static str],
-    /// Whether it needs a `bulk_modulus` \[kPa\].
+    /// Whether it needs a bulk modulus.
     pub bulk_modulus: bool,
     /// Material directions that it reads.
     pub directions: usize,
@@ -117,7 +121,7 @@ impl NamedLaw {
         self.bulk_modulus && self.directions > 0
     }
 
-    /// The material, whose directions are still to be given.
+    /// The material, whose directions are still to be given. Without the bulk modulus that the law needs its energy is infinite.
     pub fn material(&self, constants: LawConstants) -> Arc<dyn Material> {
         (self.material)(constants)
     }

@@ -57,6 +57,8 @@ impl HostOperation for Sum {
 pub fn concatenated<const R: usize>(parts: Vec<Tensor<R>>, axis: usize) -> Tensor<R> {
     let mut shape = parts[0].dims();
     shape[axis] = parts.iter().map(|part| part.dims()[axis]).sum();
+    let others_agree = |part: &Tensor<R>| (0..R).all(|i| i == axis || part.dims()[i] == shape[i]);
+    assert!(parts.iter().all(others_agree), "parts that differ along another axis");
     if !(2..=3).contains(&parts.len()) || !parts.iter().all(is_on_host) {
         return Tensor::cat(parts, axis);
     }

@@ -20,6 +20,8 @@ use std::ops::Range;
 
 /// Most groups of tiles with parameter gradients of their own.
 const GROUPS: usize = 8;
+/// Numbers of the gradients that one task sums over the groups.
+const NUMBERS_PER_TASK: usize = 1 << 12;
 /// Tiles from which on there are so many; fewer tiles make half the groups.
 const TILES_FOR_ALL_GROUPS: usize = 64;
 
@@ -57,21 +59,20 @@ pub(crate) fn backward(
             (rows, d_first)
         })
         .collect();
-    let start = |part: usize| sizes[..part].iter().map(|size| size.next_multiple_of(LINE)).sum();
+    let length = sizes.iter().map(|size| size.next_multiple_of(LINE)).sum();
     let group = |(rows, d_first)| {
-        let mut sums = Buffer::zeros(start(sizes.len()));
+        let mut sums = Buffer::zeros(length);
         pass.group(rows, &mut split(&mut sums, &sizes), d_first);
         sums
     };
     let partial: Vec<Buffer> = groups.into_par_iter().map(group).collect();
-    let total = |part: usize| {
-        let (start, size) = (start(part), sizes[part]);
-        let mut parts = partial.iter().map(|sums| &sums[start..start + size]);
-        let mut total = parts.next().map_or_else(|| vec![0.0; size], <[f32]>::to_vec);
-        parts.for_each(|part| add_into(&mut total, part));
-        total
-    };
-    let mut totals: Vec<Vec<f32>> = (0..sizes.len()).into_par_iter().map(total).collect();
+    let mut sums = Buffer::zeros(length);
+    sums.par_chunks_mut(NUMBERS_PER_TASK).enumerate().for_each(|(task, sums)| {
+        let groups = partial.iter().map(|group| &group[task * NUMBERS_PER_TASK..]);
+        groups.for_each(|group| add_into(sums, group));
+    });
+    let totals = split(&mut sums, &sizes).into_iter();
+    let mut totals: Vec<Vec<f32>> = totals.map(|part| part.to_vec()).collect();
     let of_sources = totals.split_off(TAIL);
     pass.gradients(totals, of_sources, &d_first)
 }

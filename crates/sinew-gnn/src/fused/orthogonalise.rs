@@ -26,7 +26,7 @@ pub fn orthogonalise(matrix: &mut Vec<f32>, columns: usize) {
     }
 }
 
-/// One Newton–Schulz step. One Newton–Schulz step. With X tall, `A = Xᵀ X` and `X ← X (a I + b A + c A²)`; a wide X is transposed before and after.
+/// All Newton–Schulz steps. With X tall, `A = Xᵀ X` and `X ← X (a I + b A + c A²)`; a wide X is transposed before and after.
 fn iterate(values: &mut Vec<f32>, rows: usize, columns: usize) {
     let norm = values.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
     // Not `max`, which would hide a NaN.
