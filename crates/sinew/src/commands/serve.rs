@@ -18,6 +18,8 @@ use std::time::Duration;
 
 /// Time between two looks whether the server is to end, and after a client that could not be taken.
 const PAUSE: Duration = Duration::from_millis(20);
+/// Time for requests that are on their way when the server ends.
+const GRACE: Duration = Duration::from_millis(500);
 
 /// Body and address.
 #[derive(Debug, Args)]
@@ -188,6 +190,9 @@ impl Desk {
     /// Begins no more, and waits until all that has arrived is answered.
     fn end(&self) {
         self.change(|state| state.ending = true);
+        drop(self.wait(|state| state.open > 0));
+        // A client that is connected and not yet read is refused too, not cut off.
+        thread::sleep(GRACE);
         drop(self.wait(|state| state.open > 0));
     }
 }

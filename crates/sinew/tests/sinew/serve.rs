@@ -228,8 +228,16 @@ fn served(folder: &std::path::Path, options: &[&str]) -> Served {
 
 /// Status and body of the answer to a request of HTTP.
 fn sent(address: &str, request: &str) -> (u16, String) {
+    received(asked(address, request))
+}
+
+fn asked(address: &str, request: &str) -> TcpStream {
     let mut stream = TcpStream::connect(address).unwrap();
     stream.write_all(request.as_bytes()).unwrap();
+    stream
+}
+
+fn received(mut stream: TcpStream) -> (u16, String) {
     let mut text = String::new();
     stream.read_to_string(&mut text).unwrap();
     let status = text.split(' ').nth(1).unwrap().parse().unwrap();
@@ -237,12 +245,13 @@ fn sent(address: &str, request: &str) -> (u16, String) {
 }
 
 fn post(address: &str, path: &str, text: &str) -> (u16, String) {
+    sent(address, &posted(path, text))
+}
+
+fn posted(path: &str, text: &str) -> String {
     let length = text.len();
-    sent(
-        address,
-        &format!(
-            "POST {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\nContent-Length: {length}\r\n\r\n{text}"
-        ),
+    format!(
+        "POST {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\nContent-Length: {length}\r\n\r\n{text}"
     )
 }
 
@@ -305,26 +314,28 @@ fn requests_that_do_not_arrive_hold_nobody_up() {
 fn a_signal_ends_the_server_with_every_request_answered() {
     let folder = tempfile::tempdir().unwrap();
     let mut server = served(folder.path(), &["--threads", "1"]);
-    let (address, clients) = (server.1.clone(), 80);
-    let address = address.as_str();
-    let request =
-        r#"{"name": "solver", "input": [[11.0, 4.0]], "outWrt": 0, "inWrt": 0, "vec": [1, 0]}"#;
+    let request = posted(
+        "/ApplyJacobian",
+        r#"{"name": "solver", "input": [[11.0, 4.0]], "outWrt": 0, "inWrt": 0, "vec": [1, 0]}"#,
+    );
+    // All have asked before the signal comes, which is when one of them is answered.
+    let clients: Vec<_> = (0..80).map(|_| asked(&server.1, &request)).collect();
     let pid = server.0.id().to_string();
     let answers: Vec<_> = std::thread::scope(|scope| {
         let (answered, first) = mpsc::channel();
-        let ask = |_| {
+        let receive = |client| {
             let answered = answered.clone();
             scope.spawn(move || {
-                let answer = post(address, "/ApplyJacobian", request);
+                let answer = received(client);
                 // Only the first one is waited for.
                 let _ = answered.send(());
                 answer
             })
         };
-        let asked: Vec<_> = (0..clients).map(ask).collect();
+        let clients: Vec<_> = clients.into_iter().map(receive).collect();
         first.recv().unwrap();
         assert!(Command::new("kill").arg(pid).status().unwrap().success());
-        asked.into_iter().map(|client| client.join().unwrap()).collect()
+        clients.into_iter().map(|client| client.join().unwrap()).collect()
     });
     assert_eq!(server.0.wait().unwrap().code(), Some(0));
     let (given, refused): (Vec<_>, Vec<_>) = answers.iter().partition(|answer| answer.0 == 200);
