@@ -86,7 +86,6 @@
 mod any;
 mod check;
 mod crossings;
-mod distort;
 mod element;
 mod error;
 mod field;
@@ -110,9 +109,9 @@ pub use crossings::self_intersections;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver, ShapeError, Size,
-    Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra, box_tetrahedra,
-    cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant,
+    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver, ShapeError, Sheet,
+    Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra,
+    box_tetrahedra, rectangle_triangles,
 };
 pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
 pub use io::{
@@ -124,7 +123,6 @@ pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,
     TriangleMesh,
 };
-pub use naming::UnknownFacet;
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, volume_ratio,
 };
