@@ -111,27 +111,3 @@ mod stiffness {
         assert!(body.stiffness(&wave(10.0), &theta).is_none());
     }
 }
-
-mod rules {
-    use sinew_energy::laws::NeoHookean;
-    use sinew_energy::{Parameter, Scene, SceneError, Support};
-    use sinew_mesh::Mesh;
-
-    #[test]
-    fn a_rule_of_quadrature_that_measures_no_element_is_refused() {
-        let mesh = sinew_mesh::box_tetrahedra([1.0; 3], [1; 3]).quadratic();
-        let block = Scene::new(mesh, NeoHookean)
-            .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
-            .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0))
-            .support(Support::clamped("x_min"));
-        let fine = Mesh::<10>::FINE_QUADRATURE;
-        assert_eq!(block.lower_with(fine).unwrap().points_per_cell, fine.len());
-        let mut negative = fine.to_vec();
-        negative[0].weight = -negative[0].weight;
-        for rule in [&fine[1..], &[], &negative] {
-            let error = block.lower_with(rule).unwrap_err();
-            assert!(matches!(error, SceneError::Body(_)), "{error}");
-            assert!(error.to_string().contains("quadrature points add up to"), "{error}");
-        }
-    }
-}
