@@ -128,5 +128,5 @@ pub use quality::{
 };
 pub use reference::QuadraturePoint;
 pub use selection::{Selected, Selection, SelectionError};
-pub use surface::{Surface, enclosed_volume, extract_surface};
+pub use surface::{enclosed_volume, extract_surface};
 pub use topology::{boundary_facets, edges, remove_unused_nodes};

@@ -37,7 +37,7 @@ use trees::{Point, Trees};
 ///
 /// // Surfaces of an idealised ventricle in place of segmented ones.
 /// let ideal = TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 15.0 }.wall([1, 32, 16]).tetrahedra();
-/// let surface = |name: &str| extract_surface(&ideal, &ideal.facet_sets[name]).mesh;
+/// let surface = |name: &str| extract_surface(&ideal, &ideal.facet_sets[name]);
 /// let (endocardium, epicardium) = (surface("endo"), surface("epi"));
 ///
 /// let chamber = Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: None };

@@ -27,7 +27,7 @@ fn facets_of_one_cell_have_its_row_each() {
     let rows = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0].map(|x| [x, 10.0 * x, 100.0 * x]);
     mesh.cell_fields.insert("u".into(), Field::vectors(&rows));
     let twice = [0, 3].map(|opposite| Facet { cell: 4, opposite });
-    let surface = extract_surface(&mesh, &twice).mesh;
+    let surface = extract_surface(&mesh, &twice);
     let expected = [4.0, 40.0, 400.0, 4.0, 40.0, 400.0];
     assert_eq!(surface.cell_fields["u"].to_f64(), expected.as_slice());
 }

@@ -81,7 +81,7 @@ fn surface() -> TriangleMesh {
     let mut mesh = box_tetrahedra([2.0, 1.0, 1.5], [2, 1, 2]);
     let values = mesh.points.iter().map(|x| x[0] / 3.0).collect();
     mesh.point_fields.insert("a third".into(), Field::scalars(values));
-    let mut surface = extract_surface(&mesh, &boundary_facets(&mesh)).mesh;
+    let mut surface = extract_surface(&mesh, &boundary_facets(&mesh));
     surface.cell_sets.insert("some".into(), vec![1, 4]);
     surface
 }

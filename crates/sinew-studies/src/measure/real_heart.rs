@@ -130,7 +130,7 @@ fn ideal() -> Result<(String, Surfaces3)> {
     let folder = std::env::temp_dir();
     let surface = |name: &str| -> Result<TriangleMesh, sinew_mesh::MeshError> {
         let file = folder.join(format!("sinew_ideal_{name}_{}.vtp", std::process::id()));
-        write_surface(&file, &extract_surface(&mesh, &mesh.facet_sets[name]).mesh)?;
+        write_surface(&file, &extract_surface(&mesh, &mesh.facet_sets[name]))?;
         let read = read_mesh::<3>(&file);
         let _ = std::fs::remove_file(&file);
         Ok(read?.0)

@@ -101,7 +101,7 @@ fn files_are_read_by_place_surface_and_format() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let wall = sinew_mesh::TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra();
-    let surface = |set: &str| sinew_mesh::extract_surface(&wall, &wall.facet_sets[set]).mesh;
+    let surface = |set: &str| sinew_mesh::extract_surface(&wall, &wall.facet_sets[set]);
     for (set, file) in [("endo", "inner.stl"), ("epi", "outer.obj")] {
         sinew_mesh::write_surface(path(file), &surface(set)).unwrap();
     }
@@ -140,7 +140,7 @@ fn files_are_read_by_place_surface_and_format() {
     assert!(error.contains("16 edges of its rim") && error.contains("fTetWild"), "{error}");
     sinew_mesh::write_surface(
         path("closed.vtp"),
-        &sinew_mesh::extract_surface(&wall, &sinew_mesh::boundary_facets(&wall)).mesh,
+        &sinew_mesh::extract_surface(&wall, &sinew_mesh::boundary_facets(&wall)),
     )
     .unwrap();
     let error = case("closed.vtp", "").unwrap_err().to_string();
