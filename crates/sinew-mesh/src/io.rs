@@ -41,7 +41,7 @@ pub use surface_write::{to_obj, to_stl, to_vtp};
 pub use vtu_write::{DISPLACEMENT, to_vtu, write_pvd};
 pub(crate) use vtu_write::{GRID, to_xml};
 
-use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
+use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem};
 use cursor::Fault;
 use files::load;
 
@@ -158,27 +158,6 @@ pub fn read_npy(path: impl AsRef<Path>) -> Result<NpyArray, MeshError> {
 /// As [`to_vtu`], and when the file cannot be written.
 pub fn write_vtu<const N: usize>(path: impl AsRef<Path>, mesh: &Mesh<N>) -> Result<(), MeshError> {
     save(path.as_ref(), &to_vtu(mesh)?)
-}
-
-/// Writes a surface in the format that the ending of the name says: `vtp`, `stl` (binary) or `obj`.
-///
-/// # Errors
-/// As [`to_vtp`], on another ending, and when the file cannot be written.
-pub fn write_surface(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<(), MeshError> {
-    let path = path.as_ref();
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    let bytes = match ending.as_str() {
-        "vtp" => to_vtp(mesh)?,
-        "stl" => to_stl(mesh)?,
-        "obj" => to_obj(mesh)?,
-        _ => {
-            let (what, advice) =
-                ("the ending of a surface's file,", "name the file .vtp, .stl or .obj");
-            let fault = (Place::default(), Problem::unsupported(what, ending, advice));
-            return Err(MeshError::in_file(&path.display().to_string(), fault));
-        }
-    };
-    save(path, &bytes)
 }
 
 /// The content of a file, or of the files of a CARP mesh, and the name for errors about its cells.

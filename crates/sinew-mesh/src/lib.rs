@@ -117,7 +117,7 @@ pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
 pub use io::{
     DISPLACEMENT, MixedMesh, NpyArray, ReadReport, parse, parse_mesh, parse_npy, read, read_merged,
     read_mesh, read_npy, to_npy, to_npy_of, to_obj, to_stl, to_vtp, to_vtu, write_carp, write_pvd,
-    write_surface, write_vtu,
+    write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,
