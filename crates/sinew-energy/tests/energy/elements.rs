@@ -76,6 +76,7 @@ mod shapes {
 }
 
 mod stiffness {
+    use crate::product::product;
     use sinew_energy::laws::NeoHookean;
     use sinew_energy::{Load, Parameter, Scene, Support};
     use sinew_mesh::box_tetrahedra;
@@ -94,8 +95,7 @@ mod stiffness {
             (0..3 * body.nodes).map(|i| scale * ((i * i) as f64).sin()).collect()
         };
         let (u, direction, theta) = (wave(0.05), wave(1.0), [70.0, 90.0]);
-        let mut found = vec![0.0; u.len()];
-        body.stiffness(&u, &theta).unwrap().apply(&direction, &mut found);
+        let found = product(&body.stiffness(&u, &theta).unwrap(), &direction);
         const STEP: f64 = 1e-5;
         let gradient = |sign: f64| {
             let moved: Vec<f64> =

@@ -7,7 +7,7 @@ use crate::verify::reference::published;
 use crate::verify::solve::{Found, along, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
-use sinew_energy::{Load, Magnitude, Support};
+use sinew_energy::{Load, Magnitude, Solid, Strain, Support};
 use sinew_mesh::{Sheet, TruncatedEllipsoid, Wall};
 
 /// C \[kPa\], b_f, b_t, b_fs: isotropic.
@@ -40,7 +40,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
         let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
         let mut supports = rollers(&[("x_min", 0), ("y_min", 1)]);
         supports.push(Support::clamped("base"));
-        let law = Guccione.nearly_incompressible(BULK).of_whole_strain();
+        let law = Solid { strain: Strain::Whole, ..Guccione.nearly_incompressible(BULK) };
         let material = along(&mesh, law, FRAME);
         let ventricle = scene(mesh, material, &THETA, loads, supports);
         let found = mixed(ventricle, 0.0, &THETA)?;
