@@ -139,7 +139,7 @@ impl Posterior {
     /// Groups for `arviz`: posterior, prior, replicated and observed data, the likelihood of each datum, and further quantities of the posterior such as
     /// volumes, by name, place among the observables and size of their unit.
     pub fn to_arviz(&self, further: &[(String, usize, f64)]) -> ArvizDict {
-        let mut dict = ArvizDict::new();
+        let mut dict = ArvizDict::default();
         for (at, head) in self.heads().iter().enumerate() {
             dict = dict.with("posterior", head, self.shown(at));
         }

@@ -3,7 +3,7 @@
 use crate::cavity::Cavity;
 use crate::{
     Barriers, Frames, Magnitude, Material, Parameter, PressureField, PressureSurface,
-    ReferenceLoads, Sampling, SceneError, Spring, ThetaError, Units,
+    ReferenceLoads, Sampling, Spring, ThetaError, Units,
 };
 use rayon::prelude::*;
 use sinew_mesh::{AnyMesh, Element};
@@ -443,36 +443,6 @@ impl Body {
     pub fn with_barriers(mut self, barriers: Barriers) -> Self {
         self.0.barriers = Some(barriers);
         self
-    }
-
-    /// Body made of another material, such as one of your own. θ lists the parameters given here, then those of the loads; what was known of
-    /// the old material goes with it.
-    ///
-    /// # Errors
-    /// [`SceneError::Body`] unless it has the body's quadrature points and as many parameters as are given.
-    pub fn with_material(
-        mut self,
-        material: Arc<dyn Material>,
-        mut parameters: Vec<Parameter>,
-    ) -> Result<Self, SceneError> {
-        let points = self.volumes.len();
-        let found = material.points().unwrap_or(points);
-        let (needed, given) = (material.parameters().len(), parameters.len());
-        if found != points || needed != given {
-            return Err(SceneError::Body(format!(
-                "the material has directions at {found} points and reads {needed} parameters, but the body has {points} quadrature points and {given} parameters are given; let them agree"
-            )));
-        }
-        let of_law = self.material.parameters().len();
-        parameters.extend(self.0.parameters.split_off(of_law));
-        for pressure in self.0.pressures.iter_mut().chain(&mut self.0.followers) {
-            if let Magnitude::Theta(index) = &mut pressure.magnitude {
-                *index = *index - of_law + needed;
-            }
-        }
-        self.0.known.clear();
-        (self.0.material, self.0.parameters) = (material, parameters);
-        Ok(self)
     }
 
     /// Body whose volumetric response is multiplied by a factor; `None` where its law does not allow it

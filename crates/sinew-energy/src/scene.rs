@@ -62,7 +62,7 @@ impl Scene {
     pub fn new(mesh: impl Into<AnyMesh>, material: impl IntoMaterial) -> Self {
         Self {
             name: "body".into(),
-            units: Units::mm_kpa(),
+            units: Units { length: "mm".into(), stress: "kPa".into() },
             mesh: mesh.into(),
             material: material.into_material(),
             parameters: Vec::new(),
@@ -147,13 +147,6 @@ pub struct Units {
     pub length: String,
     /// Unit of stress and of elastic moduli, such as `"kPa"`.
     pub stress: String,
-}
-
-impl Units {
-    /// Millimetres and kilopascals, the units of the thesis' scenes.
-    pub fn mm_kpa() -> Self {
-        Self { length: "mm".into(), stress: "kPa".into() }
-    }
 }
 
 /// One entry of θ.

@@ -118,11 +118,6 @@ impl<M, V, A> Solid<M, V, A> {
     pub fn with_active<B>(self, active: B) -> Solid<M, V, B> {
         Solid { shape: self.shape, volume: self.volume, active, strain: self.strain }
     }
-
-    /// Solid with a shape energy of the whole strain in place of its isochoric part.
-    pub fn of_whole_strain(self) -> Self {
-        Self { strain: Strain::Whole, ..self }
-    }
 }
 
 /// One list after another, filled up with empty names.

@@ -72,16 +72,4 @@ impl Stiffness {
         let row = self.blocks.range((node, 0)..(node + 1, 0));
         row.map(|(&(_, neighbour), block)| (neighbour, block))
     }
-
-    /// Forces `K u`, written over `forces`.
-    pub fn apply(&self, displacement: &[f64], forces: &mut [f64]) {
-        forces.fill(0.0);
-        for (&(node, neighbour), block) in &self.blocks {
-            let v = &displacement[3 * neighbour..];
-            for i in 0..3 {
-                forces[3 * node + i] +=
-                    block[i][0] * v[0] + block[i][1] * v[1] + block[i][2] * v[2];
-            }
-        }
-    }
 }

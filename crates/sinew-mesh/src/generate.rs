@@ -4,20 +4,16 @@ mod biventricle;
 mod chamber;
 mod implicit;
 mod liver;
-mod membrane;
 mod population;
-mod shells;
 mod ventricle;
 mod wall;
 
 pub use biventricle::Biventricle;
 pub use chamber::{Chamber, ChamberError, ChamberReport, ChamberWall, Size, Trim, WallOptions};
 pub use liver::IdealLiver;
-pub use membrane::cook_membrane;
 pub use population::{ShapeError, VentricleShape};
-pub use shells::{cylinder_quarter, sphere_octant};
 pub use ventricle::TruncatedEllipsoid;
-pub use wall::Wall;
+pub use wall::{Sheet, Wall};
 
 use crate::{HexMesh, Mesh, TetMesh, TriangleMesh, boundary_facets, repair_orientation};
 
@@ -93,22 +89,6 @@ fn structured<const D: usize, const N: usize>(
     cells: [usize; D],
     divide: impl FnOnce([usize; D]) -> Vec<[usize; N]>,
 ) -> Mesh<N> {
-    let (mut mesh, stride) = grid_points(extent, cells);
-    let parts = divide(stride);
-    for at in grid(cells) {
-        let lowest: usize = (0..D).map(|axis| at[axis] * stride[axis]).sum();
-        mesh.cells.extend(parts.iter().map(|part| part.map(|step| lowest + step)));
-    }
-    repair_orientation(&mut mesh);
-    name_sides(&mut mesh, extent);
-    mesh
-}
-
-/// The nodes of a grid as a mesh without cells, and the steps between neighbours.
-fn grid_points<const D: usize, const N: usize>(
-    extent: [f64; D],
-    cells: [usize; D],
-) -> (Mesh<N>, [usize; D]) {
     assert!(
         extent.iter().all(|e| e.is_finite() && *e > 0.0) && cells.iter().all(|&n| n > 0),
         "extents must be positive and cell counts at least 1, not {extent:?} and {cells:?}"
@@ -117,8 +97,20 @@ fn grid_points<const D: usize, const N: usize>(
     let stride: [usize; D] = std::array::from_fn(|axis| nodes[..axis].iter().product());
     let along = |at: [usize; D], i: usize| grid_coordinate(at[i], cells[i], extent[i]);
     let position = |at| std::array::from_fn(|axis| if axis < D { along(at, axis) } else { 0.0 });
-    let points = grid(nodes).map(position).collect();
-    (Mesh { points, ..Mesh::default() }, stride)
+    let mut mesh = Mesh { points: grid(nodes).map(position).collect(), ..Mesh::default() };
+    let parts = divide(stride);
+    for at in grid(cells) {
+        let lowest: usize = (0..D).map(|axis| at[axis] * stride[axis]).sum();
+        mesh.cells.extend(parts.iter().map(|part| part.map(|step| lowest + step)));
+    }
+    repair_orientation(&mut mesh);
+    let boundary = boundary_facets(&mesh);
+    for axis in 0..D {
+        for (end, level) in [("min", 0.0), ("max", extent[axis])] {
+            mesh.name_side(&boundary, &format!("{}_{end}", AXES[axis]), |x| x[axis] == level);
+        }
+    }
+    mesh
 }
 
 /// All indices of a grid, the first axis fastest.
@@ -135,14 +127,4 @@ fn grid<const D: usize>(count: [usize; D]) -> impl Iterator<Item = [usize; D]> {
 /// The ends are exact; in between as `numpy.linspace`, so that meshes agree bit for bit.
 fn grid_coordinate(index: usize, cells: usize, extent: f64) -> f64 {
     if index == cells { extent } else { index as f64 * (extent / cells as f64) }
-}
-
-/// Names the sides of a box.
-fn name_sides<const D: usize, const N: usize>(mesh: &mut Mesh<N>, extent: [f64; D]) {
-    let boundary = boundary_facets(mesh);
-    for axis in 0..D {
-        for (end, level) in [("min", 0.0), ("max", extent[axis])] {
-            mesh.name_side(&boundary, &format!("{}_{end}", AXES[axis]), |x| x[axis] == level);
-        }
-    }
 }

@@ -34,17 +34,16 @@ use std::path::Path;
 
 pub use carp_write::write_carp;
 pub(crate) use files::save;
-pub use mixed::MixedMesh;
+pub use grid::MixedMesh;
 pub use npy::{NpyArray, parse_npy, to_npy, to_npy_of};
 pub use report::ReadReport;
 pub use surface_write::{to_obj, to_stl, to_vtp};
 pub use vtu_write::{DISPLACEMENT, to_vtu, write_pvd};
 pub(crate) use vtu_write::{GRID, to_xml};
 
-use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
+use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem};
 use cursor::Fault;
 use files::load;
-use grid::UnstructuredGrid;
 
 /// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input, STL or OBJ file, or from the files of a CARP mesh.
 /// The content decides the format and the kind of cell: the first that the file has of quadratic tetrahedra, hexahedra, tetrahedra,
@@ -65,7 +64,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<(AnyMesh, ReadReport), MeshError> 
 /// As [`read`].
 pub fn read_merged(path: impl AsRef<Path>) -> Result<(AnyMesh, ReadReport), MeshError> {
     let (name, grid) = open(path.as_ref())?;
-    let merged = to_any(UnstructuredGrid { merge: true, ..grid });
+    let merged = to_any(MixedMesh { merge: true, ..grid });
     merged.map_err(|fault| MeshError::in_file(&name, fault))
 }
 
@@ -109,9 +108,9 @@ pub fn parse_mesh<const N: usize>(
 
 /// Makes a mesh of the first kind of cell that a grid has: quadratic tetrahedra, hexahedra, tetrahedra, quadratic triangles,
 /// triangles.
-fn to_any(mut grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault> {
+fn to_any(mut grid: MixedMesh) -> Result<(AnyMesh, ReadReport), Fault> {
     grid.rename_equal_cells();
-    fn of<const N: usize>(grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault>
+    fn of<const N: usize>(grid: MixedMesh) -> Result<(AnyMesh, ReadReport), Fault>
     where
         AnyMesh: From<Mesh<N>>,
     {
@@ -136,7 +135,7 @@ impl MixedMesh {
     /// sets of nodes that do not exist.
     pub fn into_mesh(self) -> Result<(AnyMesh, ReadReport), MeshError> {
         let (mesh, report) =
-            to_any(self.0).map_err(|(_, problem)| MeshError::Cells(Box::new(problem)))?;
+            to_any(self).map_err(|(_, problem)| MeshError::Cells(Box::new(problem)))?;
         // Readers check the sets of a file; these are unchecked.
         mesh.check()?;
         Ok((mesh, report))
@@ -161,29 +160,8 @@ pub fn write_vtu<const N: usize>(path: impl AsRef<Path>, mesh: &Mesh<N>) -> Resu
     save(path.as_ref(), &to_vtu(mesh)?)
 }
 
-/// Writes a surface in the format that the ending of the name says: `vtp`, `stl` (binary) or `obj`.
-///
-/// # Errors
-/// As [`to_vtp`], on another ending, and when the file cannot be written.
-pub fn write_surface(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<(), MeshError> {
-    let path = path.as_ref();
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    let bytes = match ending.as_str() {
-        "vtp" => to_vtp(mesh)?,
-        "stl" => to_stl(mesh)?,
-        "obj" => to_obj(mesh)?,
-        _ => {
-            let (what, advice) =
-                ("the ending of a surface's file,", "name the file .vtp, .stl or .obj");
-            let fault = (Place::default(), Problem::unsupported(what, ending, advice));
-            return Err(MeshError::in_file(&path.display().to_string(), fault));
-        }
-    };
-    save(path, &bytes)
-}
-
 /// The content of a file, or of the files of a CARP mesh, and the name for errors about its cells.
-fn open(path: &Path) -> Result<(String, UnstructuredGrid), MeshError> {
+fn open(path: &Path) -> Result<(String, MixedMesh), MeshError> {
     if let Some(stem) = carp::stem(path) {
         return carp::read(&stem);
     }
@@ -193,7 +171,7 @@ fn open(path: &Path) -> Result<(String, UnstructuredGrid), MeshError> {
 }
 
 /// Picks the reader by the first bytes, which are more reliable than a file name.
-fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
+fn parse_grid(file: &str, bytes: &[u8]) -> Result<MixedMesh, Fault> {
     let content = cursor::without_mark(bytes).trim_ascii_start();
     if let Some((format, advice)) = foreign::format(content) {
         return Err((Place::default(), Problem::unsupported("the format", format, advice)));

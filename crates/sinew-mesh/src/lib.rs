@@ -86,7 +86,6 @@
 mod any;
 mod check;
 mod crossings;
-mod distort;
 mod element;
 mod error;
 mod field;
@@ -110,25 +109,24 @@ pub use crossings::self_intersections;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver, ShapeError, Size,
-    Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra, box_tetrahedra,
-    cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant,
+    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, IdealLiver, ShapeError, Sheet,
+    Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra,
+    box_tetrahedra, rectangle_triangles,
 };
 pub use geometry::{SELECTION_TOLERANCE, extents, repair_orientation};
 pub use io::{
     DISPLACEMENT, MixedMesh, NpyArray, ReadReport, parse, parse_mesh, parse_npy, read, read_merged,
     read_mesh, read_npy, to_npy, to_npy_of, to_obj, to_stl, to_vtp, to_vtu, write_carp, write_pvd,
-    write_surface, write_vtu,
+    write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,
     TriangleMesh,
 };
-pub use naming::UnknownFacet;
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, volume_ratio,
 };
 pub use reference::QuadraturePoint;
 pub use selection::{Selected, Selection, SelectionError};
-pub use surface::{Surface, enclosed_volume, extract_surface};
+pub use surface::{enclosed_volume, extract_surface};
 pub use topology::{boundary_facets, edges, remove_unused_nodes};

@@ -1,22 +1,6 @@
-//! Names for nodes and facets, by where they are or by their corners.
+//! Names for nodes and facets by where they are.
 
-use crate::topology::{FacetKey, facet_key, sorted_key};
 use crate::{Facet, Mesh, boundary_facets};
-use sinew_num::ascending;
-use std::collections::HashMap;
-
-/// Corners that belong to no facet of the boundary.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "row {row}: no facet of the boundary has the corners {}; count nodes from 0, and leave out facets between two cells",
-    corners.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
-)]
-pub struct UnknownFacet {
-    /// Row of the list.
-    pub row: usize,
-    /// Nodes of the facet.
-    pub corners: Vec<usize>,
-}
 
 impl<const N: usize> Mesh<N> {
     /// Names the nodes at whose position \[length\] `chosen` holds, in place of a set of that name. Returns their number:
@@ -26,7 +10,6 @@ impl<const N: usize> Mesh<N> {
     /// let mut beam = sinew_mesh::box_tetrahedra([4.0, 1.0, 1.0], [4, 1, 1]);
     /// assert_eq!(beam.name_nodes("middle", |[x, _, _]| x == 2.0), 4);
     /// assert_eq!(beam.name_facets("half of the top", |[x, _, z]| z == 1.0 && x <= 2.0), 4);
-    /// beam.name_facets_of("one", &[[0, 4, 19]]).unwrap_err(); // not on the boundary
     /// ```
     pub fn name_nodes(&mut self, name: &str, chosen: impl Fn([f64; 3]) -> bool) -> usize {
         let nodes: Vec<_> = (0..self.points.len()).filter(|&n| chosen(self.points[n])).collect();
@@ -62,30 +45,5 @@ impl<const N: usize> Mesh<N> {
     ) {
         self.name_nodes(name, &on_side);
         self.name_some(boundary, name, &on_side);
-    }
-
-    /// Names the facets of the boundary with the given corners, in any order: three of a tetrahedron, four of a
-    /// hexahedron, two of a triangle.
-    ///
-    /// # Errors
-    /// The first row that is not a facet of the boundary; no set is changed then.
-    pub fn name_facets_of<const C: usize>(
-        &mut self,
-        name: &str,
-        corners: &[[usize; C]],
-    ) -> Result<(), UnknownFacet> {
-        let known: HashMap<FacetKey, Facet> = boundary_facets(self)
-            .into_iter()
-            .map(|facet| (facet_key(self, facet), facet))
-            .collect();
-        let find = |(row, corners): (usize, &[usize; C])| {
-            let found = known.get(&sorted_key(corners.iter().copied())).copied();
-            found
-                .filter(|_| C == Self::ELEMENT.facet_corners)
-                .ok_or_else(|| UnknownFacet { row, corners: corners.to_vec() })
-        };
-        let facets = corners.iter().enumerate().map(find).collect::<Result<Vec<_>, _>>()?;
-        self.facet_sets.insert(name.into(), ascending(facets));
-        Ok(())
     }
 }

@@ -3,26 +3,18 @@
 use crate::{Element, Facet, Mesh, QuadraturePoint, TetMesh, TriangleMesh, remove_unused_nodes};
 use nalgebra::Vector3;
 
-/// A surface with the node numbers of its tetrahedral mesh.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Surface {
-    /// The facets as triangles in their order, counterclockwise seen from outside, with the
-    /// point fields and node sets of the mesh and the cell fields of the cells behind.
-    pub mesh: TriangleMesh,
-    /// Node of the tetrahedral mesh for each node of the surface, ascending.
-    pub nodes: Vec<usize>,
-}
-
-/// Takes facets out of a tetrahedral mesh, such as its [`crate::boundary_facets`].
+/// Takes facets out of a tetrahedral mesh, such as its [`crate::boundary_facets`]: triangles in their order, counterclockwise seen from
+/// outside, with the point fields and node sets of the mesh and the cell fields of the cells behind. Their nodes in the mesh, ascending,
+/// are those of [`Mesh::nodes_of_facets`].
 ///
 /// ```
 /// use sinew_mesh::{boundary_facets, box_tetrahedra, extract_surface};
 /// let beam = box_tetrahedra([4.0, 1.0, 1.0], [4, 2, 2]);
 /// let surface = extract_surface(&beam, &boundary_facets(&beam));
-/// let area: f64 = (0..surface.mesh.cells.len()).map(|c| surface.mesh.cell_volume(c)).sum();
+/// let area: f64 = (0..surface.cells.len()).map(|c| surface.cell_volume(c)).sum();
 /// assert!((area - 18.0).abs() < 1e-12);
 /// ```
-pub fn extract_surface(mesh: &TetMesh, facets: &[Facet]) -> Surface {
+pub fn extract_surface(mesh: &TetMesh, facets: &[Facet]) -> TriangleMesh {
     let owners: Vec<usize> = facets.iter().map(|facet| facet.cell).collect();
     let triangles = facets.iter().map(|&facet| mesh.facet_nodes(facet));
     let mut surface = mesh.with_other_cells(triangles.collect());
@@ -30,7 +22,7 @@ pub fn extract_surface(mesh: &TetMesh, facets: &[Facet]) -> Surface {
     surface.cell_sets.clear();
     surface.cell_fields.values_mut().for_each(|field| *field = field.select(&owners));
     remove_unused_nodes(&mut surface);
-    Surface { mesh: surface, nodes: mesh.nodes_of_facets(facets) }
+    surface
 }
 
 /// The volume that facets enclose, by the divergence theorem N = ⅓ ∮ x·n dA [length unit

@@ -18,9 +18,9 @@ impl NativeMesh {
     }
 
     fn put(&self, name: &str, of_nodes: bool, field: Field) -> Result<()> {
-        self.with(|mixed| match of_nodes {
-            true => mixed.add_point_field(name, field),
-            false => mixed.add_cell_field(name, field),
+        self.with(|mixed| {
+            let fields = if of_nodes { &mut mixed.point_fields } else { &mut mixed.cell_fields };
+            fields.insert(name.into(), field);
         })
     }
 
@@ -51,7 +51,7 @@ impl NativeMesh {
 
     /// Makes one node of those at the same place.
     fn merge_nodes(&self) -> Result<()> {
-        self.with(MixedMesh::merge_nodes)
+        self.with(|mixed| mixed.merge = true)
     }
 
     /// Names cells by their numbers.

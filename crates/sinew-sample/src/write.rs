@@ -31,11 +31,6 @@ impl Serialize for Group {
 }
 
 impl ArvizDict {
-    /// Empty.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Adds a quantity by chain and draw to a group such as `posterior`, `prior` or `posterior_predictive`.
     pub fn with(mut self, group: &str, name: &str, chains: Vec<Vec<f64>>) -> Self {
         self.put(group, name, chains.into());

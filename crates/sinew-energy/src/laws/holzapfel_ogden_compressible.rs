@@ -1,23 +1,18 @@
 //! The Holzapfel–Ogden solid behind the thesis' printed ventricle results.
 
-use super::{Compressible, fung, named};
-use crate::{Guard, Invariants, ShapeEnergy, Solid};
+use super::{fung, named};
+use crate::{Guard, Invariants, ShapeEnergy};
 use sinew_num::Scalar;
 
 /// The Holzapfel–Ogden solid that the thesis' published code computes with, which differs from its eq. (3.5):
-/// `Ψ = a/b(e^{b(Ī₁−3)} − 1) + a_f/b_f(e^{b_f(Ī₄−1)²} − 1) + κ(J² − 1 − 2 ln J)`.
+/// `Ψ = a/b(e^{b(Ī₁−3)} − 1) + a_f/b_f(e^{b_f(Ī₄−1)²} − 1) + κ(J² − 1 − 2 ln J)`, with κ = 25 kPa in
+/// [`super::Compressible`].
 ///
 /// Twice the stiffness of [`super::HolzapfelOgden`], fibres that also resist compression, and a
 /// volumetric term that keeps J positive. θ = (a \[stress\], b, a_f \[stress\], b_f); the direction is
 /// the fibre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HolzapfelOgdenCompressible;
-
-impl HolzapfelOgdenCompressible {
-    /// κ = 25 kPa, the value of the thesis' code.
-    pub const THESIS_KPA: Solid<Self, Compressible> =
-        Solid::new(Self, Compressible { kappa: 25.0 });
-}
 
 impl ShapeEnergy<1> for HolzapfelOgdenCompressible {
     const NAME: &'static str = "Holzapfel-Ogden, compressible variant of the thesis' code";

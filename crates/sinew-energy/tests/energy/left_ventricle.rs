@@ -2,8 +2,8 @@
 //! follower load.
 
 use crate::ventricles::{fixture, ventricles};
-use sinew_energy::laws::HolzapfelOgdenCompressible;
-use sinew_energy::{Law, Load, Magnitude, Parameter, Sampling, Scene, Support};
+use sinew_energy::laws::{Compressible, HolzapfelOgdenCompressible};
+use sinew_energy::{Law, Load, Magnitude, Parameter, Sampling, Scene, Solid, Support};
 use sinew_mesh::{AnyMesh, TetMesh};
 
 /// θ = (a, b, a_f, b_f, pressure).
@@ -17,12 +17,13 @@ fn scene(mesh: TetMesh, load: fn(String, Magnitude) -> Load) -> Scene {
         sampling: Sampling::Log,
     };
     let fibres = fibres.into_iter().map(|fibre| [fibre]).collect();
+    let law = Solid::new(HolzapfelOgdenCompressible, Compressible { kappa: 25.0 });
     Scene {
         name: "left ventricle".into(),
         parameters: ["a", "b", "a_f", "b_f", "p"].map(parameter).into(),
         loads: vec![load("region:1".into(), Magnitude::Theta(4))],
         supports: vec![Support::clamped("base")],
-        ..Scene::new(mesh, HolzapfelOgdenCompressible::THESIS_KPA.along(fibres))
+        ..Scene::new(mesh, law.along(fibres))
     }
 }
 

@@ -11,6 +11,7 @@ mod left_ventricle;
 mod lids;
 mod numbers;
 mod pressure;
+mod product;
 mod rates;
 mod scene;
 mod solid;

@@ -85,31 +85,8 @@ fn forces_on_nodes_add_to_the_others_and_stay_when_the_body_is_moved() {
 }
 
 #[test]
-fn a_body_takes_a_material_that_fits_it_and_a_balance_a_body_of_its_own_mesh() {
-    let law = HolzapfelOgden.nearly_incompressible(1.0);
-    let along = |points| law.along(vec![[[1.0, 0.0, 0.0]]; points]);
-    let parameters = || ["a", "b", "a_f", "b_f"].map(parameter).to_vec();
-    let body = block().lower().unwrap();
-    let fibrous = body.clone().with_material(along(72), parameters()).unwrap();
-    assert_eq!((fibrous.theta_len(), fibrous.parameters.len()), (4, 4));
-    for (points, count) in [(71, 4), (72, 3)] {
-        let error = body.clone().with_material(along(points), parameters()[..count].to_vec());
-        let expected = SceneError::Body(format!(
-            "the material has directions at {points} points and reads 4 parameters, but the body has 72 quadrature points and {count} parameters are given; let them agree"
-        ));
-        assert_eq!(error.unwrap_err(), expected);
-    }
-
-    // A pressure keeps its place behind the parameters of the material.
-    let mut scene = block();
+fn followers_read_the_pressure_and_a_balance_a_compliance_that_makes_sense() {
     let magnitude = Magnitude::Theta(2);
-    scene.loads = vec![Load::ThesisPressure { facets: "z_max".into(), magnitude }];
-    scene.parameters.push(parameter("p"));
-    let pressed = scene.lower().unwrap().with_material(along(72), parameters()).unwrap();
-    let names: Vec<_> = pressed.parameters.iter().map(|p| p.name.as_str()).collect();
-    assert_eq!(names, ["a", "b", "a_f", "b_f", "p"]);
-    assert_eq!(pressed.pressures[0].magnitude, Magnitude::Theta(4));
-
     let mut scene = block();
     scene.loads = vec![Load::Pressure { facets: "z_max".into(), magnitude }];
     scene.parameters.push(parameter("p"));
@@ -119,8 +96,6 @@ fn a_body_takes_a_material_that_fits_it_and_a_balance_a_body_of_its_own_mesh() {
     let magnitude = |body: Body| body.followers[0].magnitude;
     let known = |name: &str| magnitude(follower.clone().with_known(&[(name, 1.0)]).unwrap());
     assert_eq!((known("mu"), known("p")), (Magnitude::Theta(1), Magnitude::Fixed(1.0)));
-    let other = follower.clone().with_material(along(72), parameters()).unwrap();
-    assert_eq!(magnitude(other), Magnitude::Theta(4));
 
     let mixed = Scene::new(box_tetrahedra([3.0, 2.0, 1.0], [3, 2, 2]).quadratic(), NeoHookean)
         .parameter(parameter("mu"))

@@ -1,5 +1,6 @@
 //! Solids of three parts.
 
+use crate::product::product;
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean, NeoHookeanShape};
 use sinew_energy::{ActiveStress, Body, Exact, Invariants, Law, Parameter, Scene, Support};
 use sinew_num::{Mat3, Scalar};
@@ -57,11 +58,7 @@ fn a_field_of_stiffness_counts_energy_cell_by_cell() {
     let twice = bar.clone().stiffened(&vec![2.0; nodes]).unwrap();
     let close = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12);
     assert!(close(gradient(&twice, &theta), gradient(&bar, &doubled)));
-    let tangent = |body: &Body, theta: &[f64]| {
-        let mut forces = vec![0.0; 3 * nodes];
-        body.stiffness(&u, theta).unwrap().apply(&u, &mut forces);
-        forces
-    };
+    let tangent = |body: &Body, theta: &[f64]| product(&body.stiffness(&u, theta).unwrap(), &u);
     assert!(close(tangent(&twice, &theta), tangent(&bar, &doubled)));
     // A scar at one end: only its cells count more, by the mean over their nodes.
     let factors: Vec<f64> =

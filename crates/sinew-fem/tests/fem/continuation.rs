@@ -1,9 +1,10 @@
 //! Curves of equilibria along lines in loads and parameters, against closed forms and other ways to the same equilibria.
 
+use crate::shells::sphere_octant;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::{CurvePoint, Line, Options, SolveError, Solver};
-use sinew_mesh::{box_tetrahedra, sphere_octant};
+use sinew_mesh::box_tetrahedra;
 use std::f64::consts::PI;
 
 /// At the crown and along the plates: the arch sways to no side.

@@ -1,5 +1,11 @@
 //! The solver against ground truth: closed forms, FEniCS, manufactured solutions, hard cases.
 
+#[path = "../../../sinew-mesh/tests/mesh/distort.rs"]
+mod distort;
+#[path = "../../../sinew-mesh/tests/mesh/membrane.rs"]
+mod membrane;
+#[path = "../../../sinew-mesh/tests/mesh/shells.rs"]
+mod shells;
 #[path = "../../../../fixtures/organ/ventricles.rs"]
 mod ventricles;
 

@@ -1,5 +1,6 @@
 //! Bodies at rest of loaded images: loading them gives the image back, whatever the formulation.
 
+use crate::shells::sphere_octant;
 use crate::support::ventricle::{BULK_MODULUS, MMHG, scene, thetas};
 use crate::ventricles::ventricles;
 use sinew_energy::laws::{
@@ -8,9 +9,7 @@ use sinew_energy::laws::{
 };
 use sinew_energy::{Body, Fibres, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::{Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
-use sinew_mesh::{
-    AnyMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, rectangle_triangles, sphere_octant,
-};
+use sinew_mesh::{AnyMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 /// Nodes return to their image to this \[mm\], in bodies of some 10 to 100 mm.
 const CLOSED: f64 = 1e-8;

@@ -1,11 +1,12 @@
 //! Images that came from no body at rest, or from one that is no answer: each has its verdict, and none is taken for an answer.
 
+use crate::shells::sphere_octant;
 use crate::support::ventricle::{BULK_MODULUS, MMHG, scene, thetas};
 use crate::ventricles::ventricles;
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::{Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
-use sinew_mesh::{TetMesh, box_tetrahedra, sphere_octant};
+use sinew_mesh::{TetMesh, box_tetrahedra};
 
 fn small() -> TetMesh {
     ventricles().swap_remove(0).1

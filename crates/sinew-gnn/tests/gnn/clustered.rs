@@ -1,6 +1,7 @@
 //! Beams on their trees of clusters.
 
 use crate::common::{small_config, thetas};
+use crate::product::product;
 use nalgebra::{DMatrix, DVector};
 use sinew_emulate::coordinates::*;
 use sinew_energy::laws::NeoHookean;
@@ -38,7 +39,7 @@ pub(crate) fn response(body: &Body, theta: &[f64; 2]) -> Vec<f64> {
     let stiffness = body.stiffness(&vec![0.0; 3 * body.nodes], theta).unwrap();
     let mut forces = DMatrix::zeros(3 * body.nodes, free.len());
     for (axis, mut forces) in axes.column_iter().zip(forces.column_iter_mut()) {
-        stiffness.apply(axis.as_slice(), forces.as_mut_slice());
+        forces.copy_from_slice(&product(&stiffness, axis.as_slice()));
     }
     let loads = axes.tr_mul(&DVector::from_column_slice(&body.nodal_force));
     (&axes * axes.tr_mul(&forces).cholesky().unwrap().solve(&loads)).as_slice().to_vec()

@@ -2,6 +2,7 @@
 
 use crate::clustered::{Beam, WEIGHT, response, scene};
 use crate::common::{devices, relative_difference, small_config};
+use crate::product::product;
 use nalgebra::{DMatrix, DVector};
 use sinew_emulate::coordinates::*;
 use sinew_energy::{Barriers, Stiffness, Support};
@@ -114,8 +115,7 @@ fn newton_gain(beam: &Beam, stiffness: &Stiffness, gradient: &[f64]) -> f64 {
     let columns: Vec<Vec<f64>> = free
         .iter()
         .map(|&dof| {
-            let mut forces = vec![0.0; gradient.len()];
-            stiffness.apply(&unit(dof), &mut forces);
+            let forces = product(stiffness, &unit(dof));
             free.iter().map(|&dof| frames.component(dof, &forces)).collect()
         })
         .collect();

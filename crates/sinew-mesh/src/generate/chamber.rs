@@ -10,9 +10,8 @@ mod report;
 mod size;
 mod trees;
 
-use super::shells::between;
 use super::ventricle::Disk;
-use super::wall::{InSet, Sheet, Wall, side};
+use super::wall::{InSet, Sheet, Wall, between, side};
 use crate::topology::{facet_key, facets};
 use crate::{HexMesh, TetMesh, TriangleMesh, min_dihedral_angle};
 use axis::Axis;
@@ -38,7 +37,7 @@ use trees::{Point, Trees};
 ///
 /// // Surfaces of an idealised ventricle in place of segmented ones.
 /// let ideal = TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 15.0 }.wall([1, 32, 16]).tetrahedra();
-/// let surface = |name: &str| extract_surface(&ideal, &ideal.facet_sets[name]).mesh;
+/// let surface = |name: &str| extract_surface(&ideal, &ideal.facet_sets[name]);
 /// let (endocardium, epicardium) = (surface("endo"), surface("epi"));
 ///
 /// let chamber = Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: None };
@@ -89,7 +88,7 @@ impl Chamber<'_> {
         let fit = Fit::new(&trees, base, self.towards())?;
         let [layers, around, along] = fit.lengths().cells(options)?;
         let disk = Disk { half: around / 8, along };
-        let sheet = disk.sheet(false);
+        let sheet = disk.sheet();
         let inner = fit.inner(&sheet, &disk)?;
         let mut best: Option<(f64, Wall, Outside, TetMesh)> = None;
         for (sweeps, slope) in TRIES {
@@ -99,7 +98,7 @@ impl Chamber<'_> {
                 // Another trial has succeeded.
                 Err(_) => continue,
             };
-            let wall = cup(disk.sheet(false), layers, &inner, &outside);
+            let wall = cup(disk.sheet(), layers, &inner, &outside);
             let mesh = wall.tetrahedra();
             let angle = least_angle(&mesh);
             if best.as_ref().is_none_or(|(least, ..)| angle > *least) {

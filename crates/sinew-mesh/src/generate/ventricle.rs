@@ -1,8 +1,7 @@
 //! Truncated ellipsoids, the idealised left ventricle.
 
 use super::grid_coordinate;
-use super::shells::{between, check};
-use super::wall::{InSet, Sheet, Wall, side};
+use super::wall::{InSet, Sheet, Wall, between, side};
 use std::f64::consts::{FRAC_PI_4, PI};
 
 /// The wall between two ellipsoids of revolution around the z axis with their apexes at the bottom, cut
@@ -45,28 +44,14 @@ impl TruncatedEllipsoid {
     /// When the semi-axes are not positive, finite and ascending, the base does not cut both ellipsoids,
     /// a cell count is zero, the cells around are not a multiple of 8 or not less than 8 times those along.
     pub fn wall(&self, cells: [usize; 3]) -> Wall {
-        self.build(cells, false)
-    }
-
-    /// The quarter x, y ≥ 0 of the wall with the further sides `x_min` and `y_min`, the planes of
-    /// symmetry; `cells` are those of the whole wall.
-    ///
-    /// # Panics
-    /// As [`TruncatedEllipsoid::wall`].
-    ///
-    /// ```
-    /// let quarter = sinew_mesh::TruncatedEllipsoid::LAND.quarter_wall([1, 16, 8]).hexahedra();
-    /// assert_eq!(quarter.cells.len(), 2 * 2 + 4 * 6);
-    /// assert!(quarter.node_sets["x_min"].iter().all(|&node| quarter.points[node][0] == 0.0));
-    /// ```
-    pub fn quarter_wall(&self, cells: [usize; 3]) -> Wall {
-        self.build(cells, true)
-    }
-
-    fn build(&self, cells: [usize; 3], quarter: bool) -> Wall {
         let TruncatedEllipsoid { short, long, base } = *self;
-        check("short semi-axes", short, &cells);
-        check("long semi-axes", long, &cells);
+        for (what, [inner, outer]) in [("short", short), ("long", long)] {
+            assert!(
+                inner > 0.0 && outer > inner && outer.is_finite(),
+                "the {what} semi-axes must be positive and ascending, not {inner} and {outer}"
+            );
+        }
+        assert!(cells.iter().all(|&n| n > 0), "cell counts must be at least 1, not {cells:?}");
         assert!(base.abs() < long[0], "the base at z = {base} does not cut the inner ellipsoid");
         let [layers, around, along] = cells;
         assert!(
@@ -77,21 +62,17 @@ impl TruncatedEllipsoid {
         let disk = Disk { half: around / 8, along };
         let ellipsoid = *self;
         let apex = |depth: f64| -> InSet { Box::new(move |at| at == [0.0, 0.0, depth]) };
-        let mut sides = vec![
-            ("base", Box::new(|[a, b, _]: [f64; 3]| a.abs().max(b.abs()) == 1.0) as InSet),
-            ("endo", side(2, 0.0)),
-            ("epi", side(2, 1.0)),
-        ];
-        if quarter {
-            sides.extend([("x_min", side(0, 0.0)), ("y_min", side(1, 0.0))]);
-        }
         Wall {
-            sheet: disk.sheet(quarter),
+            sheet: disk.sheet(),
             layers,
             lift: |[a, b, _], depth| [a, b, depth],
             depth: |[_, _, depth]| depth,
             place: Box::new(move |[a, b, depth]| ellipsoid.place(disk.place([a, b]), depth)),
-            sides,
+            sides: vec![
+                ("base", Box::new(|[a, b, _]| a.abs().max(b.abs()) == 1.0)),
+                ("endo", side(2, 0.0)),
+                ("epi", side(2, 1.0)),
+            ],
             nodes: vec![("apex_endo", apex(0.0)), ("apex_epi", apex(1.0))],
         }
     }
@@ -126,19 +107,17 @@ const CORNER: f64 = 0.78;
 const BULGE: f64 = 0.15;
 
 impl Disk {
-    /// The square `[-1, 1]²`, or its quarter `[0, 1]²`, as a sheet in the plane.
-    pub(super) fn sheet(&self, quarter: bool) -> Sheet {
+    /// The square `[-1, 1]²` as a sheet in the plane.
+    pub(super) fn sheet(&self) -> Sheet {
         let half = self.half as i64;
-        let start = if quarter { 0 } else { -half };
-        let side = (half - start) as usize;
         let mut sheet = Sheet::default();
         let node = |[i, j]: [i64; 2], ring: usize| {
             let scale = self.scale(ring);
             ([i, j, ring as i64], [i, j, 0].map(|at| scale * (at as f64 / half as f64)))
         };
-        sheet.patch([side; 2], |at| node(at.map(|k| start + k), 0));
+        sheet.patch([2 * self.half; 2], |at| node(at.map(|k| k - half), 0));
         for ring in 0..self.along - self.half {
-            for [a, b] in rim(half, quarter) {
+            for [a, b] in rim(half) {
                 let (low, high) = (ring, ring + 1);
                 sheet.quad([node(a, low), node(a, high), node(b, high), node(b, low)]);
             }
@@ -176,10 +155,8 @@ impl Disk {
     }
 }
 
-/// The edges around the square `[-half, half]²` counterclockwise, or those in its quarter.
-fn rim(half: i64, quarter: bool) -> Vec<[[i64; 2]; 2]> {
-    let along = |k: i64| [[k, -half], [half, k], [-k, half], [-half, -k]];
-    let edges = (-half..half).flat_map(|k| (0..4).map(move |s| [along(k)[s], along(k + 1)[s]]));
-    let inside = |edge: &[[i64; 2]; 2]| !quarter || edge.as_flattened().iter().all(|&at| at >= 0);
-    edges.filter(inside).collect()
+/// The edges around the square `[-half, half]²` counterclockwise.
+fn rim(half: i64) -> impl Iterator<Item = [[i64; 2]; 2]> {
+    let along = move |k: i64| [[k, -half], [half, k], [-k, half], [-half, -k]];
+    (-half..half).flat_map(move |k| (0..4).map(move |s| [along(k)[s], along(k + 1)[s]]))
 }

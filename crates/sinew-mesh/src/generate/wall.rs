@@ -21,20 +21,49 @@ pub(super) type Placement = Box<dyn Fn([f64; 3]) -> [f64; 3] + Send + Sync>;
 /// middle nodes of quadratic cells included, lie exactly on the surfaces of the body.
 ///
 /// Its sides are node sets and facet sets of every mesh, and the point field `depth` goes from 0 on
-/// the inner surface to 1 on the outer one. Walls are made by [`crate::sphere_octant`],
-/// [`crate::cylinder_quarter`] and [`crate::TruncatedEllipsoid`].
+/// the inner surface to 1 on the outer one. [`crate::TruncatedEllipsoid`] makes one; others are made of their parts.
+///
+/// ```
+/// use sinew_mesh::{Sheet, Wall};
+/// use std::f64::consts::FRAC_PI_2;
+///
+/// // A quarter of a tube of radii 1 and 2: eight cells around, one along its axis and four layers.
+/// let mut sheet = Sheet::default();
+/// sheet.patch([8, 1], |[i, j]| ([i, j, 0], [i as f64 / 8.0, j as f64, 0.0]));
+/// let tube = Wall {
+///     sheet,
+///     layers: 4,
+///     lift: |[turn, up, _], depth| [turn, up, depth],
+///     depth: |[_, _, depth]| depth,
+///     place: Box::new(|[turn, up, depth]| {
+///         let (sin, cos) = (FRAC_PI_2 * turn).sin_cos();
+///         [(1.0 + depth) * cos, (1.0 + depth) * sin, up]
+///     }),
+///     sides: vec![("inner", Box::new(|at| at[2] == 0.0)), ("outer", Box::new(|at| at[2] == 1.0))],
+///     nodes: vec![],
+/// };
+/// assert_eq!(tube.hexahedra().facet_sets["inner"].len(), 8);
+/// ```
 pub struct Wall {
-    pub(super) sheet: Sheet,
-    pub(super) layers: usize,
+    /// Quadrilaterals of the inner surface, in a plane or wherever [`Wall::lift`] takes them from.
+    pub sheet: Sheet,
+    /// Number of layers.
+    pub layers: usize,
     /// The point of the reference body, whose sides are plane, above a point of the sheet at a depth.
-    pub(super) lift: fn([f64; 3], f64) -> [f64; 3],
+    pub lift: fn([f64; 3], f64) -> [f64; 3],
     /// The depth of a point of the reference body.
-    pub(super) depth: fn([f64; 3]) -> f64,
-    pub(super) place: Placement,
-    /// Names of sides.
-    pub(super) sides: Vec<(&'static str, InSet)>,
+    pub depth: fn([f64; 3]) -> f64,
+    /// The place of a point of the reference body.
+    pub place: Placement,
+    /// Names of sides, and whether a point of the reference body is on them.
+    pub sides: Vec<(&'static str, InSet)>,
     /// Names of other node sets.
-    pub(super) nodes: Vec<(&'static str, InSet)>,
+    pub nodes: Vec<(&'static str, InSet)>,
+}
+
+/// The value between those inside and outside at a depth; exact at both ends.
+pub(super) fn between([inner, outer]: [f64; 2], depth: f64) -> f64 {
+    (1.0 - depth) * inner + depth * outer
 }
 
 impl fmt::Debug for Wall {
@@ -50,15 +79,17 @@ impl fmt::Debug for Wall {
 
 /// Quadrilaterals in a surface; neighbouring patches share nodes by their keys.
 #[derive(Default)]
-pub(super) struct Sheet {
+pub struct Sheet {
+    /// Places of the nodes.
     pub points: Vec<[f64; 3]>,
+    /// Nodes of the quadrilaterals.
     pub quads: Vec<[usize; 4]>,
     by_key: HashMap<[i64; 3], usize>,
 }
 
 impl Sheet {
     /// Adds a quadrilateral by the keys and places of its nodes, which are made where they are met first.
-    pub(super) fn quad(&mut self, corners: [([i64; 3], [f64; 3]); 4]) {
+    pub fn quad(&mut self, corners: [([i64; 3], [f64; 3]); 4]) {
         let quad = corners.map(|(key, point)| {
             *self.by_key.entry(key).or_insert_with(|| {
                 self.points.push(point);
@@ -69,11 +100,7 @@ impl Sheet {
     }
 
     /// Adds a grid of quadrilaterals, with the keys and places of its nodes.
-    pub(super) fn patch(
-        &mut self,
-        cells: [usize; 2],
-        node: impl Fn([i64; 2]) -> ([i64; 3], [f64; 3]),
-    ) {
+    pub fn patch(&mut self, cells: [usize; 2], node: impl Fn([i64; 2]) -> ([i64; 3], [f64; 3])) {
         for [i, j] in grid(cells).map(|at| at.map(|k| k as i64)) {
             self.quad([[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(&node));
         }

@@ -3,7 +3,7 @@
 
 use super::cursor::{Cursor, number};
 use super::files::load;
-use super::grid::{UnstructuredGrid as Grid, cell_type};
+use super::grid::{MixedMesh as Grid, cell_type};
 use super::number::NumberType::{F64, I64};
 use crate::{Field, MeshError, Place, Problem};
 use sinew_num::ascending;

@@ -1,7 +1,7 @@
 //! Conversion of the cells of a file to a mesh.
 
 use super::cursor::Fault;
-use super::grid::{UnstructuredGrid, cell_type};
+use super::grid::{MixedMesh, cell_type};
 use super::report::ReadReport;
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_fields, check_points};
@@ -14,9 +14,7 @@ use sinew_num::ascending;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Makes a mesh of the cells with `N` nodes.
-pub(crate) fn to_mesh<const N: usize>(
-    mut grid: UnstructuredGrid,
-) -> Result<(Mesh<N>, ReadReport), Fault> {
+pub(crate) fn to_mesh<const N: usize>(mut grid: MixedMesh) -> Result<(Mesh<N>, ReadReport), Fault> {
     let cells_at = grid.cells_at;
     grid.rename_equal_cells();
     check_grid(&grid)?;
@@ -61,7 +59,7 @@ pub(crate) fn to_mesh<const N: usize>(
     Ok((mesh, report))
 }
 
-fn check_grid(grid: &UnstructuredGrid) -> Result<(), Fault> {
+fn check_grid(grid: &MixedMesh) -> Result<(), Fault> {
     let in_points = |defect: Defect| (grid.points_at, Problem::from(defect));
     let in_cells = |defect: Defect| (grid.cells_at, Problem::from(defect));
     check_points(&grid.points).map_err(in_points)?;
@@ -90,7 +88,7 @@ fn is_lower(element: &Element, kind: u8) -> bool {
     matches!(kind, 1 | 2 | 4) || element.dimension == 3 && of_solid
 }
 
-fn sort_cells<const N: usize>(grid: &UnstructuredGrid) -> Result<SortedCells<N>, Problem> {
+fn sort_cells<const N: usize>(grid: &MixedMesh) -> Result<SortedCells<N>, Problem> {
     let element = Mesh::<N>::ELEMENT;
     let mut sorted = SortedCells { cells: vec![], facets: vec![], lower: vec![] };
     for (index, &kind) in grid.types.iter().enumerate() {
@@ -117,7 +115,7 @@ fn sort_cells<const N: usize>(grid: &UnstructuredGrid) -> Result<SortedCells<N>,
 
 /// Checks the nodes of a cell; one with any number of nodes may name a node again, as a closed
 /// line does.
-fn check_nodes(grid: &UnstructuredGrid, cell: usize, number: Option<usize>) -> Result<(), Problem> {
+fn check_nodes(grid: &MixedMesh, cell: usize, number: Option<usize>) -> Result<(), Problem> {
     let (nodes, total) = (grid.cell(cell), grid.points.len());
     let Some(expected) = number else {
         return Ok(nodes.chunks(1).try_for_each(|node| check_cell(cell, node, total))?);
@@ -169,7 +167,7 @@ type Facets = BTreeMap<usize, Option<Facet>>;
 /// Facets by the names of groups and sides. Without groups each value of an integer cell field names those that have it, such
 /// as `region:1`; without such a field all are `facets`; whole numbers of real fields name some too.
 fn named_facets<const N: usize>(
-    grid: &UnstructuredGrid,
+    grid: &MixedMesh,
     sorted: &SortedCells<N>,
     matched: &Facets,
     left_out: &mut Vec<String>,

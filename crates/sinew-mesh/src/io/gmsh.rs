@@ -3,12 +3,12 @@
 
 use super::cursor::{Cursor, Encoding, Endian, Fault};
 use super::gmsh_model::{Gmsh, Version};
-use super::grid::{UnstructuredGrid, cell_type};
+use super::grid::{MixedMesh, cell_type};
 use super::number::NumberType;
 use crate::{Field, FieldValues, Problem};
 
 /// Reads the nodes, elements, physical groups and data of a file.
-pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     let mut gmsh = Gmsh { cursor: Cursor::new(bytes), ..Gmsh::default() };
     gmsh.read().map_err(|problem| gmsh.cursor.fault(problem))?;
     gmsh.name_groups();

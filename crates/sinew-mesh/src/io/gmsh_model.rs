@@ -1,7 +1,7 @@
 //! Content of a gmsh file: nodes, elements and groups by their tags.
 
 use super::cursor::{Cursor, Encoding};
-use super::grid::{UnstructuredGrid, cell_type, indices};
+use super::grid::{MixedMesh, cell_type, indices};
 use crate::{Problem, QuadraticTetMesh};
 use std::collections::{BTreeMap, HashMap};
 
@@ -21,7 +21,7 @@ pub(super) struct Gmsh<'a> {
     pub version: Version,
     /// Encoding of the binary sections, or text.
     pub binary: Encoding,
-    pub grid: UnstructuredGrid,
+    pub grid: MixedMesh,
     /// Names of physical groups by dimension and tag.
     pub names: HashMap<(i64, i64), String>,
     /// Elements of physical groups by dimension and tag.

@@ -6,37 +6,53 @@ use nalgebra::Vector3;
 use sinew_num::ascending;
 use std::collections::BTreeMap;
 
-/// The content of a mesh file before it becomes a [`crate::Mesh`]. Readers only
-/// guarantee that `ends` ascend within `connectivity`; the rest is checked in one place.
+/// Cells of several kinds in memory, as mesh files hold them, with fields and named groups.
+///
+/// [`MixedMesh::into_mesh`] makes a mesh of the cells of the highest dimension; those of the boundary become facet sets.
+///
+/// ```
+/// use sinew_mesh::MixedMesh;
+///
+/// let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let mut mixed = MixedMesh::new(corners);
+/// mixed.add_cells(10, 4, &[0, 1, 2, 3])?; // a tetrahedron, by VTK's number
+/// let triangle = mixed.add_cells(5, 3, &[0, 1, 2])?;
+/// mixed.name_cells("bottom", triangle);
+/// let (mesh, report) = mixed.into_mesh()?;
+/// assert_eq!((mesh.cell_count(), mesh.facet_sets()["bottom"].len(), report.matched_facets), (1, 1, 1));
+/// # Ok::<(), sinew_mesh::MeshError>(())
+/// ```
 #[derive(Debug, Default)]
-pub(crate) struct UnstructuredGrid {
-    pub points: Vec<[f64; 3]>,
+pub struct MixedMesh {
+    pub(crate) points: Vec<[f64; 3]>,
     /// VTK cell type of each cell.
-    pub types: Vec<u8>,
+    pub(crate) types: Vec<u8>,
     /// The nodes of cell `c` stand in `connectivity` before `ends[c]`, behind those of the cell before.
-    pub ends: Vec<usize>,
-    pub connectivity: Vec<i64>,
+    pub(crate) ends: Vec<usize>,
+    pub(crate) connectivity: Vec<i64>,
+    /// Named fields with one row per node.
     pub point_fields: BTreeMap<String, Field>,
+    /// Named fields with one row per cell of any kind.
     pub cell_fields: BTreeMap<String, Field>,
     /// Named groups of cells of any type.
-    pub groups: BTreeMap<String, Vec<usize>>,
+    pub(crate) groups: BTreeMap<String, Vec<usize>>,
     /// Named sets of points.
-    pub node_sets: BTreeMap<String, Vec<usize>>,
+    pub(crate) node_sets: BTreeMap<String, Vec<usize>>,
     /// Named sets of facets: cells, each with our number of its facet.
-    pub sides: BTreeMap<String, Vec<(usize, usize)>>,
+    pub(crate) sides: BTreeMap<String, Vec<(usize, usize)>>,
     /// Arrays and elements that the reader left out, a phrase each.
-    pub left_out: Vec<String>,
+    pub(crate) left_out: Vec<String>,
     /// Whether the reader took the file's lengths for µm, and made mm of them.
-    pub in_micrometres: bool,
-    /// Whether nodes at one place become one.
+    pub(crate) in_micrometres: bool,
+    /// Whether nodes at the same place become one, as [`crate::read_merged`] makes them.
     pub merge: bool,
     /// Place of the points, for errors.
-    pub points_at: Place,
+    pub(crate) points_at: Place,
     /// Place of the cells, for errors.
-    pub cells_at: Place,
+    pub(crate) cells_at: Place,
 }
 
-impl UnstructuredGrid {
+impl MixedMesh {
     pub(super) fn cell(&self, index: usize) -> &[i64] {
         let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.connectivity[start..self.ends[index]]

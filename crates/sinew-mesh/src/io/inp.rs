@@ -2,7 +2,7 @@
 //! CalculiX CrunchiX User's Manual). Materials, steps and all other keywords are passed over.
 
 use super::cursor::{Cursor, Fault, number};
-use super::grid::{UnstructuredGrid, indices};
+use super::grid::{MixedMesh, indices};
 use super::inp_elements::{Kind, kind};
 use super::inp_lines::{Block, Name, blocks, fields, real};
 use super::inp_sets::{Scope, Sets};
@@ -35,20 +35,20 @@ pub(crate) fn looks_like_it(content: &[u8]) -> bool {
 }
 
 /// Reads the nodes, elements, sets and surfaces of a file.
-pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     let (mut cursor, place) = (Cursor::new(bytes), Cell::new(0));
     let mut blocks = blocks(&mut cursor, &place)?;
     let first = blocks.iter().find(|block| block.keyword == "ELEMENT");
     let cells_at = cursor.place(first.map_or(0, |block| block.at));
     let grid = set_scopes(&mut blocks).and_then(|()| read(&blocks, bytes.len()));
     let grid = grid.map_err(|problem| (cursor.place(place.get()), problem))?;
-    Ok(UnstructuredGrid { cells_at, ..grid })
+    Ok(MixedMesh { cells_at, ..grid })
 }
 
 /// Blocks read so far.
 #[derive(Default)]
 pub(super) struct Model {
-    pub grid: UnstructuredGrid,
+    pub grid: MixedMesh,
     pub nodes: Sets,
     pub elements: Sets,
     /// Number of each cell of the grid.
@@ -58,7 +58,7 @@ pub(super) struct Model {
     pub owners: OnceCell<HashMap<FacetKey, usize>>,
 }
 
-fn read(blocks: &[Block<'_>], bytes: usize) -> Result<UnstructuredGrid, Problem> {
+fn read(blocks: &[Block<'_>], bytes: usize) -> Result<MixedMesh, Problem> {
     let (nodes, elements) = (Sets::new(bytes), Sets::new(bytes));
     let mut model = Model { nodes, elements, ..Model::default() };
     // Keywords may come in any order, but sets only name what stands further up.

@@ -1,6 +1,6 @@
 //! Surfaces of Abaqus and CalculiX files: faces of elements, or nodes.
 
-use super::grid::UnstructuredGrid;
+use super::grid::MixedMesh;
 use super::inp::Model;
 use super::inp_lines::{Block, fields};
 use crate::topology::{FacetKey, sorted_key};
@@ -53,7 +53,7 @@ impl Model {
     }
 
     /// The grid with all sets and surfaces.
-    pub(super) fn finish(self) -> Result<UnstructuredGrid, Problem> {
+    pub(super) fn finish(self) -> Result<MixedMesh, Problem> {
         let Model { mut grid, nodes, elements, kinds, surfaces, .. } = self;
         grid.node_sets = nodes.named()?;
         grid.groups = elements.named()?;
@@ -108,7 +108,7 @@ impl Surface {
 }
 
 /// The corners of the faces of an element.
-fn keys(grid: &UnstructuredGrid, cell: usize, element: &Element) -> impl Iterator<Item = FacetKey> {
+fn keys(grid: &MixedMesh, cell: usize, element: &Element) -> impl Iterator<Item = FacetKey> {
     let nodes = grid.cell(cell);
     let corners = element.facets.iter().map(|facet| &facet[..element.facet_corners]);
     corners.map(|locals| sorted_key(locals.iter().map(|&local| nodes[local] as usize)))

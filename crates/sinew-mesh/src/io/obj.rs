@@ -2,7 +2,7 @@
 //! Technologies, "Object Files (.obj)", Appendix B1 of the Advanced Visualizer Manual).
 
 use super::cursor::{Cursor, Fault, number};
-use super::grid::UnstructuredGrid;
+use super::grid::MixedMesh;
 use super::polydata::{Kind, add};
 use crate::Problem;
 
@@ -19,13 +19,13 @@ pub(crate) fn looks_like_it(content: &[u8]) -> bool {
 }
 
 /// Reads points, faces (as fans of triangles), lines and the names of groups.
-pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     let mut cursor = Cursor::new(bytes);
     read(&mut cursor).map_err(|problem| cursor.fault(problem))
 }
 
-fn read(cursor: &mut Cursor<'_>) -> Result<UnstructuredGrid, Problem> {
-    let mut grid = UnstructuredGrid::default();
+fn read(cursor: &mut Cursor<'_>) -> Result<MixedMesh, Problem> {
+    let mut grid = MixedMesh::default();
     let mut group = String::new();
     (grid.points_at, grid.cells_at) = (cursor.here(), cursor.here());
     while let Some(line) = cursor.line() {

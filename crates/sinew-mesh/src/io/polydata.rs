@@ -1,6 +1,6 @@
 //! VTK's surfaces: vertices, lines, polygons and strips, in legacy files (POLYDATA) and in XML (VTP).
 
-use super::grid::UnstructuredGrid;
+use super::grid::MixedMesh;
 use crate::{Place, Problem};
 
 /// Triangles that a polygon or strip with fields may have on average: each repeats the fields' rows, so that a small file
@@ -57,7 +57,7 @@ impl PolyData {
     ///
     /// # Errors
     /// Polygons or strips of very many triangles with fields.
-    pub(super) fn fill(self, grid: &mut UnstructuredGrid) -> Result<(), Problem> {
+    pub(super) fn fill(self, grid: &mut MixedMesh) -> Result<(), Problem> {
         let cells = self.cell_count();
         if !self.is_surface {
             if let [Some(CellList { ends, nodes, at }), ..] = self.lists {
@@ -97,7 +97,7 @@ impl PolyData {
 }
 
 /// Adds one cell, a polygon or strip as triangles.
-pub(crate) fn add(grid: &mut UnstructuredGrid, kind: Kind, nodes: &[i64]) {
+pub(crate) fn add(grid: &mut MixedMesh, kind: Kind, nodes: &[i64]) {
     match (kind, nodes) {
         (Kind::Vertices, [_]) => grid.push(1, nodes),
         (Kind::Vertices, _) => grid.push(2, nodes),

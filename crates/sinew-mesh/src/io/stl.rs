@@ -2,7 +2,7 @@
 //! Specification", 1989; binary files are little endian).
 
 use super::cursor::{Cursor, Fault, without_mark};
-use super::grid::UnstructuredGrid;
+use super::grid::MixedMesh;
 use crate::{Place, Problem};
 use std::collections::HashMap;
 
@@ -31,7 +31,7 @@ pub(crate) fn is_text(content: &[u8]) -> bool {
 
 /// Reads the triangles; corners at the same place become one point, and triangles that have two such corners are left
 /// out and counted.
-pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     let mut triangles = Triangles::default();
     if is_text(without_mark(bytes).trim_ascii_start()) && !is_binary(bytes) {
         let mut cursor = Cursor::new(bytes);
@@ -102,7 +102,7 @@ fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<(), Proble
 
 #[derive(Default)]
 struct Triangles {
-    grid: UnstructuredGrid,
+    grid: MixedMesh,
     by_place: HashMap<[u64; 3], i64>,
 }
 

@@ -3,7 +3,7 @@
 //! "VTK XML/legacy file formats 5.1" of the VTK documentation).
 
 use super::cursor::{Cursor, Encoding, Endian, Fault, number};
-use super::grid::UnstructuredGrid;
+use super::grid::MixedMesh;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
 use crate::{Field, FieldValues, Problem};
@@ -13,7 +13,7 @@ use percent_encoding::percent_decode_str;
 pub(crate) const MAGIC: &[u8] = b"# vtk DataFile Version";
 
 /// Reads an unstructured grid or a surface (POLYDATA).
-pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     let mut reader = Reader { cursor: Cursor::new(bytes), ..Reader::default() };
     reader.read().map_err(|problem| reader.cursor.fault(problem))?;
     Ok(reader.grid)
@@ -22,7 +22,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
 #[derive(Default)]
 struct Reader<'a> {
     cursor: Cursor<'a>,
-    grid: UnstructuredGrid,
+    grid: MixedMesh,
     cells: PolyData,
     /// The section that attributes belong to, POINT_DATA or CELL_DATA, and the number of rows of its arrays.
     attributes_of: Option<(&'static str, usize)>,

@@ -2,7 +2,7 @@
 //! (raw or base64) arrays, plain or compressed with zlib (VTK documentation, "VTK XML formats").
 
 use super::cursor::{Cursor, Endian, Fault, number};
-use super::grid::UnstructuredGrid;
+use super::grid::MixedMesh;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
 use super::vtk::checked_ends;
@@ -13,7 +13,7 @@ use quick_xml::{Reader, XmlVersion};
 use std::collections::BTreeMap;
 
 /// Reads an unstructured grid or a surface of one piece.
-pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<MixedMesh, Fault> {
     // Appended raw data is no XML, so the XML reader sees only what stands before it.
     let tag = b"<AppendedData";
     let start = bytes.windows(tag.len()).position(|window| window == tag);
@@ -25,7 +25,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
         appended: None,
         section: Section::Other,
         piece: None,
-        grid: UnstructuredGrid::default(),
+        grid: MixedMesh::default(),
         cells: PolyData::default(),
         lists: Default::default(),
     };
@@ -84,7 +84,7 @@ struct Parser<'a> {
     section: Section,
     /// Number of points, and of cells in each list.
     piece: Option<(usize, [usize; 4])>,
-    grid: UnstructuredGrid,
+    grid: MixedMesh,
     cells: PolyData,
     /// Arrays of each list of cells, and where they are in the file.
     lists: [BTreeMap<String, (Vec<i64>, usize)>; 4],

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use sinew_mesh::{
-    Facet, Field, Surface, TriangleMesh, boundary_facets, box_tetrahedra, edges, enclosed_volume,
+    Facet, Field, TriangleMesh, boundary_facets, box_tetrahedra, edges, enclosed_volume,
     extract_surface, rectangle_triangles, remove_unused_nodes, self_intersections,
 };
 
@@ -100,7 +100,7 @@ fn surfaces_carry_fields_and_sets() {
     mesh.point_fields.insert("index".into(), Field::labels((0..12).collect()));
     mesh.cell_fields.insert("cell".into(), Field::labels((0..12).collect()));
     let facets = mesh.facet_sets["x_max"].clone();
-    let Surface { mesh: side, nodes } = extract_surface(&mesh, &facets);
+    let (side, nodes) = (extract_surface(&mesh, &facets), mesh.nodes_of_facets(&facets));
     assert_eq!(nodes, mesh.node_sets["x_max"]);
     assert_eq!(side.check(), Ok(()));
     assert_eq!(side.node_sets["x_max"], [0, 1, 2, 3]);
@@ -112,7 +112,7 @@ fn surfaces_carry_fields_and_sets() {
 
 fn cube(at: f64) -> TriangleMesh {
     let mesh = box_tetrahedra([1.0; 3], [3; 3]);
-    let mut surface = extract_surface(&mesh, &boundary_facets(&mesh)).mesh;
+    let mut surface = extract_surface(&mesh, &boundary_facets(&mesh));
     // Different along each axis: edges that meet edges touch only.
     surface
         .points

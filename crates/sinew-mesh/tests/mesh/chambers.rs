@@ -19,7 +19,7 @@ const IDEAL: TruncatedEllipsoid =
 fn ideal() -> [TriangleMesh; 2] {
     let mesh = IDEAL.wall([1, 64, 40]).tetrahedra();
     ["endo", "epi"].map(|name| {
-        let surface = extract_surface(&mesh, &mesh.facet_sets[name]).mesh;
+        let surface = extract_surface(&mesh, &mesh.facet_sets[name]);
         let file = to_vtk_surface(&surface, VtkEncoding::Ascii);
         parse_mesh::<3>(name, &file).unwrap().0
     })
@@ -137,11 +137,12 @@ fn a_wall_of_a_chosen_edge_and_layers() {
     let options = WallOptions { size: Size::Edge(6.0), layers: Some(3), trim: Trim::Auto };
     let wall = chamber(&surfaces).wall(&options).unwrap();
     assert_eq!(wall.report().cells[0], 3);
-    let edges = sinew_mesh::edges(
-        &extract_surface(&wall.tetrahedra(), &wall.tetrahedra().facet_sets["endocardium"]).mesh,
-    );
+    let edges = sinew_mesh::edges(&extract_surface(
+        &wall.tetrahedra(),
+        &wall.tetrahedra().facet_sets["endocardium"],
+    ));
     let mesh = wall.tetrahedra();
-    let inner = extract_surface(&mesh, &mesh.facet_sets["endocardium"]).mesh;
+    let inner = extract_surface(&mesh, &mesh.facet_sets["endocardium"]);
     let length = |&[a, b]: &[usize; 2]| {
         (0..3).map(|i| (inner.points[a][i] - inner.points[b][i]).powi(2)).sum::<f64>().sqrt()
     };
@@ -313,7 +314,7 @@ fn ellipsoid([x, y, z, shift]: Ellipsoid) -> TriangleMesh {
     let long = [z, z + 1.0];
     let mesh = TruncatedEllipsoid { short: [1.0, 2.0], long, base: 15.0 }.wall([1, 96, 48]);
     let mesh = mesh.tetrahedra();
-    let mut surface = extract_surface(&mesh, &mesh.facet_sets["endo"]).mesh;
+    let mut surface = extract_surface(&mesh, &mesh.facet_sets["endo"]);
     surface.points.iter_mut().for_each(|at| *at = [x * at[0] + shift, y * at[1], at[2]]);
     surface
 }

@@ -1,9 +1,11 @@
 //! Bodies of structured grids: boxes, the membrane, spheres, tubes and truncated ellipsoids.
 
+use crate::membrane::cook_membrane;
+use crate::shells::{cylinder_quarter, sphere_octant};
 use nalgebra::Vector3;
 use sinew_mesh::{
-    Facet, Mesh, TruncatedEllipsoid, boundary_facets, box_hexahedra, box_tetrahedra, cook_membrane,
-    cylinder_quarter, enclosed_volume, quality, rectangle_triangles, sphere_octant,
+    Facet, Mesh, TruncatedEllipsoid, boundary_facets, box_hexahedra, box_tetrahedra,
+    enclosed_volume, quality, rectangle_triangles,
 };
 use std::f64::consts::PI;
 
@@ -185,8 +187,6 @@ fn the_wall_fills_the_ellipsoid() {
         let mesh = wall.quadratic_tetrahedra();
         let volume = assert_sound(&mesh);
         assert!((volume / exact - 1.0).abs() < 0.02 * step.powi(4), "{volume} {exact}");
-        let quarter = TruncatedEllipsoid::LAND.quarter_wall(cells).quadratic_tetrahedra();
-        assert!((4.0 * assert_sound(&quarter) / volume - 1.0).abs() < 1e-12);
     }
 }
 

@@ -263,7 +263,7 @@ fn marks_and_sets_of_a_copy_stay() {
         mixed.add_cells(*kind, nodes.len(), &nodes).unwrap();
     }
     mixed.name_nodes("both", [1, 8]);
-    mixed.merge_nodes();
+    mixed.merge = true;
     let (mesh, report) = mixed.into_mesh().unwrap();
     assert_eq!((mesh.node_sets()["both"].len(), report.merged_nodes), (1, 4));
 }

@@ -1,5 +1,6 @@
 //! Quadratic cells and distorted ones.
 
+use crate::distort::Distort as _;
 use sinew_mesh::{
     Field, Mesh, boundary_facets, box_hexahedra, box_tetrahedra, rectangle_triangles,
 };

@@ -19,7 +19,7 @@ fn what_is_wrong_is_said_without_a_file() {
     set.name_nodes("tip", [4]);
     assert!(said(set).contains("tip"));
     let mut field = tetrahedron();
-    field.add_cell_field("region", Field::labels(vec![1, 2]));
+    field.cell_fields.insert("region".into(), Field::labels(vec![1, 2]));
     assert!(said(field).contains("region"));
     let mut wedge = tetrahedron();
     wedge.add_cells(13, 6, &[0, 1, 2, 3, 0, 1]).unwrap();
@@ -33,8 +33,8 @@ fn names_and_fields_go_with_their_cells() {
     let bottom = mixed.add_cells(5, 3, &[2, 1, 0]).unwrap();
     mixed.name_cells("bottom", bottom);
     mixed.name_nodes("tip", [3, 3]);
-    mixed.add_cell_field("stiff", Field::scalars(vec![2.0, 9.0]));
-    mixed.add_point_field("height", Field::scalars(vec![0.0, 0.0, 0.0, 1.0]));
+    mixed.cell_fields.insert("stiff".into(), Field::scalars(vec![2.0, 9.0]));
+    mixed.point_fields.insert("height".into(), Field::scalars(vec![0.0, 0.0, 0.0, 1.0]));
     let (mesh, _) = mixed.into_mesh().unwrap();
     assert_eq!((mesh.facet_sets()["bottom"].len(), &mesh.node_sets()["tip"]), (1, &vec![3]));
     assert_eq!(mesh.cell_fields()["stiff"].to_f64(), [2.0].as_slice());

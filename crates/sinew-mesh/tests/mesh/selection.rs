@@ -41,7 +41,7 @@ fn wall() -> TetMesh {
 #[test]
 fn surfaces_tell_the_inside_of_a_ventricle_from_its_outside() {
     let mut wall = wall();
-    let surface = |set: &str| extract_surface(&wall, &wall.facet_sets[set]).mesh;
+    let surface = |set: &str| extract_surface(&wall, &wall.facet_sets[set]);
     let [inner, outer, base] = ["endo", "epi", "base"].map(surface);
     // The set of nodes reaches through the wall to the middle surface, the facets do not.
     wall.select("near", &Selection::near(&inner, 0.01)).unwrap();
@@ -117,7 +117,7 @@ fn an_empty_selection_says_how_near_the_nearest_came() {
 #[test]
 fn distances_from_a_surface_are_those_from_a_cube() {
     let cube = box_tetrahedra([2.0; 3], [5; 3]);
-    let surface = extract_surface(&cube, &boundary_facets(&cube)).mesh;
+    let surface = extract_surface(&cube, &boundary_facets(&cube));
     for step in 0..300 {
         let point = [0.37, 0.73, 1.31].map(|f| 5.0 * (f * f64::from(step)).sin());
         let beyond = point.map(|x: f64| (-x).max(x - 2.0));

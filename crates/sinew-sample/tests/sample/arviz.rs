@@ -150,7 +150,7 @@ fn files_hold_every_draw_once() {
     assert_eq!((rows.len(), last.parse::<f64>().unwrap()), (5, 1e-300));
     let uneven = [("a".to_string(), chains.clone()), ("b".to_string(), vec![vec![1.0]])];
     assert!(write_csv(&path, &uneven).unwrap_err().to_string().contains("draws of b: 1"));
-    let dict = ArvizDict::new().with("posterior", "a", chains);
+    let dict = ArvizDict::default().with("posterior", "a", chains);
     // Names keep their order; one that comes again takes the place of the earlier one.
     let dict = dict.with_observed("V 2", 1.0).with_observed("V 10", 7.0).with_observed("V 2", 1.0);
     let dict = dict.with_observed("V 10", 120.0);
@@ -161,7 +161,7 @@ fn files_hold_every_draw_once() {
     // The form of arviz' `coords` and `dims`.
     let labels = ["V 2", "V 10"].map(String::from).to_vec();
     assert_eq!(
-        ArvizDict::new().with_log_likelihood(labels, vec![vec![vec![-0.5, -2.0]]]).to_json(),
+        ArvizDict::default().with_log_likelihood(labels, vec![vec![vec![-0.5, -2.0]]]).to_json(),
         r#"{"coords":{"datum":["V 2","V 10"]},"dims":{"data":["datum"]},"log_likelihood":{"data":[[[-0.5,-2.0]]]}}"#
     );
 }

@@ -6,7 +6,7 @@ use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{
     Chamber, ChamberWall, Field, Size, TetMesh, TriangleMesh, TruncatedEllipsoid, WallOptions,
-    extract_surface, read_mesh, write_surface,
+    extract_surface, read_mesh,
 };
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -127,13 +127,6 @@ fn ideal() -> Result<(String, Surfaces3)> {
     println!("the surfaces of a real heart are absent; an ideal ventricle stands in");
     let wall = TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 15.0 };
     let mesh = wall.wall([1, 64, 40]).tetrahedra();
-    let folder = std::env::temp_dir();
-    let surface = |name: &str| -> Result<TriangleMesh, sinew_mesh::MeshError> {
-        let file = folder.join(format!("sinew_ideal_{name}_{}.vtp", std::process::id()));
-        write_surface(&file, &extract_surface(&mesh, &mesh.facet_sets[name]).mesh)?;
-        let read = read_mesh::<3>(&file);
-        let _ = std::fs::remove_file(&file);
-        Ok(read?.0)
-    };
-    Ok(("ideal".into(), (surface("endo")?, surface("epi")?, None)))
+    let surface = |name: &str| extract_surface(&mesh, &mesh.facet_sets[name]);
+    Ok(("ideal".into(), (surface("endo"), surface("epi"), None)))
 }

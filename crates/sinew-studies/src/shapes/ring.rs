@@ -2,7 +2,7 @@
 
 use super::checked::{check_cells, padded};
 use anyhow::{Result, ensure};
-use sinew_mesh::{Field, TriangleMesh, repair_orientation};
+use sinew_mesh::{Field, TriangleMesh, boundary_facets, repair_orientation};
 use std::f64::consts::TAU;
 
 /// A plane ring about the origin between two curves: `ln r` of the inner one and `ln` of the thickness are Fourier series in the angle.
@@ -72,12 +72,10 @@ impl RingShape {
         mesh.point_fields.insert("fibre".into(), Field::vectors(&fibre));
         repair_orientation(&mut mesh);
         // Radii grow outwards at every angle, so that no cell is folded.
-        let edges = |j: usize| -> Vec<[usize; 2]> {
-            (0..around).map(|i| [node(i, j), node(i + 1, j)]).collect()
-        };
         for (name, j) in [("inner", 0), ("outer", across)] {
-            let named = mesh.name_facets_of(name, &edges(j));
-            debug_assert!(named.is_ok(), "the rings of nodes inside and outside are the boundary");
+            let mut facets = boundary_facets(&mesh);
+            facets.retain(|facet| mesh.nodes_of_facet(*facet).all(|n| n % (across + 1) == j));
+            mesh.facet_sets.insert(name.into(), facets);
         }
         Ok(mesh)
     }

@@ -1,5 +1,8 @@
 //! Quick runs of the studies: the same code as the full ones, on small meshes with few steps; the benchmarks' references against each other.
 
+#[path = "../../../sinew-mesh/tests/mesh/distort.rs"]
+mod distort;
+
 mod beams;
 mod coverage;
 mod ecdf;

@@ -1,5 +1,6 @@
 //! Rows, cases, and what the program makes of them.
 
+use crate::distort::Distort as _;
 use clap::{CommandFactory, Parser};
 use sinew_mesh::{Mesh, box_tetrahedra};
 use sinew_studies::verify::run::run;

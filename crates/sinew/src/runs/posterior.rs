@@ -194,7 +194,7 @@ impl RunsPosterior {
     pub fn to_arviz(&self) -> ArvizDict {
         let columns = self.columns().into_iter();
         let mut dict = columns
-            .fold(ArvizDict::new(), |dict, (head, draws)| dict.with("posterior", &head, draws));
+            .fold(ArvizDict::default(), |dict, (head, draws)| dict.with("posterior", &head, draws));
         for (place, (datum, unit)) in self.data.iter().zip(&self.units).enumerate() {
             let head = unit.head(&datum.output);
             dict = dict.with("posterior", &head, self.output(place));

@@ -8,7 +8,7 @@ fn surfaces(folder: &Path) {
     use sinew_mesh::{TruncatedEllipsoid, extract_surface};
     let mesh = TruncatedEllipsoid::LAND.wall([1, 32, 16]).tetrahedra();
     for name in ["endo", "epi"] {
-        let surface = extract_surface(&mesh, &mesh.facet_sets[name]).mesh;
+        let surface = extract_surface(&mesh, &mesh.facet_sets[name]);
         let rows = |rows: Vec<String>| rows.join("\n");
         let points = surface.points.iter().map(|[x, y, z]| format!("{x:?} {y:?} {z:?}"));
         let cells = surface.cells.iter().map(|[a, b, c]| format!("3 {a} {b} {c}"));

@@ -2,6 +2,8 @@
 
 #[path = "../../../sinew-mesh/tests/mesh/damage.rs"]
 mod damage;
+#[path = "../../../sinew-mesh/tests/mesh/shells.rs"]
+mod shells;
 
 mod answers;
 mod campaigns;

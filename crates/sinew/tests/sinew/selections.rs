@@ -101,10 +101,10 @@ fn files_are_read_by_place_surface_and_format() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let wall = sinew_mesh::TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra();
-    let surface = |set: &str| sinew_mesh::extract_surface(&wall, &wall.facet_sets[set]).mesh;
-    for (set, file) in [("endo", "inner.stl"), ("epi", "outer.obj")] {
-        sinew_mesh::write_surface(path(file), &surface(set)).unwrap();
-    }
+    let surface = |set: &str| sinew_mesh::extract_surface(&wall, &wall.facet_sets[set]);
+    let [inner, outer] = ["endo", "epi"].map(surface);
+    std::fs::write(path("inner.stl"), sinew_mesh::to_stl(&inner).unwrap()).unwrap();
+    std::fs::write(path("outer.obj"), sinew_mesh::to_obj(&outer).unwrap()).unwrap();
     let mut bare = wall.clone();
     bare.node_sets.clear();
     bare.facet_sets.clear();
@@ -138,11 +138,8 @@ fn files_are_read_by_place_surface_and_format() {
         "{error}"
     );
     assert!(error.contains("16 edges of its rim") && error.contains("fTetWild"), "{error}");
-    sinew_mesh::write_surface(
-        path("closed.vtp"),
-        &sinew_mesh::extract_surface(&wall, &sinew_mesh::boundary_facets(&wall)).mesh,
-    )
-    .unwrap();
+    let closed = sinew_mesh::extract_surface(&wall, &sinew_mesh::boundary_facets(&wall));
+    std::fs::write(path("closed.vtp"), sinew_mesh::to_vtp(&closed).unwrap()).unwrap();
     let error = case("closed.vtp", "").unwrap_err().to_string();
     assert!(error.contains("a surface of") && error.contains("TetGen"), "{error}");
 }

@@ -1,6 +1,7 @@
 //! The page of an emulator: its script predicts what the program predicts, its error is right, and it refuses what it cannot hold.
 
 use crate::page_numbers::{Regressed, bits, indices, singles};
+use crate::shells::sphere_octant;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 use sinew::recipe::Regression;
@@ -220,7 +221,7 @@ fn the_script_encloses_the_volume_that_the_program_does() {
     // An octant of a ball, which symmetry planes close.
     let rollers = [("x_min", 0), ("y_min", 1), ("z_min", 2)];
     let load = Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Theta(2) };
-    let octant = sinew_mesh::sphere_octant([13.0, 21.0], [2, 3]).tetrahedra();
+    let octant = sphere_octant([13.0, 21.0], [2, 3]).tetrahedra();
     let octant = Scene::new(octant, NeoHookean)
         .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
         .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))

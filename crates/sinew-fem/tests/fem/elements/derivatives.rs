@@ -1,10 +1,12 @@
 //! Forces are derivatives of the energy and the stiffness of the forces, for each element with all that can act on it.
 
+use crate::distort::Distort as _;
 use crate::elements::scene::{scene, with_boundary, wobble};
+use crate::shells::sphere_octant;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Magnitude, Scene};
 use sinew_fem::Solver;
-use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra, rectangle_triangles, sphere_octant};
+use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 /// Central differences with this step err by about its square times the third derivative.
 const STEP: f64 = 1e-5;

@@ -1,5 +1,6 @@
 //! Elastic foundations against closed forms.
 
+use crate::distort::Distort as _;
 use crate::elements::scene::{distance, node_at, roller, scene, with_boundary};
 use sinew_energy::laws::{LinearElastic, NeoHookean};
 use sinew_energy::{Load, Magnitude};

@@ -1,12 +1,12 @@
 //! The mixed elements of Taylor and Hood against closed forms and the literature.
 
 use crate::elements::scene::{node_at, roller, scene};
+use crate::membrane::cook_membrane;
+use crate::shells::{cylinder_quarter, sphere_octant};
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, Load, Magnitude, Support};
 use sinew_fem::{Line, Options, Solution, SolveError, Solver};
-use sinew_mesh::{
-    box_tetrahedra, cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant,
-};
+use sinew_mesh::{box_tetrahedra, rectangle_triangles};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
 
 /// Without its volumetric part (λ = 0) the law leaves all of the volume to the field of pressure.

@@ -1,5 +1,6 @@
 //! Patch tests: a homogeneous deformation of the whole boundary is followed by the interior of any mesh.
 
+use crate::distort::Distort as _;
 use crate::elements::scene::{distance, roller, scene, with_boundary};
 use sinew_energy::laws::{Guccione, HolzapfelOgden, NeoHookean, NeoHookeanShape};
 use sinew_energy::{Law, Material, Prescribed, Scene, Support};

@@ -1,12 +1,12 @@
 //! Triangles against slabs of solid elements, and in plane stress.
 
+use crate::distort::Distort as _;
 use crate::elements::scene::{distance, node_at, roller, scene};
+use crate::membrane::cook_membrane;
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean, PlaneStress};
 use sinew_energy::{Load, Magnitude, Support};
 use sinew_fem::{Options, Solver};
-use sinew_mesh::{
-    AnyMesh, Mesh, box_hexahedra, box_tetrahedra, cook_membrane, rectangle_triangles,
-};
+use sinew_mesh::{AnyMesh, Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 const THETA: [f64; 2] = [10.0, 20.0];
 

@@ -1,10 +1,11 @@
 //! Follower pressures: on loose rims, and on flat triangles in two ways.
 
 use crate::elements::scene::{distance, node_at, roller, scene, wobble};
+use crate::shells::sphere_octant;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, PressureSurface, Support, SurfaceResponse};
 use sinew_fem::{Options, Solver};
-use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra, sphere_octant};
+use sinew_mesh::{AnyMesh, box_hexahedra, box_tetrahedra};
 
 const PRESSURE: f64 = 0.02;
 /// Shares of forces in rounding and in what Newton's method leaves.

@@ -1,5 +1,6 @@
 //! Supports along directions of a node's own: rollers on inclined planes and radial supports.
 
+use crate::distort::Distort as _;
 use crate::elements::scene::{distance, node_at, roller, scene, with_boundary, wobble};
 use crate::support::{forces_of_supports, vector_area};
 use sinew_energy::laws::{LinearElastic, NeoHookean};

@@ -1,5 +1,6 @@
 //! Quadratic, mixed, averaged, plane and hexahedral elements in hard places.
 
+use crate::distort::Distort as _;
 use crate::hard_cases::bodies::scene;
 use crate::hard_cases::checks::*;
 use sinew_energy::laws::{ByYoungPoisson, NeoHookean};

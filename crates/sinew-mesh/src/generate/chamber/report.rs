@@ -54,7 +54,7 @@ pub(super) fn of(
     mesh: &TetMesh,
     cells: [usize; 3],
 ) -> Option<ChamberReport> {
-    let surface = |name: &str| extract_surface(mesh, &mesh.facet_sets[name]).mesh;
+    let surface = |name: &str| extract_surface(mesh, &mesh.facet_sets[name]);
     let (inner, outer) = (surface("endocardium"), surface("epicardium"));
     let from_outside = |x: Point| {
         let septum = trees.septum.as_ref().map_or(f64::INFINITY, |tree| tree.distance(x));
@@ -80,7 +80,7 @@ pub(super) fn of(
         endocardium_distance: distances(&inner, |x| trees.endocardium.distance(x)),
         outer_distance: distances(&outer, from_outside),
         crossings: crossings(chamber, base),
-        own_crossings: self_intersections(&extract_surface(mesh, &boundary).mesh).len(),
+        own_crossings: self_intersections(&extract_surface(mesh, &boundary)).len(),
         quality,
     })
 }

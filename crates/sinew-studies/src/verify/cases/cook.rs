@@ -1,12 +1,13 @@
 //! Cook's membrane at finite strain.
 
+use super::membrane::cook_membrane;
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::reference::published;
 use crate::verify::solve::{displaced, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookeanShape;
 use sinew_energy::{Law, Load, Scene, Support};
-use sinew_mesh::{AnyMesh, cook_membrane};
+use sinew_mesh::AnyMesh;
 
 const THETA: [f64; 1] = [80.1938];
 const BULK: f64 = 400_942.0;

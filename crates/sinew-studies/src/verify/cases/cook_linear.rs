@@ -1,11 +1,11 @@
 //! Cook's membrane, linear elastic.
 
 use super::cook::{Ladder, climb};
+use super::membrane::cook_membrane;
 use crate::verify::case::{Band, Case, Effort, Formulation, Rows};
 use crate::verify::reference::published;
 use anyhow::Result;
 use sinew_energy::laws::{LinearElastic, lame_from_young_poisson};
-use sinew_mesh::cook_membrane;
 
 /// E \[MPa\] and ν; the shear per area is that of [`super::cook`], in MPa.
 const YOUNG_POISSON: (f64, f64) = (70.0, 1.0 / 3.0);

@@ -2,13 +2,14 @@
 
 use super::boxes::boxes;
 use super::radial::{RADII, inflation, rollers, surfaces};
+use super::shells::cylinder_quarter;
 use crate::verify::case::{Band, Case, Effort, Rows};
 use crate::verify::reference::ThickCylinder;
 use crate::verify::solve::{mixed, scene};
 use anyhow::Result;
 use sinew_energy::Support;
 use sinew_energy::laws::NeoHookean;
-use sinew_mesh::{AnyMesh, Mesh, cylinder_quarter, rectangle_triangles};
+use sinew_mesh::{AnyMesh, Mesh, rectangle_triangles};
 use std::f64::consts::FRAC_PI_2;
 
 const THETA: [f64; 2] = [1.0, 10.0];

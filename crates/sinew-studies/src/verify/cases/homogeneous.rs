@@ -1,12 +1,14 @@
 //! Shared parts of the homogeneous benchmarks: laws with their independent references, and stresses from reactions.
 
+use super::distort::Distort as _;
 use crate::verify::reference::Fung;
+use crate::verify::solve::scene;
 use sinew_energy::laws::{
     Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
     NeoHookeanShape,
 };
-use sinew_energy::{Body, Law, Parameter, SceneError, Solid};
-use sinew_mesh::{HexMesh, TetMesh, box_hexahedra, box_tetrahedra};
+use sinew_energy::{Body, Law, Scene, Solid, Support};
+use sinew_mesh::{AnyMesh, HexMesh, TetMesh, box_hexahedra, box_tetrahedra};
 use std::sync::Arc;
 
 pub(super) type Matrix = [[f64; 3]; 3];
@@ -43,17 +45,15 @@ impl Material {
         theta: &[f64],
     ) -> Self {
         let axes: [_; D] = std::array::from_fn(|direction| FRAME[direction]);
-        let at = move |points| law.clone().along(vec![axes; points]);
+        let at = move |cells| law.clone().along(vec![axes; cells]);
         Self { name: name.into(), at: Box::new(at), theta: theta.to_vec() }
     }
 
-    /// The body of a scene, whatever its law, made of this material.
-    pub(super) fn fill(&self, body: Body) -> Result<Body, SceneError> {
-        let material = (self.at)(body.volumes.len());
-        let named = material.parameters().iter().zip(&self.theta);
-        let fixed = |(name, &value): (&&str, &f64)| Parameter::linear(*name, "1", value..=value);
-        let parameters = named.map(fixed).collect();
-        body.with_material(material, parameters)
+    /// A scene of this material without loads.
+    pub(super) fn scene(&self, mesh: impl Into<AnyMesh>, supports: Vec<Support>) -> Scene {
+        let mesh = mesh.into();
+        let material = (self.at)(mesh.cell_count());
+        scene(mesh, material, &self.theta, vec![], supports)
     }
 }
 

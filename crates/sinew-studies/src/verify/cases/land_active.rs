@@ -6,7 +6,7 @@ use crate::verify::reference::published;
 use crate::verify::solve::{Found, equilibrium, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::{ActiveTension, Guccione};
-use sinew_energy::{Law, Load, Magnitude, Scene, Support};
+use sinew_energy::{Law, Load, Magnitude, Scene, Solid, Strain, Support};
 use sinew_fem::fibres::{EllipsoidWall, FibreRule};
 use sinew_mesh::TruncatedEllipsoid;
 
@@ -56,7 +56,7 @@ fn ventricle(bulk_modulus: f64, cells: [usize; 3], mixed: bool) -> Result<Scene>
     let mesh = TruncatedEllipsoid::LAND.wall(cells).quadratic_tetrahedra();
     let magnitude = Magnitude::Fixed(PRESSURE);
     let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
-    let law = Guccione.nearly_incompressible(bulk_modulus).of_whole_strain();
+    let law = Solid { strain: Strain::Whole, ..Guccione.nearly_incompressible(bulk_modulus) };
     let law = law.with_active(ActiveTension);
     let supports = vec![Support::clamped("base")];
     let scene = scene(mesh, law.along(Vec::new()), &THETA, loads, supports);

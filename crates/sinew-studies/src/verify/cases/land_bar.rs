@@ -7,7 +7,7 @@ use crate::verify::reference::published;
 use crate::verify::solve::{Found, along, equilibrium, lower, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
-use sinew_energy::{Load, Magnitude, Scene, Support};
+use sinew_energy::{Load, Magnitude, Scene, Solid, Strain, Support};
 use sinew_mesh::{AnyMesh, box_tetrahedra};
 
 /// C \[kPa\], b_f, b_t, b_fs.
@@ -69,7 +69,7 @@ fn bar(mesh: impl Into<AnyMesh>, bulk_modulus: f64) -> Scene {
     let magnitude = Magnitude::Fixed(PRESSURE);
     let loads = vec![Load::Pressure { facets: "z_min".into(), magnitude }];
     let supports = vec![Support::clamped("x_min")];
-    let law = Guccione.nearly_incompressible(bulk_modulus).of_whole_strain();
+    let law = Solid { strain: Strain::Whole, ..Guccione.nearly_incompressible(bulk_modulus) };
     let material = along(&mesh, law, FRAME);
     scene(mesh, material, &THETA, loads, supports)
 }

@@ -7,8 +7,8 @@ use crate::verify::reference::published;
 use crate::verify::solve::{Found, along, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
-use sinew_energy::{Load, Magnitude, Support};
-use sinew_mesh::TruncatedEllipsoid;
+use sinew_energy::{Load, Magnitude, Solid, Strain, Support};
+use sinew_mesh::{Sheet, TruncatedEllipsoid, Wall};
 
 /// C \[kPa\], b_f, b_t, b_fs: isotropic.
 const THETA: [f64; 4] = [10.0, 1.0, 1.0, 1.0];
@@ -35,18 +35,30 @@ pub(super) const CASE: Case = Case {
 
 fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     for &meshed in effort.levels(1, LADDER) {
-        let mesh = TruncatedEllipsoid::LAND.quarter_wall(meshed.0).quadratic_tetrahedra().into();
+        let mesh = quarter(TruncatedEllipsoid::LAND.wall(meshed.0)).quadratic_tetrahedra().into();
         let magnitude = Magnitude::Fixed(PRESSURE);
         let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
         let mut supports = rollers(&[("x_min", 0), ("y_min", 1)]);
         supports.push(Support::clamped("base"));
-        let law = Guccione.nearly_incompressible(BULK).of_whole_strain();
+        let law = Solid { strain: Strain::Whole, ..Guccione.nearly_incompressible(BULK) };
         let material = along(&mesh, law, FRAME);
         let ventricle = scene(mesh, material, &THETA, loads, supports);
         let found = mixed(ventricle, 0.0, &THETA)?;
         apexes(rows, Formulation::Mixed, meshed, &found, published::LAND_VENTRICLE)?;
     }
     Ok(())
+}
+
+/// The quarter x, y ≥ 0 of a wall, with the further sides `x_min` and `y_min`, the planes of symmetry.
+fn quarter(mut wall: Wall) -> Wall {
+    let Sheet { points, quads, .. } = std::mem::take(&mut wall.sheet);
+    let is_inside = |node: &usize| points[*node][0] >= 0.0 && points[*node][1] >= 0.0;
+    for quad in quads.into_iter().filter(|quad| quad.iter().all(is_inside)) {
+        wall.sheet.quad(quad.map(|node| ([node as i64, 0, 0], points[node])));
+    }
+    wall.sides.push(("x_min", Box::new(|at| at[0] == 0.0)));
+    wall.sides.push(("y_min", Box::new(|at| at[1] == 0.0)));
+    wall
 }
 
 /// Heights of the apex on both surfaces.

@@ -1,13 +1,13 @@
 //! The largest pressure that a thick sphere bears.
 
 use super::radial::{OCTANT, RADII, inflation, octant, rollers};
+use super::shells::sphere_octant;
 use crate::verify::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::verify::reference::{LimitPoint, ThickSphere};
 use crate::verify::solve::scene;
 use anyhow::{Context, Result};
 use sinew_energy::laws::NeoHookean;
 use sinew_fem::{Line, Options, Solver};
-use sinew_mesh::sphere_octant;
 use std::f64::consts::PI;
 use std::time::Instant;
 

@@ -1,5 +1,6 @@
 //! Patch tests on distorted meshes.
 
+use super::distort::Distort as _;
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::verify::solve::{BOUNDARY, equilibrium, lower, mixed, scene, with_boundary};
 use anyhow::Result;

@@ -2,7 +2,7 @@
 
 use super::homogeneous::{Material, Meshes, exponentials, mean_stress};
 use crate::verify::case::{Band, Case, Effort, Formulation, Label, Measure, Row, Rows};
-use crate::verify::solve::{BOUNDARY, equilibrium, lower, scene, with_boundary};
+use crate::verify::solve::{BOUNDARY, equilibrium, lower, with_boundary};
 use anyhow::{Context, Result};
 use sinew_energy::Support;
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean};
@@ -86,8 +86,7 @@ where
             };
             let mesh = with_boundary(mesh.clone());
             let supports = vec![Support::moved(BOUNDARY, &mesh, slide)];
-            let scene = scene(mesh, NeoHookean, &[1.0; 2], vec![], supports);
-            let potential = material.fill(lower(&scene, formulation)?)?;
+            let potential = lower(&material.scene(mesh, supports), formulation)?;
             let (solution, cost) = equilibrium(&potential, theta)?;
             let piola = mean_stress(&potential, &solution.displacement, theta);
             // σ = PFᵀ with F = I + γ e_along ⊗ e_normal, J = 1.

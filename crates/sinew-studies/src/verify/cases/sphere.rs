@@ -1,12 +1,12 @@
 //! Thick incompressible sphere under internal pressure.
 
 use super::radial::{OCTANT, RADII, inflation, octant, rollers, surfaces};
+use super::shells::sphere_octant;
 use crate::verify::case::{Band, Case, Effort, Rows};
 use crate::verify::reference::ThickSphere;
 use crate::verify::solve::{mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_mesh::sphere_octant;
 
 /// μ, and a λ that no incompressible solution feels.
 const THETA: [f64; 2] = [1.0, 10.0];

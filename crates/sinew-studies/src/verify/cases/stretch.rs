@@ -3,7 +3,7 @@
 use super::homogeneous::{Exponential, Material, Matrix, Meshes, exponentials, mean_stress};
 use crate::verify::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::verify::reference::{Biaxial, Fung, equibiaxial_bar, uniaxial_bar};
-use crate::verify::solve::{displacement_at, equilibrium, lower, scene};
+use crate::verify::solve::{displacement_at, equilibrium, lower};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Scene, Support};
@@ -124,7 +124,7 @@ impl Meshes {
 
     fn compare_mixed(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
         let scene = block(self.tets.quadratic(), state).mixed();
-        let body = state.material.fill(scene.lower()?)?;
+        let body = scene.lower()?;
         let theta = &state.material.theta;
         let (solution, cost) = equilibrium(&body, theta)?;
         let mut piola = mean_stress(&body, &solution.displacement, theta);
@@ -144,7 +144,7 @@ fn block(mesh: impl Into<AnyMesh>, state: &State<'_>) -> Scene {
     for &axis in state.loaded() {
         supports.push(Support::uniform(name(axis, "max"), along(axis, state.stretch - 1.0)));
     }
-    scene(mesh, NeoHookean, &[1.0; 2], vec![], supports)
+    state.material.scene(mesh, supports)
 }
 
 fn displaced(
@@ -153,7 +153,7 @@ fn displaced(
     mesh: impl Into<AnyMesh>,
     state: &State<'_>,
 ) -> Result<()> {
-    let potential = state.material.fill(lower(&block(mesh, state), formulation)?)?;
+    let potential = lower(&block(mesh, state), formulation)?;
     let theta = &state.material.theta;
     let (solution, cost) = equilibrium(&potential, theta)?;
     let piola = mean_stress(&potential, &solution.displacement, theta);
