@@ -94,7 +94,6 @@ pub use case::{Case, CaseError};
 pub use comparison::{Comparison, ComparisonError, Method, Origin};
 pub use inflation::Inflation;
 pub use locking::locking_in_words;
-pub use page::Published;
 pub use patient::{PatientFile, Prepared, Reported};
 #[cfg(not(feature = "networks"))]
 pub use sinew_emulate::recipe;
