@@ -76,7 +76,7 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     /// Write the last evaluation as a page.
     Report(report::Report),
-    /// Write the body as mesh, arrays and numbers for other programs, or the emulator as a page for a browser.
+    /// Write the emulator as a page for a browser, or the weights of a network as arrays.
     Export(export::Export),
     /// Answer samplers and other programs over HTTP, by UM-Bridge.
     Serve(serve::Serve),
