@@ -12,37 +12,9 @@ use commands::{
 };
 use std::process::ExitCode;
 
-const HELP: &str = "\
-From a mesh to predictions:
-  sinew scenes                                    list built-in scenes
-  sinew new OnceClampedBeam > beam.toml           a case file, to be edited: docs/case-file.md explains every key
-  sinew solve beam.toml --theta mu=75,lambda=80   one equilibrium, for ParaView
-  sinew solve IdealVentricle --along p=0..8mmHg   a body while its pressure rises, frame by frame
-  sinew unload heart.toml -o rest.vtu             the reference configuration of a mesh loaded as --theta says
-  sinew train beam.toml                           an emulator; --recipe and --minutes say how
-  sinew predict beam.toml --theta thetas.csv      displacements for every row of a table, with error estimates
-  sinew correct beam.toml --theta mu=75,lambda=80 --steps 2
-  sinew evaluate beam.toml                        errors and times of all emulators trained so far
-  sinew report beam.toml                          the same as a page
-  sinew export beam.toml --page                   the emulator as one file for a browser: a slider for every parameter
-  sinew serve beam.toml                           models for samplers in Python, R, Julia, MATLAB and C++, by UM-Bridge
-Your own solver:
-  sinew train --from-table runs.csv --parameters mu,lambda    an emulator of stored runs: numbers, or --from-fields on a mesh
-Your own heart:
-  sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
-  sinew train LeftVentricle --mesh wall.vtu
-  sinew calibrate patient.toml --check            whether measurements of a patient can be calibrated; without --check the posterior
-
-CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa; parameters
-are in the units that the case file gives them in, unless a value names its own (p=7mmHg).
-
-Exit codes: 0 success; 1 no result, or not for every row; 2 an error in the command line, the case file or a table of
-parameters, whose correct rows are computed; 3 sinew sample --solve or sinew evaluate was stopped by SIGTERM or Ctrl-C with
-everything stored: the same command goes on; 4 sinew calibrate --check: the model does not calibrate the data; 5 they cannot tell.";
-
 /// Physics-informed emulation of soft-tissue mechanics: solve, train, predict and correct bodies from case files.
 #[derive(Debug, Parser)]
-#[command(name = "sinew", version, after_help = HELP, max_term_width = 110)]
+#[command(name = "sinew", version, after_help = include_str!("commands/help/sinew.txt"), max_term_width = 110)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

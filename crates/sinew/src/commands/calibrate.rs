@@ -36,16 +36,7 @@ const RESULTS: [&str; 7] = [
 
 /// Patient file and folder.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-CASE is a patient file: a case file whose mesh is the image, with [phases], [[data]] and [calibration] (docs/calibration.md). Writes posterior.csv,
-posterior.json (for arviz), edpvr.csv, rest.vtu, report.html and report.json into OUT/calibrate. A posterior that the solver does not
-confirm is an error, not a result. solves.csv keeps every solve: --resume continues from there, to the same numbers, and
---restart solves everything anew. Results of an earlier run are removed when a run starts.
-
-A file with emulator = \"out/runs\", a folder of sinew train --from-table, and [[data]] with output, value and sd gives a posterior by
-that emulator alone (docs/emulators.md), which no solver confirms.
-
-Example: sinew calibrate patient.toml --check")]
+#[command(after_help = include_str!("help/calibrate.txt"))]
 pub(crate) struct Calibrate {
     #[command(flatten)]
     patient: CaseArguments,

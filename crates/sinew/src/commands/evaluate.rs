@@ -10,13 +10,7 @@ use std::path::Path;
 
 /// Body and number of cases.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Test cases are uniform in the ranges, each on its scale, and unseen in training. Errors are those of the thesis:
-err_u (mm, per node), err_F, err_I1, err_Pi and err_V (%, deformation gradient, first invariant, potential energy, cavity
-volume), as predicted and after Newton steps. Simulations are kept in OUT/test and solved once. Writes
-OUT/evaluation.json, which sinew report reads.
-
-Example: sinew train OnceClampedBeam --recipe regression && sinew evaluate OnceClampedBeam --cases 50")]
+#[command(after_help = include_str!("help/evaluate.txt"))]
 pub(crate) struct Evaluate {
     #[command(flatten)]
     case: CaseArguments,

@@ -12,14 +12,7 @@ use std::path::Path;
 
 /// Emulator.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-With --page writes OUT/NAME.html, where NAME is the emulator's: one file for any browser, without a network, with a
-slider for every parameter and the error shown. Without a trained emulator a regression is trained first, as by
-sinew train --recipe regression. docs/viewer.md describes how its numbers are made.
-
-With --weights (programs with networks) writes OUT/NAME.npz, for numpy.load: the weights of a trained network by the names of docs/emulators.md.
-
-Example: sinew export OnceClampedBeam --page")]
+#[command(after_help = include_str!("help/export.txt"))]
 pub(crate) struct Export {
     #[command(flatten)]
     case: CaseArguments,

@@ -24,16 +24,7 @@ enum What {
 
 /// Surfaces and sizes.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Surfaces are VTK (POLYDATA), VTP, VTU, STL or OBJ files, open at the valves or not. The endocardium is carried along its
-normals to the nearest outer surface. Lengths are in the surfaces' own unit; case files read them as mm unless they say
-`unit`.
-
-The mesh has the sets base, endocardium, epicardium (the whole outer surface) and septum (its part that faces the other
-ventricle), the field `fibre`, and under the names of the built-in ventricle `region:1` (endocardium) and `clamped` (base).
-
-Example: sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk --septum rv.vtk --nodes 1500 -o wall.vtu
-         sinew solve LeftVentricle --mesh wall.vtu --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg")]
+#[command(after_help = include_str!("help/ventricle.txt"))]
 struct Ventricle {
     /// Inner surface
     #[arg(long, value_name = "FILE")]

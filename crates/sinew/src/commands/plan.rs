@@ -8,12 +8,7 @@ use sinew_emulate::{Plan as Costs, Terminal};
 
 /// Numbers of parameter sets.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Solves twice, counts and times the Newton steps, and prints the expected cost of each method: the solver, a Taylor
-expansion with Newton steps, and a trained emulator where OUT holds exactly one, or the stiffness of another body (--from).
-sinew predict --accuracy takes the first.
-
-Example: sinew plan LeftVentricle --count 100,10000")]
+#[command(after_help = include_str!("help/plan.txt"))]
 pub(crate) struct Plan {
     #[command(flatten)]
     case: CaseArguments,

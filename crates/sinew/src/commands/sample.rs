@@ -15,26 +15,7 @@ use std::time::Duration;
 
 /// Number and design of the parameter sets.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Writes OUT/sample/thetas.csv, which --theta of the other commands reads; with --solve also the equilibria. A folder with
-equilibria of other parameter sets is refused.
-
-Example: sinew sample OnceClampedBeam --count 200 --design sobol --solve
-
-A campaign too large for one machine is solved in shards. Each shard is a process that may be killed and started
-again; sinew merge puts the shards together:
-
-  sinew sample heart.toml --count 3000 --solve --shard 1/16    # to 16/16, anywhere with the same OUT
-  sinew merge heart.toml
-  sinew train heart.toml --recipe dd --simulations OUT/sample
-
-  sinew sample heart.toml --count 3000 --script slurm --shards 16    # the same as one job array
-  sh OUT/sample/slurm.sh --time=04:00:00     # or --script lsf, and sh OUT/sample/lsf.sh -W 240
-
-OUT is out/NAME by the `name` of the case, or of its file where it has none.
-
-On Ctrl-C, or on SIGTERM, which schedulers send before the time is up, finished solves are stored and the exit code is 3. The
-same command continues.")]
+#[command(after_help = include_str!("help/sample.txt"))]
 pub(crate) struct Sample {
     #[command(flatten)]
     case: CaseArguments,
@@ -211,9 +192,7 @@ impl Sample {
 
 /// Case and output.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Checks that every shard is done and undamaged, and writes what one process with --solve would have written to OUT/sample,
-with failures.csv where there are some. Merging again gives the same files.")]
+#[command(after_help = include_str!("help/merge.txt"))]
 pub(crate) struct Merge {
     #[command(flatten)]
     case: CaseArguments,

@@ -15,17 +15,7 @@ use std::path::Path;
 
 /// Equilibria to find.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd for ParaView into OUT/solve. Parameters outside their ranges are
-solved with a warning. A row of a table that fails is a row of cases.csv with the reason, and the exit code is not 0.
-With --check-mesh the first case is solved with quadratic elements too. Printed are the mean and the largest difference,
-and the volumes of cavities.
-
-With --along each frame starts from the equilibrium of the frame before. cases.pvd then has the parameter as time, and
-curve.csv displacements and cavity volumes against it. The path ends where the body snaps, with an exit code of 1.
-
-Examples: sinew solve IdealVentricle --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg
-          sinew solve IdealVentricle --along p=0..8mmHg --frames 20")]
+#[command(after_help = include_str!("help/solve.txt"))]
 pub(crate) struct Solve {
     #[command(flatten)]
     case: CaseArguments,

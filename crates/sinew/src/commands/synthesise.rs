@@ -11,11 +11,7 @@ const MARK: &str = "# synthesised from ";
 
 /// Patient file and true parameters.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-The entries of [[data]] in PATIENT need a phase, a unit and a standard deviation; their values are made. Pressures are taken as exact.
-The first line of FILE names PATIENT, parameters and seed. A file that synthesise did not write is not replaced.
-
-Example: sinew synthesise patient.toml --theta a=0.2,b=2,a_f=2.8,b_f=2.1 -o made.toml")]
+#[command(after_help = include_str!("help/synthesise.txt"))]
 pub(crate) struct Synthesise {
     /// Patient file
     patient: PathBuf,
