@@ -228,10 +228,10 @@ fn served(folder: &std::path::Path, options: &[&str]) -> Served {
 
 /// Status and body of the answer to a request of HTTP.
 fn sent(address: &str, request: &str) -> (u16, String) {
-    received(asked(address, request))
+    received(opened(address, request))
 }
 
-fn asked(address: &str, request: &str) -> TcpStream {
+fn opened(address: &str, request: &str) -> TcpStream {
     let mut stream = TcpStream::connect(address).unwrap();
     stream.write_all(request.as_bytes()).unwrap();
     stream
@@ -319,7 +319,7 @@ fn a_signal_ends_the_server_with_every_request_answered() {
         r#"{"name": "solver", "input": [[11.0, 4.0]], "outWrt": 0, "inWrt": 0, "vec": [1, 0]}"#,
     );
     // All have asked before the signal comes, which is when one of them is answered.
-    let clients: Vec<_> = (0..80).map(|_| asked(&server.1, &request)).collect();
+    let clients: Vec<_> = (0..80).map(|_| opened(&server.1, &request)).collect();
     let pid = server.0.id().to_string();
     let answers: Vec<_> = std::thread::scope(|scope| {
         let (answered, first) = mpsc::channel();
