@@ -1,6 +1,5 @@
 //! The commands, one file each, and what they share.
 
-mod along;
 mod batch;
 pub(crate) mod calibrate;
 pub(crate) mod evaluate;
@@ -8,7 +7,6 @@ pub(crate) mod export;
 pub(crate) mod mesh;
 pub(crate) mod plan;
 pub(crate) mod predict;
-pub(crate) mod report;
 pub(crate) mod runs;
 pub(crate) mod sample;
 pub(crate) mod scenes;
@@ -16,7 +14,6 @@ mod script;
 pub(crate) mod serve;
 pub(crate) mod solve;
 mod stop;
-pub(crate) mod synthesise;
 pub(crate) mod train;
 pub(crate) mod unload;
 

@@ -7,8 +7,8 @@ mod commands;
 use clap::builder::ArgPredicate;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use commands::{
-    calibrate, evaluate, export, mesh, plan, predict, report, sample, scenes, serve, solve,
-    synthesise, train, unload,
+    calibrate, evaluate, export, mesh, plan, predict, sample, scenes, serve, solve,
+    train, unload,
 };
 use std::process::ExitCode;
 
@@ -31,7 +31,7 @@ enum Command {
     /// Infer a patient's parameters from an image, pressures and measurements.
     Calibrate(calibrate::Calibrate),
     /// Make the data of a patient file from parameters, with noise.
-    Synthesise(synthesise::Synthesise),
+    Synthesise(calibrate::Synthesise),
     /// Sample parameter sets from their ranges, and solve them with --solve.
     Sample(sample::Sample),
     /// Merge the shards of a campaign.
@@ -47,7 +47,7 @@ enum Command {
     /// Measure errors and times of the trained emulators on unseen cases.
     Evaluate(evaluate::Evaluate),
     /// Write the last evaluation as a page.
-    Report(report::Report),
+    Report(evaluate::Report),
     /// Write the emulator as a page for a browser, or the weights of a network as arrays.
     Export(export::Export),
     /// Answer samplers and other programs over HTTP, by UM-Bridge.
