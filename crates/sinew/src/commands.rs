@@ -5,7 +5,6 @@ pub(crate) mod calibrate;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 pub(crate) mod mesh;
-pub(crate) mod plan;
 pub(crate) mod predict;
 pub(crate) mod runs;
 pub(crate) mod sample;

@@ -7,8 +7,7 @@ mod commands;
 use clap::builder::ArgPredicate;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use commands::{
-    calibrate, evaluate, export, mesh, plan, predict, sample, scenes, serve, solve,
-    train, unload,
+    calibrate, evaluate, export, mesh, predict, sample, scenes, serve, solve, train, unload,
 };
 use std::process::ExitCode;
 
@@ -39,7 +38,7 @@ enum Command {
     /// Train an emulator.
     Train(train::Train),
     /// Estimate the cost of answers to an accuracy, by each method.
-    Plan(plan::Plan),
+    Plan(predict::Plan),
     /// Predict displacements, with a trained emulator or to an accuracy.
     Predict(predict::Predict),
     /// Predict, and correct the prediction by Newton steps.

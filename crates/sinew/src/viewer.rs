@@ -3,15 +3,13 @@
 mod compact;
 mod error;
 mod fields;
-mod sampled;
 mod surface;
 
 use crate::{Emulator, locking_in_words};
-use compact::Compact;
+pub use compact::ViewerError;
+use compact::{Compact, PREDICTIONS, Sampled, predicted, relative};
 use error::ErrorModel;
 use fields::Colour;
-pub use sampled::ViewerError;
-use sampled::{PREDICTIONS, Sampled, predicted, relative};
 use serde_json::{Value, json};
 use sinew_emulate::{Design, Observer, PodRegression, split_seed};
 use sinew_energy::{Body, CavityPart, Lid, Magnitude, SymmetryPlane};

@@ -5,6 +5,7 @@ use super::{
     Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen, refuse_if,
     runs, tell_doubtful, warn, warn_of_locking,
 };
+pub(crate) use answer::Plan;
 use anyhow::{Result, ensure};
 use clap::Args;
 use rayon::prelude::*;

@@ -1,7 +1,6 @@
 //! The error of the displacements on the page, over θ.
 
-use super::compact::Compact;
-use super::sampled::{AT_ONCE, Sampled, ViewerError};
+use super::compact::{AT_ONCE, Compact, Sampled, ViewerError};
 use super::surface::Surface;
 use crate::Emulator;
 use rayon::prelude::*;

@@ -1,7 +1,6 @@
 //! Stress and strain at the surface, as regressions over θ.
 
-use super::compact::Compact;
-use super::sampled::{Sampled, ViewerError, relative};
+use super::compact::{Compact, Sampled, ViewerError, relative};
 use super::surface::Surface;
 use crate::stresses::at_nodes;
 use rayon::prelude::*;
