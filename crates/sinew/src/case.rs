@@ -6,10 +6,9 @@
 mod factors;
 mod fibre_rule;
 mod fibres;
-pub mod laws;
+mod laws;
 mod loads;
 mod mesh;
-mod parameters;
 mod sanity;
 mod select;
 mod source;
@@ -20,10 +19,9 @@ mod units;
 pub use factors::{Active, Factors};
 pub use fibre_rule::{EllipsoidRule, FibreRule};
 pub use fibres::Fibres;
-pub use laws::Law;
+pub use laws::{Law, Range};
 pub use loads::{FoundationLoad, Load, Pressure, Rim};
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
-pub use parameters::Range;
 pub use sanity::{doubtful_displacements, locking_in_words, negligible_displacement};
 pub use select::{
     Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,

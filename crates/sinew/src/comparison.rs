@@ -172,9 +172,7 @@ impl Comparison {
         });
         Ok(cases)
     }
-}
 
-impl Comparison {
     /// Wall time on one thread of each emulator, and of the solver last, for each of [`Evaluation::SETS`] to each of [`Evaluation::ACCURACIES`] \[s\], as
     /// [`Evaluation::seconds_to`] derives it.
     pub fn seconds(&self) -> Vec<(&str, usize, [f64; Evaluation::ACCURACIES.len()])> {

@@ -92,12 +92,7 @@ impl PatientFile {
     pub fn options(&self) -> sinew_calibrate::CalibrateOptions {
         self.tables.calibration.options()
     }
-}
 
-/// Seed stream of the noise.
-const NOISE: u64 = 0x4e4f;
-
-impl PatientFile {
     /// The unknown parameters that a θ of [`PatientFile::synthesise`] lists: all but factors of pressures, which are 1.
     ///
     /// # Errors
@@ -171,3 +166,6 @@ impl PatientFile {
         toml::to_string(&root).map_err(|error| refuse(error.to_string()))
     }
 }
+
+/// Seed stream of the noise.
+const NOISE: u64 = 0x4e4f;

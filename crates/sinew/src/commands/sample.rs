@@ -100,18 +100,7 @@ impl Sample {
         println!("written: {}", path.display());
         Ok(())
     }
-}
 
-/// Writes equilibria of samples, without pictures.
-fn write(body: &Body, found: &Simulations, folder: &Path) -> Result<()> {
-    let cases = found.thetas.iter().cloned().zip(&found.fields);
-    let rows = cases.map(|(theta, field)| Row { theta, fields: vec![field], ..Row::default() });
-    let (names, rows) = (vec!["solved"], rows.collect());
-    Results { body, names, rows, stresses: false }.write(folder, 0, true)?;
-    Ok(())
-}
-
-impl Sample {
     /// Number of shards of the campaign; none where one process solves all.
     fn campaign_shards(&self) -> Option<usize> {
         self.shard.map(Shard::of).or(self.script.map(|_| self.shards.get()))
@@ -188,6 +177,15 @@ impl Sample {
         );
         Ok(())
     }
+}
+
+/// Writes equilibria of samples, without pictures.
+fn write(body: &Body, found: &Simulations, folder: &Path) -> Result<()> {
+    let cases = found.thetas.iter().cloned().zip(&found.fields);
+    let rows = cases.map(|(theta, field)| Row { theta, fields: vec![field], ..Row::default() });
+    let (names, rows) = (vec!["solved"], rows.collect());
+    Results { body, names, rows, stresses: false }.write(folder, 0, true)?;
+    Ok(())
 }
 
 /// Case and output.

@@ -73,6 +73,45 @@ impl Solve {
         }
         batch.write(body, &["solved"], answers(found), &self.written, folder)
     }
+
+    /// Follows a path of one parameter, and writes what is found.
+    fn follow(&self, way: &str, body: &Body, folder: &Path) -> Result<()> {
+        let (index, ends) = parse_way(way, &body.parameters)?;
+        let given = self.theta.read(body, Some(index))?.thetas();
+        let theta = single("--along", &given)?;
+        let at = |frame: u32| {
+            let part = f64::from(frame) / f64::from(self.frames);
+            let mut theta = theta.clone();
+            // Without rounding at either end.
+            theta[index] = (1.0 - part) * ends[0] + part * ends[1];
+            theta
+        };
+        let thetas: Vec<Vec<f64>> = (0..=self.frames).map(at).collect();
+        for end in [&thetas[0], &thetas[thetas.len() - 1]] {
+            admissible(body, end).map_err(|why| Usage(format!("--along {way}: {why}")))?;
+        }
+        tell(&body.parameters[index], ends);
+        let (frames, end) = traced(body, &thetas)?;
+        let rows = frames.iter().map(|frame| Row {
+            theta: frame.theta.clone(),
+            fields: vec![&frame.displacement],
+            pressure: &frame.pressure,
+            ..Row::default()
+        });
+        let (names, rows, stresses) = (vec!["solved"], rows.collect(), self.written.fields);
+        let results = Results { body, names, rows, stresses };
+        let unit = &body.parameters[index].unit;
+        let loads: Vec<f64> = thetas.iter().map(|theta| unit.shown(theta[index])).collect();
+        results.write_along(folder, index, &loads)?;
+        if let Some(Solution { theta, displacement, .. }) = frames.last() {
+            warn_of_locking(locking(body, theta, displacement));
+        }
+        println!("written: {}", folder.display());
+        match end {
+            None => Ok(()),
+            Some(end) => Err(ended(body, &end, frames.len(), thetas.len())),
+        }
+    }
 }
 
 /// Equilibria as they are written.
@@ -148,47 +187,6 @@ fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
     println!("{} against {}: {difference}", body.element().plural, better.element().plural);
     println!("solved in {:.2} s and {:.2} s", found.solve_seconds[0], other.solve_seconds[0]);
     Ok(())
-}
-
-impl Solve {
-    /// Follows a path of one parameter, and writes what is found.
-    fn follow(&self, way: &str, body: &Body, folder: &Path) -> Result<()> {
-        let (index, ends) = parse_way(way, &body.parameters)?;
-        let given = self.theta.read(body, Some(index))?.thetas();
-        let theta = single("--along", &given)?;
-        let at = |frame: u32| {
-            let part = f64::from(frame) / f64::from(self.frames);
-            let mut theta = theta.clone();
-            // Without rounding at either end.
-            theta[index] = (1.0 - part) * ends[0] + part * ends[1];
-            theta
-        };
-        let thetas: Vec<Vec<f64>> = (0..=self.frames).map(at).collect();
-        for end in [&thetas[0], &thetas[thetas.len() - 1]] {
-            admissible(body, end).map_err(|why| Usage(format!("--along {way}: {why}")))?;
-        }
-        tell(&body.parameters[index], ends);
-        let (frames, end) = traced(body, &thetas)?;
-        let rows = frames.iter().map(|frame| Row {
-            theta: frame.theta.clone(),
-            fields: vec![&frame.displacement],
-            pressure: &frame.pressure,
-            ..Row::default()
-        });
-        let (names, rows, stresses) = (vec!["solved"], rows.collect(), self.written.fields);
-        let results = Results { body, names, rows, stresses };
-        let unit = &body.parameters[index].unit;
-        let loads: Vec<f64> = thetas.iter().map(|theta| unit.shown(theta[index])).collect();
-        results.write_along(folder, index, &loads)?;
-        if let Some(Solution { theta, displacement, .. }) = frames.last() {
-            warn_of_locking(locking(body, theta, displacement));
-        }
-        println!("written: {}", folder.display());
-        match end {
-            None => Ok(()),
-            Some(end) => Err(ended(body, &end, frames.len(), thetas.len())),
-        }
-    }
 }
 
 /// Prints a path as it was read, and tells ends outside their range on standard error.
