@@ -97,11 +97,6 @@ impl Report {
         Self { schema: SCHEMA, title, about, provenance, ..Self::default() }
     }
 
-    /// The section of a name.
-    pub fn section(&self, name: &str) -> Option<&Section> {
-        self.sections.iter().find(|section| section.name == name)
-    }
-
     /// All tables of all sections.
     pub fn tables(&self) -> impl Iterator<Item = &Table> {
         self.sections.iter().flat_map(Section::tables)

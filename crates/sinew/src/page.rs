@@ -148,8 +148,9 @@ impl Comparison {
                 [times.predict_full_s, times.predict_decoder_s, times.predict_batch_per_theta_s];
             let mut raw = row(method, method.name.clone(), &own.raw, times, count)?;
             raw.others.extend(standing(method));
-            let warnings = method.warnings.iter().map(ToString::to_string);
-            table.push(raw.described(&method.about, "").warned(warnings))?;
+            raw.about.clone_from(&method.about);
+            raw.warnings = method.warnings.iter().map(ToString::to_string).collect();
+            table.push(raw)?;
             for after in own.corrected.iter().filter(|_| corrected) {
                 let name = format!("{} + {} Newton", method.name, after.steps);
                 let steps = after.steps as f64 * own.times.correction_s;
@@ -346,7 +347,8 @@ fn of(count: usize, cases: usize) -> String {
 
 /// The solver. Its solutions are the reference of the errors, so it is not ranked.
 fn solver(cold: f64, warm: f64, count: usize) -> Result<Row, ReportError> {
-    let mut row = Row::new(SOLVER, 0.0, cold)?.described("", "the truth of this table");
+    let reference = "the truth of this table".into();
+    let mut row = Row { reference, ..Row::new(SOLVER, 0.0, cold)? };
     row.errors.resize(count, Cell::default());
     row.times.extend([warm.into(), Cell::default(), Cell::default()]);
     row.others.resize(4, Cell::default());
