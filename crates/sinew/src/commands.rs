@@ -29,7 +29,7 @@ use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::{LockingWarning, Options, SolveError};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
-use stop::Stoppable;
+use stop::stoppable;
 
 /// A case, and its mesh where that is another one.
 #[derive(Debug, Args)]
@@ -275,7 +275,7 @@ pub(crate) fn solved_by(
     options: &Options,
 ) -> Result<Simulations> {
     let found = match folder {
-        Some(_) => simulate_by(body, thetas, stage, folder, options, &mut Stoppable::new()?)?,
+        Some(_) => simulate_by(body, thetas, stage, folder, options, &mut stoppable()?)?,
         None => simulate_by(body, thetas, stage, None, options, &mut Terminal::default())?,
     };
     tell_doubtful(body, found.fields.iter().map(Vec::as_slice));

@@ -1,7 +1,7 @@
 //! Parameters drawn from their ranges.
 
 use super::script::{Scheduler, Script, quoted};
-use super::stop::Stoppable;
+use super::stop::stoppable;
 use super::{CaseArguments, count, refuse, refuse_if, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -168,7 +168,7 @@ impl Sample {
         shard: Shard,
         folder: &Path,
     ) -> Result<()> {
-        let found = simulate_shard(body, thetas, shard, folder, &mut Stoppable::new()?)?;
+        let found = simulate_shard(body, thetas, shard, folder, &mut stoppable()?)?;
         found.failures.iter().for_each(|failure| told_failure(body, failure));
         println!(
             "shard {shard}: {} of {} samples solved",
