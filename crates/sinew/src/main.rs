@@ -22,6 +22,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Make a mesh from surfaces.
+    #[command(subcommand)]
     Mesh(mesh::Mesh),
     /// Find equilibria by Newton's method.
     Solve(solve::Solve),

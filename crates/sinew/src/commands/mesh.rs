@@ -10,14 +10,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Kind of body that is meshed.
-#[derive(Debug, Args)]
-pub(crate) struct Mesh {
-    #[command(subcommand)]
-    what: What,
-}
-
 #[derive(Debug, Subcommand)]
-enum What {
+pub(crate) enum Mesh {
     /// Mesh the wall of a ventricle between its surfaces, with facet sets, fibres and the distance to the surfaces.
     Ventricle(Ventricle),
 }
@@ -25,7 +19,7 @@ enum What {
 /// Surfaces and sizes.
 #[derive(Debug, Args)]
 #[command(after_help = include_str!("help/ventricle.txt"))]
-struct Ventricle {
+pub(crate) struct Ventricle {
     /// Inner surface
     #[arg(long, value_name = "FILE")]
     endocardium: PathBuf,
@@ -61,9 +55,8 @@ struct Ventricle {
 
 impl Mesh {
     pub(crate) fn run(&self) -> Result<()> {
-        match &self.what {
-            What::Ventricle(ventricle) => ventricle.run(),
-        }
+        let Self::Ventricle(ventricle) = self;
+        ventricle.run()
     }
 }
 
