@@ -83,9 +83,7 @@ fn stored_options(emulator: &Path) -> String {
 
 /// Case and output.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Run sinew evaluate first; this reads OUT/evaluation.json and writes OUT/report.html and\nOUT/report.json."
-)]
+#[command(after_help = include_str!("help/report.txt"))]
 pub(crate) struct Report {
     #[command(flatten)]
     case: CaseArguments,
