@@ -37,7 +37,6 @@ mod error;
 mod files;
 pub mod format;
 mod picture;
-mod provenance;
 mod render;
 mod report;
 mod summary;
@@ -48,8 +47,7 @@ mod viewer;
 pub use distribution::{Distribution, density};
 pub use error::ReportError;
 pub use picture::{Chart, Figure, Level, Map, Panel, Series, Style};
-pub use provenance::Provenance;
-pub use report::{Block, Report, SCHEMA, Section};
+pub use report::{Block, Provenance, Report, SCHEMA, Section};
 pub use surface::{SurfaceCase, Surfaces};
 pub use table::{Cell, Column, Row, Table, Value, Verdict};
 pub use viewer::{

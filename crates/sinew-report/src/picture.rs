@@ -150,17 +150,6 @@ pub struct Map {
     pub marks: Vec<(String, Vec<[f64; 2]>)>,
 }
 
-impl Map {
-    /// Smallest and largest value.
-    pub fn range(rows: &[Vec<Option<f64>>]) -> [f64; 2] {
-        let values = rows.iter().flatten().flatten().filter(|value| value.is_finite());
-        let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
-            [low.min(*value), high.max(*value)]
-        });
-        if ends[0] <= ends[1] { ends } else { [0.0, 1.0] }
-    }
-}
-
 /// Pairs of numbers, of which those that are not finite are `null` in the file and NaN when read back.
 fn nullable<'a, D: Deserializer<'a>>(deserializer: D) -> Result<Vec<[f64; 2]>, D::Error> {
     let pairs = Vec::<[Option<f64>; 2]>::deserialize(deserializer)?;

@@ -3,11 +3,11 @@
 mod chart;
 mod map;
 mod palette;
-mod surface;
 mod table;
 
-use crate::format::seconds;
-use crate::{Block, Figure, Panel, Report, Section};
+use crate::format::{digits, seconds};
+use crate::viewer::{Packed, Quantity, Source, Viewer, ViewerCase};
+use crate::{Block, Figure, Panel, Report, Section, Surfaces};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use palette::Palette;
 
@@ -17,8 +17,7 @@ const STYLE: &str = include_str!("render/style.css");
 pub(crate) fn page(report: &Report) -> Markup {
     let palette = Palette::of(report);
     let blocks = || report.sections.iter().flat_map(|section| &section.blocks);
-    let turned =
-        blocks().any(|block| matches!(block, Block::Surfaces(of) if surface::is_drawn(of)));
+    let turned = blocks().any(|block| matches!(block, Block::Surfaces(of) if is_drawn(of)));
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -127,7 +126,7 @@ fn block(block: &Block, palette: &Palette) -> Markup {
             } } }
         },
         Block::Figure(figure) => self::figure(figure, palette),
-        Block::Surfaces(surfaces) => surface::surfaces(surfaces),
+        Block::Surfaces(surfaces) => self::surfaces(surfaces),
     }
 }
 
@@ -168,5 +167,67 @@ fn making(report: &Report) -> Markup {
             }
             p.note { "The same numbers are in " code { "report.json" } ", schema " (report.schema) "." }
         }
+    }
+}
+
+/// Colours span this many decades below the largest value; smaller values share the lowest colour, or clamped nodes
+/// would use up the scale.
+const DECADES: i32 = 3;
+
+/// Whether there is something to be turned, which the page's script draws.
+fn is_drawn(surfaces: &Surfaces) -> bool {
+    !surfaces.cases.is_empty() && !surfaces.reference.is_empty()
+}
+
+/// All cases with one view and one scale of colours, so that they can be compared.
+fn surfaces(surfaces: &Surfaces) -> Markup {
+    let values = surfaces.cases.iter().flat_map(|case| case.values.iter().flatten());
+    let end = surfaces.scale().unwrap_or(0.0);
+    let above = values.clone().filter(|value| f64::from(**value) > end).count();
+    let above = 100.0 * above as f64 / values.count().max(1) as f64;
+    html! { @if is_drawn(surfaces) {
+        h3 { (surfaces.quantity) }
+        p.note {
+            "Deformed shapes to scale, coloured on one " (if surfaces.linear { "linear" } else { "logarithmic" })
+            " scale for all; lines: the body at rest; grey: no value."
+            @if above > 0.0 {
+                " The scale ends where nearly all values lie below: " (digits(above, 2)) " % are larger and have the last colour."
+            }
+        }
+        (viewer(surfaces, end).embedded())
+    } }
+}
+
+fn viewer(surfaces: &Surfaces, end: f64) -> Viewer {
+    let case = |case: &crate::SurfaceCase| {
+        let largest = case.values.iter().flatten().copied().fold(0.0, f32::max);
+        let (deformed, rest) = (case.deformed.as_flattened(), surfaces.reference.as_flattened());
+        let unit = &surfaces.unit;
+        ViewerCase {
+            title: format!(
+                "{}, {}, largest {} {unit}",
+                case.method,
+                case.title,
+                digits(largest.into(), 2)
+            ),
+            displacement: Packed::f32(deformed.iter().zip(rest).map(|(x, at)| x - at)),
+            values: Packed::f32(case.values.iter().map(|value| value.unwrap_or(f32::NAN))),
+        }
+    };
+    let quantity = Quantity {
+        name: surfaces.quantity.clone(),
+        unit: surfaces.unit.clone(),
+        source: Source::Case,
+        scale: [if surfaces.linear { 0.0 } else { end * 10f64.powi(-DECADES) }, end],
+        logarithmic: !surfaces.linear && end > 0.0,
+        model: None,
+    };
+    Viewer {
+        length: surfaces.length.clone(),
+        points: Packed::f32(surfaces.reference.as_flattened().iter().copied()),
+        triangles: Packed::u32(surfaces.triangles.as_flattened().iter().map(|&node| node as u32)),
+        quantities: vec![quantity],
+        cases: surfaces.cases.iter().map(case).collect(),
+        ..Viewer::default()
     }
 }

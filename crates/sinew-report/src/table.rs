@@ -184,21 +184,6 @@ impl Row {
         self
     }
 
-    /// Problem and setting of the method.
-    pub fn on(self, subject: impl Into<String>, about: impl Into<String>) -> Self {
-        Self { subject: subject.into(), about: about.into(), ..self }
-    }
-
-    /// Sets the description and the reference of its errors.
-    pub fn described(self, about: impl Into<String>, reference: impl Into<String>) -> Self {
-        Self { about: about.into(), reference: reference.into(), ..self }
-    }
-
-    /// Adds reasons not to trust it.
-    pub fn warned(self, warnings: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        Self { warnings: warnings.into_iter().map(Into::into).collect(), ..self }
-    }
-
     /// Problem, method and setting in words.
     pub fn name(&self) -> String {
         let parts = [&self.subject, &self.method, &self.about];

@@ -126,3 +126,12 @@ pub fn training(quick: bool, seed: u64, folder: &Path, resume: bool) -> Training
         ..TrainingOptions::default()
     }
 }
+
+/// Smallest and largest value of the rows of a map.
+pub fn range(rows: &[Vec<Option<f64>>]) -> [f64; 2] {
+    let values = rows.iter().flatten().flatten().filter(|value| value.is_finite());
+    let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+        [low.min(*value), high.max(*value)]
+    });
+    if ends[0] <= ends[1] { ends } else { [0.0, 1.0] }
+}

@@ -3,16 +3,12 @@
 //! Every key is described in `docs/case-file.md`. Lengths are in mm and stresses in kPa throughout; meshes, ranges and
 //! pressures may be given in other units, which are converted when the file is read.
 
-mod ellipsoid_fibres;
-mod error;
 mod factors;
 mod fibre_rule;
 mod fibres;
-pub mod laws;
+mod laws;
 mod loads;
 mod mesh;
-mod parameters;
-mod potential;
 mod sanity;
 mod select;
 mod source;
@@ -20,16 +16,13 @@ mod supports;
 mod training;
 mod units;
 
-pub use ellipsoid_fibres::EllipsoidRule;
-pub use error::CaseError;
 pub use factors::{Active, Factors};
-pub use fibre_rule::FibreRule;
+pub use fibre_rule::{EllipsoidRule, FibreRule};
 pub use fibres::Fibres;
-pub use laws::Law;
+pub use laws::{Law, Range};
 pub use loads::{FoundationLoad, Load, Pressure, Rim};
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, LiverMesh, MeshSource};
-pub use parameters::Range;
-pub use sanity::{doubtful_displacements, negligible_displacement};
+pub use sanity::{doubtful_displacements, locking_in_words, negligible_displacement};
 pub use select::{
     Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,
 };
@@ -42,9 +35,9 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use sinew_energy::laws::NamedLaw;
 use sinew_energy::{Body, Magnitude, Scene, SceneError};
-pub use source::Exactly;
 use source::Source;
 pub(crate) use source::advise;
+pub use source::{CaseError, Exactly};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -469,8 +462,7 @@ impl Case {
             _ => &["mesh"],
         };
         let loose = matches!(error, SceneError::LooseRim(_));
-        let advice =
-            if loose { format!("; to do so, {}", potential::LOOSE) } else { String::new() };
+        let advice = if loose { format!("; to do so, {}", loads::LOOSE) } else { String::new() };
         self.source.error(key, format!("{error}{advice}"))
     }
 }

@@ -1,14 +1,11 @@
 //! The commands, one file each, and what they share.
 
-mod along;
 mod batch;
 pub(crate) mod calibrate;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 pub(crate) mod mesh;
-pub(crate) mod plan;
 pub(crate) mod predict;
-pub(crate) mod report;
 pub(crate) mod runs;
 pub(crate) mod sample;
 pub(crate) mod scenes;
@@ -16,7 +13,6 @@ mod script;
 pub(crate) mod serve;
 pub(crate) mod solve;
 mod stop;
-pub(crate) mod synthesise;
 pub(crate) mod train;
 pub(crate) mod unload;
 
@@ -33,7 +29,7 @@ use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::{LockingWarning, Options, SolveError};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
-use stop::Stoppable;
+use stop::stoppable;
 
 /// A case, and its mesh where that is another one.
 #[derive(Debug, Args)]
@@ -279,7 +275,7 @@ pub(crate) fn solved_by(
     options: &Options,
 ) -> Result<Simulations> {
     let found = match folder {
-        Some(_) => simulate_by(body, thetas, stage, folder, options, &mut Stoppable::new()?)?,
+        Some(_) => simulate_by(body, thetas, stage, folder, options, &mut stoppable()?)?,
         None => simulate_by(body, thetas, stage, None, options, &mut Terminal::default())?,
     };
     tell_doubtful(body, found.fields.iter().map(Vec::as_slice));

@@ -75,8 +75,6 @@ mod at_rest;
 pub mod calibration;
 pub mod case;
 mod comparison;
-mod inflation;
-mod locking;
 pub mod npz;
 pub mod output;
 mod page;
@@ -90,11 +88,8 @@ mod viewer;
 mod wall;
 
 pub use at_rest::mesh_at_rest;
-pub use case::{Case, CaseError};
-pub use comparison::{Comparison, ComparisonError, Method, Origin};
-pub use inflation::Inflation;
-pub use locking::locking_in_words;
-pub use page::Published;
+pub use case::{Case, CaseError, locking_in_words};
+pub use comparison::{Comparison, ComparisonError, Inflation, Method, Origin};
 pub use patient::{PatientFile, Prepared, Reported};
 #[cfg(not(feature = "networks"))]
 pub use sinew_emulate::recipe;

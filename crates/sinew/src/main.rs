@@ -7,42 +7,13 @@ mod commands;
 use clap::builder::ArgPredicate;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use commands::{
-    calibrate, evaluate, export, mesh, plan, predict, report, sample, scenes, serve, solve,
-    synthesise, train, unload,
+    calibrate, evaluate, export, mesh, predict, sample, scenes, serve, solve, train, unload,
 };
 use std::process::ExitCode;
 
-const HELP: &str = "\
-From a mesh to predictions:
-  sinew scenes                                    list built-in scenes
-  sinew new OnceClampedBeam > beam.toml           a case file, to be edited: docs/case-file.md explains every key
-  sinew solve beam.toml --theta mu=75,lambda=80   one equilibrium, for ParaView
-  sinew solve IdealVentricle --along p=0..8mmHg   a body while its pressure rises, frame by frame
-  sinew unload heart.toml -o rest.vtu             the reference configuration of a mesh loaded as --theta says
-  sinew train beam.toml                           an emulator; --recipe and --minutes say how
-  sinew predict beam.toml --theta thetas.csv      displacements for every row of a table, with error estimates
-  sinew correct beam.toml --theta mu=75,lambda=80 --steps 2
-  sinew evaluate beam.toml                        errors and times of all emulators trained so far
-  sinew report beam.toml                          the same as a page
-  sinew export beam.toml --page                   the emulator as one file for a browser: a slider for every parameter
-  sinew serve beam.toml                           models for samplers in Python, R, Julia, MATLAB and C++, by UM-Bridge
-Your own solver:
-  sinew train --from-table runs.csv --parameters mu,lambda    an emulator of stored runs: numbers, or --from-fields on a mesh
-Your own heart:
-  sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
-  sinew train LeftVentricle --mesh wall.vtu
-  sinew calibrate patient.toml --check            whether measurements of a patient can be calibrated; without --check the posterior
-
-CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa; parameters
-are in the units that the case file gives them in, unless a value names its own (p=7mmHg).
-
-Exit codes: 0 success; 1 no result, or not for every row; 2 an error in the command line, the case file or a table of
-parameters, whose correct rows are computed; 3 sinew sample --solve or sinew evaluate was stopped by SIGTERM or Ctrl-C with
-everything stored: the same command goes on; 4 sinew calibrate --check: the model does not calibrate the data; 5 they cannot tell.";
-
 /// Physics-informed emulation of soft-tissue mechanics: solve, train, predict and correct bodies from case files.
 #[derive(Debug, Parser)]
-#[command(name = "sinew", version, after_help = HELP, max_term_width = 110)]
+#[command(name = "sinew", version, after_help = include_str!("commands/help/sinew.txt"), max_term_width = 110)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -51,6 +22,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Make a mesh from surfaces.
+    #[command(subcommand)]
     Mesh(mesh::Mesh),
     /// Find equilibria by Newton's method.
     Solve(solve::Solve),
@@ -59,7 +31,7 @@ enum Command {
     /// Infer a patient's parameters from an image, pressures and measurements.
     Calibrate(calibrate::Calibrate),
     /// Make the data of a patient file from parameters, with noise.
-    Synthesise(synthesise::Synthesise),
+    Synthesise(calibrate::Synthesise),
     /// Sample parameter sets from their ranges, and solve them with --solve.
     Sample(sample::Sample),
     /// Merge the shards of a campaign.
@@ -67,7 +39,7 @@ enum Command {
     /// Train an emulator.
     Train(train::Train),
     /// Estimate the cost of answers to an accuracy, by each method.
-    Plan(plan::Plan),
+    Plan(predict::Plan),
     /// Predict displacements, with a trained emulator or to an accuracy.
     Predict(predict::Predict),
     /// Predict, and correct the prediction by Newton steps.
@@ -75,8 +47,8 @@ enum Command {
     /// Measure errors and times of the trained emulators on unseen cases.
     Evaluate(evaluate::Evaluate),
     /// Write the last evaluation as a page.
-    Report(report::Report),
-    /// Write the body as mesh, arrays and numbers for other programs, or the emulator as a page for a browser.
+    Report(evaluate::Report),
+    /// Write the emulator as a page for a browser, or the weights of a network as arrays.
     Export(export::Export),
     /// Answer samplers and other programs over HTTP, by UM-Bridge.
     Serve(serve::Serve),

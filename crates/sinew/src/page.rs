@@ -10,36 +10,6 @@ use sinew_report::{
     Series, Style, Table,
 };
 
-/// Median errors that a source prints for a scene, to be held against ours.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Published {
-    /// Who prints them, such as `"thesis"`.
-    pub source: &'static str,
-    /// Published errors by the name of the method (empty for all), in the order of [`METRICS`], then err_V;
-    /// `None` where nothing is printed.
-    pub errors: &'static [(&'static str, [Option<f64>; 5])],
-    /// Mean and largest nodal displacement \[length\], as a check that the scene is the same.
-    pub displacement: Option<[f64; 2]>,
-}
-
-impl Published {
-    /// Published errors that a method is compared with.
-    fn of(&self, method: &str) -> [Option<f64>; 5] {
-        let found = self.errors.iter().find(|(name, _)| name.is_empty() || *name == method);
-        found.map_or([None; 5], |(_, errors)| *errors)
-    }
-
-    /// An error as lines, for the methods that are there.
-    fn levels(&self, error: usize, upright: bool, methods: &[Method]) -> Vec<Level> {
-        let there = |name: &str| name.is_empty() || methods.iter().any(|m| m.name == name);
-        let level = |(method, errors): &(&str, [Option<f64>; 5])| {
-            let name = if method.is_empty() { self.source } else { method };
-            Some(Level { name: name.into(), value: errors[error]?, upright, published: true })
-        };
-        self.errors.iter().filter(|(name, _)| there(name)).filter_map(level).collect()
-    }
-}
-
 impl Comparison {
     /// A page with one table, errors beside times, charts and pictures of the body.
     ///
@@ -60,7 +30,7 @@ impl Comparison {
             unit = self.length_unit
         );
         let mut report = Report::new(self.scene.clone(), about, provenance);
-        let mut section = self.section("errors", "Errors and times", &Published::default())?;
+        let mut section = self.section("errors", "Errors and times")?;
         // On a page of one section its sentences stand at the head.
         let sentences = section.blocks.extract_if(.., |block| matches!(block, Block::List(_)));
         for block in sentences {
@@ -96,21 +66,16 @@ impl Comparison {
         case.into_iter().chain(own).collect::<Vec<_>>().join("\n\n")
     }
 
-    /// The part of a page that is about this scene, held against published figures where there are some.
+    /// The part of a page that is about this scene.
     ///
     /// # Errors
     /// An error or a time that is not finite.
-    pub fn section(
-        &self,
-        name: &str,
-        title: &str,
-        published: &Published,
-    ) -> Result<Section, ReportError> {
-        let table = self.table(published, true)?;
+    pub fn section(&self, name: &str, title: &str) -> Result<Section, ReportError> {
+        let table = self.table(true)?;
         let speed = Chart::speed_against_error(&table, 0);
         let mut blocks = vec![
-            Block::Facts(self.facts(published)),
-            Block::List(self.table(published, false)?.summary()),
+            Block::Facts(self.facts()),
+            Block::List(self.table(false)?.summary()),
             Block::Table(table),
             Block::charts(
                 "Speed against error",
@@ -120,7 +85,7 @@ impl Comparison {
             Block::charts(
                 "Error densities",
                 "Kernel densities of log₁₀ of all test errors. Dashed lines are medians, dotted ones published figures.",
-                (0..self.errors().len()).map(|error| self.densities(error, published)),
+                (0..self.errors().len()).map(|error| self.densities(error)),
             ),
         ];
         if self.methods.iter().any(|method| !method.history.is_empty()) {
@@ -129,7 +94,7 @@ impl Comparison {
                 "Medians over the held-out cases. Time is that of training, without simulations and evaluations. Dotted lines are \
                  published figures, single markers methods without training steps. The energy is above that of the solution, which \
                  is a minimum.",
-                self.curves(published),
+                self.curves(),
             ));
         }
         if !self.doubts.is_empty() {
@@ -154,7 +119,7 @@ impl Comparison {
     }
 
     /// Errors beside times, of corrected predictions too or of raw ones only.
-    fn table(&self, published: &Published, corrected: bool) -> Result<Table, ReportError> {
+    fn table(&self, corrected: bool) -> Result<Table, ReportError> {
         let times = [
             Column::new("in full", "s").about(
                 "one parameter set, with the message passing of a network; the solver from rest",
@@ -183,11 +148,9 @@ impl Comparison {
                 [times.predict_full_s, times.predict_decoder_s, times.predict_batch_per_theta_s];
             let mut raw = row(method, method.name.clone(), &own.raw, times, count)?;
             raw.others.extend(standing(method));
-            for (cell, printed) in raw.errors.iter_mut().zip(published.of(&method.name)) {
-                *cell = std::mem::take(cell).against(published.source, printed);
-            }
-            let warnings = method.warnings.iter().map(ToString::to_string);
-            table.push(raw.described(&method.about, "").warned(warnings))?;
+            raw.about.clone_from(&method.about);
+            raw.warnings = method.warnings.iter().map(ToString::to_string).collect();
+            table.push(raw)?;
             for after in own.corrected.iter().filter(|_| corrected) {
                 let name = format!("{} + {} Newton", method.name, after.steps);
                 let steps = after.steps as f64 * own.times.correction_s;
@@ -203,18 +166,15 @@ impl Comparison {
         Ok(table)
     }
 
-    fn facts(&self, published: &Published) -> Vec<(String, String)> {
+    fn facts(&self) -> Vec<(String, String)> {
         let Self { nodes, cells, unknowns, displacement, length_unit: unit, .. } = self;
         let size =
             format!("mean {:.3} {unit}, largest {:.3} {unit}", displacement.mean, displacement.max);
-        let printed = published
-            .displacement
-            .map(|[mean, largest]| format!(" ({} {mean} and {largest} {unit})", published.source));
         let fact = |name: &str, value: String| (name.to_string(), value);
         vec![
             fact("mesh", format!("{nodes} nodes, {cells} elements, {unknowns} unknowns")),
             fact("parameters", self.parameters.join(", ")),
-            fact("displacement", size + &printed.unwrap_or_default()),
+            fact("displacement", size),
             fact("test cases", self.methods.first().map_or(0, |m| m.evaluation.cases).to_string()),
         ]
     }
@@ -282,7 +242,7 @@ impl Comparison {
         )
     }
 
-    fn densities(&self, error: usize, published: &Published) -> Chart {
+    fn densities(&self, error: usize) -> Chart {
         let column = &self.errors()[error];
         let title = format!("Density of {}", column.name);
         let axes = [&*column.head(), "density per decade"];
@@ -298,12 +258,11 @@ impl Comparison {
                 published: false,
             }));
         }
-        chart.levels.extend(published.levels(error, true, &self.methods));
         chart
     }
 
     /// Errors, and the energy above that of the solution, over training time.
-    fn curves(&self, published: &Published) -> Vec<Chart> {
+    fn curves(&self) -> Vec<Chart> {
         let time = "training time [s]";
         let positive = self.methods.iter().flat_map(|m| &m.history).all(|point| point.loss > 0.0);
         let lines = |chart: Chart, value: &dyn Fn(&CurvePoint) -> Option<f64>| {
@@ -325,7 +284,6 @@ impl Comparison {
                 let point = [times.train_s, medians(raw)[number]];
                 chart.series.push(Series::new(&method.name, Style::Points, [point]));
             }
-            chart.levels.extend(published.levels(number, false, &self.methods));
             chart
         };
         let axes = [time, "mean energy above the solution's [%]"];
@@ -389,7 +347,8 @@ fn of(count: usize, cases: usize) -> String {
 
 /// The solver. Its solutions are the reference of the errors, so it is not ranked.
 fn solver(cold: f64, warm: f64, count: usize) -> Result<Row, ReportError> {
-    let mut row = Row::new(SOLVER, 0.0, cold)?.described("", "the truth of this table");
+    let reference = "the truth of this table".into();
+    let mut row = Row { reference, ..Row::new(SOLVER, 0.0, cold)? };
     row.errors.resize(count, Cell::default());
     row.times.extend([warm.into(), Cell::default(), Cell::default()]);
     row.others.resize(4, Cell::default());

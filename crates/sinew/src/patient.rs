@@ -5,14 +5,18 @@
 mod measured;
 mod prepare;
 mod prepared;
-mod synthesise;
 mod tables;
 
-pub use prepared::{Prepared, Reported};
-
 use crate::case::{Case, CaseError};
+pub use prepared::{Prepared, Reported};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use sinew_calibrate::{Forward, Prior};
+use sinew_energy::{Parameter, Unit};
+use sinew_sample::{split_seed, standard_normals};
 use std::path::Path;
-use tables::Tables;
+use tables::{Quantity, Tables};
+use toml::{Table, Value};
 
 /// A case file with what was measured of the body.
 ///
@@ -88,4 +92,80 @@ impl PatientFile {
     pub fn options(&self) -> sinew_calibrate::CalibrateOptions {
         self.tables.calibration.options()
     }
+
+    /// The unknown parameters that a θ of [`PatientFile::synthesise`] lists: all but factors of pressures, which are 1.
+    ///
+    /// # Errors
+    /// As [`PatientFile::prepare`].
+    pub fn parameters(&self) -> Result<Vec<Parameter>, CaseError> {
+        let prepared = Self { blank: true, ..self.clone() }.prepare()?;
+        let own = |name: &str| prepared.body.parameters.iter().any(|p| p.name == name);
+        let parameter = |unknown: &sinew_calibrate::Unknown| {
+            let unit = match unknown.unit.as_str() {
+                "" => Unit::from("1"),
+                name => Unit::sized(name, unknown.size),
+            };
+            let [low, high] = unknown.prior.range();
+            Parameter::log(&unknown.name, unit, low..=high)
+        };
+        let unknowns = prepared.problem.unknowns.iter().filter(|unknown| own(&unknown.name));
+        Ok(unknowns.map(parameter).collect())
+    }
+
+    /// The patient file with values that the solver gives at θ, with noise of the stated standard deviations; the logarithm of a share's
+    /// noise is normal. Values that the file has are replaced.
+    ///
+    /// # Errors
+    /// As [`PatientFile::prepare`], and a θ at which the solver has no answer.
+    pub fn synthesise(&self, theta: &[f64], seed: u64) -> Result<String, CaseError> {
+        let file = Self { blank: true, ..self.clone() };
+        let prepared = file.prepare()?;
+        let refuse = |reason: String| self.case.source.error(&[], reason);
+        // Factors of pressures follow the parameters of the body.
+        let mut all = theta.to_vec();
+        let median = |prior: &Prior| prior.logarithm(0.0)[0].exp();
+        all.extend(prepared.problem.unknowns.iter().skip(theta.len()).map(|u| median(&u.prior)));
+        let patient = prepared.patient().map_err(refuse)?;
+        let seen = patient.observe(&all, false).map_err(|error| refuse(error.to_string()))?;
+        let mut random = ChaCha8Rng::seed_from_u64(split_seed(seed, NOISE));
+        let mut root: Table =
+            self.case.text().parse().map_err(|_| refuse("the file cannot be read again".into()))?;
+        let entries = root.get_mut("data").and_then(Value::as_array_mut);
+        let mut place = 0;
+        for (value, entry) in entries.into_iter().flatten().zip(&self.tables.data) {
+            let Some(written) = value.as_table_mut() else { continue };
+            let of_all = entry.strain.is_some() && entry.segment.is_none();
+            let count = match (&prepared.segments, of_all) {
+                (Some(segments), true) => segments.names().len(),
+                _ => 1,
+            };
+            let mut values = Vec::with_capacity(count);
+            for exact in &seen.values[place..place + count] {
+                let exact = exact / prepared.size_of(place);
+                let z = standard_normals(1, &mut random)[0];
+                values.push(match &entry.sd {
+                    Some(Quantity::Number(deviation)) => exact + z * deviation,
+                    Some(Quantity::Text(text)) => {
+                        let share = text.trim().trim_end_matches('%').trim().parse::<f64>();
+                        exact * (0.01 * z * share.unwrap_or(0.0)).exp()
+                    }
+                    None => exact,
+                });
+            }
+            place += count;
+            written.remove("value");
+            written.remove("values");
+            match of_all {
+                true => {
+                    let list = values.into_iter().map(Value::Float).collect();
+                    written.insert("values".into(), Value::Array(list))
+                }
+                false => written.insert("value".into(), Value::Float(values[0])),
+            };
+        }
+        toml::to_string(&root).map_err(|error| refuse(error.to_string()))
+    }
 }
+
+/// Seed stream of the noise.
+const NOISE: u64 = 0x4e4f;

@@ -217,8 +217,20 @@ impl<'a> Table<'a> {
 
     /// Places of the columns of a list.
     fn columns(&self, list: &str) -> Result<Vec<usize>, ThetaText> {
-        let names: Vec<&str> = (0..self.heads.len()).map(|column| self.head(column).0).collect();
-        columns(list, &names).map_err(|reason| self.error(self.first, reason))
+        let names: Vec<&str> = self.heads.iter().map(|text| head(text).0).collect();
+        let place = |name: String| {
+            let mut found = (0..names.len()).filter(|&column| names[column] == name);
+            let reason = match (found.next(), found.next()) {
+                (Some(column), None) => return Ok(column),
+                (Some(_), Some(_)) => format!("`{name}` is there twice; rename one"),
+                (None, _) => {
+                    let advice = advise(&name, names.iter().copied(), "the columns are");
+                    format!("there is no column `{name}`{advice}")
+                }
+            };
+            Err(self.error(self.first, reason))
+        };
+        cells(list).into_iter().map(place).collect()
     }
 
     fn numbers(&self, columns: &[usize]) -> Result<Vec<Vec<f64>>, ThetaText> {
@@ -266,22 +278,6 @@ fn displacements(mesh: &AnyMesh) -> Result<Vec<f64>, String> {
         Some(place) => Err(format!("the displacement of node {} is not finite", place / 3)),
         None => Ok(values),
     }
-}
-
-/// Places of the columns of a list.
-fn columns(list: &str, names: &[&str]) -> Result<Vec<usize>, String> {
-    let place = |name: String| {
-        let mut found = (0..names.len()).filter(|&column| names[column] == name);
-        match (found.next(), found.next()) {
-            (Some(column), None) => Ok(column),
-            (Some(_), Some(_)) => Err(format!("`{name}` is there twice; rename one")),
-            (None, _) => {
-                let advice = advise(&name, names.iter().copied(), "the columns are");
-                Err(format!("there is no column `{name}`{advice}"))
-            }
-        }
-    };
-    cells(list).into_iter().map(place).collect()
 }
 
 /// Requires more than one value.

@@ -1,16 +1,17 @@
 //! A body for samplers and other programs: the requests of UM-Bridge 1.0 and their answers.
 
-mod page;
 mod quantities;
 
 use crate::Emulator;
-use page::Page;
+use crate::viewer::{Surface, viewer};
 use quantities::Quantities;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use sinew_emulate::{Error as EmulatorError, central_differences, parts::dot};
+use sinew_emulate::parts::dot;
+use sinew_emulate::{Error as EmulatorError, central_differences};
 use sinew_energy::Body;
 use sinew_fem::{Options, SolverPool};
+use std::sync::OnceLock;
 
 /// Models of one body for the protocol of UM-Bridge 1.0 (Seelinger et al., "UM-Bridge: Uncertainty quantification and modeling
 /// bridge", J. Open Source Software, 2023).
@@ -360,5 +361,37 @@ fn finite(values: Vec<f64>) -> Result<Vec<f64>, Response> {
                 format!("the output holds {value}; give parameters nearer to their ranges");
             Err(Response::failed(500, "InvalidOutput", &reason))
         }
+    }
+}
+
+/// Script that asks.
+const SCRIPT: &str = include_str!("serve/live.js");
+
+/// Page that is made at the first request.
+struct Page {
+    surface: Surface,
+    seed: u64,
+    html: OnceLock<Result<String, String>>,
+}
+
+impl Page {
+    /// `None` for a body without a surface.
+    fn of(body: &Body, seed: u64) -> Option<Self> {
+        Some(Self { surface: Surface::of(body)?, seed, html: OnceLock::new() })
+    }
+
+    /// The page, or the reason for its absence.
+    fn html(&self, emulator: &Emulator<'_>) -> Result<String, String> {
+        let make = || {
+            let page = viewer(emulator, self.seed, &mut ()).map_err(|error| error.to_string())?;
+            let script = format!("<script>{SCRIPT}</script></body>");
+            Ok(page.to_html().replace("</body>", &script))
+        };
+        self.html.get_or_init(make).clone()
+    }
+
+    /// Displacement of the page's nodes \[length\].
+    fn displacement(&self, field: &[f64]) -> Vec<f64> {
+        self.surface.of_field(field)
     }
 }

@@ -1,17 +1,13 @@
 //! An emulator as one page for a browser: a body that moves with sliders for its parameters, with its error shown.
 
 mod compact;
-mod error;
 mod fields;
-mod sampled;
 mod surface;
 
 use crate::{Emulator, locking_in_words};
-use compact::Compact;
-use error::ErrorModel;
-use fields::Colour;
-pub use sampled::ViewerError;
-use sampled::{PREDICTIONS, Sampled, predicted, relative};
+pub use compact::ViewerError;
+use compact::{Compact, PREDICTIONS, Sampled, predicted, relative};
+use fields::{Colour, ErrorModel};
 use serde_json::{Value, json};
 use sinew_emulate::{Design, Observer, PodRegression, split_seed};
 use sinew_energy::{Body, CavityPart, Lid, Magnitude, SymmetryPlane};

@@ -4,12 +4,16 @@ use crate::{Observer, Progress, Warning};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Draws a bar for the stage under way on standard error when it is a terminal; elsewhere (a log file, continuous
 /// integration) prints a line every ten seconds, and one when the stage ends. A standard error that nobody reads is no error.
 #[derive(Debug, Default)]
 pub struct Terminal {
+    /// Where it is set, the run ends at its next sign of progress.
+    pub stop: Arc<AtomicBool>,
     bar: Option<(String, ProgressBar)>,
     /// The stage, and when it began or last printed a line.
     last: Option<(String, Instant)>,
@@ -72,7 +76,10 @@ impl Observer for Terminal {
             let percent = format!("{:.0} %", 100.0 * fraction);
             tell(format!("{stage:<28} {percent:>5}  {left}{message}").trim_end());
         }
-        ControlFlow::Continue(())
+        match self.stop.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
     }
 
     fn finished(&mut self, stage: &str, outcome: &str, seconds: f64) {

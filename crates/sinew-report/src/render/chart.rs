@@ -131,12 +131,7 @@ fn draw(chart: &Chart, palette: &Palette, wide: bool, axes: [Axis; 2]) -> String
     let size = if wide { (940.0, 400.0) } else { (470.0, 320.0) };
     let [[left, right], [bottom, top]] = axes.map(|axis| axis.scaled_ends());
     let mut layout = Layout::auto_from_plots(&plots).with_theme(theme());
-    if axes[0].logarithmic {
-        layout = layout.with_log_x();
-    }
-    if axes[1].logarithmic {
-        layout = layout.with_log_y();
-    }
+    (layout.log_x, layout.log_y) = (axes[0].logarithmic, axes[1].logarithmic);
     layout = layout
         .with_width(size.0)
         .with_height(size.1)

@@ -111,9 +111,8 @@ fn warnings_stand_at_the_head_and_beside_their_method() {
         report.to_html()
     };
     assert!(!page(&table).contains("In short"), "a head that says nothing is left out");
-    table
-        .push(Row::new("bad", noted, 1.0).unwrap().warned(["predictions <invert> cells"]))
-        .unwrap();
+    let warnings = vec!["predictions <invert> cells".into()];
+    table.push(Row { warnings, ..Row::new("bad", noted, 1.0).unwrap() }).unwrap();
     let page = page(&table);
     assert_eq!(page.matches("predictions &lt;invert&gt; cells").count(), 2, "head and row");
     let [head, body] = [page.find("Not to be trusted"), page.find(">Errors<")].map(Option::unwrap);

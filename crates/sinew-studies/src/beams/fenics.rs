@@ -61,8 +61,8 @@ pub(crate) fn compare(beam: &Beam, body: &Body, times: [f64; 3]) -> Result<Found
         });
         let errors = errors.collect::<Result<_, ReportError>>()?;
         let row = Row::new(method, 0.0, times[0])?.time(times[1]);
-        let row = row.described(about, "FEniCS on the same mesh (fixtures/beam)");
-        table.push(Row { errors, ..row })?;
+        let reference = "FEniCS on the same mesh (fixtures/beam)".into();
+        table.push(Row { errors, about: about.into(), reference, ..row })?;
         lines += &samples::lines(beam.name, method, &independent.thetas, &cases)?;
     }
     Ok(Found { table, samples: lines, discretisation_mm })

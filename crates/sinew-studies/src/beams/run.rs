@@ -129,7 +129,7 @@ fn run_scene(options: &BeamOptions, beam: &Beam, clock: &WallClock) -> Result<Sc
         clock.save()?;
     }
     write_fields(&folder.join("fields"), &test, shown, found)?;
-    let mut section = comparison.section(beam.name, beam.scene, &beam.thesis)?;
+    let mut section = beam.thesis.section(&comparison, beam.name, beam.scene)?;
     let times = comparison.methods[0].evaluation.times;
     let batch_s = test_s / test.thetas.len() as f64;
     let solver = fenics::compare(beam, &body, [times.solver_cold_s, times.solver_warm_s, batch_s])?;

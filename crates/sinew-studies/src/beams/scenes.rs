@@ -1,6 +1,6 @@
 //! The thesis' two gravity beams (§3.3.1): what the thesis reached on them, and solutions by an independent program.
 
-use sinew::Published;
+use crate::published::Published;
 
 /// A beam.
 #[derive(Debug)]

@@ -2,6 +2,7 @@
 
 use crate::gp::inference::{Inference, Observed};
 use crate::gp::row::Row;
+use crate::program;
 use sinew_gp::{Conditional, Domain, Fit, GpError};
 use sinew_report::format;
 use sinew_report::{Chart, Distribution, Figure, Level, Map, Panel, Series, Style};
@@ -83,7 +84,7 @@ fn maps<const D: usize>(
     let exact: Vec<f64> = slice.points.iter().map(|x| (setting.solution)(*x)).collect();
     let error: Vec<f64> = exact.iter().zip(&prediction.mean).map(|(u, m)| (u - m).abs()).collect();
     let width: Vec<f64> = prediction.standard_deviation.iter().map(|s| BAND * s).collect();
-    let shared = Map::range(&slice.rows(&exact));
+    let shared = program::range(&slice.rows(&exact));
     let with_data = |map: Map| Map {
         marks: [("u observed", &observed.places), ("equation imposed", &observed.collocation)]
             .map(|(name, places)| (name.into(), places.iter().map(|x| [x[0], x[1]]).collect()))
@@ -192,7 +193,7 @@ impl<const D: usize> Slice<D> {
             axes: self.names.clone(),
             ranges: self.ranges,
             // Errors and widths are seen against zero.
-            scale: scale.unwrap_or([0.0, Map::range(&rows)[1]]),
+            scale: scale.unwrap_or([0.0, program::range(&rows)[1]]),
             rows,
             marks: Vec::new(),
         }

@@ -63,8 +63,8 @@ fn row(row: &Row) -> Result<sinew_report::Row, ReportError> {
     let collapsed = Value::Text(format!("{collapsed} of {}", runs.len()));
     let jitter = runs.iter().filter_map(|run| run.jitter).reduce(f64::max);
     let evaluations = row.optional(|run| run.evaluations.map(|count| count as f64));
-    Ok(own
-        .on(label.problem.as_str(), label.setting.as_str())
+    let (subject, about) = (label.problem.clone(), label.setting.clone());
+    Ok(sinew_report::Row { subject, about, ..own }
         .error(cell(row.optional(|run| run.err_f).into(), thesis.err_f))
         .error(cell(row.err_theta().into(), thesis.err_theta(&label.truth)))
         .other(Value::Several(row.theta().into_iter().map(Value::from).collect()))

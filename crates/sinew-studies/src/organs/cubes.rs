@@ -133,10 +133,9 @@ fn row(outcome: &Outcome, [slice, full, decoder]: [f64; 3]) -> Result<Row> {
         ..Cell::from(seconds)
     };
     let slice = Cell::from(outcome.slice_mm).against("thesis", Some(slice));
-    let row = Row::new(outcome.network.clone(), slice, printed(times.predict_decoder_s, decoder))?
-        .on(format!("{} nodes", count(outcome.nodes as u64)), "")
-        .error(raw.err_u.q50)
-        .error(raw.err_i1.q50);
+    let row = Row::new(outcome.network.clone(), slice, printed(times.predict_decoder_s, decoder))?;
+    let subject = format!("{} nodes", count(outcome.nodes as u64));
+    let row = Row { subject, ..row }.error(raw.err_u.q50).error(raw.err_i1.q50);
     let row = row.time(printed(times.predict_full_s, full)).time(times.prepare_s + times.train_s);
     Ok(row.other(outcome.memory_gb))
 }

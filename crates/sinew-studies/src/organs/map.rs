@@ -1,6 +1,7 @@
 //! Errors over the plane of two parameters, within the trained ranges and beyond (thesis Fig. 3.9).
 
 use crate::organs::regions::median;
+use crate::program;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
 use sinew::{Body, Emulator, Parameter, Sampling, TestSet};
@@ -79,7 +80,7 @@ impl ErrorMap {
     pub fn block(&self, unit: &str) -> Block {
         let all: Vec<Vec<Option<f64>>> =
             self.emulators.iter().flat_map(|(_, rows)| rows.clone()).collect();
-        let scale = Map::range(&all);
+        let scale = program::range(&all);
         let panel = |(name, rows): &(String, Vec<Vec<Option<f64>>>)| {
             Panel::Map(Map {
                 title: format!("{name}: log₁₀ of the median err_u [{unit}]"),

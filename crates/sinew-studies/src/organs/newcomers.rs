@@ -52,7 +52,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
             meet(options, organ, shape, &start, &folder)
         })?;
         println!("{comparison}");
-        let own = comparison.section(shape.name, shape.name, &Default::default())?;
+        let own = comparison.section(shape.name, shape.name)?;
         blocks.push(Block::Text(format!("{}, {} nodes.", shape.name, comparison.nodes)));
         for mut block in own.blocks {
             if let Block::Table(table) = &mut block {

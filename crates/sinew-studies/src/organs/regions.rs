@@ -1,5 +1,6 @@
 //! Regional errors in a ventricle's wall: base, middle and apex, inner and outer half, and around the axis.
 
+use crate::program;
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -156,7 +157,7 @@ impl Regions {
         let facts = (0..3).flat_map(|third| [(third, 0), (third, 1)]).map(fact).collect();
         let all: Vec<_> =
             self.emulators.iter().flat_map(|e| e.maps.iter().flatten().cloned()).collect();
-        let scale = Map::range(&all);
+        let scale = program::range(&all);
         let panels = self.emulators.iter().flat_map(|emulator| {
             emulator.maps.iter().zip(HALVES).map(move |(rows, half)| {
                 Panel::Map(Map {

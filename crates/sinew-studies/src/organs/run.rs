@@ -5,6 +5,7 @@ use crate::organs::options::Options;
 use crate::organs::regions::{self, Regions};
 use crate::organs::scenes::Organ;
 use crate::program;
+use crate::published::Published;
 use crate::timing;
 use anyhow::{Result, ensure};
 use sinew::case::{RecipeName, Training};
@@ -95,8 +96,8 @@ pub(crate) fn section(options: &Options, organ: &Organ) -> Result<Option<Section
         compare(options, organ, &case.body()?, &folder)
     })?;
     println!("{comparison}");
-    let thesis = if own { organ.thesis } else { Default::default() };
-    let mut section = comparison.section(organ.key, &title, &thesis)?;
+    let thesis = if own { organ.thesis } else { Published::default() };
+    let mut section = thesis.section(&comparison, organ.key, &title)?;
     section.blocks.insert(0, Block::Text(format!("{}. {}", case.about, organ.note)));
     if let Some(map) = store::read_json::<ErrorMap>(&folder.join(MAP))? {
         section.blocks.push(map.block(&comparison.length_unit));

@@ -3,7 +3,7 @@
 use crate::organs::cubes::meshes;
 use crate::organs::newcomers::shapes;
 use crate::organs::rates::grid;
-use sinew::Published;
+use crate::published::Published;
 
 /// A scene of the thesis.
 #[derive(Clone, Copy, Debug)]

@@ -14,6 +14,7 @@ use super::stage::INFLATED as KEY;
 use super::targets::Targets;
 use super::variant::{Inputs, Variant};
 use super::verdict;
+use crate::program;
 use crate::timing::cpu_seconds;
 use anyhow::{Result, ensure};
 use methods::{COARSE, COARSE_FULL, Data, PACE, coarse_alone, one_stiffness};
@@ -93,7 +94,8 @@ fn cases(study: &Study) -> Result<Table> {
     );
     let mut push = |subject: &str, row: &Measured, case: usize| -> Result<()> {
         let error = 100.0 * row.volumes[case];
-        Ok(table.push(Row::new(&*row.method, error, row.answer_s)?.on(subject, ""))?)
+        let row = Row::new(&*row.method, error, row.answer_s)?;
+        Ok(table.push(Row { subject: subject.into(), ..row })?)
     };
     let plain = study.volumes.iter().find(|row| row.method == "MLP 2, patience none, best weights");
     if let Some(worst) = plain.and_then(|row| ranked(row).pop()) {
@@ -130,7 +132,7 @@ fn figure(rows: Vec<Vec<Option<f64>>>) -> Figure {
         title: "log₁₀ of the median err_u [mm]".into(),
         axes: ["log₁₀ a [kPa]", "log₁₀ b"].map(String::from),
         ranges: [range, range],
-        scale: Map::range(&rows),
+        scale: program::range(&rows),
         rows,
         marks: Vec::new(),
     };

@@ -79,9 +79,12 @@ pub(super) fn table(measured: &[Measured]) -> Result<Table> {
         };
         let mut cells = there.iter().map(cell);
         let first = cells.next().context("nothing was tested")??;
-        let row = Row::new(method.method.clone(), first, method.answer_s)?
-            .on(method.group.clone(), "")
-            .described(&method.about, "our finite-element solution on the same mesh");
+        let row = Row {
+            subject: method.group.clone(),
+            about: method.about.clone(),
+            reference: "our finite-element solution on the same mesh".into(),
+            ..Row::new(method.method.clone(), first, method.answer_s)?
+        };
         let row = cells.try_fold(row, |row, cell| anyhow::Ok(row.error(cell?)))?;
         table.push(row.time(method.cpu_s).time(method.simulated_s))?;
     }

@@ -55,9 +55,12 @@ fn table(study: &Study) -> Result<Table> {
         };
         let answer = many(&outcome.answer_s, 1.0).context("no individual")?;
         let raw = many(&outcome.errors[0], 100.0).context("no individual")?;
-        let mut row = Row::new(outcome.method.clone(), raw, answer)?
-            .on(outcome.group.clone(), "")
-            .described(&outcome.about, "our finite-element solution on the same mesh");
+        let mut row = Row {
+            subject: outcome.group.clone(),
+            about: outcome.about.clone(),
+            reference: "our finite-element solution on the same mesh".into(),
+            ..Row::new(outcome.method.clone(), raw, answer)?
+        };
         for step in 1..=CORRECTIONS {
             row = row.error(many(&outcome.errors[step], 100.0));
         }

@@ -215,7 +215,8 @@ fn over_seeds(seeds: &[Vec<Entry>], corrected: bool, unit: &str) -> Result<Table
         };
         let raw = over(&|e| Some(e.raw)).context("no seed")?;
         let cpu = over(&|e| Some(e.cpu_s)).context("no seed")?;
-        let mut row = Row::new(entry.method.clone(), raw, cpu)?.on(entry.group.clone(), "");
+        let row = Row::new(entry.method.clone(), raw, cpu)?;
+        let mut row = Row { subject: entry.group.clone(), ..row };
         if corrected {
             row = row.error(over(&|e| e.corrected));
         }

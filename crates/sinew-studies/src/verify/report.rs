@@ -78,8 +78,10 @@ fn section(case: &Outcome) -> Result<Section, ReportError> {
         if row.measure == Measure::Absolute {
             setup.push_str(" (absolute)");
         }
-        let row = sinew_report::Row::new(row.label.formulation.label(), error, row.cost.seconds)?
-            .on(row.label.quantity.as_str(), setup)
+        let subject = row.label.quantity.clone();
+        let method = row.label.formulation.label();
+        let own = sinew_report::Row::new(method, error, row.cost.seconds)?;
+        let row = sinew_report::Row { subject, about: setup, ..own }
             .other(row.value)
             .other(row.reference)
             .other(row.cost.unknowns as f64);

@@ -17,3 +17,8 @@ mod verify;
 
 // Names that files of the studies take from their crate, where they are compiled into this program.
 use sinew_studies::{program, timing};
+
+/// The section of a name.
+fn section<'r>(report: &'r sinew_report::Report, name: &str) -> &'r sinew_report::Section {
+    report.sections.iter().find(|section| section.name == name).expect("a section of that name")
+}

@@ -44,12 +44,12 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     );
     // What stands in for a published organ is said, and is not held against published figures.
     for (name, of) in [("ventricle", "LeftVentricle"), ("liver", "Liver")] {
-        let section = report.section(name).unwrap();
+        let section = crate::section(&report, name);
         assert!(section.title.contains(&format!("in the place of {of}")), "{}", section.title);
         assert!(section.tables().all(|table| table.verdicts().next().is_none()));
     }
     let figure = |name: &str| {
-        let blocks = report.section(name).unwrap().blocks.iter();
+        let blocks = crate::section(&report, name).blocks.iter();
         let mut figures = blocks.filter_map(|block| match block {
             sinew_report::Block::Figure(figure) if figure.title == "Errors by region" => {
                 Some(figure)
@@ -61,7 +61,7 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     // Three emulators, two halves of the wall.
     assert_eq!(figure("ventricle").unwrap().panels.len(), 6);
     assert!(figure("twisting-cube").is_none());
-    let cube = report.section("twisting-cube").unwrap().tables().next().unwrap();
+    let cube = crate::section(&report, "twisting-cube").tables().next().unwrap();
     assert_eq!(
         cube.rows.len(),
         10,
@@ -78,10 +78,10 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
         error(4),
         error(5)
     );
-    let table = report.section("cube-meshes").unwrap().tables().next().unwrap();
+    let table = crate::section(&report, "cube-meshes").tables().next().unwrap();
     let networks: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();
     assert_eq!(networks, ["from scratch", "pre-trained", "fine-tuned", "from scratch"]);
-    let rates = report.section("learning-rates").unwrap().tables().next().unwrap();
+    let rates = crate::section(&report, "learning-rates").tables().next().unwrap();
     assert_eq!(rates.rows.len(), 7, "four rates of the thesis and three of ours");
 
     // Nothing is done twice.

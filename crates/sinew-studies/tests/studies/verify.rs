@@ -92,7 +92,7 @@ fn failures_are_shown_with_their_reason() {
 fn both_files_hold_errors_times_and_bands() {
     let outcome = run(&GOOD, Effort::Full, &mut |_| ());
     let report = report(Effort::Full, &[outcome]).unwrap();
-    let row = &report.section("fake").unwrap().tables().next().unwrap().rows[1];
+    let row = &crate::section(&report, "fake").tables().next().unwrap().rows[1];
     assert_eq!((row.method.as_str(), row.others[2].value.median()), ("P2", Some(1000.0)));
     let error = &row.errors[0];
     assert!((error.value.median().unwrap() - 0.01).abs() < 1e-12);

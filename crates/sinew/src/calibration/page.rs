@@ -1,7 +1,6 @@
 //! Report of a calibration.
 
-use super::curve::{Curve, inverse, measured};
-use super::{LINEARISED, parameter_in_words, verdict, volumes_in_words};
+use super::{Curve, LINEARISED, inverse, measured, parameter_in_words, verdict, volumes_in_words};
 use crate::locking_in_words;
 use crate::patient::Prepared;
 use sinew_calibrate::{PatientStates, Posterior};

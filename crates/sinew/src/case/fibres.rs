@@ -1,8 +1,7 @@
 //! Directions of fibres.
 
 use super::CaseError;
-use super::ellipsoid_fibres::EllipsoidRule;
-use super::fibre_rule::FibreRule;
+use super::fibre_rule::{EllipsoidRule, FibreRule};
 use super::source::{Exactly, Source, advise};
 use nalgebra::Vector3;
 use serde::Deserialize;

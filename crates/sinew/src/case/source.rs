@@ -1,8 +1,8 @@
-//! The text of a case file: lines of its keys, and suggestions for misspelt ones.
+//! The text of a case file: lines of its keys, errors there, and suggestions for misspelt ones.
 
-use super::CaseError;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
+use std::path::PathBuf;
 use toml::de::{DeTable, DeValue};
 
 /// Name and text of a case file.
@@ -222,4 +222,40 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
             D::Error::custom(format!("{found} {values} where {N} belong; give {N}"))
         })
     }
+}
+
+/// Why a case file describes no body.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CaseError {
+    /// A file that cannot be read.
+    #[error("the case file {} cannot be read: {source}{advice}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+        /// A name that may have been meant.
+        advice: String,
+    },
+    /// Something wrong at a key.
+    #[error("{file}{}{}: {reason}", place(*line), named(key))]
+    Key {
+        /// The case file.
+        file: String,
+        /// Line, from 1.
+        line: Option<usize>,
+        /// The key with those of the tables around it, such as `parameters.mu`.
+        key: String,
+        /// Fault and advice.
+        reason: String,
+    },
+}
+
+fn place(line: Option<usize>) -> String {
+    line.map_or(String::new(), |line| format!(", line {line}"))
+}
+
+fn named(key: &str) -> String {
+    if key.is_empty() { String::new() } else { format!(", {key}") }
 }

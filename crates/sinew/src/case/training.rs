@@ -158,51 +158,44 @@ impl Training {
         Some((key, format!("{value} is out of bounds; give {least} to {MOST}")))
     }
 
-    /// Trains by the recipe.
-    ///
-    /// # Errors
-    /// As [`sinew_emulate::train`].
-    #[cfg(feature = "networks")]
-    pub fn train<'b>(
-        &self,
-        body: &'b Body,
-        options: &TrainingOptions,
-        observer: &mut dyn Observer,
-    ) -> Result<Emulator<'b>, Error> {
-        let levels = self.network.iter().flat_map(|network| &network.virtual_nodes).flatten();
-        let trains = !matches!(self.recipe, RecipeName::Taylor | RecipeName::Regression);
-        if let Some(first) = levels.copied().next().filter(|&first| trains && first >= body.nodes) {
-            return Err(Error::Request(format!(
-                "training.network.virtual_nodes: the first level has {first}, and the mesh {} nodes; give fewer",
-                body.nodes
-            )));
-        }
-        self.recipe().train(body, options, observer)
-    }
-
     /// Trains by the recipe; `auto` is regression in a build without networks.
     ///
     /// # Errors
-    /// As [`sinew_emulate::train`], and recipes of networks.
-    #[cfg(not(feature = "networks"))]
+    /// As [`sinew_emulate::train`], and recipes of networks in such a build.
     pub fn train<'b>(
         &self,
         body: &'b Body,
         options: &TrainingOptions,
         observer: &mut dyn Observer,
     ) -> Result<Emulator<'b>, Error> {
-        use sinew_emulate::{Train, recipe::Taylor};
-        if self.recipe.is_network() {
-            let reason = format!(
-                "the recipe `{}` trains a network, which this build leaves out; build with the feature `networks`, or \
-                 choose taylor or regression",
-                self.recipe.key()
-            );
-            return Err(Error::Network(reason.into()));
+        #[cfg(feature = "networks")]
+        {
+            let trains = !matches!(self.recipe, RecipeName::Taylor | RecipeName::Regression);
+            let levels = self.network.iter().flat_map(|network| &network.virtual_nodes).flatten();
+            let first = levels.copied().next();
+            if let Some(first) = first.filter(|&first| trains && first >= body.nodes) {
+                return Err(Error::Request(format!(
+                    "training.network.virtual_nodes: the first level has {first}, and the mesh {} nodes; give fewer",
+                    body.nodes
+                )));
+            }
+            self.recipe().train(body, options, observer)
         }
-        match self.recipe {
-            RecipeName::Taylor => Taylor.train(body, options, observer),
-            _ => self.regression().train(body, options, observer),
+        #[cfg(not(feature = "networks"))]
+        {
+            use sinew_emulate::{Train, recipe::Taylor};
+            if self.recipe.is_network() {
+                let reason = format!(
+                    "the recipe `{}` trains a network, which this build leaves out; build with the feature `networks`, or \
+                     choose taylor or regression",
+                    self.recipe.key()
+                );
+                return Err(Error::Network(reason.into()));
+            }
+            match self.recipe {
+                RecipeName::Taylor => Taylor.train(body, options, observer),
+                _ => self.regression().train(body, options, observer),
+            }
         }
     }
 

@@ -1,12 +1,15 @@
-//! Posteriors of a patient's parameters.
+//! Posteriors of a patient's parameters, and data of patients that do not exist.
 
 use super::runs::DataFile;
-use super::{CaseArguments, Unpassed, Usage, refuse, refuse_if, tell_reading, warn, write};
+use super::{
+    CaseArguments, Unpassed, Usage, check_folder, keep_foreign, marked, refuse, refuse_if, same,
+    tell_reading, warn, write,
+};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::calibration::{Curve, arviz, in_words, observed, report, too_stiff};
 use sinew::case::stress_in_kpa;
-use sinew::{PatientFile, Prepared};
+use sinew::{Parameter, PatientFile, Prepared, admissible, outside, parse_theta};
 use sinew_calibrate::{
     CalibrateError, Identifiability, Mode, Patient, Posterior, Verdict, calibrate,
     check_identifiability, noise_in_words,
@@ -15,7 +18,7 @@ use sinew_emulate::Terminal;
 use sinew_report::Provenance;
 use sinew_report::format::{digits, trimmed};
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Misfit \[standard deviations\] from which on `--check` marks a datum.
@@ -36,16 +39,7 @@ const RESULTS: [&str; 7] = [
 
 /// Patient file and folder.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-CASE is a patient file: a case file whose mesh is the image, with [phases], [[data]] and [calibration] (docs/calibration.md). Writes posterior.csv,
-posterior.json (for arviz), edpvr.csv, rest.vtu, report.html and report.json into OUT/calibrate. A posterior that the solver does not
-confirm is an error, not a result. solves.csv keeps every solve: --resume continues from there, to the same numbers, and
---restart solves everything anew. Results of an earlier run are removed when a run starts.
-
-A file with emulator = \"out/runs\", a folder of sinew train --from-table, and [[data]] with output, value and sd gives a posterior by
-that emulator alone (docs/emulators.md), which no solver confirms.
-
-Example: sinew calibrate patient.toml --check")]
+#[command(after_help = include_str!("help/calibrate.txt"))]
 pub(crate) struct Calibrate {
     #[command(flatten)]
     patient: CaseArguments,
@@ -272,4 +266,58 @@ fn say_ahead(prepared: &Prepared, mode: &Mode, seen: &Identifiability) {
     noise_in_words(&mode.misfits).iter().for_each(|doubt| println!("  warning: {doubt}"));
     println!("before anything is sampled:");
     seen.in_words().iter().for_each(|line| println!("  {line}"));
+}
+
+/// Beginning of the files of data that are made.
+const MARK: &str = "# synthesised from ";
+
+/// Patient file and true parameters.
+#[derive(Debug, Args)]
+#[command(after_help = include_str!("help/synthesise.txt"))]
+pub(crate) struct Synthesise {
+    /// Patient file
+    patient: PathBuf,
+    /// Parameters, such as a=0.2,b=2
+    #[arg(long)]
+    theta: String,
+    /// Seed of the noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// File to write
+    #[arg(short, long, visible_alias = "out", value_name = "FILE")]
+    output: PathBuf,
+}
+
+impl Synthesise {
+    pub(crate) fn run(&self) -> Result<()> {
+        check_folder(&self.output)?;
+        let file = PatientFile::read(&self.patient)?;
+        refuse_if(
+            same(&self.output, &self.patient),
+            || "-o: this is the patient file itself; name another",
+        )?;
+        keep_foreign("synthesise", MARK, &self.output)?;
+        let parameters = file.parameters()?;
+        let theta = parse_theta(&self.theta, &parameters)?;
+        self.check(&file, &parameters, &theta)?;
+        let text = file.synthesise(&theta, self.seed)?;
+        let origin =
+            format!("{}, theta {}, seed {}", self.patient.display(), self.theta, self.seed);
+        write(&self.output, marked(MARK, &origin, &text))?;
+        println!("written: {}", self.output.display());
+        Ok(())
+    }
+
+    /// Refuses parameters that make no sense, and tells those outside their ranges on standard error.
+    fn check(&self, file: &PatientFile, parameters: &[Parameter], theta: &[f64]) -> Result<()> {
+        let body = file.case.body()?;
+        let value = |own: &Parameter| {
+            let place = parameters.iter().position(|unknown| unknown.name == own.name);
+            place.map_or(own.range[0], |place| theta[place])
+        };
+        let all: Vec<f64> = body.parameters.iter().map(value).collect();
+        admissible(&body, &all).map_err(|why| Usage(format!("--theta {}: {why}", self.theta)))?;
+        warn(outside(parameters, theta));
+        Ok(())
+    }
 }

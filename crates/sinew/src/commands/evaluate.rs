@@ -1,7 +1,7 @@
-//! Errors and times of trained emulators.
+//! Errors and times of trained emulators, and the page of the last evaluation.
 
-use super::{CaseArguments, refuse_if, solved, trained};
-use anyhow::Result;
+use super::{CaseArguments, Usage, refuse_if, solved, trained};
+use anyhow::{Context, Result};
 use clap::Args;
 use sinew::{Comparison, Design, Origin, TestSet};
 use sinew_emulate::{Counter, Terminal, store};
@@ -10,13 +10,7 @@ use std::path::Path;
 
 /// Body and number of cases.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Test cases are uniform in the ranges, each on its scale, and unseen in training. Errors are those of the thesis:
-err_u (mm, per node), err_F, err_I1, err_Pi and err_V (%, deformation gradient, first invariant, potential energy, cavity
-volume), as predicted and after Newton steps. Simulations are kept in OUT/test and solved once. Writes
-OUT/evaluation.json, which sinew report reads.
-
-Example: sinew train OnceClampedBeam --recipe regression && sinew evaluate OnceClampedBeam --cases 50")]
+#[command(after_help = include_str!("help/evaluate.txt"))]
 pub(crate) struct Evaluate {
     #[command(flatten)]
     case: CaseArguments,
@@ -85,4 +79,29 @@ fn stored_options(emulator: &Path) -> String {
     let run: Option<serde_json::Value> = run.ok().flatten();
     let kept = |name: &str| Some(format!("{name} = {}", run.as_ref()?.get(name)?));
     ["recipe", "options"].into_iter().filter_map(kept).collect::<Vec<_>>().join("\n")
+}
+
+/// Case and output.
+#[derive(Debug, Args)]
+#[command(after_help = include_str!("help/report.txt"))]
+pub(crate) struct Report {
+    #[command(flatten)]
+    case: CaseArguments,
+}
+
+impl Report {
+    pub(crate) fn run(&self) -> Result<()> {
+        let (_, folder) = self.case.read()?;
+        let path = folder.join("evaluation.json");
+        let text = std::fs::read_to_string(&path).map_err(|error| {
+            Usage(format!("{}: {error}; run sinew evaluate first", path.display()))
+        })?;
+        let comparison: Comparison = serde_json::from_str(&text).with_context(|| {
+            format!("{} is damaged or of another version; run sinew evaluate again", path.display())
+        })?;
+        println!("{comparison}");
+        let page = comparison.report()?.write(&folder)?;
+        println!("written: {}", page.display());
+        Ok(())
+    }
 }

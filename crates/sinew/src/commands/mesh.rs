@@ -10,31 +10,16 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Kind of body that is meshed.
-#[derive(Debug, Args)]
-pub(crate) struct Mesh {
-    #[command(subcommand)]
-    what: What,
-}
-
 #[derive(Debug, Subcommand)]
-enum What {
+pub(crate) enum Mesh {
     /// Mesh the wall of a ventricle between its surfaces, with facet sets, fibres and the distance to the surfaces.
     Ventricle(Ventricle),
 }
 
 /// Surfaces and sizes.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Surfaces are VTK (POLYDATA), VTP, VTU, STL or OBJ files, open at the valves or not. The endocardium is carried along its
-normals to the nearest outer surface. Lengths are in the surfaces' own unit; case files read them as mm unless they say
-`unit`.
-
-The mesh has the sets base, endocardium, epicardium (the whole outer surface) and septum (its part that faces the other
-ventricle), the field `fibre`, and under the names of the built-in ventricle `region:1` (endocardium) and `clamped` (base).
-
-Example: sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk --septum rv.vtk --nodes 1500 -o wall.vtu
-         sinew solve LeftVentricle --mesh wall.vtu --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg")]
-struct Ventricle {
+#[command(after_help = include_str!("help/ventricle.txt"))]
+pub(crate) struct Ventricle {
     /// Inner surface
     #[arg(long, value_name = "FILE")]
     endocardium: PathBuf,
@@ -70,9 +55,8 @@ struct Ventricle {
 
 impl Mesh {
     pub(crate) fn run(&self) -> Result<()> {
-        match &self.what {
-            What::Ventricle(ventricle) => ventricle.run(),
-        }
+        let Self::Ventricle(ventricle) = self;
+        ventricle.run()
     }
 }
 

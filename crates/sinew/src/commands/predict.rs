@@ -5,6 +5,7 @@ use super::{
     Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen, refuse_if,
     runs, tell_doubtful, warn, warn_of_locking,
 };
+pub(crate) use answer::Plan;
 use anyhow::{Result, ensure};
 use clap::Args;
 use rayon::prelude::*;
@@ -32,20 +33,7 @@ pub(crate) struct Asked {
 
 /// Parameters and emulator.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict/NAME, where NAME is the emulator's. Each case has
-an estimate of its error, by Newton steps that contract, or the reason for its absence; --quick leaves it out. --refine 4
-adds quasi-Newton steps: each costs at most a tenth of a Newton step, and four lower the error by a factor of 10 to 1000. A row of a table that fails
-is a row of cases.csv with the reason, and the exit code is not 0.
-
-With --accuracy no emulator is needed: the solver, a Taylor expansion or a trained emulator is chosen by the expected number
-of Newton steps, and each answer is refined until its error estimate is below the tolerance. Writes into OUT/predict/accuracy.
-For an unseen body, --from names the case of another body with the same cells: its solution and stiffness give predictions.
-
-CASE may be the folder of an emulator of stored runs (sinew train --from-table, --from-fields). Its answers have 95 % intervals, from
-the errors of runs left out.
-
-Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
+#[command(after_help = include_str!("help/predict.txt"))]
 pub(crate) struct Predict {
     #[command(flatten)]
     asked: Asked,
@@ -65,12 +53,7 @@ pub(crate) struct Predict {
 
 /// Parameters and number of steps.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Each Newton step about squares the relative error of a prediction within 2 % of the solution. From above 4 % it may
-raise the error: then a warning says so. Writes into OUT/correct/NAME, where NAME is the emulator's. A row of a table that fails
-is a row of cases.csv with the reason, and the exit code is not 0.
-
-Example: sinew correct OnceClampedBeam --theta mu=75,lambda=80 --steps 2")]
+#[command(after_help = include_str!("help/correct.txt"))]
 pub(crate) struct Correct {
     #[command(flatten)]
     asked: Asked,

@@ -1,7 +1,7 @@
 //! Parameters drawn from their ranges.
 
 use super::script::{Scheduler, Script, quoted};
-use super::stop::Stoppable;
+use super::stop::stoppable;
 use super::{CaseArguments, count, refuse, refuse_if, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -15,26 +15,7 @@ use std::time::Duration;
 
 /// Number and design of the parameter sets.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Writes OUT/sample/thetas.csv, which --theta of the other commands reads; with --solve also the equilibria. A folder with
-equilibria of other parameter sets is refused.
-
-Example: sinew sample OnceClampedBeam --count 200 --design sobol --solve
-
-A campaign too large for one machine is solved in shards. Each shard is a process that may be killed and started
-again; sinew merge puts the shards together:
-
-  sinew sample heart.toml --count 3000 --solve --shard 1/16    # to 16/16, anywhere with the same OUT
-  sinew merge heart.toml
-  sinew train heart.toml --recipe dd --simulations OUT/sample
-
-  sinew sample heart.toml --count 3000 --script slurm --shards 16    # the same as one job array
-  sh OUT/sample/slurm.sh --time=04:00:00     # or --script lsf, and sh OUT/sample/lsf.sh -W 240
-
-OUT is out/NAME by the `name` of the case, or of its file where it has none.
-
-On Ctrl-C, or on SIGTERM, which schedulers send before the time is up, finished solves are stored and the exit code is 3. The
-same command continues.")]
+#[command(after_help = include_str!("help/sample.txt"))]
 pub(crate) struct Sample {
     #[command(flatten)]
     case: CaseArguments,
@@ -119,18 +100,7 @@ impl Sample {
         println!("written: {}", path.display());
         Ok(())
     }
-}
 
-/// Writes equilibria of samples, without pictures.
-fn write(body: &Body, found: &Simulations, folder: &Path) -> Result<()> {
-    let cases = found.thetas.iter().cloned().zip(&found.fields);
-    let rows = cases.map(|(theta, field)| Row { theta, fields: vec![field], ..Row::default() });
-    let (names, rows) = (vec!["solved"], rows.collect());
-    Results { body, names, rows, stresses: false }.write(folder, 0, true)?;
-    Ok(())
-}
-
-impl Sample {
     /// Number of shards of the campaign; none where one process solves all.
     fn campaign_shards(&self) -> Option<usize> {
         self.shard.map(Shard::of).or(self.script.map(|_| self.shards.get()))
@@ -198,7 +168,7 @@ impl Sample {
         shard: Shard,
         folder: &Path,
     ) -> Result<()> {
-        let found = simulate_shard(body, thetas, shard, folder, &mut Stoppable::new()?)?;
+        let found = simulate_shard(body, thetas, shard, folder, &mut stoppable()?)?;
         found.failures.iter().for_each(|failure| told_failure(body, failure));
         println!(
             "shard {shard}: {} of {} samples solved",
@@ -209,11 +179,18 @@ impl Sample {
     }
 }
 
+/// Writes equilibria of samples, without pictures.
+fn write(body: &Body, found: &Simulations, folder: &Path) -> Result<()> {
+    let cases = found.thetas.iter().cloned().zip(&found.fields);
+    let rows = cases.map(|(theta, field)| Row { theta, fields: vec![field], ..Row::default() });
+    let (names, rows) = (vec!["solved"], rows.collect());
+    Results { body, names, rows, stresses: false }.write(folder, 0, true)?;
+    Ok(())
+}
+
 /// Case and output.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Checks that every shard is done and undamaged, and writes what one process with --solve would have written to OUT/sample,
-with failures.csv where there are some. Merging again gives the same files.")]
+#[command(after_help = include_str!("help/merge.txt"))]
 pub(crate) struct Merge {
     #[command(flatten)]
     case: CaseArguments,

@@ -32,105 +32,52 @@ impl Script<'_> {
     /// Name of the file, what it holds, and the command that starts it.
     pub(crate) fn written(&self, scheduler: Scheduler) -> (&'static str, String, &'static str) {
         match scheduler {
-            Scheduler::Slurm => ("slurm.sh", self.slurm(), "sh"),
-            Scheduler::Lsf => ("lsf.sh", self.lsf(), "sh"),
+            Scheduler::Slurm => {
+                let logs = ["slurm-%A_%a.log", "slurm-%j.log"];
+                ("slurm.sh", self.shell(include_str!("script/slurm.sh"), logs), "sh")
+            }
+            Scheduler::Lsf => {
+                let logs = ["lsf-%J-%I.log", "lsf-%J.log"];
+                ("lsf.sh", self.shell(include_str!("script/lsf.sh"), logs), "sh")
+            }
             Scheduler::Snakemake => {
                 ("Snakefile", self.snakemake(), "snakemake --cores all --snakefile")
             }
         }
     }
 
-    /// A file in the folder, as a word for a shell.
-    fn file(&self, name: &str) -> String {
-        quoted(self.folder.join(name))
-    }
-
-    fn slurm(&self) -> String {
-        let Self { name, sample, merge, shards, .. } = self;
-        let [logs, log] = ["slurm-%A_%a.log", "slurm-%j.log"].map(|name| self.file(name));
-        let (here, name) = (quoted(here()), quoted(name));
-        format!(
-            r#"#!/bin/sh
-# Submits {shards} shards of a campaign as a job array, and their merge. Options of sbatch may follow, for both:
-#   sh slurm.sh --time=04:00:00 --cpus-per-task=4
-cd {here} || exit
-array=$(sbatch --parsable --job-name={name} --array=1-{shards} --output={logs} --open-mode=append \
-  --requeue --signal=TERM@60 "$@" <<'SHARD'
-#!/bin/bash
-export RAYON_NUM_THREADS=${{SLURM_CPUS_PER_TASK:-1}}
-srun {sample} --shard auto:1-{shards}
-code=$?
-# Stopped a minute before its time was up, with everything stored: the same task again.
-if [ $code -eq 3 ]; then scontrol requeue "$SLURM_JOB_ID"; fi
-exit $code
-SHARD
-) || exit
-echo "Submitted array job $array"
-sbatch --job-name={name} --output={log} --dependency="afterok:$array" --kill-on-invalid-dep=yes "$@" <<'MERGE'
-#!/bin/bash
-{merge}
-MERGE
-"#
-        )
-    }
-
-    fn lsf(&self) -> String {
-        let Self { name, sample, merge, shards, .. } = self;
-        let [logs, log] = ["lsf-%J-%I.log", "lsf-%J.log"].map(|name| self.file(name));
-        let (array, name) = (quoted(format!("{name}[1-{shards}]")), quoted(name));
-        let here = quoted(here());
-        format!(
-            r#"#!/bin/sh
-# Submits {shards} shards of a campaign as a job array, and their merge. Options of bsub may follow, for both:
-#   sh lsf.sh -W 240 -n 4
-cd {here} || exit
-# A task that is stopped a minute before its time is up, with everything stored, ends with 3 and begins again.
-told=$(bsub -J {array} -o {logs} -Q 3 -wa TERM -wt 1 "$@" <<'SHARD'
-#!/bin/bash
-export RAYON_NUM_THREADS=${{LSB_DJOB_NUMPROC:-1}}
-exec {sample} --shard auto:1-{shards}
-SHARD
-) || exit
-array=$(echo "$told" | sed -n 's/^Job <\([0-9]*\)>.*/\1/p')
-echo "Submitted array job $array"
-bsub -J {name} -o {log} -w "done($array)" "$@" <<'MERGE'
-#!/bin/bash
-{merge}
-MERGE
-"#
-        )
+    /// A script for a shell, with the names of the logs of shards and merge.
+    fn shell(&self, template: &str, logs: [&str; 2]) -> String {
+        let [logs, log] = logs.map(|name| quoted(self.folder.join(name)));
+        let parts = [
+            ("name", quoted(self.name)),
+            ("array", quoted(format!("{}[1-{}]", self.name, self.shards))),
+            ("here", quoted(here())),
+            ("sample", self.sample.into()),
+            ("merge", self.merge.into()),
+            ("logs", logs),
+            ("log", log),
+        ];
+        self.filled(template, &parts)
     }
 
     fn snakemake(&self) -> String {
-        let Self { sample, merge, folder, shards, .. } = self;
-        let [sample, merge] =
-            [sample, merge].map(|line| python(&line.replace('{', "{{").replace('}', "}}")));
-        let [table, seal] = ["cases.csv", "shards/{index}-of-COUNT/done.json"].map(|name| {
-            let name = name.replace("COUNT", &format!("{shards:05}"));
-            python(&folder.join(name).to_string_lossy())
-        });
-        let here = python(&here());
-        format!(
-            r#"# {shards} shards of a campaign, and their merge: snakemake --cores all --snakefile Snakefile
-workdir: {here}
+        let line = |line: &str| python(&line.replace('{', "{{").replace('}', "}}"));
+        let file = |name: &str| python(&self.folder.join(name).to_string_lossy());
+        let parts = [
+            ("here", python(&here())),
+            ("sample", line(self.sample)),
+            ("merge", line(self.merge)),
+            ("table", file("cases.csv")),
+            ("seal", file(&format!("shards/{{index}}-of-{:05}/done.json", self.shards))),
+        ];
+        self.filled(include_str!("script/Snakefile"), &parts)
+    }
 
-SEALS = expand({seal}, index=[f"{{index:05}}" for index in range(1, {shards} + 1)])
-
-wildcard_constraints:
-    index=r"\d+"
-
-rule merge:
-    input: SEALS
-    output: {table}
-    shell: {merge}
-
-rule shard:
-    output: {seal}
-    threads: 4
-    retries: 3
-    shell: "RAYON_NUM_THREADS={{threads}} " + {sample} + " --shard {{wildcards.index}}/{shards}"
-"#
-        )
+    /// A template with its parts in the places of their names in guillemets.
+    fn filled(&self, template: &str, parts: &[(&str, String)]) -> String {
+        let template = template.replace("«shards»", &self.shards.to_string());
+        parts.iter().fold(template, |text, (name, part)| text.replace(&format!("«{name}»"), part))
     }
 }
 

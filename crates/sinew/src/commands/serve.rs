@@ -23,18 +23,7 @@ const GRACE: Duration = Duration::from_millis(500);
 
 /// Body and address.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Speaks UM-Bridge 1.0, whose clients exist in Python, R, Julia, MATLAB and C++. Models: emulator (a prediction), corrected (a
-prediction and one Newton step), solver (the equilibrium). The input is theta in the units of the case file; the output is
-one vector, whose entries are printed at the start. Evaluate, Gradient and ApplyJacobian are supported. Outside the ranges of
-the parameters, emulator and corrected answer InvalidInput unless the request's config has \"extrapolate\": true. Without a
-trained emulator there is the solver alone. Ctrl-C or SIGTERM ends it, with requests under way answered.
-
-A browser shows the emulator's page at the same address. Where the sliders rest, the solver corrects the body, and the true
-error stands beside the estimated one. With another address than the loopback there is no page.
-
-Example: sinew train IdealVentricle --recipe regression && sinew serve IdealVentricle
-  python: umbridge.HTTPModel('http://127.0.0.1:4242', 'emulator')([[0.2, 2.0, 3.0, 2.0, 8.0]])")]
+#[command(after_help = include_str!("help/serve.txt"))]
 pub(crate) struct Serve {
     #[command(flatten)]
     case: CaseArguments,

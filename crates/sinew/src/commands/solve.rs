@@ -1,31 +1,25 @@
-//! Equilibria.
+//! Equilibria, and paths of them along a parameter.
 
-use super::along::Way;
 use super::{
-    Batch, CaseArguments, ThetaArguments, Written, make_folder, refuse, solved_by, warn_of_locking,
+    Batch, CaseArguments, ThetaArguments, Usage, Written, make_folder, refuse, single, solved_by,
+    warn, warn_of_locking,
 };
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use clap::Args;
 use sinew::case::Formulation;
-use sinew::output::{Row, displacement_in_words, least_and_largest_ratio};
-use sinew::{Body, Case, Simulations, Warning};
-use sinew_fem::{LoadSteps, Options, compare_formulations, locking};
+use sinew::output::{Results, Row, displacement_in_words, least_and_largest_ratio};
+use sinew::{
+    Body, Case, Parameter, Simulations, Solution, Warning, admissible, outside, parse_way,
+    range_in_words, theta_in_words,
+};
+use sinew_emulate::{Counter, Terminal};
+use sinew_fem::{LoadSteps, Options, Solver, TraceEnd, compare_formulations, locking};
 use sinew_report::format::trimmed;
 use std::path::Path;
 
 /// Equilibria to find.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd for ParaView into OUT/solve. Parameters outside their ranges are
-solved with a warning. A row of a table that fails is a row of cases.csv with the reason, and the exit code is not 0.
-With --check-mesh the first case is solved with quadratic elements too. Printed are the mean and the largest difference,
-and the volumes of cavities.
-
-With --along each frame starts from the equilibrium of the frame before. cases.pvd then has the parameter as time, and
-curve.csv displacements and cavity volumes against it. The path ends where the body snaps, with an exit code of 1.
-
-Examples: sinew solve IdealVentricle --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg
-          sinew solve IdealVentricle --along p=0..8mmHg --frames 20")]
+#[command(after_help = include_str!("help/solve.txt"))]
 pub(crate) struct Solve {
     #[command(flatten)]
     case: CaseArguments,
@@ -33,8 +27,13 @@ pub(crate) struct Solve {
     theta: ThetaArguments,
     #[command(flatten)]
     written: Written,
-    #[command(flatten)]
-    way: Way,
+    /// Solve along a path of one parameter: NAME=START..END, such as p=0..8mmHg. An end without unit has the parameter's, and is
+    /// refused beside another one, but for 0. START is reached from rest by load increments; --theta gives the others
+    #[arg(long, value_name = "NAME=START..END", conflicts_with_all = ["check_mesh", "load_steps", "pictures", "arrays"])]
+    along: Option<String>,
+    /// Steps of the path; there is one frame more than steps
+    #[arg(long, value_name = "COUNT", default_value_t = 20, requires = "along", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    frames: u32,
     /// Also solve the first case with quadratic elements, and print the difference
     #[arg(long)]
     check_mesh: bool,
@@ -47,9 +46,8 @@ impl Solve {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.case.open_lowered()?;
         let body = &body;
-        if let Some(way) = self.way.given() {
-            let folder = folder.join("solve");
-            return self.way.follow(way, body, &self.theta, self.written.fields, &folder);
+        if let Some(way) = &self.along {
+            return self.follow(way, body, &folder.join("solve"));
         }
         if self.check_mesh {
             check_cells(body)?;
@@ -74,6 +72,45 @@ impl Solve {
             check_mesh(case.clone(), body, found)?;
         }
         batch.write(body, &["solved"], answers(found), &self.written, folder)
+    }
+
+    /// Follows a path of one parameter, and writes what is found.
+    fn follow(&self, way: &str, body: &Body, folder: &Path) -> Result<()> {
+        let (index, ends) = parse_way(way, &body.parameters)?;
+        let given = self.theta.read(body, Some(index))?.thetas();
+        let theta = single("--along", &given)?;
+        let at = |frame: u32| {
+            let part = f64::from(frame) / f64::from(self.frames);
+            let mut theta = theta.clone();
+            // Without rounding at either end.
+            theta[index] = (1.0 - part) * ends[0] + part * ends[1];
+            theta
+        };
+        let thetas: Vec<Vec<f64>> = (0..=self.frames).map(at).collect();
+        for end in [&thetas[0], &thetas[thetas.len() - 1]] {
+            admissible(body, end).map_err(|why| Usage(format!("--along {way}: {why}")))?;
+        }
+        tell(&body.parameters[index], ends);
+        let (frames, end) = traced(body, &thetas)?;
+        let rows = frames.iter().map(|frame| Row {
+            theta: frame.theta.clone(),
+            fields: vec![&frame.displacement],
+            pressure: &frame.pressure,
+            ..Row::default()
+        });
+        let (names, rows, stresses) = (vec!["solved"], rows.collect(), self.written.fields);
+        let results = Results { body, names, rows, stresses };
+        let unit = &body.parameters[index].unit;
+        let loads: Vec<f64> = thetas.iter().map(|theta| unit.shown(theta[index])).collect();
+        results.write_along(folder, index, &loads)?;
+        if let Some(Solution { theta, displacement, .. }) = frames.last() {
+            warn_of_locking(locking(body, theta, displacement));
+        }
+        println!("written: {}", folder.display());
+        match end {
+            None => Ok(()),
+            Some(end) => Err(ended(body, &end, frames.len(), thetas.len())),
+        }
     }
 }
 
@@ -150,4 +187,39 @@ fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
     println!("{} against {}: {difference}", body.element().plural, better.element().plural);
     println!("solved in {:.2} s and {:.2} s", found.solve_seconds[0], other.solve_seconds[0]);
     Ok(())
+}
+
+/// Prints a path as it was read, and tells ends outside their range on standard error.
+fn tell(parameter: &Parameter, ends: [f64; 2]) {
+    println!("{}", range_in_words(&Parameter { range: ends, ..parameter.clone() }));
+    let parameters = std::slice::from_ref(parameter);
+    warn(ends.iter().flat_map(|&end| outside(parameters, &[end])));
+}
+
+/// Frames as far as the path goes.
+fn traced(body: &Body, thetas: &[Vec<f64>]) -> Result<(Vec<Solution>, Option<TraceEnd>)> {
+    let options = Options::default();
+    let mut terminal = Terminal::default();
+    let mut counter = Counter::new(&mut terminal, "follow", 0, thetas.len());
+    let count = || {
+        // The observer cannot break: an interruption ends the process.
+        let _ = counter.step(1, "");
+    };
+    let trace = Solver::new(body)?.trace(thetas, &options, count)?;
+    let frames = trace.solutions;
+    counter.finish(&format!("{} frames", frames.len()));
+    Ok((frames, trace.end))
+}
+
+/// Error that says where a path ended, and why.
+fn ended(body: &Body, end: &TraceEnd, found: usize, asked: usize) -> anyhow::Error {
+    let reached = theta_in_words(body, &end.reached);
+    let beyond = theta_in_words(body, &end.beyond);
+    let why = match &end.error {
+        None => "the nearest equilibrium there is on another branch: a limit point or a bifurcation lies between them".into(),
+        Some(error) => error.to_string(),
+    };
+    anyhow!(
+        "{found} of {asked} frames were found and written; the path ends between {reached} and {beyond}: {why}"
+    )
 }

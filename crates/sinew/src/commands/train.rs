@@ -9,23 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// Recipe and budget.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-Options replace those of the case's [training]. The emulator and everything it was made of go to OUT/RECIPE; --resume continues
-a run that was stopped, --restart replaces one. Simulations go to
-OUT/simulations, where every recipe finds those it needs. Held-out simulations are the validation set: they decide which weights of
-a network are kept (early stopping), and check the error estimate.
-
-Recipes: taylor (Taylor expansion of second order about one solve, no training), regression (POD and Gaussian process on
-few simulations: lowest error for one geometry and few parameters), dd (network, supervised),
-pi (network, physics-informed, without simulations), auto (regression, and dd if that misses the target).
-
-Runs of any solver, without a case: --from-table learns numbers of a CSV table, --from-fields displacements on the mesh of --mesh.
-Each output is a Gaussian process, which goes to OUT, by default out/ and the name of the file. The errors that are printed are those
-of runs predicted from the others.
-
-Examples: sinew train IdealVentricle --recipe regression --samples 50
-          sinew train --from-table runs.csv --parameters mu,lambda && sinew predict out/runs --theta mu=75,lambda=80
-          sinew train --from-fields runs.npz --mesh wall.vtu --parameters mu,lambda")]
+#[command(after_help = include_str!("help/train.txt"))]
 pub(crate) struct Train {
     #[command(flatten)]
     case: CaseArguments,

@@ -24,13 +24,7 @@ const SAME: f64 = 1e-6;
 
 /// Image and its load.
 #[derive(Debug, Args)]
-#[command(after_help = "\
-CASE has the mesh of the loaded state, such as an image at end-diastolic pressure. Writes the reference configuration whose
-loading gives that mesh: FILE with its sets, directions, the displacement to the image (u_to_image) and the ratio of
-volumes in the reference configuration and in the image (det_f), and its case file (FILE with .toml). CASE, its mesh and
-a .toml that unload did not write are not replaced.
-
-Example: sinew unload LeftVentricle --mesh wall.vtu --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg -o rest.vtu")]
+#[command(after_help = include_str!("help/unload.txt"))]
 pub(crate) struct UnloadCommand {
     #[command(flatten)]
     case: CaseFile,

@@ -1,14 +1,15 @@
-//! Stress and strain at the surface, as regressions over θ.
+//! Stress, strain and error at the surface, as regressions over θ.
 
-use super::compact::Compact;
-use super::sampled::{Sampled, ViewerError, relative};
+use super::compact::{AT_ONCE, Compact, Sampled, ViewerError, relative};
 use super::surface::Surface;
+use crate::Emulator;
 use crate::stresses::at_nodes;
 use rayon::prelude::*;
-use sinew_emulate::PodRegression;
+use sinew_emulate::{Counter, Error as EmulatorError, Observer, PodRegression};
 use sinew_energy::Body;
-use sinew_fem::{CellStress, cell_stresses};
-use sinew_report::{Quantity, Source};
+use sinew_fem::{CellStress, Solver, cell_stresses};
+use sinew_report::format::digits;
+use sinew_report::{Model, Quantity, Source};
 use sinew_sample::quantile;
 
 /// Highest total degree of the polynomials.
@@ -92,4 +93,154 @@ fn stressed(body: &Body, sampled: &Sampled) -> Stressed {
     });
     let (thetas, cells) = found.collect::<Vec<_>>().into_iter().unzip();
     Stressed { thetas, cells }
+}
+
+/// Estimates that the error is regressed from.
+const ESTIMATES: usize = 250;
+/// Estimates that a regression needs.
+const LEAST_ESTIMATES: usize = 40;
+/// Highest total degree of the polynomials.
+const ERROR_DEGREE: usize = 4;
+/// Least error of a node relative to the mean that has a colour of its own: held nodes have none at all.
+const FLOOR: f64 = 1e-2;
+/// Rounding error of the pattern \[relative to the norm of its logarithms\]: the pattern locates the error, in colours of a
+/// decade each.
+const PATTERN: f64 = 0.1;
+/// Rounding error of the level \[relative to the norm of its logarithms\].
+const LEVEL: f64 = 1e-4;
+/// Factor within which a shown error is said to be right.
+const FACTOR: f64 = 3.0;
+
+/// Nodal errors of some parameter sets.
+#[derive(Default)]
+struct Errors {
+    thetas: Vec<Vec<f64>>,
+    /// Mean and largest at the surface \[length\].
+    levels: Vec<[f64; 2]>,
+    /// Relative to the mean, node by node.
+    patterns: Vec<Vec<f64>>,
+    /// Parameter sets without an estimate.
+    refused: usize,
+}
+
+/// Error of the page over θ.
+pub(super) struct ErrorModel {
+    /// Logarithms of the mean and the largest; `None` where too few predictions have an estimate.
+    pub(super) level: Option<Model>,
+    /// Pattern of the error over the body.
+    pub(super) quantity: Option<Quantity>,
+    /// Number of test cases in which it is right, in words.
+    pub(super) told: String,
+}
+
+impl ErrorModel {
+    pub(super) fn of(
+        emulator: &Emulator<'_>,
+        shown: &Compact,
+        surface: &Surface,
+        fitted: &Sampled,
+        checked: &Sampled,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, ViewerError> {
+        let all = fitted.thetas.iter().zip(&fitted.fields).take(ESTIMATES);
+        let cases: Vec<_> = all.chain(checked.thetas.iter().zip(&checked.fields)).collect();
+        let (first, last) = cases.split_at(cases.len() - checked.thetas.len());
+        let mut counter = Counter::new(observer, "estimate its errors", 0, cases.len());
+        let known = errors(emulator, shown, surface, first, &mut counter)?;
+        let test = errors(emulator, shown, surface, last, &mut counter)?;
+        let refused = known.refused + test.refused;
+        if known.thetas.len() < LEAST_ESTIMATES || test.thetas.is_empty() {
+            let told = format!(
+                "none: {refused} of {} predictions are not near an equilibrium",
+                cases.len()
+            );
+            return Ok(Self { level: None, quantity: None, told });
+        }
+        let parameters = &emulator.body().parameters;
+        let logarithms: Vec<Vec<f64>> =
+            known.levels.iter().map(|levels| levels.map(f64::ln).to_vec()).collect();
+        let level =
+            PodRegression::fit_polynomial(parameters, &known.thetas, &logarithms, ERROR_DEGREE)?;
+        let mut right = 0;
+        for (theta, levels) in test.thetas.iter().zip(&test.levels) {
+            let ratio = levels[0] / level.predict(theta)?[0].exp();
+            right += usize::from((1.0 / FACTOR..=FACTOR).contains(&ratio));
+        }
+        let mut told = format!(
+            "within a factor of {FACTOR} of the checked one in {right} of {} cases",
+            test.thetas.len()
+        );
+        if refused > 0 {
+            told += &format!("; {refused} of {} predictions have none", cases.len());
+        }
+        let pattern = PodRegression::fit_polynomial(parameters, &known.thetas, &known.patterns, 2)?;
+        let pattern = Compact::of(pattern, None, &known.thetas, PATTERN)?;
+        let quantity = Quantity {
+            name: "Error".into(),
+            unit: emulator.body().units.length.clone(),
+            source: Source::Error,
+            scale: scale(&known),
+            logarithmic: true,
+            model: Some(pattern.packed()),
+        };
+        let level = Compact::of(level, None, &known.thetas, LEVEL)?.packed();
+        Ok(Self { level: Some(level), quantity: Some(quantity), told })
+    }
+}
+
+/// Nodal distances of the displacements on the page from the equilibria of checked error estimates.
+fn errors(
+    emulator: &Emulator<'_>,
+    shown: &Compact,
+    surface: &Surface,
+    cases: &[(&Vec<f64>, &Vec<f64>)],
+    counter: &mut Counter<'_>,
+) -> Result<Errors, ViewerError> {
+    let body = emulator.body();
+    let mut found = Errors::default();
+    for some in cases.chunks(AT_ONCE) {
+        let each: Vec<Option<Vec<f64>>> = some
+            .par_iter()
+            .map_init(
+                || Solver::new(body),
+                |solver, (theta, field)| -> Result<_, ViewerError> {
+                    let solver =
+                        solver.as_mut().map_err(|error| EmulatorError::from(error.clone()))?;
+                    let estimate =
+                        solver.error_estimate(field, theta).map_err(EmulatorError::from)?;
+                    let Ok(distance) = estimate.distance else { return Ok(None) };
+                    let (truth, own) = (surface.of_field(&distance.equilibrium), shown.at(theta)?);
+                    Ok(Some(sinew_energy::metrics::displacement_error(&truth, &own)))
+                },
+            )
+            .collect::<Result<_, _>>()?;
+        for ((theta, _), nodal) in some.iter().zip(each) {
+            let Some(nodal) = nodal else {
+                found.refused += 1;
+                continue;
+            };
+            let mean = nodal.iter().sum::<f64>() / nodal.len() as f64;
+            let largest = nodal.iter().copied().fold(0.0, f64::max);
+            // A page that is exact to the last digit has no error to speak of.
+            let mean = mean.max(f64::MIN_POSITIVE);
+            found.thetas.push(theta.to_vec());
+            found.levels.push([mean, largest.max(mean)]);
+            found.patterns.push(nodal.iter().map(|e| (e / mean).max(FLOOR).ln()).collect());
+        }
+        if counter.step(some.len(), "").is_break() {
+            return Err(EmulatorError::Interrupted { stage: "estimate its errors".into() }.into());
+        }
+    }
+    Ok(found)
+}
+
+/// Ends of the error's scale: 0.3 times the 5 % quantile of the means, and the largest error but one in twenty.
+fn scale(known: &Errors) -> [f64; 2] {
+    let quantile = |which: usize, share: f64| {
+        let all: Vec<f64> = known.levels.iter().map(|levels| levels[which]).collect();
+        let value = sinew_sample::quantile(&all, share);
+        // Two digits are enough for the ends of a scale.
+        digits(value, 2).parse().unwrap_or(value)
+    };
+    [0.3 * quantile(0, 0.05), quantile(1, 0.95)]
 }
