@@ -111,6 +111,9 @@ enum Task {
 }
 
 fn main() -> Result<()> {
+    if let Some(rustdoc) = std::env::var_os(ci::RUSTDOC) {
+        std::process::exit(i32::from(!ci::documented(&rustdoc)?));
+    }
     let study = |task: &str, of: Options| command::study(task, &of.options);
     match Arguments::parse().task {
         Task::ReproduceBeam(options) => study("reproduce-beam", options),
@@ -129,7 +132,7 @@ fn main() -> Result<()> {
         Task::Circles => circles::check(),
         Task::Walks => walks::check(),
         Task::Wheel { test: false, features } => wheel::run(features.as_deref()),
-        Task::Wheel { test: true, .. } => wheel::test(&[]),
+        Task::Wheel { test: true, .. } => wheel::test(),
         Task::Campaigns => command::campaigns(),
         Task::Package => package::run(),
         Task::Licences => licences::check(),

@@ -35,23 +35,39 @@ pub(crate) fn run(features: Option<&str>) -> Result<()> {
     tried(&root, &python, &folder, &wheel)
 }
 
-/// Runs the Python tests on a library and a program in the profile of `cargo test`, of which little is left to compile after it. Where
-/// Python or its packages are missing it says that this is skipped.
-pub(crate) fn test(variables: &[(&str, &str)]) -> Result<()> {
-    let (root, folder, Some(python)) = place()? else {
+/// Runs the Python tests alone.
+pub(crate) fn test() -> Result<()> {
+    tested(testers()?.as_deref(), &[], || Ok(()))
+}
+
+/// A Python with the packages that the tests use; where Python or its packages are missing it says that tests are skipped.
+pub(crate) fn testers() -> Result<Option<PathBuf>> {
+    let (_, folder, Some(python)) = place()? else {
         eprintln!("Python tests: skipped, for there is no python3 with venv here");
-        return Ok(());
+        return Ok(None);
     };
     let own = environment(&python, &folder.join("tests"))?;
     if !install(&own, &TESTERS)? {
         let named = TESTERS.join(", ");
         eprintln!("Python tests: skipped, for one of {named} cannot be installed here");
-        return Ok(());
+        return Ok(None);
     }
     if !install(&own, &SAMPLERS)? {
         let named = SAMPLERS.join(", ");
         eprintln!("test of samplers: skipped, for {named} cannot be installed here");
     }
+    Ok(Some(own))
+}
+
+/// Runs the Python tests on a library and a program in the profile of `cargo test`, of which little is left to compile after it, beside
+/// other work, which may compile the program anew.
+pub(crate) fn tested(
+    python: Option<&Path>,
+    variables: &[(&str, &str)],
+    other: impl FnOnce() -> Result<()> + Send,
+) -> Result<()> {
+    let Some(python) = python else { return other() };
+    let (root, folder, _) = place()?;
     // Tests among the targets choose the features that tests have.
     let targets = ["--lib", "--bin", "sinew", "--test", "sinew"];
     cargo(&[&["build", "--workspace", "--profile", "test"], &targets[..]].concat(), variables)?;
@@ -72,11 +88,16 @@ pub(crate) fn test(variables: &[(&str, &str)]) -> Result<()> {
         built.join(format!("{prefix}sinew_python{suffix}")),
         whole.join("pysinew").join(format!("_native.{ending}")),
     )?;
-    let mut pytest = Command::new(&own);
+    let program = whole.join(format!("sinew{}", std::env::consts::EXE_SUFFIX));
+    std::fs::copy(built.join(program.file_name().context("a name")?), &program)?;
+    let mut pytest = Command::new(python);
     pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations", "5"]);
     pytest.arg(package.join("tests")).env("PYTHONPATH", &whole).env("PYTHONDONTWRITEBYTECODE", "1");
-    let program = built.join(format!("sinew{}", std::env::consts::EXE_SUFFIX));
-    call(pytest.env("SINEW_PROGRAM", program))
+    std::thread::scope(|scope| {
+        let other = scope.spawn(other);
+        let passed = call(pytest.env("SINEW_PROGRAM", program));
+        passed.and(other.join().expect("other work ends with a result"))
+    })
 }
 
 /// The workspace, the folder for what is made, and a Python if there is one.
