@@ -5,7 +5,6 @@ use crate::linear::vector::norm;
 use crate::solve::outlook::LimitPoint;
 use crate::solve::path::{Along, Path};
 use crate::solve::search::{Equilibrium, Point};
-use crate::solve::watch::Log;
 
 /// Most equilibria that are sought.
 const MOST: usize = 6;
@@ -18,10 +17,10 @@ const ASTRAY: f64 = 1.25;
 /// A step after a failure, as a multiple of the one before.
 const CUT: f64 = 0.5;
 
-impl Path<'_, '_> {
+impl Path<'_, '_, '_> {
     /// Continues by arc length until the load falls or passes the refused one; true if the path can continue from the
     /// last equilibrium. The first step raises the load by `most` at most, along the secant.
-    pub(crate) fn around(&mut self, most: f64, history: &mut Log<'_>) -> bool {
+    pub(crate) fn around(&mut self, most: f64) -> bool {
         let [.., before, last] = &self.points[..] else { return false };
         let apart = |a: &Point, b: &Point| norm(&self.way(&a.unknowns, &b.unknowns, 1.0));
         let scale = apart(before, last) / (last.place - before.place);
@@ -41,18 +40,18 @@ impl Path<'_, '_> {
         let start = self.reached().place;
         let per_load = std::mem::replace(&mut self.options.iterations_per_load, ITERATIONS);
         self.along = Along::Arc(scale);
-        self.outlook.turn = self.turn(step, scale, history);
+        self.outlook.turn = self.turn(step, scale);
         self.along = Along::Place;
         self.options.iterations_per_load = per_load;
         self.points.iter_mut().for_each(|point| point.at = point.place);
         self.reached().place > start && self.outlook.turn == LimitPoint::Unknown
     }
 
-    fn turn(&mut self, mut step: f64, scale: f64, history: &mut Log<'_>) -> LimitPoint {
+    fn turn(&mut self, mut step: f64, scale: f64) -> LimitPoint {
         for _ in 0..MOST {
             let last = self.reached().clone();
-            let (guess, before) = (self.extrapolated(last.at + step), history.iterations.len());
-            let found = self.equilibrium(guess, ACCURACY, history);
+            let (guess, before) = (self.extrapolated(last.at + step), self.log.iterations.len());
+            let found = self.equilibrium(guess, ACCURACY);
             let near = |found: &Equilibrium| self.length_to(&last, found, scale) <= ASTRAY * step;
             let Some(found) = found.filter(near) else {
                 step *= CUT;
@@ -67,8 +66,7 @@ impl Path<'_, '_> {
             if self.outlook.refused.is_none() {
                 return LimitPoint::Unknown;
             }
-            let left = history.iterations[before..].iter().map(|iteration| iteration.residual);
-            step *= self.growth(&found, left);
+            step *= self.growth(&found, before);
         }
         LimitPoint::Unclear
     }

@@ -3,7 +3,6 @@
 use crate::elements::system::Unknowns;
 use crate::solve::path::{FIRST_GRADIENT, Path};
 use crate::solve::search::{Equilibrium, Goal, Point};
-use crate::solve::watch::Log;
 use crate::{Advice, LoadSteps, SolveError};
 use std::ops::Range;
 
@@ -23,60 +22,52 @@ const PATIENCE: usize = 10;
 /// Iterations of these load increments: two more than ventricles need to their limit pressure.
 const SCOUT: usize = 48;
 
-impl Path<'_, '_> {
+impl Path<'_, '_, '_> {
     /// The equilibrium under the whole load and the number of load steps: at once from a given state, else by steps
     /// from rest.
     ///
     /// # Errors
     /// [`SolveError::NotConverged`].
-    pub(crate) fn run(
-        mut self,
-        from: Unknowns,
-        history: &mut Log<'_>,
-    ) -> Result<(Equilibrium, usize), SolveError> {
+    pub(crate) fn run(&mut self, from: Unknowns) -> Result<(Equilibrium, usize), SolveError> {
         let steps_allowed = self.options.least_load_step <= self.options.first_load_step;
         if self.options.load_steps == LoadSteps::Always || (steps_allowed && self.rolls_up(&from)) {
             let step = self.first_step();
             let far =
                 self.options.load_steps == LoadSteps::WhenNeeded && FAR_BEYOND.contains(&step);
-            return if far {
-                self.glance(step, history)
-            } else {
-                self.by_steps(step, None, history)
-            };
+            return if far { self.glance(step) } else { self.by_steps(step, None) };
         }
         let scouted = steps_allowed && self.softer_volume().is_none();
         let patience = if scouted { PATIENCE } else { usize::MAX };
-        if let Some(found) = self.at_once(&from, patience, history) {
+        if let Some(found) = self.at_once(&from, patience) {
             return Ok((found, 1));
         }
         if let Some(advice) = self.refused() {
-            return Err(self.failure(Some(advice), history));
+            return Err(self.failure(Some(advice)));
         }
-        if history.iterations.len() >= self.options.iterations || !steps_allowed {
-            return Err(self.failure(None, history));
+        if self.log.iterations.len() >= self.options.iterations || !steps_allowed {
+            return Err(self.failure(None));
         }
         let step = self.first_step();
         if FAR_BEYOND.contains(&step) {
-            return self.glance(step, history);
+            return self.glance(step);
         }
-        if scouted && history.indefinite() >= PATIENCE {
+        if scouted && self.log.indefinite() >= PATIENCE {
             self.outlook.refuse(1.0);
-            match self.scout(step, history) {
+            match self.scout(step) {
                 Err(None) => {}
-                found => return found.map_err(|advice| self.failure(advice, history)),
+                found => return found.map_err(|advice| self.failure(advice)),
             }
-            if let Some(found) = self.at_once(&from, usize::MAX, history) {
+            if let Some(found) = self.at_once(&from, usize::MAX) {
                 return Ok((found, 1));
             }
         }
-        let before = history.iterations.len();
-        if let Some(found) = self.by_softer_volume(history) {
+        let before = self.log.iterations.len();
+        if let Some(found) = self.by_softer_volume() {
             return Ok(found);
         }
         // The detour leaves the load increments their iterations.
-        self.options.iterations += history.iterations.len() - before;
-        self.by_steps(step, None, history)
+        self.options.iterations += self.log.iterations.len() - before;
+        self.by_steps(step, None)
     }
 
     /// Whether a balance without a potential, at rest, moves too far for an attempt at the whole load.
@@ -90,24 +81,19 @@ impl Path<'_, '_> {
         &mut self,
         from: &Unknowns,
         most_indefinite: usize,
-        history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let start = Point::at_end(from.clone());
         let accuracy = self.accuracy();
         let goal = Goal { line: &self.line, plane: None, accuracy, most_indefinite };
-        self.system.equilibrium(start, goal, &self.options, history)
+        self.system.equilibrium(start, goal, &self.options, &mut self.log)
     }
 
     /// Some load steps, which may meet a limit point.
-    fn scout(
-        &mut self,
-        step: f64,
-        history: &mut Log<'_>,
-    ) -> Result<(Equilibrium, usize), Option<Advice>> {
+    fn scout(&mut self, step: f64) -> Result<(Equilibrium, usize), Option<Advice>> {
         let all = self.options.iterations;
-        self.options.iterations = all.min(history.iterations.len() + SCOUT);
+        self.options.iterations = all.min(self.log.iterations.len() + SCOUT);
         self.release_stresses();
-        let found = self.steps(step, history);
+        let found = self.steps(step);
         self.options.iterations = all;
         found
     }
@@ -117,23 +103,18 @@ impl Path<'_, '_> {
         &mut self,
         step: f64,
         advice: Option<Advice>,
-        history: &mut Log<'_>,
     ) -> Result<(Equilibrium, usize), SolveError> {
         self.release_stresses();
         // After some steps the next are as long as the last allow.
         let step = if self.points.len() > 1 { 1.0 } else { step };
-        self.steps(step, history).map_err(|known| self.failure(known.or(advice), history))
+        self.steps(step).map_err(|known| self.failure(known.or(advice)))
     }
 
     /// Finds the part that the body bears of a load far beyond its limit.
-    fn glance(
-        &mut self,
-        step: f64,
-        history: &mut Log<'_>,
-    ) -> Result<(Equilibrium, usize), SolveError> {
+    fn glance(&mut self, step: f64) -> Result<(Equilibrium, usize), SolveError> {
         let [all, more] = GLANCE;
-        let most = all.max(history.iterations.len() + more);
+        let most = all.max(self.log.iterations.len() + more);
         self.options.iterations = most.min(self.options.iterations);
-        self.by_steps(step, Some(Advice::FarBeyond { times: 1.0 / step }), history)
+        self.by_steps(step, Some(Advice::FarBeyond { times: 1.0 / step }))
     }
 }

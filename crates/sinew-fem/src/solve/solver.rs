@@ -232,9 +232,11 @@ impl<'p> Solver<'p> {
             watch.iter().for_each(|watch| watch(state));
             tell(state);
         };
-        let mut history = Log::watched(&mut tell);
         self.system.body.check_theta(theta)?;
-        let found = Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
-        Ok(Solution::new(&self.system, found, theta, history.take(), start))
+        let mut path = Path::to_load(&mut self.system, theta, options);
+        path.log = Log::watched(&mut tell);
+        let found = path.run(from)?;
+        let history = path.log.take();
+        Ok(Solution::new(&self.system, found, theta, history, start))
     }
 }

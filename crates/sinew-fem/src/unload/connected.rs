@@ -9,7 +9,6 @@ use crate::linear::vector::{dot, norm};
 use crate::solve::path::Path;
 use crate::solve::plane::Plane;
 use crate::solve::search::Point;
-use crate::solve::watch::Log;
 use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;
 
@@ -58,9 +57,8 @@ pub(super) fn connected(
     let unknowns = Unknowns::of(&displacement);
     let guess = Point { at: 0.5, place: 1.0 - 0.5 / end, unknowns, stress: None };
     let plane = Plane { normal: (by_displacement.clone(), 0.0), distance: 0.5 };
-    let mut history = Log::default();
     let enough = options.accuracy_on_the_way;
-    let half = path.meeting(Some(&plane), guess, enough, &mut history)?;
+    let half = path.meeting(Some(&plane), guess, enough)?;
     let (extrapolated, middle) = tangent(&half.by_place);
     let off: Vec<f64> = extrapolated.iter().zip(&image).map(|(to, u)| to - u).collect();
     let most = MONOTONE * 2.0;
@@ -75,6 +73,6 @@ pub(super) fn connected(
     let mut to_equilibrium = vec![0.0; displacement.len()];
     path.system.sparsity.scatter(correction, &mut to_equilibrium);
     let [_, distance] = mean_and_largest(&to_equilibrium);
-    let (iterations, seconds) = (history.iterations.len(), start.elapsed().as_secs_f64());
+    let (iterations, seconds) = (path.log.iterations.len(), start.elapsed().as_secs_f64());
     Some(Loading { distance, iterations, seconds })
 }

@@ -5,11 +5,8 @@ use super::state::{Level, Trial};
 use super::{Image, Unload, check_directions};
 use crate::elements::check::{check_displacement, check_state};
 use crate::elements::system::Unknowns;
-use crate::solve::path::Path;
-use crate::solve::watch::Log;
-use crate::{Options, Solution, SolveError};
+use crate::{Options, Solution, SolveError, Solver};
 use sinew_energy::Body;
-use std::time::Instant;
 
 impl Unload<'_> {
     /// Another loaded state of a body at rest: the equilibrium for other loads and tensions in θ, from a displacement near it \[length\],
@@ -24,13 +21,7 @@ impl Unload<'_> {
         theta: &[f64],
         options: &Options,
     ) -> Result<Solution, SolveError> {
-        let start = Instant::now();
-        let mut system = self.image.system.like(rest)?;
-        check_state(system.body, near, theta)?;
-        let mut history = Log::default();
-        let path = Path::to_load(&mut system, theta, options);
-        let found = path.run(Unknowns::of(near), &mut history)?;
-        Ok(Solution::new(&system, found, theta, history.take(), start))
+        Solver::of(self.image.system.like(rest)?).solve_from(near, theta, options)
     }
 
     /// Directional derivatives δx of a loaded state's positions in θ \[length\], `3 × nodes` for each direction. The body at rest changes along
