@@ -54,7 +54,10 @@ fn fenics() -> Result {
 
     let thetas = [vec![60.0, 60.0], vec![90.0, 90.0]];
     let solutions = sweep(&body, &thetas, &Options::default(), || ())?;
-    let fields = solutions.solutions()?.iter().map(|s| s.displacement.clone()).collect();
+    let fields = solutions
+        .into_iter()
+        .map(|s| Ok(s?.displacement))
+        .collect::<Result<_, sinew_fem::SolveError>>()?;
     Fields { body: &body, thetas: &thetas, found: vec![("solved", fields)] }.write(&folder, 2)?;
     assert!(folder.join("cases.pvd").exists(), "for ParaView");
     Ok(())

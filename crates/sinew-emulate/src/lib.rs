@@ -87,9 +87,7 @@ pub use estimate::evaluation::{Corrected, Evaluation, Times};
 pub use estimate::quantiles::Quantiles;
 pub use estimate::stages::Stage;
 pub use estimate::{Distance, Estimate};
-pub use predict::regression::{
-    Interpolation, PodRegression, RegressionError, RegressionParts, SizeRegression,
-};
+pub use predict::regression::{Interpolation, PodRegression, RegressionError, RegressionParts};
 pub use predict::taylor::TaylorExpansion;
 pub use predict::{Predictor, central_differences};
 pub use recipe::options::{Budget, TrainingOptions};

@@ -28,7 +28,7 @@
 //! - [`Solver`] keeps sparsity, ordering and symbolic factorisation of one body; [`Solver::solve`] and
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
 //! - If there are several stable equilibria, [`Solver::solve`] finds one of them in few iterations;
-//!   [`LoadSteps::Always`] finds that of a rising load. [`Solver::under_rising_load`] compares both; [`Sweep::jumped`]
+//!   [`LoadSteps::Always`] finds that of a rising load. [`Solver::under_rising_load`] compares both; [`Solution::jumped`]
 //!   lists samples of a sweep that may be on another branch.
 //! - [`Solver::refine`] solves to a prescribed accuracy by quasi-Newton steps with a neighbour's stiffness. Their contraction bounds the error.
 //! - [`sweep`] solves for many θ on all cores, each from its neighbour; [`resume_sweep`] can be stopped and resumed.
@@ -112,7 +112,7 @@ pub use solve::pool::SolverPool;
 pub use solve::refine::{Refined, Stop};
 pub use solve::solution::Solution;
 pub use solve::solver::Solver;
-pub use solve::sweep::{CHAIN, Earlier, Sweep, SweepError, resume_sweep, sweep};
+pub use solve::sweep::{CHAIN, Earlier, resume_sweep, sweep};
 pub use solve::trace::{Trace, TraceEnd};
 pub use solve::watch::Progress;
 pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};

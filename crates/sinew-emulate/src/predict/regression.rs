@@ -17,7 +17,6 @@ mod interpolation;
 mod matrix;
 mod parts;
 mod process;
-mod size;
 mod storage;
 
 use crate::sample::share_of;
@@ -30,7 +29,6 @@ pub use parts::RegressionParts;
 pub(crate) use process::{Conditional, Step, folds, steps};
 use process::{fit_evidence, fit_process, left_out};
 use sinew_energy::Parameter;
-pub use size::SizeRegression;
 
 /// Modes are dropped from the last on while the dropped share of the fields' sum of squares about their mean stays
 /// within this.

@@ -357,7 +357,7 @@ impl Found<'_> {
     fn solve(&mut self, counter: &mut Counter<'_>) -> Result<()> {
         for cases in self.open().chunks(AT_ONCE) {
             let thetas = self.thetas(cases);
-            let solved = sweep(self.body, &thetas, &Options::default(), || ())?.results;
+            let solved = sweep(self.body, &thetas, &Options::default(), || ())?;
             for (&case, solution) in cases.iter().zip(solved) {
                 self.answers[case] = Some(solution.map(Answer::from).map_err(Error::from));
             }

@@ -7,7 +7,6 @@ use sinew_energy::Body;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
-use thiserror::Error;
 
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
 /// else, so results do not depend on the number of threads.
@@ -23,67 +22,14 @@ const DIFFERENCE: f64 = 1e-2;
 const STEPS: usize = 8;
 const ENOUGH: f64 = 1e-6;
 
-/// The outcome of a sweep.
-#[derive(Clone, Debug)]
-pub struct Sweep {
-    /// The samples.
-    pub thetas: Vec<Vec<f64>>,
-    /// One result per θ, in the order they were given.
-    pub results: Vec<Result<Solution, SolveError>>,
-}
-
-/// A sweep in which samples failed.
-#[derive(Clone, Debug, Error)]
-#[error(
-    "{failed} of {count} samples failed; the first, sample {index} with theta = ({}): {source}",
-    sinew_energy::listed(theta)
-)]
-pub struct SweepError {
-    /// Number of failed samples.
-    pub failed: usize,
-    /// Number of samples.
-    pub count: usize,
-    /// Index of the first failed sample.
-    pub index: usize,
-    /// θ of that sample.
-    pub theta: Vec<f64>,
-    /// Why it failed.
-    pub source: SolveError,
-}
-
-impl Sweep {
-    /// All solutions.
-    ///
-    /// # Errors
-    /// The first failure; [`Sweep::results`] still holds what succeeded.
-    pub fn solutions(&self) -> Result<Vec<&Solution>, SweepError> {
-        let failures = self.results.iter().enumerate();
-        let mut failures = failures.filter_map(|(i, r)| r.as_ref().err().map(|e| (i, e)));
-        let Some((index, source)) = failures.next() else {
-            return Ok(self.results.iter().flatten().collect());
-        };
-        Err(SweepError {
-            failed: 1 + failures.count(),
-            count: self.results.len(),
-            index,
-            theta: self.thetas.get(index).cloned().unwrap_or_default(),
-            source: source.clone(),
-        })
-    }
-
-    /// Indices of the solutions whose search met an indefinite stiffness, and of those that began at such a solution: neighbouring
-    /// samples may be on different branches of stable equilibria. Check them by [`Solver::under_rising_load`].
-    pub fn jumped(&self) -> Vec<usize> {
-        let jumped = |result: &Result<Solution, _>| result.as_ref().is_ok_and(|s| s.jumped);
-        self.results.iter().enumerate().filter(|(_, r)| jumped(r)).map(|(index, _)| index).collect()
-    }
-}
-
-/// Equilibria for many θ, in parallel.
+/// Equilibria for many θ, in parallel: a result for each, in the order they were given.
 ///
 /// The samples are put in nearest-neighbour order (in the logarithm of positive entries) and cut into chains; within
 /// a chain each solve starts from its predecessor's solution, moved along its derivative in θ and by some steps with its stiffness. Results are
 /// the same for any number of threads. `progress` is called after each sample.
+///
+/// [`Solution::jumped`] marks solutions whose search met an indefinite stiffness, and those that began at such a solution: neighbouring
+/// samples may be on different branches of stable equilibria. Check them by [`Solver::under_rising_load`].
 ///
 /// # Errors
 /// A body that cannot be solved for any θ, see [`Solver::new`]; failures of single samples are in the results.
@@ -93,7 +39,7 @@ pub fn sweep(
     thetas: &[Vec<f64>],
     options: &Options,
     progress: impl Fn() + Sync,
-) -> Result<Sweep, SolveError> {
+) -> Result<Vec<Result<Solution, SolveError>>, SolveError> {
     let found = Mutex::new(Vec::with_capacity(thetas.len()));
     let each = |index, result| {
         found.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
@@ -103,8 +49,7 @@ pub fn sweep(
     resume_sweep(body, thetas, &[], options, each, |_| ())?;
     let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
     found.sort_by_key(|&(index, _)| index);
-    let results = found.into_iter().map(|(_, result)| result).collect();
-    Ok(Sweep { thetas: thetas.to_vec(), results })
+    Ok(found.into_iter().map(|(_, result)| result).collect())
 }
 
 /// Earlier result of a sample, from a sweep that was stopped.
