@@ -82,9 +82,9 @@ mod warning;
 
 pub use emulator::{Emulator, Load, Prediction};
 pub use error::{Error, Result};
+pub use estimate::evaluate::Quantiles;
 pub use estimate::evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
 pub use estimate::evaluation::{Corrected, Evaluation, Times};
-pub use estimate::quantiles::Quantiles;
 pub use estimate::stages::Stage;
 pub use estimate::{Distance, Estimate};
 pub use predict::regression::{Interpolation, PodRegression, RegressionError, RegressionParts};

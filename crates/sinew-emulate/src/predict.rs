@@ -3,7 +3,6 @@
 pub(crate) mod frozen_stiffness;
 pub(crate) mod regressed;
 pub(crate) mod regression;
-pub(crate) mod sensitivity;
 pub(crate) mod taylor;
 
 use crate::parameters::check_length;

@@ -3,7 +3,6 @@
 pub(crate) mod array_task;
 pub(crate) mod block;
 pub(crate) mod campaign;
-pub(crate) mod shared;
 pub(crate) mod simulate;
 
 use crate::{Error, Result};

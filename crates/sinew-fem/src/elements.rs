@@ -4,7 +4,6 @@ pub(crate) mod assembly;
 pub(crate) mod cell;
 pub(crate) mod cells;
 pub(crate) mod check;
-pub(crate) mod convex;
 pub(crate) mod followers;
 pub(crate) mod moduli;
 pub(crate) mod patch;

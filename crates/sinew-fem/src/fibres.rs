@@ -36,14 +36,12 @@ mod ellipsoid;
 mod error;
 mod potential;
 mod rule;
-mod surfaces;
 mod ventricle;
 
 pub use ellipsoid::EllipsoidWall;
 pub use error::FibreError;
 pub use rule::{FibreRule, Frame};
-pub use surfaces::Surfaces;
-pub use ventricle::{Depth, VentricleCoordinates};
+pub use ventricle::{Depth, Surfaces, VentricleCoordinates};
 
 use sinew_mesh::TetMesh;
 use sinew_num::dot3;

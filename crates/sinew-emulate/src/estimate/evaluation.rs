@@ -1,13 +1,15 @@
 //! An emulator against a test set: errors raw and corrected, estimates, times.
 
-use crate::estimate::calibration::ratios;
-use crate::estimate::evaluate::{Errors, TestSet};
-use crate::estimate::quantiles::Quantiles;
+use crate::estimate::evaluate::{Errors, Quantiles, TestSet, share};
 use crate::estimate::stages::Stage;
 use crate::estimate::timing::{median, median_seconds};
-use crate::{Calibration, Emulator, Error, Result};
+use crate::parameters::check_length;
+use crate::{Calibration, Distance, Emulator, Error, Result};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sinew_energy::metrics::mean_and_largest;
 use sinew_fem::{NewtonStep, Options, SolveError, Solver};
+use sinew_num::{dot, norm};
 
 /// Repetitions behind every prediction time.
 const REPEATS: usize = 15;
@@ -171,4 +173,103 @@ impl Emulator<'_> {
             solver_warm_s: test.median_solve_s,
         })
     }
+}
+
+/// Least denominator of a sensitivity error: this share of the displacement over the parameter's range.
+const LEAST_MOTION: f64 = 1e-3;
+/// Cases behind a median.
+const CASES: usize = 10;
+
+impl Emulator<'_> {
+    /// `∂û/∂θ` at θ: for every parameter a field, node by node [length per unit of the parameter]. Exact for a network, in
+    /// forward mode through its decoders; by central differences for a regression.
+    ///
+    /// # Errors
+    /// As [`Emulator::predict`].
+    pub fn sensitivity(&self, theta: &[f64]) -> Result<Vec<Vec<f64>>> {
+        check_length(self.body, theta)?;
+        self.predictor.sensitivity(self.body, theta)
+    }
+
+    /// Median over the first cases of `‖∂û/∂θ − ∂u/∂θ‖ / ‖∂u/∂θ‖` [%] for every parameter, the true derivative by the implicit
+    /// function theorem. The denominator is at least a thousandth of `‖u‖` over the parameter's range.
+    pub(crate) fn sensitivity_errors(&self, test: &TestSet<'_>) -> Result<Vec<f64>> {
+        let mut errors = vec![Vec::new(); self.body.parameters.len()];
+        for (theta, field) in test.thetas.iter().zip(&test.fields).take(CASES) {
+            let truth = self.solvers.with(|solver| {
+                let solution = solver.solve_from(field, theta, &Options::default())?;
+                solver.sensitivity(&solution)
+            })?;
+            for (p, (own, truth)) in self.sensitivity(theta)?.iter().zip(&truth).enumerate() {
+                let apart: Vec<f64> = own.iter().zip(truth).map(|(a, b)| a - b).collect();
+                let [low, high] = self.body.parameters[p].range;
+                let least = LEAST_MOTION * norm(field) / (high - low);
+                let size = norm(truth).max(least);
+                errors[p].push(if size > 0.0 { 100.0 * norm(&apart) / size } else { 0.0 });
+            }
+        }
+        Ok(errors.iter().map(|errors| crate::estimate::timing::median(errors)).collect())
+    }
+}
+
+impl Calibration {
+    /// Calibration on the emulator's predictions for held-out cases, whose errors are returned with it.
+    pub(crate) fn on(emulator: &Emulator<'_>, held_out: &TestSet<'_>) -> Result<(Self, Errors)> {
+        let fields = emulator.predict(&held_out.thetas)?.fields();
+        let errors = held_out.errors(&fields)?;
+        Ok((Self::of(&ratios(emulator, held_out, &fields)?), errors))
+    }
+
+    pub(crate) fn of(judged: &[Judged]) -> Self {
+        let is_within_two =
+            |ratios: &&[f64; 2]| ratios.iter().all(|ratio| (0.5..=2.0).contains(ratio));
+        let estimated = judged.iter().flatten().count();
+        let within = judged.iter().flatten().filter(is_within_two).count();
+        Self {
+            cases: judged.len(),
+            refused: judged.len() - estimated,
+            inverted: judged.iter().filter(|judged| **judged == Err(true)).count(),
+            within_two: within as f64 / estimated.max(1) as f64,
+        }
+    }
+}
+
+/// True error over its estimate, in the energy norm and in the mean nodal distance; without an estimate, whether the prediction inverts a
+/// cell.
+pub(crate) type Judged = std::result::Result<[f64; 2], bool>;
+
+/// True errors over their estimates, case by case.
+pub(crate) fn ratios(
+    emulator: &Emulator<'_>,
+    test: &TestSet<'_>,
+    fields: &[Vec<f64>],
+) -> Result<Vec<Judged>> {
+    let judge = |(case, field): (usize, &Vec<f64>)| -> Result<Judged> {
+        let estimate = emulator.estimate_of(field, &test.thetas[case])?;
+        match estimate.distance {
+            Some(distance) => Ok(Ok(ratio(emulator, test, case, field, &distance)?)),
+            None => Ok(Err(estimate.residual.is_none())),
+        }
+    };
+    fields.par_iter().enumerate().map(judge).collect()
+}
+
+fn ratio(
+    emulator: &Emulator<'_>,
+    test: &TestSet<'_>,
+    case: usize,
+    field: &[f64],
+    distance: &Distance,
+) -> Result<[f64; 2]> {
+    /// Rounding errors of a solve \[relative to displacements\]: a prediction that is as exact has no error to compare.
+    const ROUNDING: f64 = 1e-12;
+    let (theta, truth) = (&test.thetas[case], &test.fields[case]);
+    let difference: Vec<f64> = field.iter().zip(truth).map(|(a, b)| a - b).collect();
+    if dot(&difference, &difference).sqrt() <= ROUNDING * dot(truth, truth).sqrt() {
+        return Ok([1.0; 2]);
+    }
+    let in_energy =
+        emulator.solvers.with(|solver| solver.energy_norm(truth, theta, &difference))?;
+    let [mean, _] = mean_and_largest(&difference);
+    Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)])
 }

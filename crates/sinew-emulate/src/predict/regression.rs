@@ -11,7 +11,6 @@
 //!    polynomial trends. Hyperparameters, and which of them is used, are decided by the leave-one-out error, which
 //!    all have in closed form. The modes are orthonormal, so that is an error of the field.
 
-mod decomposition;
 mod error;
 mod interpolation;
 mod matrix;
@@ -19,14 +18,14 @@ mod parts;
 mod process;
 mod storage;
 
-use crate::sample::share_of;
-use decomposition::{Decomposition, decompose};
 pub use error::RegressionError;
 pub use interpolation::Interpolation;
-use interpolation::{Fitted, fit_polynomial};
-use nalgebra::{DMatrix, DVector, RowDVector};
 pub use parts::RegressionParts;
 pub(crate) use process::{Conditional, Step, folds, steps};
+
+use crate::sample::share_of;
+use interpolation::{Fitted, fit_polynomial};
+use nalgebra::{DMatrix, DVector, RowDVector};
 use process::{fit_evidence, fit_process, left_out};
 use sinew_energy::Parameter;
 
@@ -150,7 +149,7 @@ impl PodRegression {
     ) -> Result<Self, RegressionError> {
         check_samples(parameters, thetas, fields)?;
         let snapshots = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
-        let Decomposition { mean, modes, coefficients } = decompose(&snapshots, DROPPED_ENERGY)?;
+        let (mean, [modes, coefficients]) = decompose(&snapshots)?;
         let rows: Vec<_> = thetas.iter().map(|theta| inputs(parameters, theta)).collect();
         let fitted = fit(&DMatrix::from_rows(&rows), &coefficients);
         let (error, size) = (fitted.leave_one_out, snapshots.norm_squared());
@@ -264,4 +263,37 @@ fn check_theta(
             Err(RegressionError::Parameter { sample, parameter: p.name.clone(), value })
         }
     }
+}
+
+/// Mean of fields, orthonormal modes in columns, and coefficients of the modes, a row per sample: `field = mean + modes · coefficientsᵀ`.
+fn decompose(
+    snapshots: &DMatrix<f64>,
+) -> Result<(DVector<f64>, [DMatrix<f64>; 2]), RegressionError> {
+    let mean = snapshots.column_mean();
+    let mut centred = snapshots.clone();
+    centred.column_iter_mut().for_each(|mut column| column -= &mean);
+    let failed = || RegressionError::Decomposition {
+        samples: snapshots.ncols(),
+        length: snapshots.nrows(),
+        largest: snapshots.amax(),
+    };
+    if !centred.norm_squared().is_finite() {
+        return Err(failed());
+    }
+    // nalgebra's own accuracy, and more sweeps than any matrix needs instead of no bound.
+    let svd =
+        centred.clone().try_svd(true, false, 5.0 * f64::EPSILON, 10_000).ok_or_else(failed)?;
+    let energies: Vec<f64> = svd.singular_values.iter().map(|s| s * s).collect();
+    let allowed = DROPPED_ENERGY * energies.iter().sum::<f64>();
+    let mut dropped = 0.0;
+    let mut kept = energies.len();
+    // The rounding error of a zero singular value is not a mode, whatever the tolerance.
+    let rounding = (f64::EPSILON * snapshots.norm()).powi(2);
+    while kept > 0 && (dropped + energies[kept - 1] <= allowed || energies[kept - 1] <= rounding) {
+        kept -= 1;
+        dropped += energies[kept];
+    }
+    let modes = svd.u.ok_or_else(failed)?.columns(0, kept).into_owned();
+    let coefficients = centred.tr_mul(&modes);
+    Ok((mean, [modes, coefficients]))
 }

@@ -3,12 +3,10 @@
 use crate::estimate::evaluate::TestSet;
 use crate::parameters::{check_body, in_words, require_inside};
 use crate::recipe::progress::Observer;
-use crate::sample::shared::Shared;
-use crate::sample::simulate::{Simulations, read_simulations, simulate};
+use crate::sample::simulate::{Shared, Simulations, read_simulations, simulate};
 use crate::sample::split_seed;
 use crate::store::checksums::SEAL;
-use crate::store::identity;
-use crate::store::{read_json, write_json};
+use crate::store::{identity, read_json, write_json};
 use crate::{Body, Design, Error, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -10,8 +10,7 @@ use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::{dot, norm};
 use crate::solve::line::Line;
 use crate::solve::path::{Along, Path};
-use crate::solve::plane::Plane;
-use crate::solve::search::{Equilibrium, Point};
+use crate::solve::search::{Equilibrium, Plane, Point};
 use crate::{Options, Solution, SolveError, Solver};
 use std::time::Instant;
 

@@ -21,10 +21,9 @@ use crate::elements::system::{Residual, System};
 use crate::linear::factor::MOST_SHIFTS;
 use crate::linear::method::{MOST_COUNTED, MOST_SINGLE};
 use crate::linear::vector::dot;
+use crate::solve::history::Log;
 use crate::solve::line::Line;
-use crate::solve::plane::Plane;
-use crate::solve::search::{Equilibrium, Goal, Point, Search};
-use crate::solve::watch::Log;
+use crate::solve::search::{Equilibrium, Goal, Plane, Point, Search};
 use crate::{Iteration, Method, Options};
 
 /// Residual \[relative to forces and volume\] that is accepted once it stops falling: with a potential, and without,

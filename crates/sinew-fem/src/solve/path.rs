@@ -5,12 +5,11 @@ use crate::elements::supports::place as place_supports;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::method::MOST_SINGLE;
 use crate::linear::vector::dot;
+use crate::solve::history::Log;
 use crate::solve::line::Line;
 use crate::solve::outlook::Outlook;
-use crate::solve::plane::Plane;
-use crate::solve::search::{Equilibrium, Goal, Point};
+use crate::solve::search::{Equilibrium, Goal, Plane, Point};
 use crate::solve::turn::far_turn;
-use crate::solve::watch::Log;
 use crate::{Advice, Options, SolveError};
 use sinew_num::Mat3;
 

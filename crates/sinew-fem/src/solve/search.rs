@@ -1,10 +1,10 @@
-//! The state of a search for an equilibrium.
+//! The state of a search for an equilibrium, and the constraint of one whose place on its line is unknown.
 
 use crate::elements::replaced::PredictedStress;
 use crate::elements::state::State;
-use crate::elements::system::{Residual, Unknowns};
+use crate::elements::system::{Residual, System, Unknowns};
+use crate::linear::vector::dot;
 use crate::solve::line::Line;
-use crate::solve::plane::Plane;
 
 /// Goal of a search: an equilibrium at one place of a line in loads and parameters, or wherever on it something else is met.
 #[derive(Clone, Copy)]
@@ -121,5 +121,22 @@ impl Search<'_> {
     pub(crate) fn move_to(&mut self, place: f64) {
         self.place = place;
         (self.load_factor, self.theta) = self.goal.line.at(place);
+    }
+}
+
+/// A plane across a curve of equilibria.
+pub(crate) struct Plane {
+    /// Derivatives of the distance along the curve in the free displacements [1/length] and in the place.
+    pub normal: (Vec<f64>, f64),
+    /// Distance of the plane along them.
+    pub distance: f64,
+}
+
+impl Plane {
+    /// Distance from a displacement and a place to the plane.
+    pub(crate) fn gap(&self, system: &System<'_>, displacement: &[f64], place: f64) -> f64 {
+        let (slope, by_place) = &self.normal;
+        let free: Vec<f64> = system.sparsity.gather(displacement).collect();
+        self.distance - dot(slope, &free) - by_place * place
     }
 }

@@ -1,10 +1,10 @@
 //! Other loaded states of a body at rest, and how their places move with θ and with the body at rest.
 
-use super::error::UnloadError;
 use super::state::{Level, Trial};
 use super::{Image, Unload, check_directions};
 use crate::elements::check::{check_displacement, check_state};
 use crate::elements::system::Unknowns;
+use crate::unload::UnloadError;
 use crate::{Options, Solution, SolveError, Solver};
 use sinew_energy::Body;
 

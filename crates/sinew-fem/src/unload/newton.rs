@@ -1,8 +1,6 @@
 //! Newton's method on the positions at rest, and load steps where it fails.
 
-use super::error::UnloadError;
 use super::lu::Entries;
-use super::options::UnloadOptions;
 use super::state::{Level, Trial};
 use super::unloaded::volume_ratios;
 use super::{Image, Unload};
@@ -10,6 +8,8 @@ use crate::CellValue;
 use crate::elements::supports::place;
 use crate::linear::gmres::gmres;
 use crate::linear::vector::{difference, norm};
+use crate::unload::UnloadError;
+use crate::unload::unloaded::UnloadOptions;
 
 /// Unbalanced forces \[relative to loads and reactions\] that are at their floor.
 const BALANCED: f64 = 1e-14;

@@ -1,10 +1,10 @@
-//! A trial body at rest and the balance of its image.
+//! The image, a trial body at rest, and the balance of both.
 
-use super::image::Image;
 use crate::elements::followers::Followers;
 use crate::elements::state::load_gradient;
+use crate::elements::system::System;
 use crate::linear::vector::{Norm, norm};
-use sinew_energy::Body;
+use sinew_energy::{Body, Fibres};
 use sinew_num::Mat3;
 
 /// Part of a load and θ: what is continued where the whole load fails.
@@ -94,4 +94,23 @@ fn inner_forces(rest: &Body, displacement: &[f64], theta: &[f64]) -> Option<Vec<
     };
     rest.add_stress_forces(displacement, law, &mut forces)?;
     Some(forces)
+}
+
+/// The image with what is prepared once.
+pub(super) struct Image<'p> {
+    pub system: System<'p>,
+    pub fibres: Fibres,
+}
+
+impl Image<'_> {
+    /// The body at rest; `None` where a cell is inverted.
+    pub(super) fn moved(&self, motion: &[f64]) -> Option<Body> {
+        self.system.body.moved(motion, self.fibres)
+    }
+
+    /// Whether the law has directions that move with the tissue.
+    pub(super) fn carries(&self) -> bool {
+        let directed = !self.system.body.material.directions(0).is_empty();
+        self.fibres == Fibres::Carried && directed
+    }
 }

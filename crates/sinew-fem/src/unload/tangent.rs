@@ -1,10 +1,10 @@
 //! The derivative of the balance of the image in the positions at rest.
 
-use super::image::Image;
 use super::lu::Entries;
 use super::point::PointRate;
 use super::state::{Level, Trial};
 use crate::linear::sparsity::Sparsity;
+use crate::unload::state::Image;
 use rayon::prelude::*;
 use sinew_energy::{PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
 use sinew_num::{Scalar, Slope, cross, dot3};
