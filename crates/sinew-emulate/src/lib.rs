@@ -81,13 +81,13 @@ pub mod store;
 mod warning;
 
 pub use emulator::{Emulator, Load, Prediction};
-pub use error::{Error, Result};
+pub use error::{Error, RegressionError, Result};
 pub use estimate::evaluate::Quantiles;
 pub use estimate::evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
 pub use estimate::evaluation::{Corrected, Evaluation, Times};
 pub use estimate::stages::Stage;
 pub use estimate::{Distance, Estimate};
-pub use predict::regression::{Interpolation, PodRegression, RegressionError, RegressionParts};
+pub use predict::regression::{Interpolation, PodRegression, RegressionParts};
 pub use predict::taylor::TaylorExpansion;
 pub use predict::{Predictor, central_differences};
 pub use recipe::options::{Budget, TrainingOptions};

@@ -1,6 +1,5 @@
 //! Designs of the parameter sets of simulations.
 
-pub(crate) mod array_task;
 pub(crate) mod block;
 pub(crate) mod campaign;
 pub(crate) mod simulate;

@@ -2,7 +2,5 @@
 
 pub(crate) mod error_estimate;
 pub(crate) mod locking;
-pub(crate) mod named;
-pub(crate) mod reactions;
 pub(crate) mod rigid;
 pub(crate) mod stress;

@@ -2,7 +2,6 @@
 
 pub(crate) mod assembly;
 pub(crate) mod cell;
-pub(crate) mod cells;
 pub(crate) mod check;
 pub(crate) mod followers;
 pub(crate) mod moduli;

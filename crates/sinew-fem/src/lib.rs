@@ -93,13 +93,11 @@ pub use diagnose::locking::{
     FormulationDifference, FormulationError, LARGEST_BULK_TO_SHEAR, LockingWarning,
     compare_formulations, locking, locking_at_centre,
 };
-pub use diagnose::named::{CellValue, RigidMode};
-pub use diagnose::reactions::{held_sets, reactions};
 pub use diagnose::stress::{
     CellStress, Fibre, cell_stresses, mixed_stresses, principal_stretches, principal_values,
 };
-pub use error::{Advice, NotConverged, SolveError};
-pub use linear::matrix::Stiffness;
+pub use diagnose::stress::{held_sets, reactions};
+pub use error::{Advice, CellValue, NotConverged, RigidMode, SolveError};
 pub use linear::method::Method;
 pub use solve::continuation::{Curve, CurvePoint};
 pub use solve::frozen_stiffness::FrozenStiffness;
@@ -109,6 +107,7 @@ pub use solve::newton_step::NewtonStep;
 pub use solve::options::{LoadSteps, Options};
 pub use solve::pool::SolverPool;
 pub use solve::refine::{Refined, Stop};
+pub use solve::sensitivity::Stiffness;
 pub use solve::solution::Solution;
 pub use solve::solver::Solver;
 pub use solve::sweep::{CHAIN, Earlier, neighbours, resume_sweep, sweep};

@@ -1,11 +1,9 @@
 //! Sparse matrices, orders, factors and iterations of the linear systems.
 
 pub(crate) mod aggregation;
-mod cholesky;
 pub(crate) mod conjugate_gradients;
 pub(crate) mod factor;
 pub(crate) mod gmres;
-pub(crate) mod matrix;
 pub(crate) mod method;
 pub(crate) mod ordering;
 pub(crate) mod sparsity;

@@ -20,4 +20,3 @@ pub(crate) mod solution;
 pub(crate) mod solver;
 pub(crate) mod sweep;
 pub(crate) mod trace;
-pub(crate) mod turn;

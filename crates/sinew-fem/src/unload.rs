@@ -6,12 +6,11 @@ mod newton;
 mod point;
 mod state;
 mod tangent;
-mod thin;
 mod unloaded;
 mod verdict;
 
-pub use thin::ThinWall;
 pub use unloaded::{Loading, UnloadOptions, Unloaded};
+pub use verdict::ThinWall;
 
 use crate::elements::check::{check_length, check_state};
 use crate::elements::supports::is_moved_rim;

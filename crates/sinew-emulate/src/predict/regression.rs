@@ -11,18 +11,16 @@
 //!    polynomial trends. Hyperparameters, and which of them is used, are decided by the leave-one-out error, which
 //!    all have in closed form. The modes are orthonormal, so that is an error of the field.
 
-mod error;
 mod interpolation;
 mod matrix;
-mod parts;
 mod process;
 mod storage;
 
-pub use error::RegressionError;
 pub use interpolation::Interpolation;
-pub use parts::RegressionParts;
 pub(crate) use process::{Conditional, Step, folds, steps};
+pub use storage::RegressionParts;
 
+use crate::RegressionError;
 use crate::sample::share_of;
 use interpolation::{Fitted, fit_polynomial};
 use nalgebra::{DMatrix, DVector, RowDVector};

@@ -1,12 +1,12 @@
 //! Energy, nodal forces and stiffness of a body.
 
-use crate::diagnose::named::CellValue;
 use crate::elements::cell::Rounding;
-use crate::elements::cells::{MOST_WORST, least, per_cell};
+use crate::elements::check::{MOST_WORST, least, per_cell};
 use crate::elements::patch::PatchResponse;
 use crate::elements::replaced::PredictedStress;
 use crate::elements::shares::{Point, Task};
 use crate::elements::state::State;
+use crate::error::CellValue;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::Norm;
 use sinew_energy::{Body, Response, SurfaceResponse};

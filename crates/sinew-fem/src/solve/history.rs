@@ -1,6 +1,6 @@
 //! History of a solve, iteration by iteration, and watching it while it runs.
 
-use crate::diagnose::named::CellValue;
+use crate::error::CellValue;
 use crate::{Advice, NotConverged};
 use std::fmt;
 

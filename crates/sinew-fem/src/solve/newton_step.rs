@@ -1,6 +1,6 @@
 //! Single steps of Newton's method from a predicted displacement: its distance to equilibrium and its correction.
 
-use crate::elements::cells::inadmissible;
+use crate::elements::check::inadmissible;
 use crate::elements::replaced::PredictedStress;
 use crate::elements::supports::place;
 use crate::linear::vector::dot;

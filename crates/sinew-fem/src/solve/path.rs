@@ -8,8 +8,8 @@ use crate::linear::vector::dot;
 use crate::solve::history::Log;
 use crate::solve::line::Line;
 use crate::solve::outlook::Outlook;
+use crate::solve::predictor::far_turn;
 use crate::solve::search::{Equilibrium, Goal, Plane, Point};
-use crate::solve::turn::far_turn;
 use crate::{Advice, Options, SolveError};
 use sinew_num::Mat3;
 

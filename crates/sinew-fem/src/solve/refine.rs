@@ -4,8 +4,7 @@
 //! factorised once at a nearby state, scaled by the last step. A step costs a gradient and two
 //! back-substitutions, a tenth or less of a Newton step.
 
-use crate::elements::cells::inadmissible;
-use crate::elements::check::check_potential;
+use crate::elements::check::{check_potential, inadmissible};
 use crate::elements::state::load_gradient;
 use crate::elements::supports::place;
 use crate::elements::system::System;
