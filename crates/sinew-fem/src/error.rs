@@ -6,6 +6,9 @@ use sinew_num::norm;
 use std::fmt;
 use thiserror::Error;
 
+/// A result whose error is that of a solve.
+pub(crate) type Result<T, E = SolveError> = std::result::Result<T, E>;
+
 /// Failure of a solve.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]

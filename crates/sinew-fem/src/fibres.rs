@@ -43,6 +43,7 @@ pub use error::FibreError;
 pub use rule::{FibreRule, Frame};
 pub use ventricle::{Depth, Surfaces, VentricleCoordinates};
 
+use error::Result;
 use sinew_mesh::TetMesh;
 use sinew_num::dot3;
 
@@ -60,11 +61,7 @@ use sinew_num::dot3;
 ///
 /// # Errors
 /// As for [`VentricleCoordinates::new`].
-pub fn by_rule(
-    mesh: &TetMesh,
-    surfaces: &Surfaces<'_>,
-    rule: &FibreRule,
-) -> Result<Vec<Frame>, FibreError> {
+pub fn by_rule(mesh: &TetMesh, surfaces: &Surfaces<'_>, rule: &FibreRule) -> Result<Vec<Frame>> {
     Ok(VentricleCoordinates::new(mesh, surfaces)?.cell_frames(rule, Depth::Thickness))
 }
 

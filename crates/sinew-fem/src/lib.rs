@@ -113,3 +113,5 @@ pub use solve::solver::Solver;
 pub use solve::sweep::{CHAIN, Earlier, neighbours, resume_sweep, sweep};
 pub use solve::trace::{Trace, TraceEnd};
 pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};
+
+pub(crate) use error::Result;

@@ -15,7 +15,7 @@ pub use verdict::ThinWall;
 use crate::elements::check::{check_length, check_state};
 use crate::elements::supports::is_moved_rim;
 use crate::elements::system::System;
-use crate::{CellValue, SolveError};
+use crate::{CellValue, Result, SolveError};
 use lu::Lu;
 use sinew_energy::{Body, Fibres, ThetaError};
 use state::{Image, Level, Trial};
@@ -167,7 +167,7 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// [`SolveError::OutOfMemory`].
-    pub fn fresh(&self) -> Result<Self, SolveError> {
+    pub fn fresh(&self) -> Result<Self> {
         let Image { system, fibres } = &self.image;
         let image = Image { system: system.like(system.body)?, fibres: *fibres };
         Ok(Self { image, factor: self.factor.fresh() })
@@ -221,7 +221,7 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// A cell of the image that is inverted.
-    pub fn image_at_rest(&self) -> Result<Body, SolveError> {
+    pub fn image_at_rest(&self) -> Result<Body> {
         let motion = vec![0.0; self.image.system.body.prescribed.len()];
         self.image.moved(&motion).ok_or(SolveError::Inadmissible { cell: 0 })
     }

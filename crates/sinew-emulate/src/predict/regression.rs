@@ -34,6 +34,9 @@ const DROPPED_ENERGY: f64 = 1e-14;
 /// are samples.
 const HIGHEST_DEGREE: usize = 4;
 
+/// A result whose error is that of a regression.
+type Result<T, E = RegressionError> = std::result::Result<T, E>;
+
 /// Proper orthogonal decomposition of few finite-element solutions, and interpolation between them.
 ///
 /// ```
@@ -65,11 +68,7 @@ impl PodRegression {
     ///
     /// # Errors
     /// When samples are too few, differ in length, or hold a value that is not usable.
-    pub fn fit(
-        parameters: &[Parameter],
-        thetas: &[Vec<f64>],
-        fields: &[Vec<f64>],
-    ) -> Result<Self, RegressionError> {
+    pub fn fit(parameters: &[Parameter], thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> Result<Self> {
         Self::fit_by(parameters, thetas, fields, |points, coefficients| {
             let polynomial = fit_polynomial(points, coefficients, HIGHEST_DEGREE);
             match fit_process(points, coefficients) {
@@ -89,7 +88,7 @@ impl PodRegression {
         thetas: &[Vec<f64>],
         fields: &[Vec<f64>],
         degree: usize,
-    ) -> Result<Self, RegressionError> {
+    ) -> Result<Self> {
         Self::fit_by(parameters, thetas, fields, |points, coefficients| {
             fit_polynomial(points, coefficients, degree)
         })
@@ -105,7 +104,7 @@ impl PodRegression {
         thetas: &[Vec<f64>],
         fields: &[Vec<f64>],
         step: &Step<'_>,
-    ) -> Result<(Self, Vec<(f64, f64)>), RegressionError> {
+    ) -> Result<(Self, Vec<(f64, f64)>)> {
         let mut errors = None;
         let regression = Self::fit_by(parameters, thetas, fields, |points, coefficients| {
             let fitted = fit_evidence(points, coefficients, step);
@@ -144,7 +143,7 @@ impl PodRegression {
         thetas: &[Vec<f64>],
         fields: &[Vec<f64>],
         fit: impl FnOnce(&DMatrix<f64>, &DMatrix<f64>) -> Fitted,
-    ) -> Result<Self, RegressionError> {
+    ) -> Result<Self> {
         check_samples(parameters, thetas, fields)?;
         let snapshots = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
         let (mean, [modes, coefficients]) = decompose(&snapshots)?;
@@ -160,11 +159,7 @@ impl PodRegression {
     ///
     /// # Errors
     /// As [`PodRegression::fit`].
-    pub fn refitted(
-        &self,
-        thetas: &[Vec<f64>],
-        fields: &[Vec<f64>],
-    ) -> Result<Self, RegressionError> {
+    pub fn refitted(&self, thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> Result<Self> {
         check_samples(&self.parameters, thetas, fields)?;
         let mut centred = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
         let size = centred.norm_squared();
@@ -182,7 +177,7 @@ impl PodRegression {
     ///
     /// # Errors
     /// When `theta` has another length than in training, or a value that its scale has no place for.
-    pub fn predict(&self, theta: &[f64]) -> Result<Vec<f64>, RegressionError> {
+    pub fn predict(&self, theta: &[f64]) -> Result<Vec<f64>> {
         check_theta(0, &self.parameters, theta)?;
         let coefficients = self.fitted.at(&inputs(&self.parameters, theta));
         let mut field = self.mean.clone();
@@ -225,7 +220,7 @@ pub(crate) fn check_samples(
     parameters: &[Parameter],
     thetas: &[Vec<f64>],
     fields: &[Vec<f64>],
-) -> Result<(), RegressionError> {
+) -> Result<()> {
     if thetas.len() != fields.len() {
         return Err(RegressionError::SampleCount { thetas: thetas.len(), fields: fields.len() });
     }
@@ -245,11 +240,7 @@ pub(crate) fn check_samples(
     Ok(())
 }
 
-fn check_theta(
-    sample: usize,
-    parameters: &[Parameter],
-    theta: &[f64],
-) -> Result<(), RegressionError> {
+fn check_theta(sample: usize, parameters: &[Parameter], theta: &[f64]) -> Result<()> {
     let (what, expected, found) = ("parameters", parameters.len(), theta.len());
     if found != expected {
         return Err(RegressionError::Length { what, sample, expected, found });
@@ -264,9 +255,7 @@ fn check_theta(
 }
 
 /// Mean of fields, orthonormal modes in columns, and coefficients of the modes, a row per sample: `field = mean + modes · coefficientsᵀ`.
-fn decompose(
-    snapshots: &DMatrix<f64>,
-) -> Result<(DVector<f64>, [DMatrix<f64>; 2]), RegressionError> {
+fn decompose(snapshots: &DMatrix<f64>) -> Result<(DVector<f64>, [DMatrix<f64>; 2])> {
     let mean = snapshots.column_mean();
     let mut centred = snapshots.clone();
     centred.column_iter_mut().for_each(|mut column| column -= &mean);

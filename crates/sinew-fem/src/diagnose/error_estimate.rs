@@ -7,7 +7,7 @@
 
 use crate::linear::vector::{difference, dot, norm, relative};
 use crate::solve::refine::energy_at_rest;
-use crate::{NewtonStep, SolveError, Solver};
+use crate::{NewtonStep, Result, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;
 use thiserror::Error;
@@ -118,11 +118,7 @@ impl Solver<'_> {
     /// # Errors
     /// θ or a displacement that does not belong to the body, or [`SolveError::OutOfMemory`]. A displacement that is not near an equilibrium is no error:
     /// see [`ErrorEstimate::distance`].
-    pub fn error_estimate(
-        &mut self,
-        displacement: &[f64],
-        theta: &[f64],
-    ) -> Result<ErrorEstimate, SolveError> {
+    pub fn error_estimate(&mut self, displacement: &[f64], theta: &[f64]) -> Result<ErrorEstimate> {
         self.error_estimate_within(displacement, theta, MOST_STEPS)
     }
 
@@ -136,7 +132,7 @@ impl Solver<'_> {
         displacement: &[f64],
         theta: &[f64],
         most: usize,
-    ) -> Result<ErrorEstimate, SolveError> {
+    ) -> Result<ErrorEstimate> {
         let start = Instant::now();
         let from = self.placed(displacement, theta)?;
         let mut estimate = ErrorEstimate {
@@ -167,7 +163,7 @@ impl Solver<'_> {
         (displacement, mut from): (&[f64], Vec<f64>),
         (theta, most): (&[f64], usize),
         estimate: &mut ErrorEstimate,
-    ) -> Result<Result<Distance, NotNearEquilibrium>, SolveError> {
+    ) -> Result<Result<Distance, NotNearEquilibrium>> {
         for steps in 1..=MOST_STEPS {
             let step = self.step_from(&from, theta, &mut None)?;
             let residual = relative(step.residual_before, step.force_scale);

@@ -10,7 +10,7 @@ use crate::elements::check::check_state;
 use crate::elements::moduli::bulk_to_shear;
 use crate::elements::system::System;
 use crate::linear::vector::difference;
-use crate::{Options, SolveError, Solver};
+use crate::{Options, Result, SolveError, Solver};
 use sinew_energy::Body;
 use sinew_energy::metrics::mean_and_largest;
 use sinew_mesh::Element;
@@ -65,11 +65,7 @@ pub struct LockingWarning {
 ///
 /// # Errors
 /// θ or a displacement that are not of the body, a displacement that inverts a cell, a body that is free to move.
-pub fn locking(
-    body: &Body,
-    theta: &[f64],
-    displacement: &[f64],
-) -> Result<Option<LockingWarning>, SolveError> {
+pub fn locking(body: &Body, theta: &[f64], displacement: &[f64]) -> Result<Option<LockingWarning>> {
     check_state(body, displacement, theta)?;
     let element = body.element();
     if element.is_quadratic() {
@@ -86,7 +82,7 @@ pub fn locking(
 ///
 /// # Errors
 /// As for [`locking`].
-pub fn locking_at_centre(body: &Body) -> Result<Option<LockingWarning>, SolveError> {
+pub fn locking_at_centre(body: &Body) -> Result<Option<LockingWarning>> {
     let theta = body.centre();
     body.check_theta(&theta)?;
     if body.element().is_quadratic() {

@@ -1,6 +1,6 @@
 //! Supports that leave a body free to move, as a whole or in pieces that hinges join.
 
-use crate::{RigidMode, SolveError};
+use crate::{Result, RigidMode, SolveError};
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use sinew_energy::{Body, BodyArrays};
 use sinew_num::{cells_of_nodes, connected_components};
@@ -16,7 +16,7 @@ const MOVES: f64 = 1e-6;
 
 /// Checks that each connected part of the body, and each piece of it that is only hinged to the others, is held
 /// against all rigid motions.
-pub(crate) fn check_supports(body: &Body) -> Result<(), SolveError> {
+pub(crate) fn check_supports(body: &Body) -> Result<()> {
     let mut parts = connected_components(body.nodes, body.cell_nodes());
     // A node in no cell is held: lowering refuses others.
     parts.retain(|part| part.len() > 1);
@@ -27,7 +27,7 @@ pub(crate) fn check_supports(body: &Body) -> Result<(), SolveError> {
 }
 
 /// Refuses a piece that can move, with its free rigid motions.
-fn check(body: &Body, pieces: &[Vec<usize>]) -> Result<(), SolveError> {
+fn check(body: &Body, pieces: &[Vec<usize>]) -> Result<()> {
     let eigen = SymmetricEigen::new(resistance(body, pieces));
     let strongest = eigen.eigenvalues.max().max(f64::MIN_POSITIVE);
     let free: Vec<_> = (0..6 * pieces.len())

@@ -1,6 +1,6 @@
 //! Stress and strain of the cells of a body, and forces on its supports.
 
-use crate::SolveError;
+use crate::Result;
 use crate::elements::check::{check_fields, inadmissible};
 use crate::elements::followers::Followers;
 use crate::elements::supports::held_part;
@@ -67,11 +67,7 @@ pub struct Fibre {
 /// # Errors
 /// A displacement or θ of another body, or not finite; an inverted cell; a body with a field of pressure, which
 /// [`mixed_stresses`] takes.
-pub fn cell_stresses(
-    body: &Body,
-    displacement: &[f64],
-    theta: &[f64],
-) -> Result<Vec<CellStress>, SolveError> {
+pub fn cell_stresses(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Vec<CellStress>> {
     mixed_stresses(body, displacement, &[], theta)
 }
 
@@ -109,7 +105,7 @@ pub fn mixed_stresses(
     displacement: &[f64],
     pressure: &[f64],
     theta: &[f64],
-) -> Result<Vec<CellStress>, SolveError> {
+) -> Result<Vec<CellStress>> {
     check_fields(body, displacement, pressure, theta)?;
     let field = body.pressure_field.as_ref();
     let field_at = |point| field.map_or(0.0, |field| field.at(point, pressure));
@@ -135,10 +131,7 @@ pub fn mixed_stresses(
 }
 
 /// Displacement gradient that the law reads at each quadrature point.
-pub(crate) fn law_gradients(
-    body: &Body,
-    displacement: &[f64],
-) -> Result<Vec<Mat3<f64>>, SolveError> {
+pub(crate) fn law_gradients(body: &Body, displacement: &[f64]) -> Result<Vec<Mat3<f64>>> {
     let own = |point| body.displacement_gradient(point, displacement);
     let mut gradients: Vec<_> = (0..body.volumes.len()).map(own).collect();
     for patch in &body.patches {
@@ -238,7 +231,7 @@ pub fn reactions(
     displacement: &[f64],
     pressure: &[f64],
     theta: &[f64],
-) -> Result<Vec<[f64; 3]>, SolveError> {
+) -> Result<Vec<[f64; 3]>> {
     check_fields(body, displacement, pressure, theta)?;
     let total = forces(body, displacement, pressure, theta);
     let sum = |nodes: &[usize]| {

@@ -1,20 +1,16 @@
 //! Checks of arguments, and the cells that explain a refusal.
 
-use crate::{CellValue, SolveError};
+use crate::{CellValue, Result, SolveError};
 use sinew_energy::Body;
 use sinew_energy::metrics::volume_ratios;
 
 /// Checks that a displacement has one finite entry per degree of freedom.
-pub(crate) fn check_displacement(body: &Body, displacement: &[f64]) -> Result<(), SolveError> {
+pub(crate) fn check_displacement(body: &Body, displacement: &[f64]) -> Result<()> {
     check_length(body.prescribed.len(), displacement)
 }
 
 /// Checks the lengths of a displacement and θ, in this order; swapped arguments have an error of their own.
-pub(crate) fn check_state(
-    body: &Body,
-    displacement: &[f64],
-    theta: &[f64],
-) -> Result<(), SolveError> {
+pub(crate) fn check_state(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<()> {
     let (entries, parameters) = (body.prescribed.len(), body.theta_len());
     if entries != parameters && displacement.len() == parameters && theta.len() == entries {
         return Err(SolveError::Swapped { entries, parameters });
@@ -24,7 +20,7 @@ pub(crate) fn check_state(
 }
 
 /// Checks that there is one finite pressure per unknown of the field, none without one.
-pub(crate) fn check_pressure(body: &Body, pressure: &[f64]) -> Result<(), SolveError> {
+pub(crate) fn check_pressure(body: &Body, pressure: &[f64]) -> Result<()> {
     check_length(body.pressure_field.as_ref().map_or(0, |field| field.unknowns), pressure)
 }
 
@@ -34,13 +30,13 @@ pub(crate) fn check_fields(
     displacement: &[f64],
     pressure: &[f64],
     theta: &[f64],
-) -> Result<(), SolveError> {
+) -> Result<()> {
     check_state(body, displacement, theta)?;
     check_pressure(body, pressure)
 }
 
 /// Checks that there are as many entries as needed, all finite.
-pub(crate) fn check_length(needed: usize, values: &[f64]) -> Result<(), SolveError> {
+pub(crate) fn check_length(needed: usize, values: &[f64]) -> Result<()> {
     let (given, finite) = (values.len(), values.iter().filter(|u| u.is_finite()).count());
     if given == needed && finite == needed {
         return Ok(());
@@ -49,17 +45,12 @@ pub(crate) fn check_length(needed: usize, values: &[f64]) -> Result<(), SolveErr
 }
 
 /// Checks that a body has a potential, and that a displacement and θ are of it.
-pub(crate) fn check_potential(
-    body: &Body,
-    displacement: &[f64],
-    theta: &[f64],
-) -> Result<(), SolveError> {
+pub(crate) fn check_potential(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<()> {
     if !body.has_potential() {
         return Err(SolveError::NoPotential);
     }
     check_state(body, displacement, theta)
 }
-
 
 /// Number of the worst cells that are named.
 pub(crate) const MOST_WORST: usize = 5;

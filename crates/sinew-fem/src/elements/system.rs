@@ -1,6 +1,5 @@
 //! The discrete system of Newton's method: the balance of forces of a body and its derivatives at the assembled state.
 
-use crate::SolveError;
 use crate::diagnose::rigid::check_supports;
 use crate::elements::assembly::Assembly;
 use crate::elements::followers::Followers;
@@ -13,6 +12,7 @@ use crate::linear::factor::Factor;
 use crate::linear::method::Method;
 use crate::linear::sparsity::Sparsity;
 use crate::linear::vector::norm;
+use crate::{Result, SolveError};
 use sinew_energy::{Body, PressureSurface};
 use sinew_num::Mat3;
 use std::sync::Arc;
@@ -62,7 +62,7 @@ pub(crate) struct System<'p> {
 
 impl<'p> System<'p> {
     /// Prepares what is the same for all θ.
-    pub(crate) fn new(body: &'p Body) -> Result<Self, SolveError> {
+    pub(crate) fn new(body: &'p Body) -> Result<Self> {
         check_supports(body)?;
         let sparsity = Arc::new(Sparsity::new(body));
         let factor = Factor::new(&sparsity)?;
@@ -73,7 +73,7 @@ impl<'p> System<'p> {
 
     /// System of the same body for another thread, or of one with the same cells and supports but another reference configuration; it
     /// shares what is prepared.
-    pub(crate) fn like<'q>(&self, body: &'q Body) -> Result<System<'q>, SolveError> {
+    pub(crate) fn like<'q>(&self, body: &'q Body) -> Result<System<'q>> {
         let (factor, aggregation) = (self.factor.fresh(), self.aggregation.fresh());
         System::of(body, self.sparsity.clone(), factor, aggregation, self.method)
     }
@@ -84,7 +84,7 @@ impl<'p> System<'p> {
         factor: Factor,
         aggregation: Aggregation,
         method: Method,
-    ) -> Result<Self, SolveError> {
+    ) -> Result<Self> {
         Ok(Self {
             body,
             assembly: Assembly::new(&sparsity, body),
@@ -174,7 +174,7 @@ impl<'p> System<'p> {
 
     /// Change of the unknown displacements from rest to the whole load by the linear model of the unloaded body, with
     /// the prescribed motions \[length\].
-    pub(crate) fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>, SolveError> {
+    pub(crate) fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>> {
         let rest = self.rest();
         let mut motion = rest.displacement.clone();
         place(self.body, 1.0, &mut motion);

@@ -1,7 +1,7 @@
 //! Fibres in the wall between two ellipsoids, in closed form.
 
 use super::rule::Layer;
-use super::{FibreError, FibreRule, Frame};
+use super::{FibreError, FibreRule, Frame, Result};
 use nalgebra::Vector3;
 use sinew_energy::listed;
 use sinew_mesh::TruncatedEllipsoid;
@@ -29,7 +29,7 @@ impl EllipsoidWall {
     ///
     /// # Errors
     /// Semi-axes that do not ascend, or a base that does not cut the inner ellipsoid.
-    pub fn new(ellipsoid: TruncatedEllipsoid) -> Result<Self, FibreError> {
+    pub fn new(ellipsoid: TruncatedEllipsoid) -> Result<Self> {
         let TruncatedEllipsoid { short, long, base } = ellipsoid;
         for (which, axes) in [("short", short), ("long", long)] {
             let ascending = 0.0 < axes[0] && axes[0] < axes[1] && axes[1].is_finite();
@@ -56,7 +56,7 @@ impl EllipsoidWall {
     ///
     /// # Errors
     /// [`FibreError::Outside`].
-    pub fn depth(&self, point: [f64; 3], slack: f64) -> Result<f64, FibreError> {
+    pub fn depth(&self, point: [f64; 3], slack: f64) -> Result<f64> {
         let slack = slack.clamp(ROUNDING, 1.0);
         let outside = FibreError::Outside { point, slack };
         let TruncatedEllipsoid { short: [inner, outer], base, .. } = self.ellipsoid;
@@ -83,12 +83,7 @@ impl EllipsoidWall {
     ///
     /// # Errors
     /// [`FibreError::Outside`].
-    pub fn frame(
-        &self,
-        point: [f64; 3],
-        rule: &FibreRule,
-        slack: f64,
-    ) -> Result<Frame, FibreError> {
+    pub fn frame(&self, point: [f64; 3], rule: &FibreRule, slack: f64) -> Result<Frame> {
         let depth = self.depth(point, slack)?;
         let [short, long] = self.semi_axes(depth);
         let [x, y, z] = point;

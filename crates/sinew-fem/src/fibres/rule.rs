@@ -1,6 +1,6 @@
 //! Rotation of fibres and sheets across the wall.
 
-use super::FibreError;
+use super::{FibreError, Result};
 use nalgebra::Vector3;
 
 /// Unit fibre, sheet and normal, perpendicular to each other and right-handed: `normal = fibre × sheet`.
@@ -28,7 +28,7 @@ impl FibreRule {
     ///
     /// # Errors
     /// An angle that is not finite.
-    pub fn new(endocardium: f64, epicardium: f64) -> Result<Self, FibreError> {
+    pub fn new(endocardium: f64, epicardium: f64) -> Result<Self> {
         let fibre = checked("fibre", [endocardium, epicardium])?;
         Ok(Self { fibre, sheet: [0.0; 2] })
     }
@@ -37,7 +37,7 @@ impl FibreRule {
     ///
     /// # Errors
     /// An angle that is not finite.
-    pub fn with_sheets(self, endocardium: f64, epicardium: f64) -> Result<Self, FibreError> {
+    pub fn with_sheets(self, endocardium: f64, epicardium: f64) -> Result<Self> {
         Ok(Self { sheet: checked("sheet", [endocardium, epicardium])?, ..self })
     }
 
@@ -65,7 +65,7 @@ impl FibreRule {
     }
 }
 
-fn checked(what: &'static str, angles: [f64; 2]) -> Result<[f64; 2], FibreError> {
+fn checked(what: &'static str, angles: [f64; 2]) -> Result<[f64; 2]> {
     match angles.into_iter().find(|angle| !angle.is_finite()) {
         Some(degrees) => Err(FibreError::Unfit(format!(
             "the {what} angle is {degrees} degrees; give a finite one"

@@ -2,7 +2,7 @@
 
 use crate::fibres::potential::Laplacian;
 use crate::fibres::rule::Layer;
-use crate::fibres::{FibreError, FibreRule, Frame};
+use crate::fibres::{FibreError, FibreRule, Frame, Result};
 use nalgebra::Vector3;
 use sinew_mesh::{Facet, TetMesh};
 use sinew_num::connected_components;
@@ -55,7 +55,7 @@ impl VentricleCoordinates {
     ///
     /// # Errors
     /// Surfaces that are missing, empty or touching, and cells or parts of the mesh that they do not bound.
-    pub fn new(mesh: &TetMesh, surfaces: &Surfaces<'_>) -> Result<Self, FibreError> {
+    pub fn new(mesh: &TetMesh, surfaces: &Surfaces<'_>) -> Result<Self> {
         mesh.check()?;
         if mesh.cells.is_empty() {
             return Err(FibreError::Unfit("the mesh has no tetrahedra".into()));
@@ -145,7 +145,7 @@ fn layers_of_cells(
     mesh: &TetMesh,
     outward: &[Vector3<f64>],
     to_base: &[Vector3<f64>],
-) -> Result<Vec<Layer>, FibreError> {
+) -> Result<Vec<Layer>> {
     let layer = |(cell, nodes): (usize, &[usize; 4])| {
         let outward = at_centre(nodes, outward);
         let mut ways = std::iter::once(at_centre(nodes, to_base)).chain(edges(mesh, cell));
@@ -205,7 +205,7 @@ pub(super) struct Bounds {
 impl Bounds {
     /// # Errors
     /// Surfaces that are missing, empty or touching, and parts of the mesh that do not reach one.
-    pub(super) fn new(mesh: &TetMesh, names: &Surfaces<'_>) -> Result<Self, FibreError> {
+    pub(super) fn new(mesh: &TetMesh, names: &Surfaces<'_>) -> Result<Self> {
         let nodes_of = |name: &str| facets(mesh, name).map(|facets| mesh.nodes_of_facets(facets));
         let bounds = Self {
             endocardium: nodes_of(names.endocardium)?,
@@ -253,7 +253,7 @@ impl Bounds {
     ///
     /// # Errors
     /// A surface of which each node is on the base.
-    pub(super) fn apexes(&self, distance: &[f64]) -> Result<[usize; 2], FibreError> {
+    pub(super) fn apexes(&self, distance: &[f64]) -> Result<[usize; 2]> {
         let farthest = |nodes: &[usize]| {
             let apex = nodes.iter().copied().max_by(|&a, &b| distance[a].total_cmp(&distance[b]));
             let apex = apex.filter(|&node| distance[node] > 0.0);
@@ -263,7 +263,7 @@ impl Bounds {
     }
 }
 
-fn facets<'m>(mesh: &'m TetMesh, name: &str) -> Result<&'m [Facet], FibreError> {
+fn facets<'m>(mesh: &'m TetMesh, name: &str) -> Result<&'m [Facet]> {
     match mesh.facet_sets.get(name).map(Vec::as_slice) {
         None => {
             let known = mesh.facet_sets.keys().cloned().collect();

@@ -1,7 +1,7 @@
 //! Cholesky factors of the stiffness matrix, with one symbolic analysis for all: faer's supernodal ones in an order of our own.
 
-use crate::SolveError;
 use crate::linear::sparsity::Sparsity;
+use crate::{Result, SolveError};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -57,7 +57,7 @@ enum Form {
 
 impl Factor {
     /// Analyses a sparsity.
-    pub(crate) fn new(sparsity: &Sparsity) -> Result<Self, SolveError> {
+    pub(crate) fn new(sparsity: &Sparsity) -> Result<Self> {
         let memory = || SolveError::OutOfMemory { unknowns: sparsity.unknowns() };
         let lower = sparsity.pattern.as_ref();
         // The analysis reads the upper half, the lower one by rows.
@@ -90,7 +90,7 @@ impl Factor {
     }
 
     /// Reserves memory, which the first factorisation takes.
-    pub(crate) fn reserved(mut self) -> Result<Self, SolveError> {
+    pub(crate) fn reserved(mut self) -> Result<Self> {
         let reserved = self.entries.try_reserve_exact(self.entries());
         let memory = |_| SolveError::OutOfMemory { unknowns: self.symbolic.nrows() };
         reserved.map_err(memory).map(|()| self)

@@ -1,7 +1,6 @@
 //! The linear systems of Newton's method: by back-substitution or conjugate gradients for a body with a potential, else by GMRES
 //! preconditioned by the factor.
 
-use crate::SolveError;
 use crate::elements::state::load_gradient;
 use crate::elements::system::System;
 use crate::linear::aggregation::MOST_ITERATIONS;
@@ -9,6 +8,7 @@ use crate::linear::conjugate_gradients::End;
 use crate::linear::factor::MOST_SHIFTS;
 use crate::linear::gmres::{LinearOutcome, gmres};
 use crate::linear::method::{MOST_COUNTED, MOST_SINGLE, Method};
+use crate::{Result, SolveError};
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and a step
 /// that reaches equilibrium meets the accuracy in volume.
@@ -124,7 +124,7 @@ impl System<'_> {
         &self,
         mut right: Vec<f64>,
         shift: f64,
-    ) -> Result<(Vec<f64>, LinearOutcome), SolveError> {
+    ) -> Result<(Vec<f64>, LinearOutcome)> {
         if self.iterates {
             let (change, iterations, end) = self.iterate_again(&right, TOLERANCE);
             let solved = end == End::Converged;

@@ -11,7 +11,7 @@ use crate::linear::vector::{dot, norm};
 use crate::solve::line::Line;
 use crate::solve::path::{Along, Path};
 use crate::solve::search::{Equilibrium, Plane, Point};
-use crate::{Options, Solution, SolveError, Solver};
+use crate::{Options, Result, Solution, SolveError, Solver};
 use std::time::Instant;
 
 /// Largest distance to the next equilibrium \[relative to the step\]; one farther off is on another branch.
@@ -92,11 +92,7 @@ impl<'p> Solver<'p> {
     ///
     /// # Errors
     /// A line whose ends are not of the body or are the same.
-    pub fn follow<'s>(
-        &'s mut self,
-        line: &Line,
-        options: &Options,
-    ) -> Result<Curve<'s, 'p>, SolveError> {
+    pub fn follow<'s>(&'s mut self, line: &Line, options: &Options) -> Result<Curve<'s, 'p>> {
         Curve::new(&mut self.system, None, line, options)
     }
 
@@ -109,7 +105,7 @@ impl<'p> Solver<'p> {
         initial: &[f64],
         line: &Line,
         options: &Options,
-    ) -> Result<Curve<'s, 'p>, SolveError> {
+    ) -> Result<Curve<'s, 'p>> {
         let from = Some(self.at(initial, &line.thetas[0])?);
         Curve::new(&mut self.system, from, line, options)
     }
@@ -121,7 +117,7 @@ impl<'s, 'p> Curve<'s, 'p> {
         from: Option<Unknowns>,
         line: &Line,
         options: &Options,
-    ) -> Result<Self, SolveError> {
+    ) -> Result<Self> {
         line.check(system)?;
         let path = Path::from_rest(system, line.clone(), options);
         let step = options.first_load_step;
@@ -135,7 +131,7 @@ impl<'s, 'p> Curve<'s, 'p> {
     ///
     /// # Errors
     /// A length that is not positive.
-    pub fn with_longest_step(self, longest: f64) -> Result<Self, SolveError> {
+    pub fn with_longest_step(self, longest: f64) -> Result<Self> {
         if longest > 0.0 {
             return Ok(Self { step: self.step.min(longest), longest, ..self });
         }
@@ -143,7 +139,7 @@ impl<'s, 'p> Curve<'s, 'p> {
     }
 
     /// The equilibrium at the line's start.
-    fn start(&mut self, from: Option<Unknowns>) -> Result<Equilibrium, SolveError> {
+    fn start(&mut self, from: Option<Unknowns>) -> Result<Equilibrium> {
         let path = &mut self.path;
         let (load, theta) = path.line.at(0.0);
         let unknowns = match from {
@@ -174,7 +170,7 @@ impl<'s, 'p> Curve<'s, 'p> {
     }
 
     /// The next equilibrium.
-    fn next_one(&mut self) -> Result<Equilibrium, SolveError> {
+    fn next_one(&mut self) -> Result<Equilibrium> {
         let most = self.path.options.iterations;
         while self.step >= self.least && self.path.log.iterations.len() < most {
             let before = self.path.log.iterations.len();
@@ -264,14 +260,16 @@ impl<'s, 'p> Curve<'s, 'p> {
         let load_factor = place.map_or(0.0, |place| line.at(place).0);
         let failure = self.path.log.failure(load_factor, displacement, worst_cells, None);
         match place {
-            Some(place) => SolveError::CurveEnded { place, theta: line.at(place).1, failure },
+            Some(place) => {
+                SolveError::CurveEnded { place, theta: self.path.line.at(place).1, failure }
+            }
             None => SolveError::NotConverged(failure),
         }
     }
 }
 
 impl Iterator for Curve<'_, '_> {
-    type Item = Result<CurvePoint, SolveError>;
+    type Item = Result<CurvePoint>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let start = Instant::now();

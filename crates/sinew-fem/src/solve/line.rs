@@ -1,7 +1,7 @@
 //! Lines in loads and parameters that equilibria are followed along.
 
-use crate::SolveError;
 use crate::elements::system::System;
+use crate::{Result, SolveError};
 
 /// A line in loads and parameters: at place s fraction and θ are `(1 − s) · start + s · end`, beyond 1 as well.
 ///
@@ -49,7 +49,7 @@ impl Line {
     }
 
     /// Checks that both ends belong to the body.
-    pub(crate) fn check(&self, system: &System<'_>) -> Result<(), SolveError> {
+    pub(crate) fn check(&self, system: &System<'_>) -> Result<()> {
         self.thetas.iter().try_for_each(|theta| system.body.check_theta(theta))?;
         let finite = self.load_factors.iter().all(|load| load.is_finite());
         let moves =

@@ -4,7 +4,7 @@
 use crate::elements::system::Unknowns;
 use crate::solve::path::{FIRST_GRADIENT, Path};
 use crate::solve::search::{Equilibrium, Goal, Point};
-use crate::{Advice, LoadSteps, Options, SolveError};
+use crate::{Advice, LoadSteps, Options, Result};
 use sinew_energy::Body;
 use std::ops::Range;
 
@@ -29,8 +29,8 @@ impl Path<'_, '_, '_> {
     /// from rest.
     ///
     /// # Errors
-    /// [`SolveError::NotConverged`].
-    pub(crate) fn run(&mut self, from: Unknowns) -> Result<(Equilibrium, usize), SolveError> {
+    /// [`crate::SolveError::NotConverged`].
+    pub(crate) fn run(&mut self, from: Unknowns) -> Result<(Equilibrium, usize)> {
         let steps_allowed = self.options.least_load_step <= self.options.first_load_step;
         if self.options.load_steps == LoadSteps::Always || (steps_allowed && self.rolls_up(&from)) {
             let step = self.first_step();
@@ -101,11 +101,7 @@ impl Path<'_, '_, '_> {
     }
 
     /// The equilibrium by load steps from where the path has come to; advice where no other is known.
-    fn by_steps(
-        &mut self,
-        step: f64,
-        advice: Option<Advice>,
-    ) -> Result<(Equilibrium, usize), SolveError> {
+    fn by_steps(&mut self, step: f64, advice: Option<Advice>) -> Result<(Equilibrium, usize)> {
         self.release_stresses();
         // After some steps the next are as long as the last allow.
         let step = if self.points.len() > 1 { 1.0 } else { step };
@@ -113,7 +109,7 @@ impl Path<'_, '_, '_> {
     }
 
     /// Finds the part that the body bears of a load far beyond its limit.
-    fn glance(&mut self, step: f64) -> Result<(Equilibrium, usize), SolveError> {
+    fn glance(&mut self, step: f64) -> Result<(Equilibrium, usize)> {
         let [all, more] = GLANCE;
         let most = all.max(self.log.iterations.len() + more);
         self.options.iterations = most.min(self.options.iterations);

@@ -10,7 +10,7 @@ use crate::elements::supports::place;
 use crate::elements::system::System;
 use crate::linear::vector::{add, difference, dot, norm, relative};
 use crate::solve::line_search::{SUFFICIENT, flattens, minds_turned_cells};
-use crate::{SolveError, Solver};
+use crate::{Result, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::{Body, Frames};
 use std::collections::VecDeque;
@@ -127,7 +127,7 @@ impl Solver<'_> {
     /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where that inverts a cell,
     /// [`SolveError::Singular`] where nothing was factorised.
     #[doc(alias("L-BFGS", "quasi-Newton"))]
-    pub fn refine(&self, from: &[f64], theta: &[f64], stop: Stop) -> Result<Refined, SolveError> {
+    pub fn refine(&self, from: &[f64], theta: &[f64], stop: Stop) -> Result<Refined> {
         let body = self.body();
         self.system.refine(Potential { body, theta, frames: &body.frames }, from, stop)
     }
@@ -165,7 +165,7 @@ impl System<'_> {
         potential: Potential<'_>,
         from: &[f64],
         stop: Stop,
-    ) -> Result<Refined, SolveError> {
+    ) -> Result<Refined> {
         let (start, Potential { body, theta, frames }) = (Instant::now(), potential);
         check_potential(body, from, theta)?;
         let mut first = from.to_vec();

@@ -5,7 +5,7 @@ use crate::elements::followers::Followers;
 use crate::elements::state::State;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::dot;
-use crate::{Solution, SolveError, Solver};
+use crate::{Result, Solution, SolveError, Solver};
 use sinew_energy::{Body, Magnitude, PressureSurface};
 use sinew_num::Mat3;
 
@@ -21,7 +21,7 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// A solution of another body, [`SolveError::Singular`], or [`SolveError::Inadmissible`] where derivatives overflow.
-    pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
+    pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>> {
         let at = self.checked(solution, &solution.theta)?;
         self.system.sensitivity(&at, &solution.theta, solution.load_factor)
     }
@@ -30,11 +30,7 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// As [`Solver::sensitivity`].
-    pub fn sensitivity_at(
-        &mut self,
-        displacement: &[f64],
-        theta: &[f64],
-    ) -> Result<Vec<Vec<f64>>, SolveError> {
+    pub fn sensitivity_at(&mut self, displacement: &[f64], theta: &[f64]) -> Result<Vec<Vec<f64>>> {
         self.check(displacement, theta)?;
         self.system.sensitivity(&Unknowns::of(displacement), theta, 1.0)
     }
@@ -46,11 +42,7 @@ impl Solver<'_> {
     /// # Errors
     /// A solution of another body, a slope that does not fit it, or [`SolveError::Singular`].
     #[doc(alias("adjoint", "gradient"))]
-    pub fn adjoint_sensitivity(
-        &mut self,
-        solution: &Solution,
-        slope: &[f64],
-    ) -> Result<Vec<f64>, SolveError> {
+    pub fn adjoint_sensitivity(&mut self, solution: &Solution, slope: &[f64]) -> Result<Vec<f64>> {
         let Solution { displacement, theta, load_factor, .. } = solution;
         check_displacement(self.body(), slope)?;
         self.check(displacement, theta)?;
@@ -71,7 +63,7 @@ impl System<'_> {
         at: &Unknowns,
         theta: &[f64],
         load_factor: f64,
-    ) -> Result<Vec<Vec<f64>>, SolveError> {
+    ) -> Result<Vec<Vec<f64>>> {
         let shift = self.factorise_at(at, theta, load_factor)?;
         let column = |index: usize| {
             let rate =
@@ -82,7 +74,7 @@ impl System<'_> {
     }
 
     /// Change of the displacement that balances a rate of the unbalanced forces, by the stiffness factorised last.
-    pub(crate) fn slope(&self, rate: Vec<f64>, shift: f64) -> Result<Vec<f64>, SolveError> {
+    pub(crate) fn slope(&self, rate: Vec<f64>, shift: f64) -> Result<Vec<f64>> {
         let (change, outcome) = self.solve(rate.iter().map(|r| -r).collect(), shift)?;
         // Written so that a NaN is an error as well.
         let solved = outcome.relative_residual <= MOST_LEFT;
@@ -119,7 +111,7 @@ impl System<'_> {
         at: &Unknowns,
         theta: &[f64],
         load_factor: f64,
-    ) -> Result<f64, SolveError> {
+    ) -> Result<f64> {
         self.assemble(at, theta, load_factor, None);
         if !self.assembly.is_finite() {
             return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
@@ -129,7 +121,7 @@ impl System<'_> {
     }
 
     /// Derivatives that do not overflow where the energy does not yet.
-    fn finite(&self, slopes: Vec<f64>) -> Result<Vec<f64>, SolveError> {
+    fn finite(&self, slopes: Vec<f64>) -> Result<Vec<f64>> {
         let cell = self.assembly.worst_cell;
         let finite = slopes.iter().all(|s| s.is_finite());
         if finite { Ok(slopes) } else { Err(SolveError::Inadmissible { cell }) }
@@ -188,7 +180,7 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// A solution of another body, or [`SolveError::Inadmissible`].
-    pub fn stiffness(&mut self, solution: &Solution) -> Result<Stiffness, SolveError> {
+    pub fn stiffness(&mut self, solution: &Solution) -> Result<Stiffness> {
         let Solution { displacement, theta, load_factor, .. } = solution;
         self.visit(displacement, (theta, *load_factor), None)?;
         let System { sparsity, assembly, .. } = &self.system;
@@ -209,7 +201,7 @@ impl Solver<'_> {
         displacement: &[f64],
         theta: &[f64],
         direction: &[f64],
-    ) -> Result<Vec<f64>, SolveError> {
+    ) -> Result<Vec<f64>> {
         check_displacement(self.body(), direction)?;
         self.visit(displacement, (theta, 1.0), None)?;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };

@@ -8,7 +8,7 @@ use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::{difference, norm};
 use crate::solve::history::{Log, Progress, Watch};
 use crate::solve::path::Path;
-use crate::{LoadSteps, Options, Solution, SolveError};
+use crate::{LoadSteps, Options, Result, Solution, SolveError};
 use sinew_energy::Body;
 use std::time::Instant;
 
@@ -59,7 +59,7 @@ impl<'p> Solver<'p> {
     ///
     /// # Errors
     /// A body whose supports leave a part of it free to move.
-    pub fn new(body: &'p Body) -> Result<Self, SolveError> {
+    pub fn new(body: &'p Body) -> Result<Self> {
         System::new(body).map(Self::of)
     }
 
@@ -71,7 +71,7 @@ impl<'p> Solver<'p> {
     ///
     /// # Errors
     /// [`SolveError::OutOfMemory`].
-    pub fn fresh(&self) -> Result<Self, SolveError> {
+    pub fn fresh(&self) -> Result<Self> {
         self.system.like(self.body()).map(|system| Self { system, watch: self.watch })
     }
 
@@ -101,22 +101,18 @@ impl<'p> Solver<'p> {
     }
 
     /// Checks that there is a potential, and that a displacement and θ are of this body.
-    pub(crate) fn check(&self, displacement: &[f64], theta: &[f64]) -> Result<(), SolveError> {
+    pub(crate) fn check(&self, displacement: &[f64], theta: &[f64]) -> Result<()> {
         check_potential(self.body(), displacement, theta)
     }
 
     /// The unknowns at a displacement, without pressures, if it is one of this body.
-    pub(crate) fn at(&self, displacement: &[f64], theta: &[f64]) -> Result<Unknowns, SolveError> {
+    pub(crate) fn at(&self, displacement: &[f64], theta: &[f64]) -> Result<Unknowns> {
         check_state(self.body(), displacement, theta)?;
         Ok(Unknowns { displacement: displacement.to_vec(), ..self.system.rest() })
     }
 
     /// The unknowns of a solution, if it is one of this body.
-    pub(crate) fn checked(
-        &self,
-        solution: &Solution,
-        theta: &[f64],
-    ) -> Result<Unknowns, SolveError> {
+    pub(crate) fn checked(&self, solution: &Solution, theta: &[f64]) -> Result<Unknowns> {
         let Solution { displacement, pressure, .. } = solution;
         check_pressure(self.body(), pressure)?;
         Ok(Unknowns { pressure: pressure.clone(), ..self.at(displacement, theta)? })
@@ -128,7 +124,7 @@ impl<'p> Solver<'p> {
         displacement: &[f64],
         (theta, load_factor): (&[f64], f64),
         predicted: Option<&PredictedStress>,
-    ) -> Result<(), SolveError> {
+    ) -> Result<()> {
         self.check(displacement, theta)?;
         let state = State { displacement, theta, load_factor, pressure: &[] };
         let System { body, sparsity, assembly, .. } = &mut self.system;
@@ -143,7 +139,7 @@ impl<'p> Solver<'p> {
     /// # Errors
     /// θ that makes no sense, or [`SolveError::NotConverged`].
     #[doc(alias("Newton-Raphson", "line search"))]
-    pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution, SolveError> {
+    pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution> {
         let rest = self.system.rest();
         self.solve_told(rest, theta, options, &mut |_| ())
     }
@@ -160,7 +156,7 @@ impl<'p> Solver<'p> {
         initial: &[f64],
         theta: &[f64],
         options: &Options,
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         let from = self.at(initial, theta)?;
         self.solve_told(from, theta, options, &mut |_| ())
     }
@@ -174,7 +170,7 @@ impl<'p> Solver<'p> {
         near: &Solution,
         theta: &[f64],
         options: &Options,
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         let from = self.checked(near, theta)?;
         self.solve_told(from, theta, options, &mut |_| ())
     }
@@ -189,7 +185,7 @@ impl<'p> Solver<'p> {
         &mut self,
         solution: &Solution,
         options: &Options,
-    ) -> Result<Option<Solution>, SolveError> {
+    ) -> Result<Option<Solution>> {
         self.checked(solution, &solution.theta)?;
         let options = Options { load_steps: LoadSteps::Always, ..*options };
         let risen = self.solve(&solution.theta, &options)?;
@@ -215,7 +211,7 @@ impl<'p> Solver<'p> {
         theta: &[f64],
         options: &Options,
         watch: &mut impl FnMut(&Progress<'_>),
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         let rest = self.system.rest();
         self.solve_told(rest, theta, options, watch)
     }
@@ -226,7 +222,7 @@ impl<'p> Solver<'p> {
         theta: &[f64],
         options: &Options,
         tell: &mut dyn FnMut(&Progress<'_>),
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         let (start, watch) = (Instant::now(), self.watch);
         let mut tell = |state: &Progress<'_>| {
             watch.iter().for_each(|watch| watch(state));

@@ -1,6 +1,6 @@
 //! Many θ of one body, in nearest-neighbour order.
 
-use crate::{LoadSteps, Options, Progress, Solution, SolveError, Solver, Stop};
+use crate::{LoadSteps, Options, Progress, Result, Solution, Solver, Stop};
 use rayon::prelude::*;
 use sinew_energy::Body;
 use std::ops::ControlFlow;
@@ -38,7 +38,7 @@ pub fn sweep(
     thetas: &[Vec<f64>],
     options: &Options,
     progress: impl Fn() + Sync,
-) -> Result<Vec<Result<Solution, SolveError>>, SolveError> {
+) -> Result<Vec<Result<Solution>>> {
     let found = Mutex::new(Vec::with_capacity(thetas.len()));
     let each = |index, result| {
         found.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
@@ -73,12 +73,12 @@ pub fn resume_sweep(
     thetas: &[Vec<f64>],
     earlier: &[Option<Earlier>],
     options: &Options,
-    each: impl Fn(usize, Result<Solution, SolveError>) -> ControlFlow<()> + Sync,
+    each: impl Fn(usize, Result<Solution>) -> ControlFlow<()> + Sync,
     watch: impl Fn(&Progress<'_>) + Sync,
-) -> Result<(), SolveError> {
+) -> Result<()> {
     let solver = Solver::new(body)?.watched_by(&watch);
     let (path, stopped) = (neighbours(thetas), AtomicBool::new(false));
-    let solve_chain = |chain: &[usize]| -> Result<(), SolveError> {
+    let solve_chain = |chain: &[usize]| -> Result<()> {
         let (mut solver, mut last, mut before) = (solver.fresh()?, None::<Solution>, None);
         for &index in chain {
             if let Some(Some(known)) = earlier.get(index) {
@@ -116,7 +116,7 @@ impl Solver<'_> {
         near: &Solution,
         theta: &[f64],
         options: &Options,
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         if !near.has_potential {
             return self.solve_near(near, theta, options);
         }

@@ -1,6 +1,6 @@
 //! Equilibria at a sequence of parameters, each from the one before, as under a rising load.
 
-use crate::{LoadSteps, Options, Solution, SolveError, Solver};
+use crate::{LoadSteps, Options, Result, Solution, SolveError, Solver};
 use sinew_mesh::extents;
 
 /// Most halvings of the step between two θ before the path ends: its end is known to a thousandth of that step.
@@ -67,7 +67,7 @@ impl Solver<'_> {
         thetas: &[Vec<f64>],
         options: &Options,
         progress: impl FnMut(),
-    ) -> Result<Trace, SolveError> {
+    ) -> Result<Trace> {
         thetas.iter().try_for_each(|theta| self.system.body.check_theta(theta))?;
         let risen = Options { load_steps: LoadSteps::Always, ..*options };
         // Never from rest again.
@@ -94,11 +94,7 @@ struct Follower<'a, 'p> {
 }
 
 impl Follower<'_, '_> {
-    fn follow(
-        mut self,
-        thetas: &[Vec<f64>],
-        mut progress: impl FnMut(),
-    ) -> Result<Trace, SolveError> {
+    fn follow(mut self, thetas: &[Vec<f64>], mut progress: impl FnMut()) -> Result<Trace> {
         let mut solutions = vec![self.last.clone()];
         progress();
         if let [from, to, ..] = thetas {
@@ -124,7 +120,7 @@ impl Follower<'_, '_> {
     }
 
     /// The equilibrium for θ from the last one.
-    fn next(&mut self, theta: &[f64]) -> Result<Solution, SolveError> {
+    fn next(&mut self, theta: &[f64]) -> Result<Solution> {
         self.solver.solve_near(&self.last, theta, &self.options)
     }
 

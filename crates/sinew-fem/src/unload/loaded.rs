@@ -5,7 +5,7 @@ use super::{Image, Unload, check_directions};
 use crate::elements::check::{check_displacement, check_state};
 use crate::elements::system::Unknowns;
 use crate::unload::UnloadError;
-use crate::{Options, Solution, SolveError, Solver};
+use crate::{Options, Result, Solution, SolveError, Solver};
 use sinew_energy::Body;
 
 impl Unload<'_> {
@@ -20,7 +20,7 @@ impl Unload<'_> {
         near: &[f64],
         theta: &[f64],
         options: &Options,
-    ) -> Result<Solution, SolveError> {
+    ) -> Result<Solution> {
         Solver::of(self.image.system.like(rest)?).solve_from(near, theta, options)
     }
 

@@ -1,7 +1,6 @@
 //! Loss of displacement by one linear problem in enriched cells.
 
 use super::enriched::{Enriched, Modes};
-use crate::SolveError;
 use crate::diagnose::stress::law_gradients;
 use crate::elements::cell::inverse;
 use crate::elements::replaced::PredictedStress;
@@ -9,6 +8,7 @@ use crate::elements::state::State;
 use crate::elements::supports::place;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::{add, dot};
+use crate::{Result, SolveError};
 use sinew_energy::{Body, Response, with_nodes};
 use sinew_num::Mat3;
 
@@ -52,7 +52,7 @@ impl System<'_> {
     /// is m^s times as large in enriched cells. Towards this larger displacement s falls, and m with it: s^(3/2) stands for both
     /// (docs/design.md, "Elements"). A body that softens under its load does so in both responses, so that s is at most 1. Where the stresses of
     /// linear cells make the stiffness of the enriched ones indefinite, m is that at rest.
-    pub(crate) fn loss(&mut self, displacement: &[f64], theta: &[f64]) -> Result<f64, SolveError> {
+    pub(crate) fn loss(&mut self, displacement: &[f64], theta: &[f64]) -> Result<f64> {
         let found = self.responses(displacement, theta, 1.0)?;
         let size = dot(displacement, displacement);
         let power = if size > 0.0 { dot(displacement, &found.own) / size } else { 1.0 };
@@ -73,7 +73,7 @@ impl System<'_> {
         displacement: &[f64],
         theta: &[f64],
         load_factor: f64,
-    ) -> Result<Responses, SolveError> {
+    ) -> Result<Responses> {
         let body = self.body;
         let at = Unknowns::of(displacement);
         let state = State { displacement, theta, load_factor, pressure: &[] };
@@ -137,7 +137,7 @@ impl System<'_> {
     }
 
     /// Factorises the assembled stiffness: the response of all nodes to a rate of the unbalanced forces, and whether it is positive definite.
-    fn respond(&mut self, rate: &[f64], motion: &[f64]) -> Result<(Vec<f64>, bool), SolveError> {
+    fn respond(&mut self, rate: &[f64], motion: &[f64]) -> Result<(Vec<f64>, bool)> {
         let (shift, _) = self.factorise(true).ok_or(SolveError::Singular)?;
         let mut change: Vec<f64> = rate.iter().map(|r| -r).collect();
         self.back_substitute(&mut change);
