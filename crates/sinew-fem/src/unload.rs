@@ -13,6 +13,7 @@ pub use unloaded::{Loading, UnloadOptions, Unloaded};
 pub use verdict::ThinWall;
 
 use crate::elements::check::{check_length, check_state};
+use crate::elements::state::State;
 use crate::elements::supports::is_moved_rim;
 use crate::elements::system::System;
 use crate::{CellValue, Result, SolveError};
@@ -206,7 +207,8 @@ impl<'p> Unload<'p> {
         }
         let system = self.image.system.like(&trial.rest)?;
         let column = |direction: &Vec<f64>| {
-            let mut right = system.rate_by_theta(&trial.displacement, theta, 1.0, direction);
+            let mut right =
+                system.rate_by_theta(State::whole(&trial.displacement, theta), direction);
             right.iter_mut().for_each(|r| *r = -*r);
             let change = self.linear(&tangent.entries, &right, ACCURACY);
             let change = change.ok_or(UnloadError::Singular)?;

@@ -15,7 +15,12 @@ pub(crate) struct State<'a> {
     pub pressure: &'a [f64],
 }
 
-impl State<'_> {
+impl<'a> State<'a> {
+    /// A state under the whole load, without a field of pressure.
+    pub(crate) fn whole(displacement: &'a [f64], theta: &'a [f64]) -> Self {
+        Self { displacement, theta, load_factor: 1.0, pressure: &[] }
+    }
+
     /// Π \[stress·length³\]; +∞ as soon as a cell is inverted.
     pub(crate) fn energy(&self, potential: &Body) -> f64 {
         self.load_factor * potential.load_value(self.displacement, self.theta)

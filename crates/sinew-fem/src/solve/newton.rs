@@ -401,8 +401,7 @@ impl System<'_> {
         let mut rate = self.load_derivative(state.displacement, state.theta);
         rate.iter_mut().for_each(|r| *r *= more_load);
         if direction.iter().any(|&d| d != 0.0) {
-            let State { displacement, theta, load_factor, .. } = state;
-            let more = self.rate_by_theta(displacement, theta, load_factor, &direction);
+            let more = self.rate_by_theta(state, &direction);
             rate.iter_mut().zip(more).for_each(|(r, m)| *r += m);
         }
         rate

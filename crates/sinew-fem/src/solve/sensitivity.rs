@@ -6,7 +6,7 @@ use crate::elements::state::State;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::dot;
 use crate::{Result, Solution, SolveError, Solver};
-use sinew_energy::{Body, Magnitude, PressureSurface};
+use sinew_energy::{Magnitude, PressureSurface};
 use sinew_num::Mat3;
 
 /// Largest residual of a linear system whose solution counts as a derivative \[relative to its right-hand side\]:
@@ -49,10 +49,9 @@ impl Solver<'_> {
         let shift = self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
         let right = self.system.sparsity.gather(slope).map(|s| -s).collect();
         let (adjoint, _) = self.system.solve(right, shift)?;
-        let entry = |index: usize| {
-            let direction = unit(theta, index);
-            dot(&self.system.rate_by_theta(displacement, theta, *load_factor, &direction), &adjoint)
-        };
+        let state = State { displacement, theta, load_factor: *load_factor, pressure: &[] };
+        let entry =
+            |index: usize| dot(&self.system.rate_by_theta(state, &unit(theta, index)), &adjoint);
         self.system.finite((0..theta.len()).map(entry).collect())
     }
 }
@@ -65,11 +64,8 @@ impl System<'_> {
         load_factor: f64,
     ) -> Result<Vec<Vec<f64>>> {
         let shift = self.factorise_at(at, theta, load_factor)?;
-        let column = |index: usize| {
-            let rate =
-                self.rate_by_theta(&at.displacement, theta, load_factor, &unit(theta, index));
-            self.slope(rate, shift)
-        };
+        let state = State { displacement: &at.displacement, theta, load_factor, pressure: &[] };
+        let column = |index| self.slope(self.rate_by_theta(state, &unit(theta, index)), shift);
         (0..theta.len()).map(column).collect()
     }
 
@@ -88,18 +84,28 @@ impl System<'_> {
     }
 
     /// Derivative of the balance of free displacements and pressures along a direction in θ.
-    pub(crate) fn rate_by_theta(
-        &self,
-        displacement: &[f64],
-        theta: &[f64],
-        load_factor: f64,
-        direction: &[f64],
-    ) -> Vec<f64> {
-        let mut direction = direction.to_vec();
+    pub(crate) fn rate_by_theta(&self, state: State<'_>, direction: &[f64]) -> Vec<f64> {
+        let (body, State { displacement, theta, load_factor, .. }) = (self.body, state);
+        let (parameters, mut direction) = (body.law_parameters(theta), direction.to_vec());
         // Loads are scaled by the load factor, parameters of the law are not.
-        let law = self.body.law_parameters(theta).len();
-        direction[law..].iter_mut().for_each(|d| *d *= load_factor);
-        let forces = force_change(self.body, displacement, theta, &direction);
+        direction[parameters.len()..].iter_mut().for_each(|d| *d *= load_factor);
+        let rates = body.law_parameters(&direction);
+        let mut forces = vec![0.0; displacement.len()];
+        let change = |point: usize, h: &Mat3<f64>| {
+            Some((0.0, body.material.stress_rate(point, parameters, rates, h)))
+        };
+        if body.add_stress_forces(displacement, change, &mut forces).is_none() {
+            forces.fill(f64::NAN);
+        }
+        // A load is linear in its magnitude, so its change is the load of the changed magnitude.
+        let varies = |load: &&PressureSurface| matches!(load.magnitude, Magnitude::Theta(_));
+        for pressure in body.pressures.iter().filter(varies) {
+            pressure.value_and_add_gradient(displacement, &direction, &mut forces);
+        }
+        for surface in body.followers.iter().filter(varies) {
+            let follower = Followers::new(std::slice::from_ref(surface));
+            follower.add_forces(displacement, &direction, &mut forces);
+        }
         let mut rate: Vec<f64> = self.sparsity.gather(&forces).collect();
         rate.resize(rate.len() + self.pressures(), 0.0);
         rate
@@ -131,34 +137,6 @@ impl System<'_> {
 /// The direction of one entry of θ.
 fn unit(theta: &[f64], index: usize) -> Vec<f64> {
     (0..theta.len()).map(|i| f64::from(u8::from(i == index))).collect()
-}
-
-/// Change of the gradient of Π with θ along `direction`: `∂²Π/∂u∂θ · direction`.
-fn force_change(
-    potential: &Body,
-    displacement: &[f64],
-    theta: &[f64],
-    direction: &[f64],
-) -> Vec<f64> {
-    let (parameters, rates) =
-        (potential.law_parameters(theta), potential.law_parameters(direction));
-    let mut forces = vec![0.0; displacement.len()];
-    let change = |point: usize, h: &Mat3<f64>| {
-        Some((0.0, potential.material.stress_rate(point, parameters, rates, h)))
-    };
-    if potential.add_stress_forces(displacement, change, &mut forces).is_none() {
-        forces.fill(f64::NAN);
-    }
-    // A load is linear in its magnitude, so its change is the load of the changed magnitude.
-    let varies = |load: &&PressureSurface| matches!(load.magnitude, Magnitude::Theta(_));
-    for pressure in potential.pressures.iter().filter(varies) {
-        pressure.value_and_add_gradient(displacement, direction, &mut forces);
-    }
-    for surface in potential.followers.iter().filter(varies) {
-        let follower = Followers::new(std::slice::from_ref(surface));
-        follower.add_forces(displacement, direction, &mut forces);
-    }
-    forces
 }
 
 /// The stiffness of the free degrees of freedom at an equilibrium, its lower half by entries.
@@ -204,8 +182,8 @@ impl Solver<'_> {
     ) -> Result<Vec<f64>> {
         check_displacement(self.body(), direction)?;
         self.visit(displacement, (theta, 1.0), None)?;
-        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         let mut forces = vec![0.0; displacement.len()];
+        let state = State::whole(displacement, theta);
         self.system.assembly.add_stiffness_times(self.body(), state, direction, &mut forces);
         Ok(forces)
     }

@@ -3,6 +3,7 @@
 use super::state::{Level, Trial};
 use super::{Image, Unload, check_directions};
 use crate::elements::check::{check_displacement, check_state};
+use crate::elements::state::State;
 use crate::elements::system::Unknowns;
 use crate::unload::UnloadError;
 use crate::{Options, Result, Solution, SolveError, Solver};
@@ -44,7 +45,7 @@ impl Unload<'_> {
         let moved = self.image.forces_by_rest(rest, state, rest_directions)?;
         let shift = system.factorise_at(&Unknowns::of(displacement), theta, 1.0)?;
         let slope = |(index, direction): (usize, &Vec<f64>)| {
-            let mut right = system.rate_by_theta(displacement, theta, 1.0, direction);
+            let mut right = system.rate_by_theta(State::whole(displacement, theta), direction);
             if let Some(moved) = moved.get(index) {
                 right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
             }

@@ -136,7 +136,7 @@ pub(super) fn connected(
     };
     let mut path = Path::to_load(system, theta, options);
     path.release_stresses();
-    let state = State { displacement: &trial.displacement, theta, load_factor: 1.0, pressure: &[] };
+    let state = State::whole(&trial.displacement, theta);
     let rate = path.system.rate_on(&path.line, state);
     let solve = |right: Vec<f64>| path.system.solve(right.iter().map(|r| -r).collect(), shift);
     let (correction, _) = solve(residual.values).ok()?;

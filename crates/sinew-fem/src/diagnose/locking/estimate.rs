@@ -53,14 +53,17 @@ impl System<'_> {
     /// (docs/design.md, "Elements"). A body that softens under its load does so in both responses, so that s is at most 1. Where the stresses of
     /// linear cells make the stiffness of the enriched ones indefinite, m is that at rest.
     pub(crate) fn loss(&mut self, displacement: &[f64], theta: &[f64]) -> Result<f64> {
-        let found = self.responses(displacement, theta, 1.0)?;
+        let state = State::whole(displacement, theta);
+        let found = self.responses(state)?;
         let size = dot(displacement, displacement);
         let power = if size > 0.0 { dot(displacement, &found.own) / size } else { 1.0 };
         let ratio = match found.ratio().filter(|_| size > 0.0) {
             Some(ratio) => ratio,
             None => {
                 let rest = vec![0.0; displacement.len()];
-                self.responses(&rest, theta, 0.0)?.ratio().unwrap_or(f64::INFINITY)
+                self.responses(State { displacement: &rest, load_factor: 0.0, ..state })?
+                    .ratio()
+                    .unwrap_or(f64::INFINITY)
             }
         };
         let loss = 1.0 - ratio.powf(-power.clamp(0.0, 1.0).powf(1.5));
@@ -68,15 +71,9 @@ impl System<'_> {
     }
 
     /// Responses at a displacement; the stiffness has a fraction of the loads.
-    fn responses(
-        &mut self,
-        displacement: &[f64],
-        theta: &[f64],
-        load_factor: f64,
-    ) -> Result<Responses> {
-        let body = self.body;
+    fn responses(&mut self, state: State<'_>) -> Result<Responses> {
+        let (body, State { displacement, theta, load_factor, .. }) = (self.body, state);
         let at = Unknowns::of(displacement);
-        let state = State { displacement, theta, load_factor, pressure: &[] };
         self.assemble(&at, theta, load_factor, None);
         if !self.assembly.is_finite() {
             return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
@@ -86,7 +83,7 @@ impl System<'_> {
         let tension = self.tension(theta);
         let mut rate = self.load_derivative(displacement, theta);
         let more = self.response_to_supports(state, &motion).into_iter();
-        let more = more.zip(self.rate_by_theta(displacement, theta, load_factor, &tension));
+        let more = more.zip(self.rate_by_theta(state, &tension));
         rate.iter_mut().zip(more).for_each(|(rate, (moved, tension))| *rate += moved + tension);
         let (own, _) = self.respond(&rate, &motion)?;
         let pressures: Vec<f64> =
