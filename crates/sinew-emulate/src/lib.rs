@@ -90,11 +90,11 @@ pub use estimate::{Distance, Estimate};
 pub use predict::regression::{Interpolation, PodRegression, RegressionParts};
 pub use predict::taylor::TaylorExpansion;
 pub use predict::{Predictor, central_differences};
+pub use recipe::Train;
 pub use recipe::options::{Budget, TrainingOptions};
 pub use recipe::progress::{Counter, Observer, Progress};
 #[cfg(feature = "terminal")]
 pub use recipe::terminal::Terminal;
-pub use recipe::{Train, train};
 pub use refine::Answer;
 pub use refine::answers::Answers;
 pub use refine::correction::Correction;

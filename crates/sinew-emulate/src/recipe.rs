@@ -59,10 +59,16 @@ pub trait Train: Debug {
         record: &mut Record,
     ) -> Result<Box<dyn Predictor>>;
 
-    /// [`train`] by this recipe.
+    /// Trains an emulator of a body and checks its error estimate.
+    ///
+    /// Runs the simulations of the recipe, trains, and checks the error estimate on held-out simulations. A folder in the
+    /// options stores all results as they are made: a killed run resumes from it, and the emulator is stored in its subfolder
+    /// `emulator`. A network keeps the weights with the lowest error on the held-out simulations ([`Record::kept`]). Reasons
+    /// not to trust the result are in [`Record::warnings`].
     ///
     /// # Errors
-    /// As [`train`].
+    /// Invalid settings, a body without free parameters, a folder with a run that is neither to be resumed nor to be replaced,
+    /// simulations of which most fail, a training that diverges, files that cannot be written, an observer that breaks.
     fn train<'b>(
         &self,
         body: &'b Body,
@@ -72,27 +78,8 @@ pub trait Train: Debug {
     where
         Self: Sized,
     {
-        train(self, body, options, observer)
+        train_with(self, body, options, observer, &[])
     }
-}
-
-/// Trains an emulator of a body and checks its error estimate.
-///
-/// Runs the simulations of the recipe, trains, and checks the error estimate on held-out simulations. A folder in the
-/// options stores all results as they are made: a killed run resumes from it, and the emulator is stored in its subfolder
-/// `emulator`. A network keeps the weights with the lowest error on the held-out simulations ([`Record::kept`]). Reasons
-/// not to trust the result are in [`Record::warnings`].
-///
-/// # Errors
-/// Invalid settings, a body without free parameters, a folder with a run that is neither to be resumed nor to be replaced,
-/// simulations of which most fail, a training that diverges, files that cannot be written, an observer that breaks.
-pub fn train<'b>(
-    recipe: &dyn Train,
-    body: &'b Body,
-    options: &TrainingOptions,
-    observer: &mut dyn Observer,
-) -> Result<Emulator<'b>> {
-    train_with(recipe, body, options, observer, &[])
 }
 
 /// Trains as [`train`] does, where a finished run may have left predictors of other `kinds` ([`Emulator::load_with`]).

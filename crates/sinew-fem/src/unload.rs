@@ -22,6 +22,7 @@ use sinew_energy::{Body, Fibres, ThetaError};
 use state::{Image, Level, Trial};
 use std::time::Instant;
 use thiserror::Error;
+use unloaded::volume_ratios;
 
 /// Residual of the linear systems of derivatives \[relative\].
 const ACCURACY: f64 = 1e-13;
@@ -160,8 +161,19 @@ impl<'p> Unload<'p> {
                 (trial, steps, loading)
             }
         };
-        let found = (trial, iterations, load_steps);
-        Ok(Unloaded::new(&self.image, found, theta, loading, start))
+        Ok(Unloaded {
+            volume_ratios: volume_ratios(self.image.system.body, &trial.rest),
+            motion: trial.motion,
+            rest: trial.rest,
+            theta: theta.to_vec(),
+            fibres: self.image.fibres,
+            residual: trial.force,
+            force_scale: trial.scale,
+            loading,
+            iterations,
+            load_steps,
+            seconds: start.elapsed().as_secs_f64(),
+        })
     }
 
     /// Another one of the same image, for another thread; it shares what is prepared, and the last factor.

@@ -4,7 +4,7 @@ use crate::estimate::evaluate::{Errors, Quantiles, TestSet, share};
 use crate::estimate::stages::Stage;
 use crate::estimate::timing::{median, median_seconds};
 use crate::parameters::check_length;
-use crate::{Calibration, Distance, Emulator, Error, Result};
+use crate::{Calibration, Emulator, Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::metrics::mean_and_largest;
@@ -220,7 +220,7 @@ impl Calibration {
         Ok((Self::of(&ratios(emulator, held_out, &fields)?), errors))
     }
 
-    pub(crate) fn of(judged: &[Judged]) -> Self {
+    fn of(judged: &[Judged]) -> Self {
         let is_within_two =
             |ratios: &&[f64; 2]| ratios.iter().all(|ratio| (0.5..=2.0).contains(ratio));
         let estimated = judged.iter().flatten().count();
@@ -236,40 +236,26 @@ impl Calibration {
 
 /// True error over its estimate, in the energy norm and in the mean nodal distance; without an estimate, whether the prediction inverts a
 /// cell.
-pub(crate) type Judged = std::result::Result<[f64; 2], bool>;
+type Judged = std::result::Result<[f64; 2], bool>;
 
 /// True errors over their estimates, case by case.
-pub(crate) fn ratios(
-    emulator: &Emulator<'_>,
-    test: &TestSet<'_>,
-    fields: &[Vec<f64>],
-) -> Result<Vec<Judged>> {
-    let judge = |(case, field): (usize, &Vec<f64>)| -> Result<Judged> {
-        let estimate = emulator.estimate_of(field, &test.thetas[case])?;
-        match estimate.distance {
-            Some(distance) => Ok(Ok(ratio(emulator, test, case, field, &distance)?)),
-            None => Ok(Err(estimate.residual.is_none())),
-        }
-    };
-    fields.par_iter().enumerate().map(judge).collect()
-}
-
-fn ratio(
-    emulator: &Emulator<'_>,
-    test: &TestSet<'_>,
-    case: usize,
-    field: &[f64],
-    distance: &Distance,
-) -> Result<[f64; 2]> {
+fn ratios(emulator: &Emulator<'_>, test: &TestSet<'_>, fields: &[Vec<f64>]) -> Result<Vec<Judged>> {
     /// Rounding errors of a solve \[relative to displacements\]: a prediction that is as exact has no error to compare.
     const ROUNDING: f64 = 1e-12;
-    let (theta, truth) = (&test.thetas[case], &test.fields[case]);
-    let difference: Vec<f64> = field.iter().zip(truth).map(|(a, b)| a - b).collect();
-    if dot(&difference, &difference).sqrt() <= ROUNDING * dot(truth, truth).sqrt() {
-        return Ok([1.0; 2]);
-    }
-    let in_energy =
-        emulator.solvers.with(|solver| solver.energy_norm(truth, theta, &difference))?;
-    let [mean, _] = mean_and_largest(&difference);
-    Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)])
+    let judge = |(case, field): (usize, &Vec<f64>)| -> Result<Judged> {
+        let (theta, truth) = (&test.thetas[case], &test.fields[case]);
+        let estimate = emulator.estimate_of(field, theta)?;
+        let Some(distance) = estimate.distance else {
+            return Ok(Err(estimate.residual.is_none()));
+        };
+        let difference: Vec<f64> = field.iter().zip(truth).map(|(a, b)| a - b).collect();
+        if dot(&difference, &difference).sqrt() <= ROUNDING * dot(truth, truth).sqrt() {
+            return Ok(Ok([1.0; 2]));
+        }
+        let in_energy =
+            emulator.solvers.with(|solver| solver.energy_norm(truth, theta, &difference))?;
+        let [mean, _] = mean_and_largest(&difference);
+        Ok(Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)]))
+    };
+    fields.par_iter().enumerate().map(judge).collect()
 }

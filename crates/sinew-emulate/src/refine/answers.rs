@@ -267,7 +267,15 @@ impl Found<'_> {
         }
         (stepping.held, stepping.seen) = (None, 0);
         if self.thetas.len() < FEW {
-            return self.single(solver, &from, theta, stepping);
+            let rest = vec![0.0; from.len()];
+            if is_far(self.body, &from, theta) {
+                return Ok(exact(solver, &rest, theta, 0));
+            }
+            let (answer, taken) = confirmed(solver, &from, theta, (stepping.accuracy, 1))?;
+            stepping.held = answer.as_ref().map(|_| theta.to_vec());
+            // A descent has lowered the energy of this body.
+            let start = if stepping.descends { &from } else { &rest };
+            return Ok(answer.map_or_else(|| exact(solver, start, theta, taken), Ok));
         }
         let options = Options { minimum_accuracy: RESIDUAL, ..Options::default() };
         let solved = match solver.solve_from(&from, theta, &options) {
@@ -284,25 +292,6 @@ impl Found<'_> {
             }
         }
         Ok(exact(solver, &solved.displacement, theta, solved.iterations()))
-    }
-
-    /// Answer to one of few sets.
-    fn single(
-        &self,
-        solver: &mut Solver<'_>,
-        from: &[f64],
-        theta: &[f64],
-        stepping: &mut Stepping,
-    ) -> Result<Result<Answer>> {
-        let rest = vec![0.0; from.len()];
-        if is_far(self.body, from, theta) {
-            return Ok(exact(solver, &rest, theta, 0));
-        }
-        let (answer, taken) = confirmed(solver, from, theta, (stepping.accuracy, 1))?;
-        stepping.held = answer.as_ref().map(|_| theta.to_vec());
-        // A descent has lowered the energy of this body.
-        let start = if stepping.descends { from } else { &rest };
-        Ok(answer.map_or_else(|| exact(solver, start, theta, taken), Ok))
     }
 
     /// Regression for many sets. It is fitted to accurate answers at some sets, refitted as their number doubles, and

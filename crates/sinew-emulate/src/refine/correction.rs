@@ -103,8 +103,8 @@ fn misgivings(predicted: &[f64], steps: &[NewtonStep]) -> Vec<Warning> {
         }
     }
     for (index, step) in steps.iter().enumerate() {
-        if step.residual_rose() {
-            let (before, after) = (step.residual_before, step.residual_after);
+        let (before, after) = (step.residual_before, step.residual_after);
+        if after > before {
             warnings.push(Warning::ResidualRose { step: index + 1, before, after });
         }
         if step.length < 1.0 {

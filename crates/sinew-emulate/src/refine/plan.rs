@@ -140,7 +140,9 @@ impl Plan {
         let each = if sets < CHAIN { counted.near } else { counted.near.min(SWEPT) };
         let mut costs = vec![Cost { method: Method::Solver, prepare: 0.0, each }];
         if !body.parameters.is_empty() {
-            let prepare = counted.expansion(body);
+            // A solve, and a state for each parameter and each pair of parameters.
+            let count = body.parameters.len() as f64;
+            let prepare = counted.centre + 1.0 + count + count * (count + 1.0);
             costs.push(Cost { method: Method::Expansion, prepare, each: ANSWER });
         }
         if let Some(emulator) = emulator {
@@ -211,13 +213,6 @@ impl<'b> Counted<'b> {
         // A solve from rest may take fewer.
         let near = if emulator.is_none() { near.min(centre) } else { near };
         Ok(Some(Self { near, centre, step_s, solver, displacement }))
-    }
-
-    /// Cost of a Taylor expansion of second order [Newton steps]: a solve, and a state for each parameter and each pair of
-    /// parameters.
-    fn expansion(&self, body: &Body) -> f64 {
-        let count = body.parameters.len() as f64;
-        self.centre + 1.0 + count + count * (count + 1.0)
     }
 }
 

@@ -194,8 +194,12 @@ impl Solver<'_> {
                 break;
             }
         }
-        let (steps, residual) = (estimate.newton_steps, self.residual_at(&from, theta));
-        Ok(Err(NotNearEquilibrium::Diverges { steps, residual }))
+        let residual = self.visit(&from, (theta, 1.0), None).map_or(f64::INFINITY, |()| {
+            let assembly = &self.system.assembly;
+            let free: Vec<f64> = self.system.sparsity.gather(&assembly.gradient).collect();
+            relative(norm(&free), assembly.force_scale)
+        });
+        Ok(Err(NotNearEquilibrium::Diverges { steps: estimate.newton_steps, residual }))
     }
 
     /// Distance of a displacement to the end of simplified steps after a whole Newton step, if each is at most a quarter of the one before,
@@ -251,17 +255,5 @@ impl Solver<'_> {
             left_open: SAFETY * open(slowest) * mean_of_last,
         };
         Some((distance, energy))
-    }
-
-    /// Unbalanced forces \[relative to loads and reactions\] at an admissible displacement.
-    fn residual_at(&mut self, displacement: &[f64], theta: &[f64]) -> f64 {
-        match self.visit(displacement, (theta, 1.0), None) {
-            Ok(()) => {
-                let assembly = &self.system.assembly;
-                let free: Vec<f64> = self.system.sparsity.gather(&assembly.gradient).collect();
-                relative(norm(&free), assembly.force_scale)
-            }
-            Err(_) => f64::INFINITY,
-        }
     }
 }

@@ -9,7 +9,7 @@ use crate::elements::supports::place;
 use crate::elements::system::{System, Unknowns};
 use crate::linear::vector::{dot, norm};
 use crate::solve::line::Line;
-use crate::solve::path::{Along, Path};
+use crate::solve::path::Path;
 use crate::solve::search::{Equilibrium, Plane, Point};
 use crate::{Options, Result, Solution, SolveError, Solver};
 use std::time::Instant;
@@ -162,7 +162,7 @@ impl<'s, 'p> Curve<'s, 'p> {
         let free = self.path.system.sparsity.unknowns();
         let scale = norm(&found.by_place[..free]);
         self.scale = if scale > 0.0 { scale } else { 1.0 };
-        self.path.along = Along::Arc(self.scale);
+        self.path.scale = Some(self.scale);
         self.path.points.clear();
         self.path.push(0.0, &found);
         self.tangent = (found.by_place.clone(), true);
@@ -255,7 +255,7 @@ impl<'s, 'p> Curve<'s, 'p> {
         let Path { system, line, .. } = &self.path;
         let worst_cells = system.assembly.worst_cells(system.body.points_per_cell);
         // Before the start was found, the point is the body at rest.
-        let place = matches!(self.path.along, Along::Arc(_)).then(|| self.path.reached().place);
+        let place = self.path.scale.map(|_| self.path.reached().place);
         let displacement = self.path.reached().unknowns.displacement.clone();
         let load_factor = place.map_or(0.0, |place| line.at(place).0);
         let failure = self.path.log.failure(load_factor, displacement, worst_cells, None);

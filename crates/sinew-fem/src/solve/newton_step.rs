@@ -38,13 +38,6 @@ pub struct NewtonStep {
     pub seconds: f64,
 }
 
-impl NewtonStep {
-    /// Whether the residual rose though the energy fell: the displacement was too far from equilibrium for one step.
-    pub fn residual_rose(&self) -> bool {
-        self.residual_after > self.residual_before
-    }
-}
-
 impl Solver<'_> {
     /// At most `count` steps of Newton's method from a displacement \[length\] near equilibrium, each from where the one before ended; fewer when
     /// one of length 0 ends them. Prescribed components are put in their places first.

@@ -3,7 +3,7 @@
 
 use crate::elements::system::Unknowns;
 use crate::linear::vector::{dot, norm};
-use crate::solve::path::{Along, Path};
+use crate::solve::path::Path;
 use crate::solve::search::{Equilibrium, Point};
 
 /// Number of equilibria on the parabola.
@@ -152,9 +152,9 @@ impl Path<'_, '_, '_> {
         self.points.iter_mut().zip(lengths).for_each(|(point, at)| point.at = at);
         let start = self.reached().place;
         let per_load = std::mem::replace(&mut self.options.iterations_per_load, ITERATIONS);
-        self.along = Along::Arc(scale);
+        self.scale = Some(scale);
         self.outlook.turn = self.turn(step, scale);
-        self.along = Along::Place;
+        self.scale = None;
         self.options.iterations_per_load = per_load;
         self.points.iter_mut().for_each(|point| point.at = point.place);
         self.reached().place > start && self.outlook.turn == LimitPoint::Unknown

@@ -41,20 +41,13 @@ const MOST_INDEFINITE: usize = 8;
 /// Such steps beyond a limit point, where the body may have snapped to other equilibria.
 const SNAPPING: usize = 12;
 
-/// Quantities that grow along a path.
-pub(crate) enum Along {
-    /// The place on the line.
-    Place,
-    /// Arc length, with this scale of displacements \[length\].
-    Arc(f64),
-}
-
 /// A path of equilibria along a line.
 pub(crate) struct Path<'s, 'p, 'w> {
     pub system: &'s mut System<'p>,
     pub line: Line,
     pub options: Options,
-    pub along: Along,
+    /// Scale of displacements \[length\] in the arc length that grows along the path; `None` where the place on the line does.
+    pub scale: Option<f64>,
     /// The last ones that were reached.
     pub points: Vec<Point>,
     /// Extrapolation to larger loads.
@@ -71,9 +64,9 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
     /// A path from the body at rest, where its line has no loads.
     pub(crate) fn from_rest(system: &'s mut System<'p>, line: Line, options: &Options) -> Self {
         let rest = Point { at: 0.0, place: 0.0, unknowns: system.rest(), stress: None };
-        let (along, outlook) = (Along::Place, Outlook::from(&rest.unknowns.displacement));
+        let (scale, outlook) = (None, Outlook::from(&rest.unknowns.displacement));
         let (options, points, log) = (*options, vec![rest], Log::default());
-        Self { system, line, options, along, points, outlook, log }
+        Self { system, line, options, scale, points, outlook, log }
     }
 
     /// Lets the stress at rest, such as active stress, grow with the loads.
@@ -195,10 +188,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
     }
 
     pub(crate) fn equilibrium(&mut self, guess: Point, accuracy: f64) -> Option<Equilibrium> {
-        let plane = match &self.along {
-            Along::Place => None,
-            Along::Arc(scale) => Some(self.plane(&guess, *scale)),
-        };
+        let plane = self.scale.map(|scale| self.plane(&guess, scale));
         self.meeting(plane.as_ref(), guess, accuracy)
     }
 
@@ -276,8 +266,8 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
         let of = |part: fn(&Point) -> &Vec<f64>| combined(&terms, part);
         let (mut displacement, pressure) =
             (of(|p| &p.unknowns.displacement), of(|p| &p.unknowns.pressure));
-        let place = match self.along {
-            Along::Place => at,
+        let place = match self.scale {
+            None => at,
             _ => terms.iter().map(|(weight, p)| weight * p.place).sum(),
         };
         let (load_factor, _) = self.line.at(place);

@@ -1,10 +1,8 @@
 //! The body at rest, and options of the search for it.
 
 use crate::elements::check::{largest, least, per_cell};
-use crate::unload::state::{Image, Trial};
 use crate::{CellValue, Options};
 use sinew_energy::{Body, Fibres};
-use std::time::Instant;
 
 /// A body at rest whose loaded state is the image.
 #[derive(Clone, Debug)]
@@ -46,29 +44,6 @@ pub struct Loading {
 }
 
 impl Unloaded {
-    pub(super) fn new(
-        image: &Image<'_>,
-        (trial, iterations, load_steps): (Trial, usize, usize),
-        theta: &[f64],
-        loading: Option<Loading>,
-        start: Instant,
-    ) -> Self {
-        let volume_ratios = volume_ratios(image.system.body, &trial.rest);
-        Self {
-            motion: trial.motion,
-            rest: trial.rest,
-            theta: theta.to_vec(),
-            fibres: image.fibres,
-            volume_ratios,
-            residual: trial.force,
-            force_scale: trial.scale,
-            loading,
-            iterations,
-            load_steps,
-            seconds: start.elapsed().as_secs_f64(),
-        }
-    }
-
     /// Displacement from the body at rest to the image, as [`crate::Solution::displacement`] \[length\].
     pub fn displacement(&self) -> Vec<f64> {
         self.motion.iter().map(|w| -w).collect()

@@ -161,7 +161,7 @@ impl Training {
     /// Trains by the recipe.
     ///
     /// # Errors
-    /// As [`sinew_emulate::train`].
+    /// As [`sinew_emulate::Train::train`].
     #[cfg(feature = "networks")]
     pub fn train<'b>(
         &self,
@@ -183,7 +183,7 @@ impl Training {
     /// Trains by the recipe; `auto` is regression in a build without networks.
     ///
     /// # Errors
-    /// As [`sinew_emulate::train`], and recipes of networks.
+    /// As [`sinew_emulate::Train::train`], and recipes of networks.
     #[cfg(not(feature = "networks"))]
     pub fn train<'b>(
         &self,
