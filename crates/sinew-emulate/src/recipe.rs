@@ -82,10 +82,10 @@ pub trait Train: Debug {
     }
 }
 
-/// Trains as [`train`] does, where a finished run may have left predictors of other `kinds` ([`Emulator::load_with`]).
+/// Trains as [`Train::train`] does, where a finished run may have left predictors of other `kinds` ([`Emulator::load_with`]).
 ///
 /// # Errors
-/// As [`train`].
+/// As [`Train::train`].
 pub fn train_with<'b>(
     recipe: &dyn Train,
     body: &'b Body,
