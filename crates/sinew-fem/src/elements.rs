@@ -13,3 +13,23 @@ pub(crate) mod shares;
 pub(crate) mod state;
 pub(crate) mod supports;
 pub(crate) mod system;
+
+pub(crate) use assembly::{Assembly, add_product, tangent_times};
+pub(crate) use cell::{
+    NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, is_short, product, turn,
+    turn_square, volume_ratios_along,
+};
+pub(crate) use check::{
+    MOST_WORST, check_displacement, check_fields, check_length, check_potential, check_pressure,
+    check_state, inadmissible, largest, least, per_cell,
+};
+pub(crate) use followers::Followers;
+pub(crate) use moduli::bulk_to_shear;
+pub(crate) use patch::PatchResponse;
+pub(crate) use predicted::is_nearly_incompressible;
+pub(crate) use pressure_field::Coupling;
+pub(crate) use replaced::{PredictedStress, make_convex, replace_stress, third};
+pub(crate) use shares::{Point, Task, at_points};
+pub(crate) use state::{State, load_gradient};
+pub(crate) use supports::{held_part, is_moved_rim, place};
+pub(crate) use system::{Residual, System, Unknowns};

@@ -9,3 +9,12 @@ pub(crate) mod ordering;
 pub(crate) mod sparsity;
 pub(crate) mod systems;
 pub(crate) mod vector;
+
+pub(crate) use aggregation::{Aggregation, MOST_ITERATIONS};
+pub(crate) use conjugate_gradients::{End, conjugate_gradients};
+pub(crate) use factor::{Factor, MOST_SHIFTS, shift_of};
+pub(crate) use gmres::{LinearOutcome, gmres};
+pub(crate) use method::{MOST_COUNTED, MOST_SINGLE, Method};
+pub(crate) use ordering::fill_reducing_order;
+pub(crate) use sparsity::{Sparsity, patch_nodes_of};
+pub(crate) use vector::{Norm, add, difference, dot, norm, relative};

@@ -20,3 +20,12 @@ pub(crate) mod solution;
 pub(crate) mod solver;
 pub(crate) mod sweep;
 pub(crate) mod trace;
+
+pub(crate) use history::{Log, Progress, Watch};
+pub(crate) use line::Line;
+pub(crate) use line_search::{SUFFICIENT, flattens, minds_turned_cells};
+pub(crate) use outlook::Outlook;
+pub(crate) use path::{FIRST_GRADIENT, Path};
+pub(crate) use predictor::far_turn;
+pub(crate) use refine::{Potential, energy_at_rest};
+pub(crate) use search::{Equilibrium, Goal, Plane, Point, Search, Watchdog};

@@ -12,10 +12,7 @@ mod verdict;
 pub use unloaded::{Loading, UnloadOptions, Unloaded};
 pub use verdict::ThinWall;
 
-use crate::elements::check::{check_length, check_state};
-use crate::elements::state::State;
-use crate::elements::supports::is_moved_rim;
-use crate::elements::system::System;
+use crate::elements::{State, System, check_length, check_state, is_moved_rim};
 use crate::{CellValue, Result, SolveError};
 use lu::Lu;
 use sinew_energy::{Body, Fibres, ThetaError};

@@ -5,8 +5,8 @@
 //! nearby and the steps converge to it (Newton–Kantorovich theorem; P. Deuflhard, Newton Methods for Nonlinear
 //! Problems, 2011, chapter 2).
 
-use crate::linear::vector::{difference, dot, norm, relative};
-use crate::solve::refine::energy_at_rest;
+use crate::linear::{difference, dot, norm, relative};
+use crate::solve::energy_at_rest;
 use crate::{NewtonStep, Result, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;

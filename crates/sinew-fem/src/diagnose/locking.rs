@@ -6,10 +6,8 @@
 mod enriched;
 mod estimate;
 
-use crate::elements::check::check_state;
-use crate::elements::moduli::bulk_to_shear;
-use crate::elements::system::System;
-use crate::linear::vector::difference;
+use crate::elements::{System, bulk_to_shear, check_state};
+use crate::linear::difference;
 use crate::{Options, Result, SolveError, Solver};
 use sinew_energy::Body;
 use sinew_energy::metrics::mean_and_largest;

@@ -1,9 +1,7 @@
 //! Stress and strain of the cells of a body, and forces on its supports.
 
 use crate::Result;
-use crate::elements::check::{check_fields, inadmissible};
-use crate::elements::followers::Followers;
-use crate::elements::supports::held_part;
+use crate::elements::{Followers, check_fields, held_part, inadmissible};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use sinew_energy::{Body, Mat3, PressureForm, PressureSurface};
 use std::slice::from_ref;

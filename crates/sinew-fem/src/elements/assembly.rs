@@ -1,14 +1,10 @@
 //! Energy, nodal forces and stiffness of a body.
 
-use crate::elements::cell::Rounding;
-use crate::elements::check::{MOST_WORST, least, per_cell};
-use crate::elements::patch::PatchResponse;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::shares::{Point, Task};
-use crate::elements::state::State;
+use crate::elements::{
+    MOST_WORST, PatchResponse, Point, PredictedStress, Rounding, State, Task, least, per_cell,
+};
 use crate::error::CellValue;
-use crate::linear::sparsity::Sparsity;
-use crate::linear::vector::Norm;
+use crate::linear::{Norm, Sparsity};
 use sinew_energy::{Body, Response, SurfaceResponse};
 use sinew_num::{Mat3, sum};
 

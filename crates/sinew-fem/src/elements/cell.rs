@@ -1,6 +1,6 @@
 //! Kernels of one cell.
 
-use crate::linear::vector::Norm;
+use crate::linear::Norm;
 use sinew_energy::{Frames, Response};
 use sinew_num::Mat3;
 

@@ -1,7 +1,7 @@
 //! A patch of quadrature points with one volume ratio: its derivatives.
 
-use crate::elements::cell::{NodalBlocks, add_stiffness, complete, inverse};
-use crate::linear::sparsity::patch_nodes_of;
+use crate::elements::{NodalBlocks, add_stiffness, complete, inverse};
+use crate::linear::patch_nodes_of;
 use sinew_energy::{Body, Response};
 use sinew_num::Mat3;
 

@@ -4,11 +4,9 @@
 //! stiffness is therefore built from the predicted stress (the mixed-integration-point method of D. Magisano, L. Leonetti, G. Garcea, Int. J.
 //! Numer. Meth. Engng 109, 2017). Both agree at the solution, so that convergence stays quadratic.
 
-use crate::elements::assembly::{Assembly, tangent_times};
-use crate::elements::cell::{inverse, product};
-use crate::elements::moduli::bulk_to_shear;
-use crate::elements::replaced::{PredictedStress, third};
-use crate::elements::shares::at_points;
+use crate::elements::{
+    Assembly, PredictedStress, at_points, bulk_to_shear, inverse, product, tangent_times, third,
+};
 use sinew_energy::Body;
 use sinew_num::Mat3;
 

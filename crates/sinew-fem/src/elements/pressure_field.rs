@@ -1,7 +1,7 @@
 //! Coupling of displacements and the pressure field of mixed elements.
 
-use crate::elements::assembly::Assembly;
-use crate::linear::factor::Factor;
+use crate::elements::Assembly;
+use crate::linear::Factor;
 use faer::sparse::Triplet;
 use sinew_energy::{Body, PressureField};
 use sinew_num::Mat3;

@@ -1,6 +1,6 @@
 //! Tangents with a predicted in place of the present stress, and convex ones.
 
-use crate::elements::cell::{inverse, product};
+use crate::elements::{inverse, product};
 use nalgebra::SMatrix;
 use sinew_num::Mat3;
 

@@ -1,7 +1,6 @@
 //! Supports along the coordinate axes or the axes of a node's own frame.
 
-use crate::elements::assembly::Assembly;
-use crate::elements::cell::turn;
+use crate::elements::{Assembly, turn};
 use sinew_energy::{Body, BodyArrays, Frames};
 use sinew_num::dot3;
 

@@ -1,17 +1,8 @@
 //! The discrete system of Newton's method: the balance of forces of a body and its derivatives at the assembled state.
 
 use crate::diagnose::rigid::check_supports;
-use crate::elements::assembly::Assembly;
-use crate::elements::followers::Followers;
-use crate::elements::pressure_field::Coupling;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::state::State;
-use crate::elements::supports::place;
-use crate::linear::aggregation::Aggregation;
-use crate::linear::factor::Factor;
-use crate::linear::method::Method;
-use crate::linear::sparsity::Sparsity;
-use crate::linear::vector::norm;
+use crate::elements::{Assembly, Coupling, Followers, PredictedStress, State, place};
+use crate::linear::{Aggregation, Factor, Method, Sparsity, norm};
 use crate::{Result, SolveError};
 use sinew_energy::{Body, PressureSurface};
 use sinew_num::Mat3;

@@ -1,7 +1,7 @@
 //! Potentials on a tetrahedral mesh: `−∇·(k ∇φ) = source` with prescribed values at some nodes.
 
 use super::{FibreError, Result};
-use crate::linear::conjugate_gradients::{End, conjugate_gradients};
+use crate::linear::{End, conjugate_gradients};
 use nalgebra::{Matrix3, Vector3};
 use sinew_mesh::TetMesh;
 

@@ -5,9 +5,7 @@ mod groups;
 mod multigrid;
 mod pattern;
 
-use crate::linear::conjugate_gradients::{End, conjugate_gradients};
-use crate::linear::factor::shift_of;
-use crate::linear::sparsity::Sparsity;
+use crate::linear::{End, Sparsity, conjugate_gradients, shift_of};
 use blocks::BlockMatrix;
 use multigrid::Multigrid;
 use pattern::Pattern;

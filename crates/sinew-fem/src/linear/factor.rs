@@ -1,6 +1,6 @@
 //! Cholesky factors of the stiffness matrix, with one symbolic analysis for all: faer's supernodal ones in an order of our own.
 
-use crate::linear::sparsity::Sparsity;
+use crate::linear::Sparsity;
 use crate::{Result, SolveError};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;

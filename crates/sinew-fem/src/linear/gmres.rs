@@ -1,6 +1,6 @@
 //! Restarted GMRES for systems whose matrix is not symmetric positive definite.
 
-use crate::linear::vector::{add, difference, dot, norm, relative};
+use crate::linear::{add, difference, dot, norm, relative};
 
 /// Directions that are kept before a restart, each with its image.
 const RESTART: usize = 80;

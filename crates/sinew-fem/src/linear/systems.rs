@@ -1,13 +1,10 @@
 //! The linear systems of Newton's method: by back-substitution or conjugate gradients for a body with a potential, else by GMRES
 //! preconditioned by the factor.
 
-use crate::elements::state::load_gradient;
-use crate::elements::system::System;
-use crate::linear::aggregation::MOST_ITERATIONS;
-use crate::linear::conjugate_gradients::End;
-use crate::linear::factor::MOST_SHIFTS;
-use crate::linear::gmres::{LinearOutcome, gmres};
-use crate::linear::method::{MOST_COUNTED, MOST_SINGLE, Method};
+use crate::elements::{System, load_gradient};
+use crate::linear::{
+    End, LinearOutcome, MOST_COUNTED, MOST_ITERATIONS, MOST_SHIFTS, MOST_SINGLE, Method, gmres,
+};
 use crate::{Result, SolveError};
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and a step

@@ -5,12 +5,9 @@
 //! predictor extrapolates the last equilibria, or follows the tangent where the two disagree. The corrector searches on
 //! the plane through the predictor, normal to the step.
 
-use crate::elements::supports::place;
-use crate::elements::system::{System, Unknowns};
-use crate::linear::vector::{dot, norm};
-use crate::solve::line::Line;
-use crate::solve::path::Path;
-use crate::solve::search::{Equilibrium, Plane, Point};
+use crate::elements::{System, Unknowns, place};
+use crate::linear::{dot, norm};
+use crate::solve::{Equilibrium, Line, Path, Plane, Point};
 use crate::{Options, Result, Solution, SolveError, Solver};
 use std::time::Instant;
 

@@ -1,8 +1,8 @@
 //! The factorised stiffness of one solved state, kept for steps at other parameters and on other bodies.
 
-use crate::elements::system::System;
-use crate::linear::vector::{add, dot, norm};
-use crate::solve::refine::Potential;
+use crate::elements::System;
+use crate::linear::{add, dot, norm};
+use crate::solve::Potential;
 use crate::{Options, Refined, Result, SolveError, Solver, Stop};
 use sinew_energy::{Body, Frames};
 use sinew_num::Mat3;

@@ -1,6 +1,6 @@
 //! Lines in loads and parameters that equilibria are followed along.
 
-use crate::elements::system::System;
+use crate::elements::System;
 use crate::{Result, SolveError};
 
 /// A line in loads and parameters: at place s fraction and θ are `(1 − s) · start + s · end`, beyond 1 as well.

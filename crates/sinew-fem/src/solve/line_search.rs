@@ -1,12 +1,8 @@
 //! Line search of Newton's method.
 
-use crate::elements::cell::{is_short, volume_ratios_along};
-use crate::elements::replaced::PredictedStress;
-use crate::elements::shares::at_points;
-use crate::elements::state::State;
-use crate::elements::system::System;
-use crate::linear::vector::difference;
-use crate::solve::search::{Search, Watchdog};
+use crate::elements::{PredictedStress, State, System, at_points, is_short, volume_ratios_along};
+use crate::linear::difference;
+use crate::solve::{Search, Watchdog};
 use sinew_energy::Body;
 use sinew_num::Mat3;
 

@@ -1,9 +1,8 @@
 //! Solving under the whole load: at once if possible, else by load increments, unless the load is beyond a limit point.
 //! Nearly incompressible bodies are also reached through ones with a smaller bulk modulus.
 
-use crate::elements::system::Unknowns;
-use crate::solve::path::{FIRST_GRADIENT, Path};
-use crate::solve::search::{Equilibrium, Goal, Point};
+use crate::elements::Unknowns;
+use crate::solve::{Equilibrium, FIRST_GRADIENT, Goal, Path, Point};
 use crate::{Advice, LoadSteps, Options, Result};
 use sinew_energy::Body;
 use std::ops::Range;

@@ -12,18 +12,11 @@
 //! Where there is a potential, a shift makes the stiffness positive definite, in large bodies after its cells are made convex, so that steps descend. Without one, steps
 //! use the unsymmetric or indefinite stiffness itself; only the volume of the cells limits their length.
 
-use crate::elements::moduli::bulk_to_shear;
-use crate::elements::predicted::is_nearly_incompressible;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::state::State;
-use crate::elements::supports::place;
-use crate::elements::system::{Residual, System};
-use crate::linear::factor::MOST_SHIFTS;
-use crate::linear::method::{MOST_COUNTED, MOST_SINGLE};
-use crate::linear::vector::dot;
-use crate::solve::history::Log;
-use crate::solve::line::Line;
-use crate::solve::search::{Equilibrium, Goal, Plane, Point, Search};
+use crate::elements::{
+    PredictedStress, Residual, State, System, bulk_to_shear, is_nearly_incompressible, place,
+};
+use crate::linear::{MOST_COUNTED, MOST_SHIFTS, MOST_SINGLE, dot};
+use crate::solve::{Equilibrium, Goal, Line, Log, Plane, Point, Search};
 use crate::{Iteration, Method, Options};
 
 /// Residual \[relative to forces and volume\] that is accepted once it stops falling: with a potential, and without,

@@ -1,10 +1,8 @@
 //! Single steps of Newton's method from a predicted displacement: its distance to equilibrium and its correction.
 
-use crate::elements::check::inadmissible;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::supports::place;
-use crate::linear::vector::dot;
-use crate::solve::line_search::SUFFICIENT;
+use crate::elements::{PredictedStress, inadmissible, place};
+use crate::linear::dot;
+use crate::solve::SUFFICIENT;
 use crate::{Result, SolveError, Solver};
 use std::time::Instant;
 

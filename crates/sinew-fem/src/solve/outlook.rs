@@ -1,10 +1,9 @@
 //! Limit point foreseen from the curve of equilibria: evidence that larger loads have none. Arc-length steps near it show
 //! whether the load falls beyond it.
 
-use crate::elements::system::Unknowns;
-use crate::linear::vector::{dot, norm};
-use crate::solve::path::Path;
-use crate::solve::search::{Equilibrium, Point};
+use crate::elements::Unknowns;
+use crate::linear::{dot, norm};
+use crate::solve::{Equilibrium, Path, Point};
 
 /// Number of equilibria on the parabola.
 const POINTS: usize = 3;

@@ -1,15 +1,8 @@
 //! Continuation of an equilibrium along a line in loads and parameters, by load or arc length.
 
-use crate::elements::replaced::PredictedStress;
-use crate::elements::supports::place as place_supports;
-use crate::elements::system::{System, Unknowns};
-use crate::linear::method::MOST_SINGLE;
-use crate::linear::vector::dot;
-use crate::solve::history::Log;
-use crate::solve::line::Line;
-use crate::solve::outlook::Outlook;
-use crate::solve::predictor::far_turn;
-use crate::solve::search::{Equilibrium, Goal, Plane, Point};
+use crate::elements::{PredictedStress, System, Unknowns, place as place_supports};
+use crate::linear::{MOST_SINGLE, dot};
+use crate::solve::{Equilibrium, Goal, Line, Log, Outlook, Plane, Point, far_turn};
 use crate::{Advice, Options, SolveError};
 use sinew_num::Mat3;
 

@@ -9,9 +9,8 @@
 //! Supports that turn far defeat it: load increments lead them along straight lines.
 
 use crate::Method;
-use crate::elements::supports::place;
-use crate::elements::system::System;
-use crate::linear::factor::MOST_SHIFTS;
+use crate::elements::{System, place};
+use crate::linear::MOST_SHIFTS;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sinew_energy::Body;
 use sinew_num::Mat3;

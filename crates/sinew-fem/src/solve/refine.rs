@@ -4,12 +4,9 @@
 //! factorised once at a nearby state, scaled by the last step. A step costs a gradient and two
 //! back-substitutions, a tenth or less of a Newton step.
 
-use crate::elements::check::{check_potential, inadmissible};
-use crate::elements::state::load_gradient;
-use crate::elements::supports::place;
-use crate::elements::system::System;
-use crate::linear::vector::{add, difference, dot, norm, relative};
-use crate::solve::line_search::{SUFFICIENT, flattens, minds_turned_cells};
+use crate::elements::{System, check_potential, inadmissible, load_gradient, place};
+use crate::linear::{add, difference, dot, norm, relative};
+use crate::solve::{SUFFICIENT, flattens, minds_turned_cells};
 use crate::{Result, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::{Body, Frames};

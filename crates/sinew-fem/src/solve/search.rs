@@ -1,10 +1,8 @@
 //! The state of a search for an equilibrium, and the constraint of one whose place on its line is unknown.
 
-use crate::elements::replaced::PredictedStress;
-use crate::elements::state::State;
-use crate::elements::system::{Residual, System, Unknowns};
-use crate::linear::vector::dot;
-use crate::solve::line::Line;
+use crate::elements::{PredictedStress, Residual, State, System, Unknowns};
+use crate::linear::dot;
+use crate::solve::Line;
 
 /// Goal of a search: an equilibrium at one place of a line in loads and parameters, or wherever on it something else is met.
 #[derive(Clone, Copy)]

@@ -1,10 +1,7 @@
 //! Stiffness at an equilibrium, and sensitivities to θ.
 
-use crate::elements::check::check_displacement;
-use crate::elements::followers::Followers;
-use crate::elements::state::State;
-use crate::elements::system::{System, Unknowns};
-use crate::linear::vector::dot;
+use crate::elements::{Followers, State, System, Unknowns, check_displacement};
+use crate::linear::dot;
 use crate::{Result, Solution, SolveError, Solver};
 use sinew_energy::{Magnitude, PressureSurface};
 use sinew_num::Mat3;

@@ -1,8 +1,8 @@
 //! Result of a solve.
 
 use crate::History;
-use crate::elements::system::System;
-use crate::solve::search::Equilibrium;
+use crate::elements::System;
+use crate::solve::Equilibrium;
 use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;
 

@@ -1,13 +1,11 @@
 //! The solver: what is prepared once per body.
 
-use crate::elements::check::{check_potential, check_pressure, check_state};
-use crate::elements::predicted::is_nearly_incompressible;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::state::State;
-use crate::elements::system::{System, Unknowns};
-use crate::linear::vector::{difference, norm};
-use crate::solve::history::{Log, Progress, Watch};
-use crate::solve::path::Path;
+use crate::elements::{
+    PredictedStress, State, System, Unknowns, check_potential, check_pressure, check_state,
+    is_nearly_incompressible,
+};
+use crate::linear::{difference, norm};
+use crate::solve::{Log, Path, Progress, Watch};
 use crate::{LoadSteps, Options, Result, Solution, SolveError};
 use sinew_energy::Body;
 use std::time::Instant;

@@ -2,9 +2,7 @@
 
 use super::state::{Level, Trial};
 use super::{Image, Unload, check_directions};
-use crate::elements::check::{check_displacement, check_state};
-use crate::elements::state::State;
-use crate::elements::system::Unknowns;
+use crate::elements::{State, Unknowns, check_displacement, check_state};
 use crate::unload::UnloadError;
 use crate::{Options, Result, Solution, SolveError, Solver};
 use sinew_energy::Body;

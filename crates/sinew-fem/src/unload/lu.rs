@@ -3,9 +3,8 @@
 //! Columns of one structure are eliminated together, with partial pivoting among their rows (Duff, Erisman & Reid, *Direct Methods for Sparse
 //! Matrices*, 10.5). Order and structure are those of the stiffness' Cholesky factor.
 
-use crate::elements::cell::turn_square;
-use crate::linear::factor::Factor;
-use crate::linear::sparsity::Sparsity;
+use crate::elements::turn_square;
+use crate::linear::{Factor, Sparsity};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::linalg::matmul::matmul;

@@ -5,9 +5,8 @@ use super::state::{Level, Trial};
 use super::unloaded::volume_ratios;
 use super::{Image, Unload};
 use crate::CellValue;
-use crate::elements::supports::place;
-use crate::linear::gmres::gmres;
-use crate::linear::vector::{difference, norm};
+use crate::elements::place;
+use crate::linear::{difference, gmres, norm};
 use crate::unload::UnloadError;
 use crate::unload::unloaded::UnloadOptions;
 

@@ -1,6 +1,6 @@
 //! Kirchhoff stress at a quadrature point, and how it changes with the body at rest while the image is held.
 
-use crate::elements::cell::product;
+use crate::elements::product;
 use sinew_energy::Body;
 use sinew_num::{Mat3, cross};
 

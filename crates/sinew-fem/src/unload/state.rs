@@ -1,9 +1,7 @@
 //! The image, a trial body at rest, and the balance of both.
 
-use crate::elements::followers::Followers;
-use crate::elements::state::load_gradient;
-use crate::elements::system::System;
-use crate::linear::vector::{Norm, norm};
+use crate::elements::{Followers, System, load_gradient};
+use crate::linear::{Norm, norm};
 use sinew_energy::{Body, Fibres};
 use sinew_num::Mat3;
 

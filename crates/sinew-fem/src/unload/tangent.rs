@@ -3,7 +3,7 @@
 use super::lu::Entries;
 use super::point::PointRate;
 use super::state::{Level, Trial};
-use crate::linear::sparsity::Sparsity;
+use crate::linear::Sparsity;
 use crate::unload::state::Image;
 use rayon::prelude::*;
 use sinew_energy::{PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};

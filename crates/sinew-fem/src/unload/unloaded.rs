@@ -1,6 +1,6 @@
 //! The body at rest, and options of the search for it.
 
-use crate::elements::check::{largest, least, per_cell};
+use crate::elements::{largest, least, per_cell};
 use crate::{CellValue, Options};
 use sinew_energy::{Body, Fibres};
 

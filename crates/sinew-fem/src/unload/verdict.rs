@@ -1,10 +1,8 @@
 //! Checks of a body at rest after the search: by a state halfway on the curve of its equilibria, or by loading it.
 
-use crate::elements::state::State;
-use crate::elements::system::{Residual, System, Unknowns};
-use crate::linear::vector::{dot, norm};
-use crate::solve::path::Path;
-use crate::solve::search::{Plane, Point};
+use crate::elements::{Residual, State, System, Unknowns};
+use crate::linear::{dot, norm};
+use crate::solve::{Path, Plane, Point};
 use crate::unload::UnloadError;
 use crate::unload::state::{Image, Trial};
 use crate::unload::unloaded::{Loading, UnloadOptions};

@@ -2,12 +2,8 @@
 
 use super::enriched::{Enriched, Modes};
 use crate::diagnose::stress::law_gradients;
-use crate::elements::cell::inverse;
-use crate::elements::replaced::PredictedStress;
-use crate::elements::state::State;
-use crate::elements::supports::place;
-use crate::elements::system::{System, Unknowns};
-use crate::linear::vector::{add, dot};
+use crate::elements::{PredictedStress, State, System, Unknowns, inverse, place};
+use crate::linear::{add, dot};
 use crate::{Result, SolveError};
 use sinew_energy::{Body, Response, with_nodes};
 use sinew_num::Mat3;

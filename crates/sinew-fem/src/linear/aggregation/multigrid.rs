@@ -2,7 +2,7 @@
 
 use super::blocks::{Block, BlockMatrix, ROWS, add_product, definite_inverse, single, times};
 use super::groups::{MODES, groups, tentative};
-use crate::linear::factor::Factor;
+use crate::linear::Factor;
 use faer::sparse::Triplet;
 use rayon::prelude::*;
 

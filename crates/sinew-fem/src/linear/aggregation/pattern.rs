@@ -2,7 +2,7 @@
 
 use super::blocks::{Block, BlockMatrix};
 use super::groups::MODES;
-use crate::linear::sparsity::Sparsity;
+use crate::linear::Sparsity;
 use rayon::prelude::*;
 
 /// No slot.
