@@ -24,9 +24,8 @@ pub(crate) use check::{
     check_state, inadmissible, largest, least, per_cell,
 };
 pub(crate) use followers::Followers;
-pub(crate) use moduli::bulk_to_shear;
+pub(crate) use moduli::{bulk_to_shear, is_nearly_incompressible};
 pub(crate) use patch::PatchResponse;
-pub(crate) use predicted::is_nearly_incompressible;
 pub(crate) use pressure_field::Coupling;
 pub(crate) use replaced::{PredictedStress, make_convex, replace_stress, third};
 pub(crate) use shares::{Point, Task, at_points};

@@ -5,19 +5,10 @@
 //! Numer. Meth. Engng 109, 2017). Both agree at the solution, so that convergence stays quadratic.
 
 use crate::elements::{
-    Assembly, PredictedStress, at_points, bulk_to_shear, inverse, product, tangent_times, third,
+    Assembly, PredictedStress, at_points, inverse, product, tangent_times, third,
 };
 use sinew_energy::Body;
 use sinew_num::Mat3;
-
-/// Least K/μ at rest of a nearly incompressible body. Measured from rest: bodies above 90 take 0.1 to 0.9 of the iterations, those below 40 up to
-/// a third more.
-const NEARLY_INCOMPRESSIBLE: f64 = 60.0;
-
-/// Whether K/μ at rest is so large that the bulk modulus acts as a constraint on J.
-pub(crate) fn is_nearly_incompressible(body: &Body, theta: &[f64]) -> bool {
-    bulk_to_shear(body, theta).is_some_and(|ratio| ratio > NEARLY_INCOMPRESSIBLE)
-}
 
 impl Assembly {
     /// The second Piola–Kirchhoff stress at each point.

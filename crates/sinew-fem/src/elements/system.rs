@@ -172,17 +172,15 @@ impl<'p> System<'p> {
         self.assemble(&rest, theta, 1.0, None);
         let forces: Vec<f64> = self.sparsity.gather(&self.assembly.gradient).collect();
         let mut right = self.assemble(&rest, theta, 0.0, None).values;
-        let free = self.sparsity.unknowns();
-        right.splice(..free, forces);
-        let state =
-            State { displacement: &rest.displacement, theta, load_factor: 0.0, pressure: &[] };
+        right.splice(..self.sparsity.unknowns(), forces);
+        let state = State { load_factor: 0.0, ..State::whole(&rest.displacement, theta) };
         let moved = self.response_to_supports(state, &motion);
         right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
         let definite = self.body.has_potential();
         let (shift, _) = self.factorise(definite).ok_or(SolveError::Singular)?;
         let shift = if definite { 0.0 } else { shift };
-        let (change, _) = self.solve(right.iter().map(|r| -r).collect(), shift)?;
-        self.sparsity.scatter(change[..free].iter().copied(), &mut motion);
+        let (change, _) = self.solve(&right, shift)?;
+        self.sparsity.scatter(change, &mut motion);
         Ok(motion)
     }
 

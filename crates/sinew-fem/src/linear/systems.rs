@@ -117,11 +117,8 @@ impl System<'_> {
 
     /// Solves for a change of the unknowns (free displacements, then pressures) by the whole derivative of the balance;
     /// `shift` is that of the factor. Also returns the outcome of the iteration; Newton steps may be inexact.
-    pub(crate) fn solve(
-        &self,
-        mut right: Vec<f64>,
-        shift: f64,
-    ) -> Result<(Vec<f64>, LinearOutcome)> {
+    pub(crate) fn solve(&self, forces: &[f64], shift: f64) -> Result<(Vec<f64>, LinearOutcome)> {
+        let mut right: Vec<f64> = forces.iter().map(|f| -f).collect();
         if self.iterates {
             let (change, iterations, end) = self.iterate_again(&right, TOLERANCE);
             let solved = end == End::Converged;

@@ -199,12 +199,12 @@ impl System<'_> {
             None => {
                 let (shift, _) = self.factorise(self.body.has_potential())?;
                 let shifted = if self.body.has_potential() { 0.0 } else { shift };
-                let (change, outcome) = self.solve(right, shifted).ok()?;
+                let (change, outcome) = self.solve(&residual.values, shifted).ok()?;
                 search.linear_iterations += outcome.iterations;
                 (change, shift)
             }
         };
-        self.sparsity.scatter(change[..free].iter().copied(), &mut motion);
+        self.sparsity.scatter(change.iter().copied(), &mut motion);
         let flat_between = self.passes_flat(&search.theta, &motion, 1.0);
         search.predicted = self.predict_stress(&motion);
         search.at.displacement.iter_mut().zip(&motion).for_each(|(u, m)| *u += m);
@@ -338,15 +338,14 @@ impl System<'_> {
         let (shift, negative) = self.factorise(false)?;
         search.negative_pivots = Some(negative);
         record.shift = shift;
-        let (mut change, outcome) =
-            self.solve(residual.values.iter().map(|r| -r).collect(), shift).ok()?;
+        let (mut change, outcome) = self.solve(&residual.values, shift).ok()?;
         search.linear_iterations += outcome.iterations;
         let mut motion = vec![0.0; search.at.displacement.len()];
         let mut onward = 0.0;
         let plane = search.goal.plane.zip(gap);
         if let Some((Plane { normal: (slope, rate_of_plane), .. }, gap)) = plane {
             let (rate, supports) = self.rate_along(search);
-            let (by_place, outcome) = self.solve(rate.iter().map(|r| -r).collect(), shift).ok()?;
+            let (by_place, outcome) = self.solve(&rate, shift).ok()?;
             search.linear_iterations += outcome.iterations;
             onward = (gap - dot(slope, &change)) / (dot(slope, &by_place) + rate_of_plane);
             if !onward.is_finite() {

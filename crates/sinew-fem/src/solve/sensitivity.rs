@@ -44,8 +44,8 @@ impl Solver<'_> {
         check_displacement(self.body(), slope)?;
         self.check(displacement, theta)?;
         let shift = self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
-        let right = self.system.sparsity.gather(slope).map(|s| -s).collect();
-        let (adjoint, _) = self.system.solve(right, shift)?;
+        let slope: Vec<f64> = self.system.sparsity.gather(slope).collect();
+        let (adjoint, _) = self.system.solve(&slope, shift)?;
         let state = State { displacement, theta, load_factor: *load_factor, pressure: &[] };
         let entry =
             |index: usize| dot(&self.system.rate_by_theta(state, &unit(theta, index)), &adjoint);
@@ -68,15 +68,14 @@ impl System<'_> {
 
     /// Change of the displacement that balances a rate of the unbalanced forces, by the stiffness factorised last.
     pub(crate) fn slope(&self, rate: Vec<f64>, shift: f64) -> Result<Vec<f64>> {
-        let (change, outcome) = self.solve(rate.iter().map(|r| -r).collect(), shift)?;
+        let (change, outcome) = self.solve(&rate, shift)?;
         // Written so that a NaN is an error as well.
         let solved = outcome.relative_residual <= MOST_LEFT;
         if !solved {
             return Err(SolveError::Singular);
         }
         let mut slope = vec![0.0; self.body.prescribed.len()];
-        let free = self.sparsity.unknowns();
-        self.sparsity.scatter(change[..free].iter().copied(), &mut slope);
+        self.sparsity.scatter(change, &mut slope);
         self.finite(slope)
     }
 

@@ -136,9 +136,8 @@ pub(super) fn connected(
     path.release_stresses();
     let state = State::whole(&trial.displacement, theta);
     let rate = path.system.rate_on(&path.line, state);
-    let solve = |right: Vec<f64>| path.system.solve(right.iter().map(|r| -r).collect(), shift);
-    let (correction, _) = solve(residual.values).ok()?;
-    let (by_load, _) = solve(rate).ok()?;
+    let (correction, _) = path.system.solve(&residual.values, shift).ok()?;
+    let (by_load, _) = path.system.solve(&rate, shift).ok()?;
     let (along, end) = tangent(&by_load);
     let mut displacement = vec![0.0; trial.displacement.len()];
     let parabola = image.iter().zip(&along).map(|(u, along)| 0.75 * u - 0.25 * along);
