@@ -82,8 +82,9 @@ mod warning;
 
 pub use emulator::{Emulator, Load, Prediction};
 pub use error::{Error, RegressionError, Result};
-pub use estimate::evaluate::Quantiles;
-pub use estimate::evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
+pub use estimate::evaluate::{
+    CaseErrors, Errors, METRICS, Metric, Quantiles, TestSet, median_and_worst,
+};
 pub use estimate::evaluation::{Corrected, Evaluation, Times};
 pub use estimate::stages::Stage;
 pub use estimate::{Distance, Estimate};
@@ -95,10 +96,9 @@ pub use recipe::options::{Budget, TrainingOptions};
 pub use recipe::progress::{Counter, Observer, Progress};
 #[cfg(feature = "terminal")]
 pub use recipe::terminal::Terminal;
-pub use refine::Answer;
 pub use refine::answers::Answers;
-pub use refine::correction::Correction;
 pub use refine::plan::{Cost, Method, Plan};
+pub use refine::{Answer, Correction};
 pub use runs::{Emulated, LeftOut, Output, Predicted, RunsEmulator};
 pub use sample::campaign::{Shard, ShardState, merge, simulate_shard};
 pub use sample::simulate::{

@@ -1,15 +1,13 @@
-//! Recipes: how a body becomes an emulator. One file each.
+//! Recipes: how a body becomes an emulator.
 
 pub(crate) mod options;
+mod plain;
 pub(crate) mod progress;
-mod regression;
 pub(crate) mod session;
-mod taylor;
 #[cfg(feature = "terminal")]
 pub(crate) mod terminal;
 
-pub use regression::Regression;
-pub use taylor::Taylor;
+pub use plain::{Regression, Taylor};
 
 use crate::estimate::evaluate::TestSet;
 use crate::predict::Predictor;

@@ -1,9 +1,8 @@
 //! Sparse matrices, orders, factors and iterations of the linear systems.
 
 pub(crate) mod aggregation;
-pub(crate) mod conjugate_gradients;
 pub(crate) mod factor;
-pub(crate) mod gmres;
+pub(crate) mod krylov;
 pub(crate) mod method;
 pub(crate) mod ordering;
 pub(crate) mod sparsity;
@@ -11,9 +10,8 @@ pub(crate) mod systems;
 pub(crate) mod vector;
 
 pub(crate) use aggregation::{Aggregation, MOST_ITERATIONS};
-pub(crate) use conjugate_gradients::{End, conjugate_gradients};
 pub(crate) use factor::{Factor, MOST_SHIFTS, shift_of};
-pub(crate) use gmres::{LinearOutcome, gmres};
+pub(crate) use krylov::{End, LinearOutcome, conjugate_gradients, gmres};
 pub(crate) use method::{MOST_COUNTED, MOST_SINGLE, Method};
 pub(crate) use ordering::fill_reducing_order;
 pub(crate) use sparsity::{Sparsity, patch_nodes_of};

@@ -1,16 +1,17 @@
-//! Decomposition of few simulations, or of what second order leaves of them, and a Gaussian process.
+//! Recipes without networks: decomposition of few simulations, or of what second order leaves of them, with a Gaussian process; a Taylor
+//! expansion.
 
-use super::Train;
 use crate::error::require;
 use crate::estimate::evaluate::{TestSet, root_mean_square};
 use crate::estimate::timing::timed;
 use crate::predict::Predictor;
 use crate::predict::regressed::Regressed;
-use crate::predict::taylor::TaylorExpansion;
+use crate::predict::taylor::{self, TaylorExpansion};
+use crate::recipe::Train;
 use crate::recipe::session::{Session, Stream};
 use crate::sample::simulate::{Simulations, read_simulations};
 use crate::store::record::{Candidate, Record};
-use crate::{Budget, Design, RegressionError, Result, Warning};
+use crate::{Budget, Design, RegressionError, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -165,5 +166,41 @@ impl Trial<'_> {
         let too_few = RegressionError::TooFewSamples { found: 0 };
         let (fit, error) = self.best.ok_or(too_few)?;
         Ok((Box::new(fit), error))
+    }
+}
+
+/// Taylor expansion of second order about the solution at the centre of the parameters' ranges, and further anchors: nothing is trained.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Taylor;
+
+impl Train for Taylor {
+    fn key(&self) -> &'static str {
+        taylor::KEY
+    }
+
+    fn settings(&self) -> Value {
+        json!({ "recipe": self.key() })
+    }
+
+    fn has_anchors(&self) -> bool {
+        true
+    }
+
+    fn about(&self, record: &Record) -> String {
+        taylor::about(record.simulations)
+    }
+
+    fn predictor(
+        &self,
+        session: &mut Session<'_, '_>,
+        _: &TestSet<'_>,
+        record: &mut Record,
+    ) -> Result<Box<dyn Predictor>> {
+        let TrainingOptions { anchors, seed, .. } = *session.options;
+        let taylor = timed(&mut record.prepare_s, || {
+            TaylorExpansion::of(session.body, anchors, seed, session.observer)
+        })?;
+        session.simulations = anchors;
+        Ok(Box::new(Regressed { taylor: Some(taylor), regression: None }))
     }
 }
