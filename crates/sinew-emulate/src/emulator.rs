@@ -130,13 +130,8 @@ impl<'b> Emulator<'b> {
     }
 
     /// Taylor expansion about a known solution at the centre of the parameters' ranges.
-    pub(crate) fn taylor_about(
-        mut solver: Solver<'b>,
-        body: &'b Body,
-        solved: &[f64],
-        seed: u64,
-    ) -> Result<Self> {
-        let start = Instant::now();
+    pub(crate) fn taylor_about(mut solver: Solver<'b>, solved: &[f64], seed: u64) -> Result<Self> {
+        let (start, body) = (Instant::now(), solver.body());
         let taylor = TaylorExpansion::about_solved(&mut solver, solved, seed)?;
         let emulator = Self::of_taylor(body, taylor, start);
         emulator.solvers.add(solver);

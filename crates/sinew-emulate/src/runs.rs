@@ -176,7 +176,7 @@ impl RunsEmulator {
             }
         }
         // By the numbers of the runs as they were given.
-        outputs.iter().try_for_each(|of| check_samples(&parameters, thetas, &of.values))?;
+        outputs.iter().try_for_each(|of| check_samples((&parameters, thetas, &of.values)))?;
         let mut order: Vec<usize> = (0..thetas.len()).collect();
         order.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
         order.truncate(MOST_RUNS);
@@ -193,7 +193,7 @@ impl RunsEmulator {
         let fit = |output: &Output| -> Result<_> {
             let (values, step): (_, &Step<'_>) = (drawn(&output.values), &step);
             let (regression, errors) =
-                PodRegression::fit_evidence(&parameters, &thetas, &values, step)?;
+                PodRegression::fit_evidence((&parameters, &thetas, &values), step)?;
             let conditional = conditional(&regression)?;
             Ok(((regression, conditional), LeftOut::of(output, &values, &errors)))
         };

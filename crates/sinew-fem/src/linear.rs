@@ -9,7 +9,7 @@ pub(crate) mod sparsity;
 pub(crate) mod systems;
 pub(crate) mod vector;
 
-pub(crate) use aggregation::{Aggregation, MOST_ITERATIONS};
+pub(crate) use aggregation::{Aggregation, MOST_ITERATIONS, Shifted};
 pub(crate) use factor::{Factor, MOST_SHIFTS, shift_of};
 pub(crate) use krylov::{End, LinearOutcome, conjugate_gradients, gmres};
 pub(crate) use method::{MOST_COUNTED, MOST_SINGLE, Method};

@@ -34,6 +34,8 @@ const DROPPED_ENERGY: f64 = 1e-14;
 /// are samples.
 const HIGHEST_DEGREE: usize = 4;
 
+/// Parameters, a vector of their values for each sample, and a field for each.
+type Samples<'a> = (&'a [Parameter], &'a [Vec<f64>], &'a [Vec<f64>]);
 /// A result whose error is that of a regression.
 type Result<T, E = RegressionError> = std::result::Result<T, E>;
 
@@ -69,7 +71,7 @@ impl PodRegression {
     /// # Errors
     /// When samples are too few, differ in length, or hold a value that is not usable.
     pub fn fit(parameters: &[Parameter], thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> Result<Self> {
-        Self::fit_by(parameters, thetas, fields, |points, coefficients| {
+        Self::fit_by((parameters, thetas, fields), |points, coefficients| {
             let polynomial = fit_polynomial(points, coefficients, HIGHEST_DEGREE);
             match fit_process(points, coefficients) {
                 Some(process) if process.leave_one_out < polynomial.leave_one_out => process,
@@ -89,7 +91,7 @@ impl PodRegression {
         fields: &[Vec<f64>],
         degree: usize,
     ) -> Result<Self> {
-        Self::fit_by(parameters, thetas, fields, |points, coefficients| {
+        Self::fit_by((parameters, thetas, fields), |points, coefficients| {
             fit_polynomial(points, coefficients, degree)
         })
     }
@@ -100,19 +102,17 @@ impl PodRegression {
     /// # Errors
     /// As [`PodRegression::fit`].
     pub(crate) fn fit_evidence(
-        parameters: &[Parameter],
-        thetas: &[Vec<f64>],
-        fields: &[Vec<f64>],
+        samples: Samples<'_>,
         step: &Step<'_>,
     ) -> Result<(Self, Vec<(f64, f64)>)> {
         let mut errors = None;
-        let regression = Self::fit_by(parameters, thetas, fields, |points, coefficients| {
+        let regression = Self::fit_by(samples, |points, coefficients| {
             let fitted = fit_evidence(points, coefficients, step);
             errors =
                 fitted.as_ref().and_then(|fitted| left_out(points, coefficients, fitted, step));
             fitted.unwrap_or_else(|| fit_polynomial(points, coefficients, 0))
         })?;
-        Ok((regression, errors.ok_or(RegressionError::TooFewSamples { found: fields.len() })?))
+        Ok((regression, errors.ok_or(RegressionError::TooFewSamples { found: samples.2.len() })?))
     }
 
     /// Covariance of the samples; `None` without a Gaussian process.
@@ -139,12 +139,11 @@ impl PodRegression {
     }
 
     fn fit_by(
-        parameters: &[Parameter],
-        thetas: &[Vec<f64>],
-        fields: &[Vec<f64>],
+        samples: Samples<'_>,
         fit: impl FnOnce(&DMatrix<f64>, &DMatrix<f64>) -> Fitted,
     ) -> Result<Self> {
-        check_samples(parameters, thetas, fields)?;
+        check_samples(samples)?;
+        let (parameters, thetas, fields) = samples;
         let snapshots = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
         let (mean, [modes, coefficients]) = decompose(&snapshots)?;
         let rows: Vec<_> = thetas.iter().map(|theta| inputs(parameters, theta)).collect();
@@ -160,7 +159,7 @@ impl PodRegression {
     /// # Errors
     /// As [`PodRegression::fit`].
     pub fn refitted(&self, thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> Result<Self> {
-        check_samples(&self.parameters, thetas, fields)?;
+        check_samples((&self.parameters, thetas, fields))?;
         let mut centred = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
         let size = centred.norm_squared();
         let (samples, length, largest) = (fields.len(), fields[0].len(), centred.amax());
@@ -216,11 +215,7 @@ fn input(share: f64) -> f64 {
     WIDTH * (share - 0.5)
 }
 
-pub(crate) fn check_samples(
-    parameters: &[Parameter],
-    thetas: &[Vec<f64>],
-    fields: &[Vec<f64>],
-) -> Result<()> {
+pub(crate) fn check_samples((parameters, thetas, fields): Samples<'_>) -> Result<()> {
     if thetas.len() != fields.len() {
         return Err(RegressionError::SampleCount { thetas: thetas.len(), fields: fields.len() });
     }

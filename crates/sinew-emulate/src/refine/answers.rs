@@ -84,7 +84,7 @@ impl Answers {
         let (plan, counted) = Plan::quick(body, thetas, accuracy, emulator, &mut counter)?;
         let expansion = match (plan.method(), counted) {
             (Method::Expansion, Some(Counted { solver, displacement, .. })) => {
-                Some(Emulator::taylor_about(solver, body, &displacement, 1)?)
+                Some(Emulator::taylor_about(solver, &displacement, 1)?)
             }
             _ => None,
         };

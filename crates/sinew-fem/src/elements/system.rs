@@ -59,22 +59,20 @@ impl<'p> System<'p> {
         let factor = Factor::new(&sparsity)?;
         let size = [factor.entries(), sparsity.unknowns()];
         let method = Method::Automatic.chosen(body.has_potential(), None, size);
-        Self::of(body, sparsity, factor, Aggregation::default(), method)
+        Self::of(body, sparsity, (factor, Aggregation::default(), method))
     }
 
     /// System of the same body for another thread, or of one with the same cells and supports but another reference configuration; it
     /// shares what is prepared.
     pub(crate) fn like<'q>(&self, body: &'q Body) -> Result<System<'q>> {
-        let (factor, aggregation) = (self.factor.fresh(), self.aggregation.fresh());
-        System::of(body, self.sparsity.clone(), factor, aggregation, self.method)
+        let linear = (self.factor.fresh(), self.aggregation.fresh(), self.method);
+        System::of(body, self.sparsity.clone(), linear)
     }
 
     fn of(
         body: &'p Body,
         sparsity: Arc<Sparsity>,
-        factor: Factor,
-        aggregation: Aggregation,
-        method: Method,
+        (factor, aggregation, method): (Factor, Aggregation, Method),
     ) -> Result<Self> {
         Ok(Self {
             body,

@@ -23,6 +23,8 @@ const REBUILD: usize = 3;
 
 /// A sparsity, and the entries of the lower half of a matrix.
 pub(crate) type Matrix<'m> = (&'m Sparsity, &'m [f64]);
+/// Solution of a linear system, and the shift of its matrix; `None` where none was found.
+pub(crate) type Shifted = Option<(Vec<f64>, f64)>;
 
 /// Solves systems with a matrix plus a multiple of its mean diagonal by conjugate gradients.
 #[derive(Default)]
@@ -67,7 +69,7 @@ impl Aggregation {
         right: &[f64],
         tolerance: f64,
         shifts: usize,
-    ) -> Option<(Vec<f64>, f64)> {
+    ) -> Shifted {
         self.mean = matrix.0.mean_diagonal(matrix.1);
         let (first, mut matching) = (self.shift.saturating_sub(1).max(LEAST_SHIFT), false);
         self.shift = 0;

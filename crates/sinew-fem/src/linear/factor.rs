@@ -198,26 +198,13 @@ impl Factor {
     pub(crate) fn solve(&self, right: &mut [f64]) {
         match self.form {
             Form::Empty => right.fill(f64::NAN),
-            Form::Definite => {
-                let factor = LltRef::new(&*self.symbolic, &self.entries[..]);
-                back_substitute(&self.symbolic, right, |right, memory| {
-                    factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, memory);
-                });
-            }
-            Form::Signed => {
-                let factor = LdltRef::new(&*self.symbolic, &self.entries[..]);
-                back_substitute(&self.symbolic, right, |right, memory| {
-                    factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, memory);
-                });
-            }
+            Form::Definite => back_substitute(&self.symbolic, &self.entries, false, right),
+            Form::Signed => back_substitute(&self.symbolic, &self.entries, true, right),
             Form::Single(mean) => {
-                let factor = LltRef::new(&*self.symbolic, &self.single[..]);
                 // Single precision holds no small forces.
                 let size = right.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
                 let mut scaled: Vec<f32> = right.iter().map(|x| (x / size) as f32).collect();
-                back_substitute(&self.symbolic, &mut scaled, |right, memory| {
-                    factor.solve_in_place_with_conj(Conj::No, right, Par::Seq, memory);
-                });
+                back_substitute(&self.symbolic, &self.single, false, &mut scaled);
                 let unscale = |(to, x): (&mut f64, &f32)| *to = size / mean * f64::from(*x);
                 right.iter_mut().zip(&scaled).for_each(unscale);
             }
@@ -236,16 +223,22 @@ const SHARES: NonZeroUsize = NonZeroUsize::new(4).unwrap();
 /// Least number of entries of a factor whose blocks are divided.
 const LARGE: usize = 2_000_000;
 
-/// Overwrites a right-hand side by a factor's `solve`, with its memory.
+/// Overwrites a right-hand side by the solution with a factor, one with signs or one of a definite matrix.
 fn back_substitute<T: RealField>(
     symbolic: &SymbolicCholesky<usize>,
+    entries: &[T],
+    signed: bool,
     right: &mut [T],
-    solve: impl FnOnce(MatMut<'_, T>, &mut MemStack),
 ) {
-    let size = right.len();
+    let (size, par) = (right.len(), Par::Seq);
     let right = MatMut::from_column_major_slice_mut(right, size, 1);
-    let mut memory = MemBuffer::new(symbolic.solve_in_place_scratch::<T>(1, Par::Seq));
-    solve(right, MemStack::new(&mut memory));
+    let mut memory = MemBuffer::new(symbolic.solve_in_place_scratch::<T>(1, par));
+    let (conj, memory) = (Conj::No, MemStack::new(&mut memory));
+    if signed {
+        LdltRef::new(symbolic, entries).solve_in_place_with_conj(conj, right, par, memory);
+    } else {
+        LltRef::new(symbolic, entries).solve_in_place_with_conj(conj, right, par, memory);
+    }
 }
 
 /// Factorises `L Lᵀ` of a matrix with this lower half; false where that fails.

@@ -3,7 +3,8 @@
 
 use crate::elements::{System, load_gradient};
 use crate::linear::{
-    End, LinearOutcome, MOST_COUNTED, MOST_ITERATIONS, MOST_SHIFTS, MOST_SINGLE, Method, gmres,
+    End, LinearOutcome, MOST_COUNTED, MOST_ITERATIONS, MOST_SHIFTS, MOST_SINGLE, Method, Shifted,
+    gmres,
 };
 use crate::{Result, SolveError};
 
@@ -80,12 +81,7 @@ impl System<'_> {
 
     /// Solves with the stiffness that was assembled last plus the least shift that makes it positive definite, by conjugate gradients to a residual of
     /// `tolerance` times the right-hand side: the solution and the shift \[relative to the mean diagonal\]. `None` where they do not converge.
-    pub(crate) fn iterate(
-        &mut self,
-        right: &[f64],
-        tolerance: f64,
-        shifts: usize,
-    ) -> Option<(Vec<f64>, f64)> {
+    pub(crate) fn iterate(&mut self, right: &[f64], tolerance: f64, shifts: usize) -> Shifted {
         let positions = self.body.positions.as_flattened().iter();
         let positions: Vec<f64> =
             positions.zip(&self.assembly.displacement).map(|(x, u)| x + u).collect();

@@ -15,7 +15,7 @@
 use crate::elements::{
     PredictedStress, Residual, State, System, bulk_to_shear, is_nearly_incompressible, place,
 };
-use crate::linear::{MOST_COUNTED, MOST_SHIFTS, MOST_SINGLE, dot};
+use crate::linear::{MOST_COUNTED, MOST_SHIFTS, MOST_SINGLE, Shifted, dot};
 use crate::solve::{Equilibrium, Goal, Line, Log, Plane, Point, Search};
 use crate::{Iteration, Method, Options};
 
@@ -269,12 +269,7 @@ impl System<'_> {
     }
 
     /// [`System::iterated`] for the stiffness, or for that of convex cells where it is indefinite.
-    fn iterated_convex(
-        &mut self,
-        search: &Search<'_>,
-        right: &[f64],
-        tolerance: f64,
-    ) -> Option<(Vec<f64>, f64)> {
+    fn iterated_convex(&mut self, search: &Search<'_>, right: &[f64], tolerance: f64) -> Shifted {
         if self.method != Method::Aggregation {
             return None;
         }
@@ -291,7 +286,7 @@ impl System<'_> {
     }
 
     /// [`System::iterate`] where that is the method of the search, which goes on with factors if it fails and they are not too large.
-    fn iterated(&mut self, right: &[f64], tolerance: f64) -> Option<(Vec<f64>, f64)> {
+    fn iterated(&mut self, right: &[f64], tolerance: f64) -> Shifted {
         if self.method != Method::Aggregation {
             return None;
         }

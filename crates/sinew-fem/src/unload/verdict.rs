@@ -40,12 +40,17 @@ impl Image<'_> {
             return Ok(shown);
         }
         let start = Instant::now();
-        let mut loaded = load(self, trial, theta, forward)?;
+        let load = |options: &Options| -> Result<_, UnloadError> {
+            let mut solver = Solver::of(self.system.like(rest)?);
+            let found = solver.solve(theta, options).map_err(UnloadError::NotLoaded)?;
+            Ok((found.displacement, found.history.steps()))
+        };
+        let mut loaded = load(forward)?;
         let same = SAME * trial.motion.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
         let mut apart = farthest(&loaded.0, &trial.displacement);
         if apart.0 > same {
             let rising = Options { load_steps: LoadSteps::Always, ..*forward };
-            loaded = load(self, trial, theta, &rising)?;
+            loaded = load(&rising)?;
             apart = farthest(&loaded.0, &trial.displacement);
         }
         let (distance, node) = apart;
@@ -79,18 +84,6 @@ impl Image<'_> {
             }
         }
     }
-}
-
-/// Loads a body from rest: the displacement \[length\], and how many iterations it took.
-fn load(
-    image: &Image<'_>,
-    trial: &Trial,
-    theta: &[f64],
-    options: &Options,
-) -> Result<(Vec<f64>, usize), UnloadError> {
-    let mut solver = Solver::of(image.system.like(&trial.rest)?);
-    let found = solver.solve(theta, options).map_err(UnloadError::NotLoaded)?;
-    Ok((found.displacement, found.history.steps()))
 }
 
 /// Largest distance of a node between two displacements \[length\], and the node.
