@@ -13,13 +13,16 @@ pub use unloaded::{Loading, UnloadOptions, Unloaded};
 pub use verdict::ThinWall;
 
 use crate::elements::{State, System, check_length, check_state, is_moved_rim};
-use crate::{CellValue, Result, SolveError};
+use crate::{CellValue, SolveError};
 use lu::Lu;
 use sinew_energy::{Body, Fibres, ThetaError};
 use state::{Image, Level, Trial};
 use std::time::Instant;
 use thiserror::Error;
 use unloaded::volume_ratios;
+
+/// A result whose error is that of unloading.
+type Result<T, E = UnloadError> = std::result::Result<T, E>;
 
 /// Residual of the linear systems of derivatives \[relative\].
 const ACCURACY: f64 = 1e-13;
@@ -73,7 +76,7 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// A body whose supports leave a part of it free to move; [`UnloadError::PressureField`].
-    pub fn new(image: &'p Body) -> Result<Self, UnloadError> {
+    pub fn new(image: &'p Body) -> Result<Self> {
         if image.pressure_field.is_some() {
             return Err(UnloadError::PressureField);
         }
@@ -108,11 +111,7 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// θ that makes no sense, and each way in which there is no body at rest, see [`UnloadError`].
-    pub fn solve(
-        &mut self,
-        theta: &[f64],
-        options: &UnloadOptions,
-    ) -> Result<Unloaded, UnloadError> {
+    pub fn solve(&mut self, theta: &[f64], options: &UnloadOptions) -> Result<Unloaded> {
         let motion = vec![0.0; self.image.system.body.prescribed.len()];
         self.solve_near(&motion, theta, options)
     }
@@ -126,7 +125,7 @@ impl<'p> Unload<'p> {
         near: &Unloaded,
         theta: &[f64],
         options: &UnloadOptions,
-    ) -> Result<Unloaded, UnloadError> {
+    ) -> Result<Unloaded> {
         self.solve_near(&near.motion, theta, options)
     }
 
@@ -139,7 +138,7 @@ impl<'p> Unload<'p> {
         motion: &[f64],
         theta: &[f64],
         options: &UnloadOptions,
-    ) -> Result<Unloaded, UnloadError> {
+    ) -> Result<Unloaded> {
         let start = Instant::now();
         check_state(self.image.system.body, motion, theta)?;
         let mut iterations = 0;
@@ -177,7 +176,7 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// [`SolveError::OutOfMemory`].
-    pub fn fresh(&self) -> Result<Self> {
+    pub fn fresh(&self) -> Result<Self, SolveError> {
         let Image { system, fibres } = &self.image;
         let image = Image { system: system.like(system.body)?, fibres: *fibres };
         Ok(Self { image, factor: self.factor.fresh() })
@@ -189,7 +188,7 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// The body of another image, or [`UnloadError::Singular`].
-    pub fn sensitivity(&mut self, unloaded: &Unloaded) -> Result<Vec<Vec<f64>>, UnloadError> {
+    pub fn sensitivity(&mut self, unloaded: &Unloaded) -> Result<Vec<Vec<f64>>> {
         let entries = unloaded.theta.len();
         let unit = |index: usize| (0..entries).map(|i| f64::from(u8::from(i == index))).collect();
         self.sensitivity_along(unloaded, &(0..entries).map(unit).collect::<Vec<_>>())
@@ -203,7 +202,7 @@ impl<'p> Unload<'p> {
         &mut self,
         unloaded: &Unloaded,
         directions: &[Vec<f64>],
-    ) -> Result<Vec<Vec<f64>>, UnloadError> {
+    ) -> Result<Vec<Vec<f64>>> {
         let Unloaded { motion, theta, .. } = unloaded;
         check_state(self.image.system.body, motion, theta)?;
         check_directions(theta, directions)?;
@@ -232,14 +231,14 @@ impl<'p> Unload<'p> {
     ///
     /// # Errors
     /// A cell of the image that is inverted.
-    pub fn image_at_rest(&self) -> Result<Body> {
+    pub fn image_at_rest(&self) -> Result<Body, SolveError> {
         let motion = vec![0.0; self.image.system.body.prescribed.len()];
         self.image.moved(&motion).ok_or(SolveError::Inadmissible { cell: 0 })
     }
 }
 
 /// Checks that directions in θ are as long as θ.
-fn check_directions(theta: &[f64], directions: &[Vec<f64>]) -> Result<(), UnloadError> {
+fn check_directions(theta: &[f64], directions: &[Vec<f64>]) -> Result<()> {
     directions.iter().try_for_each(|along| check_length(theta.len(), along))?;
     Ok(())
 }

@@ -1,10 +1,9 @@
 //! Other loaded states of a body at rest, and how their places move with θ and with the body at rest.
 
 use super::state::{Level, Trial};
-use super::{Image, Unload, check_directions};
 use crate::elements::{State, Unknowns, check_displacement, check_state};
-use crate::unload::UnloadError;
-use crate::{Options, Result, Solution, SolveError, Solver};
+use crate::unload::{Image, Result, Unload, UnloadError, check_directions};
+use crate::{Options, Solution, SolveError, Solver};
 use sinew_energy::Body;
 
 impl Unload<'_> {
@@ -19,7 +18,7 @@ impl Unload<'_> {
         near: &[f64],
         theta: &[f64],
         options: &Options,
-    ) -> Result<Solution> {
+    ) -> Result<Solution, SolveError> {
         Solver::of(self.image.system.like(rest)?).solve_from(near, theta, options)
     }
 
@@ -35,7 +34,7 @@ impl Unload<'_> {
         state: &Solution,
         theta_directions: &[Vec<f64>],
         rest_directions: &[Vec<f64>],
-    ) -> Result<Vec<Vec<f64>>, UnloadError> {
+    ) -> Result<Vec<Vec<f64>>> {
         let Solution { displacement, theta, .. } = state;
         check_directions(theta, theta_directions)?;
         let mut system = self.image.system.like(rest)?;
@@ -61,7 +60,7 @@ impl Image<'_> {
         rest: &Body,
         state: &Solution,
         directions: &[Vec<f64>],
-    ) -> Result<Vec<Vec<f64>>, UnloadError> {
+    ) -> Result<Vec<Vec<f64>>> {
         if directions.is_empty() {
             return Ok(Vec::new());
         }

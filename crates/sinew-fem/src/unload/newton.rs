@@ -3,12 +3,11 @@
 use super::lu::Entries;
 use super::state::{Level, Trial};
 use super::unloaded::volume_ratios;
-use super::{Image, Unload};
 use crate::CellValue;
 use crate::elements::place;
 use crate::linear::{difference, gmres, norm};
-use crate::unload::UnloadError;
 use crate::unload::unloaded::UnloadOptions;
+use crate::unload::{Image, Result, Unload, UnloadError};
 
 /// Unbalanced forces \[relative to loads and reactions\] that are at their floor.
 const BALANCED: f64 = 1e-14;
@@ -47,7 +46,7 @@ impl Unload<'_> {
         theta: &[f64],
         options: &UnloadOptions,
         iterations: &mut usize,
-    ) -> Result<(Trial, usize), UnloadError> {
+    ) -> Result<(Trial, usize)> {
         let stressing = self.image.system.stressing_entries(theta);
         let level = |factor: f64| {
             let mut theta = theta.to_vec();

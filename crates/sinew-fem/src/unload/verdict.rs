@@ -3,9 +3,9 @@
 use crate::elements::{Residual, State, System, Unknowns};
 use crate::linear::{dot, norm};
 use crate::solve::{Path, Plane, Point};
-use crate::unload::UnloadError;
 use crate::unload::state::{Image, Trial};
 use crate::unload::unloaded::{Loading, UnloadOptions};
+use crate::unload::{Result, UnloadError};
 use crate::{LoadSteps, Options, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::{Body, PressureSurface};
@@ -25,7 +25,7 @@ impl Image<'_> {
         trial: &Trial,
         theta: &[f64],
         options: &UnloadOptions,
-    ) -> Result<Option<Loading>, UnloadError> {
+    ) -> Result<Option<Loading>> {
         self.check_crossings(trial)?;
         let rest = &trial.rest;
         let mut system = self.system.like(rest)?;
@@ -40,7 +40,7 @@ impl Image<'_> {
             return Ok(shown);
         }
         let start = Instant::now();
-        let load = |options: &Options| -> Result<_, UnloadError> {
+        let load = |options: &Options| -> Result<_> {
             let mut solver = Solver::of(self.system.like(rest)?);
             let found = solver.solve(theta, options).map_err(UnloadError::NotLoaded)?;
             Ok((found.displacement, found.history.steps()))
@@ -61,7 +61,7 @@ impl Image<'_> {
         Ok(Some(Loading { distance, iterations: loaded.1, seconds }))
     }
 
-    fn check_crossings(&self, trial: &Trial) -> Result<(), UnloadError> {
+    fn check_crossings(&self, trial: &Trial) -> Result<()> {
         let rest = &trial.rest.mesh;
         if rest.element().dimension != 3 {
             return Ok(());
