@@ -104,7 +104,7 @@ fn ancestors(tree: &MotionTree) -> Vec<Vec<usize>> {
     std::iter::successors(Some(tree.node_parents.clone()), above).collect()
 }
 
-pub(crate) fn pseudo_inverse<const N: usize>(square: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+fn pseudo_inverse<const N: usize>(square: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     let square = DMatrix::from_column_slice(N, N, square.as_slice());
     let inverse = of_eigenvalues(square, SMALLEST, |value| 1.0 / value);
     SMatrix::from_fn(|i, j| inverse[(i, j)])

@@ -96,7 +96,15 @@ impl Emulator<'_> {
         };
         let fields = self.predict(&test.thetas)?.fields();
         let raw = test.cases(&fields)?;
-        let steps = self.steps_of(test, &fields, corrections.max(1))?;
+        // None where a prediction inverts a cell.
+        let steps = |(theta, field): (&Vec<f64>, &Vec<f64>)| -> Result<Vec<NewtonStep>> {
+            let count = corrections.max(1);
+            self.solvers.with(|solver| match solver.newton_steps(field, theta, count) {
+                Err(SolveError::Inadmissible { .. }) => Ok(Vec::new()),
+                other => Ok(other?),
+            })
+        };
+        let steps: Vec<_> = test.thetas.iter().zip(&fields).map(steps).collect::<Result<_>>()?;
         let judged = ratios(self, test, &fields)?;
         let Calibration { within_two, refused, .. } = Calibration::of(&judged);
         let estimated: Vec<[f64; 2]> = judged.iter().flatten().copied().collect();
@@ -141,22 +149,6 @@ impl Emulator<'_> {
         })
     }
 
-    /// Newton steps from every prediction; none where it inverts a cell.
-    fn steps_of(
-        &self,
-        test: &TestSet<'_>,
-        fields: &[Vec<f64>],
-        count: usize,
-    ) -> Result<Vec<Vec<NewtonStep>>> {
-        let steps = |(theta, field): (&Vec<f64>, &Vec<f64>)| {
-            self.solvers.with(|solver| match solver.newton_steps(field, theta, count) {
-                Err(SolveError::Inadmissible { .. }) => Ok(Vec::new()),
-                other => Ok(other?),
-            })
-        };
-        test.thetas.iter().zip(fields).map(steps).collect()
-    }
-
     fn times(&self, test: &TestSet<'_>, theta: &[f64], correction_s: f64) -> Result<Times> {
         let one = [theta.to_vec()];
         let many: Vec<_> = test.thetas.iter().cycle().take(BATCH).cloned().collect();
@@ -193,7 +185,7 @@ impl Emulator<'_> {
 
     /// Median over the first cases of `‖∂û/∂θ − ∂u/∂θ‖ / ‖∂u/∂θ‖` [%] for every parameter, the true derivative by the implicit
     /// function theorem. The denominator is at least a thousandth of `‖u‖` over the parameter's range.
-    pub(crate) fn sensitivity_errors(&self, test: &TestSet<'_>) -> Result<Vec<f64>> {
+    fn sensitivity_errors(&self, test: &TestSet<'_>) -> Result<Vec<f64>> {
         let mut errors = vec![Vec::new(); self.body.parameters.len()];
         for (theta, field) in test.thetas.iter().zip(&test.fields).take(CASES) {
             let truth = self.solvers.with(|solver| {

@@ -125,7 +125,7 @@ fn resistance(body: &Body, pieces: &[Vec<usize>]) -> DMatrix<f64> {
 const FIXING: usize = 2;
 
 /// Nodes of rigid pieces: a cell belongs to a piece if they share three nodes that are not collinear (two in a plane).
-pub(crate) fn pieces(potential: &Body) -> Vec<Vec<usize>> {
+fn pieces(potential: &Body) -> Vec<Vec<usize>> {
     let cells_of = cells_of_nodes(potential.nodes, potential.cell_nodes());
     let position = |node: &usize| Vector3::from(potential.positions[*node]);
     let plane = potential.element().dimension == 2;

@@ -42,41 +42,6 @@ impl Assembly {
         at_points(potential.volumes.len(), predict)
     }
 
-    /// The stress at each point at a displacement; `None` where a cell is inverted or an energy overflows.
-    fn stress_at(
-        &self,
-        body: &Body,
-        displacement: &[f64],
-        theta: &[f64],
-    ) -> Option<Vec<Mat3<f64>>> {
-        let parameters = body.law_parameters(theta);
-        let second = |h: &Mat3<f64>, first: &Mat3<f64>| product(&inverse(h), first);
-        let first = |point: usize, h: &Mat3<f64>| {
-            let (energy, stress) = body.material.stress(point, parameters, h, None);
-            energy.is_finite().then_some(stress)
-        };
-        if body.patches.is_empty() {
-            let at = |point| {
-                let h = body.displacement_gradient(point, displacement);
-                Some(second(&h, &first(point, &h)?))
-            };
-            return at_points(body.volumes.len(), at).into_iter().collect();
-        }
-        let mut found = vec![Mat3::ZERO; body.volumes.len()];
-        for points in &body.patches {
-            let kinematics = body.patch_kinematics(points, displacement)?;
-            let volumes: Vec<_> = points.iter().map(|&point| body.volumes[point]).collect();
-            let at_points = points.iter().zip(&kinematics.scaled);
-            let mut stresses: Vec<_> =
-                at_points.map(|(&point, h)| first(point, h)).collect::<Option<_>>()?;
-            kinematics.work_conjugate(&volumes, &mut stresses);
-            for ((&point, h), stress) in points.iter().zip(&kinematics.gradients).zip(&stresses) {
-                found[point] = second(h, stress);
-            }
-        }
-        Some(found)
-    }
-
     /// Nodal forces of the difference between actual and predicted pressure, in the assembled configuration.
     pub(crate) fn pressure_defect(
         &self,
@@ -84,7 +49,7 @@ impl Assembly {
         (displacement, theta): (&[f64], &[f64]),
         predicted: &PredictedStress,
     ) -> Option<Vec<f64>> {
-        let reached = self.stress_at(body, displacement, theta)?;
+        let reached = stress_at(body, displacement, theta)?;
         let mut forces = vec![0.0; displacement.len()];
         for (point, h) in self.displacement_gradients().enumerate() {
             let f = h.plus_identity();
@@ -95,4 +60,34 @@ impl Assembly {
         }
         Some(forces)
     }
+}
+
+/// The stress at each point at a displacement; `None` where a cell is inverted or an energy overflows.
+fn stress_at(body: &Body, displacement: &[f64], theta: &[f64]) -> Option<Vec<Mat3<f64>>> {
+    let parameters = body.law_parameters(theta);
+    let second = |h: &Mat3<f64>, first: &Mat3<f64>| product(&inverse(h), first);
+    let first = |point: usize, h: &Mat3<f64>| {
+        let (energy, stress) = body.material.stress(point, parameters, h, None);
+        energy.is_finite().then_some(stress)
+    };
+    if body.patches.is_empty() {
+        let at = |point| {
+            let h = body.displacement_gradient(point, displacement);
+            Some(second(&h, &first(point, &h)?))
+        };
+        return at_points(body.volumes.len(), at).into_iter().collect();
+    }
+    let mut found = vec![Mat3::ZERO; body.volumes.len()];
+    for points in &body.patches {
+        let kinematics = body.patch_kinematics(points, displacement)?;
+        let volumes: Vec<_> = points.iter().map(|&point| body.volumes[point]).collect();
+        let at_points = points.iter().zip(&kinematics.scaled);
+        let mut stresses: Vec<_> =
+            at_points.map(|(&point, h)| first(point, h)).collect::<Option<_>>()?;
+        kinematics.work_conjugate(&volumes, &mut stresses);
+        for ((&point, h), stress) in points.iter().zip(&kinematics.gradients).zip(&stresses) {
+            found[point] = second(h, stress);
+        }
+    }
+    Some(found)
 }

@@ -253,7 +253,7 @@ impl Bounds {
     ///
     /// # Errors
     /// A surface of which each node is on the base.
-    pub(super) fn apexes(&self, distance: &[f64]) -> Result<[usize; 2]> {
+    fn apexes(&self, distance: &[f64]) -> Result<[usize; 2]> {
         let farthest = |nodes: &[usize]| {
             let apex = nodes.iter().copied().max_by(|&a, &b| distance[a].total_cmp(&distance[b]));
             let apex = apex.filter(|&node| distance[node] > 0.0);

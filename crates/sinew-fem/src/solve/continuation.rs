@@ -198,7 +198,7 @@ impl<'s, 'p> Curve<'s, 'p> {
             let way = self.path.way(&last.unknowns, &found.unknowns, self.scale);
             let rising = dot(&way, &self.scaled(&found.by_place)) + found.place - last.place > 0.0;
             self.tangent = (found.by_place.clone(), rising);
-            let growth = self.path.growth(&found, before);
+            let growth = self.path.growth(before);
             self.step = (moved * growth).min(self.longest);
             return Ok(found);
         }

@@ -127,14 +127,14 @@ const DETOUR: usize = 2;
 
 impl Path<'_, '_, '_> {
     /// The body with a softer volumetric energy, if its law has one and the body a potential.
-    pub(crate) fn softer_volume(&self) -> Option<Body> {
+    fn softer_volume(&self) -> Option<Body> {
         self.system.body.has_potential().then(|| self.system.body.with_softer_volume(SOFTER))?
     }
 
     /// The equilibrium under the whole load, reached through bodies with a smaller bulk modulus, and the number of
     /// solves and load steps. A large bulk modulus shortens Newton steps from rest, but not those from the equilibrium
     /// of a softer body.
-    pub(crate) fn by_softer_volume(&mut self) -> Option<(Equilibrium, usize)> {
+    fn by_softer_volume(&mut self) -> Option<(Equilibrium, usize)> {
         self.softer_volume()?;
         let mut rungs = 1..=MOST_RUNGS;
         let reached = rungs.find_map(|rung| Some((rung, self.softened(SOFTER.powi(rung), None)?)));

@@ -178,7 +178,7 @@ impl Path<'_, '_, '_> {
             if self.outlook.refused.is_none() {
                 return LimitPoint::Unknown;
             }
-            step *= self.growth(&found, before);
+            step *= self.growth(before);
         }
         LimitPoint::Unclear
     }

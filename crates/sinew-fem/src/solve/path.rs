@@ -117,7 +117,7 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
                 found.jumped = self.outlook.jumped;
                 return Ok((found, steps));
             }
-            step = (target - reached) * self.growth(&found, before);
+            step = (target - reached) * self.growth(before);
         }
         Err(None)
     }
@@ -132,10 +132,10 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
         self.points.drain(..self.points.len().saturating_sub(self.most_points()));
     }
 
-    /// The next step as a multiple of the one that led to an equilibrium, by the unbalanced forces of the iterations
-    /// since it began.
-    pub(crate) fn growth(&self, found: &Equilibrium, before: usize) -> f64 {
-        let scale = found.force_scale.max(f64::MIN_POSITIVE);
+    /// The next step as a multiple of the one that led to the assembled equilibrium, by the unbalanced forces of the
+    /// iterations since it began.
+    pub(crate) fn growth(&self, before: usize) -> f64 {
+        let scale = self.system.assembly.force_scale.max(f64::MIN_POSITIVE);
         let mut left = self.log.iterations[before..].iter().map(|iteration| iteration.residual);
         let mut change = |goal: f64, power: f64| {
             let began = left.next().unwrap_or(f64::MAX) / scale;

@@ -45,12 +45,7 @@ pub(crate) struct Equilibrium {
     /// Fraction of all loads there.
     pub load_factor: f64,
     pub residual: Residual,
-    /// Norm of loads and reactions \[stress·length²\].
-    pub force_scale: f64,
-    pub least_volume_ratio: f64,
     pub negative_pivots: usize,
-    /// Whether a factor counted the negative pivots.
-    pub counted: bool,
     pub linear_iterations: usize,
     /// Whether the search for a minimum met an indefinite stiffness.
     pub jumped: bool,

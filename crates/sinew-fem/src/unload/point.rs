@@ -19,7 +19,7 @@ pub(super) struct PointRate {
 }
 
 /// `A Bᵀ`.
-pub(super) fn product_transposed(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
+fn product_transposed(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
     Mat3::from_fn(|i, j| a[i][0] * b[j][0] + a[i][1] * b[j][1] + a[i][2] * b[j][2])
 }
 

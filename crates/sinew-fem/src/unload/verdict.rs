@@ -105,7 +105,7 @@ const MONOTONE: f64 = 3.0;
 /// A state's place s on the path is the projection of its displacement u on that of the image, relative to the latter. The search for the equilibrium
 /// at s = ½, whose load factor λ is unknown, starts on the parabola u(s) through rest and the image with the tangent there. This equilibrium
 /// has to be stable, the parabola through rest and it, with its tangent, has to end near the image, and λ(s) has to be monotone.
-pub(super) fn connected(
+fn connected(
     system: &mut System<'_>,
     trial: &Trial,
     theta: &[f64],
