@@ -14,10 +14,10 @@ pub(crate) mod state;
 pub(crate) mod supports;
 pub(crate) mod system;
 
-pub(crate) use assembly::{Assembly, add_product, tangent_times};
+pub(crate) use assembly::{Assembly, add_product};
 pub(crate) use cell::{
-    NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, is_short, product, turn,
-    turn_square, volume_ratios_along,
+    NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, is_short, product,
+    tangent_times, turn, turn_square, volume_ratios_along,
 };
 pub(crate) use check::{
     MOST_WORST, check_displacement, check_fields, check_length, check_potential, check_pressure,

@@ -89,82 +89,66 @@ impl Regression {
         let taylor = timed(&mut record.prepare_s, || {
             TaylorExpansion::of(session.body, 1, session.options.seed, &mut ()).ok()
         });
-        let taylor = taylor.as_ref();
-        let mut trial = Trial { regression: self, taylor, held_out, record, best: None };
+        let (body, mut best) = (session.body, None::<(Regressed, f64)>);
+        // Fits, notes it in the record, and takes it if it is the best; its error.
+        let mut fit = |session: &mut Session<'_, '_>, found: &Simulations| -> Result<f64> {
+            let start = Instant::now();
+            let (fit, left_out) =
+                Regressed::fit(body, taylor.as_ref(), &found.thetas, &found.fields)?;
+            let seconds = start.elapsed().as_secs_f64();
+            record.train_s += seconds;
+            let fields = held_out.thetas.iter().map(|theta| fit.at(body, theta));
+            let cases = held_out.cases(&fields.collect::<Result<Vec<_>>>()?)?;
+            let error = root_mean_square(&cases);
+            let simulations = found.fields.len();
+            let outcome = format!(
+                "{simulations} simulations: root mean square error {error:.1e} over the held-out cases"
+            );
+            session.observer.finished("regression", &outcome, seconds);
+            let choice = record.choice.get_or_insert_default();
+            choice.target = self.target;
+            choice.candidates.push(Candidate {
+                recipe: "regression".into(),
+                simulations,
+                error,
+                seconds: found.seconds + seconds,
+                detail: format!("{left_out:.1e} by leaving one out, {}", fit.detail()),
+            });
+            if best.as_ref().is_none_or(|(_, best)| error < *best) {
+                choice.taken = choice.candidates.len() - 1;
+                best = Some((fit, error));
+            }
+            Ok(error)
+        };
         if let Some(folder) = &session.options.simulations {
-            let mut found = read_simulations(session.body, folder)?;
+            let mut found = read_simulations(body, folder)?;
             found.keep(self.most);
             session.simulate_s += found.seconds;
-            trial.fit(session, &found)?;
-            return trial.best(session);
-        }
-        let most = self.most.max(self.simulations);
-        // The first samples of Sobol's sequence are themselves a design, so that none is wasted when more follow.
-        let thetas = session.thetas(Design::Sobol, most, Stream::Regression)?;
-        let most = thetas.len();
-        let mut count = self.simulations.clamp(2, most.max(2)).min(most);
-        let mut found = Simulations::default();
-        loop {
-            let tried = found.thetas.len() + found.failures.len();
-            found.extend(session.simulate(&format!("regression {count}"), &thetas[tried..count])?);
-            let error = trial.fit(session, &found)?;
-            let affordable = match session.options.budget {
-                Budget::Seconds(budget) => 3.0 * session.simulate_s < budget,
-                _ => true,
-            };
-            if error <= self.target || count >= most || !affordable {
-                return trial.best(session);
+            fit(session, &found)?;
+        } else {
+            let most = self.most.max(self.simulations);
+            // The first samples of Sobol's sequence are themselves a design, so that none is wasted when more follow.
+            let thetas = session.thetas(Design::Sobol, most, Stream::Regression)?;
+            let most = thetas.len();
+            let mut count = self.simulations.clamp(2, most.max(2)).min(most);
+            let mut found = Simulations::default();
+            loop {
+                let (tried, name) =
+                    (found.thetas.len() + found.failures.len(), format!("regression {count}"));
+                found.extend(session.simulate(&name, &thetas[tried..count])?);
+                let error = fit(session, &found)?;
+                let affordable = match session.options.budget {
+                    Budget::Seconds(budget) => 3.0 * session.simulate_s < budget,
+                    _ => true,
+                };
+                if error <= self.target || count >= most || !affordable {
+                    break;
+                }
+                count = (2 * count).min(most);
             }
-            count = (2 * count).min(most);
         }
-    }
-}
-
-/// Fits to more and more simulations, and the best of them.
-struct Trial<'a> {
-    regression: &'a Regression,
-    taylor: Option<&'a TaylorExpansion>,
-    held_out: &'a TestSet<'a>,
-    record: &'a mut Record,
-    best: Option<(Regressed, f64)>,
-}
-
-impl Trial<'_> {
-    /// Fits, notes it in the record, and takes it if it is the best; its error.
-    fn fit(&mut self, session: &mut Session<'_, '_>, found: &Simulations) -> Result<f64> {
-        let (start, body) = (Instant::now(), session.body);
-        let (fit, left_out) = Regressed::fit(body, self.taylor, &found.thetas, &found.fields)?;
-        let seconds = start.elapsed().as_secs_f64();
-        self.record.train_s += seconds;
-        let fields = self.held_out.thetas.iter().map(|theta| fit.at(body, theta));
-        let cases = self.held_out.cases(&fields.collect::<Result<Vec<_>>>()?)?;
-        let error = root_mean_square(&cases);
-        let simulations = found.fields.len();
-        let outcome = format!(
-            "{simulations} simulations: root mean square error {error:.1e} over the held-out cases"
-        );
-        session.observer.finished("regression", &outcome, seconds);
-        let choice = self.record.choice.get_or_insert_default();
-        choice.target = self.regression.target;
-        choice.candidates.push(Candidate {
-            recipe: "regression".into(),
-            simulations,
-            error,
-            seconds: found.seconds + seconds,
-            detail: format!("{left_out:.1e} by leaving one out, {}", fit.detail()),
-        });
-        if self.best.as_ref().is_none_or(|(_, best)| error < *best) {
-            choice.taken = choice.candidates.len() - 1;
-            self.best = Some((fit, error));
-        }
-        Ok(error)
-    }
-
-    /// The best fit. Its simulations are counted in the session.
-    fn best(self, session: &mut Session<'_, '_>) -> Result<(Box<dyn Predictor>, f64)> {
-        session.simulations = self.record.taken().map_or(0, |taken| taken.simulations);
-        let too_few = RegressionError::TooFewSamples { found: 0 };
-        let (fit, error) = self.best.ok_or(too_few)?;
+        session.simulations = record.taken().map_or(0, |taken| taken.simulations);
+        let (fit, error) = best.ok_or(RegressionError::TooFewSamples { found: 0 })?;
         Ok((Box::new(fit), error))
     }
 }

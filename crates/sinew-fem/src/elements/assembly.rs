@@ -2,6 +2,7 @@
 
 use crate::elements::{
     MOST_WORST, PatchResponse, Point, PredictedStress, Rounding, State, Task, least, per_cell,
+    tangent_times,
 };
 use crate::error::CellValue;
 use crate::linear::{Norm, Sparsity};
@@ -312,10 +313,4 @@ pub(crate) fn add_product(
         let sum: f64 = entries.iter().enumerate().map(|(c, k)| k * direction[place(c)]).sum();
         forces[place(row)] += magnitude * sum;
     }
-}
-
-/// `A : dH`.
-pub(crate) fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
-    let flat = dh.0.as_flattened();
-    Mat3::from_fn(|i, j| tangent[3 * i + j].iter().zip(flat).map(|(a, h)| a * h).sum())
 }

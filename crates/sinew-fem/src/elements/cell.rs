@@ -106,6 +106,12 @@ pub(crate) fn add_pressure(response: &mut Response, h: &Mat3<f64>, pressure: f64
     f.add_second_of_determinant(pressure, &mut response.tangent);
 }
 
+/// `A : dH`.
+pub(crate) fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
+    let flat = dh.0.as_flattened();
+    Mat3::from_fn(|i, j| tangent[3 * i + j].iter().zip(flat).map(|(a, h)| a * h).sum())
+}
+
 /// `A B`.
 pub(crate) fn product(a: &Mat3<f64>, b: &Mat3<f64>) -> Mat3<f64> {
     Mat3::from_fn(|i, j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j])
