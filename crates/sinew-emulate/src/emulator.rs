@@ -4,10 +4,9 @@ use crate::parameters::{check_body, check_length, extrapolation, require_finite}
 use crate::predict::Predictor;
 use crate::predict::regressed::{self, Regressed};
 use crate::predict::taylor::{self, TaylorExpansion};
-use crate::store::checksums::{self, SEAL};
 use crate::store::identity::{self, Identity};
 use crate::store::record::Record;
-use crate::store::{content, read_json, write_json};
+use crate::store::{SEAL, check_seal, content, read_json, require_sealed, seal, write_json};
 use crate::{Body, Error, PodRegression, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{FrozenStiffness, Solver, SolverPool};
@@ -203,7 +202,7 @@ impl<'b> Emulator<'b> {
         let (body, record, model) = (identity::of(self.body), self.record.clone(), kind.into());
         let description = Description { version: VERSION, model, body, record };
         write_json(&folder.join(DESCRIPTION), &description)?;
-        checksums::seal(folder, DESCRIPTION, kind)
+        seal(folder, DESCRIPTION, kind)
     }
 
     /// Reads an emulator of `body` whose predictor is a Taylor expansion or a regression.
@@ -223,7 +222,7 @@ impl<'b> Emulator<'b> {
         if !file.exists() && !folder.join(SEAL).exists() {
             return Err(Error::NoEmulator { folder: folder.into() });
         }
-        let sealed = checksums::check(folder)?;
+        let sealed = check_seal(folder)?;
         let Description { version, model, body: stored, record } =
             read_json(&file)?.ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
         if version != VERSION {
@@ -236,7 +235,7 @@ impl<'b> Emulator<'b> {
             )));
         }
         check_body(body)?;
-        checksums::require(&sealed, folder, DESCRIPTION, &model)?;
+        require_sealed(&sealed, folder, DESCRIPTION, &model)?;
         let part = folder.join(&model);
         let known = kinds.iter().find(|(kind, _)| *kind == model);
         let predictor = match known {

@@ -3,7 +3,6 @@
 pub(crate) mod evaluate;
 pub(crate) mod evaluation;
 pub(crate) mod stages;
-pub(crate) mod timing;
 
 use crate::estimate::evaluate::share;
 use crate::{Emulator, Error, Prediction, Result, Warning};

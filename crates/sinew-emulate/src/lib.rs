@@ -112,7 +112,7 @@ pub use warning::Warning;
 /// Parts that recipes outside of this crate are made of, such as those of networks.
 pub mod parts {
     pub use crate::estimate::evaluate::root_mean_square;
-    pub use crate::estimate::timing::timed;
+    pub use crate::estimate::evaluate::timed;
     pub use crate::parameters::{not_finite, require_finite, scaling};
     pub use crate::predict::taylor::{admissible, expand, with_anchors, work};
     pub use crate::recipe::session::{Session, Stream};

@@ -1,6 +1,5 @@
 //! Predictors: displacements of one body at parameter sets, by any method.
 
-pub(crate) mod frozen_stiffness;
 pub(crate) mod regressed;
 pub(crate) mod regression;
 pub(crate) mod taylor;

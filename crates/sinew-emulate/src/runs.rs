@@ -1,9 +1,8 @@
 //! Emulators of stored runs of any solver: Gaussian processes of numbers or displacements over θ, without a body.
 
 use crate::predict::regression::{Conditional, Step, check_samples, folds, steps};
-use crate::store::checksums::{self, SEAL};
 use crate::store::identity::{Axis, axis};
-use crate::store::{read_json, write_json};
+use crate::store::{SEAL, check_seal, checksums, read_json, write_json};
 use crate::{Counter, Error, Observer, PodRegression, Result};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -265,7 +264,7 @@ impl RunsEmulator {
             mesh.write_vtu(folder.join(MESH)).map_err(|error| Error::Refused(error.to_string()))?;
             names.push(MESH.into());
         }
-        write_json(&folder.join(SEAL), &checksums::of(folder, names)?)
+        write_json(&folder.join(SEAL), &checksums(folder, names)?)
     }
 
     /// Reads what [`RunsEmulator::save`] wrote.
@@ -275,7 +274,7 @@ impl RunsEmulator {
     pub fn load(folder: &Path) -> Result<Self> {
         let Description { parameters, left_out, .. } = read_json(&folder.join(Self::FILE))?
             .ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
-        let sealed = checksums::check(folder)?;
+        let sealed = check_seal(folder)?;
         let parameter = |Axis { name, range: [low, high], unit, logarithmic }| match logarithmic {
             true => Parameter::log(name, unit.as_str(), low..=high),
             false => Parameter::linear(name, unit.as_str(), low..=high),

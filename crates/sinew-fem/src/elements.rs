@@ -4,7 +4,6 @@ pub(crate) mod assembly;
 pub(crate) mod cell;
 pub(crate) mod check;
 pub(crate) mod followers;
-pub(crate) mod moduli;
 pub(crate) mod patch;
 pub(crate) mod predicted;
 pub(crate) mod pressure_field;
@@ -24,8 +23,8 @@ pub(crate) use check::{
     check_state, inadmissible, largest, least, per_cell,
 };
 pub(crate) use followers::Followers;
-pub(crate) use moduli::{bulk_to_shear, is_nearly_incompressible};
 pub(crate) use patch::PatchResponse;
+pub(crate) use predicted::{bulk_to_shear, is_nearly_incompressible};
 pub(crate) use pressure_field::Coupling;
 pub(crate) use replaced::{PredictedStress, make_convex, replace_stress, third};
 pub(crate) use shares::{Point, Task, at_points};

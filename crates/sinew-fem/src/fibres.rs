@@ -32,15 +32,13 @@
 //! # Ok::<(), sinew_fem::fibres::FibreError>(())
 //! ```
 
-mod ellipsoid;
 mod error;
 mod potential;
 mod rule;
 mod ventricle;
 
-pub use ellipsoid::EllipsoidWall;
 pub use error::FibreError;
-pub use rule::{FibreRule, Frame};
+pub use rule::{EllipsoidWall, FibreRule, Frame};
 pub use ventricle::{Depth, Surfaces, VentricleCoordinates};
 
 use error::Result;

@@ -11,7 +11,6 @@ pub(crate) mod newton_step;
 pub(crate) mod options;
 pub(crate) mod outlook;
 pub(crate) mod path;
-pub(crate) mod pool;
 pub(crate) mod predictor;
 pub(crate) mod refine;
 pub(crate) mod search;

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Barriers, metrics};
 use sinew_num::norm;
+use std::time::Instant;
 
 /// Test cases with their true displacements.
 #[derive(Clone, Debug)]
@@ -126,7 +127,7 @@ pub struct Errors {
 impl<'b> TestSet<'b> {
     /// Test set from simulations; those that failed are no cases.
     pub fn new(body: &'b Body, simulations: Simulations) -> Self {
-        let median_solve_s = crate::estimate::timing::median(&simulations.solve_seconds);
+        let median_solve_s = crate::estimate::evaluate::median(&simulations.solve_seconds);
         Self { body, thetas: simulations.thetas, fields: simulations.fields, median_solve_s }
     }
 
@@ -270,4 +271,37 @@ impl Quantiles {
         let [q50, q75, q95, q97_5, max] = [0.5, 0.75, 0.95, 0.975, 1.0].map(at);
         Self { min, q02_5, q05, q25, q50, q75, q95, q97_5, max, mean }
     }
+}
+
+/// Median wall time of `repeats` calls after one that warms up \[s\].
+///
+/// # Errors
+/// The first error of a call.
+pub(crate) fn median_seconds<T, E>(
+    repeats: usize,
+    mut call: impl FnMut() -> Result<T, E>,
+) -> Result<f64, E> {
+    call()?;
+    let mut seconds = Vec::with_capacity(repeats);
+    for _ in 0..repeats.max(1) {
+        let start = Instant::now();
+        std::hint::black_box(call()?);
+        seconds.push(start.elapsed().as_secs_f64());
+    }
+    Ok(median(&seconds))
+}
+
+/// The upper median; NaN of nothing.
+pub(crate) fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Does some work and adds its wall time to `total` \[s\].
+pub fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let done = work();
+    *total += start.elapsed().as_secs_f64();
+    done
 }

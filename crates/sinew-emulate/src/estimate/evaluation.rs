@@ -1,8 +1,7 @@
 //! An emulator against a test set: errors raw and corrected, estimates, times.
 
-use crate::estimate::evaluate::{Errors, Quantiles, TestSet, share};
+use crate::estimate::evaluate::{Errors, Quantiles, TestSet, median, median_seconds, share};
 use crate::estimate::stages::Stage;
-use crate::estimate::timing::{median, median_seconds};
 use crate::parameters::check_length;
 use crate::{Calibration, Emulator, Error, Result};
 use rayon::prelude::*;
@@ -200,7 +199,7 @@ impl Emulator<'_> {
                 errors[p].push(if size > 0.0 { 100.0 * norm(&apart) / size } else { 0.0 });
             }
         }
-        Ok(errors.iter().map(|errors| crate::estimate::timing::median(errors)).collect())
+        Ok(errors.iter().map(|errors| crate::estimate::evaluate::median(errors)).collect())
     }
 }
 

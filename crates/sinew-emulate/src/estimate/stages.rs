@@ -1,8 +1,7 @@
 //! Seconds to an accuracy, derived from measured times and errors.
 
-use crate::estimate::evaluate::TestSet;
+use crate::estimate::evaluate::{TestSet, median};
 use crate::estimate::evaluation::{BATCH, Evaluation, Times};
-use crate::estimate::timing::median;
 use crate::{Emulator, Result};
 use serde::{Deserialize, Serialize};
 use sinew_energy::metrics::mean_and_largest;

@@ -2,8 +2,7 @@
 //! expansion.
 
 use crate::error::require;
-use crate::estimate::evaluate::{TestSet, root_mean_square};
-use crate::estimate::timing::timed;
+use crate::estimate::evaluate::{TestSet, root_mean_square, timed};
 use crate::predict::Predictor;
 use crate::predict::regressed::Regressed;
 use crate::predict::taylor::{self, TaylorExpansion};

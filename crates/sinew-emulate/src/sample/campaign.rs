@@ -190,7 +190,7 @@ fn damaged(seal: &Seal, folder: &Path) -> Option<String> {
 
 fn sums(folder: &Path) -> Result<Vec<(String, u32)>> {
     let files = STORED.into_iter().filter(|name| folder.join(name).exists());
-    Ok(checksums::of(folder, files.map(String::from))?.into_iter().collect())
+    Ok(checksums(folder, files.map(String::from))?.into_iter().collect())
 }
 
 /// Environment variables of a scheduler.
