@@ -171,24 +171,23 @@ impl<'b> Emulator<'b> {
     /// θ of the wrong length, not finite, not positive where samples are uniform in the logarithm, or so far outside its ranges
     /// that a displacement is not finite.
     pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
-        thetas.iter().try_for_each(|theta| check_length(self.body, theta))?;
-        self.predicted(thetas, self.predictor.predict(self.body, thetas))
+        self.predicted(thetas, false)
     }
 
-    /// Predicts with the message passing that a network needs for an unseen geometry. This is less accurate than the
+    /// Predicts, in full with the message passing that a network needs for an unseen geometry. This is less accurate than the
     /// trained node embeddings. Other predictors predict as in [`Emulator::predict`].
     ///
     /// # Errors
     /// As [`Emulator::predict`].
-    pub(crate) fn predict_in_full(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
-        thetas.iter().try_for_each(|theta| check_length(self.body, theta))?;
-        self.predicted(thetas, self.predictor.predict_in_full(self.body, thetas))
-    }
-
-    fn predicted(&self, thetas: &[Vec<f64>], found: Result<Vec<f64>>) -> Result<Prediction> {
-        let displacement = found?;
-        require_finite(self.body, thetas, &displacement)?;
-        let warnings = thetas.iter().map(|theta| extrapolation(self.body, theta)).collect();
+    pub(crate) fn predicted(&self, thetas: &[Vec<f64>], in_full: bool) -> Result<Prediction> {
+        let Self { body, predictor, .. } = self;
+        thetas.iter().try_for_each(|theta| check_length(body, theta))?;
+        let displacement = match in_full {
+            true => predictor.predict_in_full(body, thetas)?,
+            false => predictor.predict(body, thetas)?,
+        };
+        require_finite(body, thetas, &displacement)?;
+        let warnings = thetas.iter().map(|theta| extrapolation(body, theta)).collect();
         Ok(Prediction { thetas: thetas.to_vec(), displacement, warnings })
     }
 

@@ -19,8 +19,8 @@ pub(crate) use cell::{
     tangent_times, turn, turn_square, volume_ratios_along,
 };
 pub(crate) use check::{
-    MOST_WORST, check_displacement, check_fields, check_length, check_potential, check_pressure,
-    check_state, inadmissible, largest, least, per_cell,
+    MOST_WORST, check_fields, check_length, check_potential, check_pressure, check_state,
+    inadmissible, largest, least, per_cell,
 };
 pub(crate) use followers::Followers;
 pub(crate) use patch::PatchResponse;

@@ -156,7 +156,7 @@ impl Emulator<'_> {
             simulate_s: self.record.simulate_s,
             prepare_s: self.record.prepare_s,
             train_s: self.record.train_s,
-            predict_full_s: median_seconds(REPEATS, || self.predict_in_full(&one))?,
+            predict_full_s: median_seconds(REPEATS, || self.predicted(&one, true))?,
             predict_decoder_s: median_seconds(REPEATS, || self.predict(&one))?,
             predict_batch_per_theta_s: median_seconds(3, || self.predict(&many))? / BATCH as f64,
             correction_s,

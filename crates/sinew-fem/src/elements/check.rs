@@ -4,11 +4,6 @@ use crate::{CellValue, Result, SolveError};
 use sinew_energy::Body;
 use sinew_energy::metrics::volume_ratios;
 
-/// Checks that a displacement has one finite entry per degree of freedom.
-pub(crate) fn check_displacement(body: &Body, displacement: &[f64]) -> Result<()> {
-    check_length(body.prescribed.len(), displacement)
-}
-
 /// Checks the lengths of a displacement and θ, in this order; swapped arguments have an error of their own.
 pub(crate) fn check_state(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<()> {
     let (entries, parameters) = (body.prescribed.len(), body.theta_len());
@@ -16,7 +11,7 @@ pub(crate) fn check_state(body: &Body, displacement: &[f64], theta: &[f64]) -> R
         return Err(SolveError::Swapped { entries, parameters });
     }
     body.check_theta(theta)?;
-    check_displacement(body, displacement)
+    check_length(body.prescribed.len(), displacement)
 }
 
 /// Checks that there is one finite pressure per unknown of the field, none without one.

@@ -76,20 +76,8 @@ fn short(value: f64) -> String {
 pub struct Progress<'a> {
     /// Number of the iteration, from 0, over all load steps.
     pub number: usize,
-    /// Fraction of loads and prescribed motion.
-    pub load_factor: f64,
-    /// Norm of the unbalanced nodal forces at the free degrees of freedom \[stress·length²\].
-    pub residual: f64,
-    /// Residual at which the iteration ends.
-    pub tolerance: f64,
-    /// Total potential energy \[stress·length³\]; +∞ where a cell is inverted.
-    pub energy: f64,
-    /// Least volume ratio J of all cells.
-    pub least_volume_ratio: f64,
-    /// The cell that has it.
-    pub worst_cell: usize,
-    /// Fraction of a Newton step that led here; 0 where a load step begins and where the search went back.
-    pub step: f64,
+    /// Its record. Its step is the fraction of a Newton step that led here; 0 where a load step begins and where the search went back.
+    pub iteration: Iteration,
     /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
     pub displacement: &'a [f64],
     /// Nodal forces \[stress·length²\]: unbalanced at free degrees of freedom, reactions at prescribed ones.
@@ -99,8 +87,8 @@ pub struct Progress<'a> {
 impl Progress<'_> {
     /// Load, iteration and residual for a progress bar.
     pub fn in_words(&self) -> String {
-        let Self { number, load_factor, residual, tolerance, .. } = self;
-        let load = 100.0 * load_factor;
+        let Iteration { load_factor, residual, tolerance, .. } = self.iteration;
+        let (load, number) = (100.0 * load_factor, self.number);
         format!("load {load:.0} %, iteration {number}, residual {residual:.1e} of {tolerance:.1e}")
     }
 }
@@ -123,18 +111,9 @@ impl<'w> Log<'w> {
     /// Adds the state that an iteration starts from.
     pub(crate) fn record(&mut self, iteration: Iteration, displacement: &[f64], forces: &[f64]) {
         if let Some(watch) = &mut self.watch {
-            watch(&Progress {
-                number: self.iterations.len(),
-                load_factor: iteration.load_factor,
-                residual: iteration.residual,
-                tolerance: iteration.tolerance,
-                energy: iteration.energy,
-                least_volume_ratio: iteration.least_volume_ratio,
-                worst_cell: iteration.worst_cell,
-                step: self.iterations.last().map_or(0.0, |last| last.step),
-                displacement,
-                forces,
-            });
+            let (number, last) = (self.iterations.len(), self.iterations.last());
+            let iteration = Iteration { step: last.map_or(0.0, |last| last.step), ..iteration };
+            watch(&Progress { number, iteration, displacement, forces });
         }
         self.iterations.push(iteration);
     }

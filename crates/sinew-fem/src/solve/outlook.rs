@@ -111,10 +111,7 @@ impl Outlook {
 
     /// The limit point, if it was passed by arc length.
     pub(crate) fn ends(&self) -> Option<f64> {
-        match self.turn {
-            LimitPoint::At(limit) => Some(limit),
-            LimitPoint::Unknown | LimitPoint::Unclear => None,
-        }
+        if let LimitPoint::At(limit) = self.turn { Some(limit) } else { None }
     }
 }
 

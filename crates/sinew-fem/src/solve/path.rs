@@ -256,7 +256,13 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
             others.map(|other| (at - other) / (point.at - other)).product::<f64>()
         });
         let terms: Vec<_> = weights.zip(points).collect();
-        let of = |part: fn(&Point) -> &Vec<f64>| combined(&terms, part);
+        let of = |part: fn(&Point) -> &Vec<f64>| {
+            let mut sum = vec![0.0; terms.first().map_or(0, |(_, point)| part(point).len())];
+            for (weight, point) in &terms {
+                sum.iter_mut().zip(part(point)).for_each(|(s, v)| *s += weight * v);
+            }
+            sum
+        };
         let (mut displacement, pressure) =
             (of(|p| &p.unknowns.displacement), of(|p| &p.unknowns.pressure));
         let place = match self.scale {
@@ -280,13 +286,4 @@ impl<'s, 'p, 'w> Path<'s, 'p, 'w> {
         }
         Point { at, place, unknowns: Unknowns { displacement, pressure }, stress }
     }
-}
-
-/// A weighted sum of a part of some points.
-fn combined(terms: &[(f64, &Point)], part: fn(&Point) -> &Vec<f64>) -> Vec<f64> {
-    let mut sum = vec![0.0; terms.first().map_or(0, |(_, point)| part(point).len())];
-    for (weight, point) in terms {
-        sum.iter_mut().zip(part(point)).for_each(|(s, v)| *s += weight * v);
-    }
-    sum
 }

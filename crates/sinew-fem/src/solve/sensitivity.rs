@@ -1,6 +1,6 @@
 //! Stiffness at an equilibrium, and sensitivities to θ.
 
-use crate::elements::{Followers, State, System, Unknowns, check_displacement};
+use crate::elements::{Followers, State, System, Unknowns, check_length};
 use crate::linear::dot;
 use crate::{Result, Solution, SolveError, Solver};
 use sinew_energy::{Magnitude, PressureSurface};
@@ -41,7 +41,7 @@ impl Solver<'_> {
     #[doc(alias("adjoint", "gradient"))]
     pub fn adjoint_sensitivity(&mut self, solution: &Solution, slope: &[f64]) -> Result<Vec<f64>> {
         let Solution { displacement, theta, load_factor, .. } = solution;
-        check_displacement(self.body(), slope)?;
+        check_length(self.body().prescribed.len(), slope)?;
         self.check(displacement, theta)?;
         let shift = self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
         let slope: Vec<f64> = self.system.sparsity.gather(slope).collect();
@@ -176,7 +176,7 @@ impl Solver<'_> {
         theta: &[f64],
         direction: &[f64],
     ) -> Result<Vec<f64>> {
-        check_displacement(self.body(), direction)?;
+        check_length(self.body().prescribed.len(), direction)?;
         self.visit(displacement, (theta, 1.0), None)?;
         let mut forces = vec![0.0; displacement.len()];
         let state = State::whole(displacement, theta);

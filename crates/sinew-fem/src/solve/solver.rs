@@ -50,7 +50,7 @@ const SAME: f64 = 1e-4;
 #[doc(alias("Newton-Raphson", "Newton"))]
 pub struct Solver<'p> {
     pub(crate) system: System<'p>,
-    watch: Option<Watch<'p>>,
+    pub(crate) watch: Option<Watch<'p>>,
 }
 
 impl<'p> Solver<'p> {
@@ -72,11 +72,6 @@ impl<'p> Solver<'p> {
     /// [`SolveError::OutOfMemory`].
     pub fn fresh(&self) -> Result<Self> {
         self.system.like(self.body()).map(|system| Self { system, watch: self.watch })
-    }
-
-    /// Calls `watch` with each iterate of Newton's method in later solves.
-    pub(crate) fn watched_by(self, watch: Watch<'p>) -> Self {
-        Self { watch: Some(watch), ..self }
     }
 
     /// The body that is solved.

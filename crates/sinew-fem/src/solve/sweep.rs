@@ -76,7 +76,7 @@ pub fn resume_sweep(
     each: impl Fn(usize, Result<Solution>) -> ControlFlow<()> + Sync,
     watch: impl Fn(&Progress<'_>) + Sync,
 ) -> Result<()> {
-    let solver = Solver::new(body)?.watched_by(&watch);
+    let solver = Solver { watch: Some(&watch), ..Solver::new(body)? };
     let (path, stopped) = (neighbours(thetas), AtomicBool::new(false));
     let solve_chain = |chain: &[usize]| -> Result<()> {
         let (mut solver, mut last, mut before) = (solver.fresh()?, None::<Solution>, None);

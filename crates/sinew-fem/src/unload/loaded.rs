@@ -1,7 +1,7 @@
 //! Other loaded states of a body at rest, and how their places move with θ and with the body at rest.
 
 use super::state::{Level, Trial};
-use crate::elements::{State, Unknowns, check_displacement, check_state};
+use crate::elements::{State, Unknowns, check_length, check_state};
 use crate::unload::{Image, Result, Unload, UnloadError, check_directions};
 use crate::{Options, Solution, SolveError, Solver};
 use sinew_energy::Body;
@@ -64,7 +64,7 @@ impl Image<'_> {
         if directions.is_empty() {
             return Ok(Vec::new());
         }
-        directions.iter().try_for_each(|along| check_displacement(rest, along))?;
+        directions.iter().try_for_each(|along| check_length(rest.prescribed.len(), along))?;
         let singular = || UnloadError::from(SolveError::Singular);
         let displacement = state.displacement.clone();
         let seen = rest.moved(&displacement, self.fibres).ok_or_else(singular)?;
