@@ -3,6 +3,7 @@
 pub(crate) mod assembly;
 pub(crate) mod cell;
 pub(crate) mod check;
+pub(crate) mod convex;
 pub(crate) mod followers;
 pub(crate) mod patch;
 pub(crate) mod predicted;
@@ -22,11 +23,12 @@ pub(crate) use check::{
     MOST_WORST, check_fields, check_length, check_potential, check_pressure, check_state,
     inadmissible, largest, least, per_cell,
 };
+pub(crate) use convex::make_convex;
 pub(crate) use followers::Followers;
 pub(crate) use patch::PatchResponse;
 pub(crate) use predicted::{bulk_to_shear, is_nearly_incompressible};
 pub(crate) use pressure_field::Coupling;
-pub(crate) use replaced::{PredictedStress, make_convex, replace_stress, third};
+pub(crate) use replaced::{PredictedStress, replace_stress, third};
 pub(crate) use shares::{Point, Task, at_points};
 pub(crate) use state::{State, load_gradient};
 pub(crate) use supports::{held_part, is_moved_rim, place};
