@@ -43,6 +43,11 @@ mod split;
 mod tree;
 mod turning;
 
+pub(crate) use error::Result;
+pub(crate) use motions::{of_eigenvalues, rigid_motions};
+pub(crate) use polynomial::{Polynomial, expansion, terms};
+pub(crate) use turning::{Number, Rotation, product};
+
 pub use anchors::Anchors;
 pub use clusters::halves;
 pub use dirichlet::Dirichlet;
@@ -53,7 +58,6 @@ pub use principal::PrincipalDirections;
 pub use scaling::{OutputScale, ParameterRange, ParameterScaling};
 pub use tree::MotionTree;
 
-use polynomial::expansion;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

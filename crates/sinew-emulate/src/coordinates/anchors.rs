@@ -1,7 +1,6 @@
 //! Interpolation between solved states with their derivatives.
 
-use crate::coordinates::error::{CoordinateError, Result, require_count, require_finite};
-use crate::coordinates::packed;
+use crate::coordinates::{CoordinateError, Result, packed, require_count, require_finite};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,6 @@
 //! Motions that go through several solved states.
 
-use crate::coordinates::anchors::Anchors;
-use crate::coordinates::error::{Result, require_count};
-use crate::coordinates::motions::{Anchor, Motions};
-use crate::coordinates::polynomial::{all_terms, terms};
+use crate::coordinates::{Anchor, Anchors, Motions, Result, all_terms, require_count, terms};
 use nalgebra::DMatrix;
 
 /// Deviations of the parameters over which the remainder at an anchor is differentiated: half of the digits of a second difference are left.

@@ -1,6 +1,6 @@
 //! Nested clusters of nodes.
 
-use crate::coordinates::error::{CoordinateError, Result, require_count};
+use crate::coordinates::{CoordinateError, Result, require_count};
 
 /// Nested clusters of nodes by recursive coordinate bisection, from two to four nodes each up to the whole body. A cluster
 /// is halved across the longest side of its bounding box.

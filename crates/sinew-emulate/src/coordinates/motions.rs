@@ -3,22 +3,17 @@
 mod costs;
 mod stored;
 
-use costs::{Costs, inverse_root};
 pub(crate) use costs::{of_eigenvalues, rigid_motions};
-use std::sync::Arc;
-use stored::Packed;
 
-use crate::coordinates::anchors::Anchors;
-use crate::coordinates::clusters;
-use crate::coordinates::tree::MotionTree;
+use crate::coordinates::{
+    Anchors, CoordinateError, Dirichlet, MotionTree, Result, all_terms, check_terms, clusters,
+    expansion, require_count, require_finite, require_positive,
+};
+use costs::{Costs, inverse_root};
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Body, Stiffness};
-
-use crate::coordinates::dirichlet::Dirichlet;
-use crate::coordinates::error::{
-    CoordinateError, Result, require_count, require_finite, require_positive,
-};
-use crate::coordinates::polynomial::{all_terms, check_terms, expansion};
+use std::sync::Arc;
+use stored::Packed;
 
 /// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
 /// displacement, `u = T_root ∘ … ∘ T_parent(X + d) − X`.

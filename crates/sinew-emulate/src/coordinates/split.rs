@@ -1,12 +1,9 @@
 //! Split of a change of the displacement over the clusters.
 
-use crate::coordinates::tree::MotionTree;
+use crate::coordinates::{
+    Dirichlet, MotionTree, Motions, Result, of_eigenvalues, require_count, rigid_motions,
+};
 use nalgebra::{DMatrix, SMatrix, SVector};
-
-use crate::coordinates::dirichlet::Dirichlet;
-use crate::coordinates::error::{Result, require_count};
-use crate::coordinates::motions::Motions;
-use crate::coordinates::motions::{of_eigenvalues, rigid_motions};
 
 /// Eigenvalue \[relative to the largest\] below which an output has no effect.
 const SMALLEST: f64 = 1e-10;

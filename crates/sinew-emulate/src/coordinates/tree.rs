@@ -1,6 +1,6 @@
 //! Rigid motions of nested clusters, composed from the whole body down to its nodes.
 
-use crate::coordinates::turning::{Number, Rotation, product};
+use crate::coordinates::{Number, Rotation, product};
 use sinew_num::{Mat3, Slope};
 
 /// A body whose nodes belong to clusters, which belong to larger clusters, and so on up to one or several roots.

@@ -122,10 +122,7 @@ pub fn mixed_stresses(
     let found: Vec<CellStress> =
         points.chunks(body.points_per_cell).zip(volumes).map(|(p, v)| cell(p, v)).collect();
     let finite = |cell: &CellStress| cell.cauchy.as_flattened().iter().all(|s| s.is_finite());
-    match found.iter().all(finite) {
-        true => Ok(found),
-        false => Err(inadmissible(body, displacement)),
-    }
+    if found.iter().all(finite) { Ok(found) } else { Err(inadmissible(body, displacement)) }
 }
 
 /// Displacement gradient that the law reads at each quadrature point.

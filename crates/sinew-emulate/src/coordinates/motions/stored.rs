@@ -1,9 +1,7 @@
 //! Storage of motions.
 
 use super::Motions;
-use crate::coordinates::anchors::Anchors;
-use crate::coordinates::packed;
-use crate::coordinates::tree::MotionTree;
+use crate::coordinates::{Anchors, MotionTree, packed};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
