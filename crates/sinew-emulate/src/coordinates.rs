@@ -41,12 +41,11 @@ mod principal;
 mod scaling;
 mod split;
 mod tree;
-mod turning;
 
 pub(crate) use error::Result;
 pub(crate) use motions::{of_eigenvalues, rigid_motions};
 pub(crate) use polynomial::{Polynomial, expansion, terms};
-pub(crate) use turning::{Number, Rotation, product};
+pub(crate) use tree::Number;
 
 pub use anchors::Anchors;
 pub use clusters::halves;
