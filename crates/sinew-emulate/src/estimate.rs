@@ -2,7 +2,6 @@
 
 pub(crate) mod evaluate;
 pub(crate) mod evaluation;
-pub(crate) mod stages;
 
 use crate::estimate::evaluate::share;
 use crate::{Emulator, Error, Prediction, Result, Warning};

@@ -85,8 +85,7 @@ pub use error::{Error, RegressionError, Result};
 pub use estimate::evaluate::{
     CaseErrors, Errors, METRICS, Metric, Quantiles, TestSet, median_and_worst,
 };
-pub use estimate::evaluation::{Corrected, Evaluation, Times};
-pub use estimate::stages::Stage;
+pub use estimate::evaluation::{Corrected, Evaluation, Stage, Times};
 pub use estimate::{Distance, Estimate};
 pub use predict::regression::{Interpolation, PodRegression, RegressionParts};
 pub use predict::taylor::TaylorExpansion;

@@ -98,14 +98,14 @@ pub use diagnose::stress::{
 };
 pub use diagnose::stress::{held_sets, reactions};
 pub use error::{Advice, CellValue, NotConverged, RigidMode, SolveError};
-pub use linear::method::Method;
+pub use linear::systems::Method;
 pub use solve::continuation::{Curve, CurvePoint};
 pub use solve::frozen_stiffness::FrozenStiffness;
 pub use solve::history::{History, Iteration, Progress};
-pub use solve::line::Line;
 pub use solve::newton_step::NewtonStep;
 pub use solve::options::{LoadSteps, Options};
 pub use solve::refine::{Refined, Stop};
+pub use solve::search::Line;
 pub use solve::sensitivity::Stiffness;
 pub use solve::solution::Solution;
 pub use solve::solver::{Solver, SolverPool};

@@ -3,7 +3,6 @@
 pub(crate) mod continuation;
 pub(crate) mod frozen_stiffness;
 pub(crate) mod history;
-pub(crate) mod line;
 pub(crate) mod line_search;
 pub(crate) mod loading;
 pub(crate) mod newton;
@@ -21,10 +20,9 @@ pub(crate) mod sweep;
 pub(crate) mod trace;
 
 pub(crate) use history::{Log, Progress, Watch};
-pub(crate) use line::Line;
 pub(crate) use line_search::{SUFFICIENT, flattens, minds_turned_cells};
 pub(crate) use outlook::Outlook;
 pub(crate) use path::{FIRST_GRADIENT, Path};
 pub(crate) use predictor::far_turn;
 pub(crate) use refine::{Potential, energy_at_rest};
-pub(crate) use search::{Equilibrium, Goal, Plane, Point, Search, Watchdog};
+pub(crate) use search::{Equilibrium, Goal, Line, Plane, Point, Search, Watchdog};

@@ -2,11 +2,10 @@
 
 use super::lu::Entries;
 use super::state::{Level, Trial};
-use super::unloaded::volume_ratios;
 use crate::CellValue;
 use crate::elements::place;
 use crate::linear::{difference, gmres, norm};
-use crate::unload::unloaded::UnloadOptions;
+use crate::unload::state::{UnloadOptions, volume_ratios};
 use crate::unload::{Image, Result, Unload, UnloadError};
 
 /// Unbalanced forces \[relative to loads and reactions\] that are at their floor.

@@ -3,8 +3,7 @@
 use crate::elements::{Residual, State, System, Unknowns};
 use crate::linear::{dot, norm};
 use crate::solve::{Path, Plane, Point};
-use crate::unload::state::{Image, Trial};
-use crate::unload::unloaded::{Loading, UnloadOptions};
+use crate::unload::state::{Image, Loading, Trial, UnloadOptions};
 use crate::unload::{Result, UnloadError};
 use crate::{LoadSteps, Options, SolveError, Solver};
 use sinew_energy::metrics::mean_and_largest;
