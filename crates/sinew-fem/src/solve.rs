@@ -26,3 +26,4 @@ pub(crate) use path::{FIRST_GRADIENT, Path};
 pub(crate) use predictor::far_turn;
 pub(crate) use refine::{Potential, energy_at_rest};
 pub(crate) use search::{Equilibrium, Goal, Line, Plane, Point, Search, Watchdog};
+pub(crate) use sensitivity::units;

@@ -11,6 +11,7 @@ pub use state::{Loading, UnloadOptions, Unloaded};
 pub use verdict::ThinWall;
 
 use crate::elements::{State, System, Unknowns, check_length, check_state, is_moved_rim};
+use crate::solve::units;
 use crate::{CellValue, Options, Solution, SolveError, Solver};
 use lu::Lu;
 use sinew_energy::{Body, Fibres, ThetaError};
@@ -186,9 +187,7 @@ impl<'p> Unload<'p> {
     /// # Errors
     /// The body of another image, or [`UnloadError::Singular`].
     pub fn sensitivity(&mut self, unloaded: &Unloaded) -> Result<Vec<Vec<f64>>> {
-        let entries = unloaded.theta.len();
-        let unit = |index: usize| (0..entries).map(|i| f64::from(u8::from(i == index))).collect();
-        self.sensitivity_along(unloaded, &(0..entries).map(unit).collect::<Vec<_>>())
+        self.sensitivity_along(unloaded, &units(unloaded.theta.len()))
     }
 
     /// Change of the positions at rest along directions in θ, one vector like [`Unloaded::motion`] each.
@@ -202,7 +201,7 @@ impl<'p> Unload<'p> {
     ) -> Result<Vec<Vec<f64>>> {
         let Unloaded { motion, theta, .. } = unloaded;
         check_state(self.image.system.body, motion, theta)?;
-        check_directions(theta, directions)?;
+        directions.iter().try_for_each(|along| check_length(theta.len(), along))?;
         let level = Level::whole(theta);
         let trial = Trial::new(&self.image, motion.clone(), &level);
         let trial = trial.ok_or(UnloadError::Singular)?;
@@ -232,12 +231,6 @@ impl<'p> Unload<'p> {
         let motion = vec![0.0; self.image.system.body.prescribed.len()];
         self.image.moved(&motion).ok_or(SolveError::Inadmissible { cell: 0 })
     }
-}
-
-/// Checks that directions in θ are as long as θ.
-fn check_directions(theta: &[f64], directions: &[Vec<f64>]) -> Result<()> {
-    directions.iter().try_for_each(|along| check_length(theta.len(), along))?;
-    Ok(())
 }
 
 /// Failure of unloading.
@@ -327,7 +320,7 @@ impl Unload<'_> {
         rest_directions: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>> {
         let Solution { displacement, theta, .. } = state;
-        check_directions(theta, theta_directions)?;
+        theta_directions.iter().try_for_each(|along| check_length(theta.len(), along))?;
         let mut system = self.image.system.like(rest)?;
         check_state(system.body, displacement, theta)?;
         let moved = self.image.forces_by_rest(rest, state, rest_directions)?;

@@ -127,7 +127,7 @@ pub struct Errors {
 impl<'b> TestSet<'b> {
     /// Test set from simulations; those that failed are no cases.
     pub fn new(body: &'b Body, simulations: Simulations) -> Self {
-        let median_solve_s = crate::estimate::evaluate::median(&simulations.solve_seconds);
+        let median_solve_s = median(&simulations.solve_seconds);
         Self { body, thetas: simulations.thetas, fields: simulations.fields, median_solve_s }
     }
 

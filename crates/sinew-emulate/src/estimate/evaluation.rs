@@ -199,7 +199,7 @@ impl Emulator<'_> {
                 errors[p].push(if size > 0.0 { 100.0 * norm(&apart) / size } else { 0.0 });
             }
         }
-        Ok(errors.iter().map(|errors| crate::estimate::evaluate::median(errors)).collect())
+        Ok(errors.iter().map(|errors| median(errors)).collect())
     }
 }
 
@@ -277,10 +277,7 @@ impl Stage {
     ) -> Self {
         let error = |(truth, field): (&Vec<f64>, &Vec<f64>)| {
             let apart: Vec<f64> = truth.iter().zip(field).map(|(a, b)| a - b).collect();
-            crate::estimate::evaluate::share(
-                mean_and_largest(&apart)[0],
-                mean_and_largest(truth)[0],
-            )
+            share(mean_and_largest(&apart)[0], mean_and_largest(truth)[0])
         };
         let errors = test.fields.iter().zip(fields).map(error).collect();
         Self { name, once_s, each_s, errors }

@@ -300,17 +300,17 @@ impl Found<'_> {
         let guess = Guess { accuracy: (SHARP * guess.accuracy).max(SHARPEST), ..*guess };
         let first = self.spread(FIRST);
         self.confirm(&first, &guess, counter)?;
-        let mut known = self.answered(&first);
-        let (thetas, fields) = self.samples(&known);
+        let (mut thetas, mut fields) = self.samples(&first);
         let fitted = PodRegression::fit(&self.body.parameters, &thetas, &fields);
         let Ok(mut regression) = fitted else { return Ok(()) };
-        while known.len() < MOST_LEARNED {
-            let next = self.spread(known.len().min(MOST_LEARNED - known.len()));
+        while thetas.len() < MOST_LEARNED {
+            let next = self.spread(thetas.len().min(MOST_LEARNED - thetas.len()));
             let predict = |theta: &Vec<f64>| Ok(regression.predict(theta)?);
             let guess = Guess { method: Method::Regression, predict: &predict, ..guess };
             self.confirm(&next, &guess, counter)?;
-            known.extend(self.answered(&next));
-            let (thetas, fields) = self.samples(&known);
+            let (more_thetas, more_fields) = self.samples(&next);
+            thetas.extend(more_thetas);
+            fields.extend(more_fields);
             let Ok(grown) = regression.refitted(&thetas, &fields) else { break };
             regression = grown;
         }
@@ -325,12 +325,6 @@ impl Found<'_> {
         let open = self.open();
         let count = count.min(open.len());
         (0..count).map(|place| open[place * open.len() / count]).collect()
-    }
-
-    /// Sets of `cases` that have answers.
-    fn answered(&self, cases: &[usize]) -> Vec<usize> {
-        let has = |case: &usize| matches!(self.answers[*case], Some(Ok(_)));
-        cases.iter().copied().filter(has).collect()
     }
 
     /// Parameter sets and displacements of some answers.

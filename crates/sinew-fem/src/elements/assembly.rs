@@ -41,6 +41,8 @@ pub(crate) struct Assembly {
     pub(crate) convex: Option<usize>,
 }
 
+/// Number of roundings in a term of the energy, a dozen, rounded up.
+const ENERGY_ROUNDINGS: f64 = 16.0;
 /// Residual at equilibrium as a multiple of the estimated rounding error: measured residuals are 0.9–1.6 of it.
 const FLOOR_FACTOR: f64 = 4.0;
 /// Largest residual of rounding errors \[relative to that multiple\]. The rounding error in the displacement of a node acts in all of its cells at once, some 20
@@ -131,7 +133,8 @@ impl Assembly {
             self.add_matrix(&sparsity.frames, &[spring.node], places, 1.0, entry);
         }
         self.add_shares(potential, sparsity, (state, predicted), &mut rounding);
-        (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
+        self.floor = f64::EPSILON * rounding.force.value();
+        self.energy_noise = ENERGY_ROUNDINGS * f64::EPSILON * rounding.energy;
         let held = potential.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
         self.force_scale = loads.value() + reactions.collect::<Norm>().value();
@@ -199,7 +202,8 @@ impl Assembly {
         };
         task.run(of_cells, |share| {
             energies.push(share.energy);
-            rounding.merge(share.rounding);
+            rounding.energy += share.rounding.energy;
+            rounding.force.add(share.rounding.force.value());
             least = share.least.filter(|of_share| of_share.0 < least.0).unwrap_or(least);
             convex += share.convex;
             let (parts, size) = (share.parts.clone(), body.nodes_per_cell);

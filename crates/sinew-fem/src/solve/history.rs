@@ -100,14 +100,10 @@ pub(crate) type Watch<'w> = &'w (dyn Fn(&Progress<'_>) + Sync + 'w);
 #[derive(Default)]
 pub(crate) struct Log<'w> {
     pub iterations: Vec<Iteration>,
-    watch: Option<&'w mut dyn FnMut(&Progress<'_>)>,
+    pub watch: Option<&'w mut dyn FnMut(&Progress<'_>)>,
 }
 
-impl<'w> Log<'w> {
-    pub(crate) fn watched(watch: &'w mut dyn FnMut(&Progress<'_>)) -> Self {
-        Self { iterations: Vec::new(), watch: Some(watch) }
-    }
-
+impl Log<'_> {
     /// Adds the state that an iteration starts from.
     pub(crate) fn record(&mut self, iteration: Iteration, displacement: &[f64], forces: &[f64]) {
         if let Some(watch) = &mut self.watch {

@@ -102,8 +102,10 @@ impl System<'_> {
                 }
             }
             let bearable = reached.is_finite() && reached - energy <= MOST_RISE * promised;
-            let rising = || search.relaxed() && bearable && self.keeps_volume(&trial);
-            if lowered || rising() {
+            // At a higher energy no cell may be crushed.
+            let least = LEAST_VOLUME_OF_RISE * self.assembly.least_volume_ratio.min(1.0);
+            let keeps_volume = || self.least_volume_ratio(&trial) >= least;
+            if lowered || (search.relaxed() && bearable && keeps_volume()) {
                 search.accept(lowered, reached, energy, trial);
                 search.predicted = predicted.or_else(|| self.predicted(direction, length));
                 return Some(length);
@@ -118,12 +120,6 @@ impl System<'_> {
             length *= 0.5;
         }
         None
-    }
-
-    /// Whether no cell is crushed at a displacement that has a higher energy.
-    fn keeps_volume(&self, displacement: &[f64]) -> bool {
-        let least = LEAST_VOLUME_OF_RISE * self.assembly.least_volume_ratio.min(1.0);
-        self.least_volume_ratio(displacement) >= least
     }
 
     fn least_volume_ratio(&self, displacement: &[f64]) -> f64 {

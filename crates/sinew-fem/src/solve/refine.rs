@@ -185,7 +185,7 @@ impl System<'_> {
             let mut solved = at.slope.clone();
             self.back_substitute(&mut solved);
             if let Some((from, before)) = last.take() {
-                memory.extend(Pair::between(&from, &at, [&before, &solved], (self, frames)));
+                memory.extend(self.pair([&from, &at], [&before, &solved], frames));
             }
             let first = memory.0.is_empty();
             let direction = memory.applied(&at.slope, &solved, memory.scale());
@@ -225,6 +225,18 @@ impl System<'_> {
             steps,
             seconds: start.elapsed().as_secs_f64(),
         })
+    }
+
+    /// Curvature pair of a step, where the stiffness is positive along it, from the slopes `solved` at both ends.
+    fn pair(&self, [from, to]: [&At; 2], solved: [&[f64]; 2], frames: &Frames) -> Option<Pair> {
+        let moved = difference(&to.displacement, &from.displacement);
+        let step: Vec<f64> = self.sparsity.gather_along(frames, &moved).collect();
+        let change = difference(&to.slope, &from.slope);
+        let solved = difference(solved[1], solved[0]);
+        let work = dot(&step, &change);
+        let scale = work / dot(&change, &solved);
+        let curved = work > 0.0 && scale > 0.0 && scale.is_finite();
+        curved.then_some(Pair { step, change, solved, work, scale })
     }
 
     fn at(&self, displacement: Vec<f64>, potential: Potential<'_>) -> At {
@@ -369,24 +381,5 @@ impl Memory {
         }
         direction.iter_mut().for_each(|d| *d = -*d);
         direction
-    }
-}
-
-impl Pair {
-    /// Curvature pair of a step, where the stiffness is positive along it, from the slopes `solved` at both ends.
-    fn between(
-        from: &At,
-        to: &At,
-        solved: [&[f64]; 2],
-        (system, frames): (&System<'_>, &Frames),
-    ) -> Option<Self> {
-        let moved = difference(&to.displacement, &from.displacement);
-        let step: Vec<f64> = system.sparsity.gather_along(frames, &moved).collect();
-        let change = difference(&to.slope, &from.slope);
-        let solved = difference(solved[1], solved[0]);
-        let work = dot(&step, &change);
-        let scale = work / dot(&change, &solved);
-        let curved = work > 0.0 && scale > 0.0 && scale.is_finite();
-        curved.then_some(Self { step, change, solved, work, scale })
     }
 }

@@ -47,9 +47,8 @@ impl Solver<'_> {
         let slope: Vec<f64> = self.system.sparsity.gather(slope).collect();
         let (adjoint, _) = self.system.solve(&slope, shift)?;
         let state = State { displacement, theta, load_factor: *load_factor, pressure: &[] };
-        let entry =
-            |index: usize| dot(&self.system.rate_by_theta(state, &unit(theta, index)), &adjoint);
-        self.system.finite((0..theta.len()).map(entry).collect())
+        let entry = |unit: &Vec<f64>| dot(&self.system.rate_by_theta(state, unit), &adjoint);
+        self.system.finite(units(theta.len()).iter().map(entry).collect())
     }
 }
 
@@ -62,8 +61,8 @@ impl System<'_> {
     ) -> Result<Vec<Vec<f64>>> {
         let shift = self.factorise_at(at, theta, load_factor)?;
         let state = State { displacement: &at.displacement, theta, load_factor, pressure: &[] };
-        let column = |index| self.slope(self.rate_by_theta(state, &unit(theta, index)), shift);
-        (0..theta.len()).map(column).collect()
+        let column = |unit: &Vec<f64>| self.slope(self.rate_by_theta(state, unit), shift);
+        units(theta.len()).iter().map(column).collect()
     }
 
     /// Change of the displacement that balances a rate of the unbalanced forces, by the stiffness factorised last.
@@ -130,9 +129,10 @@ impl System<'_> {
     }
 }
 
-/// The direction of one entry of θ.
-fn unit(theta: &[f64], index: usize) -> Vec<f64> {
-    (0..theta.len()).map(|i| f64::from(u8::from(i == index))).collect()
+/// The directions of so many entries of θ.
+pub(crate) fn units(entries: usize) -> Vec<Vec<f64>> {
+    let unit = |index| (0..entries).map(|i| f64::from(u8::from(i == index))).collect();
+    (0..entries).map(unit).collect()
 }
 
 /// The stiffness of the free degrees of freedom at an equilibrium, its lower half by entries.

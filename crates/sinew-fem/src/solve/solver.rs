@@ -5,7 +5,7 @@ use crate::elements::{
     is_nearly_incompressible,
 };
 use crate::linear::{difference, norm};
-use crate::solve::{Log, Path, Progress, Watch};
+use crate::solve::{Path, Progress, Watch};
 use crate::{LoadSteps, Options, Result, Solution, SolveError};
 use sinew_energy::Body;
 use std::sync::Mutex;
@@ -224,7 +224,7 @@ impl<'p> Solver<'p> {
         };
         self.system.body.check_theta(theta)?;
         let mut path = Path::to_load(&mut self.system, theta, options);
-        path.log = Log::watched(&mut tell);
+        path.log.watch = Some(&mut tell);
         let found = path.run(from)?;
         let history = path.log.take();
         Ok(Solution::new(&self.system, found, theta, history, start))

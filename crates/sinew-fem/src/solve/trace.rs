@@ -134,7 +134,8 @@ impl Follower<'_, '_> {
         let error = match self.next(to) {
             Ok(found) => {
                 let rate = self.moved(&found) / part;
-                if same_branch(&found) && rate <= GROWTH * self.rate.max(self.least) {
+                let same_branch = !found.has_potential || !found.jumped && found.is_stable();
+                if same_branch && rate <= GROWTH * self.rate.max(self.least) {
                     (self.last, self.rate) = (found, rate);
                     return Ok(());
                 }
@@ -149,11 +150,6 @@ impl Follower<'_, '_> {
         self.advance([from, &half], 0.5 * part, halvings - 1)?;
         self.advance([&half, to], 0.5 * part, halvings - 1)
     }
-}
-
-/// Whether an equilibrium seems to be on the same branch.
-fn same_branch(found: &Solution) -> bool {
-    !found.has_potential || !found.jumped && found.is_stable()
 }
 
 fn between(from: &[f64], to: &[f64], part: f64) -> Vec<f64> {
