@@ -198,9 +198,7 @@ impl RunsEmulator {
         };
         let found: Result<Vec<_>> = outputs.par_iter().map(fit).collect();
         let counter = counter.into_inner().unwrap_or_else(PoisonError::into_inner);
-        if counter.is_broken() {
-            return Err(Error::Interrupted { stage: STAGE.into() });
-        }
+        counter.check()?;
         counter.finish("fitted");
         let (outputs, left_out) = found?.into_iter().unzip();
         Ok(Self { parameters, mesh, outputs, left_out })

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
 use sinew_fem::{Options, SolveError, Solver};
-use std::ops::ControlFlow;
 
 /// Displacements by the Taylor expansion of second order about one solution: derivatives by the implicit function theorem, second order
 /// with the stiffness of that solution, both in rigid motions of the body's clusters, so that rotations do not stretch. It may go through further solutions
@@ -259,9 +258,8 @@ pub fn with_anchors(
         let solved = solved.map_err(|error| lacking(body, number, &theta, error.to_string()))?;
         anchors.push(anchor(solver, &theta, &solved.displacement, number)?);
         through = motions.clone().through(&anchors)?;
-        if let ControlFlow::Break(()) = counter.step(1, "") {
-            return Err(Error::Interrupted { stage: "anchors".into() });
-        }
+        let _ = counter.step(1, "");
+        counter.check()?;
     }
     counter.finish(&format!("{count} solved states"));
     Ok(through)

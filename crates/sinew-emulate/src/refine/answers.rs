@@ -9,7 +9,6 @@ use crate::refine::{Answer, confirmed, is_far};
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
 use sinew_fem::{CHAIN, Options, Refined, SolveError, Solver, Stop, neighbours, sweep};
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// Answers between two progress reports: several chains of neighbours.
@@ -206,7 +205,8 @@ impl Found<'_> {
                 known.extend(defects);
             }
             known.truncate(MOST_LEARNED);
-            step(counter, cases.len())?;
+            let _ = counter.step(cases.len(), "");
+            counter.check()?;
         }
         Ok(())
     }
@@ -344,7 +344,8 @@ impl Found<'_> {
             for (&case, solution) in cases.iter().zip(solved) {
                 self.answers[case] = Some(solution.map(Answer::from).map_err(Error::from));
             }
-            step(counter, cases.len())?;
+            let _ = counter.step(cases.len(), "");
+            counter.check()?;
         }
         Ok(())
     }
@@ -360,11 +361,4 @@ fn exact(solver: &mut Solver<'_>, from: &[f64], theta: &[f64], taken: usize) -> 
 fn similar(a: &[f64], b: &[f64]) -> bool {
     let close = |(a, b): (&f64, &f64)| (a - b).abs() <= 0.5 * a.abs().max(b.abs());
     a.iter().zip(b).all(close)
-}
-
-fn step(counter: &mut Counter<'_>, answers: usize) -> Result<()> {
-    match counter.step(answers, "") {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(Error::Interrupted { stage: "answer".into() }),
-    }
 }

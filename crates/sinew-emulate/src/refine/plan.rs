@@ -3,7 +3,7 @@
 use crate::parameters::check_length;
 use crate::recipe::progress::{Counter, Observer};
 use crate::refine::{MOST_STEPS, check_accuracy, confirmed};
-use crate::{Body, Emulator, Error, Result};
+use crate::{Body, Emulator, Result};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{CHAIN, Options, Solver};
 
@@ -94,9 +94,7 @@ impl Plan {
         check_length(body, theta)?;
         let mut counter = Counter::new(observer, "plan", 0, 1);
         let counted = Counted::measure(body, theta, emulator, &mut counter)?;
-        if counter.is_broken() {
-            return Err(Error::Interrupted { stage: "plan".into() });
-        }
+        counter.check()?;
         counter.finish("solved twice");
         let plan = |&sets: &usize| Self::of(counted.as_ref(), body, sets, accuracy, emulator);
         Ok(counts.iter().map(plan).collect())

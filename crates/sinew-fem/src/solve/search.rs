@@ -185,12 +185,11 @@ impl Line {
         let finite = self.load_factors.iter().all(|load| load.is_finite());
         let moves =
             self.load_factors[0] != self.load_factors[1] || self.thetas[0] != self.thetas[1];
-        match (finite, moves) {
-            (false, _) => {
-                Err(SolveError::Line { problem: "a fraction of the loads is not finite" })
-            }
-            (_, false) => Err(SolveError::Line { problem: "its ends are the same" }),
-            _ => Ok(()),
-        }
+        let problem = match (finite, moves) {
+            (false, _) => "a fraction of the loads is not finite",
+            (_, false) => "its ends are the same",
+            _ => return Ok(()),
+        };
+        Err(SolveError::Line { problem })
     }
 }
