@@ -7,7 +7,7 @@ use crate::predict::taylor::{self, TaylorExpansion};
 use crate::store::identity::{self, Identity};
 use crate::store::record::Record;
 use crate::store::{SEAL, check_seal, content, read_json, require_sealed, seal, write_json};
-use crate::{Body, Error, PodRegression, Result, TrainingOptions, Warning};
+use crate::{Body, Error, Result, TrainingOptions, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{FrozenStiffness, Solver, SolverPool};
 use std::path::Path;
@@ -18,7 +18,8 @@ use std::time::Instant;
 #[doc(alias("surrogate", "metamodel", "ROM"))]
 pub struct Emulator<'b> {
     pub(crate) body: &'b Body,
-    pub(crate) predictor: Box<dyn Predictor + 'b>,
+    /// The way from parameters to displacements; [`Predictor::regression`] if a regression predicts alone.
+    pub predictor: Box<dyn Predictor + 'b>,
     /// Provenance, and the measures of how far it is to be trusted.
     pub record: Record,
     pub(crate) solvers: SolverPool<'b>,
@@ -148,16 +149,6 @@ impl<'b> Emulator<'b> {
     /// Emulator of a predictor of `body`.
     pub fn new(body: &'b Body, predictor: Box<dyn Predictor + 'b>, record: Record) -> Self {
         Self { body, predictor, record, solvers: SolverPool::new(body), held: OnceLock::new() }
-    }
-
-    /// Splits the emulator into its predictor and the record of how that was made.
-    pub fn into_parts(self) -> (Box<dyn Predictor + 'b>, Record) {
-        (self.predictor, self.record)
-    }
-
-    /// The regression that predicts alone, see [`Predictor::regression`].
-    pub fn regression(&self) -> Option<&PodRegression> {
-        self.predictor.regression()
     }
 
     /// The body.
