@@ -168,7 +168,7 @@ pub fn simulate_by(
     for samples in thetas[tried..].chunks(BLOCK) {
         let block = Block::open(samples, folder)?;
         counter.keep(block.len());
-        let found = solved(body, block, options, (stage, &mut counter))?;
+        let found = solved(body, block, options, &mut counter)?;
         tried += samples.len();
         simulations.extend(found);
         if let Some((folder, body)) = folder {
@@ -189,7 +189,7 @@ fn solved(
     body: &Body,
     block: Block<'_>,
     options: &Options,
-    (stage, counter): (&str, &mut Counter<'_>),
+    counter: &mut Counter<'_>,
 ) -> Result<Simulations> {
     let (thetas, earlier) = (block.thetas, block.earlier());
     let shared = Mutex::new((block, counter, Ok(())));
@@ -199,10 +199,7 @@ fn solved(
         block.take(index, result);
         let stop = counter.step(1, "").is_break();
         if stop || block.is_due() {
-            *outcome = block.store();
-        }
-        if stop && outcome.is_ok() {
-            *outcome = Err(Error::Interrupted { stage: stage.into() });
+            *outcome = block.store().and_then(|()| counter.check());
         }
         if outcome.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };

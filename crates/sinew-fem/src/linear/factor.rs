@@ -103,7 +103,19 @@ impl Factor {
 
     /// Columns that are eliminated together, with the later rows that depend on them, ascending.
     pub(crate) fn supernodes(&self) -> Vec<(Range<usize>, &[usize])> {
-        supernodes(&self.symbolic)
+        match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Supernodal(symbolic) => {
+                let own = symbolic.supernode_begin().iter().zip(symbolic.supernode_end());
+                let below = (0..).map(|s| symbolic.supernode(s).pattern());
+                own.map(|(&begin, &end)| begin..end).zip(below).collect()
+            }
+            // Tiny matrices have no supernodes, whatever is requested; the diagonal comes first in each column.
+            SymbolicCholeskyRaw::Simplicial(symbolic) => {
+                let columns = symbolic.col_ptr().windows(2).zip(0..);
+                let below = |ends: &[usize]| &symbolic.row_idx()[ends[0] + 1..ends[1]];
+                columns.map(|(ends, column)| (column..column + 1, below(ends))).collect()
+            }
+        }
     }
 
     /// Whether solutions with the last factor are accurate to rounding errors in double precision.
@@ -130,15 +142,14 @@ impl Factor {
             matrix[..sparsity.entries()].iter().map(|x| (x / mean) as f32).collect();
         let half = SparseColMatRef::new(sparsity.pattern.as_ref(), &scaled);
         cholesky(&self.symbolic, &mut self.single, half)
-            && pivots(&self.symbolic)
-                .all(|slot| self.single[slot] > 0.0 && self.single[slot].is_finite())
+            && self.pivots(&self.single).all(|pivot| pivot > 0.0 && pivot.is_finite())
     }
 
     fn factorise(&mut self, half: SparseColMatRef<'_, usize, f64>) -> bool {
         self.single = Vec::new();
         self.form = Form::Definite;
         cholesky(&self.symbolic, &mut self.entries, half)
-            && self.pivots().all(|pivot| pivot > 0.0 && pivot.is_finite())
+            && self.pivots(&self.entries).all(|pivot| pivot > 0.0 && pivot.is_finite())
     }
 
     /// Factorises `L D Lᵀ` and counts the negative pivots: the number of negative eigenvalues by
@@ -159,13 +170,18 @@ impl Factor {
             Default::default(),
         );
         factor.ok()?;
-        let usable = self.pivots().all(|pivot| pivot.is_finite() && pivot != 0.0);
-        usable.then(|| self.pivots().filter(|&pivot| pivot < 0.0).count())
+        let usable = self.pivots(&self.entries).all(|pivot| pivot.is_finite() && pivot != 0.0);
+        usable.then(|| self.pivots(&self.entries).filter(|&pivot| pivot < 0.0).count())
     }
 
-    /// Diagonal of `L`, or of `D`.
-    fn pivots(&self) -> impl Iterator<Item = f64> {
-        pivots(&self.symbolic).map(|slot| self.entries[slot])
+    /// Diagonal of `L`, or of `D`, from the entries of a factor.
+    fn pivots<T: Copy>(&self, entries: &[T]) -> impl Iterator<Item = T> {
+        let mut next = 0;
+        self.supernodes().into_iter().flat_map(move |(own, below)| {
+            let (start, rows) = (next, own.len() + below.len());
+            next += own.len() * rows;
+            (0..own.len()).map(move |i| entries[start + i * (rows + 1)])
+        })
     }
 
     /// Factorises the matrix plus a multiple of its mean diagonal, the first of growing ones that makes it positive
@@ -273,33 +289,6 @@ fn prepared<T: Clone + Default>(
     entries.try_reserve_exact(symbolic.len_val() - entries.len()).ok()?;
     entries.resize(symbolic.len_val(), T::default());
     MemBuffer::try_new(scratch).ok()
-}
-
-/// Columns that are eliminated together, with the rows of their common block below them, ascending.
-fn supernodes(symbolic: &SymbolicCholesky<usize>) -> Vec<(Range<usize>, &[usize])> {
-    match symbolic.raw() {
-        SymbolicCholeskyRaw::Supernodal(symbolic) => {
-            let own = symbolic.supernode_begin().iter().zip(symbolic.supernode_end());
-            let below = (0..).map(|s| symbolic.supernode(s).pattern());
-            own.map(|(&begin, &end)| begin..end).zip(below).collect()
-        }
-        // Tiny matrices have no supernodes, whatever is requested; the diagonal comes first in each column.
-        SymbolicCholeskyRaw::Simplicial(symbolic) => {
-            let columns = symbolic.col_ptr().windows(2).zip(0..);
-            let below = |ends: &[usize]| &symbolic.row_idx()[ends[0] + 1..ends[1]];
-            columns.map(|(ends, column)| (column..column + 1, below(ends))).collect()
-        }
-    }
-}
-
-/// Slots of the diagonal of a factor.
-fn pivots(symbolic: &SymbolicCholesky<usize>) -> impl Iterator<Item = usize> {
-    let mut next = 0;
-    supernodes(symbolic).into_iter().flat_map(move |(own, below)| {
-        let (start, rows) = (next, own.len() + below.len());
-        next += own.len() * rows;
-        (0..own.len()).map(move |i| start + i * (rows + 1))
-    })
 }
 
 /// Division of a factor's blocks.
