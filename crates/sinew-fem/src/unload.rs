@@ -14,7 +14,7 @@ use crate::elements::{State, System, Unknowns, check_length, check_state, is_mov
 use crate::solve::units;
 use crate::{CellValue, Options, Solution, SolveError, Solver};
 use lu::Lu;
-use sinew_energy::{Body, Fibres, ThetaError};
+use sinew_energy::{Body, Fibres};
 use state::{Image, Level, Trial, volume_ratios};
 use std::time::Instant;
 use thiserror::Error;
@@ -95,14 +95,6 @@ impl<'p> Unload<'p> {
     /// Whether the wall under a pressure has one layer of linear tetrahedra.
     pub fn thin_wall(&self) -> Option<ThinWall> {
         ThinWall::of(&self.image.system)
-    }
-
-    /// Checks that θ is one of the image.
-    ///
-    /// # Errors
-    /// The first entry that makes no sense.
-    pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
-        self.image.system.body.check_theta(theta)
     }
 
     /// The body at rest for θ, starting from the image itself; under a load that rises step by step where that fails.

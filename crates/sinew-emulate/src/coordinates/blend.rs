@@ -12,7 +12,7 @@ impl Motions {
     ///
     /// # Errors
     /// Another body than the motions', states at the same parameters.
-    pub fn through(self, states: &[Anchor]) -> Result<Self> {
+    pub fn through(mut self, states: &[Anchor]) -> Result<Self> {
         let nodes = self.origin().len() / 3;
         let count = states.first().map_or(0, |state| state.at.len());
         let mut curvature = DMatrix::zeros(count, count);
@@ -27,8 +27,8 @@ impl Motions {
             fields.push(self.remainder(state)?);
         }
         let at: Vec<_> = states.iter().map(|state| state.at.clone()).collect();
-        let anchors = Anchors::through(&at, &fields, &curvature)?;
-        Ok(self.with_anchors(anchors))
+        self.anchors = Some(Anchors::through(&at, &fields, &curvature)?.into());
+        Ok(self)
     }
 
     /// Remainder of the displacement at a state, and its first and second derivatives \[length\].

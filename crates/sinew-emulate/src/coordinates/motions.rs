@@ -34,7 +34,7 @@ pub struct Motions {
     /// Logarithm of the amplitude per unit of each of these terms; none where outputs follow without one.
     rates: Arc<[f64]>,
     /// Further solved states, whose displacements are added.
-    anchors: Option<Arc<Anchors>>,
+    pub(super) anchors: Option<Arc<Anchors>>,
 }
 
 /// A solved state that displacements are to go through.
@@ -208,11 +208,6 @@ impl Motions {
         outputs.resize(self.tree.of_clusters() + self.origin.len(), 0.0);
         let moved = self.tree.moved(&outputs);
         Ok(moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect())
-    }
-
-    /// Motions that pass through further solved states.
-    pub(crate) fn with_anchors(self, anchors: Anchors) -> Self {
-        Self { anchors: Some(anchors.into()), ..self }
     }
 
     /// The slopes as features of nodes, then of clusters, one row each: six columns for each change that outputs follow, of
