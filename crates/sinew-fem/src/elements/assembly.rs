@@ -130,7 +130,7 @@ impl Assembly {
             rounding.energy += energy;
             let (places, stiffness) = (sparsity.springs.of(index), &spring.stiffness);
             let entry = |row: usize, column: usize| stiffness[row][column];
-            self.add_matrix(&sparsity.frames, &[spring.node], places, 1.0, entry);
+            self.add_matrix(&sparsity.frames, &[spring.node], places, entry);
         }
         self.add_shares(potential, sparsity, (state, predicted), &mut rounding);
         self.floor = f64::EPSILON * rounding.force.value();
@@ -252,8 +252,8 @@ impl Assembly {
             self.gradient[3 * nodes[row / 3] + row % 3] += force;
             norm.add(force);
         }
-        let entry = |row: usize, column: usize| hessian[row * gradient.len() + column];
-        self.add_matrix(&sparsity.frames, nodes, sparsity.facets.of(facet), magnitude, entry);
+        let entry = |row: usize, column: usize| magnitude * hessian[row * gradient.len() + column];
+        self.add_matrix(&sparsity.frames, nodes, sparsity.facets.of(facet), entry);
         norm.value()
     }
 

@@ -68,7 +68,7 @@ impl System<'_> {
                 if same { products[row / 3 * count + column / 3] } else { 0.0 }
             };
             let places = sparsity.cells.of(cell);
-            assembly.add_matrix(&sparsity.frames, nodes, places, 1.0, entry);
+            assembly.add_matrix(&sparsity.frames, nodes, places, entry);
         }
     }
 }

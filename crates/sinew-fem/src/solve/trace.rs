@@ -66,7 +66,7 @@ impl Solver<'_> {
         &mut self,
         thetas: &[Vec<f64>],
         options: &Options,
-        progress: impl FnMut(),
+        mut progress: impl FnMut(),
     ) -> Result<Trace> {
         thetas.iter().try_for_each(|theta| self.system.body.check_theta(theta))?;
         let risen = Options { load_steps: LoadSteps::Always, ..*options };
@@ -78,7 +78,24 @@ impl Solver<'_> {
             return Err(SolveError::Line { problem: "it has no point" });
         };
         let last = self.solve(first, &risen)?;
-        Follower { solver: self, options: near, last, rate: least, least }.follow(thetas, progress)
+        let mut follower = Follower { solver: self, options: near, last, rate: least, least };
+        let mut solutions = vec![follower.last.clone()];
+        progress();
+        if let [from, to, ..] = thetas {
+            // Where even this is not found, the way is halved further.
+            let probe = between(from, to, PROBE);
+            if let Ok(found) = follower.solver.solve_near(&follower.last, &probe, &near) {
+                follower.rate = follower.moved(&found) / PROBE;
+            }
+        }
+        for pair in thetas.windows(2) {
+            if let Err(end) = follower.advance([&pair[0], &pair[1]], 1.0, MOST_HALVINGS) {
+                return Ok(Trace { solutions, end: Some(end) });
+            }
+            solutions.push(follower.last.clone());
+            progress();
+        }
+        Ok(Trace { solutions, end: None })
     }
 }
 
@@ -94,34 +111,10 @@ struct Follower<'a, 'p> {
 }
 
 impl Follower<'_, '_> {
-    fn follow(mut self, thetas: &[Vec<f64>], mut progress: impl FnMut()) -> Result<Trace> {
-        let mut solutions = vec![self.last.clone()];
-        progress();
-        if let [from, to, ..] = thetas {
-            // Where even this is not found, the way is halved further.
-            if let Ok(found) = self.next(&between(from, to, PROBE)) {
-                self.rate = self.moved(&found) / PROBE;
-            }
-        }
-        for pair in thetas.windows(2) {
-            if let Err(end) = self.advance([&pair[0], &pair[1]], 1.0, MOST_HALVINGS) {
-                return Ok(Trace { solutions, end: Some(end) });
-            }
-            solutions.push(self.last.clone());
-            progress();
-        }
-        Ok(Trace { solutions, end: None })
-    }
-
     /// Largest change of a component of the displacement from the last equilibrium \[length\].
     fn moved(&self, to: &Solution) -> f64 {
         let [from, to] = [&self.last, to].map(|solution| &solution.displacement);
         from.iter().zip(to).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max)
-    }
-
-    /// The equilibrium for θ from the last one.
-    fn next(&mut self, theta: &[f64]) -> Result<Solution> {
-        self.solver.solve_near(&self.last, theta, &self.options)
     }
 
     /// Goes from one θ to another, `part` of a whole step.
@@ -131,7 +124,7 @@ impl Follower<'_, '_> {
         part: f64,
         halvings: usize,
     ) -> Result<(), TraceEnd> {
-        let error = match self.next(to) {
+        let error = match self.solver.solve_near(&self.last, to, &self.options) {
             Ok(found) => {
                 let rate = self.moved(&found) / part;
                 let same_branch = !found.has_potential || !found.jumped && found.is_stable();

@@ -169,7 +169,7 @@ impl System<'_> {
                 after[at] - before[at]
             };
             let places = self.sparsity.cells.of(index);
-            self.assembly.add_matrix(&self.sparsity.frames, &alone.nodes, places, 1.0, change);
+            self.assembly.add_matrix(&self.sparsity.frames, &alone.nodes, places, change);
         }
     }
 
