@@ -30,7 +30,6 @@
 //! - [`ParameterScaling`], [`OutputScale`]: standardised parameters and displacements.
 
 mod anchors;
-mod blend;
 mod clusters;
 mod dirichlet;
 mod error;

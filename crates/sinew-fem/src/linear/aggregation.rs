@@ -1,7 +1,6 @@
 //! Conjugate gradients preconditioned by smoothed aggregation: memory grows with the body, not with the fill of a factor.
 
 mod blocks;
-mod groups;
 mod multigrid;
 mod pattern;
 
