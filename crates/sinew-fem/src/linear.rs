@@ -3,6 +3,7 @@
 pub(crate) mod aggregation;
 pub(crate) mod factor;
 pub(crate) mod krylov;
+pub(crate) mod method;
 pub(crate) mod ordering;
 pub(crate) mod sparsity;
 pub(crate) mod systems;
@@ -11,7 +12,7 @@ pub(crate) mod vector;
 pub(crate) use aggregation::{Aggregation, MOST_ITERATIONS, Shifted};
 pub(crate) use factor::{Factor, MOST_SHIFTS, shift_of};
 pub(crate) use krylov::{End, LinearOutcome, conjugate_gradients, gmres};
+pub(crate) use method::{MOST_COUNTED, MOST_SINGLE, Method};
 pub(crate) use ordering::fill_reducing_order;
 pub(crate) use sparsity::{Sparsity, patch_nodes_of};
-pub(crate) use systems::{MOST_COUNTED, MOST_SINGLE, Method};
 pub(crate) use vector::{Norm, add, difference, dot, norm, relative};

@@ -2,10 +2,12 @@
 
 pub(crate) mod continuation;
 pub(crate) mod frozen_stiffness;
+pub(crate) mod history;
 pub(crate) mod line_search;
 pub(crate) mod loading;
 pub(crate) mod newton;
 pub(crate) mod newton_step;
+pub(crate) mod options;
 pub(crate) mod outlook;
 pub(crate) mod path;
 pub(crate) mod predictor;
@@ -17,6 +19,7 @@ pub(crate) mod solver;
 pub(crate) mod sweep;
 pub(crate) mod trace;
 
+pub(crate) use history::{Log, Progress, Watch};
 pub(crate) use line_search::{SUFFICIENT, flattens, minds_turned_cells};
 pub(crate) use outlook::Outlook;
 pub(crate) use path::{FIRST_GRADIENT, Path};
@@ -24,4 +27,3 @@ pub(crate) use predictor::far_turn;
 pub(crate) use refine::{Potential, energy_at_rest};
 pub(crate) use search::{Equilibrium, Goal, Line, Plane, Point, Search, Watchdog};
 pub(crate) use sensitivity::units;
-pub(crate) use solution::{Log, Progress, Watch};
