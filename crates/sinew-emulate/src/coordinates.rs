@@ -30,7 +30,6 @@
 //! - [`ParameterScaling`], [`OutputScale`]: standardised parameters and displacements.
 
 mod anchors;
-mod clusters;
 mod dirichlet;
 mod error;
 mod motions;
@@ -44,17 +43,16 @@ mod tree;
 pub(crate) use error::Result;
 pub(crate) use motions::{of_eigenvalues, rigid_motions};
 pub(crate) use polynomial::{Polynomial, expansion, terms};
-pub(crate) use tree::Number;
+pub(crate) use tree::{Number, cluster_centres, cluster_counts};
 
 pub use anchors::Anchors;
-pub use clusters::halves;
 pub use dirichlet::Dirichlet;
 pub use error::{CoordinateError, require_count, require_finite, require_positive};
 pub use motions::{Anchor, Motions};
 pub use polynomial::{all_terms, check_terms};
 pub use principal::PrincipalDirections;
 pub use scaling::{OutputScale, ParameterRange, ParameterScaling};
-pub use tree::MotionTree;
+pub use tree::{MotionTree, halves};
 
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

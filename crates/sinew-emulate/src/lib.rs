@@ -78,10 +78,9 @@ mod refine;
 mod runs;
 mod sample;
 pub mod store;
-mod warning;
 
 pub use emulator::{Emulator, Load, Prediction};
-pub use error::{Error, RegressionError, Result};
+pub use error::{Error, RegressionError, Result, Warning};
 pub use estimate::evaluate::{
     CaseErrors, Errors, METRICS, Metric, Quantiles, TestSet, median_and_worst,
 };
@@ -106,7 +105,6 @@ pub use sample::simulate::{
 pub use sample::{Design, at_share, share_of, split_seed};
 pub use sinew_energy::Body;
 pub use store::record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record};
-pub use warning::Warning;
 
 /// Parts that recipes outside of this crate are made of, such as those of networks.
 pub mod parts {

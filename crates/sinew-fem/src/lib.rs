@@ -105,12 +105,10 @@ pub use solve::history::{History, Iteration, Progress};
 pub use solve::newton_step::NewtonStep;
 pub use solve::options::{LoadSteps, Options};
 pub use solve::refine::{Refined, Stop};
-pub use solve::search::Line;
+pub use solve::search::{Line, Solution};
 pub use solve::sensitivity::Stiffness;
-pub use solve::solution::Solution;
 pub use solve::solver::{Solver, SolverPool};
-pub use solve::sweep::{CHAIN, Earlier, neighbours, resume_sweep, sweep};
-pub use solve::trace::{Trace, TraceEnd};
+pub use solve::sweep::{CHAIN, Earlier, Trace, TraceEnd, neighbours, resume_sweep, sweep};
 pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};
 
 pub(crate) use error::Result;

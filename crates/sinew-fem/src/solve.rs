@@ -14,10 +14,8 @@ pub(crate) mod predictor;
 pub(crate) mod refine;
 pub(crate) mod search;
 pub(crate) mod sensitivity;
-pub(crate) mod solution;
 pub(crate) mod solver;
 pub(crate) mod sweep;
-pub(crate) mod trace;
 
 pub(crate) use history::{Log, Progress, Watch};
 pub(crate) use line_search::{SUFFICIENT, flattens, minds_turned_cells};

@@ -2,7 +2,6 @@
 
 mod lu;
 mod newton;
-mod point;
 mod state;
 mod tangent;
 mod verdict;

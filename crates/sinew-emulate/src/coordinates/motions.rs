@@ -5,8 +5,9 @@ mod costs;
 pub(crate) use costs::{of_eigenvalues, rigid_motions};
 
 use crate::coordinates::{
-    Anchors, CoordinateError, Dirichlet, MotionTree, Result, all_terms, check_terms, clusters,
-    expansion, packed, require_count, require_finite, require_positive,
+    Anchors, CoordinateError, Dirichlet, MotionTree, Result, all_terms, check_terms,
+    cluster_centres, cluster_counts, expansion, packed, require_count, require_finite,
+    require_positive,
 };
 use costs::{Costs, inverse_root};
 use serde::{Deserialize, Serialize};
@@ -60,7 +61,7 @@ impl Motions {
         body: &Body,
         theta: &[f64],
     ) -> Result<Self> {
-        let counts = clusters::counts(clusters, body.nodes)?;
+        let counts = cluster_counts(clusters, body.nodes)?;
         let [node_parents, above @ ..] = clusters else {
             return Err(CoordinateError::None("outputs at every scale need clusters"));
         };
@@ -77,7 +78,7 @@ impl Motions {
         let mut cluster_parents = Vec::new();
         let mut leaves = places.clone();
         for (layer, &count) in clusters.iter().zip(&counts) {
-            leaves = clusters::centres(&leaves, layer, count);
+            leaves = cluster_centres(&leaves, layer, count);
             centres.extend_from_slice(&leaves);
         }
         for (layer, count) in above.iter().zip(&counts) {

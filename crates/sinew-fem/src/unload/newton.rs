@@ -1,11 +1,10 @@
 //! Newton's method on the positions at rest, and load steps where it fails.
 
 use super::lu::Entries;
-use super::state::{Level, Trial};
 use crate::CellValue;
 use crate::elements::place;
 use crate::linear::{difference, gmres, norm};
-use crate::unload::state::{UnloadOptions, volume_ratios};
+use crate::unload::state::{Level, Trial, UnloadOptions, volume_ratios};
 use crate::unload::{Image, Result, Unload, UnloadError};
 
 /// Unbalanced forces \[relative to loads and reactions\] that are at their floor.

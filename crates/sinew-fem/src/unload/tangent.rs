@@ -1,10 +1,8 @@
 //! The derivative of the balance of the image in the positions at rest.
 
 use super::lu::Entries;
-use super::point::PointRate;
-use super::state::{Level, Trial};
 use crate::linear::Sparsity;
-use crate::unload::state::Image;
+use crate::unload::state::{Image, Level, PointRate, Trial};
 use rayon::prelude::*;
 use sinew_energy::{Body, PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
 use sinew_num::{Scalar, Slope, cross, dot3};
