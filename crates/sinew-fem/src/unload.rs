@@ -105,20 +105,7 @@ impl<'p> Unload<'p> {
         self.solve_near(&motion, theta, options)
     }
 
-    /// Starts from the body at rest for another θ that should be near.
-    ///
-    /// # Errors
-    /// As for [`Unload::solve`], and a body of another image.
-    pub fn solve_from(
-        &mut self,
-        near: &Unloaded,
-        theta: &[f64],
-        options: &UnloadOptions,
-    ) -> Result<Unloaded> {
-        self.solve_near(&near.motion, theta, options)
-    }
-
-    /// Starts from a motion from the image to the body at rest \[length\], such as one that is extrapolated.
+    /// Starts from a motion from the image to the body at rest \[length\]: that of another θ, or one that is extrapolated.
     ///
     /// # Errors
     /// As for [`Unload::solve`], and a motion of the wrong length or that is not finite.

@@ -146,7 +146,7 @@ struct Point {
     strain: Matrix3<f64>,
     cauchy: Matrix3<f64>,
     /// Fibre in the current configuration, not of unit length.
-    fibre: Option<nalgebra::Vector3<f64>>,
+    fibre: Option<Vector3<f64>>,
 }
 
 impl Point {
@@ -157,7 +157,7 @@ impl Point {
         // Without the square of F, whose small strains would be rounding errors.
         let strain = 0.5 * (h + h.transpose() + h.transpose() * h);
         let cauchy = Matrix3::from_fn(|i, j| piola[i][j]) * f.transpose() / volume_ratio;
-        let fibre = direction.map(|&direction| f * nalgebra::Vector3::from(direction));
+        let fibre = direction.map(|&direction| f * Vector3::from(direction));
         Self { volume_ratio, strain, cauchy: 0.5 * (cauchy + cauchy.transpose()), fibre }
     }
 }
@@ -168,8 +168,7 @@ fn cell(points: &[Point], volumes: &[f64]) -> CellStress {
     let weighted = || points.iter().zip(volumes.iter().map(move |v| v / whole));
     let strain: Matrix3<f64> = weighted().map(|(point, w)| w * point.strain).sum();
     let cauchy: Matrix3<f64> = weighted().map(|(point, w)| w * point.cauchy).sum();
-    let fibre: Option<nalgebra::Vector3<f64>> =
-        weighted().map(|(point, w)| Some(w * point.fibre?)).sum();
+    let fibre: Option<Vector3<f64>> = weighted().map(|(point, w)| Some(w * point.fibre?)).sum();
     let fibre = fibre.map(|fibre| {
         let (stretch, along) = (fibre.norm(), fibre.normalize());
         Fibre { direction: along.into(), stretch, stress: along.dot(&(cauchy * along)) }
