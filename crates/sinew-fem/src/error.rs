@@ -224,28 +224,24 @@ impl fmt::Display for RigidMode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (translation, rotation) = (norm(&self.translation), norm(&self.rotation));
         if translation > NAMED {
-            write!(f, "translation along {}", Axis(&self.translation))?;
+            write!(f, "translation along {}", in_words(&self.translation))?;
         }
         if translation > NAMED && rotation > NAMED {
             write!(f, " with ")?;
         }
         if rotation > NAMED {
-            write!(f, "rotation about {}", Axis(&self.rotation))?;
+            write!(f, "rotation about {}", in_words(&self.rotation))?;
         }
         Ok(())
     }
 }
 
 /// An axis by name, or by components when it is not a coordinate axis.
-struct Axis<'a>(&'a [f64; 3]);
-
-impl fmt::Display for Axis<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let largest = self.0.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let present: Vec<_> = (0..3).filter(|&i| self.0[i].abs() > NAMED * largest).collect();
-        match present[..] {
-            [i] => write!(f, "{}", ["x", "y", "z"][i]),
-            _ => write!(f, "({:.3}, {:.3}, {:.3})", self.0[0], self.0[1], self.0[2]),
-        }
+fn in_words(axis: &[f64; 3]) -> String {
+    let largest = axis.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let present: Vec<_> = (0..3).filter(|&i| axis[i].abs() > NAMED * largest).collect();
+    match present[..] {
+        [i] => ["x", "y", "z"][i].into(),
+        _ => format!("({:.3}, {:.3}, {:.3})", axis[0], axis[1], axis[2]),
     }
 }

@@ -155,7 +155,7 @@ impl<'p> Unload<'p> {
     pub fn fresh(&self) -> Result<Self, SolveError> {
         let Image { system, fibres } = &self.image;
         let image = Image { system: system.like(system.body)?, fibres: *fibres };
-        Ok(Self { image, factor: self.factor.fresh() })
+        Ok(Self { image, factor: self.factor.clone() })
     }
 
     /// Derivative ∂X/∂θ of the positions at rest: one vector like [`Unloaded::motion`] per entry of θ.

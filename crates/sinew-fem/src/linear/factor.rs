@@ -265,19 +265,9 @@ fn cholesky<T: RealField + Default>(
 ) -> bool {
     let scratch = symbolic.factorize_numeric_llt_scratch::<T>(shares(symbolic), Default::default());
     let Some(mut memory) = prepared(symbolic, entries, scratch) else { return false };
-    let regularisation = LltRegularization::default();
-    let (par, memory) = (shares(symbolic), MemStack::new(&mut memory));
-    symbolic
-        .factorize_numeric_llt(
-            entries,
-            half,
-            Side::Lower,
-            regularisation,
-            par,
-            memory,
-            Default::default(),
-        )
-        .is_ok()
+    let (side, regularisation) = (Side::Lower, LltRegularization::default());
+    let (par, memory, spec) = (shares(symbolic), MemStack::new(&mut memory), Default::default());
+    symbolic.factorize_numeric_llt(entries, half, side, regularisation, par, memory, spec).is_ok()
 }
 
 /// Room for the entries of a factor, and memory to compute it in; `None` where they do not fit.

@@ -256,12 +256,8 @@ impl<'s, 'p> Curve<'s, 'p> {
         let displacement = self.path.reached().unknowns.displacement.clone();
         let load_factor = place.map_or(0.0, |place| line.at(place).0);
         let failure = self.path.log.failure(load_factor, displacement, worst_cells, None);
-        match place {
-            Some(place) => {
-                SolveError::CurveEnded { place, theta: self.path.line.at(place).1, failure }
-            }
-            None => SolveError::NotConverged(failure),
-        }
+        let Some(place) = place else { return SolveError::NotConverged(failure) };
+        SolveError::CurveEnded { place, theta: self.path.line.at(place).1, failure }
     }
 }
 

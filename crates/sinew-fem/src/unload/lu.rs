@@ -60,7 +60,8 @@ struct Block {
     order: [Vec<usize>; 2],
 }
 
-/// A factor of an unsymmetric matrix.
+/// A factor of an unsymmetric matrix; a clone shares what was factorised last until it factorises itself.
+#[derive(Clone)]
 pub(super) struct Lu {
     fronts: Arc<Vec<Front>>,
     blocks: Arc<Vec<Block>>,
@@ -72,11 +73,6 @@ impl Lu {
         let fronts = symmetric.supernodes().into_iter();
         let fronts = fronts.map(|(own, below)| Front { own, later: below.to_vec() }).collect();
         Self { fronts: Arc::new(fronts), blocks: Arc::default() }
-    }
-
-    /// Another one, which shares what was factorised last until it factorises itself.
-    pub(super) fn fresh(&self) -> Self {
-        Self { fronts: self.fronts.clone(), blocks: self.blocks.clone() }
     }
 
     /// Whether something was factorised.
@@ -185,14 +181,8 @@ impl Block {
         let order = PermRef::new_checked(&self.order[0], &self.order[1], own);
         let scratch = solve::solve_in_place_scratch::<usize, f64>(own, right.ncols(), Par::Seq);
         let mut memory = MemBuffer::new(scratch);
-        solve::solve_in_place(
-            triangles,
-            triangles,
-            order,
-            right,
-            Par::Seq,
-            MemStack::new(&mut memory),
-        );
+        let stack = MemStack::new(&mut memory);
+        solve::solve_in_place(triangles, triangles, order, right, Par::Seq, stack);
     }
 }
 
