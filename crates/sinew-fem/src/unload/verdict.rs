@@ -10,8 +10,8 @@ use sinew_energy::metrics::mean_and_largest;
 use sinew_energy::{Body, PressureSurface};
 use sinew_mesh::{TriangleMesh, self_intersections};
 use std::collections::HashSet;
-use std::fmt;
 use std::time::Instant;
+use thiserror::Error;
 
 /// Largest distance to the image after loading [relative to the largest displacement]: rounding errors, amplified by an
 /// ill-conditioned stiffness.
@@ -162,23 +162,16 @@ const MOST_THROUGH: f64 = 0.1;
 
 /// A wall one linear tetrahedron thick under a pressure: the strain is constant through its thickness, so that an
 /// unloaded configuration is often not found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error(
+    "of {cells} cells at the pressure {through} reach through the wall, which has one layer of linear tetrahedra there: its unloaded \
+     shape is not to be trusted and often not found; mesh it with two layers or more"
+)]
 pub struct ThinWall {
     /// Cells with a facet under a pressure whose other corner is on the far side of the wall.
     pub through: usize,
     /// Cells with a facet under a pressure.
     pub cells: usize,
-}
-
-impl fmt::Display for ThinWall {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { through, cells } = self;
-        write!(
-            f,
-            "of {cells} cells at the pressure {through} reach through the wall, which has one layer of linear tetrahedra there: its unloaded \
-             shape is not to be trusted and often not found; mesh it with two layers or more"
-        )
-    }
 }
 
 impl ThinWall {
