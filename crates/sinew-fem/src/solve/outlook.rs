@@ -14,6 +14,7 @@ const ONWARD: f64 = 0.75;
 /// Load tried beyond a limit point \[relative to its load\], where the body may have snapped to other equilibria.
 const BEYOND: f64 = 1.05;
 /// The last equilibria under a rising load, and the least larger load without one.
+#[derive(Default)]
 pub(crate) struct Outlook {
     /// Places on the line with displacements \[length\], ascending, all on one branch.
     points: Vec<(f64, Vec<f64>)>,
@@ -27,9 +28,10 @@ pub(crate) struct Outlook {
 }
 
 /// Limit point of a curve of equilibria, from which it turns back to smaller loads.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum LimitPoint {
     /// Not looked at.
+    #[default]
     Unknown,
     /// Looked at without an answer.
     Unclear,
@@ -39,13 +41,7 @@ pub(crate) enum LimitPoint {
 impl Outlook {
     /// Outlook of the body at rest.
     pub(crate) fn from(rest: &[f64]) -> Self {
-        Self {
-            points: vec![(0.0, rest.to_vec())],
-            refused: None,
-            failed: false,
-            turn: LimitPoint::Unknown,
-            jumped: false,
-        }
+        Self { points: vec![(0.0, rest.to_vec())], ..Self::default() }
     }
 
     pub(crate) fn reach(&mut self, place: f64, found: &Equilibrium) {
@@ -54,12 +50,8 @@ impl Outlook {
             self.points.clear();
             (self.jumped, self.turn) = (true, LimitPoint::Unknown);
         }
-        self.add(place, &found.unknowns.displacement);
-    }
-
-    fn add(&mut self, place: f64, displacement: &[f64]) {
         self.failed = false;
-        self.points.push((place, displacement.to_vec()));
+        self.points.push((place, found.unknowns.displacement.clone()));
         self.points.drain(..self.points.len().saturating_sub(POINTS));
         if self.refused.is_some_and(|refused| refused <= place) {
             (self.refused, self.turn) = (None, LimitPoint::Unknown);
