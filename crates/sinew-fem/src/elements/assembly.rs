@@ -10,7 +10,7 @@ use sinew_energy::{Body, Response, SurfaceResponse};
 use sinew_num::{Mat3, sum};
 
 /// Π and its derivatives at one displacement, with bounds of their rounding errors.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Assembly {
     /// Π \[stress·length³\]; +∞ where a cell is inverted.
     pub energy: f64,
@@ -69,19 +69,12 @@ impl Assembly {
     pub(crate) fn new(sparsity: &Sparsity, body: &Body) -> Self {
         let zeros = vec![0.0; body.prescribed.len()];
         Self {
-            energy: 0.0,
-            energy_noise: 0.0,
             gradient: zeros.clone(),
             displacement: zeros,
-            force_scale: 0.0,
-            floor: 0.0,
             matrix: vec![0.0; sparsity.entries() + 1],
             least_volume_ratio: 1.0,
-            worst_cell: 0,
             points: vec![(Mat3::ZERO, Response::INADMISSIBLE); body.volumes.len()],
-            patches: Vec::new(),
-            nearly_incompressible: false,
-            convex: None,
+            ..Self::default()
         }
     }
 
